@@ -1,0 +1,1 @@
+"""Bundled scenes; each one is a script that a user can copy and change."""

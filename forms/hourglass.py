@@ -1,0 +1,79 @@
+"""Control of the in-plane hourglass modes of quadrilaterals.
+
+The reduced rule does not see displacements like `(1 - 3 xi^2)(1 - 3 eta^2)`: without control they
+are resisted only by the
+fraction `a ~ h^2` of the membrane energy, and a plate held at a corner swings about it almost
+freely in its own plane.
+Their strain along `xi` is quadratic in `eta`. A rule with one more point in `eta` sees it, and the
+difference of the two rules sees nothing else:
+
+    W = b N0 / 2 { [dx(k, k+1) - dx(k, k)] e_xi^2 + [dx(k+1, k) - dx(k, k)] e_eta^2 }
+
+The strain along each line is sampled at the reduced rule's points of that line only, as in the
+mixed interpolation of
+tensorial components that the paper uses (its refs. [9-11]), so bending remains free of membrane
+locking.
+
+===========  ======================================================  =====
+symbol       name                                                    unit
+===========  ======================================================  =====
+`e_xi`       membrane strain along the element's first coordinate    -
+`e_eta`      membrane strain along its second coordinate             -
+`b N0`       stiffness of the control                                N/m
+===========  ======================================================  =====
+"""
+
+from collections.abc import Callable
+
+import ufl
+from ufl.core.expr import Expr
+
+from .discrete import stress_average, variation
+from .mixed import Interval, Measure
+from .surface import Surface, unit
+
+Pair = tuple[Expr, Expr]
+
+
+def line_strains(strains: Measure, surf: Surface, jacobian: Expr) -> Callable[[Expr], Expr]:
+    """Membrane strains along the two coordinate lines of the element, as a function of the state.
+
+    Args:
+        strains: Strain measure of the shell.
+        surf: Local basis in which its components are.
+        jacobian: Jacobian of the reference surface, shape (3, 2).
+    """
+
+    def measure(q: Expr) -> Expr:
+        eps = strains(q).eps
+        lines = []
+        for k in range(2):
+            line = unit(jacobian[:, k])
+            c, s = ufl.dot(line, surf.e1), ufl.dot(line, surf.e2)
+            lines.append(c * c * eps[0] + s * s * eps[1] + c * s * eps[2])
+        return ufl.as_vector(lines)
+
+    return measure
+
+
+def virtual_work(measure: Callable[[Expr], Expr], span: Interval, dq: Expr) -> Pair:
+    """Virtual work per unit stiffness of the two line strains, for their two rules."""
+    mean = (
+        measure(span.a)
+        if span.a is span.b
+        else stress_average(measure(span.a), measure(span.b), span.beta)
+    )
+    change = variation(measure, span.mid, dq)
+    return mean[0] * change[0], mean[1] * change[1]
+
+
+def energy(measure: Callable[[Expr], Expr], q: Expr) -> Pair:
+    """Energy per unit stiffness of the two line strains."""
+    e = measure(q)
+    return e[0] ** 2 / 2, e[1] ** 2 / 2
+
+
+def jump(measure: Callable[[Expr], Expr], a: Expr, b: Expr) -> Pair:
+    """Share of the line strains in eq. (34), per unit stiffness."""
+    e = measure(b) - measure(a)
+    return e[0] ** 2 / 2, e[1] ** 2 / 2

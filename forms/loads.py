@@ -1,0 +1,56 @@
+"""Virtual work of external loads, per reference area, length or at a point.
+
+Each function gives the density of the virtual work at a configuration `u, w` (the mid-point of the
+sub-interval), in the direction `du, dw`.
+"""
+
+import ufl
+from ufl.core.expr import Expr
+
+from .shell import Mass
+from .surface import Surface, along
+
+
+def dead_force(force: Expr, du: Expr) -> Expr:
+    """Force of constant direction, in N/m^2 on a surface, N/m on an edge, N at a point."""
+    return ufl.dot(force, du)
+
+
+def gravity(acceleration: Expr, mass: Mass, du: Expr, dw: Expr) -> Expr:
+    """Weight, with the first moment `s*` of eq. (16) acting on the director.
+
+    Args:
+        acceleration: Acceleration of gravity, shape (3,), m/s^2.
+        mass: Mass coefficients of eq. (16).
+        du: Variation of the displacement.
+        dw: Variation of the director.
+    """
+    moved = mass.m * du if mass.s is None else mass.m * du + mass.s * dw
+    return ufl.dot(acceleration, moved)
+
+
+def follower_force(components: Expr, u: Expr, w: Expr, surf: Surface, du: Expr) -> Expr:
+    """Force with constant components in the convected basis `E1, E2, E3` of eq. (7)."""
+    E1 = surf.e1 + along(u, surf.e1)
+    E2 = surf.e2 + along(u, surf.e2)
+    force = components[0] * E1 + components[1] * E2 + components[2] * (surf.D + w)
+    return ufl.dot(force, du)
+
+
+def pressure(p: Expr, u: Expr, surf: Surface, du: Expr) -> Expr:
+    """Pressure along the deformed normal `x_,1 x x_,2` on the deformed area; `p` in Pa."""
+    x1 = surf.e1 + along(u, surf.e1)
+    x2 = surf.e2 + along(u, surf.e2)
+    return p * ufl.dot(ufl.cross(x1, x2), du)
+
+
+def edge_moment(moment: Expr, w: Expr, surf: Surface, dw: Expr) -> Expr:
+    """Moment of constant direction: `m . (d x dd)`, the rotation about the director does no work.
+
+    Args:
+        moment: Moment per length of edge (N) or at a point (N m), shape (3,).
+        w: Change of the director at the mid-point.
+        surf: Reference surface (its director).
+        dw: Variation of the director.
+    """
+    return ufl.dot(ufl.cross(moment, surf.D + w), dw)

@@ -1,0 +1,79 @@
+"""Strain energy densities per area that are not quadratic in the shell strains.
+
+The strains at the height `z` are those of eq. (9): in-plane `eps + z kap`, transverse shear `gam`.
+"""
+
+from collections.abc import Callable, Mapping
+
+import ufl
+from ufl.core.expr import Expr
+
+from .shell import ShellStrains
+
+# Gauss-Legendre rule with three points on [-1/2, 1/2]: exact for the quintic part of the energy in
+# z
+_GAUSS_3 = ((-0.3872983346207417, 5 / 18), (0.0, 8 / 18), (0.3872983346207417, 5 / 18))
+
+
+def through_thickness(
+    density: Callable[[Expr, Expr], Expr], strains: ShellStrains, thickness: Expr
+) -> Expr:
+    """Integrate a three-dimensional strain energy density over the thickness.
+
+    Args:
+        density: Energy per volume from the in-plane Green-Lagrange strain (11, 22, 2*12) and the
+            transverse shear strain (2*13, 2*23), J/m^3.
+        strains: Shell strains of eq. (9).
+        thickness: Thickness, m.
+
+    Returns:
+        Energy per area, J/m^2.
+    """
+    return thickness * sum(
+        weight * density(strains.eps + z * thickness * strains.kap, strains.gam)
+        for z, weight in _GAUSS_3
+    )
+
+
+def neo_hookean(strains: ShellStrains, parameters: Mapping[str, Expr]) -> Expr:
+    """Incompressible neo-Hookean shell, thickness stretch from incompressibility.
+
+    `psi = mu/2 (tr C - 3)` with `C_33` such that `det C = 1`, which is the plane-stress condition
+    of an incompressible material in closed form.
+
+    Args:
+        strains: Shell strains of eq. (9).
+        parameters: `mu` (shear modulus, Pa), `thickness` (m), `shear_correction` (-).
+    """
+    mu, thickness = parameters["mu"], parameters["thickness"]
+    factor = parameters["shear_correction"]
+
+    def density(e: Expr, gam: Expr) -> Expr:
+        c11, c22, c12 = 1 + 2 * e[0], 1 + 2 * e[1], e[2]
+        det = c11 * c22 - c12**2
+        # det C = det(C_plane) (C33 - g . C_plane^-1 . g) = 1 gives C33
+        shear = (c22 * gam[0] ** 2 - 2 * c12 * gam[0] * gam[1] + c11 * gam[1] ** 2) / det
+        return mu / 2 * (c11 + c22 + 1 / det + factor * shear - 3)
+
+    return through_thickness(density, strains, thickness)
+
+
+def isotropic_quadratic(strains: ShellStrains, parameters: Mapping[str, Expr]) -> Expr:
+    """Isotropic linear section as an energy density, to compare both paths with each other.
+
+    Args:
+        strains: Shell strains of eq. (9).
+        parameters: `E` (Pa), `nu` (-), `thickness` (m), `shear_correction` (-).
+    """
+    E, nu, h = parameters["E"], parameters["nu"], parameters["thickness"]
+    plane = E / (1 - nu**2)
+    shear = parameters["shear_correction"] * E / 2 / (1 + nu)
+
+    def plane_energy(e: Expr) -> Expr:
+        return plane * (e[0] ** 2 + e[1] ** 2 + 2 * nu * e[0] * e[1] + (1 - nu) / 2 * e[2] ** 2) / 2
+
+    return (
+        h * plane_energy(strains.eps)
+        + h**3 / 12 * plane_energy(strains.kap)
+        + h * shear * ufl.dot(strains.gam, strains.gam) / 2
+    )

@@ -1,0 +1,305 @@
+"""Internal virtual work of the shell with mixed resultants (no locking, large Newton steps).
+
+Membrane and transverse shear energy are written with independent, element-wise discontinuous
+resultants `N = (N11, N22, N12, Q1, Q2)` and integrated with a reduced rule; a fraction `a` of them
+and
+all of the bending energy is fully integrated (partial selective reduced integration, D. N. Arnold
+and F. Brezzi, Math. Comp. 66 (1997) 1-14):
+
+    W = 1/2 kap.D.kap dx + a psi(eps, gam) dx + (1 - a) [N.s - psi*(N)] dx_red,   s = (eps, gam)
+
+Every function returns a pair of densities, for the full and for the reduced rule, per reference
+area.
+For a pair of states the stress is averaged and the strain variation is taken at the mid-point, so
+that the work over the sub-interval is the change of the energy (eqs. 20-22, 32).
+
+============  =====================================================  =============
+symbol        name                                                   unit
+============  =====================================================  =============
+`A, B, D, G`  membrane, coupling, bending, shear stiffness           N/m, N, N m, N/m
+`N0`          scale of the resultants                                N/m
+`a`           fully integrated fraction, per element                 -
+============  =====================================================  =============
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple, Protocol
+
+import ufl
+from ufl.core.expr import Expr
+
+from .discrete import discrete_gradient, gradient, stress_average, variation
+from .shell import ShellStrains
+from .state import Layout
+
+Measure = Callable[[Expr], ShellStrains]
+Density = tuple[Expr, Expr]
+
+
+class Interval(NamedTuple):
+    """A sub-interval of a time step, or a single state (`a` is `b`) in statics.
+
+    Args:
+        a: State at its start.
+        b: State at its end.
+        mid: Configuration at which forces act (the mean of `a` and `b`).
+        at: State at which constraints and compatibility hold (`b`).
+        unknown: State that carries the multipliers of the sub-interval (`b`).
+        beta: Share of the stress jump, eq. (32).
+    """
+
+    a: Expr
+    b: Expr
+    mid: Expr
+    at: Expr
+    unknown: Expr
+    beta: Expr | float
+
+
+class Formulation(Protocol):
+    """Strain energy of a section and its virtual work over a sub-interval."""
+
+    def virtual_work(self, strains: Measure, layout: Layout, span: Interval, dq: Expr) -> Density:
+        """Virtual work in the direction `dq`, with the compatibility equations."""
+        ...
+
+    def energy(self, strains: Measure, layout: Layout, q: Expr) -> Density:
+        """Strain energy of the state `q` per area."""
+        ...
+
+    def jump(self, strains: Measure, layout: Layout, a: Expr, b: Expr) -> Density:
+        """Half the work of the stress jump on the strain jump, elastic part of eq. (34)."""
+        ...
+
+
+def vector(strains: ShellStrains) -> Expr:
+    """All strains as one vector (eps, kap, gam), shape (8,)."""
+    return ufl.as_vector([*strains.eps, *strains.kap, *strains.gam])
+
+
+def _membrane_shear(e: Expr) -> Expr:
+    """The strains conjugate to the resultants, (eps, gam), shape (5,)."""
+    return ufl.as_vector([e[k] for k in (0, 1, 2, 6, 7)])
+
+
+def _bending(e: Expr) -> Expr:
+    return ufl.as_vector([e[k] for k in (3, 4, 5)])
+
+
+def _split(N: Expr) -> tuple[Expr, Expr]:
+    """Membrane and shear part of a vector of resultants."""
+    return ufl.as_vector([N[0], N[1], N[2]]), ufl.as_vector([N[3], N[4]])
+
+
+@dataclass(frozen=True)
+class LinearMixed:
+    """Hellinger-Reissner form of a linear section, resultants in closed form.
+
+    `A_inv` and `G_inv` are the inverses of `A` and `G`. Without bending-stretching coupling `B` is
+    None and none of its terms exists.
+    """
+
+    A: Expr
+    D: Expr
+    G: Expr
+    A_inv: Expr
+    G_inv: Expr
+    N0: Expr
+    a: Expr
+    B: Expr | None = None
+
+    def _forces(self, e: Expr, N: Expr) -> tuple[Expr, Expr]:
+        """Generalised stresses conjugate to the strains: full rule (8,) and reduced rule (8,)."""
+        eps, gam = _split(_membrane_shear(e))
+        kap = _bending(e)
+        n, Q = _split(N)
+        n_full, m_full, m_red = self.A * eps, self.D * kap, 0 * kap
+        if self.B is not None:
+            n_full = n_full + self.B * kap
+            m_full = m_full + self.a * self.B * eps
+            m_red = self.B * (self.A_inv * (n - self.B * kap))
+        full = [*(self.a * n_full), *m_full, *(self.a * (self.G * gam))]
+        red = [*((1 - self.a) * n), *((1 - self.a) * m_red), *((1 - self.a) * Q)]
+        return ufl.as_vector(full), ufl.as_vector(red)
+
+    def _compliance(self, e: Expr, N: Expr) -> Expr:
+        """Strains (eps, gam) that belong to the resultants, shape (5,)."""
+        n, Q = _split(N)
+        if self.B is not None:
+            n = n - self.B * _bending(e)
+        return ufl.as_vector([*(self.A_inv * n), *(self.G_inv * Q)])
+
+    def virtual_work(self, strains: Measure, layout: Layout, span: Interval, dq: Expr) -> Density:
+        """Virtual work and the weak compatibility `s(q) = psi*'(N)` at `span.at`."""
+
+        def e(q: Expr) -> Expr:
+            return vector(strains(q))
+
+        def resultants(q: Expr) -> Expr:
+            return self.N0 * layout.part(q, "N")
+
+        # linear: the average of the stresses is the stress of the averages
+        mean_e = e(span.a) if span.a is span.b else stress_average(e(span.a), e(span.b), span.beta)
+        mean_N = (
+            resultants(span.a)
+            if span.a is span.b
+            else stress_average(resultants(span.a), resultants(span.b), span.beta)
+        )
+        full, red = self._forces(mean_e, mean_N)
+        de = variation(e, span.mid, dq)
+        e_at = e(span.at)
+        gap = _membrane_shear(e_at) - self._compliance(e_at, resultants(span.at))
+        compatibility = (1 - self.a) * ufl.dot(resultants(dq), gap)
+        return ufl.dot(full, de), ufl.dot(red, de) + compatibility
+
+    def energy(self, strains: Measure, layout: Layout, q: Expr) -> Density:
+        """Mixed strain energy `W(q, N)`; equal to the strain energy where compatibility holds."""
+        e, N = vector(strains(q)), self.N0 * layout.part(q, "N")
+        full, _ = self._forces(e, N)
+        s = _membrane_shear(e)
+        n, Q = _split(N)
+        if self.B is not None:
+            n = n - self.B * _bending(e)
+        complementary = ufl.dot(n, self.A_inv * n) + ufl.dot(Q, self.G_inv * Q)
+        return ufl.dot(full, e) / 2, (1 - self.a) * (ufl.dot(N, s) - complementary / 2)
+
+    def path(self, strains: Measure, span: Interval, dq: Expr) -> Density:
+        """What the mean force over the straight path from `a` to `b` has beyond `virtual_work`.
+
+        The mid-point force with the averaged stress is the mean of `De(q).C e(q)` over the path
+        only up to terms of second order in the step. With `s = C (4 e_m - 2 e_a - 2 e_b)`, which is
+        of second order too, the exact mean has in addition
+        `s.De_m/6 + (e_b - e_a).C.(De_b - De_a)/12`, for strains quadratic in the state. The two
+        terms together do no work over the path: the energy law is kept, and a scheme of third order
+        stays one in large rotations.
+        """
+
+        def e(q: Expr) -> Expr:
+            return vector(strains(q))
+
+        def de(q: Expr) -> Expr:
+            return variation(e, q, dq)
+
+        e_a, e_b = e(span.a), e(span.b)
+        bend = 4 * e(span.mid) - 2 * (e_a + e_b)
+        turn = de(span.b) - de(span.a)
+        densities = []
+        for stiffness in (self._stress_full, self._stress_red):
+            work = ufl.dot(stiffness(bend), de(span.mid)) / 6
+            densities.append(work + ufl.dot(stiffness(e_b - e_a), turn) / 12)
+        return densities[0], densities[1]
+
+    def _stress_full(self, e: Expr) -> Expr:
+        """Fully integrated stress of a strain, shape (8,)."""
+        return self._forces(e, 0 * _membrane_shear(e))[0]
+
+    def _stress_red(self, e: Expr) -> Expr:
+        """Stress of a strain in the reduced part, shape (8,)."""
+        eps, gam = _split(_membrane_shear(e))
+        n, m = self.A * eps, 0 * _bending(e)
+        if self.B is not None:
+            n, m = n + self.B * _bending(e), self.B * eps
+        return (1 - self.a) * ufl.as_vector([*n, *m, *(self.G * gam)])
+
+    def jump(self, strains: Measure, layout: Layout, a: Expr, b: Expr) -> Density:
+        """Elastic part of `c^2`, eq. (34)."""
+        de = vector(strains(b)) - vector(strains(a))
+        dN = self.N0 * (layout.part(b, "N") - layout.part(a, "N"))
+        full, red = self._forces(de, dN)
+        return ufl.dot(full, de) / 2, ufl.dot(red, de) / 2
+
+
+@dataclass(frozen=True)
+class NonlinearMixed:
+    """Hu-Washizu form for any strain energy density `psi(strains)`, eq. (21).
+
+    The assumed strains `S` stand for (eps, gam) in the reduced part, the resultants `N` tie them
+    to the
+    displacements. `N` is the average stress of the sub-interval, so it needs no value of its own
+    at the start.
+
+    Args:
+        psi: Strain energy per area as a function of `ShellStrains`, J/m^2.
+        N0: Scale of the resultants, N/m.
+        a: Fully integrated fraction per element.
+        thickness: Length that makes curvatures comparable with strains, m.
+    """
+
+    psi: Callable[[ShellStrains], Expr]
+    N0: Expr
+    a: Expr
+    thickness: Expr
+
+    def _psi(self, e: Expr) -> Expr:
+        eps, gam = _split(_membrane_shear(e))
+        return self.psi(ShellStrains(eps, _bending(e), gam))
+
+    def _pure_bending(self, e: Expr) -> Expr:
+        zero = 0 * e[0]
+        return self._psi(ufl.as_vector([zero, zero, zero, e[3], e[4], e[5], zero, zero]))
+
+    def _psi_full(self, e: Expr) -> Expr:
+        return self.a * self._psi(e) + (1 - self.a) * self._pure_bending(e)
+
+    def _psi_red(self, e: Expr) -> Expr:
+        return (1 - self.a) * (self._psi(e) - self._pure_bending(e))
+
+    def _assumed(self, strains: Measure, layout: Layout, q: Expr) -> Expr:
+        """Strain vector with (eps, gam) replaced by the assumed strains, shape (8,)."""
+        S, kap = layout.part(q, "S"), strains(q).kap
+        return ufl.as_vector([S[0], S[1], S[2], *kap, S[3], S[4]])
+
+    def _average(self, psi: Callable[[Expr], Expr], a: Expr, b: Expr, beta: Expr | float) -> Expr:
+        if a is b:
+            return gradient(psi, a)
+        h = self.thickness
+        one = h / h
+        weight = ufl.as_vector([one, one, one, h, h, h, one, one])
+        jump = (gradient(psi, b) - gradient(psi, a)) / 2
+        return discrete_gradient(psi, a, b, weight) + beta * jump
+
+    def virtual_work(self, strains: Measure, layout: Layout, span: Interval, dq: Expr) -> Density:
+        """Virtual work, stress equation (test `S`) and compatibility `s(q) = S` (test `N`)."""
+
+        def e(q: Expr) -> Expr:
+            return vector(strains(q))
+
+        def s(q: Expr) -> Expr:
+            return self._assumed(strains, layout, q)
+
+        static = span.a is span.b
+        e_a, s_a = e(span.a), s(span.a)
+        e_b, s_b = (e_a, s_a) if static else (e(span.b), s(span.b))
+        full = self._average(self._psi_full, e_a, e_b, span.beta)
+        red = self._average(self._psi_red, s_a, s_b, span.beta)
+        de = variation(e, span.mid, dq)
+        N = (1 - self.a) * self.N0 * layout.part(span.unknown, "N")
+        dN = (1 - self.a) * self.N0 * layout.part(dq, "N")
+        dS = layout.part(dq, "S")
+        gap = _membrane_shear(e(span.at)) - layout.part(span.at, "S")
+        reduced = (
+            ufl.dot(_membrane_shear(red), dS)
+            + ufl.dot(_bending(red), _bending(de))
+            + ufl.dot(N, _membrane_shear(de) - dS)
+            + ufl.dot(dN, gap)
+        )
+        return ufl.dot(full, de), reduced
+
+    def energy(self, strains: Measure, layout: Layout, q: Expr) -> Density:
+        """Strain energy, its reduced part at the assumed strains."""
+        return (
+            self._psi_full(vector(strains(q))),
+            self._psi_red(self._assumed(strains, layout, q)),
+        )
+
+    def jump(self, strains: Measure, layout: Layout, a: Expr, b: Expr) -> Density:
+        """Half the work of the stress jump on the strain jump (eq. 34 for any material)."""
+        pairs = (
+            (self._psi_full, vector(strains(a)), vector(strains(b))),
+            (self._psi_red, self._assumed(strains, layout, a), self._assumed(strains, layout, b)),
+        )
+        full, red = (
+            ufl.dot(gradient(psi, q1) - gradient(psi, q0), q1 - q0) / 2 for psi, q0, q1 in pairs
+        )
+        return full, red

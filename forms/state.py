@@ -1,0 +1,46 @@
+"""State of a shell as one vector-valued expression, and its named parts.
+
+All unknowns of a shell live in one mixed space, so a state is any expression of that space's
+shape: an
+unknown function, the mean of two of them, a test function. The layout says which components are
+what.
+
+==========  ===============================================================  ==========
+part        name                                                             unit
+==========  ===============================================================  ==========
+`u`         displacement                                                     m
+`bubble`    displacement bubble of triangles (added to `u`)                  m
+`w`         change of the director                                           -
+`N`         scaled resultants `(N11, N22, N12, Q1, Q2) / N0`                 -
+`S`         assumed strains of a nonlinear material, conjugate to `N`        -
+`lam`       scaled multiplier of the unit director                           -
+==========  ===============================================================  ==========
+"""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import ufl
+from ufl.core.expr import Expr
+
+
+class Layout(NamedTuple):
+    """Component ranges of the parts of a state, name to (first, size)."""
+
+    parts: Mapping[str, tuple[int, int]]
+
+    def part(self, q: Expr, name: str) -> Expr:
+        """Components of the part `name` of the state `q` (a scalar if its size is one)."""
+        first, size = self.parts[name]
+        if size == 1:
+            return q[first]
+        return ufl.as_vector([q[first + k] for k in range(size)])
+
+    def displacement(self, q: Expr) -> Expr:
+        """Displacement with its bubble, shape (3,), m."""
+        u = self.part(q, "u")
+        return u + self.part(q, "bubble") if "bubble" in self.parts else u
+
+    def director_change(self, q: Expr) -> Expr:
+        """Change of the director, shape (3,), dimensionless."""
+        return self.part(q, "w")

@@ -1,0 +1,1 @@
+"""Closed-form solutions of plates, strips and beams that verification compares with."""

@@ -1,0 +1,4 @@
+"""From a scene to meshes, tags, function spaces and states."""
+
+# before dolfinx and petsc4py, whichever module of this package is imported first
+from mpi4py import MPI as _MPI  # noqa: F401

@@ -1,0 +1,73 @@
+"""A surface mesh as plain arrays on one rank, before it is distributed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["RawMesh", "boundary_facets", "cell_cross", "facets", "vertex_count"]
+
+type Floats = NDArray[np.float64]
+type Ints = NDArray[np.int64]
+type Cell = Literal["quad", "tri"]
+
+# vertices of the edges of a cell in the order of basix, and so of the nodes in their middles
+FACETS = {"quad": ((0, 1), (0, 2), (1, 3), (2, 3)), "tri": ((1, 2), (0, 2), (0, 1))}
+
+
+@dataclass(frozen=True)
+class RawMesh:
+    """Nodes and cells of one shell.
+
+    Args:
+        x: Positions of the nodes, each used by some cell, shape (n, 3) [m].
+        cells: Nodes of each cell in the order of DOLFINx, shape (c, k).
+        cell: Cell type.
+        order: Order of the geometry, 1 or 2.
+        normals: A vector on the positive side of each cell, shape (c, 3).
+        edges: The vertices of the facets of each named edge, shape (m, 2).
+        points: Position of each named point, shape (3,) [m].
+    """
+
+    x: Floats
+    cells: Ints
+    cell: Cell
+    order: int
+    normals: Floats
+    edges: dict[str, Ints]
+    points: dict[str, Floats]
+
+
+def vertex_count(cell: Cell) -> int:
+    """Number of vertices of a cell; they come first among its nodes."""
+    return 4 if cell == "quad" else 3
+
+
+def facets(cells: Ints, cell: Cell) -> Ints:
+    """Vertices of all facets of all cells, smaller number first, shape (c, f, 2)."""
+    return np.sort(cells[:, np.array(FACETS[cell])], axis=2)
+
+
+def boundary_facets(cells: Ints, cell: Cell) -> Ints:
+    """Vertices of the facets that belong to one cell only, shape (m, 2)."""
+    every = facets(cells, cell).reshape(-1, 2)
+    unique, count = np.unique(every, axis=0, return_counts=True)
+    return np.asarray(unique[count == 1])
+
+
+def cell_cross(corners: Floats) -> Floats:
+    """Normal vectors, of any length, in the middle of cells, shape (c, 3).
+
+    Args:
+        corners: Positions of the vertices in the order of DOLFINx, shape (c, 3 or 4, 3).
+    """
+    if corners.shape[1] == 3:
+        along = corners[:, 1] - corners[:, 0]
+        across = corners[:, 2] - corners[:, 0]
+    else:
+        along = corners[:, 1] - corners[:, 0] + corners[:, 3] - corners[:, 2]
+        across = corners[:, 2] - corners[:, 0] + corners[:, 3] - corners[:, 1]
+    return np.cross(along, across)

@@ -1,0 +1,122 @@
+"""Mixed function space of a shell body, with the places of its parts.
+
+Quadrilaterals: Q_k displacement and director, DQ_{k-1} resultants at the Gauss points. Triangles:
+P2 with a
+cubic bubble for the displacement, P2 director, element-wise constant resultants (design, section
+3).
+"""
+
+from dataclasses import dataclass
+
+import basix
+import basix.ufl
+import numpy as np
+import numpy.typing as npt
+from dolfinx import fem, mesh
+
+Dofs = npt.NDArray[np.int32]
+
+
+@dataclass(frozen=True)
+class MixedSpace:
+    """A mixed space and where its parts are.
+
+    Args:
+        space: The mixed space `W`.
+        parts: Name to (first component, number of components) of the value.
+        dofs: Name to local dofs (owned and ghost) in `W`, unrolled, shape (n * size,). Parts on
+        the same
+            nodes list them in the same order.
+        subspaces: Name to the collapsed space of the part; of the parts on the same nodes only the
+            first one's order is that of `dofs`.
+        elementwise: Names of the parts that are discontinuous between elements.
+    """
+
+    space: fem.FunctionSpace
+    parts: dict[str, tuple[int, int]]
+    dofs: dict[str, Dofs]
+    subspaces: dict[str, fem.FunctionSpace]
+    elementwise: frozenset[str]
+
+    def owned(self, part: str) -> Dofs:
+        """Dofs of a part that this rank owns."""
+        dofs = self.dofs[part]
+        return dofs[dofs < self.space.dofmap.index_map.size_local]
+
+    def nodes(self, part: str) -> npt.NDArray[np.float64]:
+        """Coordinates of the nodes of a part, shape (n, 3)."""
+        return self.subspaces[part].tabulate_dof_coordinates()
+
+
+def mixed_space(
+    domain: mesh.Mesh, elements: dict[str, basix.ufl._ElementBase], elementwise: frozenset[str]
+) -> MixedSpace:
+    """Mixed space with one named part per element.
+
+    Args:
+        domain: Mesh of the body.
+        elements: Name of the part to its element.
+        elementwise: Parts that are discontinuous.
+    """
+    space = fem.functionspace(domain, basix.ufl.mixed_element(list(elements.values())))
+    parts: dict[str, tuple[int, int]] = {}
+    dofs: dict[str, Dofs] = {}
+    subspaces: dict[str, fem.FunctionSpace] = {}
+    first = 0
+    for k, (name, element) in enumerate(elements.items()):
+        size = int(np.prod(element.reference_value_shape, dtype=int))
+        parts[name] = (first, size)
+        first += size
+        subspaces[name], places = space.sub(k).collapse()
+        dofs[name] = np.asarray(places, dtype=np.int32).ravel()
+        twin = next((n for n in list(elements)[:k] if _same_nodes(elements[n], element)), None)
+        if twin is not None:
+            order = _order_like(subspaces[twin], subspaces[name])
+            dofs[name] = dofs[name].reshape(-1, size)[order].ravel()
+    return MixedSpace(space, parts, dofs, subspaces, elementwise)
+
+
+def _same_nodes(a: basix.ufl._ElementBase, b: basix.ufl._ElementBase) -> bool:
+    """Whether two elements are continuous, of Lagrange type, and have the same nodes."""
+    one, two = a.basix_element, b.basix_element
+    return bool(one == two) and not one.discontinuous and one.family == basix.ElementFamily.P
+
+
+def _order_like(first: fem.FunctionSpace, second: fem.FunctionSpace) -> npt.NDArray[np.int32]:
+    """Number in `second` of each node of `first`: collapsing a space may renumber."""
+    count = first.dofmap.index_map.size_local + first.dofmap.index_map.num_ghosts
+    order = np.empty(count, dtype=np.int32)
+    order[first.dofmap.list.ravel()] = second.dofmap.list.ravel()
+    return order
+
+
+def shell_space(domain: mesh.Mesh, degree: int, assumed_strains: bool) -> MixedSpace:
+    """Space of displacement, director change, resultants and director multiplier.
+
+    Args:
+        domain: Surface mesh.
+        degree: Polynomial degree of displacement and director (2 or 3; 2 on triangles).
+        assumed_strains: Whether the material is nonlinear and needs assumed strains `S`.
+    """
+    cell = domain.basix_cell()
+    nodal = basix.ufl.element("Lagrange", cell, degree, shape=(3,))
+    elements = {"u": nodal}
+    if cell == basix.CellType.triangle:
+        elements["bubble"] = basix.ufl.element("Bubble", cell, 3, shape=(3,))
+        local = basix.ufl.element("DG", cell, 0, shape=(5,))
+    else:
+        # nodes at the Gauss points: the compatibility equations decouple from point to point
+        local = basix.ufl.element(
+            "Lagrange",
+            cell,
+            degree - 1,
+            basix.LagrangeVariant.gl_warped,
+            shape=(5,),
+            discontinuous=True,
+        )
+    elements["w"] = nodal
+    elements["N"] = local
+    if assumed_strains:
+        elements["S"] = local
+    elements["lam"] = basix.ufl.element("Lagrange", cell, degree)
+    return mixed_space(domain, elements, frozenset({"bubble", "N", "S"} & elements.keys()))

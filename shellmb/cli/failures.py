@@ -1,0 +1,76 @@
+"""Errors as one sentence and an exit code; everything printed by one rank only."""
+
+from __future__ import annotations
+
+import functools
+import os
+import sys
+from collections.abc import Callable
+
+import typer
+
+from shellmb.errors import SceneError, ShellmbError
+
+RANK_VARIABLES = ("PMI_RANK", "PMIX_RANK", "OMPI_COMM_WORLD_RANK")
+
+
+def first_rank() -> bool:
+    """Whether this is rank 0, told without loading MPI."""
+    ranks = [os.environ[name] for name in RANK_VARIABLES if name in os.environ]
+    return not ranks or ranks[0] == "0"
+
+
+def failures_reported[**P, T](command: Callable[P, T]) -> Callable[P, T]:
+    """Turn the errors that a user can mend into a sentence on stderr and an exit code.
+
+    2: an impossible scene or option; 1: no convergence, or a failed check. A bug keeps its
+    traceback.
+    """
+
+    @functools.wraps(command)
+    def wrapped(*args: P.args, **kwargs: P.kwargs) -> T:
+        try:
+            return command(*args, **kwargs)
+        except typer.Exit:
+            raise
+        except ShellmbError as error:
+            _print(f"error: {error}")
+            raise typer.Exit(2 if isinstance(error, SceneError) else 1) from None
+        except AssertionError as error:
+            if error.__traceback__ is None or not _is_check(error):
+                raise
+            _print(f"check failed: {error or 'a reference value of the scene is not met'}")
+            raise typer.Exit(1) from None
+        except Exception:
+            _abort_others()
+            raise
+
+    return wrapped
+
+
+def _is_check(error: AssertionError) -> bool:
+    """Whether an assertion is one of a scene's `check`, and no bug of ours."""
+    frame = error.__traceback__
+    names = []
+    while frame is not None:
+        names.append(frame.tb_frame.f_code.co_name)
+        frame = frame.tb_next
+    return "check" in names
+
+
+def _print(text: str) -> None:
+    if first_rank():
+        print(text, file=sys.stderr, flush=True)
+
+
+def _abort_others() -> None:
+    """A bug on one rank would let the others wait for ever."""
+    if "mpi4py.MPI" not in sys.modules:
+        return
+    MPI = sys.modules["mpi4py.MPI"]
+    if MPI.COMM_WORLD.size > 1:
+        import traceback
+
+        traceback.print_exc()
+        sys.stderr.flush()
+        MPI.COMM_WORLD.Abort(1)

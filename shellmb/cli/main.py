@@ -1,0 +1,256 @@
+"""The commands. What is heavy is imported only after a scene has been found to be possible."""
+
+from __future__ import annotations
+
+from datetime import datetime
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated, Any, Literal, cast
+
+import typer
+
+from shellmb import __version__
+from shellmb.cli.failures import failures_reported, first_rank
+from shellmb.cli.report import announce, print_list, print_modes, print_run, say
+from shellmb.run.loader import demos
+from shellmb.run.request import Options, Request, parse_mesh, parse_parameters
+
+HELP = """Geometrically exact shells in flexible multibody dynamics.
+
+SCENE is the name of a bundled scene (see `shellmb list`) or the path of a Python file that defines
+a function `scene() -> Scene`. Every run leaves a directory with summary.json, history.csv, fields
+for ParaView, pictures, and the last good state.
+
+Exit codes: 0 success, 1 no convergence or a failed check, 2 an impossible scene or option.
+"""
+
+app = typer.Typer(
+    help=HELP,
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    rich_markup_mode="markdown",
+)
+
+
+class Scheme(StrEnum):
+    """Time schemes that the command line knows."""
+
+    static = "static"
+    linear = "linear"
+    ep = "ep"
+    ed = "ed"
+
+
+class Cell(StrEnum):
+    """Cell types."""
+
+    quad = "quad"
+    tri = "tri"
+
+
+class Newton(StrEnum):
+    """Newton solvers."""
+
+    newton = "newton"
+    snes = "snes"
+
+
+SceneArgument = Annotated[
+    str, typer.Argument(metavar="SCENE", help="Name of a bundled scene, or path of a Python file.")
+]
+MeshOption = Annotated[
+    str | None, typer.Option(metavar="NxM", help="Elements of every shell along its two sides.")
+]
+DegreeOption = Annotated[int | None, typer.Option(min=2, max=3, help="Degree of the elements.")]
+CellOption = Annotated[Cell | None, typer.Option(help="Quadrilaterals or triangles.")]
+SetOption = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="NAME=VALUE", help="Parameter of the scene; may be repeated."),
+]
+OutOption = Annotated[
+    Path | None, typer.Option(help="Run directory; runs/SCENE-SCHEME-TIME if left out.")
+]
+PicturesOption = Annotated[bool, typer.Option("--no-pictures", help="Draw no pictures.")]
+CheckOption = Annotated[
+    bool, typer.Option("--check", help="Fail unless the scene's reference values are met.")
+]
+QuietOption = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")]
+
+
+def _version(value: bool) -> None:
+    if value:
+        say(f"shellmb {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _main(
+    version: Annotated[
+        bool,
+        typer.Option("--version", callback=_version, is_eager=True, help="Print the version."),
+    ] = False,
+) -> None:
+    pass
+
+
+@app.command(name="list")
+def list_scenes() -> None:
+    """List the bundled scenes, one line each."""
+    if first_rank():
+        print_list(demos())
+
+
+@app.command()
+@failures_reported
+def run(
+    scene: SceneArgument,
+    scheme: Annotated[Scheme | None, typer.Option(help="Time scheme, or statics.")] = None,
+    alpha: Annotated[float | None, typer.Option(help="Dissipation of ED, from 0 to 1.")] = None,
+    dt: Annotated[float | None, typer.Option(help="Time or load step [s].")] = None,
+    t_end: Annotated[float | None, typer.Option(help="Time at the end [s].")] = None,
+    mesh: MeshOption = None,
+    degree: DegreeOption = None,
+    cell: CellOption = None,
+    newton: Annotated[Newton | None, typer.Option(help="Newton's method.")] = None,
+    parameters: SetOption = None,
+    out: OutOption = None,
+    no_pictures: PicturesOption = False,
+    quiet: QuietOption = False,
+    check: CheckOption = False,
+) -> None:
+    """Run a scene and leave its results in a directory.
+
+    Works under mpiexec: `mpiexec -n 2 shellmb run SCENE`.
+    """
+    options = _options(mesh, degree, cell, scheme=scheme, alpha=alpha, dt=dt, t_end=t_end)
+    if newton is not None:
+        options["newton"] = newton.value
+    request = Request(scene, parse_parameters(parameters or []), Options(**options))
+    built, module = request.build()
+
+    from mpi4py import MPI
+
+    from shellmb.run.execute import execute
+
+    if not quiet:
+        announce(built.name)
+    name = f"{module.name}-{built.scheme_name}"
+    result = execute(
+        built,
+        MPI.COMM_WORLD.bcast(out or default_directory(name)),
+        _observers(quiet),
+        pictures=not no_pictures,
+        request=request,
+        results=module.results,
+    )
+    if not quiet and first_rank():
+        print_run(result)
+    if check and module.check is not None:
+        module.check(result.results)
+
+
+@app.command()
+@failures_reported
+def resume(
+    directory: Annotated[Path, typer.Argument(metavar="RUN_DIR", help="Directory of a run.")],
+    no_pictures: PicturesOption = False,
+    quiet: QuietOption = False,
+) -> None:
+    """Go on with a run from its last good state.
+
+    The scene is built again with the same options, on the same number of ranks.
+    """
+    from shellmb.run.request import read_request
+
+    built, _ = read_request(directory).build()
+    if not quiet:
+        announce(built.name)
+
+    from shellmb.run.resume import resume as go_on
+
+    result = go_on(directory, _observers(quiet), pictures=not no_pictures)
+    if not quiet and first_rank():
+        print_run(result)
+
+
+@app.command()
+@failures_reported
+def modes(
+    scene: SceneArgument,
+    count: Annotated[int, typer.Option(min=1, help="Number of modes.")] = 6,
+    loaded: Annotated[
+        bool, typer.Option("--loaded", help="About the static equilibrium under the loads.")
+    ] = False,
+    mesh: MeshOption = None,
+    degree: DegreeOption = None,
+    cell: CellOption = None,
+    parameters: SetOption = None,
+    out: OutOption = None,
+    no_pictures: PicturesOption = False,
+    quiet: QuietOption = False,
+    check: CheckOption = False,
+) -> None:
+    """Natural frequencies and modes of a scene, rigid-body modes included."""
+    options = Options(**_options(mesh, degree, cell))
+    request = Request(scene, parse_parameters(parameters or []), options)
+    built, module = request.build()
+
+    from mpi4py import MPI
+
+    from shellmb.run.modes import find_modes
+
+    directory = MPI.COMM_WORLD.bcast(out or default_directory(f"{module.name}-modes"))
+    found, results = find_modes(
+        built, directory, count, loaded, results=module.mode_results, pictures=not no_pictures
+    )
+    if not quiet and first_rank():
+        print_modes(found.frequencies.tolist(), found.rigid, directory)
+    if check and module.check is not None:
+        module.check(results)
+
+
+@app.command()
+@failures_reported
+def verify(
+    json: Annotated[bool, typer.Option("--json", help="Print a JSON list.")] = False,
+    case: Annotated[
+        str | None, typer.Option(metavar="PATTERN", help="Only cases with this in their name.")
+    ] = None,
+    slow: Annotated[bool, typer.Option("--slow", help="Also those that take minutes.")] = False,
+) -> None:
+    """Compare with analytic, published and independent reference values."""
+    from shellmb.cli.verify import run_verification
+
+    if not run_verification(case, slow, json):
+        raise typer.Exit(1)
+
+
+def _options(
+    mesh: str | None, degree: int | None, cell: Cell | None, **others: Any
+) -> dict[str, Any]:
+    """Options as they are stored: plain values, only those given."""
+    values = {
+        "mesh": None if mesh is None else parse_mesh(mesh),
+        "degree": cast("Literal[2, 3] | None", degree),
+        "cell": cell,
+        **others,
+    }
+    plain = {k: v.value if isinstance(v, StrEnum) else v for k, v in values.items()}
+    return {k: v for k, v in plain.items() if v is not None}
+
+
+def _observers(quiet: bool) -> list[Any]:
+    if quiet:
+        return []
+    from shellmb.observers.progress import ProgressReport
+
+    return [ProgressReport()]
+
+
+def default_directory(name: str) -> Path:
+    """A new directory name for a run.
+
+    Args:
+        name: What is run.
+    """
+    return Path("runs", f"{name}-{datetime.now():%Y%m%d-%H%M%S}")

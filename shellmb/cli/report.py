@@ -1,0 +1,93 @@
+"""What is printed at the end of a command."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rich.console import Console
+from rich.table import Table
+
+from shellmb.cli.failures import first_rank
+
+if TYPE_CHECKING:
+    from shellmb.run.execute import RunResult
+
+
+def say(text: str) -> None:
+    """Print a line as it is."""
+    print(text)
+
+
+def announce(scene: str) -> None:
+    """Say on stderr what happens before the first step, as it may take a minute.
+
+    Args:
+        scene: Name of the scene.
+    """
+    if first_rank():
+        print(f"{scene}: building; new kernels are compiled once", file=sys.stderr, flush=True)
+
+
+def print_list(scenes: Mapping[str, str]) -> None:
+    """The bundled scenes.
+
+    Args:
+        scenes: Description by name.
+    """
+    width = max(map(len, scenes), default=0)
+    for name, description in scenes.items():
+        say(f"{name:{width}}  {description}")
+
+
+def print_run(result: RunResult) -> None:
+    """The numbers of a run that say whether to trust it, and its results."""
+    summary = result.summary
+    table = Table.grid(padding=(0, 2))
+    table.add_column()
+    table.add_column(justify="right")
+
+    def add(name: str, value: float | str | None) -> None:
+        if value is not None:
+            table.add_row(name, value if isinstance(value, str) else f"{value:.6g}")
+
+    steps = summary["steps"]
+    rejected = summary["rejected_steps"]
+    add("steps", f"{steps} ({rejected} rejected)" if rejected else str(steps))
+    add("iterations per step", f"{summary['newton_iterations'] / max(steps, 1):.2f}")
+    add("energy balance error", _power(summary["energy_balance_error"]))
+    add("director length error", _power(summary["director_max"]))
+    add("constraint error", _power(summary["constraint_max"]))
+    add("linear momentum drift", _power(summary["linear_momentum_drift"]))
+    add("angular momentum drift", _power(summary["angular_momentum_drift"]))
+    if summary["wall_per_step_s"] is not None:
+        add("wall time per step", f"{1000 * summary['wall_per_step_s']:.1f} ms")
+    add("wall time", f"{summary['wall_s']:.1f} s")
+    for name, value in summary["results"].items():
+        add(name, value)
+    console = Console(highlight=False)
+    console.print(table)
+    say(f"written to {result.out}")
+
+
+def _power(value: float | None) -> str | None:
+    return None if value is None else f"{value:.1e}"
+
+
+def print_modes(frequencies: Sequence[float], rigid: int, directory: Path) -> None:
+    """Natural frequencies.
+
+    Args:
+        frequencies: Hz.
+        rigid: How many of them, the first ones, are rigid-body motions.
+        directory: Where everything about them is.
+    """
+    table = Table("mode", "frequency [Hz]", box=None)
+    for column in table.columns:
+        column.justify = "right"
+    for k, frequency in enumerate(frequencies, start=1):
+        table.add_row(str(k), "rigid" if k <= rigid else f"{frequency:.6g}")
+    Console(highlight=False).print(table)
+    say(f"written to {directory}")

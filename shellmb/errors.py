@@ -1,0 +1,34 @@
+"""The errors shellmb raises on purpose; everything else is a bug."""
+
+from __future__ import annotations
+
+__all__ = ["ConvergenceError", "SceneError", "ShellmbError"]
+
+
+class ShellmbError(Exception):
+    """Base of every error that a user of shellmb can cause and mend."""
+
+
+class SceneError(ShellmbError):
+    """A scene that describes something impossible; the text says what would be right.
+
+    It is deliberately no :class:`ValueError`: pydantic would catch that inside a validator and
+    wrap it, while this one reaches the user as it was raised.
+    """
+
+
+class ConvergenceError(ShellmbError):
+    """A nonlinear solve that did not converge; the text says which field, where, what to try.
+
+    Args:
+        message: What happened and what to try.
+        field: Name of the field that did not converge, if one can be told.
+        norms: Last relative update of each field.
+    """
+
+    def __init__(
+        self, message: str, field: str | None = None, norms: dict[str, float] | None = None
+    ) -> None:
+        super().__init__(message)
+        self.field = field
+        self.norms = norms or {}

@@ -1,0 +1,188 @@
+"""What the schemes see of a body: spaces, virtual work, energies; nothing else."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+from dolfinx import fem
+from ufl import Form
+from ufl.core.expr import Expr
+
+from shellmb.build.spaces import MixedSpace
+from shellmb.forms.mixed import Interval
+
+TimeFunction = Callable[[float], float]
+Dofs = npt.NDArray[np.int32]
+Values = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class PartScale:
+    """How large values of a part are, for its convergence test.
+
+    Args:
+        name: Name of the part in the body's space.
+        title: Its name in messages.
+        scale: Size below which a value counts as small.
+        advice: What to try if it does not converge.
+    """
+
+    name: str
+    title: str
+    scale: float
+    advice: str
+
+
+@dataclass(frozen=True)
+class FixedDofs:
+    """Dofs whose values are given, perhaps as functions of time.
+
+    Args:
+        dofs: Local dofs in the body's mixed space (owned and ghost).
+        value: Function of time giving their values, shape (n,).
+        moving: Whether the values change in time.
+    """
+
+    dofs: Dofs
+    value: Callable[[float], npt.NDArray[np.float64]]
+    moving: bool
+
+
+@dataclass(frozen=True)
+class NodeLink:
+    """Dofs of a body that are the nodal dofs of another one.
+
+    Args:
+        dofs: Local dofs in this body's mixed space.
+        body: Name of the other body.
+        targets: Global dofs in the other body's mixed space.
+    """
+
+    dofs: Dofs
+    body: str
+    targets: npt.NDArray[np.int64]
+
+
+class LoadFactors(Protocol):
+    """The loads of a body with the time factors of one stage of a scheme."""
+
+    def virtual_work(self, mid: Expr, dq: Expr) -> Form | None:
+        """Virtual work at the configuration `mid`; None without loads."""
+        ...
+
+    def update(self, average: Callable[[TimeFunction | None], float]) -> None:
+        """Set the time factors; `average` turns a load's time function into a number."""
+        ...
+
+
+class Body(Protocol):
+    """A body of the model. Shells, node constraints and point loads are bodies alike."""
+
+    name: str
+    mixed: MixedSpace
+    parts: tuple[PartScale, ...]
+    fixed: list[FixedDofs]
+    links: tuple[NodeLink, ...]
+    kinematic: frozenset[str]  # parts that have velocities
+
+    def internal(self, span: Interval, dq: Expr) -> Form | None:
+        """Virtual work of internal and constraint forces, with the constraints themselves."""
+        ...
+
+    def path(self, span: Interval, dq: Expr) -> Form | None:
+        """What the mean internal force over the path has beyond `internal`; None if nothing."""
+        ...
+
+    def inertia(self, rate: Expr, dq: Expr) -> Form | None:
+        """Virtual work of the inertia forces for the acceleration `rate`; None if massless."""
+        ...
+
+    def tangent(self, b: Expr, mid: Expr) -> Expr:
+        """The jump of velocities `b` without what constraints at the nodes forbid at `mid`."""
+        ...
+
+    def tangent_values(self, b: Values, mid: Values) -> Values:
+        """The same for local arrays."""
+        ...
+
+    def loads(self) -> LoadFactors | None:
+        """A new set of the body's loads, for one stage; None without loads."""
+        ...
+
+    def extra(self, mid: Expr, velocity: Expr | None, dq: Expr, time: fem.Constant) -> Form | None:
+        """Virtual work of the terms a user added; None without any."""
+        ...
+
+    def strain_energy(self, q: Expr) -> Form | None:
+        """Strain energy; None for bodies without."""
+        ...
+
+    def kinetic_energy(self, v: Expr) -> Form | None:
+        """Kinetic energy; None if massless."""
+        ...
+
+    def jump(self, a: Expr, b: Expr) -> Form | None:
+        """Elastic part of eq. (34) for the jump from `a` to `b`."""
+        ...
+
+    def constraint_error(self, q: fem.Function) -> float:
+        """Largest violation of the body's constraints on this rank, relative."""
+        ...
+
+
+@dataclass
+class Massless:
+    """What bodies without mass and elasticity have in common: nothing of either."""
+
+    name: str
+    mixed: MixedSpace
+    parts: tuple[PartScale, ...]
+    links: tuple[NodeLink, ...]
+    fixed: list[FixedDofs] = field(default_factory=list)
+    kinematic: frozenset[str] = frozenset()
+
+    def internal(self, span: Interval, dq: Expr) -> Form | None:
+        """No internal forces."""
+        return None
+
+    def path(self, span: Interval, dq: Expr) -> Form | None:
+        """No internal forces."""
+        return None
+
+    def inertia(self, rate: Expr, dq: Expr) -> Form | None:
+        """No inertia."""
+        return None
+
+    def tangent(self, b: Expr, mid: Expr) -> Expr:
+        """Nothing of its own moves."""
+        return b
+
+    def tangent_values(self, b: Values, mid: Values) -> Values:
+        """Nothing of its own moves."""
+        return b
+
+    def loads(self) -> LoadFactors | None:
+        """No loads."""
+        return None
+
+    def extra(self, mid: Expr, velocity: Expr | None, dq: Expr, time: fem.Constant) -> Form | None:
+        """No added terms."""
+        return None
+
+    def strain_energy(self, q: Expr) -> Form | None:
+        """No strain energy."""
+        return None
+
+    def kinetic_energy(self, v: Expr) -> Form | None:
+        """No kinetic energy."""
+        return None
+
+    def jump(self, a: Expr, b: Expr) -> Form | None:
+        """No dissipation."""
+        return None
+
+    def constraint_error(self, q: fem.Function) -> float:
+        """No constraints."""
+        return 0.0

@@ -1,0 +1,111 @@
+"""Loads on a shell, bound to measures and constants; each stage has its own time factors."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import numpy as np
+import ufl
+from dolfinx import fem
+from ufl import Form
+from ufl.core.expr import Expr
+
+from shellmb.forms import loads as load_forms
+from shellmb.forms.surface import Surface
+from shellmb.model.body import TimeFunction
+from shellmb.scene.loads import (
+    EdgeForce,
+    EdgeMoment,
+    FollowerEdgeForce,
+    FollowerSurfaceForce,
+    Gravity,
+    Load,
+    Pressure,
+    SurfaceForce,
+)
+
+if TYPE_CHECKING:
+    from shellmb.model.shell import ShellModel
+
+
+class ShellLoads:
+    """The loads of one shell, each multiplied by a factor that the scheme sets.
+
+    Args:
+        body: The shell.
+        loads: Its loads.
+    """
+
+    def __init__(self, body: ShellModel, loads: list[Load]) -> None:
+        self._body, self._loads = body, loads
+        self._factors = [fem.Constant(body.mixed.space.mesh, 0.0) for _ in loads]
+
+    def update(self, average: Callable[[TimeFunction | None], float]) -> None:
+        """Set the factors from the loads' time functions."""
+        for load, factor in zip(self._loads, self._factors, strict=True):
+            factor.value = average(load.time)  # type: ignore[assignment]
+
+    def virtual_work(self, mid: Expr, dq: Expr) -> Form | None:
+        """Virtual work of all loads at the configuration `mid` in the direction `dq`."""
+        forms = [
+            factor * density * measure
+            for load, factor in zip(self._loads, self._factors, strict=True)
+            for density, measure in [self._density(load, mid, dq)]
+        ]
+        return sum(forms[1:], forms[0]) if forms else None
+
+    def _density(self, load: Load, mid: Expr, dq: Expr) -> tuple[Expr, ufl.Measure]:
+        body, domain = self._body, self._body.mixed.space.mesh
+        u, w = body.velocities(mid)
+        du, dw = body.velocities(dq)
+
+        def constant(value: object) -> fem.Constant:
+            return fem.Constant(domain, np.asarray(value, dtype=float))
+
+        match load:
+            case SurfaceForce():
+                return load_forms.dead_force(self._force(load), du), body.rules.full
+            case FollowerSurfaceForce():
+                components = constant(load.components)
+                force = load_forms.follower_force(components, u, w, body.surface, du)
+                return force, body.rules.full
+            case Pressure():
+                return load_forms.pressure(constant(load.p), u, body.surface, du), body.rules.full
+            case Gravity():
+                assert body.mass_of_section is not None
+                acceleration = constant(load.acceleration)
+                return (
+                    load_forms.gravity(acceleration, body.mass_of_section, du, dw),
+                    body.rules.full,
+                )
+            case EdgeForce():
+                force = load_forms.dead_force(constant(load.force), du)
+                return force, body.ds(load.edge, "edge force")
+            case FollowerEdgeForce():
+                components = constant(load.components)
+                basis = self._edge_basis()
+                return (
+                    load_forms.follower_force(components, u, w, basis, du),
+                    body.ds(load.edge, "follower edge force"),
+                )
+            case EdgeMoment():
+                moment = load_forms.edge_moment(constant(load.moment), w, body.surface, dw)
+                return moment, body.ds(load.edge, "edge moment")
+        raise NotImplementedError(f"no form for {type(load).__name__}")
+
+    def _force(self, load: SurfaceForce) -> Expr:
+        """The force per area: a constant, or a field interpolated once."""
+        domain = self._body.mixed.space.mesh
+        if not callable(load.force):
+            return fem.Constant(domain, np.asarray(load.force, dtype=float))
+        field = fem.Function(self._body.mixed.subspaces["u"], name="surface_force")
+        field.interpolate(load.force)
+        return field
+
+    def _edge_basis(self) -> Surface:
+        """Outward, along the edge, and normal: the basis of follower forces on edges."""
+        surf = self._body.surface
+        normal = ufl.cross(surf.e1, surf.e2)
+        outward = ufl.FacetNormal(self._body.mixed.space.mesh)
+        return Surface(outward, ufl.cross(normal, outward), surf.D)

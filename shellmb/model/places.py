@@ -1,0 +1,106 @@
+"""Nodes of shells found by edge, name or coordinates, the same on every rank."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from dolfinx import fem
+
+from shellmb.errors import SceneError
+from shellmb.model.shell import ShellModel
+
+# a point must lie on a node to within this fraction of the body's length
+ON_NODE = 1e-6
+
+Place = str | tuple[str, ...] | tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Nodes:
+    """Nodes of one shell on every rank, sorted by position.
+
+    Args:
+        x: Reference positions, shape (n, 3), m.
+        dofs: Part name to global dofs in the shell's mixed space, shape (n, size).
+        director: Reference directors, shape (n, 3).
+    """
+
+    x: npt.NDArray[np.float64]
+    dofs: dict[str, npt.NDArray[np.int64]]
+    director: npt.NDArray[np.float64]
+
+
+def local_nodes(body: ShellModel, where: Place, who: str) -> npt.NDArray[np.int32]:
+    """Local numbers (owned and ghost) of the nodes at a place; they count nodes, not dofs.
+
+    Args:
+        body: The shell.
+        where: Edge name or names, point name, or coordinates.
+        who: Who asks, for the error.
+
+    Raises:
+        SceneError: If there is no such edge or point, or no node at the coordinates.
+    """
+    mesh = body.surface_mesh
+    if isinstance(where, str) and where in mesh.points:
+        return _node_at(body, mesh.points[where], who)
+    if isinstance(where, str) or all(isinstance(item, str) for item in where):
+        facets = mesh.facets(where, who)  # type: ignore[arg-type]
+        space = body.mixed.subspaces["u"]
+        return np.asarray(fem.locate_dofs_topological(space, 1, facets), dtype=np.int32)
+    return _node_at(body, np.asarray(where, dtype=float), who)
+
+
+def _node_at(body: ShellModel, point: npt.NDArray[np.float64], who: str) -> npt.NDArray[np.int32]:
+    """The node at a point; empty on ranks that do not hold it."""
+    nodes = body.mixed.nodes("u")
+    distance = np.linalg.norm(nodes - point, axis=1)
+    comm = body.surface_mesh.mesh.comm
+    nearest = comm.allreduce(
+        min(zip(distance, map(tuple, nodes), strict=True), default=(np.inf, ())), op=_least
+    )
+    if nearest[0] > ON_NODE * body.surface_mesh.length:
+        shown, found = (f"({', '.join(f'{c:g}' for c in p)})" for p in (point, nearest[1]))
+        raise SceneError(
+            f"{who}: shell '{body.name}' has no node at {shown}; the nearest one is at {found}"
+        )
+    return np.flatnonzero(distance <= ON_NODE * body.surface_mesh.length).astype(np.int32)
+
+
+def _least(a: tuple, b: tuple) -> tuple:
+    return min(a, b)
+
+
+def part_dofs(body: ShellModel, nodes: npt.NDArray[np.int32], part: str) -> npt.NDArray[np.int32]:
+    """Local dofs of a part at nodes, shape (n, size)."""
+    size = body.mixed.parts[part][1]
+    return body.mixed.dofs[part].reshape(-1, size)[nodes]
+
+
+def shared_nodes(body: ShellModel, where: Place, who: str) -> Nodes:
+    """The nodes at a place, gathered from all ranks and sorted by position."""
+    local = local_nodes(body, where, who)
+    owned = body.mixed.subspaces["u"].dofmap.index_map.size_local
+    local = local[local < owned]
+    index_map = body.mixed.space.dofmap.index_map
+    parts = [p for p in ("u", "w", "lam") if p in body.mixed.parts]
+    record = (
+        body.mixed.nodes("u")[local],
+        {
+            p: index_map.local_to_global(part_dofs(body, local, p).ravel()).reshape(
+                len(local), body.mixed.parts[p][1]
+            )
+            for p in parts
+        },
+        body.director.x.array.reshape(-1, 3)[local],
+    )
+    gathered = body.surface_mesh.mesh.comm.allgather(record)
+    x = np.concatenate([g[0] for g in gathered])
+    # sort by rounded coordinates, so that every rank and every body of a join agrees
+    rounded = np.round(x / (ON_NODE * body.surface_mesh.length)).astype(np.int64)
+    order = np.lexsort(rounded.T[::-1])
+    return Nodes(
+        x[order],
+        {p: np.concatenate([g[1][p] for g in gathered])[order] for p in parts},
+        np.concatenate([g[2] for g in gathered])[order],
+    )

@@ -1,0 +1,69 @@
+"""Quadrature rules of the shell's integrals (design, section 3)."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import basix
+import numpy as np
+import ufl
+from dolfinx import mesh
+
+
+@dataclass(frozen=True)
+class Rules:
+    """Measures over the surface.
+
+    Args:
+        full: Rule for bending, inertia, loads and the fully integrated share of the rest.
+        reduced: Rule of the mixed resultants.
+        nodes: Rule whose points are the nodes, so that the director is of unit length at each.
+        lines: Rules with one more Gauss point along the second and along the first coordinate of
+            the element, for the hourglass control; None on triangles.
+    """
+
+    full: ufl.Measure
+    reduced: ufl.Measure
+    nodes: ufl.Measure
+    lines: tuple[ufl.Measure, ufl.Measure] | None
+
+
+def quadrature_rules(domain: mesh.Mesh, degree: int) -> Rules:
+    """Rules for a surface mesh.
+
+    Args:
+        domain: The mesh.
+        degree: Degree of displacement and director.
+    """
+
+    def measure(metadata: dict[str, Any]) -> ufl.Measure:
+        return ufl.Measure("dx", domain, metadata=metadata)
+
+    if domain.basix_cell() == basix.CellType.triangle:
+        points = basix.create_element(basix.ElementFamily.P, basix.CellType.triangle, 2).points
+        return Rules(
+            measure({"quadrature_degree": 4}),
+            measure({"quadrature_degree": 2}),
+            measure(custom(points, np.full(6, 1 / 12))),
+            None,
+        )
+    few, many = (np.polynomial.legendre.leggauss(n) for n in (degree, degree + 1))
+    lines = []
+    for (xi, w_xi), (eta, w_eta) in ((few, many), (many, few)):
+        # from [-1, 1] to [0, 1]
+        points = np.array([[(1 + a) / 2, (1 + b) / 2] for a in xi for b in eta])
+        lines.append(measure(custom(points, np.outer(w_xi, w_eta).ravel() / 4)))
+    return Rules(
+        measure({"quadrature_degree": 2 * degree + 1}),
+        measure({"quadrature_degree": 2 * degree - 1}),
+        measure({"quadrature_rule": "GLL", "quadrature_degree": 2 * degree - 1}),
+        (lines[0], lines[1]),
+    )
+
+
+def custom(points: Any, weights: Any) -> dict[str, Any]:
+    """Metadata of a rule given by its points and weights on the reference cell."""
+    return {
+        "quadrature_rule": "custom",
+        "quadrature_points": points,
+        "quadrature_weights": weights,
+    }

@@ -1,0 +1,98 @@
+"""A section bound to a mesh: its constants, and the weights that depend on the element size."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from dolfinx import fem, mesh
+from ufl.core.expr import Expr
+
+from shellmb.forms.mixed import Formulation, LinearMixed, NonlinearMixed
+from shellmb.forms.shell import Mass
+from shellmb.scene import Hyperelastic, LinearSection, Section
+
+# weight of the fully integrated part, c in design section 3
+STABILISATION = {"quadrilateral": 0.1, "triangle": 1.0}
+
+# weight of the hourglass control: per h/h_K it is stiff against the spurious in-plane modes, and
+# as it vanishes with the thickness it neither locks thin distorted meshes nor spoils the large
+# Newton steps of the mixed form
+HOURGLASS = 0.5
+
+
+@dataclass(frozen=True)
+class BoundSection:
+    """A section on a mesh.
+
+    Args:
+        formulation: Mixed form of its strain energy.
+        force: Size of the shear stiffness, scale of the director's multiplier, N/m.
+        hourglass: Stiffness of the hourglass control, N/m.
+    """
+
+    formulation: Formulation
+    force: fem.Constant
+    hourglass: Expr
+
+
+def bind_section(section: Section, domain: mesh.Mesh) -> BoundSection:
+    """Constants and element-wise weights of a section.
+
+    Args:
+        section: The section.
+        domain: Surface mesh.
+    """
+    cells = domain.topology.index_map(2)
+    count = cells.size_local + cells.num_ghosts
+    slenderness = section.thickness / domain.h(2, np.arange(count, dtype=np.int32))
+
+    def per_element(weight: npt.NDArray[np.float64]) -> fem.Function:
+        # below one for any thickness, so that the reduced part never vanishes
+        function = fem.Function(fem.functionspace(domain, ("DG", 0)))
+        function.x.array[:] = weight / (1 + weight)
+        return function
+
+    def constant(value: float | npt.NDArray[np.float64]) -> fem.Constant:
+        return fem.Constant(domain, np.asarray(value, dtype=float))
+
+    a = per_element(STABILISATION[domain.topology.cell_name()] * slenderness**2)
+    b = per_element(HOURGLASS * slenderness)
+    if isinstance(section, LinearSection):
+        N0 = constant(float(np.max(np.diag(section.A))))
+        linear = LinearMixed(
+            A=constant(section.A),
+            D=constant(section.D),
+            G=constant(section.G),
+            A_inv=constant(np.linalg.inv(section.A)),
+            G_inv=constant(np.linalg.inv(section.G)),
+            N0=N0,
+            a=a,
+            B=constant(section.B) if section.coupled else None,
+        )
+        return BoundSection(linear, constant(float(np.max(np.diag(section.G)))), N0 * b)
+    assert isinstance(section, Hyperelastic)
+    parameters = {name: constant(value) for name, value in section.parameters.items()}
+    energy, N0 = section.energy, constant(section.stiffness)
+    nonlinear = NonlinearMixed(
+        psi=lambda strains: energy(strains, parameters),
+        N0=N0,
+        a=a,
+        thickness=constant(section.thickness),
+    )
+    return BoundSection(nonlinear, N0, N0 * b)
+
+
+def bind_mass(section: Section, domain: mesh.Mesh, rotary: bool) -> Mass:
+    """Mass coefficients of eq. (16); what is zero or left out is absent from the forms.
+
+    Args:
+        section: The section.
+        domain: Surface mesh.
+        rotary: Whether the rotation of the director has inertia.
+    """
+    m, s, inertia = section.mass
+
+    def constant(value: float) -> fem.Constant | None:
+        return fem.Constant(domain, float(value)) if rotary and value else None
+
+    return Mass(fem.Constant(domain, float(m)), constant(s), constant(inertia))

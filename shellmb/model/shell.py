@@ -1,0 +1,319 @@
+"""A shell as the schemes see it: forms of `shellmb.forms` bound to a mesh, a section and loads."""
+
+from collections.abc import Callable
+
+from mpi4py import MPI
+
+import numpy as np
+import numpy.typing as npt
+import ufl
+from dolfinx import fem, mesh
+from ufl import Form
+from ufl.core.expr import Expr
+
+from shellmb.build.directors import reference_director
+from shellmb.build.mesh import SurfaceMesh
+from shellmb.build.spaces import MixedSpace, shell_space
+from shellmb.errors import SceneError
+from shellmb.forms import hourglass
+from shellmb.forms import shell as shell_forms
+from shellmb.forms.mixed import Density, Interval, LinearMixed
+from shellmb.forms.shell import Mass, ShellStrains
+from shellmb.forms.state import Layout
+from shellmb.forms.surface import Surface, surface
+from shellmb.forms.terms import Point
+from shellmb.model.body import FixedDofs, LoadFactors, NodeLink, PartScale
+from shellmb.model.loads import ShellLoads
+from shellmb.model.rules import quadrature_rules
+from shellmb.model.section import bind_mass, bind_section
+from shellmb.scene import LinearSection, Shell
+from shellmb.scene.loads import Gravity, Load
+
+# cosine of the angle to the normal beyond which a direction has no useful projection on the surface
+ALMOST_NORMAL = 1 - 1e-9
+NEARLY_NORMAL = 0.95
+
+_ADVICE_MOTION = "a smaller step, a finer mesh, or a smaller load step"
+_ADVICE_FORCE = "a smaller step, or check the stiffness and thickness of the section"
+
+
+class ShellModel:
+    """A shell body.
+
+    Args:
+        shell: Description.
+        surface_mesh: Its meshed surface.
+        loads: Loads on it.
+        dynamic: Whether it moves in time, and so has inertia.
+    """
+
+    def __init__(
+        self, shell: Shell, surface_mesh: SurfaceMesh, loads: list[Load], dynamic: bool
+    ) -> None:
+        self.name, self.shell, self.surface_mesh = shell.name, shell, surface_mesh
+        domain = surface_mesh.mesh
+        linear = isinstance(shell.section, LinearSection)
+        self.mixed: MixedSpace = shell_space(domain, shell.degree, not linear)
+        self.layout = Layout(self.mixed.parts)
+        self.director = reference_director(
+            surface_mesh, self.mixed.subspaces["u"], shell.degree, shell.name
+        )
+        direction = fem.Constant(domain, self._direction_1())
+        self.surface: Surface = surface(ufl.Jacobian(domain), direction, self.director)
+        self.rules = quadrature_rules(domain, shell.degree)
+        self._ds = self._edge_measure(domain)
+        self.section = bind_section(shell.section, domain)
+        jacobian = ufl.Jacobian(domain)
+        self.line_strains = hourglass.line_strains(self.strains, self.surface, jacobian)
+        weighed = any(isinstance(load, Gravity) for load in loads)
+        needed = dynamic or weighed
+        self.mass_of_section = (
+            bind_mass(shell.section, domain, shell.rotary_inertia) if needed else None
+        )
+        self.mass = self.mass_of_section if dynamic else None
+        self._loads = loads
+        self.fixed: list[FixedDofs] = []
+        self.links: tuple[NodeLink, ...] = ()
+        self.kinematic = frozenset({"u", "w", "bubble"} & self.mixed.parts.keys())
+        slenderness = shell.section.thickness / surface_mesh.length
+        label = f"of shell '{shell.name}'"
+        scales = {
+            "u": (f"displacement {label}", surface_mesh.length, _ADVICE_MOTION),
+            "bubble": (f"displacement bubble {label}", surface_mesh.length, _ADVICE_MOTION),
+            "w": (f"director {label}", 1.0, _ADVICE_MOTION),
+            "N": (f"resultants {label}", min(slenderness, 1e-3), _ADVICE_FORCE),
+            "S": (f"assumed strains {label}", min(slenderness, 1e-3), _ADVICE_FORCE),
+            "lam": (f"director multiplier {label}", slenderness**2, _ADVICE_MOTION),
+        }
+        self.parts = tuple(PartScale(name, *scales[name]) for name in self.mixed.parts)
+
+    def _direction_1(self) -> npt.NDArray[np.float64]:
+        """Material 1-direction: the user's, or the first axis that is nowhere nearly normal.
+
+        Raises:
+            SceneError: If the user's is normal to the surface somewhere.
+        """
+        directors = self.director.x.array.reshape(-1, 3)
+        comm = self.surface_mesh.mesh.comm
+
+        def steepness(v: npt.NDArray[np.float64]) -> float:
+            largest = float(np.max(np.abs(directors @ v), initial=0.0))
+            return float(comm.allreduce(largest, op=MPI.MAX))
+
+        if self.shell.direction is not None:
+            v = np.asarray(self.shell.direction, dtype=float)
+            if steepness(v / np.linalg.norm(v)) > ALMOST_NORMAL:
+                raise SceneError(
+                    f"shell '{self.name}': the material direction {tuple(map(float, v))} is normal "
+                    "to the surface at some node; give one that is not, or split the shell"
+                )
+            return v
+        axes = np.eye(3)
+        steep = [steepness(v) for v in axes]
+        for v, s in zip(axes, steep, strict=True):
+            if s < NEARLY_NORMAL:
+                return v
+        return axes[int(np.argmin(steep))]
+
+    def _edge_measure(self, domain: mesh.Mesh) -> ufl.Measure:
+        """Measure over all named edges, numbered in their order; edges may share facets."""
+        kind = fem.IntegralType.exterior_facet
+        entities = [
+            (k, fem.compute_integration_domains(kind, domain.topology, facets))
+            for k, facets in enumerate(self.surface_mesh.edges.values())
+        ]
+        degree = {"quadrature_degree": 2 * self.shell.degree + 1}
+        return ufl.Measure("ds", domain, subdomain_data=entities, metadata=degree)
+
+    def ds(self, edge: str | tuple[str, ...], who: str) -> ufl.Measure:
+        """Measure along an edge or several.
+
+        Args:
+            edge: Name or names.
+            who: Who asks, for the error.
+
+        Raises:
+            SceneError: If there is no such edge.
+        """
+        self.surface_mesh.facets(edge, who)
+        names = (edge,) if isinstance(edge, str) else edge
+        numbers = list(self.surface_mesh.edges)
+        return self._ds(tuple(numbers.index(name) for name in names))
+
+    def _hourglass(self, pair: tuple[Expr, Expr]) -> Form:
+        """Difference of the finer rules and the reduced rule of a pair of densities."""
+        assert self.rules.lines is not None
+        first, second = (self.section.hourglass * density for density in pair)
+        dx1, dx2 = self.rules.lines
+        return first * dx1 + second * dx2 - (first + second) * self.rules.reduced
+
+    def strains(self, q: Expr) -> ShellStrains:
+        """Strains of a state, by the user's measure where there is one."""
+        measure = self.shell.strains or shell_forms.shell_strains
+        u, w = self.layout.displacement(q), self.layout.director_change(q)
+        return measure(u, w, self.surface)
+
+    def _integrate(self, density: Density) -> Form:
+        return density[0] * self.rules.full + density[1] * self.rules.reduced
+
+    def internal(self, span: Interval, dq: Expr) -> Form:
+        """Internal virtual work, compatibility, and the director constraint with its force."""
+        work = self.section.formulation.virtual_work(self.strains, self.layout, span, dq)
+        layout, D = self.layout, self.director
+        lam = self.section.force * layout.part(span.unknown, "lam")
+        dlam = self.section.force * layout.part(dq, "lam")
+        d_mid = D + layout.part(span.mid, "w")
+        constraint = lam * ufl.dot(d_mid, layout.part(dq, "w")) + dlam * (
+            shell_forms.director_constraint(layout.part(span.at, "w"), D)
+        )
+        form = self._integrate(work) + constraint * self.rules.nodes
+        if self.rules.lines is not None:
+            form += self._hourglass(hourglass.virtual_work(self.line_strains, span, dq))
+        return form
+
+    def path(self, span: Interval, dq: Expr) -> Form | None:
+        """Third-order part of the mean force over a sub-interval; None for nonlinear materials."""
+        if not isinstance(self.section.formulation, LinearMixed):
+            return None
+        return self._integrate(self.section.formulation.path(self.strains, span, dq))
+
+    def velocities(self, v: Expr) -> tuple[Expr, Expr]:
+        """Velocity of the surface and of the director in a rate of the state."""
+        return self.layout.displacement(v), self.layout.director_change(v)
+
+    def _integrate_mass(self, density: Callable[[Mass], Expr]) -> Form:
+        """Mass by the full rule, moments of inertia of the director at the nodes."""
+        mass = self.mass
+        assert mass is not None
+        form = density(shell_forms.without_director(mass)) * self.rules.full
+        if mass.s is not None or mass.I is not None:
+            form += density(shell_forms.director_inertia(mass)) * self.rules.nodes
+        return form
+
+    def tangent(self, b: Expr, mid: Expr) -> Expr:
+        """A jump of velocities, its director part without momentum along the mean director."""
+        if self.mass is None or self.mass.I is None:
+            return b
+        first, size = self.mixed.parts["w"]
+        d = self.director + self.layout.director_change(mid)
+        db = shell_forms.tangent_jump(*self.velocities(b), d, self.mass)
+        components = [b[k] for k in range(b.ufl_shape[0])]
+        components[first : first + size] = [db[k] for k in range(size)]
+        return ufl.as_vector(components)
+
+    def tangent_values(
+        self, b: npt.NDArray[np.float64], mid: npt.NDArray[np.float64]
+    ) -> npt.NDArray[np.float64]:
+        """The same for the values at the nodes."""
+        if self.mass is None or self.mass.I is None:
+            return b
+        place = self.mixed.dofs["w"]
+        d = self.director.x.array.reshape(-1, 3) + mid[place].reshape(-1, 3)
+        db = b[place].reshape(-1, 3)
+        momentum = db
+        if self.mass.s is not None:
+            _, s, inertia = self.shell.section.mass
+            ratio = s / inertia
+            momentum = db + ratio * b[self.mixed.dofs["u"]].reshape(-1, 3)
+        along = np.sum(momentum * d, axis=1) / np.sum(d * d, axis=1)
+        out = b.copy()
+        out[place] = (db - along[:, None] * d).ravel()
+        return out
+
+    def inertia(self, rate: Expr, dq: Expr) -> Form | None:
+        """Virtual work of the inertia forces, left-hand sides of eqs. (26)-(27)."""
+        if self.mass is None:
+            return None
+        du, dw = self.velocities(dq)
+
+        def density(mass: Mass) -> Expr:
+            h, g = shell_forms.momenta(*self.velocities(rate), mass)
+            return ufl.dot(h, du) + ufl.dot(g, dw)
+
+        return self._integrate_mass(density)
+
+    def loads(self) -> LoadFactors | None:
+        """A set of the shell's loads with time factors of their own."""
+        return ShellLoads(self, self._loads) if self._loads else None
+
+    def extra(self, mid: Expr, velocity: Expr | None, dq: Expr, time: fem.Constant) -> Form | None:
+        """The user's terms at the mid-point."""
+        if not self.shell.terms:
+            return None
+        u, w = self.layout.displacement(mid), self.layout.director_change(mid)
+        v, dw_dt = (None, None) if velocity is None else self.velocities(velocity)
+        du, dw = self.velocities(dq)
+        point = Point(u, w, v, dw_dt, du, dw, self.surface, self.mass, time)
+        return sum(term(point) for term in self.shell.terms) * self.rules.full
+
+    def strain_energy(self, q: Expr) -> Form:
+        """Strain energy, J."""
+        form = self._integrate(self.section.formulation.energy(self.strains, self.layout, q))
+        if self.rules.lines is not None:
+            form += self._hourglass(hourglass.energy(self.line_strains, q))
+        return form
+
+    def kinetic_energy(self, v: Expr) -> Form | None:
+        """Kinetic energy, J."""
+        if self.mass is None:
+            return None
+        velocities = self.velocities(v)
+        return self._integrate_mass(lambda mass: shell_forms.kinetic_density(*velocities, mass))
+
+    def jump(self, a: Expr, b: Expr) -> Form:
+        """Elastic part of `c^2` in eq. (34), J."""
+        form = self._integrate(self.section.formulation.jump(self.strains, self.layout, a, b))
+        if self.rules.lines is not None:
+            form += self._hourglass(hourglass.jump(self.line_strains, a, b))
+        return form
+
+    def momentum(self, v: Expr, axis: Expr) -> Form | None:
+        """Component of the linear momentum along `axis`, kg m/s."""
+        if self.mass is None:
+            return None
+        velocities = self.velocities(v)
+        return self._integrate_mass(
+            lambda mass: ufl.dot(shell_forms.momenta(*velocities, mass)[0], axis)
+        )
+
+    def angular_momentum(self, q: Expr, v: Expr, axis: Expr) -> Form | None:
+        """Component along `axis` of the angular momentum about the origin, kg m^2/s."""
+        if self.mass is None:
+            return None
+        x, d = self.position(q), self.director + self.layout.director_change(q)
+
+        def density(mass: Mass) -> Expr:
+            h, g = shell_forms.momenta(*self.velocities(v), mass)
+            return ufl.dot(ufl.cross(x, h) + ufl.cross(d, g), axis)
+
+        return self._integrate_mass(density)
+
+    def position(self, q: Expr) -> Expr:
+        """Position of the deformed surface, shape (3,), m."""
+        return ufl.SpatialCoordinate(self.mixed.space.mesh) + self.layout.displacement(q)
+
+    def translation(self, axis: Expr) -> Expr:
+        """State-shaped direction of a rigid translation along `axis`."""
+        return self._direction(axis, 0 * axis)
+
+    def rotation(self, q: Expr, axis: Expr) -> Expr:
+        """State-shaped direction of a rigid rotation about `axis` through the origin."""
+        d = self.director + self.layout.director_change(q)
+        return self._direction(ufl.cross(axis, self.position(q)), ufl.cross(axis, d))
+
+    def _direction(self, du: Expr, dw: Expr) -> Expr:
+        values: list[Expr | float] = []
+        for name, (_, size) in self.mixed.parts.items():
+            part: Callable[[int], Expr | float] = {"u": lambda k: du[k], "w": lambda k: dw[k]}.get(
+                name, lambda k: 0.0
+            )
+            values += [part(k) for k in range(size)]
+        return ufl.as_vector(values)
+
+    def constraint_error(self, q: fem.Function) -> float:
+        """Largest deviation of a director's length from one on this rank."""
+        w = q.x.array[self.mixed.dofs["w"]].reshape(-1, 3)
+        D = self.director.x.array.reshape(-1, 3)
+        if not len(w):
+            return 0.0
+        return float(np.max(np.abs(np.linalg.norm(D + w, axis=1) - 1)))

@@ -1,0 +1,202 @@
+"""Natural frequencies and modes about the reference or a loaded state (SLEPc, shift and invert)."""
+
+from dataclasses import dataclass
+
+from mpi4py import MPI
+from petsc4py import PETSc
+from slepc4py import SLEPc
+
+import numpy as np
+import numpy.typing as npt
+import ufl
+from dolfinx import fem
+from ufl import Form
+
+from shellmb.errors import ConvergenceError, SceneError
+from shellmb.model.model import Model, build_model
+from shellmb.scene import Scene
+from shellmb.scene.loads import FollowerEdgeForce, FollowerSurfaceForce, Pressure
+from shellmb.schemes.base import at_state
+from shellmb.simulate.simulation import Simulation
+from shellmb.system.assembly import BlockSystem
+from shellmb.system.fields import Field, Link
+from shellmb.system.linear import MUMPS_OPTIONS
+
+# a mode below this fraction of the first elastic eigenvalue is a rigid-body motion
+RIGID = 1e-5
+
+# the shift lies this many times D/(m L^4) below zero: near the lowest modes, and never on one
+SHIFT = 10.0
+
+FOLLOWERS = (FollowerEdgeForce, FollowerSurfaceForce, Pressure)
+
+
+@dataclass(frozen=True)
+class Modes:
+    """Natural modes, lowest first.
+
+    Args:
+        omega2: Squares of the angular frequencies, rad^2/s^2; negative ones are unstable.
+        shapes: For each mode the displacement of each shell at this rank's nodes, shape (n, 3).
+        model: The model, with the nodes' positions.
+        unknowns: Number of unknowns of the eigenproblem.
+        rigid: Number of rigid-body modes among them.
+    """
+
+    omega2: npt.NDArray[np.float64]
+    shapes: list[dict[str, npt.NDArray[np.float64]]]
+    model: Model
+    unknowns: int
+    rigid: int
+
+    @property
+    def omega(self) -> npt.NDArray[np.float64]:
+        """Angular frequencies, rad/s; an unstable mode has a negative one."""
+        return np.sign(self.omega2) * np.sqrt(np.abs(self.omega2))
+
+    @property
+    def frequencies(self) -> npt.NDArray[np.float64]:
+        """Frequencies, Hz; an unstable mode has a negative one."""
+        return self.omega / (2 * np.pi)
+
+
+def natural_modes(
+    scene: Scene, comm: MPI.Comm = MPI.COMM_WORLD, count: int = 6, loaded: bool = False
+) -> Modes:
+    """Natural modes of a scene.
+
+    Args:
+        scene: The scene; its scheme does not matter.
+        comm: Communicator.
+        count: Number of modes wanted, rigid-body modes included.
+        loaded: Whether the modes are those of the static equilibrium under the scene's loads.
+
+    Raises:
+        SceneError: If a shell has no mass, or `count` is not positive.
+        ConvergenceError: If the static state or the eigenproblem does not converge.
+    """
+    if count < 1:
+        raise SceneError(f"modes: count is {count}; it must be at least 1")
+    moving = scene.with_options(scheme="ep", dt=scene.dt or 1.0, t_end=scene.t_end or 1.0)
+    model = build_model(moving, comm)
+    state = Simulation(scene.with_options(scheme="static"), comm) if loaded else None
+    if state is not None:
+        state.run()
+    system, stiffness, mass = _forms(model, state)
+    K = system.symmetric_matrix(stiffness, 1.0)
+    M = system.symmetric_matrix(mass, 0.0)
+    follower = loaded and any(isinstance(load, FOLLOWERS) for load in scene.loads)
+    values, vectors = _solve(K, M, count, _shift(model), symmetric=not follower)
+    shapes = [_shape(system, model, vector) for vector in vectors]
+    elastic = float(np.max(np.abs(values)))
+    # rigid modes are told from the elastic ones by the largest gap, not by the highest mode asked
+    # for
+    positive = np.sort(np.abs(values))
+    scale = next((v for v in positive if v > 1e-8 * elastic), elastic)
+    rigid = int(np.sum(np.abs(values) < RIGID * scale))
+    return Modes(values, shapes, model, system.size, rigid)
+
+
+def _forms(
+    model: Model, state: Simulation | None
+) -> tuple[BlockSystem, dict[tuple[int, int], Form], dict[tuple[int, int], Form]]:
+    """Block system at the state, with the forms of its stiffness and mass matrices."""
+    fields: list[Field] = []
+    stiffness, mass = {}, {}
+    index = {body.name: k for k, body in enumerate(model.bodies)}
+    arrays = state.arrays() if state is not None else {}
+    for k, body in enumerate(model.bodies):
+        space = body.mixed.space
+        q = fem.Function(space)
+        if arrays:
+            q.x.array[:] = arrays[f"{body.name}/q"]
+        dq, trial = ufl.TestFunction(space), ufl.TrialFunction(space)
+        forms = [body.internal(at_state(q), dq)]
+        loads = body.loads() if state is not None else None
+        if loads is not None and state is not None:
+            end = state.problem.start_factor
+            loads.update(lambda function, end=end, t=state.t: end(t, function))  # type: ignore[misc]
+            work = loads.virtual_work(q, dq)
+            forms.append(-work if work is not None else None)
+        present = [form for form in forms if form is not None]
+        if present:
+            residual = sum(present[1:], present[0])
+            derivative = ufl.algorithms.expand_derivatives(ufl.derivative(residual, q, trial))
+            if not derivative.empty():
+                stiffness[k, k] = derivative
+        inertia = body.inertia(trial, dq)
+        if inertia is not None:
+            mass[k, k] = inertia
+        fixed = np.concatenate([*(f.dofs for f in body.fixed), np.zeros(0, dtype=np.int32)])
+        links = tuple(Link(link.dofs, index[link.body], link.targets) for link in body.links)
+        fields.append(
+            Field(body.name, q, (), (), fixed.astype(np.int32), np.zeros(len(fixed)), links)
+        )
+    return BlockSystem(model.comm, fields), stiffness, mass
+
+
+def _shift(model: Model) -> float:
+    """A negative shift of the size of the lowest eigenvalues, rad^2/s^2."""
+    found = []
+    for body in model.shells.values():
+        section = body.shell.section
+        h = section.thickness
+        stiffness = getattr(section, "stiffness", None) or float(np.max(np.diag(section.A)))  # type: ignore[attr-defined]
+        found.append(stiffness * h**2 / 12 / section.mass[0] / body.surface_mesh.length**4)
+    return -SHIFT * min(found)
+
+
+def _solve(
+    K: PETSc.Mat, M: PETSc.Mat, count: int, shift: float, symmetric: bool
+) -> tuple[npt.NDArray[np.float64], list[PETSc.Vec]]:
+    """Eigenvalues nearest to the shift and their vectors, sorted."""
+    solver = SLEPc.EPS().create(K.getComm())
+    solver.setOperators(K, M)
+    kinds = SLEPc.EPS.ProblemType
+    solver.setProblemType(kinds.GHEP if symmetric else kinds.GNHEP)
+    solver.setType(SLEPc.EPS.Type.KRYLOVSCHUR)
+    solver.setWhichEigenpairs(SLEPc.EPS.Which.TARGET_REAL)
+    solver.setTarget(shift)
+    # a wide basis finds multiple eigenvalues, such as the six rigid-body modes, all at once
+    solver.setDimensions(count, max(4 * count, 40))
+    solver.setTolerances(1e-10, 500)
+    transform = solver.getST()
+    transform.setType(SLEPc.ST.Type.SINVERT)
+    ksp = transform.getKSP()
+    ksp.setType(PETSc.KSP.Type.PREONLY)
+    ksp.getPC().setType(PETSc.PC.Type.LU)
+    ksp.getPC().setFactorSolverType("mumps")
+    prefix = f"shellmb_modes_{id(solver)}_"
+    solver.setOptionsPrefix(prefix)
+    options = PETSc.Options()
+    for key, value in MUMPS_OPTIONS.items():
+        options[f"{prefix}st_{key}"] = value
+    solver.setFromOptions()
+    solver.solve()
+    if solver.getConverged() < count:
+        raise ConvergenceError(
+            f"modes: {solver.getConverged()} of {count} modes converged; ask for fewer, or refine"
+        )
+    pairs = []
+    for k in range(solver.getConverged()):
+        vector = K.createVecRight()
+        value = solver.getEigenpair(k, vector)
+        pairs.append((float(np.real(value)), vector))
+    pairs.sort(key=lambda pair: pair[0])
+    kept = pairs[:count]
+    return np.array([value for value, _ in kept]), [vector for _, vector in kept]
+
+
+def _shape(
+    system: BlockSystem, model: Model, vector: PETSc.Vec
+) -> dict[str, npt.NDArray[np.float64]]:
+    """Displacements of the shells in a mode, the largest of them one unit of length."""
+    values = system.local_values(vector)
+    shapes = {}
+    for k, field in enumerate(system.fields):
+        if field.name in model.shells:
+            part = values[system.numbering.slice(k)]
+            shapes[field.name] = part[model.shells[field.name].mixed.dofs["u"]].reshape(-1, 3)
+    local = max((float(np.max(np.abs(s), initial=0.0)) for s in shapes.values()), default=0.0)
+    largest = model.comm.allreduce(local, op=MPI.MAX)
+    return {name: shape / largest for name, shape in shapes.items()}

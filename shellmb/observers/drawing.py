@@ -1,0 +1,164 @@
+"""Surfaces in space drawn with matplotlib: no display and no graphics driver is needed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+import numpy.typing as npt
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
+from mpl_toolkits.mplot3d.axes3d import Axes3D
+
+from shellmb.observers.grid import Grid
+
+Floats = npt.NDArray[np.float64]
+
+COLOURS = "viridis"
+ELEVATION, AZIMUTH = 24, -58
+
+# height of a title in the axes: those in space leave much room above
+TITLE = 0.93
+
+# a side of the box below this part of the longest one is widened to it, for axes that can be read
+FLAT = 0.25
+
+# displacements smaller than this part of the scene are shown larger, up to about that part of it
+SMALL, SHOWN = 0.03, 0.12
+
+STYLE: dict[Any, Any] = {
+    "font.size": 10,
+    "axes.grid": True,
+    "grid.alpha": 0.3,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "legend.frameon": False,
+    "figure.dpi": 150,
+    "savefig.dpi": 150,
+}
+
+
+@dataclass(frozen=True)
+class View:
+    """A box in space and a range of colours, the same for all pictures of a series.
+
+    Args:
+        low: Lower corner of the box, shape (3,), m.
+        high: Upper corner, shape (3,), m.
+        largest: Value of the last colour, m.
+    """
+
+    low: Floats
+    high: Floats
+    largest: float
+
+
+def figure(width: float, height: float) -> Figure:
+    """A figure that is drawn into memory only.
+
+    Args:
+        width: Width, inches.
+        height: Height, inches.
+    """
+    made = Figure(figsize=(width, height), layout="constrained")
+    FigureCanvasAgg(made)
+    return made
+
+
+def enlargement(grids: dict[str, Grid], displacement: dict[str, Floats]) -> float:
+    """Factor by which displacements are shown: 1; for small ones 1, 2 or 5 times a power of 10."""
+    nodes = np.concatenate([g.nodes for g in grids.values()])
+    size = float(np.linalg.norm(np.ptp(nodes, axis=0)))
+    largest = max(float(np.max(np.linalg.norm(u, axis=1))) for u in displacement.values())
+    if largest <= 0 or largest > SMALL * size:
+        return 1.0
+    wanted = SHOWN * size / largest
+    power = 10.0 ** np.floor(np.log10(wanted))
+    return float(power * max(step for step in (1, 2, 5) if step * power <= wanted))
+
+
+def view_of(
+    grids: dict[str, Grid], displacements: list[dict[str, Floats]], factor: float = 1.0
+) -> View:
+    """The view that shows the reference and all given states.
+
+    Args:
+        grids: Grids by shell.
+        displacements: Displacements by shell, of each state.
+        factor: By which they are shown.
+    """
+    points = [g.nodes for g in grids.values()]
+    points += [grids[n].nodes + factor * u for state in displacements for n, u in state.items()]
+    every = np.concatenate(points)
+    low, high = every.min(axis=0), every.max(axis=0)
+    least = FLAT * float(np.max(high - low))
+    middle, side = (low + high) / 2, np.maximum(high - low, least)
+    sizes = [float(np.max(np.linalg.norm(u, axis=1))) for s in displacements for u in s.values()]
+    return View(middle - side / 2, middle + side / 2, max([*sizes, 1e-300]))
+
+
+def space(made: Figure, place: tuple[int, int, int], view: View) -> Axes3D:
+    """Axes in space with equal scales.
+
+    Args:
+        made: The figure.
+        place: Rows, columns, number.
+        view: What is seen.
+    """
+    axes = made.add_subplot(*place, projection="3d", computed_zorder=False)
+    axes.set(xlim=(view.low[0], view.high[0]), ylim=(view.low[1], view.high[1]))
+    axes.set_zlim(view.low[2], view.high[2])
+    # room for the labels of a body that is as high as wide
+    sides = view.high - view.low
+    axes.set_box_aspect(sides, zoom=1.0 - 0.2 * float(np.min(sides) / np.max(sides)))
+    axes.view_init(ELEVATION, AZIMUTH)
+    axes.set(xlabel="x [m]", ylabel="y [m]", zlabel="z [m]")
+    for one, k in ((axes.xaxis, 0), (axes.yaxis, 1), (axes.zaxis, 2)):
+        share = (view.high - view.low)[k] / float(np.max(view.high - view.low))
+        one.set_major_locator(mpl.ticker.MaxNLocator(max(2, round(5 * share))))
+        one.set_tick_params(labelsize=8)
+        one.labelpad = 4 + 14 * share
+    return axes
+
+
+def surfaces(
+    axes: Axes3D,
+    grids: dict[str, Grid],
+    displacement: dict[str, Floats],
+    view: View,
+    factor: float = 1.0,
+) -> None:
+    """Deformed shells in colours of the displacement, with their elements and the first border.
+
+    Args:
+        axes: Where.
+        grids: Grids by shell.
+        displacement: Displacements by shell.
+        view: Range of colours.
+        factor: By which displacements are shown.
+    """
+    map_, scale = mpl.colormaps[COLOURS], Normalize(0, view.largest)
+    for name, grid in grids.items():
+        u = displacement[name]
+        x = grid.nodes + factor * u
+        size = np.linalg.norm(u, axis=1)[grid.faces].mean(axis=1)
+        # pieces of their own colour on their edges leave no gaps
+        colours = map_(scale(size))
+        axes.add_collection3d(
+            Poly3DCollection(x[grid.faces], facecolors=colours, edgecolors=colours, linewidths=0.3)
+        )
+        lines = {"colors": "black", "linewidths": 0.35, "alpha": 0.45}
+        axes.add_collection3d(Line3DCollection(x[grid.outlines], **lines))
+        first = {"colors": "0.35", "linewidths": 0.9, "linestyles": "dashed"}
+        axes.add_collection3d(Line3DCollection(grid.nodes[grid.border], **first))
+
+
+def colour_bar(made: Figure, axes: list[Axes3D], view: View) -> None:
+    """The scale of the colours."""
+    colours = ScalarMappable(Normalize(0, view.largest), COLOURS)
+    made.colorbar(colours, ax=axes, label="displacement [m]", shrink=0.65, pad=0.08)

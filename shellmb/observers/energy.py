@@ -1,0 +1,183 @@
+"""The energy account: energies, work of loads, terms and prescribed motions, dissipation.
+
+It closes as "energy change = work - alpha c^2" (eq. 33) to the tolerance of Newton's method,
+whatever the
+step, the mesh and the scene; how well it closes is the first thing to look at in any run.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from mpi4py import MPI
+
+from dolfinx import fem
+from ufl import Form
+
+from shellmb.kernels import compiled as compiled_form
+from shellmb.simulate.simulation import Silent, Simulation
+
+Scalar = Callable[[], float]
+
+
+def scalar(forms: list[Form | None], comm: MPI.Comm) -> Scalar | None:
+    """Sum of scalar forms over all meshes and ranks, compiled once; None if there are none."""
+    compiled = [compiled_form(form) for form in forms if form is not None and not form.empty()]
+    if not compiled:
+        return None
+    return lambda: float(comm.allreduce(sum(fem.assemble_scalar(f) for f in compiled)))
+
+
+class EnergyAccount(Silent):
+    """Keeps the energy account of a dynamic run.
+
+    Attributes:
+        values: The account at the current time, J: kinetic, strain, total, and since the start
+            work of loads, of added terms, of prescribed motions, and dissipation.
+        error: Largest violation of the energy law so far, J.
+        largest: Largest energy seen so far, J.
+    """
+
+    NAMES = (
+        "kinetic_energy",
+        "strain_energy",
+        "total_energy",
+        "work_loads",
+        "work_terms",
+        "work_supports",
+        "dissipation",
+        "energy_balance",
+    )
+
+    def __init__(self) -> None:
+        self.values = dict.fromkeys(self.NAMES, 0.0)
+        self.error, self.largest = 0.0, 0.0
+        self._initial: float | None = None
+
+    def start(self, simulation: Simulation) -> None:
+        """Compile the functionals and take the initial energy."""
+        problem, comm = simulation.problem, simulation.model.comm
+        bodies, scheme = simulation.model.bodies, simulation.scheme
+        self._kinetic = (
+            scalar([b.kinetic_energy(problem.levels[b.name].rates["v"]) for b in bodies], comm)
+            if "v" in scheme.rates
+            else None
+        )
+        self._strain = scalar([b.strain_energy(problem.state(b.name)) for b in bodies], comm)
+        self._loads = scalar(self._work(simulation, "loads"), comm)
+        self._terms = scalar(self._work(simulation, "terms"), comm)
+        self._driven = any(fixed.moving for b in bodies for fixed in b.fixed)
+        self._dissipation(simulation)
+        if self._initial is None:
+            self._energies()
+            self._initial = self.values["total_energy"]
+            self.largest = abs(self._initial)
+
+    def _work(self, simulation: Simulation, kind: str) -> list[Form | None]:
+        """Virtual work of each stage in the direction in which the state moves over it.
+
+        In statics the load step is not followed inside, so there is no work to account for.
+        """
+        forms: list[Form | None] = []
+        if not simulation.scheme.dynamic:
+            return forms
+        for body in simulation.model.bodies:
+            levels = simulation.problem.levels[body.name]
+            start = levels.q
+            for name, stage in simulation.problem.forms[body.name].items():
+                span, end = stage.stage.span, levels.unknown[name]
+                moved = end - start
+                start = end
+                if kind == "loads":
+                    form = (
+                        None if stage.loads is None else stage.loads.virtual_work(span.mid, moved)
+                    )
+                else:
+                    time = simulation.problem.time(body.name)
+                    form = body.extra(span.mid, stage.stage.velocity, moved, time)
+                forms.append(form)
+        return forms
+
+    def _dissipation(self, simulation: Simulation) -> None:
+        alpha, stage = simulation.scheme.dissipation()
+        self._alpha, self._jump = alpha, None
+        if not alpha or stage is None:
+            return
+        problem, forms = simulation.problem, []
+        self._velocity_jump: dict[str, fem.Function] = {}
+        for body in simulation.model.bodies:
+            levels = problem.levels[body.name]
+            self._velocity_jump[body.name] = fem.Function(levels.q.function_space)
+            forms.append(body.jump(levels.q, levels.unknown[stage]))
+            forms.append(body.kinetic_energy(self._velocity_jump[body.name]))
+        self._jump = scalar(forms, simulation.model.comm)
+
+    def _energies(self) -> None:
+        values = self.values
+        values["kinetic_energy"] = self._kinetic() if self._kinetic else 0.0
+        values["strain_energy"] = self._strain() if self._strain else 0.0
+        values["total_energy"] = values["kinetic_energy"] + values["strain_energy"]
+
+    def solved(self, simulation: Simulation) -> None:
+        """Add the work and the dissipation of the step."""
+        if not simulation.scheme.dynamic:
+            return
+        values = self.values
+        values["work_loads"] += self._loads() if self._loads else 0.0
+        values["work_terms"] += self._terms() if self._terms else 0.0
+        if self._driven:
+            values["work_supports"] += simulation.problem.support_work()
+        if self._jump is not None:
+            dt = simulation.last.dt if simulation.last else 0.0
+            scheme: Any = simulation.scheme
+            for name, function in self._velocity_jump.items():
+                levels = simulation.problem.levels[name]
+                unknown = {k: f.x.array for k, f in levels.unknown.items()}
+                kinematic = simulation.problem.kinematic(name)
+                v, tangent = levels.rates["v"].x.array, simulation.problem.tangent_values(name)
+                jump = scheme.jump_velocity(levels.q.x.array, v, unknown, dt, tangent)
+                function.x.array[kinematic] = jump[kinematic]
+            values["dissipation"] += self._alpha * self._jump()
+
+    def accepted(self, simulation: Simulation) -> None:
+        """Take the energies and see whether the account closes."""
+        self._energies()
+        values = self.values
+        if not simulation.scheme.dynamic:
+            return
+        assert self._initial is not None
+        values["energy_balance"] = (
+            values["total_energy"]
+            - self._initial
+            - values["work_loads"]
+            - values["work_terms"]
+            - values["work_supports"]
+            + values["dissipation"]
+        )
+        self.error = max(self.error, abs(values["energy_balance"]))
+        self.largest = max(self.largest, abs(values["total_energy"]))
+
+    @property
+    def relative_error(self) -> float | None:
+        """Largest violation of the energy law relative to the largest energy; None at rest."""
+        return self.error / self.largest if self.largest > 0 else None
+
+    def measure(self) -> dict[str, float]:
+        """Columns of the history."""
+        return dict(self.values)
+
+    def state(self) -> dict[str, Any]:
+        """The sums so far."""
+        return {
+            "values": dict(self.values),
+            "error": self.error,
+            "largest": self.largest,
+            "initial": self._initial,
+        }
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Take up saved sums."""
+        self.values = dict(state["values"])
+        self.error, self.largest = state["error"], state["largest"]
+        self._initial = state["initial"]

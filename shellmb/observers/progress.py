@@ -1,0 +1,84 @@
+"""What a human sees while a run goes on: a bar on a terminal, lines of a log elsewhere."""
+
+from __future__ import annotations
+
+import time as clock
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
+
+from shellmb.simulate.simulation import Silent, Simulation
+
+# a line of the log at every tenth of the run, or when nothing was said for so long [s]
+TENTHS = 10
+PATIENCE = 30.0
+
+
+class ProgressReport(Silent):
+    """Shows how far a run is, on rank 0 only.
+
+    Args:
+        console: Where to; a terminal gets a bar.
+    """
+
+    def __init__(self, console: Console | None = None) -> None:
+        self.console = console or Console(stderr=True)
+        self._bar: Progress | None = None
+        self._task: TaskID | None = None
+
+    def start(self, simulation: Simulation) -> None:
+        """Say what is run."""
+        self._shown = simulation.model.comm.rank == 0
+        if not self._shown:
+            return
+        self._begin = self._last = clock.perf_counter()
+        self._tenth = int(TENTHS * simulation.t / simulation.t_end)
+        model, problem = simulation.model, simulation.problem
+        self._line(
+            f"{simulation.scene.name}: {model.elements} elements, {problem.system.size} unknowns, "
+            f"{simulation.scheme.title}, t = {simulation.t:g} to {simulation.t_end:g}, "
+            f"compiled in {problem.system.jit_seconds:.1f} s"
+        )
+        if self.console.is_terminal:
+            self._bar = Progress(
+                TextColumn("{task.description}"),
+                BarColumn(),
+                TextColumn("{task.percentage:>3.0f} %"),
+                TimeRemainingColumn(),
+                console=self.console,
+                transient=True,
+            )
+            self._bar.start()
+            self._task = self._bar.add_task(simulation.scene.name, total=simulation.t_end)
+            self._bar.update(self._task, completed=simulation.t)
+
+    def _line(self, text: str) -> None:
+        self.console.print(text, highlight=False, markup=False, soft_wrap=True)
+
+    def _status(self, simulation: Simulation) -> str:
+        mean = simulation.iterations / max(simulation.step, 1)
+        rejected = f", {simulation.size.rejected} rejected" if simulation.size.rejected else ""
+        return (
+            f"step {simulation.step}{rejected}, t = {simulation.t:.4g}, "
+            f"{mean:.1f} iterations per step"
+        )
+
+    def accepted(self, simulation: Simulation) -> None:
+        """Move the bar, or write a line now and then."""
+        if not self._shown:
+            return
+        if self._bar is not None and self._task is not None:
+            status = self._status(simulation)
+            self._bar.update(self._task, completed=simulation.t, description=status)
+            return
+        now = clock.perf_counter()
+        tenth = int(TENTHS * simulation.t / simulation.t_end + 1e-9)
+        if tenth > self._tenth or now - self._last > PATIENCE:
+            self._tenth, self._last = tenth, now
+            self._line(f"{self._status(simulation)}, {now - self._begin:.1f} s")
+
+    def finish(self, simulation: Simulation, error: Exception | None) -> None:
+        """Take the bar away."""
+        if self._bar is not None:
+            self._bar.stop()
+            self._bar = None

@@ -1,0 +1,27 @@
+"""Run directories."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from mpi4py import MPI
+
+from shellmb.errors import SceneError
+
+
+def refuse_used(directory: Path, comm: MPI.Comm) -> None:
+    """Never mix the files of two runs.
+
+    Args:
+        directory: A directory to be written; the first rank looks, all ranks learn.
+        comm: Communicator.
+
+    Raises:
+        SceneError: If it exists and is not empty.
+    """
+    used = comm.bcast(directory.exists() and (not directory.is_dir() or any(directory.iterdir())))
+    if used:
+        raise SceneError(
+            f"out is {directory}, which exists and is not empty; give another directory, or go on "
+            f"with the run in it by `shellmb resume {directory}`"
+        )

@@ -1,0 +1,171 @@
+"""Run a scene with all observers: what the command line, demos, verification and tests share."""
+
+from __future__ import annotations
+
+import time as clock
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from mpi4py import MPI
+
+import pandas as pd
+
+from shellmb.errors import ConvergenceError, SceneError
+from shellmb.observers.checkpoint import Checkpoint, Saved
+from shellmb.observers.constraints import Constraints
+from shellmb.observers.energy import EnergyAccount
+from shellmb.observers.history import History, Measuring
+from shellmb.observers.momentum import Momentum
+from shellmb.observers.probes import Probes
+from shellmb.observers.summary import Sources, summarise, write_json
+from shellmb.run.directory import refuse_used
+from shellmb.run.request import REQUEST, Request
+from shellmb.scene import Scene
+from shellmb.simulate.simulation import Observer, Simulation
+
+# names in a run directory
+SUMMARY, HISTORY, FIELDS, STATE = "summary.json", "history.csv", "fields", "state"
+
+type Results = Callable[[RunResult], dict[str, float]]
+
+
+@dataclass(frozen=True)
+class RunResult:
+    """What a run leaves behind, the same on all ranks.
+
+    Args:
+        scene: The scene.
+        simulation: The simulation at its end.
+        history: The history, one row per step and one before the first.
+        summary: The summary.
+        energy: The energy account.
+        out: The run directory, if there is one.
+    """
+
+    scene: Scene
+    simulation: Simulation
+    history: pd.DataFrame
+    summary: dict[str, Any]
+    energy: EnergyAccount
+    out: Path | None
+
+    @property
+    def results(self) -> dict[str, float]:
+        """What the scene measured."""
+        return self.summary["results"]
+
+
+def execute(
+    scene: Scene,
+    out: Path | str | None = None,
+    observers: Sequence[Observer] = (),
+    *,
+    comm: MPI.Comm = MPI.COMM_WORLD,
+    pictures: bool = True,
+    request: Request | None = None,
+    results: Results | None = None,
+    saved: Saved | None = None,
+) -> RunResult:
+    """Run a scene.
+
+    Args:
+        scene: The scene.
+        out: Directory to write; None: nothing is written.
+        observers: More observers; the numbers of those that measure enter the history.
+        comm: Communicator.
+        pictures: Whether pictures are drawn, where anything is written.
+        request: How the scene was asked for, so that `shellmb resume` can build it again.
+        results: Gives the `results` of the summary; None: those of the scene.
+        saved: A state to go on from, see `resume`.
+
+    Raises:
+        SceneError: If the scene does not fit its meshes, or `out` holds a run already.
+        ConvergenceError: If a step fails at the smallest step size; what was computed is written.
+    """
+    begin = clock.perf_counter()
+    directory = None if out is None else Path(out)
+    if directory is not None and saved is None:
+        refuse_used(directory, comm)
+    simulation = Simulation(scene, comm)
+    if directory is not None:
+        _prepare(directory, request, comm)
+    energy, constraints, probes = EnergyAccount(), Constraints(), Probes()
+    momentum = Momentum(energy)
+    known: list[Observer] = [energy, constraints, momentum, probes]
+    measuring = [o for o in (*known, *observers) if isinstance(o, Measuring)]
+    history = History(measuring, None if directory is None else directory / HISTORY)
+    named: dict[str, Observer] = {
+        "energy": energy,
+        "constraints": constraints,
+        "momentum": momentum,
+        "probes": probes,
+        **{f"observer {k}": o for k, o in enumerate(observers)},
+        "history": history,
+    }
+    frames = None
+    if directory is not None:
+        # VTK and matplotlib are only loaded where something is written
+        from shellmb.observers.frames import Frames
+
+        frames = Frames(directory / FIELDS)
+        named["frames"] = frames
+        named["checkpoint"] = Checkpoint(directory / STATE, dict(named))
+    if saved is not None:
+        _restore(simulation, named, saved)
+
+    sources = Sources(energy, momentum, constraints, history)
+    failed: str | None = None
+    try:
+        simulation.run(list(named.values()))
+    except BaseException as failure:
+        failed = str(failure) or type(failure).__name__
+        if isinstance(failure, ConvergenceError) and directory is not None:
+            message = f"{failure}; the last good state is in {directory / STATE}"
+            raise ConvergenceError(message, failure.field, failure.norms) from failure
+        raise
+    finally:
+        wall = clock.perf_counter() - begin
+        started = bool(history.rows)
+        result = RunResult(
+            scene,
+            simulation,
+            history.table(),
+            summarise(simulation, sources, wall, failed),
+            energy,
+            directory,
+        )
+        if started and directory is not None and comm.rank == 0:
+            write_json(directory / SUMMARY, result.summary)
+            if pictures and frames is not None:
+                from shellmb.observers.pictures import draw
+
+                draw(directory, result.history, frames, simulation)
+    measure = results or scene.results
+    if measure is not None:
+        result.summary["results"] = {k: float(v) for k, v in measure(result).items()}
+        if directory is not None and comm.rank == 0:
+            write_json(directory / SUMMARY, result.summary)
+    return result
+
+
+def _prepare(directory: Path, request: Request | None, comm: MPI.Comm) -> None:
+    if comm.rank == 0:
+        directory.mkdir(parents=True, exist_ok=True)
+        if request is not None:
+            write_json(directory / REQUEST, request.to_dict())
+    comm.Barrier()
+
+
+def _restore(simulation: Simulation, named: dict[str, Observer], saved: Saved) -> None:
+    now = simulation.arrays()
+    if {k: v.shape for k, v in now.items()} != {k: v.shape for k, v in saved.arrays.items()}:
+        raise SceneError(
+            f"resume: the state does not fit the scene '{simulation.scene.name}', which has other "
+            "bodies, meshes or schemes now; undo the changes, or start the run anew"
+        )
+    simulation.restore(saved.arrays, saved.simulation)
+    for name, observer in named.items():
+        if name in saved.observers:
+            observer.restore(saved.observers[name])

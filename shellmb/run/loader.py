@@ -1,0 +1,164 @@
+"""Scenes by name or file: bundled demos and users' Python files.
+
+A scene module defines `scene(**parameters) -> Scene` with defaults for all parameters; the first
+line of its docstring says what it is. It may define `results(run) -> dict[str, float]`, what the
+scene measures, `mode_results(modes)`, the same for natural modes, and `check(results)`, which
+asserts reference values of either.
+"""
+
+from __future__ import annotations
+
+import ast
+import importlib
+import importlib.util
+import inspect
+import pkgutil
+import sys
+import traceback
+import types
+import typing
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pydantic import TypeAdapter, ValidationError
+
+from shellmb.errors import SceneError
+from shellmb.scene import Scene
+
+DEMOS = "shellmb.demos"
+
+
+@dataclass(frozen=True)
+class SceneModule:
+    """A module that defines a scene.
+
+    Args:
+        name: Name of the demo, or of the file without its ending.
+        module: The module.
+    """
+
+    name: str
+    module: types.ModuleType
+
+    @property
+    def results(self) -> Callable[..., dict[str, float]] | None:
+        """What the scene measures, if it says so."""
+        return getattr(self.module, "results", None)
+
+    @property
+    def mode_results(self) -> Callable[..., dict[str, float]] | None:
+        """What the scene measures of its natural modes."""
+        return getattr(self.module, "mode_results", None)
+
+    @property
+    def check(self) -> Callable[[dict[str, float]], None] | None:
+        """Assertions on the results, if there are any."""
+        return getattr(self.module, "check", None)
+
+    @property
+    def parameters(self) -> dict[str, inspect.Parameter]:
+        """Parameters of the scene."""
+        return dict(inspect.signature(self.module.scene).parameters)
+
+    def build(self, values: Mapping[str, str] | None = None) -> Scene:
+        """Make the scene.
+
+        Args:
+            values: Values of parameters as text, converted to the parameters' types.
+
+        Raises:
+            SceneError: If a parameter is unknown, a value does not fit, or the scene is impossible.
+        """
+        converted = {name: self._convert(name, text) for name, text in (values or {}).items()}
+        scene = self.module.scene(**converted)
+        if not isinstance(scene, Scene):
+            raise SceneError(
+                f"scene '{self.name}': its function scene() returns a {type(scene).__name__}; "
+                "it must return a Scene"
+            )
+        return scene
+
+    def _convert(self, name: str, text: str) -> Any:
+        known = self.parameters
+        if name not in known:
+            listed = ", ".join(f"'{n}'" for n in known)
+            has = f"its parameters are {listed}" if known else "it has no parameters"
+            raise SceneError(f"scene '{self.name}': there is no parameter '{name}'; {has}")
+        hint = typing.get_type_hints(self.module.scene).get(name)
+        if hint is None:
+            default = known[name].default
+            plain = default is None or default is inspect.Parameter.empty
+            hint = str if plain else type(default)
+        # a tuple is written with commas
+        several = typing.get_origin(hint) in (tuple, list) or hint in (tuple, list)
+        value: Any = [part.strip() for part in text.split(",")] if several else text
+        try:
+            return TypeAdapter(hint).validate_python(value)
+        except ValidationError:
+            wanted = getattr(hint, "__name__", None) or str(hint)
+            kind = {"float": "a number", "int": "a whole number", "bool": "true or false"}
+            raise SceneError(
+                f"scene '{self.name}': {name} is '{text}'; it must be "
+                f"{kind.get(wanted, f'of type {hint}')}"
+            ) from None
+
+
+def demos() -> dict[str, str]:
+    """Names of the bundled demos, each with its line of description; imports none of them."""
+    folder = importlib.import_module(DEMOS).__path__
+    found = {}
+    for info in pkgutil.iter_modules(folder):
+        if not info.name.startswith("_"):
+            source = Path(folder[0], f"{info.name}.py").read_text()
+            text = ast.get_docstring(ast.parse(source)) or ""
+            found[info.name] = text.partition("\n")[0]
+    return found
+
+
+def load(name: str) -> SceneModule:
+    """A scene by the name of a demo or the path of a Python file.
+
+    Args:
+        name: Name or path.
+
+    Raises:
+        SceneError: If there is no such scene, or its file does not define one.
+    """
+    if name.endswith(".py") or "/" in name:
+        loaded = SceneModule(Path(name).stem, _module_of_file(Path(name)))
+    elif name in (known := demos()):
+        loaded = SceneModule(name, importlib.import_module(f"{DEMOS}.{name}"))
+    else:
+        listed = ", ".join(known)
+        raise SceneError(
+            f"there is no scene '{name}'; give one of {listed}, or the path of a Python file"
+        )
+    if not callable(getattr(loaded.module, "scene", None)):
+        raise SceneError(f"'{name}' defines no function scene(); it must define one")
+    return loaded
+
+
+def _module_of_file(path: Path) -> types.ModuleType:
+    path = path.resolve()
+    if not path.is_file():
+        raise SceneError(f"there is no file {path}; give the path of a Python file with a scene")
+    spec = importlib.util.spec_from_file_location(f"shellmb_scene_{path.stem}", path)
+    if spec is None or spec.loader is None:
+        raise SceneError(f"{path} is no Python file; its name must end in .py")
+    module = importlib.util.module_from_spec(spec)
+    # by its name dataclasses find their annotations, by the folder the file finds its neighbours
+    sys.modules[spec.name] = module
+    sys.path.insert(0, str(path.parent))
+    try:
+        spec.loader.exec_module(module)
+    except SyntaxError as error:
+        raise SceneError(f"{path.name}, line {error.lineno}: {error.msg}") from None
+    except (ImportError, NameError, AttributeError, TypeError) as error:
+        frames = [f for f in traceback.extract_tb(error.__traceback__) if f.filename == str(path)]
+        line = frames[-1].lineno if frames else "?"
+        raise SceneError(f"{path.name}, line {line}: {error}") from None
+    finally:
+        sys.path.remove(str(path.parent))
+    return module

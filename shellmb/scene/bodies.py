@@ -1,0 +1,110 @@
+"""Shells and the joins between them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, InstanceOf
+
+from shellmb.errors import SceneError
+from shellmb.scene.gmsh_surfaces import GmshFile, GmshModel
+from shellmb.scene.sections import Section
+from shellmb.scene.surfaces import Surface
+from shellmb.scene.validate import Edge, Name, PositiveInt, Vec3, described, show, unit_vector
+
+__all__ = ["Join", "Shell"]
+
+Distortion = Annotated[float, Field(ge=0, le=0.3, allow_inf_nan=False)]
+
+
+@described("shell")
+class Shell:
+    """One shell body: a mid-surface, its section, its mesh.
+
+    Args:
+        name: What supports, loads and results call it.
+        surface: The mid-surface.
+        section: The section.
+        mesh: Numbers of elements along xi and eta.
+        degree: Degree of displacement and director, 2 or 3; triangles: 2.
+        cell: Quadrilaterals or triangles.
+        geometry_order: Order of the mesh geometry; None: 1 for flat surfaces, 2 for curved ones and
+            gmsh models, whatever a mesh file holds.
+        distortion: Interior vertices are moved by this fraction of the element size, in a fixed
+            pattern, up to 0.3; for studies of locking.
+        direction: The material 1-direction is this vector projected on the surface; None: the x
+            axis, or where that is nearly normal to some part of the surface, y or z.
+        rotary_inertia: Whether the rotation of the director has inertia.
+        strains: A strain measure in place of the usual one: ``strains(u, w, surface)`` returns
+            ``ShellStrains``, as :func:`shellmb.forms.shell.shell_strains` does.
+        terms: Terms added to the weak form, each a callable in UFL.
+    """
+
+    name: Name
+    surface: InstanceOf[Surface]
+    section: InstanceOf[Section]
+    mesh: tuple[PositiveInt, PositiveInt] = (8, 8)
+    degree: Literal[2, 3] = 2
+    cell: Literal["quad", "tri"] = "quad"
+    geometry_order: Literal[1, 2] | None = None
+    distortion: Distortion = 0.0
+    direction: Vec3 | None = None
+    rotary_inertia: bool = True
+    strains: Callable[..., Any] | None = None
+    terms: tuple[Callable[..., Any], ...] = ()
+
+    def __post_init__(self) -> None:
+        """Check what concerns several parameters.
+
+        Raises:
+            SceneError: If triangles are asked for with degree 3, a gmsh mesh is to be distorted, or
+                a closed surface has too few elements around.
+        """
+        if self.cell == "tri" and self.degree != 2:
+            raise SceneError(
+                f"shell '{self.name}': degree is {self.degree}; it must be 2 on triangles"
+            )
+        if self.distortion and isinstance(self.surface, GmshFile | GmshModel):
+            raise SceneError(
+                f"shell '{self.name}': distortion is {show(self.distortion)}; "
+                "it must be 0 where gmsh makes the mesh"
+            )
+        if self.surface.closed and not self.surface.pole and self.mesh[0] < 3:
+            raise SceneError(
+                f"shell '{self.name}': mesh is {show(self.mesh)}; "
+                "it must have at least 3 elements around a closed surface"
+            )
+        if self.direction is not None:
+            unit_vector(self.direction, f"shell '{self.name}': direction")
+
+
+@described("join")
+class Join:
+    """Two shells joined along an edge each; the nodes of the two edges must coincide.
+
+    Args:
+        first: Name of one shell.
+        second: Name of the other.
+        first_edge: Edge or edges of the first shell.
+        second_edge: Edge or edges of the second.
+        kind: ``"smooth"``: one director for both; ``"kink"``: each its own, the angle between them
+            locked; ``"auto"``: whichever the surfaces' normals along the edge tell.
+    """
+
+    first: Name
+    second: Name
+    first_edge: Edge
+    second_edge: Edge
+    kind: Literal["auto", "smooth", "kink"] = "auto"
+
+    def __post_init__(self) -> None:
+        """Check that there are two shells.
+
+        Raises:
+            SceneError: If both are the same.
+        """
+        if self.first == self.second:
+            raise SceneError(
+                f"join: first and second are both {show(self.first)}; they must be two shells"
+            )

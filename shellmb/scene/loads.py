@@ -1,0 +1,169 @@
+"""Loads.
+
+``body`` names the shell and may be left out where the scene has one only. ``time`` multiplies the
+load; without it a load grows as t / t_end in statics, and is sudden and constant in dynamics.
+Forces are per unit area or length of the reference surface. A dead load keeps its direction; a
+follower load turns with the convected basis E1, E2, E3 of the deformed shell, which begins as the
+material 1-direction, the one across it, and the normal.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from shellmb.scene.times import TimeFunction
+from shellmb.scene.validate import Edge, Finite, Name, Place, Vec3, described
+
+__all__ = [
+    "EdgeForce",
+    "EdgeMoment",
+    "FollowerEdgeForce",
+    "FollowerSurfaceForce",
+    "Gravity",
+    "Load",
+    "PointForce",
+    "Pressure",
+    "SurfaceForce",
+]
+
+
+class Load:
+    """Any load.
+
+    Attributes:
+        body: Name of the loaded shell, or None.
+        time: Function of time that multiplies it, or None.
+    """
+
+    body: str | None
+    time: TimeFunction | None
+
+
+@described("surface force")
+class SurfaceForce(Load):
+    """A dead force per unit area.
+
+    Args:
+        force: Its components [N/m^2], or a vectorised function of reference positions (3, n) that
+            gives them as an array (3, n); it is interpolated once.
+        body: Name of the shell.
+        time: Function of time.
+    """
+
+    force: Vec3 | Callable[[Any], Any]
+    body: Name | None = None
+    time: TimeFunction | None = None
+
+
+@described("follower surface force")
+class FollowerSurfaceForce(Load):
+    """A force per unit area that turns with the shell.
+
+    Args:
+        components: Along E1, E2, E3 [N/m^2].
+        body: Name of the shell.
+        time: Function of time.
+    """
+
+    components: Vec3
+    body: Name | None = None
+    time: TimeFunction | None = None
+
+
+@described("pressure")
+class Pressure(Load):
+    """A pressure on the lower face: it pushes along the normal E3 of the deformed shell.
+
+    Args:
+        p: Pressure, positive along E3 [Pa].
+        body: Name of the shell.
+        time: Function of time.
+    """
+
+    p: Finite
+    body: Name | None = None
+    time: TimeFunction | None = None
+
+
+@described("edge force")
+class EdgeForce(Load):
+    """A dead force per unit length of an edge.
+
+    Args:
+        edge: The edge or edges.
+        force: Its components [N/m].
+        body: Name of the shell.
+        time: Function of time.
+    """
+
+    edge: Edge
+    force: Vec3
+    body: Name | None = None
+    time: TimeFunction | None = None
+
+
+@described("follower edge force")
+class FollowerEdgeForce(Load):
+    """A force per unit length of an edge that turns with the shell.
+
+    Args:
+        edge: The edge or edges.
+        components: Along E1, E2, E3 [N/m].
+        body: Name of the shell.
+        time: Function of time.
+    """
+
+    edge: Edge
+    components: Vec3
+    body: Name | None = None
+    time: TimeFunction | None = None
+
+
+@described("edge moment")
+class EdgeMoment(Load):
+    """A moment per unit length of an edge.
+
+    Args:
+        edge: The edge or edges.
+        moment: Its components, the axis fixed in space [N m/m].
+        body: Name of the shell.
+        time: Function of time.
+    """
+
+    edge: Edge
+    moment: Vec3
+    body: Name | None = None
+    time: TimeFunction | None = None
+
+
+@described("point force")
+class PointForce(Load):
+    """A dead force at one point.
+
+    Args:
+        point: A named point, or the coordinates (x, y, z) of a node [m].
+        force: Its components [N].
+        body: Name of the shell.
+        time: Function of time.
+    """
+
+    point: Place
+    force: Vec3
+    body: Name | None = None
+    time: TimeFunction | None = None
+
+
+@described("gravity")
+class Gravity(Load):
+    """Weight, of every shell where no body is named.
+
+    Args:
+        acceleration: Its components [m/s^2].
+        body: Name of the shell; None: all of them.
+        time: Function of time.
+    """
+
+    acceleration: Vec3 = (0.0, 0.0, -9.81)
+    body: Name | None = None
+    time: TimeFunction | None = None

@@ -1,0 +1,148 @@
+"""The scene: everything a user describes, checked as a whole."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Annotated, Any, Literal
+
+from pydantic import BeforeValidator, Field, InstanceOf
+
+from shellmb.errors import SceneError
+from shellmb.scene import checks
+from shellmb.scene.bodies import Join, Shell
+from shellmb.scene.gmsh_surfaces import GmshFile
+from shellmb.scene.initial import InitialVelocity
+from shellmb.scene.loads import Gravity, Load
+from shellmb.scene.probes import Probe
+from shellmb.scene.settings import Output, Solver, StepControl
+from shellmb.scene.supports import Support
+from shellmb.scene.validate import Name, Positive, described, show
+
+__all__ = ["Scene"]
+
+STATIC_STEPS = 10
+
+
+def _several(value: Any) -> Any:
+    """A list, or a single object in place of a tuple of one, is welcome."""
+    return tuple(value) if isinstance(value, list | tuple) else (value,)
+
+
+@described("scene")
+class Scene:
+    """Shells, what holds and loads them, and how they are moved through time.
+
+    Args:
+        name: Name of the scene.
+        shells: The bodies.
+        supports: Supports and prescribed motions.
+        loads: Loads.
+        joins: Joins between shells.
+        initial: Initial velocities; they add up.
+        probes: What to record at single points.
+        scheme: ``"static"``, ``"linear"`` (statics, small displacements), ``"ep"``, ``"ed"``, or a
+            scheme object.
+        alpha: Dissipation of the energy-decaying scheme, 0 (none) to 1.
+        dt: Time step [s]; in statics the load step in the same measure as ``t_end``; if left out
+            a tenth of ``t_end``, or all of it where the scheme is linear.
+        t_end: Time at the end [s]; in statics 1 if left out.
+        solver: Newton's method.
+        control: Control of the step size.
+        output: What is written.
+        results: ``results(run) -> dict`` of numbers for ``summary.json``.
+
+    Raises:
+        SceneError: If anything is impossible, in one sentence that tells what would be right.
+    """
+
+    name: Name
+    shells: Annotated[tuple[InstanceOf[Shell], ...], BeforeValidator(_several)]
+    supports: Annotated[tuple[InstanceOf[Support], ...], BeforeValidator(_several)] = ()
+    loads: Annotated[tuple[InstanceOf[Load], ...], BeforeValidator(_several)] = ()
+    joins: Annotated[tuple[InstanceOf[Join], ...], BeforeValidator(_several)] = ()
+    initial: Annotated[tuple[InstanceOf[InitialVelocity], ...], BeforeValidator(_several)] = ()
+    probes: Annotated[tuple[InstanceOf[Probe], ...], BeforeValidator(_several)] = ()
+    scheme: Any = "static"
+    alpha: Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)] = 1.0
+    dt: Positive | None = None
+    t_end: Positive | None = None
+    solver: Solver = Solver()
+    control: StepControl = StepControl()
+    output: Output = Output()
+    results: Callable[..., Any] | None = None
+
+    def __post_init__(self) -> None:
+        """Fill in the times of a static scene and check the scene as a whole."""
+        if self.static:
+            t_end = 1.0 if self.t_end is None else self.t_end
+            object.__setattr__(self, "t_end", t_end)
+            if self.dt is None:
+                steps = 1 if self.scheme_name == "linear" else STATIC_STEPS
+                object.__setattr__(self, "dt", t_end / steps)
+        checks.check(self)
+
+    @property
+    def scheme_name(self) -> str:
+        """Name of the scheme, also where it is an object."""
+        return (
+            self.scheme if isinstance(self.scheme, str) else str(getattr(self.scheme, "name", ""))
+        )
+
+    @property
+    def static(self) -> bool:
+        """Whether the scene has no velocities."""
+        if isinstance(self.scheme, str):
+            return not checks.SCHEMES.get(self.scheme, (True, True))[0]
+        return not getattr(self.scheme, "dynamic", True)
+
+    def shell(self, name: str | None = None) -> Shell:
+        """The shell of that name, or the only one.
+
+        Raises:
+            SceneError: If there is none of that name, or no name and several shells.
+        """
+        return checks.find_shell(self, name, "scene")
+
+    def shells_of(self, item: Support | Load | InitialVelocity | Probe) -> tuple[Shell, ...]:
+        """The shells that a support, load, initial velocity or probe acts on."""
+        if item.body is None and isinstance(item, Gravity | InitialVelocity):
+            return self.shells
+        return (self.shell(item.body),)
+
+    def with_options(
+        self,
+        scheme: Any = None,
+        alpha: float | None = None,
+        dt: float | None = None,
+        t_end: float | None = None,
+        mesh: tuple[int, int] | None = None,
+        degree: Literal[2, 3] | None = None,
+        cell: Literal["quad", "tri"] | None = None,
+    ) -> Scene:
+        """The same scene with some choices replaced, checked again; None keeps a choice.
+
+        Args:
+            scheme: Scheme.
+            alpha: Dissipation.
+            dt: Time step [s].
+            t_end: Time at the end [s].
+            mesh: Counts of elements, of every shell.
+            degree: Degree, of every shell.
+            cell: Cell type, of every shell.
+
+        Raises:
+            SceneError: If the new scene is impossible, or a mesh file's mesh would have to change.
+        """
+        if mesh is not None and any(isinstance(s.surface, GmshFile) for s in self.shells):
+            raise SceneError(
+                f"scene '{self.name}': mesh is {show(mesh)}; it must be left out where a shell's "
+                "mesh is read from a file"
+            )
+        chosen = {"scheme": scheme, "alpha": alpha, "dt": dt, "t_end": t_end}
+        body = {"mesh": mesh, "degree": degree, "cell": cell}
+        changes: dict[str, Any] = {k: v for k, v in chosen.items() if v is not None}
+        body_changes: dict[str, Any] = {k: v for k, v in body.items() if v is not None}
+        if body_changes:
+            changes["shells"] = tuple(replace(s, **body_changes) for s in self.shells)
+        return replace(self, **changes)

@@ -1,0 +1,75 @@
+"""How a scene is solved, stepped and written."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from shellmb.errors import SceneError
+from shellmb.scene.validate import Positive, PositiveInt, described, show
+
+__all__ = ["Output", "Solver", "StepControl"]
+
+Fraction = Annotated[float, Field(gt=0, lt=1, allow_inf_nan=False)]
+Growth = Annotated[float, Field(ge=1, allow_inf_nan=False)]
+
+
+@described("solver")
+class Solver:
+    """Newton's method for one step.
+
+    Args:
+        newton: DOLFINx's ``NewtonSolver`` or PETSc's SNES.
+        tolerance: Relative tolerance, tested for every field by itself.
+        max_iterations: Iterations after which a step counts as not converged.
+    """
+
+    newton: Literal["newton", "snes"] = "newton"
+    tolerance: Positive = 1e-9
+    max_iterations: PositiveInt = 30
+
+
+@described("step control")
+class StepControl:
+    """How the step changes: smaller where Newton fails, back towards ``dt`` afterwards.
+
+    Args:
+        min_dt: Smallest step before the run gives up [s]; None: 1/1024 of ``dt``.
+        max_dt: Largest step [s]; None: ``dt``.
+        shrink: Factor on the step when it is rejected.
+        growth: Factor on the step after ``patience`` good steps, up to ``max_dt``.
+        patience: Number of good steps before the step grows.
+        jump_tolerance: Largest jump between the states j and i of the energy-decaying scheme,
+            relative to the scale of each field; larger ones reject the step. None: no control.
+    """
+
+    min_dt: Positive | None = None
+    max_dt: Positive | None = None
+    shrink: Fraction = 0.5
+    growth: Growth = 2.0
+    patience: PositiveInt = 4
+    jump_tolerance: Positive | None = None
+
+    def __post_init__(self) -> None:
+        """Check that the steps are in order.
+
+        Raises:
+            SceneError: If ``min_dt`` exceeds ``max_dt``.
+        """
+        if self.min_dt and self.max_dt and self.min_dt > self.max_dt:
+            raise SceneError(
+                f"step control: min_dt is {show(self.min_dt)}; it must be at most max_dt, "
+                f"which is {show(self.max_dt)}"
+            )
+
+
+@described("output")
+class Output:
+    """What a run writes.
+
+    Args:
+        frames: Number of states stored for field files, pictures and animation.
+    """
+
+    frames: PositiveInt = 50

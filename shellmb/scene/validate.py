@@ -1,0 +1,206 @@
+"""Checked frozen dataclasses: field types, and pydantic's errors as one plain sentence."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import fields
+from typing import Annotated, Any, dataclass_transform
+
+import numpy as np
+from pydantic import BeforeValidator, ConfigDict, Field, ValidationError
+from pydantic.dataclasses import dataclass as pydantic_dataclass
+
+from shellmb.errors import SceneError
+
+__all__ = [
+    "Edge",
+    "Finite",
+    "Name",
+    "NonNegative",
+    "Place",
+    "Positive",
+    "PositiveInt",
+    "Vec3",
+    "described",
+    "edge_names",
+    "show",
+    "unit_vector",
+]
+
+
+def _plain(value: Any) -> Any:
+    """NumPy scalars and arrays as Python numbers and lists, anything else as it is."""
+    return value.tolist() if isinstance(value, np.generic | np.ndarray) else value
+
+
+def _vector(value: Any) -> tuple[float, float, float]:
+    value = _plain(value)
+    try:
+        x, y, z = (float(c) for c in value)
+    except (TypeError, ValueError):
+        raise ValueError("it must be a vector of three numbers") from None
+    if not all(math.isfinite(c) for c in (x, y, z)):
+        raise ValueError("every component must be finite")
+    return (x, y, z)
+
+
+def _place(value: Any) -> str | tuple[str, ...] | tuple[float, float, float]:
+    value = _plain(value)
+    if isinstance(value, str) and value:
+        return value
+    if isinstance(value, Sequence) and value and all(isinstance(v, str) and v for v in value):
+        return tuple(value)
+    try:
+        return _vector(value)
+    except ValueError:
+        raise ValueError(
+            "it must be a name, a tuple of names, or finite coordinates (x, y, z)"
+        ) from None
+
+
+def _edge(value: Any) -> str | tuple[str, ...]:
+    if isinstance(value, str) and value:
+        return value
+    if isinstance(value, Sequence) and value and all(isinstance(v, str) and v for v in value):
+        return tuple(value)
+    raise ValueError("it must be the name of an edge or a tuple of such names")
+
+
+Finite = Annotated[float, BeforeValidator(_plain), Field(allow_inf_nan=False)]
+Positive = Annotated[float, BeforeValidator(_plain), Field(gt=0, allow_inf_nan=False)]
+NonNegative = Annotated[float, BeforeValidator(_plain), Field(ge=0, allow_inf_nan=False)]
+PositiveInt = Annotated[int, BeforeValidator(_plain), Field(gt=0)]
+Name = Annotated[str, Field(min_length=1)]
+Vec3 = Annotated[tuple[float, float, float], BeforeValidator(_vector)]
+Edge = Annotated[str | tuple[str, ...], BeforeValidator(_edge)]
+Place = Annotated[str | tuple[str, ...] | tuple[float, float, float], BeforeValidator(_place)]
+
+
+def edge_names(edge: str | tuple[str, ...]) -> tuple[str, ...]:
+    """One name or several, always as a tuple."""
+    return (edge,) if isinstance(edge, str) else edge
+
+
+def unit_vector(v: Sequence[float], what: str) -> np.ndarray:
+    """``v / |v|``, shape (3,).
+
+    Args:
+        v: A vector.
+        what: Who asks, for the error, as in ``"cylinder: axis"``.
+
+    Raises:
+        SceneError: If ``v`` has no direction.
+    """
+    a = np.asarray(v, dtype=float)
+    norm = float(np.linalg.norm(a))
+    if not norm > 0:
+        raise SceneError(f"{what} is {show(v)}; it must have a length greater than 0")
+    return a / norm
+
+
+def show(value: Any) -> str:
+    """``value`` for an error message: short, and without NumPy's type names."""
+    value = _plain(value)
+    text = getattr(value, "__name__", None) or repr(value)
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
+_BOUNDS = {
+    "greater_than": ("greater than", "gt"),
+    "greater_than_equal": ("at least", "ge"),
+    "less_than": ("less than", "lt"),
+    "less_than_equal": ("at most", "le"),
+}
+_KINDS = {
+    "finite_number": "it must be a finite number",
+    "float_type": "it must be a number",
+    "float_parsing": "it must be a number",
+    "int_type": "it must be a whole number",
+    "int_parsing": "it must be a whole number",
+    "int_from_float": "it must be a whole number",
+    "string_type": "it must be a text",
+    "string_too_short": "it must not be empty",
+    "callable_type": "it must be a function",
+    "bool_type": "it must be True or False",
+    "bool_parsing": "it must be True or False",
+}
+
+
+def _requirement(error: Any) -> str:
+    """What would be right, from one entry of ``ValidationError.errors()``."""
+    kind, context = error["type"], error.get("ctx", {})
+    if kind in _BOUNDS:
+        words, key = _BOUNDS[kind]
+        return f"it must be {words} {context[key]:g}"
+    if kind == "value_error":
+        return str(context["error"])
+    if kind == "literal_error":
+        return f"it must be {context['expected']}"
+    if kind in ("is_instance_of", "dataclass_type"):
+        words = context.get("class") or context.get("class_name")
+        return f"it must be a {words.lower()}"
+    return str(_KINDS.get(kind, error["msg"].replace("Input should", "it should")))
+
+
+def _field(place: Any, names: list[str]) -> str:
+    """Name of a parameter that pydantic gives by name or by position."""
+    return names[place] if isinstance(place, int) and place < len(names) else str(place)
+
+
+def _sentence(label: str, cls: type, failure: ValidationError) -> str:
+    error = failure.errors(include_url=False)[0]
+    loc, kind = error["loc"], error["type"]
+    names = [f.name for f in fields(cls)]
+    first = loc[0] if loc else ""
+    where = _field(first, names)
+    where += "".join(f"[{i}]" for i in loc[1:] if isinstance(i, int))
+    if kind in ("missing", "too_long") and len(loc) > int(kind == "missing"):
+        return f"{label}: {_field(first, names)} has the wrong number of entries"
+    if kind in ("missing", "missing_argument"):
+        return f"{label}: {where} is missing; its parameters are {', '.join(names)}"
+    if kind in ("unexpected_keyword_argument", "unexpected_positional_argument"):
+        return f"{label}: there is no parameter {where}; its parameters are {', '.join(names)}"
+    return f"{label}: {where} is {show(error['input'])}; {_requirement(error)}"
+
+
+def _with_name(label: str, cls: type, args: tuple[Any, ...], kwargs: dict[str, Any]) -> str:
+    """``shell 'roof'`` rather than ``shell`` where a name was given."""
+    names = [f.name for f in fields(cls)]
+    if "name" not in names:
+        return label
+    position = names.index("name")
+    name = kwargs.get("name", args[position] if len(args) > position else None)
+    return f"{label} {name!r}" if isinstance(name, str) and name else label
+
+
+@dataclass_transform(frozen_default=True)
+def described[T](label: str) -> Callable[[type[T]], type[T]]:
+    """Make a class a frozen pydantic dataclass whose construction fails with one sentence.
+
+    Args:
+        label: What a user calls such an object, as in ``"isotropic section"``; begins messages.
+
+    Returns:
+        The class decorator. The decorated class raises :class:`SceneError` only.
+    """
+
+    def decorate(cls: type[T]) -> type[T]:
+        config = ConfigDict(arbitrary_types_allowed=True, extra="forbid")
+        made: Any = pydantic_dataclass(frozen=True, config=config)(cls)
+        checked_init = made.__init__
+
+        @functools.wraps(checked_init)
+        def init(self: Any, *args: Any, **kwargs: Any) -> None:
+            try:
+                checked_init(self, *args, **kwargs)
+            except ValidationError as failure:
+                said = _with_name(label, made, args, kwargs)
+                raise SceneError(_sentence(said, made, failure)) from None
+
+        made.__init__ = init
+        made.label = label
+        return made
+
+    return decorate

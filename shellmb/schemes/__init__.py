@@ -1,0 +1,4 @@
+"""Time schemes: at which states the forms are taken, and with which weights."""
+
+# before dolfinx and petsc4py, whichever module of this package is imported first
+from mpi4py import MPI as _MPI  # noqa: F401

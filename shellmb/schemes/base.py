@@ -1,0 +1,157 @@
+"""What a time scheme is: which states it solves for, and at which states forms are taken.
+
+A scheme is data and a few small functions; it knows no bodies, only their functions at the start
+of a
+step and the unknown functions of its stages. A new scheme is one class with the members of `Scheme`
+and, to be tested, one line in `registry.py`.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+from dolfinx import fem
+from ufl.core.expr import Expr
+
+from shellmb.forms.discrete import mean
+from shellmb.forms.mixed import Interval
+
+Values = npt.NDArray[np.float64]
+Motion = Callable[[float], Values]
+Tangent = Callable[[Values, Values], Values]
+
+# three Gauss points on [0, 1]: time averages of loads exact to degree 5, beyond the order of any
+# scheme here
+GAUSS_TIMES = np.array([0.5 - np.sqrt(15) / 10, 0.5, 0.5 + np.sqrt(15) / 10])
+GAUSS_WEIGHTS = np.array([5.0, 8.0, 5.0]) / 18
+
+
+@dataclass(frozen=True)
+class Levels:
+    """Functions of one body at the time levels of a step.
+
+    Args:
+        q: State at the start of the step.
+        rates: Rates at the start of the step that the scheme keeps ("v", say).
+        unknown: Unknown state of each stage, by its name.
+        tangent: Takes a jump of velocities and a state, and returns the jump without what the
+            constraints at the nodes forbid at that state.
+    """
+
+    q: fem.Function
+    rates: Mapping[str, fem.Function]
+    unknown: Mapping[str, fem.Function]
+    tangent: Callable[[Expr, Expr], Expr] = lambda b, mid: b
+
+
+@dataclass(frozen=True)
+class Stage:
+    """One row of equations of a scheme, tested with the variations of its unknown state.
+
+    Args:
+        span: Sub-interval over which forces act, and where constraints hold.
+        rate: Rate of the velocities that the inertia sees; None in statics.
+        velocity: Velocity that velocity-dependent terms see; None in statics.
+        path: Whether internal forces are their mean over the path of the sub-interval to third
+            order, and not to second.
+    """
+
+    span: Interval
+    rate: Expr | None = None
+    velocity: Expr | None = None
+    path: bool = False
+
+
+class Scheme(Protocol):
+    """A time scheme.
+
+    Attributes:
+        name: Short name.
+        title: What it is, in words.
+        order: Order of accuracy in time, 0 for statics.
+        dynamic: Whether there are velocities.
+        stages: Names of the stages; the last one is the state at the end of the step.
+        rates: Names of the rates that it keeps from step to step.
+        conserves: Any of "energy", "momentum", "angular momentum".
+        linear: Whether the equations are linear in the unknowns.
+    """
+
+    @property
+    def name(self) -> str: ...  # noqa: D102
+    @property
+    def title(self) -> str: ...  # noqa: D102
+    @property
+    def order(self) -> int: ...  # noqa: D102
+    @property
+    def dynamic(self) -> bool: ...  # noqa: D102
+    @property
+    def stages(self) -> tuple[str, ...]: ...  # noqa: D102
+    @property
+    def rates(self) -> tuple[str, ...]: ...  # noqa: D102
+    @property
+    def conserves(self) -> frozenset[str]: ...  # noqa: D102
+    @property
+    def linear(self) -> bool: ...  # noqa: D102
+
+    def expand(self, levels: Levels, dt: fem.Constant) -> dict[str, Stage]:
+        """Stages in terms of the functions of one body."""
+        ...
+
+    def load_weight(self, stage: str, tau: float) -> float:
+        """Weight in the stage's load average of the load at the time t + tau dt."""
+        ...
+
+    def prescribed(
+        self, stage: str, motion: Motion, t: float, dt: float, rates: Mapping[str, Values]
+    ) -> Values:
+        """Values at a stage of dofs with a prescribed motion; `rates` are theirs at the start."""
+        ...
+
+    def advance(
+        self,
+        q: Values,
+        rates: Mapping[str, Values],
+        unknown: Mapping[str, Values],
+        dt: float,
+        tangent: Tangent,
+    ) -> dict[str, Values]:
+        """Rates at the end of the step; `tangent` is that of `Levels` for arrays."""
+        ...
+
+    def dissipation(self) -> tuple[float, str | None]:
+        """Factor alpha of eq. (33) and the stage whose jump from the start counts; (0, None)."""
+        ...
+
+
+def interval(a: Expr, b: Expr, beta: Expr | float = 0.0) -> Interval:
+    """The sub-interval from `a` to `b`: forces at its mid-point, constraints at its end."""
+    return Interval(a=a, b=b, mid=mean(a, b), at=b, unknown=b, beta=beta)
+
+
+def at_state(q: Expr) -> Interval:
+    """A single state, as in statics."""
+    return Interval(a=q, b=q, mid=q, at=q, unknown=q, beta=0.0)
+
+
+def load_average(
+    scheme: Scheme, stage: str, function: Callable[[float], float], t: float, dt: float
+) -> float:
+    """Average of a function of time over a step with the weights of a stage.
+
+    Args:
+        scheme: The scheme.
+        stage: Name of the stage.
+        function: Function of time.
+        t: Start of the step, s.
+        dt: Its length, s.
+    """
+    if not scheme.dynamic:
+        return float(function(t + dt))
+    return float(
+        sum(
+            weight * scheme.load_weight(stage, tau) * function(t + tau * dt)
+            for tau, weight in zip(GAUSS_TIMES, GAUSS_WEIGHTS, strict=True)
+        )
+    )

@@ -1,0 +1,84 @@
+"""Size of the time step: halved where Newton fails or the jump is too large, then grown back."""
+
+from dataclasses import dataclass
+
+from shellmb.scene import StepControl
+
+# smallest step relative to the nominal one, if the scene does not say
+DEFAULT_SMALLEST = 1 / 1024
+
+# the jump between the states j and i is `-dt^2/6` times the acceleration, eq. (31)
+JUMP_ORDER = 2
+SAFETY = 0.9
+
+
+@dataclass
+class StepSize:
+    """The step size, as it changes.
+
+    Args:
+        settings: Settings of the scene.
+        nominal: The scene's step, s.
+
+    Attributes:
+        dt: Step to try next, s.
+        good: Number of accepted steps since the last change.
+        rejected: Number of rejected steps.
+    """
+
+    settings: StepControl
+    nominal: float
+
+    def __post_init__(self) -> None:
+        self.dt = min(self.nominal, self.largest)
+        self.good = 0
+        self.rejected = 0
+
+    @property
+    def largest(self) -> float:
+        """Largest step, s."""
+        return self.settings.max_dt or self.nominal
+
+    @property
+    def smallest(self) -> float:
+        """Smallest step, s."""
+        return self.settings.min_dt or DEFAULT_SMALLEST * self.nominal
+
+    def reject(self, dt: float) -> bool:
+        """Shrink the step after a failure at `dt`; False if it was the smallest already."""
+        self.rejected += 1
+        self.good = 0
+        if dt <= self.smallest * (1 + 1e-9):
+            return False
+        self.dt = max(self.settings.shrink * dt, self.smallest)
+        return True
+
+    def accept(self, jump: float | None) -> None:
+        """Grow the step after success: by the jump if it controls, else after some good steps."""
+        self.good += 1
+        if self.settings.jump_tolerance is not None and jump is not None:
+            self._follow(jump)
+        elif self.good >= self.settings.patience and self.dt < self.largest:
+            self.dt = min(self.settings.growth * self.dt, self.largest)
+            self.good = 0
+
+    def _follow(self, jump: float) -> None:
+        tolerance = self.settings.jump_tolerance
+        assert tolerance is not None
+        factor = SAFETY * (tolerance / max(jump, 1e-300)) ** (1 / JUMP_ORDER)
+        factor = min(self.settings.growth, max(self.settings.shrink, factor))
+        self.dt = min(max(factor * self.dt, self.smallest), self.largest)
+
+    def too_large(self, jump: float | None) -> bool:
+        """Whether a step must be repeated because of its jump."""
+        tolerance = self.settings.jump_tolerance
+        return tolerance is not None and jump is not None and jump > tolerance
+
+    def state(self) -> dict[str, float]:
+        """What a restart needs."""
+        return {"dt": self.dt, "good": self.good, "rejected": self.rejected}
+
+    def restore(self, state: dict[str, float]) -> None:
+        """Take up a saved state."""
+        self.dt, self.good = float(state["dt"]), int(state["good"])
+        self.rejected = int(state["rejected"])

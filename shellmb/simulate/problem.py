@@ -1,0 +1,211 @@
+"""One step of a scene as a block system: model and scheme turned into fields of unknowns."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import numpy.typing as npt
+from dolfinx import fem
+
+from shellmb.model.body import Body, TimeFunction
+from shellmb.model.model import Model
+from shellmb.schemes.base import Levels, Scheme, load_average
+from shellmb.schemes.residual import StageForms, stage_forms
+from shellmb.system.assembly import BlockSystem
+from shellmb.system.fields import Field, Link, Part
+from shellmb.system.newton import NEWTON, NewtonSettings
+
+# an update of a position or director this many times its scale is no motion of the body any more
+DIVERGED = 1e3
+
+Values = npt.NDArray[np.float64]
+
+
+class Problem:
+    """The functions of all bodies at all time levels, and the system that advances them.
+
+    Args:
+        model: The bodies.
+        scheme: The scheme.
+
+    Attributes:
+        levels: Functions by body name.
+        forms: Residuals by body name and stage.
+        system: The block system.
+        jit_seconds: Time spent compiling.
+    """
+
+    def __init__(self, model: Model, scheme: Scheme) -> None:
+        self.model, self.scheme = model, scheme
+        self.levels: dict[str, Levels] = {}
+        self.forms: dict[str, dict[str, StageForms]] = {}
+        self._dt: list[fem.Constant] = []
+        self._time: list[fem.Constant] = []
+        for body in model.bodies:
+            self._add(body)
+        names = [(b.name, s) for s in scheme.stages for b in model.bodies]
+        self._index = {key: k for k, key in enumerate(names)}
+        self._bodies = {b.name: b for b in model.bodies}
+        empty = np.zeros(0, dtype=np.int32)
+        self._kinematic_dofs = {
+            b.name: np.concatenate([empty, *(b.mixed.dofs[p] for p in sorted(b.kinematic))])
+            for b in model.bodies
+        }
+        self.fields = [self._field(self._bodies[b], s) for b, s in names]
+        self.system = BlockSystem(model.comm, self.fields)
+        solver = model.scene.solver
+        self.newton = NEWTON[solver.newton](
+            self.system,
+            NewtonSettings(solver.tolerance, solver.max_iterations),
+            f"shellmb_{id(self)}_",
+        )
+
+    def _add(self, body: Body) -> None:
+        space = body.mixed.space
+
+        def function(name: str) -> fem.Function:
+            return fem.Function(space, name=f"{name}_{body.name}")
+
+        levels = Levels(
+            function("q"),
+            {rate: function(rate) for rate in self.scheme.rates},
+            {stage: function(f"q_{stage}") for stage in self.scheme.stages},
+            body.tangent,
+        )
+        dt, time = fem.Constant(space.mesh, 1.0), fem.Constant(space.mesh, 0.0)
+        self._dt.append(dt)
+        self._time.append(time)
+        self.levels[body.name] = levels
+        self.forms[body.name] = stage_forms(body, self.scheme, levels, dt, time)
+
+    def _field(self, body: Body, stage: str) -> Field:
+        suffix = f" (stage {stage})" if len(self.scheme.stages) > 1 else ""
+        parts = tuple(
+            Part(
+                p.title + suffix,
+                body.mixed.dofs[p.name],
+                p.scale,
+                p.advice,
+                DIVERGED * p.scale if p.name in body.kinematic else math.inf,
+            )
+            for p in body.parts
+        )
+        links = tuple(
+            Link(link.dofs, self._index[link.body, stage], link.targets) for link in body.links
+        )
+        fixed = np.concatenate([*(f.dofs for f in body.fixed), np.zeros(0, dtype=np.int32)])
+        return Field(
+            name=f"{body.name}{suffix}",
+            function=self.levels[body.name].unknown[stage],
+            residual=self.forms[body.name][stage].residual,
+            parts=parts,
+            fixed=fixed.astype(np.int32),
+            values=np.zeros(len(fixed)),
+            links=links,
+        )
+
+    def state(self, body: str) -> fem.Function:
+        """Function with the current state of a body; in linear statics `q` stays undeformed."""
+        levels = self.levels[body]
+        return levels.unknown[self.last] if self.scheme.linear else levels.q
+
+    def field(self, body: str, stage: str) -> Field:
+        """Field of a body's stage."""
+        return self.fields[self._index[body, stage]]
+
+    @property
+    def last(self) -> str:
+        """Name of the stage at the end of a step."""
+        return self.scheme.stages[-1]
+
+    def start_factor(self, t: float, function: TimeFunction | None) -> float:
+        """Factor of a load at a time: its time function, or the default of the scheme."""
+        if function is not None:
+            return float(function(t))
+        t_end = self.model.scene.t_end
+        assert t_end is not None
+        return 1.0 if self.scheme.dynamic else t / t_end
+
+    def prepare(self, t: float, dt: float) -> None:
+        """Set times, load factors, prescribed values and the first guess for a step."""
+        for constant, middle in zip(self._dt, self._time, strict=True):
+            constant.value = dt  # type: ignore[assignment]
+            middle.value = t + (dt / 2 if self.scheme.dynamic else dt)  # type: ignore[assignment]
+        for name, stages in self.forms.items():
+            levels = self.levels[name]
+            for stage, forms in stages.items():
+                if forms.loads is not None:
+                    forms.loads.update(self._average(stage, t, dt))
+                if not self.scheme.linear:
+                    levels.unknown[stage].x.array[:] = levels.q.x.array
+                self._prescribe(name, stage, t, dt)
+
+    def _average(self, stage: str, t: float, dt: float) -> Callable[[TimeFunction | None], float]:
+        def average(function: TimeFunction | None) -> float:
+            return load_average(
+                self.scheme, stage, lambda time: self.start_factor(time, function), t, dt
+            )
+
+        return average
+
+    def _prescribe(self, name: str, stage: str, t: float, dt: float) -> None:
+        levels, values = self.levels[name], []
+        for fixed in self._bodies[name].fixed:
+            if fixed.moving:
+                rates = {k: f.x.array[fixed.dofs] for k, f in levels.rates.items()}
+                values.append(self.scheme.prescribed(stage, fixed.value, t, dt, rates))
+            else:
+                values.append(fixed.value(t))
+        if values:
+            self.field(name, stage).values[:] = np.concatenate(values)
+
+    def warm_up(self) -> None:
+        """Assemble once and order the factorisation, at the state the functions hold.
+
+        A resumed run does the same at the same state, so that it orders its unknowns as the first
+        did.
+        """
+        self.newton.warm_up()
+
+    def solve(self) -> int:
+        """Solve for the unknown states; returns the number of Newton iterations."""
+        return self.newton.solve()
+
+    def accept(self, dt: float) -> None:
+        """Make the state at the end of the step the start of the next one."""
+        for name, levels in self.levels.items():
+            kinematic = self.kinematic(name)
+            unknown = {s: f.x.array for s, f in levels.unknown.items()}
+            rates = {k: f.x.array for k, f in levels.rates.items()}
+            tangent = self._bodies[name].tangent_values
+            new = self.scheme.advance(levels.q.x.array, rates, unknown, dt, tangent)
+            for key, values in new.items():
+                levels.rates[key].x.array[kinematic] = values[kinematic]
+            if not self.scheme.linear:
+                levels.q.x.array[:] = unknown[self.last]
+
+    def time(self, name: str) -> fem.Constant:
+        """Time at the middle of the step, as a constant on a body's mesh."""
+        return self._time[[b.name for b in self.model.bodies].index(name)]
+
+    def support_work(self) -> float:
+        """Work of the forces that hold or move the fixed dofs, over the step just solved, J."""
+        moved = []
+        for name, stage in self._index:
+            levels = self.levels[name]
+            order = self.scheme.stages
+            before = order.index(stage)
+            start = levels.q if before == 0 else levels.unknown[order[before - 1]]
+            moved.append(levels.unknown[stage].x.array - start.x.array)
+        path = self.system.global_values(moved)[self.system.fixed]
+        return float(self.model.comm.allreduce(float(np.dot(self.system.reactions, path))))
+
+    def tangent_values(self, name: str) -> Callable[[Values, Values], Values]:
+        """`Body.tangent_values` of a body."""
+        return self._bodies[name].tangent_values
+
+    def kinematic(self, name: str) -> npt.NDArray[np.int32]:
+        """Dofs of a body that have velocities."""
+        return self._kinematic_dofs[name]

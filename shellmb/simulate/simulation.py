@@ -1,0 +1,278 @@
+"""The loop over the steps. It knows steps and observers, no physics."""
+
+from __future__ import annotations
+
+import time as clock
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from mpi4py import MPI
+
+import numpy as np
+import numpy.typing as npt
+
+from shellmb.errors import ConvergenceError
+from shellmb.model.model import Model, build_model
+from shellmb.scene import Scene
+from shellmb.schemes.base import Scheme
+from shellmb.schemes.registry import make_scheme
+from shellmb.simulate.control import StepSize
+from shellmb.simulate.problem import Problem
+
+# a remaining time below this fraction of a step is round-off, not a step
+ROUND_OFF = 1e-9
+
+
+class Observer(Protocol):
+    """Looks at a simulation and changes nothing.
+
+    `solved` is called when a step is solved and not yet accepted (both ends of the step are at
+    hand), `accepted` after it. `state` and `restore` carry an observer over a restart.
+    """
+
+    def start(self, simulation: Simulation) -> None:
+        """Before the first step (of the run, or of its continuation)."""
+        ...
+
+    def solved(self, simulation: Simulation) -> None:
+        """A step is solved: `levels.q` is its start, `levels.unknown` its end."""
+        ...
+
+    def accepted(self, simulation: Simulation) -> None:
+        """A step is accepted: `levels.q` and `levels.rates` are the new state."""
+        ...
+
+    def finish(self, simulation: Simulation, error: Exception | None) -> None:
+        """After the last step, or after the failure `error`."""
+        ...
+
+    def state(self) -> dict[str, Any]:
+        """What must survive a restart."""
+        ...
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Take up a saved state."""
+        ...
+
+
+class Silent:
+    """An observer that does nothing; to inherit from."""
+
+    def start(self, simulation: Simulation) -> None:
+        """Nothing to do."""
+
+    def solved(self, simulation: Simulation) -> None:
+        """Nothing to do."""
+
+    def accepted(self, simulation: Simulation) -> None:
+        """Nothing to do."""
+
+    def finish(self, simulation: Simulation, error: Exception | None) -> None:
+        """Nothing to do."""
+
+    def state(self) -> dict[str, Any]:
+        """Nothing to keep."""
+        return {}
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Nothing to take up."""
+
+
+@dataclass(frozen=True)
+class StepInfo:
+    """The step just solved.
+
+    Args:
+        t: Time at its start, s.
+        dt: Its length, s.
+        iterations: Newton iterations.
+        jump: Largest jump between the states j and i relative to the parts' scales; None where the
+            scheme has none.
+    """
+
+    t: float
+    dt: float
+    iterations: int
+    jump: float | None
+
+
+class Simulation:
+    """A scene in motion.
+
+    Args:
+        scene: The scene.
+        comm: Communicator.
+
+    Attributes:
+        model: Bodies.
+        scheme: Time scheme.
+        problem: Functions and the system of one step.
+        t: Current time, s.
+        step: Number of accepted steps.
+        iterations: Newton iterations of accepted steps.
+        last: The step just solved.
+        setup_seconds: Time to build everything but the kernels, s.
+        step_seconds: Time spent in steps so far, observers included, s.
+    """
+
+    def __init__(self, scene: Scene, comm: MPI.Comm = MPI.COMM_WORLD) -> None:
+        begin = clock.perf_counter()
+        self.scene = scene
+        self.model: Model = build_model(scene, comm)
+        self.scheme: Scheme = make_scheme(scene.scheme, scene.alpha)
+        self.problem = Problem(self.model, self.scheme)
+        assert scene.dt is not None and scene.t_end is not None
+        self.t, self.t_end = 0.0, float(scene.t_end)
+        self.step, self.iterations = 0, 0
+        self.size = StepSize(scene.control, float(scene.dt))
+        self.last: StepInfo | None = None
+        self._initial_velocities()
+        self.problem.prepare(0.0, self.size.dt)
+        self.problem.warm_up()
+        self.setup_seconds = clock.perf_counter() - begin - self.problem.system.jit_seconds
+        self.step_seconds = 0.0
+
+    def _initial_velocities(self) -> None:
+        """Rigid-body velocity fields on the shells; supported dofs keep their own."""
+        if "v" not in self.scheme.rates:
+            return
+        for initial in self.scene.initial:
+            linear, spin = np.asarray(initial.linear), np.asarray(initial.spin)
+            for shell in self.scene.shells_of(initial):
+                body = self.model.shells[shell.name]
+                v = self.problem.levels[shell.name].rates["v"].x.array
+                arm = body.mixed.nodes("u") - np.asarray(initial.about)
+                v[body.mixed.dofs["u"]] += (linear + np.cross(spin, arm)).ravel()
+                directors = body.director.x.array.reshape(-1, 3)
+                v[body.mixed.dofs["w"]] += np.cross(spin, directors).ravel()
+        self._initial_support_velocities()
+
+    def _initial_support_velocities(self) -> None:
+        """Velocities of supported dofs: zero, or that of their prescribed motion."""
+        # one-sided, of fourth order: the motion need not be defined before the start
+        h = 1e-3 * self.size.dt
+        weights = np.array([-25, 48, -36, 16, -3]) / (12 * h)
+        for body in self.model.bodies:
+            v = self.problem.levels[body.name].rates["v"].x.array
+            for fixed in body.fixed:
+                v[fixed.dofs] = 0.0
+                if fixed.moving:
+                    v[fixed.dofs] = np.dot(weights, [fixed.value(k * h) for k in range(5)])
+
+    def run(self, observers: Sequence[Observer] = ()) -> None:
+        """Step to the end.
+
+        Args:
+            observers: Called in their order.
+
+        Raises:
+            ConvergenceError: If a step fails at the smallest step size; names time, step, field.
+        """
+        error: Exception | None = None
+        for observer in observers:
+            observer.start(self)
+        begin = clock.perf_counter()
+        before = self.step_seconds
+        try:
+            while self.t_end - self.t > ROUND_OFF * self.size.dt:
+                self.advance(observers)
+                self.step_seconds = before + clock.perf_counter() - begin
+        except BaseException as failure:
+            error = failure if isinstance(failure, Exception) else RuntimeError(repr(failure))
+            raise
+        finally:
+            for observer in observers:
+                observer.finish(self, error)
+
+    def advance(self, observers: Sequence[Observer] = ()) -> None:
+        """One accepted step, after as many rejected ones as it takes.
+
+        Raises:
+            ConvergenceError: If the step fails at the smallest step size.
+        """
+        while True:
+            remaining = self.t_end - self.t
+            dt = remaining if remaining <= self.size.dt * (1 + ROUND_OFF) else self.size.dt
+            self.problem.prepare(self.t, dt)
+            try:
+                iterations = self.problem.solve()
+            except ConvergenceError as error:
+                if self.size.reject(dt):
+                    continue
+                raise ConvergenceError(
+                    f"t = {self.t:g}, step {self.step + 1}, dt = {dt:g}: {error}",
+                    error.field,
+                    error.norms,
+                ) from error
+            jump = self._jump()
+            if self.size.too_large(jump) and self.size.reject(dt):
+                continue
+            break
+        self.last = StepInfo(self.t, dt, iterations, jump)
+        for observer in observers:
+            observer.solved(self)
+        self.problem.accept(dt)
+        self.t = self.t_end if dt == remaining else self.t + dt
+        self.step += 1
+        self.iterations += iterations
+        self.size.accept(jump)
+        for observer in observers:
+            observer.accepted(self)
+
+    def _jump(self) -> float | None:
+        """Largest jump of a kinematic part between the start of the step and the jump stage."""
+        stage = self.scheme.dissipation()[1]
+        if stage is None:
+            return None
+        largest = 0.0
+        for body in self.model.bodies:
+            levels = self.problem.levels[body.name]
+            jump = np.abs(levels.unknown[stage].x.array - levels.q.x.array)
+            for part in body.parts:
+                if part.name in body.kinematic:
+                    here = float(np.max(jump[body.mixed.dofs[part.name]], initial=0.0))
+                    largest = max(largest, here / part.scale)
+        return float(self.model.comm.allreduce(largest, op=MPI.MAX))
+
+    def arrays(self) -> dict[str, npt.NDArray[np.float64]]:
+        """State of all bodies on this rank, by name: what a restart needs."""
+        found = {}
+        for body, levels in self.problem.levels.items():
+            found[f"{body}/q"] = levels.q.x.array.copy()
+            for rate, function in levels.rates.items():
+                found[f"{body}/{rate}"] = function.x.array.copy()
+            if self.scheme.linear:
+                # `q` stays undeformed: the state is in the unknown
+                last = self.problem.last
+                found[f"{body}/q_{last}"] = levels.unknown[last].x.array.copy()
+        return found
+
+    def restore(self, arrays: dict[str, npt.NDArray[np.float64]], state: dict[str, Any]) -> None:
+        """Take up a saved state.
+
+        Args:
+            arrays: As from `arrays`, on the same number of ranks.
+            state: As from `state`.
+        """
+        for body, levels in self.problem.levels.items():
+            levels.q.x.array[:] = arrays[f"{body}/q"]
+            for rate, function in levels.rates.items():
+                function.x.array[:] = arrays[f"{body}/{rate}"]
+            if self.scheme.linear:
+                last = self.problem.last
+                levels.unknown[last].x.array[:] = arrays[f"{body}/q_{last}"]
+        self.t, self.step = float(state["t"]), int(state["step"])
+        self.iterations = int(state["iterations"])
+        self.step_seconds = float(state["step_seconds"])
+        self.size.restore(state["size"])
+
+    def state(self) -> dict[str, Any]:
+        """Counters and step size, for a restart."""
+        return {
+            "t": self.t,
+            "step": self.step,
+            "iterations": self.iterations,
+            "step_seconds": self.step_seconds,
+            "size": self.size.state(),
+        }

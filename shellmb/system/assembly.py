@@ -1,0 +1,211 @@
+"""Block system: residual and Jacobian of all fields in one PETSc vector and one AIJ matrix.
+
+Each form is assembled on its own mesh and added through the local-to-global map of `Numbering`.
+Rows of fixed dofs are
+left out of the assembly and replaced by `x - value`; their columns stay, so that a prescribed
+motion reaches its neighbours within the same Newton step.
+"""
+
+import itertools
+import time
+
+from mpi4py import MPI
+from petsc4py import PETSc
+
+import numpy as np
+import numpy.typing as npt
+import ufl
+from dolfinx import cpp, fem  # type: ignore[attr-defined]
+from ufl import Form
+
+from shellmb.kernels import compiled
+from shellmb.system.fields import Field
+from shellmb.system.numbering import Numbering
+
+BlockForms = dict[tuple[int, int], list[fem.Form]]
+
+
+class BlockSystem:
+    """Residual and Jacobian of coupled fields.
+
+    Args:
+        comm: Communicator of all meshes.
+        fields: Fields with their residual forms.
+
+    Attributes:
+        x: Unknowns of all fields, PETSc vector.
+        b: Residual.
+        A: Jacobian.
+        jit_seconds: Time spent compiling (or finding in the cache) the kernels.
+        reactions: Residual at the fixed unknowns before they were replaced, aligned with `fixed`.
+    """
+
+    def __init__(self, comm: MPI.Comm, fields: list[Field]) -> None:
+        self.comm, self.fields = comm, fields
+        self.numbering = Numbering(comm, fields)
+        n = self.numbering
+        sizes = (n.owned, PETSc.DETERMINE)
+        self.x = PETSc.Vec().createMPI(sizes, comm=comm)
+        self.b = self.x.duplicate()
+        start = time.perf_counter()
+        self._compile()
+        self.jit_seconds = time.perf_counter() - start
+        self.A = self._new_matrix()
+        everything = PETSc.IS().createGeneral(
+            n.local_to_global.astype(PETSc.IntType), comm=PETSc.COMM_SELF
+        )
+        self._local = PETSc.Vec().createSeq(len(n.local_to_global), comm=PETSc.COMM_SELF)
+        self._scatter = PETSc.Scatter().create(self.x, everything, self._local, None)
+        self._rows = [
+            PETSc.IS().createStride(f.size_all, int(n.offsets[k]), 1, comm=PETSc.COMM_SELF)
+            for k, f in enumerate(fields)
+        ]
+        self._set_fixed()
+
+    @property
+    def size(self) -> int:
+        """Number of unknowns."""
+        return int(self.x.getSize())
+
+    def _compile(self) -> None:
+        fields = self.fields
+        self._residuals = [[compiled(form) for form in f.residual] for f in fields]
+        self._jacobians: BlockForms = {}
+        for i, j in itertools.product(range(len(fields)), repeat=2):
+            function = fields[j].function
+            trial = ufl.TrialFunction(function.function_space)
+            for form in fields[i].residual:
+                if function not in form.coefficients():
+                    continue
+                derivative = ufl.algorithms.expand_derivatives(
+                    ufl.derivative(form, function, trial)
+                )
+                if not derivative.empty():
+                    self._jacobians.setdefault((i, j), []).append(compiled(derivative))
+
+    def _set_fixed(self) -> None:
+        """Find the fixed unknowns, on whatever field and rank they were named."""
+        n = self.numbering
+        numbers = [n.by_field[k][f.fixed] for k, f in enumerate(self.fields)]
+        mine = np.concatenate([*numbers, np.zeros(0, dtype=np.int64)])
+        everywhere = np.unique(np.concatenate(self.comm.allgather(mine)))
+        held = np.isin(n.local_to_global, everywhere)
+        self._markers = [held[n.slice(k)].astype(np.int8).copy() for k in range(len(self.fields))]
+        self._no_columns = [np.zeros(0, dtype=np.int8) for _ in self.fields]
+        owned = everywhere[(everywhere >= n.start) & (everywhere < n.start + n.owned)]
+        self.fixed = (owned - n.start).astype(np.int32)
+        self._diagonal = self.x.duplicate()
+        self._diagonal.array[:] = 0.0
+        self._diagonal.array[self.fixed] = 1.0
+        self._values = np.zeros(n.owned)
+        self.reactions = np.zeros(len(self.fixed))
+
+    def update_fixed_values(self) -> None:
+        """Take the values of the fixed dofs from the fields (after they changed)."""
+        n = self.numbering
+        for k, f in enumerate(self.fields):
+            numbers = n.by_field[k][f.fixed]
+            mine = (numbers >= n.start) & (numbers < n.start + n.owned)
+            self._values[numbers[mine] - n.start] = f.values[mine]
+
+    def gather(self) -> None:
+        """Copy the fields' functions into the vector of unknowns."""
+        n = self.numbering
+        for k, f in enumerate(self.fields):
+            numbers = n.by_field[k][: f.size_local]
+            mine = (numbers >= n.start) & (numbers < n.start + n.owned)
+            self.x.array[numbers[mine] - n.start] = f.function.x.array[: f.size_local][mine]
+
+    def scatter(self, x: PETSc.Vec) -> None:
+        """Copy a vector of unknowns into the fields' functions, ghosts and linked dofs included."""
+        self._scatter.scatter(x, self._local, PETSc.InsertMode.INSERT, PETSc.ScatterMode.FORWARD)
+        values = self._local.array_r
+        for k, f in enumerate(self.fields):
+            f.function.x.array[:] = values[self.numbering.slice(k)]
+
+    def local_values(self, x: PETSc.Vec) -> npt.NDArray[np.float64]:
+        """Entries of a vector of unknowns at all local dofs of all fields, concatenated."""
+        self._scatter.scatter(x, self._local, PETSc.InsertMode.INSERT, PETSc.ScatterMode.FORWARD)
+        return self._local.array_r.copy()
+
+    def global_values(self, local: list[npt.NDArray[np.float64]]) -> npt.NDArray[np.float64]:
+        """Entries of owned unknowns from one local array per field (owned entries)."""
+        n = self.numbering
+        out = np.zeros(n.owned)
+        for k, f in enumerate(self.fields):
+            numbers = n.by_field[k][: f.size_local]
+            mine = (numbers >= n.start) & (numbers < n.start + n.owned)
+            out[numbers[mine] - n.start] = local[k][: f.size_local][mine]
+        return out
+
+    def residual(self, x: PETSc.Vec, b: PETSc.Vec) -> None:
+        """Assemble the residual at `x` into `b`. The functions must hold `x` already."""
+        local = self._local.array
+        local[:] = 0.0
+        for k, forms in enumerate(self._residuals):
+            for form in forms:
+                fem.assemble_vector(local[self.numbering.slice(k)], form)  # type: ignore[arg-type]
+        b.set(0.0)
+        self._scatter.scatter(self._local, b, PETSc.InsertMode.ADD, PETSc.ScatterMode.REVERSE)
+        entries = b.array
+        self.reactions[:] = entries[self.fixed]
+        entries[self.fixed] = x.array_r[self.fixed] - self._values[self.fixed]
+
+    def jacobian(self, x: PETSc.Vec, A: PETSc.Mat) -> None:
+        """Assemble the Jacobian into `A`. The functions must hold `x` already."""
+        self._assemble(A, self._jacobians, self._no_columns)
+        A.setDiagonal(self._diagonal, PETSc.InsertMode.ADD)
+
+    def _new_matrix(self) -> PETSc.Mat:
+        """An empty matrix whose local-to-global map holds the links."""
+        n = self.numbering
+        sizes = (n.owned, PETSc.DETERMINE)
+        l2g = PETSc.LGMap().create(n.local_to_global.astype(PETSc.IntType), comm=self.comm)
+        A = PETSc.Mat().createAIJ((sizes, sizes), comm=self.comm)
+        A.setLGMap(l2g, l2g)
+        A.setOption(PETSc.Mat.Option.KEEP_NONZERO_PATTERN, True)
+        return A
+
+    def symmetric_matrix(self, forms: dict[tuple[int, int], Form], diagonal: float) -> PETSc.Mat:
+        """A matrix of its own without the rows and columns of fixed dofs, as eigenproblems need.
+
+        Args:
+            forms: Bilinear forms by row and column field.
+            diagonal: Value on the diagonal of fixed dofs.
+        """
+        A = self._new_matrix()
+        kernels = {key: [compiled(form)] for key, form in forms.items()}
+        self._assemble(A, kernels, self._markers)
+        held = self._diagonal.copy()
+        held.scale(diagonal)
+        A.setDiagonal(held, PETSc.InsertMode.ADD)
+        return A
+
+    def _assemble(
+        self,
+        A: PETSc.Mat,
+        forms: BlockForms,
+        dropped_columns: list[npt.NDArray[np.int8]],
+    ) -> None:
+        """Assemble forms block by block, leaving out the rows of fixed dofs."""
+        first = not A.isAssembled()
+        if not first:
+            A.zeroEntries()
+        for (i, j), form in ((key, form) for key, parts in forms.items() for form in parts):
+            block = A.getLocalSubMatrix(self._rows[i], self._rows[j])
+            cpp.fem.petsc.assemble_matrix(
+                block,
+                form._cpp_object,
+                cpp.fem.pack_constants(form._cpp_object),
+                cpp.fem.pack_coefficients(form._cpp_object),
+                self._markers[i],
+                dropped_columns[j],
+                True,
+            )
+            A.restoreLocalSubMatrix(self._rows[i], self._rows[j], block)
+        if first:
+            # keep a full structural diagonal: fixed rows and zero blocks of multipliers need one
+            n = self.numbering
+            for row in range(n.start, n.start + n.owned):
+                A.setValue(row, row, 0.0, addv=PETSc.InsertMode.ADD)
+        A.assemble()

@@ -1,0 +1,85 @@
+"""What the block system is told: fields with unknown functions, links between nodes, fixed dofs.
+
+The system layer knows no shells: a field is a function space with an unknown function in it.
+"""
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+from dolfinx import fem
+from ufl import Form
+
+Dofs = npt.NDArray[np.int32]
+
+
+@dataclass(frozen=True)
+class Part:
+    """A named part of a field whose convergence is judged on its own.
+
+    Args:
+        name: Name for messages, for example "displacement of 'wing'".
+        dofs: Local dofs (owned and ghost).
+        scale: Size below which the values of this part count as small (its unit).
+        advice: What to try when this part does not converge.
+        bound: Size of an update beyond which the iteration has diverged.
+    """
+
+    name: str
+    dofs: Dofs
+    scale: float
+    advice: str
+    bound: float = math.inf
+
+
+@dataclass(frozen=True)
+class Link:
+    """Dofs of this field that are the same unknowns as dofs of another field.
+
+    The paper calls this Boolean identification of nodes (section 5).
+
+    Args:
+        dofs: Local dofs of the field that holds the link (owned and ghost).
+        field: Index of the other field in the system.
+        targets: Global dofs in the other field's own index map, one per entry of `dofs`.
+    """
+
+    dofs: Dofs
+    field: int
+    targets: npt.NDArray[np.int64]
+
+
+@dataclass
+class Field:
+    """One field of unknowns.
+
+    Args:
+        name: Name for messages.
+        function: The unknown function, updated during the solution.
+        residual: Forms that add up to the residual, tested with the function's space. Each is
+        compiled by itself, so
+            that scenes which differ in one of them share the kernels of the others.
+        parts: Named parts.
+        fixed: Local dofs with given values (owned and ghost).
+        values: Their values, in the order of `fixed`; may be changed between solutions.
+        links: Dofs that belong to other fields.
+    """
+
+    name: str
+    function: fem.Function
+    residual: tuple[Form, ...]
+    parts: tuple[Part, ...]
+    fixed: Dofs = field(default_factory=lambda: np.zeros(0, dtype=np.int32))
+    values: npt.NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
+    links: tuple[Link, ...] = ()
+
+    @property
+    def size_local(self) -> int:
+        """Number of dofs of the space that this rank owns."""
+        return int(self.function.function_space.dofmap.index_map.size_local)
+
+    @property
+    def size_all(self) -> int:
+        """Number of dofs of the space on this rank, with ghosts."""
+        return self.size_local + int(self.function.function_space.dofmap.index_map.num_ghosts)

@@ -1,0 +1,137 @@
+"""The command line as a user starts it."""
+
+import json
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+SMALL = str(Path(__file__).parents[1] / "run" / "scene_small.py")
+
+BODY = """
+from shellmb.scene import *
+NAN = float("nan")
+def scene():
+    steel = Isotropic(E=2e11, nu=0.3, thickness={thickness}, density=7800)
+    plate = Shell("plate", Rectangle(2, 1), {section}, mesh={mesh})
+    return Scene("bad", plate, supports={supports}, loads=EdgeForce("right", (0, 0, {force})),
+                 probes=Probe("tip", {point}), scheme="{scheme}", dt={dt}, t_end=1)
+"""
+GOOD = {
+    "thickness": "0.01",
+    "section": "steel",
+    "mesh": "(2, 1)",
+    "supports": 'Clamped("left")',
+    "force": "1",
+    "point": '"right-top"',
+    "scheme": "static",
+    "dt": "None",
+}
+
+
+def shellmb(*arguments, cwd):
+    command = [sys.executable, "-m", "shellmb.cli", *map(str, arguments)]
+    return subprocess.run(command, cwd=cwd, capture_output=True, text=True, timeout=240)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"thickness": "-0.01"}, "thickness is -0.01; it must be greater than 0"),
+        ({"section": "Laminate(plies=())"}, "plies"),
+        ({"mesh": "(0, 1)"}, "mesh"),
+        ({"supports": "()"}, "nothing supports it"),
+        ({"supports": 'Clamped("lft")'}, "has no edge 'lft'; its edges are"),
+        ({"force": "NAN"}, "force"),
+        ({"scheme": "ep", "dt": "0"}, "dt is 0; it must be greater than 0"),
+        ({"scheme": "eq"}, "scheme is 'eq'"),
+        ({"point": "(1.5, 0.3, 7)"}, "no node at (1.5, 0.3, 7)"),
+    ],
+)
+def test_bad_scenes_say_so_at_once(tmp_path, change, message):
+    (tmp_path / "bad.py").write_text(BODY.format(**(GOOD | change)))
+    begin = time.perf_counter()
+    result = shellmb("run", "bad.py", cwd=tmp_path)
+    assert result.returncode == 2
+    assert time.perf_counter() - begin < 20, "far beyond 5 s, even on a machine with other work"
+    assert result.stdout == ""
+    errors = [line for line in result.stderr.splitlines() if line.startswith("error: ")]
+    assert len(errors) == 1
+    assert message in errors[0]
+    assert "Traceback" not in result.stderr
+    assert not (tmp_path / "runs").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["nosuch"], "there is no scene 'nosuch'"),
+        ([SMALL, "--mesh", "6"], "mesh is '6'; it must be two counts as in 8x4"),
+        ([SMALL, "--dt", "-1"], "dt is -1.0; it must be greater than 0"),
+        ([SMALL, "--alpha", "2"], "alpha is 2.0; it must be at most 1"),
+        ([SMALL, "--set", "colour=red"], "there is no parameter 'colour'"),
+    ],
+)
+def test_bad_options_say_so(tmp_path, arguments, message):
+    result = shellmb("run", *arguments, cwd=tmp_path)
+    assert result.returncode == 2
+    assert message in result.stderr
+
+
+def test_list_version_and_help(tmp_path):
+    listed = shellmb("list", cwd=tmp_path)
+    assert listed.returncode == 0
+    assert any(line.startswith("sudden_load ") for line in listed.stdout.splitlines())
+    assert shellmb("--version", cwd=tmp_path).stdout.startswith("shellmb 0.")
+    helped = shellmb("run", "--help", cwd=tmp_path).stdout
+    for option in ("--scheme", "--alpha", "--t-end", "--mesh", "--set", "--no-pictures"):
+        assert option in helped
+
+
+def test_run_prints_a_log_and_a_table(tmp_path):
+    result = shellmb("run", SMALL, "--no-pictures", "--check", "--out", "one", cwd=tmp_path)
+    assert result.returncode == 0, result.stderr
+    assert "deprecated" not in result.stderr
+    assert "step 5, t = 0.005" in result.stderr
+    assert "iterations per step" in result.stdout
+    assert "written to one" in result.stdout
+    again = shellmb("resume", "one", "--no-pictures", cwd=tmp_path)
+    assert again.returncode == 0, again.stderr
+    assert "written to one" in again.stdout
+
+
+def test_quiet_is_silent_and_a_failed_check_counts(tmp_path):
+    arguments = (SMALL, "--no-pictures", "--quiet", "--set", "force=-2")
+    result = shellmb("run", *arguments, cwd=tmp_path)
+    assert (result.returncode, result.stdout, result.stderr) == (0, "", "")
+    (directory,) = (tmp_path / "runs").iterdir()
+    assert directory.name.startswith("scene_small-ep-")
+    failed = shellmb("run", *arguments, "--check", "--out", "two", cwd=tmp_path)
+    assert failed.returncode == 1
+    assert failed.stderr == "check failed: the tip goes down\n"
+
+
+@pytest.mark.mpi
+def test_two_ranks_give_the_same_and_one_prints(tmp_path, mpirun):
+    options = ("--no-pictures", "--set", "held=false")
+    shellmb("run", SMALL, *options, "--out", "one", cwd=tmp_path)
+    printed = mpirun(2, "-m", "shellmb.cli", "run", SMALL, *options, "--out", "two")
+    assert printed.count("written to two") == 1
+    one, two = (json.loads((tmp_path / d / "summary.json").read_text()) for d in ("one", "two"))
+    assert (one["ranks"], two["ranks"]) == (1, 2)
+    assert two["results"]["tip"] == pytest.approx(one["results"]["tip"], rel=1e-10)
+    assert two["angular_momentum_drift"] < 1e-12
+    wrong = shellmb("resume", "two", cwd=tmp_path)
+    assert wrong.returncode == 2
+    assert "the run was made on 2 ranks, not 1" in wrong.stderr
+
+
+def test_modes_leave_a_table(tmp_path):
+    result = shellmb("modes", SMALL, "--count", "3", "--no-pictures", "--out", "m", cwd=tmp_path)
+    assert result.returncode == 0, result.stderr
+    lines = (tmp_path / "m" / "modes.csv").read_text().splitlines()
+    # first bending mode of a cantilever: 1.875104^2 / (2 pi) sqrt(E h^2 / (12 rho)) / L^2, 1.667 Hz
+    assert float(lines[1].split(",")[1]) == pytest.approx(1.667, rel=0.02)
+    assert len(lines) == 4

@@ -1,0 +1,71 @@
+"""Common to all tests: one thread per process, clean-up between tests, and `mpirun`."""
+
+import gc
+import importlib.util
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+# before numpy is imported by any test: threads of BLAS would fight with the other worker
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    try:
+        installed = importlib.util.find_spec("shellmb.forms") is not None
+    except ModuleNotFoundError:
+        installed = False
+    if not installed:
+        raise pytest.UsageError(
+            "shellmb.forms cannot be imported: the package is not installed in this environment; "
+            "use `uv run pytest`, or install it with `uv pip install -e .`"
+        )
+
+
+@pytest.fixture(autouse=True)
+def _collect_garbage() -> Iterator[None]:
+    """Free PETSc objects on all ranks at the same place: their destructors are collective."""
+    yield
+    if "mpi4py.MPI" in sys.modules:
+        gc.collect()
+        sys.modules["mpi4py.MPI"].COMM_WORLD.Barrier()
+
+
+@pytest.fixture
+def mpirun(tmp_path: Path) -> Callable[..., str]:
+    """Run Python under the `mpiexec` of this environment and return what it printed.
+
+    `mpirun(2, "-m", "shellmb.cli", "list")` or `mpirun(2, "-c", source)`; the working directory
+    is the test's `tmp_path` and the test fails, showing both outputs, on a nonzero exit code.
+    Let one rank print: the output of several is mixed within lines.
+    """
+
+    def run(ranks: int, *args: str | Path, timeout: float = 300.0) -> str:
+        mpiexec = Path(sys.executable).parent / "mpiexec"
+        command = [str(mpiexec), "-n", str(ranks), sys.executable, *map(str, args)]
+        process = subprocess.Popen(
+            command,
+            cwd=tmp_path,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            start_new_session=True,
+        )
+        try:
+            out, err = process.communicate(timeout=timeout)
+        except subprocess.TimeoutExpired:
+            # the whole group: killing mpiexec alone would leave its ranks behind
+            os.killpg(process.pid, signal.SIGTERM)
+            out, err = process.communicate()
+            pytest.fail(f"no end after {timeout:g} s: {command}\n{out}\n{err}")
+        if process.returncode != 0:
+            pytest.fail(f"exit code {process.returncode}: {command}\n{out}\n{err}")
+        return out
+
+    return run

@@ -1,0 +1,137 @@
+"""The arrows of the design do not turn back, and the installed package is the tree."""
+
+import ast
+import subprocess
+import sys
+import tomllib
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+# where the package's modules stand in the checkout (package-dir of pyproject.toml)
+FOLDERS = {"shellmb.forms": ROOT / "forms", "shellmb.demos": ROOT / "demos"}
+FOLDERS["shellmb"] = ROOT / "shellmb"
+
+# a layer imports only layers of a smaller rank, and itself
+FLOW = ("scene", "build", "forms", "model", "schemes", "system", "simulate", "observers")
+RANK = {name: rank for rank, name in enumerate(("errors", "kernels", "analytic", *FLOW))}
+# what a user starts; these may import one another
+TOP = ("modes", "run", "verify", "demos", "cli")
+RANK |= dict.fromkeys(TOP, len(RANK))
+
+FORMS_MAY_IMPORT = {"ufl", "__future__", "collections", "dataclasses", "math", "typing"}
+HEAVY = {"dolfinx", "basix", "ffcx", "ufl", "petsc4py", "slepc4py", "mpi4py", "gmsh"}
+MAX_LINES = 350
+
+
+def modules() -> dict[str, Path]:
+    """Every module of the package by its import name."""
+    found = {}
+    for package, folder in FOLDERS.items():
+        for path in folder.rglob("*.py"):
+            parts = [package, *path.relative_to(folder).with_suffix("").parts]
+            found[".".join(parts).removesuffix(".__init__")] = path
+    return found
+
+
+MODULES = modules()
+
+
+def imports(module: str) -> Iterator[str]:
+    """Absolute names of all that a module imports, wherever in the file it does so."""
+    path = MODULES[module]
+    package = module.split(".") if path.name == "__init__.py" else module.split(".")[:-1]
+    for node in ast.walk(ast.parse(path.read_text(), str(path))):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            base = package[: len(package) - node.level + 1] if node.level else []
+            source = ".".join([*base, *filter(None, [node.module])])
+            # of a package, a module may be imported: `from shellmb import scene`
+            names = [f"{source}.{alias.name}" for alias in node.names]
+            yield from (name if name in MODULES else source for name in names)
+
+
+def layer(module: str) -> str | None:
+    """Layer of a module of this package; None for another package or `shellmb` itself."""
+    parts = module.split(".")
+    return parts[1] if parts[0] == "shellmb" and len(parts) > 1 else None
+
+
+def external(module: str) -> set[str]:
+    """Top-level names of the other packages that a module imports."""
+    return {name.split(".")[0] for name in imports(module)} - {"shellmb"}
+
+
+@pytest.mark.parametrize("module", sorted(MODULES))
+def test_imports_follow_the_flow(module: str) -> None:
+    own = layer(module)
+    if own is None:
+        pytest.skip("shellmb/__init__.py, see test_light_imports")
+    assert own in RANK, f"say in RANK of this test where the new layer '{own}' stands"
+    for name in imports(module):
+        other = layer(name)
+        if other is None or other == own:
+            continue
+        assert other in RANK, f"{module} imports {name}, which is no module of the package"
+        same_group = own in TOP and other in TOP
+        assert same_group or RANK[other] < RANK[own], f"{module} ({own}) imports {name} ({other})"
+
+
+@pytest.mark.parametrize("module", sorted(m for m in MODULES if layer(m) == "forms"))
+def test_forms_import_only_ufl(module: str) -> None:
+    assert external(module) <= FORMS_MAY_IMPORT
+    assert all(layer(name) in (None, "forms") for name in imports(module))
+
+
+@pytest.mark.parametrize(
+    "module", sorted(m for m in MODULES if layer(m) in ("scene", "errors", "analytic"))
+)
+def test_scene_and_analytic_know_no_finite_elements(module: str) -> None:
+    assert not external(module) & HEAVY
+
+
+@pytest.mark.parametrize("module", sorted(m for m in MODULES if layer(m) == "system"))
+def test_system_knows_no_shells(module: str) -> None:
+    shells = {"scene", "build", "forms", "model", "schemes", "analytic"}
+    assert not {layer(name) for name in imports(module)} & shells
+
+
+@pytest.mark.parametrize("module", sorted(m for m in MODULES if layer(m) not in TOP))
+def test_nobody_depends_on_observers(module: str) -> None:
+    others = {layer(name) for name in imports(module)} - {layer(module)}
+    assert "observers" not in others
+
+
+@pytest.mark.parametrize(
+    ("module", "allowed"),
+    [
+        ("shellmb", set[str]()),
+        ("shellmb.scene", set[str]()),
+        ("shellmb.analytic", set[str]()),
+        ("shellmb.forms", {"ufl"}),
+    ],
+)
+def test_light_imports(module: str, allowed: set[str]) -> None:
+    """Through everything they import in turn, too: bad scenes fail before anything heavy loads."""
+    code = f"import sys, {module}; print(*{{name.split('.')[0] for name in sys.modules}})"
+    result = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    )
+    assert set(result.stdout.split()) & HEAVY <= allowed
+
+
+def test_setuptools_lists_every_package() -> None:
+    listed = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]["packages"]
+    in_tree = {name for name, path in MODULES.items() if path.name == "__init__.py"}
+    assert sorted(listed) == sorted(in_tree)
+    with_code = {path.parent for path in MODULES.values()}
+    assert with_code == {path.parent for path in MODULES.values() if path.name == "__init__.py"}
+
+
+def test_small_files() -> None:
+    paths = [*MODULES.values(), *(ROOT / "tests").rglob("*.py")]
+    lengths = {str(p.relative_to(ROOT)): len(p.read_text().splitlines()) for p in paths}
+    assert not {name: n for name, n in lengths.items() if n > MAX_LINES}

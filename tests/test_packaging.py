@@ -1,0 +1,46 @@
+"""What is installed besides the modules: licence, data, entry point, lock."""
+
+import subprocess
+import sys
+import tomllib
+from collections.abc import Callable
+from importlib.metadata import distribution, entry_points
+from pathlib import Path
+
+import pytest
+
+import shellmb
+
+ROOT = Path(__file__).parents[1]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
+
+
+def test_versions_agree() -> None:
+    assert PROJECT["project"]["version"] == distribution("shellmb").version == shellmb.__version__
+
+
+def test_data_files_are_packaged() -> None:
+    patterns = PROJECT["tool"]["setuptools"]["package-data"]["shellmb.verify"]
+    folder = ROOT / "shellmb" / "verify"
+    packaged = {path for pattern in patterns for path in folder.glob(pattern)}
+    assert packaged == set((folder / "data").iterdir())
+    assert (ROOT / "shellmb" / "py.typed").exists()
+
+
+def test_command() -> None:
+    (script,) = entry_points(group="console_scripts", name="shellmb")
+    assert script.value == "shellmb.cli:app"
+
+
+def test_bundled_packages_are_the_top_level_folders() -> None:
+    code = "from shellmb import demos, forms; print(*forms.__path__, *demos.__path__, sep='\\n')"
+    # from elsewhere: they must be found through the installed package alone
+    paths = subprocess.check_output([sys.executable, "-c", code], text=True, cwd="/").splitlines()
+    assert [Path(path) for path in paths] == [ROOT / "forms", ROOT / "demos"]
+
+
+@pytest.mark.mpi
+def test_ranks_see_each_other(mpirun: Callable[..., str]) -> None:
+    """The mpiexec of the environment belongs to the MPI library that mpi4py loads."""
+    code = "from mpi4py import MPI; c = MPI.COMM_WORLD; n = c.allreduce(1); c.rank or print(n)"
+    assert mpirun(2, "-c", code).split() == ["2"]
