@@ -56,3 +56,43 @@ def test_strip_of_ten_hertz() -> None:
     EI, mass = 1.2e6 * 0.1**3 / 12, 3.1314e-4 * 0.1
     omega = beams.beam_frequencies("clamped-free", 1, EI, 10.0, mass)
     assert omega[0] / (2 * math.pi) == pytest.approx(10.0, rel=1e-4)
+
+
+def test_lateral_buckling() -> None:
+    """Timoshenko & Gere (1961) art. 6.3: 4.013.
+
+    The finite element values of the mission (references/lateral_buckling_linear.csv) lie above
+    the exact ones by their discretisation, 7e-5 and 3e-4.
+    """
+    free, held = beams.lateral_buckling(), beams.lateral_buckling(held=True)
+    assert free == pytest.approx(4.013, abs=5e-4)
+    assert free == pytest.approx(4.01288, rel=1e-4)
+    assert held == pytest.approx(6.98392, rel=4e-4)
+
+
+@pytest.mark.parametrize("ends", ["clamped-free", "clamped-clamped", "free-free", "hinged-hinged"])
+def test_timoshenko_tends_to_the_slender_beam(ends: beams.Ends) -> None:
+    slender = beams.beam_frequencies(ends, 4, 2.0, 3.0, 0.7)
+    stiff = beams.timoshenko_frequencies(ends, 4, 2.0, 3.0, 0.7, math.inf)
+    np.testing.assert_allclose(stiff, slender, rtol=1e-11)
+    soft = beams.timoshenko_frequencies(ends, 4, 2.0, 3.0, 0.7, 50.0, 0.01)
+    assert (soft < slender).all()
+
+
+def test_timoshenko_hinged_is_a_quadratic() -> None:
+    """Each wave sin(n pi x / L) has the roots of a quadratic."""
+    EI, L, m, S, J = 2.0, 3.0, 0.7, 50.0, 0.01
+    found = beams.timoshenko_frequencies("hinged-hinged", 5, EI, L, m, S, J)
+    for n, omega in enumerate(found, start=1):
+        k2 = (n * math.pi / L) ** 2
+        # (S k2 - m w^2) (EI k2 + S - J w^2) = S^2 k2
+        roots = np.roots([m * J, -(m * (EI * k2 + S) + J * S * k2), S * k2 * EI * k2])
+        assert omega == pytest.approx(math.sqrt(roots.min()), rel=1e-10)
+
+
+def test_timoshenko_cantilever_above_dunkerleys_bound() -> None:
+    """Dunkerley: bending alone and shear alone bound the first frequency from below, closely."""
+    found = beams.timoshenko_frequencies("clamped-free", 1, 1.0, 1.0, 1.0, 40.0)[0]
+    bending, shear = beams.beam_frequencies("clamped-free", 1, 1, 1, 1)[0], math.pi / 2 * 40**0.5
+    bound = (bending**-2 + shear**-2) ** -0.5
+    assert bound < found < 1.02 * bound
