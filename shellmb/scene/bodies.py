@@ -39,6 +39,7 @@ class Shell:
         strains: A strain measure in place of the usual one: ``strains(u, w, surface)`` returns
             ``ShellStrains``, as :func:`shellmb.forms.shell.shell_strains` does.
         terms: Terms added to the weak form, each a callable in UFL.
+        rigid: Whether the shell is one rigid body, of the mass and inertia of its mesh and section.
     """
 
     name: Name
@@ -53,6 +54,7 @@ class Shell:
     rotary_inertia: bool = True
     strains: Callable[..., Any] | None = None
     terms: tuple[Callable[..., Any], ...] = ()
+    rigid: bool = False
 
     def __post_init__(self) -> None:
         """Check what concerns several parameters.

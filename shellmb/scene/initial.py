@@ -15,7 +15,7 @@ class InitialVelocity:
         linear: Velocity of the point ``about`` [m/s].
         spin: Angular velocity [rad/s].
         about: A point of the axis of rotation [m].
-        body: Name of the shell; None: all of them.
+        body: Name of the body; None: all of them.
     """
 
     linear: Vec3 = (0.0, 0.0, 0.0)

@@ -1,16 +1,16 @@
-"""Loads.
+"""Loads, on shells and on any body; see ``body_loads`` for those on beams and rigid bodies.
 
-``body`` names the shell and may be left out where the scene has one only. ``time`` multiplies the
-load; without it a load grows as t / t_end in statics, and is sudden and constant in dynamics.
-Forces are per unit area or length of the reference surface. A dead load keeps its direction; a
-follower load turns with the convected basis E1, E2, E3 of the deformed shell, which begins as the
-material 1-direction, the one across it, and the normal.
+``body`` names the body and may be left out where the scene has one only that can carry the load.
+``time`` multiplies the load; without it a load grows as t / t_end in statics, and is sudden and
+constant in dynamics. Forces are per unit area or length of the reference surface. A dead load keeps
+its direction; a follower load turns with the convected basis E1, E2, E3 of the deformed shell,
+which begins as the material 1-direction, the one across it, and the normal.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, ClassVar
 
 from shellmb.scene.times import TimeFunction
 from shellmb.scene.validate import Edge, Finite, Name, Place, Vec3, described
@@ -32,12 +32,14 @@ class Load:
     """Any load.
 
     Attributes:
-        body: Name of the loaded shell, or None.
+        label: What messages call it.
+        body: Name of the loaded body, or None.
         time: Function of time that multiplies it, or None.
     """
 
     body: str | None
     time: TimeFunction | None
+    label: ClassVar[str] = "load"
 
 
 @described("surface force")
@@ -142,9 +144,10 @@ class PointForce(Load):
     """A dead force at one point.
 
     Args:
-        point: A named point, or the coordinates (x, y, z) of a node [m].
+        point: A named point, or coordinates (x, y, z): of a node of a shell or a beam, of any
+            point of a rigid body [m].
         force: Its components [N].
-        body: Name of the shell.
+        body: Name of the body.
         time: Function of time.
     """
 
@@ -156,11 +159,11 @@ class PointForce(Load):
 
 @described("gravity")
 class Gravity(Load):
-    """Weight, of every shell where no body is named.
+    """Weight, of every body where none is named.
 
     Args:
         acceleration: Its components [m/s^2].
-        body: Name of the shell; None: all of them.
+        body: Name of the body; None: all of them.
         time: Function of time.
     """
 

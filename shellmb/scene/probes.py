@@ -8,6 +8,20 @@ from shellmb.scene.validate import Name, Place, described
 
 __all__ = ["Probe"]
 
+Quantity = Literal[
+    "displacement",
+    "position",
+    "velocity",
+    "director",
+    "rotation",
+    "angular_velocity",
+    "force",
+    "moment",
+    "membrane",
+    "bending",
+    "shear",
+]
+
 
 @described("probe")
 class Probe:
@@ -15,14 +29,19 @@ class Probe:
 
     Args:
         name: Its column in ``history.csv``.
-        point: A named point, or the coordinates (x, y, z) of a node [m].
-        quantity: What is recorded.
-        component: 0, 1, 2 for x, y, z, or ``"norm"`` for the magnitude.
-        body: Name of the shell.
+        point: A named point, or coordinates (x, y, z): of a node of a shell or a beam, of any
+            point of a rigid body [m].
+        quantity: What is recorded; of a shell ``"director"``, of a beam or a rigid body
+            ``"rotation"`` (a rotation vector [rad]) and ``"angular_velocity"``, of a beam the
+            resultants ``"force"`` and ``"moment"``; of a shell the resultants ``"membrane"`` [N/m]
+            and ``"bending"`` [N] (11, 22, 12) and ``"shear"`` [N/m] (13, 23).
+        component: 0, 1, 2 for x, y, z (of resultants: along d1, d2, d3; 11, 22, 12), or
+            ``"norm"`` for the magnitude.
+        body: Name of the body.
     """
 
     name: Name
     point: Place
-    quantity: Literal["displacement", "position", "velocity", "director"] = "displacement"
+    quantity: Quantity = "displacement"
     component: Literal[0, 1, 2, "norm"] = 2
     body: Name | None = None

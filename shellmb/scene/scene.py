@@ -9,12 +9,17 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field, InstanceOf
 
 from shellmb.errors import SceneError
-from shellmb.scene import checks
+from shellmb.scene import checks, lookup
+from shellmb.scene.beams import Beam, Glue
 from shellmb.scene.bodies import Join, Shell
+from shellmb.scene.elements import Coordinate, Driver, Element, Lock
 from shellmb.scene.gmsh_surfaces import GmshFile
 from shellmb.scene.initial import InitialVelocity
-from shellmb.scene.loads import Gravity, Load
+from shellmb.scene.joints import Joint
+from shellmb.scene.loads import Load
+from shellmb.scene.lookup import Body
 from shellmb.scene.probes import Probe
+from shellmb.scene.rigid import RigidBody
 from shellmb.scene.settings import Output, Solver, StepControl
 from shellmb.scene.supports import Support
 from shellmb.scene.validate import Name, Positive, described, show
@@ -31,11 +36,11 @@ def _several(value: Any) -> Any:
 
 @described("scene")
 class Scene:
-    """Shells, what holds and loads them, and how they are moved through time.
+    """Bodies, what connects, holds and loads them, and how they are moved through time.
 
     Args:
         name: Name of the scene.
-        shells: The bodies.
+        shells: The shells.
         supports: Supports and prescribed motions.
         loads: Loads.
         joins: Joins between shells.
@@ -51,13 +56,24 @@ class Scene:
         control: Control of the step size.
         output: What is written.
         results: ``results(run) -> dict`` of numbers for ``summary.json``.
+        beams: The beams.
+        rigid_bodies: The rigid bodies.
+        joints: Joints between bodies, or bodies and the ground.
+        drivers: Prescribed coordinates of joints.
+        elements: Springs, dampers and motors.
+        glues: Beams glued to shells.
+        locks: Joints that are held for some time.
+        assemble: Whether the bodies are moved first so that the joints close.
+        start: Where a dynamic scene starts: as it is given, or in static equilibrium under the
+            loads of time 0.
+        redundant: What becomes of constraints that others imply: an error, or they are dropped.
 
     Raises:
         SceneError: If anything is impossible, in one sentence that tells what would be right.
     """
 
     name: Name
-    shells: Annotated[tuple[InstanceOf[Shell], ...], BeforeValidator(_several)]
+    shells: Annotated[tuple[InstanceOf[Shell], ...], BeforeValidator(_several)] = ()
     supports: Annotated[tuple[InstanceOf[Support], ...], BeforeValidator(_several)] = ()
     loads: Annotated[tuple[InstanceOf[Load], ...], BeforeValidator(_several)] = ()
     joins: Annotated[tuple[InstanceOf[Join], ...], BeforeValidator(_several)] = ()
@@ -71,6 +87,16 @@ class Scene:
     control: StepControl = StepControl()
     output: Output = Output()
     results: Callable[..., Any] | None = None
+    beams: Annotated[tuple[InstanceOf[Beam], ...], BeforeValidator(_several)] = ()
+    rigid_bodies: Annotated[tuple[InstanceOf[RigidBody], ...], BeforeValidator(_several)] = ()
+    joints: Annotated[tuple[InstanceOf[Joint], ...], BeforeValidator(_several)] = ()
+    drivers: Annotated[tuple[InstanceOf[Driver], ...], BeforeValidator(_several)] = ()
+    elements: Annotated[tuple[InstanceOf[Element], ...], BeforeValidator(_several)] = ()
+    glues: Annotated[tuple[InstanceOf[Glue], ...], BeforeValidator(_several)] = ()
+    locks: Annotated[tuple[InstanceOf[Lock], ...], BeforeValidator(_several)] = ()
+    assemble: bool = False
+    start: Literal["given", "equilibrium"] = "given"
+    redundant: Literal["error", "drop"] = "error"
 
     def __post_init__(self) -> None:
         """Fill in the times of a static scene and check the scene as a whole."""
@@ -96,19 +122,46 @@ class Scene:
             return not checks.SCHEMES.get(self.scheme, (True, True))[0]
         return not getattr(self.scheme, "dynamic", True)
 
+    @property
+    def bodies(self) -> tuple[Body, ...]:
+        """All shells, beams and rigid bodies."""
+        return (*self.shells, *self.beams, *self.rigid_bodies)
+
+    def body(self, name: str | None = None) -> Body:
+        """The body of that name, or the only one.
+
+        Raises:
+            SceneError: If there is none of that name, or no name and several bodies.
+        """
+        return lookup.find_body(self, name, "scene")
+
     def shell(self, name: str | None = None) -> Shell:
         """The shell of that name, or the only one.
 
         Raises:
             SceneError: If there is none of that name, or no name and several shells.
         """
-        return checks.find_shell(self, name, "scene")
+        return lookup.find_shell(self, name, "scene")
+
+    def joint(self, name: str) -> Joint:
+        """The joint of that name.
+
+        Raises:
+            SceneError: If there is none.
+        """
+        return lookup.find_joint(self, name, "scene")
+
+    def bodies_of(self, item: Support | Load | InitialVelocity | Probe) -> tuple[Body, ...]:
+        """The bodies that a support, load, initial velocity or probe acts on."""
+        return lookup.bodies_of(self, item)
 
     def shells_of(self, item: Support | Load | InitialVelocity | Probe) -> tuple[Shell, ...]:
-        """The shells that a support, load, initial velocity or probe acts on."""
-        if item.body is None and isinstance(item, Gravity | InitialVelocity):
-            return self.shells
-        return (self.shell(item.body),)
+        """The shells among the bodies of a support, load, initial velocity or probe."""
+        return tuple(b for b in self.bodies_of(item) if isinstance(b, Shell))
+
+    def coordinates_of(self, item: Driver | Lock | Element) -> tuple[Coordinate, ...]:
+        """Which coordinates of its joint a driver, lock or joint element acts on."""
+        return lookup.coordinates_of(self, item)
 
     def with_options(
         self,
@@ -127,8 +180,8 @@ class Scene:
             alpha: Dissipation.
             dt: Time step [s].
             t_end: Time at the end [s].
-            mesh: Counts of elements, of every shell.
-            degree: Degree, of every shell.
+            mesh: Counts of elements, of every shell; the first of them also of every beam.
+            degree: Degree, of every shell and beam.
             cell: Cell type, of every shell.
 
         Raises:
@@ -145,4 +198,8 @@ class Scene:
         body_changes: dict[str, Any] = {k: v for k, v in body.items() if v is not None}
         if body_changes:
             changes["shells"] = tuple(replace(s, **body_changes) for s in self.shells)
+        beam = {"elements": mesh[0] if mesh is not None else None, "degree": degree}
+        beam_changes: dict[str, Any] = {k: v for k, v in beam.items() if v is not None}
+        if beam_changes and self.beams:
+            changes["beams"] = tuple(replace(b, **beam_changes) for b in self.beams)
         return replace(self, **changes)

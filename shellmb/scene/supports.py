@@ -1,19 +1,18 @@
 """Supports and prescribed motions.
 
 Every ``edge`` is the name of an edge or a tuple of names; ``body`` names the shell and may be left
-out where the scene has one only.
+out where the scene has one only. ``Clamped``, ``Hinged`` and ``Fixed`` hold beams too: their edges
+are ``start`` and ``end``. Rigid bodies are held by joints to the ground.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Annotated, Any
-
-from pydantic import AfterValidator
+from typing import Any, ClassVar
 
 from shellmb.errors import SceneError
 from shellmb.scene.times import TimeFunction
-from shellmb.scene.validate import Edge, Finite, Name, Place, Vec3, described, show
+from shellmb.scene.validate import Axis, Edge, Finite, Name, Place, Vec3, described, show
 
 __all__ = [
     "Clamped",
@@ -27,13 +26,6 @@ __all__ = [
 ]
 
 
-def _nonzero(value: Vec3) -> Vec3:
-    if not any(value):
-        raise ValueError("it must not be zero")
-    return value
-
-
-Axis = Annotated[Vec3, AfterValidator(_nonzero)]
 Component = Finite | Callable[[float], float] | None
 Components = tuple[Component, Component, Component]
 
@@ -42,10 +34,12 @@ class Support:
     """Any support.
 
     Attributes:
-        body: Name of the supported shell, or None.
+        label: What messages call it.
+        body: Name of the supported shell or beam, or None.
     """
 
     body: str | None
+    label: ClassVar[str] = "support"
 
 
 @described("clamped edge")
@@ -54,7 +48,7 @@ class Clamped(Support):
 
     Args:
         edge: The edge or edges.
-        body: Name of the shell.
+        body: Name of the shell or beam.
     """
 
     edge: Edge
@@ -63,11 +57,11 @@ class Clamped(Support):
 
 @described("hinged edge")
 class Hinged(Support):
-    """No displacement; the director is free.
+    """No displacement; the directors are free.
 
     Args:
         edge: The edge or edges.
-        body: Name of the shell.
+        body: Name of the shell or beam.
     """
 
     edge: Edge
@@ -124,10 +118,11 @@ class Fixed(Support):
     """Single components held or moved as prescribed.
 
     Args:
-        where: An edge or several, a named point, or the coordinates (x, y, z) of a node [m].
+        where: An edge or several (of a beam ``start`` or ``end``), a named point, or the
+            coordinates (x, y, z) of a node [m].
         displacement: For each component the value [m], a function of time, or None where free.
-        director: The same for the change of the director [-].
-        body: Name of the shell.
+        director: The same for the change of the director of a shell [-].
+        body: Name of the shell or beam.
     """
 
     where: Place

@@ -5,24 +5,28 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import fields
+from dataclasses import field, fields
 from typing import Annotated, Any, dataclass_transform
 
 import numpy as np
-from pydantic import BeforeValidator, ConfigDict, Field, ValidationError
+from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, ValidationError
 from pydantic.dataclasses import dataclass as pydantic_dataclass
 
 from shellmb.errors import SceneError
 
 __all__ = [
+    "Axis",
     "Edge",
     "Finite",
+    "Matrix3",
     "Name",
     "NonNegative",
     "Place",
     "Positive",
     "PositiveInt",
+    "Spot",
     "Vec3",
+    "Windows",
     "described",
     "edge_names",
     "show",
@@ -68,12 +72,60 @@ def _edge(value: Any) -> str | tuple[str, ...]:
     raise ValueError("it must be the name of an edge or a tuple of such names")
 
 
+def _spot(value: Any) -> str | tuple[float, float, float]:
+    value = _plain(value)
+    if isinstance(value, str) and value:
+        return value
+    try:
+        return _vector(value)
+    except ValueError:
+        raise ValueError("it must be the name of a point or finite coordinates (x, y, z)") from None
+
+
+def _nonzero(value: tuple[float, float, float]) -> tuple[float, float, float]:
+    if not any(value):
+        raise ValueError("it must not be zero")
+    return value
+
+
+def _matrix(value: Any) -> tuple[tuple[float, float, float], ...]:
+    try:
+        rows = tuple(_vector(row) for row in _plain(value))
+    except (TypeError, ValueError):
+        rows = ()
+    if len(rows) != 3:
+        raise ValueError("it must be three rows of three finite numbers")
+    return rows
+
+
+def _windows(value: Any) -> tuple[tuple[float, float], ...] | None:
+    """Windows of time; a single pair is welcome."""
+    value = _plain(value)
+    if value is None:
+        return None
+    try:
+        single = isinstance(value[0], int | float)
+        pairs = tuple((float(a), float(b)) for a, b in ([value] if single else value))
+    except (TypeError, ValueError, IndexError, KeyError):
+        raise ValueError("it must be a pair (start, end) of times, or several pairs") from None
+    last = -math.inf
+    for a, b in pairs:
+        if not (math.isfinite(a) and last < a < b):
+            raise ValueError("its times must increase from each start to its end to the next start")
+        last = b
+    return pairs
+
+
 Finite = Annotated[float, BeforeValidator(_plain), Field(allow_inf_nan=False)]
 Positive = Annotated[float, BeforeValidator(_plain), Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, BeforeValidator(_plain), Field(ge=0, allow_inf_nan=False)]
 PositiveInt = Annotated[int, BeforeValidator(_plain), Field(gt=0)]
 Name = Annotated[str, Field(min_length=1)]
 Vec3 = Annotated[tuple[float, float, float], BeforeValidator(_vector)]
+Axis = Annotated[Vec3, AfterValidator(_nonzero)]
+Matrix3 = Annotated[tuple[Vec3, Vec3, Vec3], BeforeValidator(_matrix)]
+Spot = Annotated[str | tuple[float, float, float], BeforeValidator(_spot)]
+Windows = Annotated[tuple[tuple[float, float], ...], BeforeValidator(_windows)]
 Edge = Annotated[str | tuple[str, ...], BeforeValidator(_edge)]
 Place = Annotated[str | tuple[str, ...] | tuple[float, float, float], BeforeValidator(_place)]
 
@@ -140,7 +192,7 @@ def _requirement(error: Any) -> str:
         return f"it must be {context['expected']}"
     if kind in ("is_instance_of", "dataclass_type"):
         words = context.get("class") or context.get("class_name")
-        return f"it must be a {words.lower()}"
+        return f"it must be {'an' if words[0] in 'AEIOU' else 'a'} {words.lower()}"
     return str(_KINDS.get(kind, error["msg"].replace("Input should", "it should")))
 
 
@@ -175,7 +227,7 @@ def _with_name(label: str, cls: type, args: tuple[Any, ...], kwargs: dict[str, A
     return f"{label} {name!r}" if isinstance(name, str) and name else label
 
 
-@dataclass_transform(frozen_default=True)
+@dataclass_transform(frozen_default=True, field_specifiers=(field,))
 def described[T](label: str) -> Callable[[type[T]], type[T]]:
     """Make a class a frozen pydantic dataclass whose construction fails with one sentence.
 

@@ -119,7 +119,7 @@ BAD = {
     ),
     "shell 'a': surface is 'flat'; it must be a surface": lambda: Shell("a", "flat", STEEL),
     "shell 'a': section is missing; its parameters are name, surface, section, mesh, degree, cell, "
-    "geometry_order, distortion, direction, rotary_inertia, strains, terms": lambda: Shell(
+    "geometry_order, distortion, direction, rotary_inertia, strains, terms, rigid": lambda: Shell(
         "a", Rectangle(1, 1)
     ),
     "shell: name is ''; it must not be empty": lambda: Shell("", Rectangle(1, 1), STEEL),
@@ -164,7 +164,7 @@ BAD = {
         2, 1
     ),
     "solver: newton is 'picard'; it must be 'newton' or 'snes'": lambda: Solver("picard"),
-    "scene 's': it has no shells; it must have one at least": lambda: made_of(),
+    "scene 's': it has no bodies; it must have a shell, a beam or a rigid body": lambda: made_of(),
     "scene 's': 2 shells are named 'plate'; each must have a name of its own": lambda: made_of(
         PLATE, PLATE
     ),

@@ -1,0 +1,186 @@
+"""Which body, joint or coordinate a part of a scene speaks of."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
+
+from shellmb.errors import SceneError
+from shellmb.scene import body_loads, loads, supports
+from shellmb.scene.beams import Beam
+from shellmb.scene.bodies import Shell
+from shellmb.scene.elements import Coordinate, Driver, JointElement
+from shellmb.scene.initial import InitialVelocity
+from shellmb.scene.joints import GROUND, Joint
+from shellmb.scene.probes import Probe
+from shellmb.scene.rigid import RigidBody
+
+if TYPE_CHECKING:
+    from shellmb.scene.scene import Scene
+
+__all__ = [
+    "Body",
+    "bodies_of",
+    "coordinates_of",
+    "find_body",
+    "find_end",
+    "find_joint",
+    "find_shell",
+    "kind_of",
+    "listed",
+    "said",
+]
+
+type Body = Shell | Beam | RigidBody
+
+ANY = (Shell, Beam, RigidBody)
+FRAMES = (Beam, RigidBody)
+# what does not stand here acts on shells
+ACTS_ON: dict[type, tuple[type, ...]] = {
+    loads.Gravity: ANY,
+    loads.PointForce: ANY,
+    body_loads.LineForce: (Beam,),
+    body_loads.FollowerLineForce: (Beam,),
+    body_loads.LineMoment: (Beam,),
+    body_loads.PointMoment: FRAMES,
+    body_loads.FollowerForce: FRAMES,
+    body_loads.FollowerMoment: FRAMES,
+    supports.Clamped: (Shell, Beam),
+    supports.Hinged: (Shell, Beam),
+    supports.Fixed: (Shell, Beam),
+    InitialVelocity: ANY,
+    Probe: ANY,
+}
+
+
+def listed(names: Iterable[str]) -> str:
+    """Names for a message."""
+    return ", ".join(f"'{n}'" for n in names)
+
+
+def kind_of(body: Any) -> str:
+    """What a user calls such a body."""
+    return str(body.label)
+
+
+def said(item: Any) -> str:
+    """What messages call a part of a scene."""
+    return f"{item.label} '{item.name}'" if hasattr(item, "name") else str(item.label)
+
+
+def kinds_of(item: Any) -> tuple[type, ...]:
+    """Kinds of bodies that a support, load, initial velocity or probe can act on."""
+    for kind, accepted in ACTS_ON.items():
+        if isinstance(item, kind):
+            return accepted
+    # a load or support that a user derived acts wherever it says
+    return (Shell,) if type(item).__module__.startswith("shellmb.") else ANY
+
+
+def find_body(
+    scene: Scene, name: str | None, who: str, kinds: tuple[type, ...] = ANY, wanted: str = ""
+) -> Any:
+    """The body named ``name``, or the only one of the given kinds where that is None.
+
+    Args:
+        scene: The scene.
+        name: A name or None.
+        who: Who asks, for the error.
+        kinds: Classes of bodies that will do.
+        wanted: What they are called in the error; made from ``kinds`` if empty.
+
+    Raises:
+        SceneError: If there is no such body, it is of another kind, or the choice is open.
+    """
+    wanted = wanted or " or ".join(k.label for k in kinds)  # type: ignore[attr-defined]
+    fitting = [b for b in scene.bodies if isinstance(b, kinds)]
+    if name is None:
+        if not fitting:
+            raise SceneError(f"{who}: it acts on a {wanted}; the scene has none")
+        if len(fitting) > 1:
+            known = listed(b.name for b in fitting)
+            raise SceneError(f"{who}: body is missing; it must be one of {known}")
+        return fitting[0]
+    for body in scene.bodies:
+        if body.name == name:
+            if isinstance(body, kinds):
+                return body
+            raise SceneError(f"{who}: '{name}' is a {kind_of(body)}; it must be a {wanted}")
+    what = kind_of(fitting[0]) if len({type(b) for b in fitting}) == 1 else "body"
+    known = listed(b.name for b in fitting) or "none"
+    raise SceneError(f"{who}: there is no {what} '{name}'; the scene has {known}")
+
+
+def find_shell(scene: Scene, name: str | None, who: str) -> Shell:
+    """The shell named ``name``, or the only one where that is None; see :func:`find_body`."""
+    shell: Shell = find_body(scene, name, who, (Shell,))
+    return shell
+
+
+def find_end(scene: Scene, name: str, who: str) -> Body | None:
+    """The body at an end of a joint or element, None for the ground.
+
+    Raises:
+        SceneError: If there is no such body.
+    """
+    if name == GROUND:
+        return None
+    body: Body = find_body(scene, name, who)
+    return body
+
+
+def find_joint(scene: Scene, name: str, who: str) -> Joint:
+    """The joint named ``name``.
+
+    Raises:
+        SceneError: If there is none.
+    """
+    for joint in scene.joints:
+        if joint.name == name:
+            return joint
+    known = listed(j.name for j in scene.joints) or "none"
+    raise SceneError(f"{who}: there is no joint '{name}'; the scene has {known}")
+
+
+def bodies_of(scene: Scene, item: Any) -> tuple[Body, ...]:
+    """The bodies that a support, load, initial velocity or probe acts on.
+
+    Raises:
+        SceneError: If there is no such body, it is of another kind, or the choice is open.
+    """
+    if item.body is None and isinstance(item, loads.Gravity | InitialVelocity):
+        return scene.bodies
+    return (find_body(scene, item.body, said(item), kinds_of(item)),)
+
+
+def coordinates_of(scene: Scene, item: Any) -> tuple[Coordinate, ...]:
+    """Which coordinates of its joint a driver, lock or joint element acts on.
+
+    Raises:
+        SceneError: If the joint has no such coordinate, or the choice is open.
+    """
+    lock = not hasattr(item, "name")
+    who = f"lock of joint '{item.joint}'" if lock else said(item)
+    joint = find_joint(scene, item.joint, who)
+    chosen: tuple[Coordinate, ...]
+    if isinstance(item, Driver):
+        chosen = item.coordinates
+    elif item.coordinate is not None:
+        chosen = (item.coordinate,)
+    else:
+        chosen = joint.freedoms  # type: ignore[assignment]
+        if isinstance(item, JointElement) and len(chosen) > 1:
+            raise SceneError(
+                f"{who}: coordinate is missing; {joint.said} has both 'rotation' and 'translation'"
+            )
+    if not joint.freedoms:
+        raise SceneError(
+            f"{who}: {joint.said} has no coordinate to act on; it must be a revolute, prismatic, "
+            "cylindrical or screw joint"
+        )
+    for name in chosen:
+        if name not in joint.freedoms:
+            raise SceneError(
+                f"{who}: {joint.said} has no {name}; it must be {listed(joint.freedoms)}"
+            )
+    return chosen
