@@ -164,6 +164,10 @@ class BlockSystem:
         A = PETSc.Mat().createAIJ((sizes, sizes), comm=self.comm)
         A.setLGMap(l2g, l2g)
         A.setOption(PETSc.Mat.Option.KEEP_NONZERO_PATTERN, True)
+        # kernels fill blocks that are zero whatever the state: without them the matrix has a
+        # fraction of the entries, and its factors, too
+        A.setOption(PETSc.Mat.Option.IGNORE_ZERO_ENTRIES, True)
+        A.setOption(PETSc.Mat.Option.NEW_NONZERO_ALLOCATION_ERR, False)
         return A
 
     def symmetric_matrix(self, forms: dict[tuple[int, int], Form], diagonal: float) -> PETSc.Mat:
@@ -188,9 +192,47 @@ class BlockSystem:
         dropped_columns: list[npt.NDArray[np.int8]],
     ) -> None:
         """Assemble forms block by block, leaving out the rows of fixed dofs."""
-        first = not A.isAssembled()
-        if not first:
-            A.zeroEntries()
+        if not A.isAssembled():
+            self._find_pattern(A, forms, dropped_columns)
+        A.zeroEntries()
+        self._add(A, forms, dropped_columns)
+        A.assemble()
+
+    def _find_pattern(
+        self,
+        A: PETSc.Mat,
+        forms: BlockForms,
+        dropped_columns: list[npt.NDArray[np.int8]],
+    ) -> None:
+        """Assemble with states and parameters in general position: nothing is zero by chance.
+
+        So the pattern is the same at all times, of a load that begins at zero, too.
+        """
+        residuals = [form for f in self.fields for form in f.residual]
+        functions = {c for form in residuals for c in form.coefficients()}
+        arrays = [c.x.array for c in functions if isinstance(c, fem.Function)]
+        constants = {c for form in residuals for c in form.constants()}
+        arrays += [c.value for c in constants if isinstance(c, fem.Constant)]
+        kept = [array.copy() for array in arrays]
+        general = np.random.default_rng(0)
+        for array in arrays:
+            array[...] = general.uniform(0.5, 1.5, array.shape)
+        self._add(A, forms, dropped_columns)
+        for array, values in zip(arrays, kept, strict=True):
+            array[...] = values
+        # keep a full structural diagonal: fixed rows and zero blocks of multipliers need one
+        n = self.numbering
+        for row in range(n.start, n.start + n.owned):
+            A.setValue(row, row, 0.0, addv=PETSc.InsertMode.ADD)
+        A.assemble()
+
+    def _add(
+        self,
+        A: PETSc.Mat,
+        forms: BlockForms,
+        dropped_columns: list[npt.NDArray[np.int8]],
+    ) -> None:
+        """Add the element matrices of all blocks."""
         for (i, j), form in ((key, form) for key, parts in forms.items() for form in parts):
             block = A.getLocalSubMatrix(self._rows[i], self._rows[j])
             cpp.fem.petsc.assemble_matrix(
@@ -203,9 +245,3 @@ class BlockSystem:
                 True,
             )
             A.restoreLocalSubMatrix(self._rows[i], self._rows[j], block)
-        if first:
-            # keep a full structural diagonal: fixed rows and zero blocks of multipliers need one
-            n = self.numbering
-            for row in range(n.start, n.start + n.owned):
-                A.setValue(row, row, 0.0, addv=PETSc.InsertMode.ADD)
-        A.assemble()

@@ -14,24 +14,32 @@ MUMPS_OPTIONS: dict[str, int] = {
 }
 
 
-def direct_solver(ksp: PETSc.KSP, prefix: str) -> None:
+# of a small system the estimate is a few kilobytes, and delayed pivots may need many times that
+SMALL_SYSTEM, SMALL_WORKSPACE_PERCENT = 5000, 20_000
+
+
+def direct_solver(ksp: PETSc.KSP, prefix: str, size: int) -> None:
     """Set a Krylov solver up as a direct one (MUMPS LU).
 
     Args:
         ksp: Solver to set up.
         prefix: Options prefix, unique per system.
+        size: Number of unknowns.
     """
     ksp.setOptionsPrefix(prefix)
     options = PETSc.Options()
     for key, value in MUMPS_OPTIONS.items():
         options[prefix + key] = value
+    if size < SMALL_SYSTEM:
+        options[prefix + "mat_mumps_icntl_14"] = SMALL_WORKSPACE_PERCENT
     ksp.setType(PETSc.KSP.Type.PREONLY)
     pc = ksp.getPC()
     pc.setType(PETSc.PC.Type.LU)
     pc.setFactorSolverType("mumps")
+    # a system that is never factorised uses none of them, which is no reason for a warning
+    options["options_left"] = 0
+    # the options stay: MUMPS reads them at each first factorisation of a structure, not here
     ksp.setFromOptions()
-    for key in MUMPS_OPTIONS:
-        options.delValue(prefix + key)
 
 
 def failure(ksp: PETSc.KSP) -> str | None:

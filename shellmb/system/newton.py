@@ -16,11 +16,15 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 import numpy as np
-from dolfinx import cpp  # type: ignore[attr-defined]
+from dolfinx import cpp, log  # type: ignore[attr-defined]
 
 from shellmb.errors import ConvergenceError
 from shellmb.system import linear
 from shellmb.system.assembly import BlockSystem
+
+# DOLFINx logs a warning where Newton fails; here that is an error with words of its own, or a
+# smaller step
+log.set_log_level(log.LogLevel.ERROR)  # type: ignore[attr-defined]
 
 
 @dataclass(frozen=True)
@@ -191,7 +195,7 @@ class DolfinxNewton:
         solver.max_it = settings.max_iterations
         solver.error_on_nonconvergence = False
         solver.report = False
-        linear.direct_solver(solver.krylov_solver, prefix)
+        linear.direct_solver(solver.krylov_solver, prefix, system.size)
         self._solver = solver
         self._iteration = 0
 
@@ -248,7 +252,7 @@ class SnesNewton:
         test = WeakMethod(self._test)
         snes.setConvergenceTest(lambda *args: _live(test)(*args))
         snes.setTolerances(max_it=settings.max_iterations)
-        linear.direct_solver(snes.getKSP(), prefix)
+        linear.direct_solver(snes.getKSP(), prefix, system.size)
         self._snes = snes
         self._error: ConvergenceError | None = None
 
