@@ -7,6 +7,7 @@ sub-interval), in the direction `du, dw`.
 import ufl
 from ufl.core.expr import Expr
 
+from .frame import Vectors, vectors
 from .shell import Mass
 from .surface import Surface, along
 
@@ -54,3 +55,43 @@ def edge_moment(moment: Expr, w: Expr, surf: Surface, dw: Expr) -> Expr:
         dw: Variation of the director.
     """
     return ufl.dot(ufl.cross(moment, surf.D + w), dw)
+
+
+def follower_frame_force(components: Expr, d: Vectors, du: Expr) -> Expr:
+    """Force with constant components along the directors.
+
+    Args:
+        components: N/m on a beam, N at a node, shape (3,).
+        d: Directors at the mid-point.
+        du: Variation of the displacement.
+    """
+    return ufl.dot(components[0] * d[0] + components[1] * d[1] + components[2] * d[2], du)
+
+
+def frame_moment(moment: Expr, d: Vectors, dw: Expr) -> Expr:
+    """Moment of constant direction on a frame: the work on the spin of the directors.
+
+    `dd_k = r x d_k` gives `m . r` also where the directors are not orthonormal (at a mid-point, in
+    a Newton iteration), so that the angular momentum grows by the moment's impulse exactly.
+
+    Args:
+        moment: N m/m on a beam, N m at a node, shape (3,).
+        d: Directors at the mid-point.
+        dw: Their variations, shape (9,).
+    """
+    volume = ufl.dot(d[0], ufl.cross(d[1], d[2]))
+    components = ufl.as_vector([ufl.dot(moment, dk) / volume for dk in d])
+    return follower_frame_moment(components, d, dw)
+
+
+def follower_frame_moment(components: Expr, d: Vectors, dw: Expr) -> Expr:
+    """Moment with constant components along the directors, as the moments inside a beam are.
+
+    Args:
+        components: N m/m on a beam, N m at a node, shape (3,).
+        d: Directors at the mid-point.
+        dw: Their variations, shape (9,).
+    """
+    dd = vectors(dw)
+    spin = [(ufl.dot(dd[a], d[b]) - ufl.dot(dd[b], d[a])) / 2 for a, b in ((1, 2), (2, 0), (0, 1))]
+    return ufl.dot(components, ufl.as_vector(spin))

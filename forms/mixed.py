@@ -72,6 +72,10 @@ class Formulation(Protocol):
         """Half the work of the stress jump on the strain jump, elastic part of eq. (34)."""
         ...
 
+    def resultants(self, strains: Measure, layout: Layout, q: Expr) -> Expr:
+        """Membrane forces, bending moments and shear forces (11, 22, 12; 13, 23), shape (8,)."""
+        ...
+
 
 def vector(strains: ShellStrains) -> Expr:
     """All strains as one vector (eps, kap, gam), shape (8,)."""
@@ -190,6 +194,15 @@ class LinearMixed:
             densities.append(work + ufl.dot(stiffness(e_b - e_a), turn) / 12)
         return densities[0], densities[1]
 
+    def resultants(self, strains: Measure, layout: Layout, q: Expr) -> Expr:
+        """Resultants N/m and moments N of a state, accurate at the points of the reduced rule."""
+        n, Q = _split(self.N0 * layout.part(q, "N"))
+        kap = strains(q).kap
+        m = self.D * kap
+        if self.B is not None:
+            m = m + self.B * (self.A_inv * (n - self.B * kap))
+        return ufl.as_vector([*n, *m, *Q])
+
     def _stress_full(self, e: Expr) -> Expr:
         """Fully integrated stress of a strain, shape (8,)."""
         return self._forces(e, 0 * _membrane_shear(e))[0]
@@ -303,3 +316,7 @@ class NonlinearMixed:
             ufl.dot(gradient(psi, q1) - gradient(psi, q0), q1 - q0) / 2 for psi, q0, q1 in pairs
         )
         return full, red
+
+    def resultants(self, strains: Measure, layout: Layout, q: Expr) -> Expr:
+        """Resultants N/m and moments N of a state, accurate at the points of the reduced rule."""
+        return gradient(self._psi, self._assumed(strains, layout, q))

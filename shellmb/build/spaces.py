@@ -1,9 +1,9 @@
-"""Mixed function space of a shell body, with the places of its parts.
+"""Mixed function spaces of shells and beams, with the places of their parts.
 
 Quadrilaterals: Q_k displacement and director, DQ_{k-1} resultants at the Gauss points. Triangles:
 P2 with a
 cubic bubble for the displacement, P2 director, element-wise constant resultants (design, section
-3).
+3). Lines: P_k displacement and directors, DP_{k-1} forces at the Gauss points.
 """
 
 from dataclasses import dataclass
@@ -120,3 +120,27 @@ def shell_space(domain: mesh.Mesh, degree: int, assumed_strains: bool) -> MixedS
         elements["S"] = local
     elements["lam"] = basix.ufl.element("Lagrange", cell, degree)
     return mixed_space(domain, elements, frozenset({"bubble", "N", "S"} & elements.keys()))
+
+
+def beam_space(domain: mesh.Mesh, degree: int) -> MixedSpace:
+    """Space of displacement, changes of three directors, forces and frame multipliers.
+
+    Args:
+        domain: Line mesh.
+        degree: Polynomial degree of displacement and directors (2 or 3).
+    """
+
+    def nodal(size: int) -> basix.ufl._ElementBase:
+        return basix.ufl.element("Lagrange", "interval", degree, shape=(size,))
+
+    # nodes at the Gauss points: the compatibility equations decouple from point to point
+    forces = basix.ufl.element(
+        "Lagrange",
+        "interval",
+        degree - 1,
+        basix.LagrangeVariant.gl_warped,
+        shape=(3,),
+        discontinuous=True,
+    )
+    elements = {"u": nodal(3), "w": nodal(9), "N": forces, "lam": nodal(6)}
+    return mixed_space(domain, elements, frozenset({"N"}))

@@ -1,0 +1,216 @@
+"""Kinematics and mixed virtual work of the geometrically exact beam, frames in place of rotations.
+
+At every node there are the displacement `u` and the changes `w1, w2, w3` of three directors, so
+that `x = X + u` and `d_k = D_k + w_k`; `d1` is the tangent of the reference line, `d2` and `d3` are
+the axes of the cross-section. The strains are those of J. C. Simo (CMAME 49 (1985) 55-70), the
+directors are interpolated, and so the strains do not depend on rigid motions (P. Betsch,
+P. Steinmann, Int. J. Numer. Meth. Engng 54 (2002) 1775-1788):
+
+    Gamma_k = d_k . x' - D_k . X'
+    K_1 = (d2' . d3 - d3' . d2)/2 - ref.,  and cyclic
+
+===========  ==============================================  =======
+symbol       name                                            unit
+===========  ==============================================  =======
+`Gamma`      axial strain, shear strains along d2 and d3     -
+`K`          twist, curvatures about d2 and d3               1/m
+`N`          axial force, shear forces along d2 and d3       N
+`M`          torque, bending moments about d2 and d3         N m
+`A, B, D`    stiffness about the line: [[A, B], [B^T, D]]    N, N m..
+`H`          `A^-1 B`, leads from the line to the centroid   m
+`D_0`        bending stiffness without force, `D - B^T H`    N m^2
+===========  ==============================================  =======
+
+All strains are quadratic in `(u, w)`, which is what eq. (20) needs, and written in them so that
+nothing cancels in thin beams. The forces are independent and discontinuous between elements, the
+moments follow from the curvatures, and everything is integrated with as many Gauss points as the
+degree of the element:
+
+    W = [N . (Gamma + H K) - N . A^-1 N / 2 + K . D_0 K / 2] dx_red
+
+That neither locks nor, in one dimension, leaves any spurious mode. With independent moments as well
+the energy is the same, but Newton's method no longer rolls a beam up in one load step.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import ufl
+from ufl.core.expr import Expr
+
+from .discrete import stress_average, variation
+from .frame import vectors
+from .mixed import Interval
+from .state import Layout
+from .surface import along, unit
+
+Strains = Callable[[Expr], Expr]
+
+
+class Line(NamedTuple):
+    """Reference line of a beam.
+
+    Args:
+        t: Unit tangent, shape (3,).
+        D: Reference directors D1, D2, D3 one after the other, shape (9,).
+    """
+
+    t: Expr
+    D: Expr
+
+
+class LinePoint(NamedTuple):
+    """What a term that a user adds to the weak form of a beam may depend on.
+
+    A term is a function of this that returns the virtual work, per reference length, of forces that
+    act on the beam; it enters the work account.
+
+    Args:
+        u: Displacement at the mid-point, shape (3,), m.
+        w: Changes of the directors at the mid-point, shape (9,).
+        v: Velocity over the sub-interval, shape (3,), m/s; None in statics.
+        dw_dt: Velocity of the directors, shape (9,), 1/s; None in statics.
+        du: Variation of the displacement.
+        dw: Variation of the directors.
+        line: Reference line.
+        time: Time at the middle of the step, s.
+    """
+
+    u: Expr
+    w: Expr
+    v: Expr | None
+    dw_dt: Expr | None
+    du: Expr
+    dw: Expr
+    line: Line
+    time: Expr
+
+
+def line(jacobian: Expr, D: Expr) -> Line:
+    """Reference line with its unit tangent.
+
+    Args:
+        jacobian: Jacobian of the reference line, shape (3, 1).
+        D: Reference directors, shape (9,).
+    """
+    return Line(unit(jacobian[:, 0]), D)
+
+
+def stretch_and_shear(u: Expr, w: Expr, ref: Line) -> Expr:
+    """Axial and shear strains `Gamma`, shape (3,), dimensionless."""
+    u1 = along(u, ref.t)
+    pairs = zip(vectors(ref.D), vectors(w), strict=True)
+    return ufl.as_vector([ufl.dot(Dk + wk, u1) + ufl.dot(wk, ref.t) for Dk, wk in pairs])
+
+
+def twist_and_curvature(w: Expr, ref: Line) -> Expr:
+    """Change of twist and curvatures `K`, shape (3,), 1/m."""
+    D, Ds = vectors(ref.D), vectors(along(ref.D, ref.t))
+    c, cs = vectors(w), vectors(along(w, ref.t))
+
+    def half(a: int, b: int) -> Expr:
+        """Change of `d_a' . d_b / 2`."""
+        return (ufl.dot(Ds[a], c[b]) + ufl.dot(cs[a], D[b] + c[b])) / 2
+
+    return ufl.as_vector([half(a, b) - half(b, a) for a, b in ((1, 2), (2, 0), (0, 1))])
+
+
+def beam_strains(u: Expr, w: Expr, ref: Line) -> Expr:
+    """All strains (Gamma, K), shape (6,).
+
+    Args:
+        u: Displacement, shape (3,), m.
+        w: Changes of the directors, shape (9,).
+        ref: Reference line.
+    """
+    return ufl.as_vector([*stretch_and_shear(u, w, ref), *twist_and_curvature(w, ref)])
+
+
+def halves(e: Expr) -> tuple[Expr, Expr]:
+    """`Gamma` and `K` of the strains, or forces and moments of the resultants."""
+    return ufl.as_vector([e[0], e[1], e[2]]), ufl.as_vector([e[3], e[4], e[5]])
+
+
+@dataclass(frozen=True)
+class BeamMixed:
+    """Hellinger-Reissner form of a linear section; densities per reference length.
+
+    Args:
+        A: Stiffness of the forces, shape (3, 3), N.
+        A_inv: Its inverse.
+        D0: Bending stiffness without force, `D - B^T A^-1 B`, shape (3, 3), N m^2.
+        N0: Size of the forces, by which their unknowns are of the size of strains, N.
+        H: Coupling `A^-1 B`, shape (3, 3), m; None without, and then none of its terms exists.
+    """
+
+    A: Expr
+    A_inv: Expr
+    D0: Expr
+    N0: Expr
+    H: Expr | None = None
+
+    def _elastic(self, Gamma: Expr, K: Expr) -> Expr:
+        """Strain that the forces belong to, shape (3,)."""
+        return Gamma if self.H is None else Gamma + self.H * K
+
+    def _moments(self, N: Expr, K: Expr) -> Expr:
+        """Moments of forces and curvatures, shape (3,)."""
+        M = self.D0 * K
+        return M if self.H is None else M + ufl.transpose(self.H) * N
+
+    def forces(self, layout: Layout, q: Expr) -> Expr:
+        """Forces along the directors, shape (3,), N."""
+        return self.N0 * layout.part(q, "N")
+
+    def resultants(self, strains: Strains, layout: Layout, q: Expr) -> tuple[Expr, Expr]:
+        """Forces and moments along the directors, shapes (3,), N and N m."""
+        N = self.forces(layout, q)
+        return N, self._moments(N, halves(strains(q))[1])
+
+    def virtual_work(self, strains: Strains, layout: Layout, span: Interval, dq: Expr) -> Expr:
+        """Virtual work and the weak compatibility of strains and forces at `span.at`.
+
+        Args:
+            strains: Strains (Gamma, K) as a function of the state, shape (6,).
+            layout: Parts of the state.
+            span: Sub-interval of a step, or a single state.
+            dq: Direction.
+        """
+        N, e = self.forces(layout, span.a), strains(span.a)
+        if span.a is not span.b:
+            # linear: the average of the stresses is the stress of the averages
+            N = stress_average(N, self.forces(layout, span.b), span.beta)
+            e = stress_average(e, strains(span.b), span.beta)
+        M = self._moments(N, halves(e)[1])
+        dGamma, dK = halves(variation(strains, span.mid, dq))
+        gap = self._elastic(*halves(strains(span.at))) - self.A_inv * self.forces(layout, span.at)
+        return ufl.dot(N, dGamma) + ufl.dot(M, dK) + ufl.dot(self.forces(layout, dq), gap)
+
+    def energy(self, strains: Strains, layout: Layout, q: Expr) -> Expr:
+        """Mixed strain energy; equal to the strain energy where compatibility holds, J/m."""
+        N, (Gamma, K) = self.forces(layout, q), halves(strains(q))
+        forces = ufl.dot(N, self._elastic(Gamma, K)) - ufl.dot(N, self.A_inv * N) / 2
+        return forces + ufl.dot(K, self.D0 * K) / 2
+
+    def jump(self, strains: Strains, layout: Layout, a: Expr, b: Expr) -> Expr:
+        """Half the work of the stress jump on the strain jump, elastic part of eq. (34), J/m."""
+        N = self.forces(layout, b) - self.forces(layout, a)
+        Gamma, K = halves(strains(b) - strains(a))
+        return (ufl.dot(N, Gamma) + ufl.dot(self._moments(N, K), K)) / 2
+
+    def path(self, strains: Strains, span: Interval, dq: Expr) -> Expr:
+        """What the mean force over the path has beyond `virtual_work`; see `LinearMixed.path`."""
+
+        def stress(e: Expr) -> Expr:
+            Gamma, K = halves(e)
+            N = self.A * self._elastic(Gamma, K)
+            return ufl.as_vector([*N, *self._moments(N, K)])
+
+        def de(q: Expr) -> Expr:
+            return variation(strains, q, dq)
+
+        e_a, e_b = strains(span.a), strains(span.b)
+        bend = 4 * strains(span.mid) - 2 * (e_a + e_b)
+        work = ufl.dot(stress(bend), de(span.mid)) / 6
+        return work + ufl.dot(stress(e_b - e_a), de(span.b) - de(span.a)) / 12

@@ -1,0 +1,116 @@
+"""Frame nodes: a position and three orthonormal directors, for beams and rigid bodies alike.
+
+Unknowns are the displacement `u` and the changes `w = (w1, w2, w3)` of the directors, so that
+`x = X + u` and `d_k = D_k + w_k`. Everything is at most quadratic in them (design, section 1).
+
+===========  ==================================================  ==============  ==========
+symbol       name                                                unit            equation
+===========  ==================================================  ==============  ==========
+`d_k`        directors of the frame, `e_i` of the paper          -               (35)
+`m`          mass (of a body; of a beam per length)              kg, kg/m
+`s_k`        first moments of the mass along the directors       kg m, kg        (16)
+`J_kl`       second moments (Euler's inertia tensor)             kg m^2, kg m    (16)
+===========  ==================================================  ==============  ==========
+"""
+
+from typing import NamedTuple
+
+import ufl
+from ufl.core.expr import Expr
+
+Vectors = tuple[Expr, Expr, Expr]
+
+# pairs of directors in the order of the six multipliers
+PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+
+
+def vectors(w: Expr) -> Vectors:
+    """The three vectors in an expression of shape (9,)."""
+    first, second, third = (ufl.as_vector([w[3 * k], w[3 * k + 1], w[3 * k + 2]]) for k in range(3))
+    return first, second, third
+
+
+def directors(w: Expr, D: Expr) -> Vectors:
+    """Directors `D_k + w_k` from their changes and reference values, shapes (9,)."""
+    return vectors(D + w)
+
+
+def orthonormality(w: Expr, D: Expr) -> Expr:
+    """Half of `d_k.d_k - 1`, and `d_k.d_l`, in the order of `PAIRS`, shape (6,).
+
+    Written in the change `w` of an orthonormal frame `D`, so that nothing cancels.
+    """
+    W, R = vectors(w), vectors(D)
+    rows = []
+    for k, m in PAIRS:
+        if k == m:
+            rows.append(ufl.dot(R[k], W[k]) + ufl.dot(W[k], W[k]) / 2)
+        else:
+            rows.append(ufl.dot(R[k], W[m]) + ufl.dot(W[k], R[m]) + ufl.dot(W[k], W[m]))
+    return ufl.as_vector(rows)
+
+
+def orthonormality_change(d: Vectors, dw: Expr) -> Expr:
+    """Variation of `orthonormality` at the directors `d` in the direction `dw`, shape (6,)."""
+    W = vectors(dw)
+    rows = [
+        ufl.dot(d[k], W[k]) if k == m else ufl.dot(d[k], W[m]) + ufl.dot(d[m], W[k])
+        for k, m in PAIRS
+    ]
+    return ufl.as_vector(rows)
+
+
+class FrameMass(NamedTuple):
+    """Mass of a frame node; None where an effect is left out.
+
+    Args:
+        m: Mass, kg (per length for a beam); None where only moments are meant.
+        s: First moment along each director, kg m.
+        J: Second moments by pairs of directors, in the order of `PAIRS`, kg m^2.
+    """
+
+    m: Expr | None
+    s: tuple[Expr | None, ...] = (None, None, None)
+    J: tuple[Expr | None, ...] = (None,) * 6
+
+
+def momenta(v: Expr, dw: Expr, mass: FrameMass) -> tuple[Expr, Vectors]:
+    """Linear momentum `h` and the momenta `g_k` of the directors, shapes (3,), as in eq. (16).
+
+    Args:
+        v: Velocity, shape (3,), m/s.
+        dw: Velocities of the directors, shape (9,), 1/s.
+        mass: Mass coefficients.
+    """
+    W = vectors(dw)
+    h = 0 * v if mass.m is None else mass.m * v
+    g = [0 * v, 0 * v, 0 * v]
+    for k, s in enumerate(mass.s):
+        if s is not None:
+            h, g[k] = h + s * W[k], g[k] + s * v
+    for (k, m), J in zip(PAIRS, mass.J, strict=True):
+        if J is not None:
+            g[k] = g[k] + J * W[m]
+            if k != m:
+                g[m] = g[m] + J * W[k]
+    return h, (g[0], g[1], g[2])
+
+
+def momentum_work(v: Expr, dw: Expr, mass: FrameMass, dv: Expr, ddw: Expr) -> Expr:
+    """`h.dv + g_k.dd_k`: virtual work of inertia forces, or twice the kinetic energy."""
+    h, g = momenta(v, dw, mass)
+    return ufl.dot(h, dv) + sum(ufl.dot(gk, Dk) for gk, Dk in zip(g, vectors(ddw), strict=True))
+
+
+def angular_momentum(x: Expr, d: Vectors, v: Expr, dw: Expr, mass: FrameMass) -> Expr:
+    """`x x h + d_k x g_k`, shape (3,), kg m^2/s."""
+    h, g = momenta(v, dw, mass)
+    return ufl.cross(x, h) + sum(
+        (ufl.cross(dk, gk) for dk, gk in zip(d, g, strict=True)), start=0 * x
+    )
+
+
+def rotated(d: Vectors, axis: Expr) -> Expr:
+    """Change of the directors under a small rotation about `axis`, shape (9,)."""
+    turned = [ufl.cross(axis, dk) for dk in d]
+    return ufl.as_vector([t[i] for t in turned for i in range(3)])
