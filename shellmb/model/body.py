@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -65,6 +65,18 @@ class NodeLink:
     targets: npt.NDArray[np.int64]
 
 
+class Rates(NamedTuple):
+    """Velocities that forces may depend on, each of the shape of a state.
+
+    Args:
+        now: Velocity in the sub-interval.
+        chord: Mean velocity over the whole step, in all of its stages the same.
+    """
+
+    now: Expr
+    chord: Expr
+
+
 class LoadFactors(Protocol):
     """The loads of a body with the time factors of one stage of a scheme."""
 
@@ -86,6 +98,18 @@ class Body(Protocol):
     fixed: list[FixedDofs]
     links: tuple[NodeLink, ...]
     kinematic: frozenset[str]  # parts that have velocities
+    # whether constraints tie its jump of velocities to those of other bodies: then the jump is
+    # unknown, and these parts of it have equations
+    coupled: bool
+
+    @property
+    def jump_parts(self) -> frozenset[str]:
+        """Parts that have equations for the jump of velocities."""
+        ...
+
+    def velocity_constraint(self, v: Expr, mid: Expr, dv: Expr) -> Form | None:
+        """Constraints on velocities at the state `mid`, with their impulses; None without any."""
+        ...
 
     def internal(self, span: Interval, dq: Expr) -> Form | None:
         """Virtual work of internal and constraint forces, with the constraints themselves."""
@@ -111,8 +135,15 @@ class Body(Protocol):
         """A new set of the body's loads, for one stage; None without loads."""
         ...
 
-    def extra(self, mid: Expr, velocity: Expr | None, dq: Expr, time: fem.Constant) -> Form | None:
-        """Virtual work of the terms a user added; None without any."""
+    def extra(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
+        """Virtual work of what is neither elastic nor inertial; None without any.
+
+        Args:
+            mid: State at which it acts.
+            rates: Velocities; None in statics.
+            dq: Virtual displacement.
+            time: Time at the middle of the step.
+        """
         ...
 
     def strain_energy(self, q: Expr) -> Form | None:
@@ -142,6 +173,12 @@ class Massless:
     links: tuple[NodeLink, ...]
     fixed: list[FixedDofs] = field(default_factory=list)
     kinematic: frozenset[str] = frozenset()
+    coupled: bool = False
+    jump_parts: frozenset[str] = frozenset()
+
+    def velocity_constraint(self, v: Expr, mid: Expr, dv: Expr) -> Form | None:
+        """No constraints."""
+        return None
 
     def internal(self, span: Interval, dq: Expr) -> Form | None:
         """No internal forces."""
@@ -167,7 +204,7 @@ class Massless:
         """No loads."""
         return None
 
-    def extra(self, mid: Expr, velocity: Expr | None, dq: Expr, time: fem.Constant) -> Form | None:
+    def extra(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
         """No added terms."""
         return None
 

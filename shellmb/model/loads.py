@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
 import ufl
-from dolfinx import fem
+from dolfinx import fem, mesh
 from ufl import Form
 from ufl.core.expr import Expr
 
@@ -29,17 +30,17 @@ if TYPE_CHECKING:
     from shellmb.model.shell import ShellModel
 
 
-class ShellLoads:
-    """The loads of one shell, each multiplied by a factor that the scheme sets.
+class DistributedLoads(ABC):
+    """The loads of one shell or beam, each multiplied by a factor that the scheme sets.
 
     Args:
-        body: The shell.
+        domain: Mesh of the body.
         loads: Its loads.
     """
 
-    def __init__(self, body: ShellModel, loads: list[Load]) -> None:
-        self._body, self._loads = body, loads
-        self._factors = [fem.Constant(body.mixed.space.mesh, 0.0) for _ in loads]
+    def __init__(self, domain: mesh.Mesh, loads: list[Load]) -> None:
+        self._loads = loads
+        self._factors = [fem.Constant(domain, 0.0) for _ in loads]
 
     def update(self, average: Callable[[TimeFunction | None], float]) -> None:
         """Set the factors from the loads' time functions."""
@@ -54,6 +55,23 @@ class ShellLoads:
             for density, measure in [self._density(load, mid, dq)]
         ]
         return sum(forms[1:], forms[0]) if forms else None
+
+    @abstractmethod
+    def _density(self, load: Load, mid: Expr, dq: Expr) -> tuple[Expr, ufl.Measure]:
+        """Density of the virtual work of a load, and the measure that integrates it."""
+
+
+class ShellLoads(DistributedLoads):
+    """The loads of one shell.
+
+    Args:
+        body: The shell.
+        loads: Its loads.
+    """
+
+    def __init__(self, body: ShellModel, loads: list[Load]) -> None:
+        super().__init__(body.mixed.space.mesh, loads)
+        self._body = body
 
     def _density(self, load: Load, mid: Expr, dq: Expr) -> tuple[Expr, ufl.Measure]:
         body, domain = self._body, self._body.mixed.space.mesh

@@ -1,20 +1,36 @@
 """The model: all bodies of a scene, bound to meshes, joined, supported and loaded."""
 
-from dataclasses import dataclass
+from collections.abc import Collection
+from dataclasses import dataclass, field
+from typing import cast
 
 from mpi4py import MPI
 
 import numpy as np
+import numpy.typing as npt
 
 from shellmb.build.mesh import build_surface
+from shellmb.errors import SceneError
+from shellmb.model.beam import BeamModel, build_beam
 from shellmb.model.body import Body, NodeLink
+from shellmb.model.finder import Finder, RigidPlaces
+from shellmb.model.glue import glue_beams, line_along
 from shellmb.model.joins import join_shells
-from shellmb.model.nodal import PointLoads
-from shellmb.model.places import local_nodes, shared_nodes
+from shellmb.model.joints import Component
+from shellmb.model.mechanism import Mechanism, build_mechanism
+from shellmb.model.nodal import NodalConstraint
+from shellmb.model.places import local_nodes
+from shellmb.model.pointloads import point_loads
+from shellmb.model.rigid import GROUND, RigidBodies, RigidNode, ground_node
+from shellmb.model.rigidify import RigidMeshes, rigidified
 from shellmb.model.shell import ShellModel
-from shellmb.model.supports import SupportedShell
-from shellmb.scene import Scene
-from shellmb.scene.loads import PointForce
+from shellmb.model.supports import Supported
+from shellmb.scene import Beam, RigidBody, Scene, Shell
+from shellmb.scene.elements import PointElement
+from shellmb.scene.loads import Gravity, Load
+
+Ints = npt.NDArray[np.int64]
+Floats = npt.NDArray[np.float64]
 
 
 @dataclass
@@ -22,87 +38,226 @@ class Model:
     """Everything that has unknowns.
 
     Args:
-        scene: The scene it was made from.
+        scene: The scene it was made from, with rigid bodies for shells and beams that are rigid.
         comm: Communicator.
-        bodies: All bodies; the shells first.
+        bodies: All bodies of the system.
         shells: The shells by name.
+        beams: The beams by name.
+        rigid: The rigid bodies, and ground; None without any.
+        mechanism: Joints, and what drives and resists them.
+        length: Characteristic length of the scene, m.
+        rigid_meshes: Meshes of the shells and beams that are rigid, by name: they have no unknowns.
     """
 
     scene: Scene
     comm: MPI.Comm
-    bodies: list[Body]
-    shells: dict[str, ShellModel]
+    bodies: list[Body] = field(default_factory=list)
+    shells: dict[str, ShellModel] = field(default_factory=dict)
+    beams: dict[str, BeamModel] = field(default_factory=dict)
+    rigid: RigidBodies | None = None
+    mechanism: Mechanism = field(default_factory=Mechanism)
+    length: float = 1.0
+    rigid_meshes: RigidMeshes = field(default_factory=dict)
+
+    @property
+    def meshed(self) -> dict[str, ShellModel | BeamModel]:
+        """Shells and beams by name."""
+        return {**self.shells, **self.beams}
+
+    def nodes_of(self, name: str) -> tuple[Body, Ints, Floats, Floats]:
+        """Nodes of a shell, beam or rigid body on this rank.
+
+        Args:
+            name: Name of the body in the scene.
+
+        Returns:
+            The body of the system, the nodes' numbers among its nodes (owned and ghost), reference
+            positions (n, 3) and directors (n, m, 3).
+        """
+        if name in self.meshed:
+            body = self.meshed[name]
+            X = body.mixed.nodes("u")
+            return cast(Body, body), np.arange(len(X)), X, body.node_directors()
+        assert self.rigid is not None
+        item = self.rigid.index[name]
+        node, here = self.rigid.bodies[item], np.flatnonzero(self.rigid.node_mesh.item == item)
+        X, D = np.tile(node.center, (len(here), 1)), np.tile(node.directors, (len(here), 1, 1))
+        return self.rigid, here, X, D
 
     @property
     def elements(self) -> int:
-        """Number of shell elements."""
+        """Number of elements of shells and beams."""
         return sum(
-            s.surface_mesh.mesh.topology.index_map(2).size_global for s in self.shells.values()
+            m.domain.mesh.topology.index_map(m.domain.mesh.topology.dim).size_global
+            for m in self.meshed.values()
         )
-
-    @property
-    def length(self) -> float:
-        """Characteristic length of the scene, m."""
-        return max(s.surface_mesh.length for s in self.shells.values())
 
     @property
     def supported(self) -> bool:
         """Whether anything is held or driven."""
-        return bool(self.scene.supports)
+        return bool(self.scene.supports) or (self.rigid is not None and GROUND in self.rigid.index)
 
 
-def build_model(scene: Scene, comm: MPI.Comm) -> Model:
-    """Mesh the shells and bind supports, loads and joins to them.
+def build_model(scene: Scene, comm: MPI.Comm, dropped: Collection[Component] = ()) -> Model:
+    """Mesh the bodies and bind supports, loads and joints to them.
 
     Args:
         scene: A validated scene.
         comm: Communicator of all meshes.
+        dropped: Redundant constraints of joints that are left out.
 
     Raises:
         SceneError: If something the scene names does not exist on the meshes.
     """
-    shells: dict[str, ShellModel] = {}
+    scene, rigid_meshes = rigidified(scene, comm)
+    model = Model(scene, comm, rigid_meshes=rigid_meshes)
+    dynamic = not scene.static
     for shell in scene.shells:
         mesh = build_surface(shell, comm)
-        loads = [
-            load
+        model.shells[shell.name] = ShellModel(shell, mesh, _loads_of(scene, shell), dynamic)
+    kinks = _join(scene, model)
+    # joins change directors: lines of shells come after them
+    lines = {
+        beam.name: line_along(beam, model.shells[beam.curve.shell])
+        for beam in scene.beams
+        if beam.curve.shell is not None
+    }
+    for beam in scene.beams:
+        line = lines[beam.name].line if beam.name in lines else None
+        model.beams[beam.name] = build_beam(beam, comm, _loads_of(scene, beam), dynamic, line)
+    model.length = _length(scene, model)
+    force = _force(scene, model)
+    nodes = [_rigid_node(body, model.length) for body in scene.rigid_bodies]
+    if _uses_ground(scene):
+        nodes.append(ground_node())
+    if nodes:
+        gravity = [
+            (load, frozenset(body.name for body in scene.bodies_of(load)))
             for load in scene.loads
-            if not isinstance(load, PointForce) and shell in scene.shells_of(load)
+            if isinstance(load, Gravity)
         ]
-        shells[shell.name] = ShellModel(shell, mesh, loads, not scene.static)
-    bodies: list[Body] = list(shells.values())
-    for join in scene.joins:
-        links, constraint = join_shells(join, shells[join.first], shells[join.second])
-        shells[join.second].links += tuple(links)
-        if constraint is not None:
-            bodies.append(constraint)
-    supported = {name: SupportedShell(body) for name, body in shells.items()}
-    for support in scene.supports:
-        for shell in scene.shells_of(support):
-            supported[shell.name].add(support)
-    for item in supported.values():
-        bodies += item.constraints()
-    forces = [load for load in scene.loads if isinstance(load, PointForce)]
-    if forces:
-        bodies.append(_point_loads(scene, shells, forces, comm))
-    _resolve_links(bodies, comm)
+        model.rigid = RigidBodies(comm, nodes, dynamic, gravity, force, model.length)
+    meshed: list[Body] = [*model.shells.values(), *model.beams.values()]
+    model.bodies += meshed
+    if model.rigid is not None:
+        model.bodies.append(model.rigid)
+    model.bodies += kinks
+    _support(scene, model)
+    model.bodies += glue_beams(scene, comm, model.beams, model.shells, lines, dropped)
+    find = Finder(model.meshed, _rigid_places(scene, model))
+    model.mechanism = build_mechanism(scene, comm, find, force, model.length, dropped)
+    _turnable(model)
+    model.bodies += model.mechanism.bodies
+    model.bodies += point_loads(scene, comm, find)
+    if model.beams or model.rigid is not None or scene.joints or scene.elements:
+        # constraints tie velocities together: see `Body.coupled`
+        for body in model.bodies:
+            body.coupled = body.coupled or bool(body.kinematic) or hasattr(body, "violation")
+    _resolve_links(model.bodies, comm)
     for probe in scene.probes:
         # found out now: before anything is compiled
-        (shell,) = scene.shells_of(probe)
-        local_nodes(shells[shell.name], probe.point, f"probe '{probe.name}'")
-    return Model(scene, comm, bodies, shells)
+        (target,) = scene.bodies_of(probe)
+        if target.name in model.meshed:
+            local_nodes(model.meshed[target.name], probe.point, f"probe '{probe.name}'")
+    return model
 
 
-def _point_loads(
-    scene: Scene, shells: dict[str, ShellModel], forces: list[PointForce], comm: MPI.Comm
-) -> PointLoads:
-    targets = []
-    for force in forces:
-        (shell,) = scene.shells_of(force)
-        nodes = shared_nodes(shells[shell.name], force.point, "point force")
-        targets.append((shell.name, nodes.dofs["u"][0]))
-    values = np.array([force.force for force in forces], dtype=float)
-    return PointLoads(comm, targets, values, [force.time for force in forces])
+def _join(scene: Scene, model: Model) -> list[NodalConstraint]:
+    """Join shells along edges; returns the constraints of kinks."""
+    kinks = []
+    for join in scene.joins:
+        links, constraint = join_shells(join, model.shells[join.first], model.shells[join.second])
+        model.shells[join.second].links += tuple(links)
+        if constraint is not None:
+            kinks.append(constraint)
+    return kinks
+
+
+def _turnable(model: Model) -> None:
+    """In motion, a joint on directors needs inertia of their rotation, or velocities are open.
+
+    Raises:
+        SceneError: Names joint and body.
+    """
+    if model.scene.static:
+        return
+    for joint in model.mechanism.joints.values():
+        for end, directors in zip(joint.ends, joint.key[1:], strict=True):
+            body = model.meshed.get(end.owner)
+            if body is not None and directors and "lam" not in body.jump_parts:
+                raise SceneError(
+                    f"{joint.joint.said}: the directors of '{end.owner}' have no inertia; it must "
+                    "have rotary_inertia=True and a section with second moments, or the joint "
+                    "must hold positions only"
+                )
+
+
+def _loads_of(scene: Scene, body: Shell | Beam) -> list[Load]:
+    """Distributed loads of a body; those at points are bodies of the system themselves."""
+    return [
+        load for load in scene.loads if not hasattr(load, "point") and body in scene.bodies_of(load)
+    ]
+
+
+def _uses_ground(scene: Scene) -> bool:
+    ends = [(j.first, j.second) for j in scene.joints]
+    ends += [(e.first, e.second) for e in scene.elements if isinstance(e, PointElement)]
+    return any(GROUND in pair for pair in ends)
+
+
+def _length(scene: Scene, model: Model) -> float:
+    """Diagonal of the box around all reference points of rigid bodies, or the largest mesh."""
+    points = [body.center for body in scene.rigid_bodies]
+    points += [body.place(name) for body in scene.rigid_bodies for name in body.point_names]
+    points += [
+        np.asarray(j.at)
+        for j in scene.joints
+        if j.at is not None and len(j.at) == 3 and not isinstance(j.at, str)
+    ]
+    box = float(np.linalg.norm(np.ptp(np.array(points), axis=0))) if points else 0.0
+    meshes = (*model.meshed.values(), *model.rigid_meshes.values())
+    return max([box, *(m.domain.length for m in meshes)]) or 1.0
+
+
+def _force(scene: Scene, model: Model) -> float:
+    """Size of the forces between bodies: what moves the scene's mass by its length in a step."""
+    if scene.static:
+        return max((body.force_size for body in model.meshed.values()), default=1.0)
+    mass = sum(body.mass for body in scene.rigid_bodies)
+    mass += sum(s.shell.section.mass[0] * s.domain.length**2 for s in model.shells.values())
+    mass += sum(b.beam.section.mass[0] * b.domain.length for b in model.beams.values())
+    assert scene.dt is not None
+    return (mass or 1.0) * model.length / scene.dt**2
+
+
+def _rigid_node(body: RigidBody, length: float) -> RigidNode:
+    return RigidNode(body.name, body.center, body.axes.T, body.mass, body.euler_tensor, length)
+
+
+def _rigid_places(scene: Scene, model: Model) -> dict[str, RigidPlaces]:
+    if model.rigid is None:
+        return {}
+    ends = model.rigid.ends()
+    places = {
+        body.name: RigidPlaces(
+            ends[body.name],
+            {name: body.place(name) for name in body.point_names},
+            body.place(None),
+        )
+        for body in scene.rigid_bodies
+    }
+    if GROUND in ends:
+        places[GROUND] = RigidPlaces(ends[GROUND], {}, np.zeros(3))
+    return places
+
+
+def _support(scene: Scene, model: Model) -> None:
+    supported = {name: Supported(body) for name, body in model.meshed.items()}
+    for support in scene.supports:
+        for body in scene.bodies_of(support):
+            supported[body.name].add(support)
+    for item in supported.values():
+        model.bodies += item.constraints()
 
 
 def _resolve_links(bodies: list[Body], comm: MPI.Comm) -> None:

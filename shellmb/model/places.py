@@ -1,13 +1,16 @@
-"""Nodes of shells found by edge, name or coordinates, the same on every rank."""
+"""Nodes of shells and beams found by edge, name or coordinates, the same on every rank."""
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
 from dolfinx import fem
 
+from shellmb.build.curve_mesh import LineMesh
+from shellmb.build.mesh import SurfaceMesh
+from shellmb.build.spaces import MixedSpace
 from shellmb.errors import SceneError
-from shellmb.model.shell import ShellModel
 
 # a point must lie on a node to within this fraction of the body's length
 ON_NODE = 1e-6
@@ -15,22 +18,43 @@ ON_NODE = 1e-6
 Place = str | tuple[str, ...] | tuple[float, float, float]
 
 
+class Meshed(Protocol):
+    """A body with a mesh: a shell or a beam."""
+
+    name: str
+    mixed: MixedSpace
+
+    @property
+    def domain(self) -> SurfaceMesh | LineMesh:
+        """Its mesh with names."""
+        ...
+
+    def node_directors(self) -> npt.NDArray[np.float64]:
+        """Reference directors of the local nodes (owned and ghost), shape (n, m, 3)."""
+        ...
+
+
 @dataclass(frozen=True)
 class Nodes:
-    """Nodes of one shell on every rank, sorted by position.
+    """Nodes of one body on every rank, sorted by position.
 
     Args:
         x: Reference positions, shape (n, 3), m.
-        dofs: Part name to global dofs in the shell's mixed space, shape (n, size).
-        director: Reference directors, shape (n, 3).
+        dofs: Part name to global dofs in the body's mixed space, shape (n, size).
+        directors: Reference directors, shape (n, m, 3): one of a shell, three of a beam.
     """
 
     x: npt.NDArray[np.float64]
     dofs: dict[str, npt.NDArray[np.int64]]
-    director: npt.NDArray[np.float64]
+    directors: npt.NDArray[np.float64]
+
+    @property
+    def director(self) -> npt.NDArray[np.float64]:
+        """Reference director of a shell, shape (n, 3)."""
+        return np.asarray(self.directors[:, 0])
 
 
-def local_nodes(body: ShellModel, where: Place, who: str) -> npt.NDArray[np.int32]:
+def local_nodes(body: Meshed, where: Place, who: str) -> npt.NDArray[np.int32]:
     """Local numbers (owned and ghost) of the nodes at a place; they count nodes, not dofs.
 
     Args:
@@ -41,43 +65,53 @@ def local_nodes(body: ShellModel, where: Place, who: str) -> npt.NDArray[np.int3
     Raises:
         SceneError: If there is no such edge or point, or no node at the coordinates.
     """
-    mesh = body.surface_mesh
+    mesh = body.domain
     if isinstance(where, str) and where in mesh.points:
         return _node_at(body, mesh.points[where], who)
+    if isinstance(mesh, LineMesh) and isinstance(where, str):
+        known = ", ".join(f"'{name}'" for name in mesh.points)
+        raise SceneError(f"{who}: beam '{body.name}' has no point '{where}'; it has {known}")
     if isinstance(where, str) or all(isinstance(item, str) for item in where):
+        if isinstance(mesh, LineMesh):
+            return np.unique(np.concatenate([local_nodes(body, item, who) for item in where]))  # type: ignore[arg-type]
         facets = mesh.facets(where, who)  # type: ignore[arg-type]
         space = body.mixed.subspaces["u"]
         return np.asarray(fem.locate_dofs_topological(space, 1, facets), dtype=np.int32)
     return _node_at(body, np.asarray(where, dtype=float), who)
 
 
-def _node_at(body: ShellModel, point: npt.NDArray[np.float64], who: str) -> npt.NDArray[np.int32]:
+def _node_at(body: Meshed, point: npt.NDArray[np.float64], who: str) -> npt.NDArray[np.int32]:
     """The node at a point; empty on ranks that do not hold it."""
     nodes = body.mixed.nodes("u")
     distance = np.linalg.norm(nodes - point, axis=1)
-    comm = body.surface_mesh.mesh.comm
+    comm = body.domain.mesh.comm
     nearest = comm.allreduce(
         min(zip(distance, map(tuple, nodes), strict=True), default=(np.inf, ())), op=_least
     )
-    if nearest[0] > ON_NODE * body.surface_mesh.length:
+    if nearest[0] > ON_NODE * body.domain.length:
         shown, found = (f"({', '.join(f'{c:g}' for c in p)})" for p in (point, nearest[1]))
         raise SceneError(
-            f"{who}: shell '{body.name}' has no node at {shown}; the nearest one is at {found}"
+            f"{who}: {_kind(body)} '{body.name}' has no node at {shown}; "
+            f"the nearest one is at {found}"
         )
-    return np.flatnonzero(distance <= ON_NODE * body.surface_mesh.length).astype(np.int32)
+    return np.flatnonzero(distance <= ON_NODE * body.domain.length).astype(np.int32)
+
+
+def _kind(body: Meshed) -> str:
+    return "beam" if isinstance(body.domain, LineMesh) else "shell"
 
 
 def _least(a: tuple, b: tuple) -> tuple:
     return min(a, b)
 
 
-def part_dofs(body: ShellModel, nodes: npt.NDArray[np.int32], part: str) -> npt.NDArray[np.int32]:
+def part_dofs(body: Meshed, nodes: npt.NDArray[np.int32], part: str) -> npt.NDArray[np.int32]:
     """Local dofs of a part at nodes, shape (n, size)."""
     size = body.mixed.parts[part][1]
     return body.mixed.dofs[part].reshape(-1, size)[nodes]
 
 
-def shared_nodes(body: ShellModel, where: Place, who: str) -> Nodes:
+def shared_nodes(body: Meshed, where: Place, who: str) -> Nodes:
     """The nodes at a place, gathered from all ranks and sorted by position."""
     local = local_nodes(body, where, who)
     owned = body.mixed.subspaces["u"].dofmap.index_map.size_local
@@ -92,12 +126,12 @@ def shared_nodes(body: ShellModel, where: Place, who: str) -> Nodes:
             )
             for p in parts
         },
-        body.director.x.array.reshape(-1, 3)[local],
+        body.node_directors()[local],
     )
-    gathered = body.surface_mesh.mesh.comm.allgather(record)
+    gathered = body.domain.mesh.comm.allgather(record)
     x = np.concatenate([g[0] for g in gathered])
     # sort by rounded coordinates, so that every rank and every body of a join agrees
-    rounded = np.round(x / (ON_NODE * body.surface_mesh.length)).astype(np.int64)
+    rounded = np.round(x / (ON_NODE * body.domain.length)).astype(np.int64)
     order = np.lexsort(rounded.T[::-1])
     return Nodes(
         x[order],

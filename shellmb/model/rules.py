@@ -1,4 +1,4 @@
-"""Quadrature rules of the shell's integrals (design, section 3)."""
+"""Quadrature rules of the integrals over shells (design, section 3) and beams."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -11,14 +11,14 @@ from dolfinx import mesh
 
 @dataclass(frozen=True)
 class Rules:
-    """Measures over the surface.
+    """Measures over the surface of a shell, or the line of a beam.
 
     Args:
         full: Rule for bending, inertia, loads and the fully integrated share of the rest.
         reduced: Rule of the mixed resultants.
         nodes: Rule whose points are the nodes, so that the director is of unit length at each.
         lines: Rules with one more Gauss point along the second and along the first coordinate of
-            the element, for the hourglass control; None on triangles.
+            the element, for the hourglass control; None on triangles and lines.
     """
 
     full: ufl.Measure
@@ -57,6 +57,26 @@ def quadrature_rules(domain: mesh.Mesh, degree: int) -> Rules:
         measure({"quadrature_degree": 2 * degree - 1}),
         measure({"quadrature_rule": "GLL", "quadrature_degree": 2 * degree - 1}),
         (lines[0], lines[1]),
+    )
+
+
+def line_rules(domain: mesh.Mesh, degree: int) -> Rules:
+    """Rules for the mesh of a beam.
+
+    Args:
+        domain: The mesh.
+        degree: Degree of displacement and directors.
+    """
+
+    def measure(metadata: dict[str, Any]) -> ufl.Measure:
+        return ufl.Measure("dx", domain, metadata=metadata)
+
+    return Rules(
+        measure({"quadrature_degree": 2 * degree + 1}),
+        # as many Gauss points as the degree
+        measure({"quadrature_degree": 2 * degree - 1}),
+        measure({"quadrature_rule": "GLL", "quadrature_degree": 2 * degree - 1}),
+        None,
     )
 
 

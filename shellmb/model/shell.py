@@ -2,8 +2,6 @@
 
 from collections.abc import Callable
 
-from mpi4py import MPI
-
 import numpy as np
 import numpy.typing as npt
 import ufl
@@ -14,7 +12,6 @@ from ufl.core.expr import Expr
 from shellmb.build.directors import reference_director
 from shellmb.build.mesh import SurfaceMesh
 from shellmb.build.spaces import MixedSpace, shell_space
-from shellmb.errors import SceneError
 from shellmb.forms import hourglass
 from shellmb.forms import shell as shell_forms
 from shellmb.forms.mixed import Density, Interval, LinearMixed
@@ -22,16 +19,13 @@ from shellmb.forms.shell import Mass, ShellStrains
 from shellmb.forms.state import Layout
 from shellmb.forms.surface import Surface, surface
 from shellmb.forms.terms import Point
-from shellmb.model.body import FixedDofs, LoadFactors, NodeLink, PartScale
+from shellmb.model.body import FixedDofs, LoadFactors, NodeLink, PartScale, Rates
+from shellmb.model.direction import direction_1
 from shellmb.model.loads import ShellLoads
 from shellmb.model.rules import quadrature_rules
 from shellmb.model.section import bind_mass, bind_section
 from shellmb.scene import LinearSection, Shell
 from shellmb.scene.loads import Gravity, Load
-
-# cosine of the angle to the normal beyond which a direction has no useful projection on the surface
-ALMOST_NORMAL = 1 - 1e-9
-NEARLY_NORMAL = 0.95
 
 _ADVICE_MOTION = "a smaller step, a finer mesh, or a smaller load step"
 _ADVICE_FORCE = "a smaller step, or check the stiffness and thickness of the section"
@@ -58,7 +52,7 @@ class ShellModel:
         self.director = reference_director(
             surface_mesh, self.mixed.subspaces["u"], shell.degree, shell.name
         )
-        direction = fem.Constant(domain, self._direction_1())
+        direction = fem.Constant(domain, direction_1(shell, surface_mesh, self.director))
         self.surface: Surface = surface(ufl.Jacobian(domain), direction, self.director)
         self.rules = quadrature_rules(domain, shell.degree)
         self._ds = self._edge_measure(domain)
@@ -75,6 +69,8 @@ class ShellModel:
         self.fixed: list[FixedDofs] = []
         self.links: tuple[NodeLink, ...] = ()
         self.kinematic = frozenset({"u", "w", "bubble"} & self.mixed.parts.keys())
+        # set where joints tie the shell's velocities to those of other bodies
+        self.coupled = False
         slenderness = shell.section.thickness / surface_mesh.length
         label = f"of shell '{shell.name}'"
         scales = {
@@ -87,33 +83,19 @@ class ShellModel:
         }
         self.parts = tuple(PartScale(name, *scales[name]) for name in self.mixed.parts)
 
-    def _direction_1(self) -> npt.NDArray[np.float64]:
-        """Material 1-direction: the user's, or the first axis that is nowhere nearly normal.
+    @property
+    def domain(self) -> SurfaceMesh:
+        """Its mesh with names."""
+        return self.surface_mesh
 
-        Raises:
-            SceneError: If the user's is normal to the surface somewhere.
-        """
-        directors = self.director.x.array.reshape(-1, 3)
-        comm = self.surface_mesh.mesh.comm
+    @property
+    def force_size(self) -> float:
+        """Size of its resultants, N."""
+        return float(self.section.force.value)
 
-        def steepness(v: npt.NDArray[np.float64]) -> float:
-            largest = float(np.max(np.abs(directors @ v), initial=0.0))
-            return float(comm.allreduce(largest, op=MPI.MAX))
-
-        if self.shell.direction is not None:
-            v = np.asarray(self.shell.direction, dtype=float)
-            if steepness(v / np.linalg.norm(v)) > ALMOST_NORMAL:
-                raise SceneError(
-                    f"shell '{self.name}': the material direction {tuple(map(float, v))} is normal "
-                    "to the surface at some node; give one that is not, or split the shell"
-                )
-            return v
-        axes = np.eye(3)
-        steep = [steepness(v) for v in axes]
-        for v, s in zip(axes, steep, strict=True):
-            if s < NEARLY_NORMAL:
-                return v
-        return axes[int(np.argmin(steep))]
+    def node_directors(self) -> npt.NDArray[np.float64]:
+        """Reference directors of the local nodes (owned and ghost), shape (n, 1, 3)."""
+        return np.asarray(self.director.x.array.reshape(-1, 1, 3))
 
     def _edge_measure(self, domain: mesh.Mesh) -> ufl.Measure:
         """Measure over all named edges, numbered in their order; edges may share facets."""
@@ -182,13 +164,40 @@ class ShellModel:
         return self.layout.displacement(v), self.layout.director_change(v)
 
     def _integrate_mass(self, density: Callable[[Mass], Expr]) -> Form:
-        """Mass by the full rule, moments of inertia of the director at the nodes."""
+        """Mass by the full rule, moments of inertia of the director at the nodes.
+
+        With a first moment everything is taken at the nodes: with `m` by another rule than `s*` and
+        `I*` the kinetic energy would not be positive definite.
+        """
         mass = self.mass
         assert mass is not None
+        if mass.s is not None:
+            return density(mass) * self.rules.nodes
         form = density(shell_forms.without_director(mass)) * self.rules.full
-        if mass.s is not None or mass.I is not None:
+        if mass.I is not None:
             form += density(shell_forms.director_inertia(mass)) * self.rules.nodes
         return form
+
+    @property
+    def jump_parts(self) -> frozenset[str]:
+        """Parts that have equations for the jump of velocities."""
+        turning = {"w", "lam"} if self._turns else set()
+        return frozenset(({"u", "bubble"} | turning) & self.mixed.parts.keys())
+
+    @property
+    def _turns(self) -> bool:
+        """Whether the rotation of the director has inertia, or nothing has."""
+        return self.mass is None or self.mass.I is not None
+
+    def velocity_constraint(self, v: Expr, mid: Expr, dv: Expr) -> Form | None:
+        """Directors do not change their length, with the impulses for that."""
+        if not self._turns:
+            return None
+        layout = self.layout
+        d = self.director + layout.director_change(mid)
+        impulse = layout.part(v, "lam") * ufl.dot(d, layout.director_change(dv))
+        violation = layout.part(dv, "lam") * ufl.dot(d, layout.director_change(v))
+        return self.section.force * (impulse + violation) * self.rules.nodes
 
     def tangent(self, b: Expr, mid: Expr) -> Expr:
         """A jump of velocities, its director part without momentum along the mean director."""
@@ -236,15 +245,19 @@ class ShellModel:
         """A set of the shell's loads with time factors of their own."""
         return ShellLoads(self, self._loads) if self._loads else None
 
-    def extra(self, mid: Expr, velocity: Expr | None, dq: Expr, time: fem.Constant) -> Form | None:
+    def extra(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
         """The user's terms at the mid-point."""
         if not self.shell.terms:
             return None
         u, w = self.layout.displacement(mid), self.layout.director_change(mid)
-        v, dw_dt = (None, None) if velocity is None else self.velocities(velocity)
+        v, dw_dt = (None, None) if rates is None else self.velocities(rates.now)
         du, dw = self.velocities(dq)
         point = Point(u, w, v, dw_dt, du, dw, self.surface, self.mass, time)
         return sum(term(point) for term in self.shell.terms) * self.rules.full
+
+    def resultants(self, q: Expr) -> Expr:
+        """Membrane forces N/m, bending moments N, shear forces N/m of a state, shape (8,)."""
+        return self.section.formulation.resultants(self.strains, self.layout, q)
 
     def strain_energy(self, q: Expr) -> Form:
         """Strain energy, J."""

@@ -2,15 +2,16 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
 from dolfinx import fem, mesh
 
+from shellmb.errors import SceneError
 from shellmb.model.body import FixedDofs
 from shellmb.model.nodal import NodalConstraint, plane
-from shellmb.model.places import ON_NODE, Nodes, Place, local_nodes, part_dofs, shared_nodes
+from shellmb.model.places import ON_NODE, Meshed, Nodes, Place, local_nodes, part_dofs, shared_nodes
 from shellmb.model.shell import ShellModel
 from shellmb.scene import supports as scene_supports
 from shellmb.scene.supports import Support
@@ -40,14 +41,25 @@ class _Planes:
         return True
 
 
-class SupportedShell:
-    """Collects the supports of one shell.
+class Supportable(Meshed, Protocol):
+    """A shell or a beam, whose dofs can be fixed."""
+
+    fixed: list[FixedDofs]
+
+    @property
+    def force_size(self) -> float:
+        """Size of its resultants, N."""
+        ...
+
+
+class Supported:
+    """Collects the supports of one shell or beam.
 
     Args:
-        body: The shell; its `fixed` list is filled.
+        body: The body; its `fixed` list is filled.
     """
 
-    def __init__(self, body: ShellModel) -> None:
+    def __init__(self, body: Supportable) -> None:
         self.body = body
         self._planes = {"u": _Planes(), "w": _Planes()}
 
@@ -89,12 +101,10 @@ class SupportedShell:
             body = self.body
             dofs, normals = np.array(planes.dofs), np.array(planes.normals)
             kind = "displacement" if part == "u" else "director"
-            name = f"{kind} plane of shell '{body.name}'"
-            scale = float(body.section.force.value) * (
-                1.0 if part == "u" else body.surface_mesh.length
-            )
+            name = f"{kind} plane of '{body.name}'"
+            scale = body.force_size * (1.0 if part == "u" else body.domain.length)
             vector = (body.name, dofs, np.zeros((len(dofs), 3)))
-            comm = body.surface_mesh.mesh.comm
+            comm = body.domain.mesh.comm
             made.append(plane(name, comm, vector, normals, scale))
         return made
 
@@ -108,8 +118,13 @@ class SupportedShell:
 
     def _hold(self, where: Place, part: str, who: str) -> None:
         """All components zero; the director's multiplier has nothing left to do and goes too."""
-        for axis in np.eye(3):
-            self._plane(where, part, tuple(axis), who)
+        if self.body.mixed.parts[part][1] > 3:
+            # all directors of a beam at once
+            nodes = local_nodes(self.body, where, who)
+            self._fix(part_dofs(self.body, nodes, part).ravel())
+        else:
+            for axis in np.eye(3):
+                self._plane(where, part, tuple(axis), who)
         if part == "w":
             nodes = local_nodes(self.body, where, who)
             self._fix(part_dofs(self.body, nodes, "lam").ravel())
@@ -125,7 +140,7 @@ class SupportedShell:
     def _planes_at(self, shared: Nodes, part: str, normals: Floats) -> None:
         """Hold nodes in planes: by their components where axis-parallel, else by a multiplier."""
         planes = self._planes[part]
-        size = ON_NODE * self.body.surface_mesh.length
+        size = ON_NODE * self.body.domain.length
         index_map = self.body.mixed.space.dofmap.index_map
         fixed: list[int] = []
         for x, dofs, normal in zip(shared.x, shared.dofs[part], normals, strict=True):
@@ -141,11 +156,16 @@ class SupportedShell:
         local = index_map.global_to_local(np.array(fixed, dtype=np.int64))
         self._fix(np.asarray(local[local >= 0], dtype=np.int32))
 
+    def _shell(self, who: str) -> ShellModel:
+        if not isinstance(self.body, ShellModel):
+            raise SceneError(f"{who}: '{self.body.name}' is no shell; it must be one")
+        return self.body
+
     def _along_edge(self, edge: str | tuple[str, ...], who: str) -> None:
         """The director does not lean along the edge."""
         for name in (edge,) if isinstance(edge, str) else edge:
             shared = shared_nodes(self.body, name, who)
-            self._planes_at(shared, "w", edge_tangents(self.body, name, shared.x, who))
+            self._planes_at(shared, "w", edge_tangents(self._shell(who), name, shared.x, who))
 
     def _components(self, where: Place, part: str, components: tuple, who: str) -> None:
         if all(c is None for c in components):
@@ -161,7 +181,7 @@ class SupportedShell:
             dofs = part_dofs(self.body, local, part)[:, axis].copy()
             # a prescribed motion wins over a component held at zero before
             for x in shared.x:
-                size = ON_NODE * self.body.surface_mesh.length
+                size = ON_NODE * self.body.domain.length
                 a, b, c = (int(v) for v in np.round(x / size))
                 self._planes[part].add((a, b, c), np.eye(3)[axis])
             self._fix(dofs, _uniform(component, len(dofs)))
@@ -172,7 +192,7 @@ class SupportedShell:
         body = self.body
         nodes = local_nodes(body, support.edge, who)
         X = body.mixed.nodes("u")[nodes]
-        D = body.director.x.array.reshape(-1, 3)[nodes]
+        D = body.node_directors()[nodes]
         origin = np.asarray(support.origin, dtype=float)
         axis = np.asarray(support.axis, dtype=float)
         axis = axis / np.linalg.norm(axis)
@@ -188,7 +208,8 @@ class SupportedShell:
             return (turned(X - origin, t) + shift).ravel()
 
         self._fix(part_dofs(body, nodes, "u").ravel(), displacement)
-        self._fix(part_dofs(body, nodes, "w").ravel(), lambda t: turned(D, t).ravel())
+        rows = D.reshape(-1, 3)
+        self._fix(part_dofs(body, nodes, "w").ravel(), lambda t: turned(rows, t).ravel())
         self._fix(part_dofs(body, nodes, "lam").ravel())
 
 
@@ -224,7 +245,7 @@ def edge_tangents(body: ShellModel, edge: str, x: Floats, who: str) -> Floats:
         found.append((coordinates[dofs], tangent / np.linalg.norm(tangent)))
     everywhere = [item for part in domain.comm.allgather(found) for item in part]
     sums = np.zeros_like(x)
-    tolerance = ON_NODE * body.surface_mesh.length
+    tolerance = ON_NODE * body.domain.length
     for nodes, tangent in everywhere:
         hit = (np.linalg.norm(x[:, None] - nodes[None], axis=2) < tolerance).any(axis=1)
         # facets carry no common direction: turn each towards what is there already

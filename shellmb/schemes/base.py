@@ -17,6 +17,7 @@ from ufl.core.expr import Expr
 
 from shellmb.forms.discrete import mean
 from shellmb.forms.mixed import Interval
+from shellmb.model.body import Rates
 
 Values = npt.NDArray[np.float64]
 Motion = Callable[[float], Values]
@@ -35,9 +36,10 @@ class Levels:
     Args:
         q: State at the start of the step.
         rates: Rates at the start of the step that the scheme keeps ("v", say).
-        unknown: Unknown state of each stage, by its name.
+        unknown: Unknown state of each stage, by its name; and "b", the unknown jump of velocities,
+            of bodies whose jump is coupled to that of others.
         tangent: Takes a jump of velocities and a state, and returns the jump without what the
-            constraints at the nodes forbid at that state.
+            constraints at the nodes forbid at that state; for bodies without an unknown jump.
     """
 
     q: fem.Function
@@ -56,12 +58,40 @@ class Stage:
         velocity: Velocity that velocity-dependent terms see; None in statics.
         path: Whether internal forces are their mean over the path of the sub-interval to third
             order, and not to second.
+        chord: Mean velocity over the whole step, in all stages the same; None: `velocity`.
     """
 
     span: Interval
     rate: Expr | None = None
     velocity: Expr | None = None
     path: bool = False
+    chord: Expr | None = None
+
+    @property
+    def rates(self) -> Rates | None:
+        """Velocities that forces may depend on; None in statics."""
+        if self.velocity is None:
+            return None
+        return Rates(self.velocity, self.velocity if self.chord is None else self.chord)
+
+
+@dataclass(frozen=True)
+class JumpStage:
+    """The row of an unknown jump of velocities, tested with its variations.
+
+    The jump obeys the scheme's equation for it only as far as the constraints allow: the
+    difference is `M^-1 Dg^T mu` with `Dg b = 0`. So it does no work on the jump, and the energy law
+    is as exact as without constraints.
+
+    Args:
+        defect: Rate whose momentum, with the impulses of the constraints, is zero.
+        jump: The unknown jump, which holds the constraints' impulses, too.
+        mid: State at which the constraints are taken.
+    """
+
+    defect: Expr
+    jump: Expr
+    mid: Expr
 
 
 class Scheme(Protocol):
@@ -99,6 +129,10 @@ class Scheme(Protocol):
         """Stages in terms of the functions of one body."""
         ...
 
+    def jump(self, levels: Levels, dt: fem.Constant) -> JumpStage | None:
+        """Row of the unknown jump of velocities; None for schemes without."""
+        ...
+
     def load_weight(self, stage: str, tau: float) -> float:
         """Weight in the stage's load average of the load at the time t + tau dt."""
         ...
@@ -106,7 +140,10 @@ class Scheme(Protocol):
     def prescribed(
         self, stage: str, motion: Motion, t: float, dt: float, rates: Mapping[str, Values]
     ) -> Values:
-        """Values at a stage of dofs with a prescribed motion; `rates` are theirs at the start."""
+        """Values at a stage of dofs with a prescribed motion; `rates` are theirs at the start.
+
+        For the stage "b" their jump of velocities.
+        """
         ...
 
     def advance(

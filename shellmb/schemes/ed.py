@@ -5,9 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from dolfinx import fem
+from ufl.core.expr import Expr
 
 from shellmb.forms.discrete import mean
-from shellmb.schemes.base import Levels, Motion, Stage, Tangent, Values, interval
+from shellmb.schemes.base import JumpStage, Levels, Motion, Stage, Tangent, Values, interval
 
 
 @dataclass(frozen=True)
@@ -20,6 +21,7 @@ class EnergyDecaying:
     With `a = v_f - v_i` and `b = v_j - v_i`, eq. (31) reads
     `a + b = 2 (q_f - q_i)/dt - 2 v_i` and `a - alpha b = -6 (q_j - q_i)/dt`; the second one across
     the directors only, along them `b` is free of momentum (`forms.shell.tangent_jump` says why).
+    In mechanisms the same holds for all constraints at once, and `b` is an unknown (`JumpStage`).
 
     Args:
         alpha: Dissipation, from 0 (none) to 1 (asymptotic annihilation).
@@ -48,22 +50,42 @@ class EnergyDecaying:
         """Linear momentum always, energy without dissipation."""
         return frozenset({"momentum"} | ({"energy"} if self.alpha == 0 else set()))
 
+    def _differences_of(self, levels: Levels, dt: fem.Constant) -> tuple[Expr, Expr, Expr]:
+        """Left-hand sides of eq. (31), `a + b` and `a - alpha b`, and `1 + alpha`."""
+        q, v = levels.q, levels.rates["v"]
+        qj, qf = levels.unknown["j"], levels.unknown["f"]
+        both = 2 * (qf - q) / dt - 2 * v
+        skew = -6 * (qj - q) / dt
+        return both, skew, 1 + self._factor(levels)
+
+    def _factor(self, levels: Levels) -> fem.Constant:
+        """Alpha as a Constant, so that another alpha does not compile another kernel."""
+        return fem.Constant(levels.q.function_space.mesh, float(self.alpha))
+
     def expand(self, levels: Levels, dt: fem.Constant) -> dict[str, Stage]:
         """Row j is eq. (29) plus three times eq. (30), row f is eq. (29)."""
         q, v = levels.q, levels.rates["v"]
         qj, qf = levels.unknown["j"], levels.unknown["f"]
-        # a Constant, so that another alpha does not compile another kernel
-        alpha = fem.Constant(qf.function_space.mesh, float(self.alpha))
-        both = 2 * (qf - q) / dt - 2 * v
-        skew = -6 * (qj - q) / dt
-        b = levels.tangent((both - skew) / (1 + alpha), mean(q, qj))
+        alpha = self._factor(levels)
+        both, skew, weight = self._differences_of(levels, dt)
+        b: Expr = (
+            levels.unknown["b"]
+            if "b" in levels.unknown
+            else levels.tangent((both - skew) / weight, mean(q, qj))
+        )
         a = both - b
         # the velocity at j with the average of eq. (32), as loads and stresses are taken
         v_j = v + b / 2 + alpha * b / 2
-        return {
-            "j": Stage(interval(q, qj, alpha), rate=(a + 3 * b) / dt, velocity=v_j),
-            "f": Stage(interval(qj, qf), rate=a / dt, velocity=(qf - q) / dt, path=self.path),
-        }
+        chord = (qf - q) / dt
+        first = Stage(interval(q, qj, alpha), rate=(a + 3 * b) / dt, velocity=v_j, chord=chord)
+        last = Stage(interval(qj, qf), rate=a / dt, velocity=chord, path=self.path, chord=chord)
+        return {"j": first, "f": last}
+
+    def jump(self, levels: Levels, dt: fem.Constant) -> JumpStage | None:
+        """Eq. (31) solved for the jump of velocities, as far as constraints allow."""
+        both, skew, weight = self._differences_of(levels, dt)
+        b = levels.unknown["b"]
+        return JumpStage(weight * b - (both - skew), b, mean(levels.q, levels.unknown["j"]))
 
     def load_weight(self, stage: str, tau: float) -> float:
         """Row f: the mean; row j: with the first moment that eq. (30) stands for."""
@@ -74,6 +96,8 @@ class EnergyDecaying:
     ) -> tuple[Values, Values]:
         """The velocity differences `a` and `b` of eq. (31)."""
         both = 2 * (unknown["f"] - q) / dt - 2 * v
+        if "b" in unknown:
+            return both - unknown["b"], unknown["b"]
         skew = -6 * (unknown["j"] - q) / dt
         b = tangent((both - skew) / (1 + self.alpha), (q + unknown["j"]) / 2)
         return both - b, b
@@ -92,6 +116,8 @@ class EnergyDecaying:
         slope = np.dot(np.array([25, -48, 36, -16, 3]) / (12 * h), np.array(samples))
         a = slope - v
         b = 2 * (end - start) / dt - 2 * v - a
+        if stage == "b":
+            return b
         return start - dt * (a - self.alpha * b) / 6
 
     def advance(

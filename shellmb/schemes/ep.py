@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from dolfinx import fem
 
-from shellmb.schemes.base import Levels, Motion, Stage, Tangent, Values, interval
+from shellmb.schemes.base import JumpStage, Levels, Motion, Stage, Tangent, Values, interval
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,15 @@ class EnergyPreserving:
         """Eq. (23) gives `v_f = 2 (q_f - q_i)/dt - v_i`; `(v_f - v_i)/dt` is the rate."""
         q, v, qf = levels.q, levels.rates["v"], levels.unknown["f"]
         velocity = (qf - q) / dt
-        return {"f": Stage(interval(q, qf), rate=2 * (velocity - v) / dt, velocity=velocity)}
+        return {
+            "f": Stage(
+                interval(q, qf), rate=2 * (velocity - v) / dt, velocity=velocity, chord=velocity
+            )
+        }
+
+    def jump(self, levels: Levels, dt: fem.Constant) -> JumpStage | None:
+        """Velocities do not jump."""
+        return None
 
     def load_weight(self, stage: str, tau: float) -> float:
         """The mean over the step."""

@@ -15,12 +15,12 @@ class StageForms:
     """Residual of a body's stage with what feeds it.
 
     Args:
-        stage: Where forms are taken.
+        stage: Where forms are taken; None for the row of an unknown jump.
         residual: Forms that add up to the residual: the body's own forces, loads, added terms.
         loads: The loads with their time factors, if any.
     """
 
-    stage: Stage
+    stage: Stage | None
     residual: tuple[Form, ...]
     loads: LoadFactors | None
 
@@ -49,9 +49,18 @@ def stage_forms(
         path = body.path(stage.span, dq) if stage.path else None
         inertia = None if stage.rate is None else body.inertia(stage.rate, dq)
         external = None if loads is None else loads.virtual_work(stage.span.mid, dq)
-        extra = body.extra(stage.span.mid, stage.velocity, dq, time)
+        extra = body.extra(stage.span.mid, stage.rates, dq, time)
         own = [form for form in (inertia, internal, path) if form is not None]
         parts = [sum(own[1:], own[0])] if own else []
         parts += [-form for form in (external, extra) if form is not None]
         result[name] = StageForms(stage, tuple(parts), loads)
+    jump = scheme.jump(levels, dt) if "b" in levels.unknown else None
+    if jump is not None:
+        db = ufl.TestFunction(levels.unknown["b"].function_space)
+        rows = (
+            body.inertia(jump.defect, db),
+            body.velocity_constraint(jump.jump, jump.mid, db),
+        )
+        found = [form for form in rows if form is not None]
+        result["b"] = StageForms(None, (sum(found[1:], found[0]),) if found else (), None)
     return result

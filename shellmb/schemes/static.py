@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from dolfinx import fem
 
-from shellmb.schemes.base import Levels, Motion, Stage, Tangent, Values, at_state
+from shellmb.schemes.base import JumpStage, Levels, Motion, Stage, Tangent, Values, at_state
 
 
 @dataclass(frozen=True)
@@ -24,6 +24,10 @@ class Static:
     def expand(self, levels: Levels, dt: fem.Constant) -> dict[str, Stage]:
         """All forces at the unknown state."""
         return {"f": Stage(at_state(levels.unknown["f"]))}
+
+    def jump(self, levels: Levels, dt: fem.Constant) -> JumpStage | None:
+        """There are no velocities."""
+        return None
 
     def load_weight(self, stage: str, tau: float) -> float:
         """Loads act with their value at the end of the load step."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -13,9 +14,13 @@ from shellmb.model.body import Body, TimeFunction
 from shellmb.model.model import Model
 from shellmb.schemes.base import Levels, Scheme, load_average
 from shellmb.schemes.residual import StageForms, stage_forms
+from shellmb.simulate.consistent import VelocityProjection, without_jump
 from shellmb.system.assembly import BlockSystem
 from shellmb.system.fields import Field, Link, Part
 from shellmb.system.newton import NEWTON, NewtonSettings
+
+# name of the unknown jump of velocities
+JUMP = "b"
 
 # an update of a position or director this many times its scale is no motion of the body any more
 DIVERGED = 1e3
@@ -45,7 +50,12 @@ class Problem:
         self._time: list[fem.Constant] = []
         for body in model.bodies:
             self._add(body)
-        names = [(b.name, s) for s in scheme.stages for b in model.bodies]
+        names = [
+            (b.name, s)
+            for s in (*scheme.stages, JUMP)
+            for b in model.bodies
+            if s in self.levels[b.name].unknown
+        ]
         self._index = {key: k for k, key in enumerate(names)}
         self._bodies = {b.name: b for b in model.bodies}
         empty = np.zeros(0, dtype=np.int32)
@@ -68,10 +78,12 @@ class Problem:
         def function(name: str) -> fem.Function:
             return fem.Function(space, name=f"{name}_{body.name}")
 
+        jumps = body.coupled and self.scheme.dissipation()[1] is not None
+        stages = (*self.scheme.stages, JUMP) if jumps else self.scheme.stages
         levels = Levels(
             function("q"),
             {rate: function(rate) for rate in self.scheme.rates},
-            {stage: function(f"q_{stage}") for stage in self.scheme.stages},
+            {stage: function(f"q_{stage}") for stage in stages},
             body.tangent,
         )
         dt, time = fem.Constant(space.mesh, 1.0), fem.Constant(space.mesh, 0.0)
@@ -81,28 +93,33 @@ class Problem:
         self.forms[body.name] = stage_forms(body, self.scheme, levels, dt, time)
 
     def _field(self, body: Body, stage: str) -> Field:
+        jump = stage == JUMP
         suffix = f" (stage {stage})" if len(self.scheme.stages) > 1 else ""
         parts = tuple(
             Part(
                 p.title + suffix,
                 body.mixed.dofs[p.name],
-                p.scale,
+                # the jump follows from the states: it is no criterion of its own
+                math.inf if jump else p.scale,
                 p.advice,
-                DIVERGED * p.scale if p.name in body.kinematic else math.inf,
+                DIVERGED * p.scale if p.name in body.kinematic and not jump else math.inf,
             )
             for p in body.parts
         )
         links = tuple(
             Link(link.dofs, self._index[link.body, stage], link.targets) for link in body.links
         )
-        fixed = np.concatenate([*(f.dofs for f in body.fixed), np.zeros(0, dtype=np.int32)])
+        fixed = [f.dofs for f in body.fixed]
+        if jump:
+            fixed += without_jump(body)
+        dofs = np.concatenate([*fixed, np.zeros(0, dtype=np.int32)]).astype(np.int32)
         return Field(
             name=f"{body.name}{suffix}",
             function=self.levels[body.name].unknown[stage],
             residual=self.forms[body.name][stage].residual,
             parts=parts,
-            fixed=fixed.astype(np.int32),
-            values=np.zeros(len(fixed)),
+            fixed=dofs,
+            values=np.zeros(len(dofs)),
             links=links,
         )
 
@@ -138,7 +155,7 @@ class Problem:
             for stage, forms in stages.items():
                 if forms.loads is not None:
                     forms.loads.update(self._average(stage, t, dt))
-                if not self.scheme.linear:
+                if not self.scheme.linear and stage != JUMP:
                     levels.unknown[stage].x.array[:] = levels.q.x.array
                 self._prescribe(name, stage, t, dt)
 
@@ -159,7 +176,9 @@ class Problem:
             else:
                 values.append(fixed.value(t))
         if values:
-            self.field(name, stage).values[:] = np.concatenate(values)
+            given = np.concatenate(values)
+            # behind these come the parts of a jump that have no equations: zero
+            self.field(name, stage).values[: len(given)] = given
 
     def warm_up(self) -> None:
         """Assemble once and order the factorisation, at the state the functions hold.
@@ -186,6 +205,11 @@ class Problem:
             if not self.scheme.linear:
                 levels.q.x.array[:] = unknown[self.last]
 
+    @cached_property
+    def projection(self) -> VelocityProjection:
+        """Makes velocities consistent with the constraints."""
+        return VelocityProjection(self.model, self.levels)
+
     def time(self, name: str) -> fem.Constant:
         """Time at the middle of the step, as a constant on a body's mesh."""
         return self._time[[b.name for b in self.model.bodies].index(name)]
@@ -195,6 +219,12 @@ class Problem:
         moved = []
         for name, stage in self._index:
             levels = self.levels[name]
+            if stage == JUMP:
+                # the impulses that hold a prescribed jump work on half of it: with the equation of
+                # the jump the kinetic energy changes by the work of the rows j and f, less
+                # `alpha b.Mb/2`, plus `b.M defect/2`
+                moved.append(levels.unknown[stage].x.array / 2)
+                continue
             order = self.scheme.stages
             before = order.index(stage)
             start = levels.q if before == 0 else levels.unknown[order[before - 1]]

@@ -19,6 +19,7 @@ from shellmb.schemes.base import Scheme
 from shellmb.schemes.registry import make_scheme
 from shellmb.simulate.control import StepSize
 from shellmb.simulate.problem import Problem
+from shellmb.simulate.start import Start
 
 # a remaining time below this fraction of a step is round-off, not a step
 ROUND_OFF = 1e-9
@@ -33,6 +34,10 @@ class Observer(Protocol):
 
     def start(self, simulation: Simulation) -> None:
         """Before the first step (of the run, or of its continuation)."""
+        ...
+
+    def switched(self, simulation: Simulation) -> None:
+        """Before a step: something began to act, and velocities jumped to agree with it."""
         ...
 
     def solved(self, simulation: Simulation) -> None:
@@ -60,6 +65,9 @@ class Silent:
     """An observer that does nothing; to inherit from."""
 
     def start(self, simulation: Simulation) -> None:
+        """Nothing to do."""
+
+    def switched(self, simulation: Simulation) -> None:
         """Nothing to do."""
 
     def solved(self, simulation: Simulation) -> None:
@@ -119,46 +127,26 @@ class Simulation:
     def __init__(self, scene: Scene, comm: MPI.Comm = MPI.COMM_WORLD) -> None:
         begin = clock.perf_counter()
         self.scene = scene
-        self.model: Model = build_model(scene, comm)
         self.scheme: Scheme = make_scheme(scene.scheme, scene.alpha)
-        self.problem = Problem(self.model, self.scheme)
         assert scene.dt is not None and scene.t_end is not None
         self.t, self.t_end = 0.0, float(scene.t_end)
         self.step, self.iterations = 0, 0
         self.size = StepSize(scene.control, float(scene.dt))
         self.last: StepInfo | None = None
-        self._initial_velocities()
+        self.model: Model = build_model(scene, comm)
+        self.problem = Problem(self.model, self.scheme)
+        start = Start(self.problem, self.size.dt)
+        dropped = start.redundant()
+        if dropped:
+            self.model = build_model(scene, comm, dropped)
+            self.problem = Problem(self.model, self.scheme)
+            start = Start(self.problem, self.size.dt)
+        start.positions()
+        start.velocities()
         self.problem.prepare(0.0, self.size.dt)
         self.problem.warm_up()
         self.setup_seconds = clock.perf_counter() - begin - self.problem.system.jit_seconds
         self.step_seconds = 0.0
-
-    def _initial_velocities(self) -> None:
-        """Rigid-body velocity fields on the shells; supported dofs keep their own."""
-        if "v" not in self.scheme.rates:
-            return
-        for initial in self.scene.initial:
-            linear, spin = np.asarray(initial.linear), np.asarray(initial.spin)
-            for shell in self.scene.shells_of(initial):
-                body = self.model.shells[shell.name]
-                v = self.problem.levels[shell.name].rates["v"].x.array
-                arm = body.mixed.nodes("u") - np.asarray(initial.about)
-                v[body.mixed.dofs["u"]] += (linear + np.cross(spin, arm)).ravel()
-                directors = body.director.x.array.reshape(-1, 3)
-                v[body.mixed.dofs["w"]] += np.cross(spin, directors).ravel()
-        self._initial_support_velocities()
-
-    def _initial_support_velocities(self) -> None:
-        """Velocities of supported dofs: zero, or that of their prescribed motion."""
-        # one-sided, of fourth order: the motion need not be defined before the start
-        h = 1e-3 * self.size.dt
-        weights = np.array([-25, 48, -36, 16, -3]) / (12 * h)
-        for body in self.model.bodies:
-            v = self.problem.levels[body.name].rates["v"].x.array
-            for fixed in body.fixed:
-                v[fixed.dofs] = 0.0
-                if fixed.moving:
-                    v[fixed.dofs] = np.dot(weights, [fixed.value(k * h) for k in range(5)])
 
     def run(self, observers: Sequence[Observer] = ()) -> None:
         """Step to the end.
@@ -191,8 +179,15 @@ class Simulation:
         Raises:
             ConvergenceError: If the step fails at the smallest step size.
         """
+        if self.model.mechanism.update(self.t, self.problem.state) and self.scheme.dynamic:
+            self.problem.projection.project()
+            for observer in observers:
+                observer.switched(self)
+        if "v" in self.scheme.rates:
+            self.model.mechanism.refresh(self.problem.levels)
         while True:
-            remaining = self.t_end - self.t
+            end = min([t for t in self.model.mechanism.events if t > self.t], default=self.t_end)
+            remaining = end - self.t
             dt = remaining if remaining <= self.size.dt * (1 + ROUND_OFF) else self.size.dt
             self.problem.prepare(self.t, dt)
             try:
@@ -213,7 +208,7 @@ class Simulation:
         for observer in observers:
             observer.solved(self)
         self.problem.accept(dt)
-        self.t = self.t_end if dt == remaining else self.t + dt
+        self.t = end if dt == remaining else self.t + dt
         self.step += 1
         self.iterations += iterations
         self.size.accept(jump)
@@ -266,6 +261,7 @@ class Simulation:
         self.iterations = int(state["iterations"])
         self.step_seconds = float(state["step_seconds"])
         self.size.restore(state["size"])
+        self.model.mechanism.switches.restore(state["switches"])
 
     def state(self) -> dict[str, Any]:
         """Counters and step size, for a restart."""
@@ -275,4 +271,5 @@ class Simulation:
             "iterations": self.iterations,
             "step_seconds": self.step_seconds,
             "size": self.size.state(),
+            "switches": self.model.mechanism.switches.state(),
         }

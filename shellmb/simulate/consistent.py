@@ -1,0 +1,100 @@
+"""Velocities made consistent with the constraints: at the start, and where a joint begins to act.
+
+Of all velocities that violate no constraint the nearest one in the metric of the kinetic energy is
+taken: `M (v - v0) + Dg^T mu = 0`, `Dg v = 0`. Mechanically that is an impact without restitution,
+whose impulses are the multipliers.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+import ufl
+from dolfinx import fem
+
+from shellmb.model.body import Body
+from shellmb.model.model import Model
+from shellmb.schemes.base import Levels
+from shellmb.system.assembly import BlockSystem
+from shellmb.system.fields import Field, Link, Part
+from shellmb.system.newton import NEWTON, NewtonSettings
+
+Values = npt.NDArray[np.float64]
+
+
+def without_jump(body: Body) -> list[npt.NDArray[np.int32]]:
+    """Dofs of a body that have no equations for velocities, neither its own nor another body's."""
+    linked = np.concatenate([*(link.dofs for link in body.links), np.zeros(0, dtype=np.int32)])
+    idle = sorted(body.mixed.parts.keys() - body.jump_parts)
+    return [d for d in (body.mixed.dofs[p] for p in idle) if not np.isin(d, linked).any()]
+
+
+class VelocityProjection:
+    """Projects velocities on those that the constraints allow.
+
+    Args:
+        model: The bodies.
+        levels: Their functions: `q` the state, `rates["v"]` the velocities.
+    """
+
+    def __init__(self, model: Model, levels: dict[str, Levels]) -> None:
+        self._levels = levels
+        self.functions: dict[str, fem.Function] = {}
+        index = {body.name: k for k, body in enumerate(model.bodies)}
+        fields = []
+        for body in model.bodies:
+            space = body.mixed.space
+            unknown = fem.Function(space, name=f"v_{body.name}")
+            self.functions[body.name] = unknown
+            test = ufl.TestFunction(space)
+            q, v = levels[body.name].q, levels[body.name].rates["v"]
+            rows = (
+                body.inertia(unknown - v, test),
+                body.velocity_constraint(unknown, q, test),
+            )
+            found = [form for form in rows if form is not None]
+            held = [f.dofs for f in body.fixed]
+            dofs = np.concatenate([*held, *without_jump(body), np.zeros(0, dtype=np.int32)])
+            fields.append(
+                Field(
+                    name=body.name,
+                    function=unknown,
+                    residual=(sum(found[1:], found[0]),) if found else (),
+                    parts=tuple(
+                        Part(f"velocity of {p.title}", body.mixed.dofs[p.name], np.inf, p.advice)
+                        for p in body.parts
+                    ),
+                    fixed=dofs.astype(np.int32),
+                    values=np.zeros(len(dofs)),
+                    links=tuple(Link(k.dofs, index[k.body], k.targets) for k in body.links),
+                )
+            )
+        self._held = {b.name: sum(len(f.dofs) for f in b.fixed) for b in model.bodies}
+        self._kinematic = {
+            b.name: np.concatenate(
+                [np.zeros(0, dtype=np.int32), *(b.mixed.dofs[p] for p in sorted(b.kinematic))]
+            )
+            for b in model.bodies
+        }
+        self.fields = {f.name: f for f in fields}
+        self.system = BlockSystem(model.comm, fields)
+        self._newton = NEWTON["newton"](
+            self.system, NewtonSettings(1e-9, 5), f"shellmb_velocity_{id(self)}_"
+        )
+
+    def take_given(self) -> None:
+        """Take velocities from the bodies' functions, those of held dofs as given."""
+        for name, unknown in self.functions.items():
+            v, field = self._levels[name].rates["v"].x.array, self.fields[name]
+            unknown.x.array[:] = 0.0
+            unknown.x.array[self._kinematic[name]] = v[self._kinematic[name]]
+            held = self._held[name]
+            field.values[:held] = v[field.fixed[:held]]
+
+    def project(self) -> None:
+        """Replace the velocities by the nearest consistent ones; held dofs keep theirs."""
+        self.take_given()
+        self._newton.solve()
+        for name, unknown in self.functions.items():
+            dofs = self._kinematic[name]
+            self._levels[name].rates["v"].x.array[dofs] = unknown.x.array[dofs]

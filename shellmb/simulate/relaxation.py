@@ -1,0 +1,146 @@
+"""States before the first step: bodies moved so that joints close, or into static equilibrium.
+
+Both are steps of the same relaxation, `M (q - q0)/tau^2 + F(q) = p` with all constraints at `q`. A
+single one without loads moves the bodies as little as possible, in the metric of the mass, and
+barely deforms them. Many of them with growing `tau` lead to a stable equilibrium, also of a
+mechanism whose stiffness is singular until it carries its load.
+"""
+
+from __future__ import annotations
+
+from mpi4py import MPI
+
+import numpy as np
+import ufl
+from dolfinx import fem
+
+from shellmb.errors import ConvergenceError
+from shellmb.model.body import LoadFactors, TimeFunction
+from shellmb.model.model import Model
+from shellmb.schemes.base import Levels, at_state
+from shellmb.system.assembly import BlockSystem
+from shellmb.system.fields import Field, Link, Part
+from shellmb.system.newton import NEWTON, NewtonSettings
+
+# equilibrium: least and largest number of steps, growth of tau, and motion in a step at its end
+GROWTH, STEPS, AT_REST = 4.0, 60, 1e-10
+
+
+class Relaxation:
+    """Moves the bodies without inertia forces.
+
+    Args:
+        model: The bodies, with masses.
+        levels: Their functions; `q` is the state before and after.
+        tau: Time that sets how far bodies move in a step, s.
+    """
+
+    def __init__(self, model: Model, levels: dict[str, Levels], tau: float) -> None:
+        self.model, self.levels, self.tau = model, levels, tau
+        self.functions: dict[str, fem.Function] = {}
+        self._weights: list[fem.Constant] = []
+        self._loads: list[LoadFactors] = []
+        index = {body.name: k for k, body in enumerate(model.bodies)}
+        fields = []
+        for body in model.bodies:
+            space, q = body.mixed.space, levels[body.name].q
+            unknown = fem.Function(space, name=f"relaxed_{body.name}")
+            self.functions[body.name] = unknown
+            test = ufl.TestFunction(space)
+            weight = fem.Constant(space.mesh, 1.0)
+            self._weights.append(weight)
+            forms = [
+                body.inertia(weight * (unknown - q), test),
+                body.internal(at_state(unknown), test),
+            ]
+            loads = body.loads()
+            if loads is not None:
+                self._loads.append(loads)
+                work = loads.virtual_work(unknown, test)
+                forms.append(None if work is None else -work)
+            fixed = np.concatenate([*(f.dofs for f in body.fixed), np.zeros(0, dtype=np.int32)])
+            parts = tuple(
+                Part(p.title, body.mixed.dofs[p.name], p.scale, p.advice) for p in body.parts
+            )
+            fields.append(
+                Field(
+                    name=body.name,
+                    function=unknown,
+                    residual=tuple(form for form in forms if form is not None),
+                    parts=parts,
+                    fixed=fixed.astype(np.int32),
+                    values=np.zeros(len(fixed)),
+                    links=tuple(Link(k.dofs, index[k.body], k.targets) for k in body.links),
+                )
+            )
+        self._fields = {f.name: f for f in fields}
+        self.system = BlockSystem(model.comm, fields)
+        self._newton = NEWTON["newton"](
+            self.system, NewtonSettings(1e-9, 50), f"shellmb_relaxation_{id(self)}_"
+        )
+
+    def _step(self, tau: float, factor: float) -> float:
+        """One step; returns the largest motion relative to the parts' scales."""
+        for weight in self._weights:
+            weight.value = 1 / tau**2  # type: ignore[assignment]
+
+        def average(function: TimeFunction | None) -> float:
+            return factor * (1.0 if function is None else float(function(0.0)))
+
+        for loads in self._loads:
+            loads.update(average)
+        for body in self.model.bodies:
+            self.functions[body.name].x.array[:] = self.levels[body.name].q.x.array
+            if body.fixed:
+                given = np.concatenate([f.value(0.0) for f in body.fixed])
+                self._fields[body.name].values[:] = given
+        self._newton.solve()
+        moved = 0.0
+        for body in self.model.bodies:
+            q, unknown = self.levels[body.name].q.x.array, self.functions[body.name].x.array
+            for part in body.parts:
+                if part.name in body.kinematic:
+                    dofs = body.mixed.dofs[part.name]
+                    here = float(np.max(np.abs(unknown[dofs] - q[dofs]), initial=0.0))
+                    moved = max(moved, here / part.scale)
+            q[:] = unknown
+        return float(self.model.comm.allreduce(moved, op=MPI.MAX))
+
+    def assemble(self) -> None:
+        """Move the bodies so that all constraints hold.
+
+        Raises:
+            ConvergenceError: If there is no such position near by.
+        """
+        try:
+            self._step(self.tau, 0.0)
+        except ConvergenceError as error:
+            raise ConvergenceError(
+                "the bodies cannot be assembled: no position near the given one closes all joints; "
+                f"check their places and lengths ({error})",
+                error.field,
+                error.norms,
+            ) from error
+
+    def equilibrium(self) -> None:
+        """Move the bodies into static equilibrium under the loads at the time zero.
+
+        Raises:
+            ConvergenceError: If none is reached.
+        """
+        tau = self.tau
+        for _ in range(STEPS):
+            try:
+                moved = self._step(tau, 1.0)
+            except ConvergenceError:
+                tau /= GROWTH**2
+                continue
+            if moved < AT_REST:
+                return
+            tau *= GROWTH
+        raise ConvergenceError(
+            f"no static equilibrium was reached in {STEPS} steps; something can still move, or "
+            "loads are too large; start='given' begins without one",
+            field=None,
+            norms={},
+        )

@@ -1,0 +1,97 @@
+"""The state before the first step: positions that close all joints, velocities they allow."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from shellmb.errors import SceneError
+from shellmb.model.joints import Component
+from shellmb.simulate.problem import Problem
+from shellmb.simulate.redundancy import find_redundant, largest_gap, refuse
+from shellmb.simulate.relaxation import Relaxation
+
+# a joint is open if its ends are apart by more than this part of the scene's length
+OPEN = 1e-9
+
+
+class Start:
+    """Prepares the state at the time zero.
+
+    Args:
+        problem: The functions of all bodies, at rest in the reference configuration.
+        dt: First step, s.
+    """
+
+    def __init__(self, problem: Problem, dt: float) -> None:
+        self.problem, self.model, self.scene = problem, problem.model, problem.model.scene
+        self._dt = dt
+        self._tied = any(body.coupled for body in self.model.bodies)
+
+    def redundant(self) -> set[Component]:
+        """Redundant constraints that are to be dropped.
+
+        Raises:
+            SceneError: If constraints are redundant and the scene does not drop them, or if they
+                contradict one another; names the joints.
+        """
+        if not self._tied or not self.scene.joints or not self.problem.scheme.dynamic:
+            return set()
+        self._given_velocities()
+        found = find_redundant(self.model, self.problem.projection)
+        refuse(found, self.scene.redundant == "drop")
+        return {(item.joint, item.component) for item in found}
+
+    def positions(self) -> None:
+        """Close the joints, and find the equilibrium to start from, where the scene asks.
+
+        Raises:
+            SceneError: If a joint is open and the scene does not ask to close it.
+            ConvergenceError: If the joints cannot be closed, or there is no equilibrium.
+        """
+        if not self._tied:
+            return
+        q = {name: levels.q for name, levels in self.problem.levels.items()}
+        name, gap = largest_gap(self.model, q)
+        wanted = self.scene.start == "equilibrium" and self.problem.scheme.dynamic
+        if gap > OPEN and not self.scene.assemble:
+            raise SceneError(
+                f"joint '{name}': it is open by {gap * self.model.length:.3g} in the given "
+                "positions; move its bodies, or use assemble=True"
+            )
+        if gap > OPEN or wanted:
+            relaxation = Relaxation(self.model, self.problem.levels, self._dt)
+            if gap > OPEN:
+                relaxation.assemble()
+            if wanted:
+                relaxation.equilibrium()
+
+    def velocities(self) -> None:
+        """Initial velocities, made consistent with supports, drivers and joints."""
+        if "v" not in self.problem.scheme.rates:
+            return
+        for initial in self.scene.initial:
+            linear, spin = np.asarray(initial.linear), np.asarray(initial.spin)
+            for target in self.scene.bodies_of(initial):
+                body, nodes, X, D = self.model.nodes_of(target.name)
+                v = self.problem.levels[body.name].rates["v"].x.array
+                u = body.mixed.dofs["u"].reshape(-1, 3)[nodes]
+                w = body.mixed.dofs["w"].reshape(len(body.mixed.dofs["u"]) // 3, -1)[nodes]
+                v[u] += linear + np.cross(spin, X - np.asarray(initial.about))
+                v[w] += np.cross(spin, D).reshape(w.shape)
+        self._given_velocities()
+        if self._tied:
+            self.problem.projection.project()
+
+    def _given_velocities(self) -> None:
+        """Velocities of held dofs: zero, or that of their prescribed motion."""
+        if "v" not in self.problem.scheme.rates:
+            return
+        # one-sided, of fourth order: the motion need not be defined before the start
+        h = 1e-3 * self._dt
+        weights = np.array([-25, 48, -36, 16, -3]) / (12 * h)
+        for body in self.model.bodies:
+            v = self.problem.levels[body.name].rates["v"].x.array
+            for fixed in body.fixed:
+                v[fixed.dofs] = 0.0
+                if fixed.moving:
+                    v[fixed.dofs] = np.dot(weights, [fixed.value(k * h) for k in range(5)])
