@@ -15,7 +15,7 @@ from ufl import Form
 from shellmb.errors import ConvergenceError, SceneError
 from shellmb.model.model import Model, build_model
 from shellmb.scene import Scene
-from shellmb.scene.loads import FollowerEdgeForce, FollowerSurfaceForce, Pressure
+from shellmb.scene.loads import FollowerEdgeForce, FollowerSurfaceForce, Gravity, Pressure
 from shellmb.schemes.base import at_state
 from shellmb.simulate.simulation import Simulation
 from shellmb.system.assembly import BlockSystem
@@ -28,6 +28,10 @@ RIGID = 1e-5
 # the shift lies this many times D/(m L^4) below zero: near the lowest modes, and never on one
 SHIFT = 10.0
 
+# eigenvalues below this fraction of the shift are zero, where all modes are rigid; beyond this
+# multiple of it they are those of multipliers, infinite but for round-off
+ZERO, INFINITE = 1e-10, 1e12
+
 FOLLOWERS = (FollowerEdgeForce, FollowerSurfaceForce, Pressure)
 
 
@@ -37,7 +41,9 @@ class Modes:
 
     Args:
         omega2: Squares of the angular frequencies, rad^2/s^2; negative ones are unstable.
-        shapes: For each mode the displacement of each shell at this rank's nodes, shape (n, 3).
+        shapes: For each mode, by the body's name in the system, the displacement of a shell or a
+            beam at this rank's nodes, shape (n, 3), and of the rigid bodies of this rank the
+            displacement of the centre and the changes of the three directors, shape (n, 12).
         model: The model, with the nodes' positions.
         unknowns: Number of unknowns of the eigenproblem.
         rigid: Number of rigid-body modes among them.
@@ -72,8 +78,9 @@ def natural_modes(
         loaded: Whether the modes are those of the static equilibrium under the scene's loads.
 
     Raises:
-        SceneError: If a shell has no mass, or `count` is not positive.
-        ConvergenceError: If the static state or the eigenproblem does not converge.
+        SceneError: If a body has no mass, or `count` is not positive.
+        ConvergenceError: If the static state or the eigenproblem does not converge, or there are
+            fewer modes than wanted.
     """
     if count < 1:
         raise SceneError(f"modes: count is {count}; it must be at least 1")
@@ -86,14 +93,15 @@ def natural_modes(
     K = system.symmetric_matrix(stiffness, 1.0)
     M = system.symmetric_matrix(mass, 0.0)
     follower = loaded and any(isinstance(load, FOLLOWERS) for load in scene.loads)
-    values, vectors = _solve(K, M, count, _shift(model), symmetric=not follower)
+    shift = _shift(model, loaded)
+    values, vectors = _solve(K, M, count, shift, symmetric=not follower)
     shapes = [_shape(system, model, vector) for vector in vectors]
     elastic = float(np.max(np.abs(values)))
     # rigid modes are told from the elastic ones by the largest gap, not by the highest mode asked
     # for
     positive = np.sort(np.abs(values))
     scale = next((v for v in positive if v > 1e-8 * elastic), elastic)
-    rigid = int(np.sum(np.abs(values) < RIGID * scale))
+    rigid = int(np.sum(np.abs(values) < max(RIGID * scale, ZERO * abs(shift))))
     return Modes(values, shapes, model, system.size, rigid)
 
 
@@ -135,14 +143,21 @@ def _forms(
     return BlockSystem(model.comm, fields), stiffness, mass
 
 
-def _shift(model: Model) -> float:
+def _shift(model: Model, loaded: bool) -> float:
     """A negative shift of the size of the lowest eigenvalues, rad^2/s^2."""
     found = []
-    for body in model.shells.values():
-        section = body.shell.section
+    for shell in model.shells.values():
+        section = shell.shell.section
         h = section.thickness
         stiffness = getattr(section, "stiffness", None) or float(np.max(np.diag(section.A)))  # type: ignore[attr-defined]
-        found.append(stiffness * h**2 / 12 / section.mass[0] / body.surface_mesh.length**4)
+        found.append(stiffness * h**2 / 12 / section.mass[0] / shell.surface_mesh.length**4)
+    for beam in model.beams.values():
+        bending = float(np.min(np.diag(beam.beam.section.stiffness)[4:]))
+        found.append(bending / beam.beam.section.mass[0] / beam.domain.length**4)
+    if not found:
+        # rigid bodies swing by their weight, or by springs of whatever stiffness
+        weights = [w for w in model.scene.loads if loaded and isinstance(w, Gravity)]
+        found = [float(np.linalg.norm(w.acceleration)) / model.length for w in weights] or [1.0]
     return -SHIFT * min(found)
 
 
@@ -158,7 +173,7 @@ def _solve(
     solver.setWhichEigenpairs(SLEPc.EPS.Which.TARGET_REAL)
     solver.setTarget(shift)
     # a wide basis finds multiple eigenvalues, such as the six rigid-body modes, all at once
-    solver.setDimensions(count, max(4 * count, 40))
+    solver.setDimensions(count, min(max(4 * count, 40), K.getSize()[0]))
     solver.setTolerances(1e-10, 500)
     transform = solver.getST()
     transform.setType(SLEPc.ST.Type.SINVERT)
@@ -169,8 +184,8 @@ def _solve(
     prefix = f"shellmb_modes_{id(solver)}_"
     solver.setOptionsPrefix(prefix)
     options = PETSc.Options()
-    for key, value in MUMPS_OPTIONS.items():
-        options[f"{prefix}st_{key}"] = value
+    for key, option in MUMPS_OPTIONS.items():
+        options[f"{prefix}st_{key}"] = option
     solver.setFromOptions()
     solver.solve()
     if solver.getConverged() < count:
@@ -180,8 +195,13 @@ def _solve(
     pairs = []
     for k in range(solver.getConverged()):
         vector = K.createVecRight()
-        value = solver.getEigenpair(k, vector)
-        pairs.append((float(np.real(value)), vector))
+        value = float(np.real(solver.getEigenpair(k, vector)))
+        if abs(value) < INFINITE * abs(shift):
+            pairs.append((value, vector))
+    if len(pairs) < count:
+        raise ConvergenceError(
+            f"modes: count is {count}; there are {len(pairs)} modes, ask for no more"
+        )
     pairs.sort(key=lambda pair: pair[0])
     kept = pairs[:count]
     return np.array([value for value, _ in kept]), [vector for _, vector in kept]
@@ -190,13 +210,23 @@ def _solve(
 def _shape(
     system: BlockSystem, model: Model, vector: PETSc.Vec
 ) -> dict[str, npt.NDArray[np.float64]]:
-    """Displacements of the shells in a mode, the largest of them one unit of length."""
+    """The mode, its largest displacement one unit of length."""
     values = system.local_values(vector)
     shapes = {}
     for k, field in enumerate(system.fields):
-        if field.name in model.shells:
-            part = values[system.numbering.slice(k)]
-            shapes[field.name] = part[model.shells[field.name].mixed.dofs["u"]].reshape(-1, 3)
-    local = max((float(np.max(np.abs(s), initial=0.0)) for s in shapes.values()), default=0.0)
+        part = values[system.numbering.slice(k)]
+        if field.name in model.meshed:
+            shapes[field.name] = part[model.meshed[field.name].mixed.dofs["u"]].reshape(-1, 3)
+        elif model.rigid is not None and field.name == model.rigid.name:
+            dofs = model.rigid.mixed.dofs
+            rows = [part[dofs["u"]].reshape(-1, 3), part[dofs["w"]].reshape(-1, 9)]
+            shapes[field.name] = np.concatenate(rows, axis=1)
+    # of rigid bodies that turn about their centres, the directors times the length of the scene
+    local = max((_size(s, model.length) for s in shapes.values()), default=0.0)
     largest = model.comm.allreduce(local, op=MPI.MAX)
     return {name: shape / largest for name, shape in shapes.items()}
+
+
+def _size(shape: npt.NDArray[np.float64], length: float) -> float:
+    turned = float(np.max(np.abs(shape[:, 3:]), initial=0.0))
+    return max(float(np.max(np.abs(shape[:, :3]), initial=0.0)), length * turned)

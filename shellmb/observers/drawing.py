@@ -1,4 +1,4 @@
-"""Surfaces in space drawn with matplotlib: no display and no graphics driver is needed."""
+"""Bodies in space drawn with matplotlib: no display and no graphics driver is needed."""
 
 from __future__ import annotations
 
@@ -88,8 +88,8 @@ def view_of(
     """The view that shows the reference and all given states.
 
     Args:
-        grids: Grids by shell.
-        displacements: Displacements by shell, of each state.
+        grids: Grids by name.
+        displacements: Displacements by name, of each state.
         factor: By which they are shown.
     """
     points = [g.nodes for g in grids.values()]
@@ -126,36 +126,57 @@ def space(made: Figure, place: tuple[int, int, int], view: View) -> Axes3D:
     return axes
 
 
-def surfaces(
+def bodies(
     axes: Axes3D,
     grids: dict[str, Grid],
     displacement: dict[str, Floats],
     view: View,
     factor: float = 1.0,
 ) -> None:
-    """Deformed shells in colours of the displacement, with their elements and the first border.
+    """Deformed bodies in colours of the displacement, with their elements and the reference.
 
     Args:
         axes: Where.
-        grids: Grids by shell.
-        displacement: Displacements by shell.
+        grids: Grids by name.
+        displacement: Displacements by name.
         view: Range of colours.
         factor: By which displacements are shown.
     """
-    map_, scale = mpl.colormaps[COLOURS], Normalize(0, view.largest)
     for name, grid in grids.items():
         u = displacement[name]
-        x = grid.nodes + factor * u
-        size = np.linalg.norm(u, axis=1)[grid.faces].mean(axis=1)
-        # pieces of their own colour on their edges leave no gaps
-        colours = map_(scale(size))
-        axes.add_collection3d(
-            Poly3DCollection(x[grid.faces], facecolors=colours, edgecolors=colours, linewidths=0.3)
-        )
-        lines = {"colors": "black", "linewidths": 0.35, "alpha": 0.45}
-        axes.add_collection3d(Line3DCollection(x[grid.outlines], **lines))
+        x, size = grid.nodes + factor * u, np.linalg.norm(u, axis=1)
+        if len(grid.faces):
+            _faces(axes, grid, x, size, view)
         first = {"colors": "0.35", "linewidths": 0.9, "linestyles": "dashed"}
-        axes.add_collection3d(Line3DCollection(grid.nodes[grid.border], **first))
+        _lines(axes, grid.nodes[grid.border], first)
+        if grid.hollow:
+            _lines(axes, x[grid.lines], {"colors": "black", "linewidths": grid.width})
+            marks = {"facecolors": "white", "edgecolors": "black", "s": 14, "linewidths": 0.8}
+        else:
+            colours = _colours(size[grid.lines].mean(axis=1), view)
+            _lines(axes, x[grid.lines], {"colors": colours, "linewidths": grid.width})
+            marks = {"c": _colours(size[grid.dots], view), "s": 26}
+        if len(grid.dots):
+            axes.scatter(*x[grid.dots].T, depthshade=False, **marks)
+
+
+def _colours(sizes: Floats, view: View) -> Floats:
+    return np.asarray(mpl.colormaps[COLOURS](Normalize(0, view.largest)(sizes)))
+
+
+def _faces(axes: Axes3D, grid: Grid, x: Floats, size: Floats, view: View) -> None:
+    """A surface and the outlines of its elements."""
+    # pieces of their own colour on their edges leave no gaps
+    colours = _colours(size[grid.faces].mean(axis=1), view)
+    axes.add_collection3d(
+        Poly3DCollection(x[grid.faces], facecolors=colours, edgecolors=colours, linewidths=0.3)
+    )
+    _lines(axes, x[grid.outlines], {"colors": "black", "linewidths": 0.35, "alpha": 0.45})
+
+
+def _lines(axes: Axes3D, segments: Floats, style: dict[str, Any]) -> None:
+    if len(segments):
+        axes.add_collection3d(Line3DCollection(segments, **style))
 
 
 def colour_bar(made: Figure, axes: list[Axes3D], view: View) -> None:

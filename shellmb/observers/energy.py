@@ -86,6 +86,8 @@ class EnergyAccount(Silent):
             levels = simulation.problem.levels[body.name]
             start = levels.q
             for name, stage in simulation.problem.forms[body.name].items():
+                if stage.stage is None:
+                    continue
                 span, end = stage.stage.span, levels.unknown[name]
                 moved = end - start
                 start = end
@@ -95,7 +97,7 @@ class EnergyAccount(Silent):
                     )
                 else:
                     time = simulation.problem.time(body.name)
-                    form = body.extra(span.mid, stage.stage.velocity, moved, time)
+                    form = body.extra(span.mid, stage.stage.rates, moved, time)
                 forms.append(form)
         return forms
 
@@ -118,6 +120,12 @@ class EnergyAccount(Silent):
         values["kinetic_energy"] = self._kinetic() if self._kinetic else 0.0
         values["strain_energy"] = self._strain() if self._strain else 0.0
         values["total_energy"] = values["kinetic_energy"] + values["strain_energy"]
+
+    def switched(self, simulation: Simulation) -> None:
+        """The impact at which something begins to act dissipates kinetic energy."""
+        before = self.values["kinetic_energy"]
+        self._energies()
+        self.values["dissipation"] += before - self.values["kinetic_energy"]
 
     def solved(self, simulation: Simulation) -> None:
         """Add the work and the dissipation of the step."""

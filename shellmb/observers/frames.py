@@ -1,4 +1,4 @@
-"""Snapshots of the shells at equally spaced times, for ParaView and for pictures."""
+"""Snapshots of everything that moves at equally spaced times, for ParaView and for pictures."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ import numpy.typing as npt
 import pyvista
 
 from shellmb.errors import ConvergenceError
-from shellmb.observers.grid import Gatherer, Grid
-from shellmb.observers.nodal import nodal_values
+from shellmb.observers.drawn import drawn_parts
+from shellmb.observers.grid import Grid
 from shellmb.simulate.simulation import Silent, Simulation
 
 Floats = npt.NDArray[np.float64]
@@ -24,11 +24,11 @@ EARLY = 1e-6
 
 @dataclass(frozen=True)
 class Frame:
-    """Displacements of the shells at one time, on rank 0.
+    """Displacements at one time, on rank 0.
 
     Args:
         t: Time, s.
-        displacement: By shell, shape (n, 3), m.
+        displacement: By the name of the grid, shape (n, 3), m.
     """
 
     t: float
@@ -38,16 +38,18 @@ class Frame:
 class Frames(Silent):
     """Takes snapshots, the first and the last state included.
 
-    Each shell gets files `NAME_0000.vtu` with displacement, director, velocity and thickness on
-    Lagrange cells of its own degree, and `NAME.vtu.series`, which ParaView opens as one thing in
-    time.
+    Each shell and each beam gets files `NAME_0000.vtu` with displacement, director or directors,
+    velocity, and thickness or size of the section on Lagrange cells of its own degree, and
+    `NAME.vtu.series`, which ParaView opens as one thing in time. All rigid bodies are in
+    `rigid_bodies_0000.vtu`, lines from their centres to their points, and all joints in
+    `joints_0000.vtu`.
 
     Args:
         folder: Where the files go; None: frames are kept in memory only.
 
     Attributes:
         frames: The frames so far, on rank 0.
-        grids: The shells' grids, on rank 0.
+        grids: What the frames show, by name, on rank 0.
     """
 
     def __init__(self, folder: Path | None = None) -> None:
@@ -58,8 +60,8 @@ class Frames(Silent):
 
     def start(self, simulation: Simulation) -> None:
         """Gather the grids and take the first frame, or read those of the earlier run."""
-        self._gatherers = {name: Gatherer(body) for name, body in simulation.model.shells.items()}
-        self.grids = {n: g.grid for n, g in self._gatherers.items() if g.grid is not None}
+        self._parts = drawn_parts(simulation.model)
+        self.grids = {n: g.grid for n, g in self._parts.items() if g.grid is not None}
         count = max(simulation.scene.output.frames - 1, 1)
         self._interval = simulation.t_end / count
         self._times = list(self._kept)
@@ -89,42 +91,37 @@ class Frames(Silent):
         number = len(self._times)
         self._times.append(simulation.t)
         displacement = {}
-        for name, gatherer in self._gatherers.items():
-            values = nodal_values(simulation, name)
-            fields = {
-                "displacement": gatherer.gather(values.displacement),
-                "director": gatherer.gather(values.director),
-            }
-            if simulation.scheme.dynamic:
-                fields["velocity"] = gatherer.gather(values.velocity)
-            if gatherer.grid is None:
+        for name, part in self._parts.items():
+            fields = part.fields(simulation)
+            if part.grid is None:
                 continue
-            here = {key: value for key, value in fields.items() if value is not None}
-            displacement[name] = here["displacement"]
+            displacement[name] = fields["displacement"]
             if self.folder is not None:
-                thickness = simulation.scene.shell(name).section.thickness
-                self._write(gatherer.grid, number, here, thickness)
+                self._write(part.grid, number, fields, part.cell_data())
         if displacement:
             self.frames.append(Frame(simulation.t, displacement))
 
     def _file(self, name: str, number: int) -> Path:
         assert self.folder is not None
-        return self.folder / f"{name}_{number:04d}.vtu"
+        return self.folder / f"{_stem(name)}_{number:04d}.vtu"
 
-    def _write(self, grid: Grid, number: int, fields: dict[str, Floats], thickness: float) -> None:
+    def _write(
+        self, grid: Grid, number: int, fields: dict[str, Floats], cell_data: dict[str, Floats]
+    ) -> None:
         assert self.folder is not None
         points = grid.nodes + fields["displacement"]
         data = pyvista.UnstructuredGrid(grid.vtk_cells, grid.vtk_types, points)
         data.point_data["reference"] = grid.nodes
         for key, values in fields.items():
             data.point_data[key] = values
-        data.cell_data["thickness"] = np.full(data.n_cells, thickness)
+        for key, values in cell_data.items():
+            data.cell_data[key] = values
         data.save(self._file(grid.name, number))
         listed = [
             {"name": self._file(grid.name, k).name, "time": t} for k, t in enumerate(self._times)
         ]
         series = {"file-series-version": "1.0", "files": listed}
-        (self.folder / f"{grid.name}.vtu.series").write_text(json.dumps(series, indent=1))
+        (self.folder / f"{_stem(grid.name)}.vtu.series").write_text(json.dumps(series, indent=1))
 
     def _read_back(self) -> None:
         """Frames of the earlier run, for the pictures."""
@@ -146,3 +143,8 @@ class Frames(Silent):
     def restore(self, state: dict[str, Any]) -> None:
         """Go on behind so many frames."""
         self._kept = [float(t) for t in state["times"]]
+
+
+def _stem(name: str) -> str:
+    """Name of a file for something of that name."""
+    return name.replace(" ", "_")

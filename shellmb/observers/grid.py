@@ -1,9 +1,9 @@
-"""The mesh of a shell with its values, gathered on rank 0 for files and pictures."""
+"""What files and pictures show of a body: its nodes and cells, gathered on rank 0."""
 
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from mpi4py import MPI
 
@@ -11,51 +11,64 @@ import dolfinx.plot
 import numpy as np
 import numpy.typing as npt
 
+from shellmb.model.beam import BeamModel
 from shellmb.model.shell import ShellModel
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 
 
+def _none(*shape: int) -> Ints:
+    return np.zeros(shape, dtype=np.int64)
+
+
 @dataclass(frozen=True)
 class Grid:
-    """All nodes and cells of a shell, of the degree of its displacement.
+    """All nodes and cells of a body; of shells and beams, of the degree of their displacement.
 
     Args:
-        name: Name of the shell.
+        name: Name of the body, or of what is shown as one.
         nodes: Reference positions of the nodes, shape (n, 3), m.
         vtk_cells: Cells as VTK wants them: the number of nodes before the nodes of each.
         vtk_types: VTK's type of each cell.
         faces: Corners of flat pieces that together make the surface, shape (f, 3 or 4).
-        outlines: Nodes around each cell, shape (c, k), closed.
+        outlines: Nodes around each cell of a surface, shape (c, k), closed.
+        lines: Segments that are no part of a surface, shape (s, 2).
+        dots: Nodes that are marked, shape (d,).
+        width: Width of the lines in pictures, points.
+        hollow: Whether the marks are rings.
     """
 
     name: str
     nodes: Floats
     vtk_cells: Ints
     vtk_types: npt.NDArray[np.uint8]
-    faces: Ints
-    outlines: Ints
+    faces: Ints = field(default_factory=lambda: _none(0, 3))
+    outlines: Ints = field(default_factory=lambda: _none(0, 2))
+    lines: Ints = field(default_factory=lambda: _none(0, 2))
+    dots: Ints = field(default_factory=lambda: _none(0))
+    width: float = 2.0
+    hollow: bool = False
 
     @property
     def border(self) -> Ints:
-        """Segments of the boundary of the surface, shape (s, 2)."""
+        """Segments of the boundary of the surface and those that are no part of it, (s, 2)."""
         ends = np.stack([self.outlines[:, :-1], self.outlines[:, 1:]], axis=-1).reshape(-1, 2)
         pairs, counts = np.unique(np.sort(ends, axis=1), axis=0, return_counts=True)
-        return np.asarray(pairs[counts == 1])
+        return np.concatenate([pairs[counts == 1], self.lines])
 
 
 class Gatherer:
-    """Brings nodal values of a shell to rank 0.
+    """Brings nodal values of a shell or a beam to rank 0.
 
     Args:
-        body: The shell; the call is collective.
+        body: The body; the call is collective.
 
     Attributes:
         grid: The whole grid on rank 0, None elsewhere.
     """
 
-    def __init__(self, body: ShellModel) -> None:
+    def __init__(self, body: ShellModel | BeamModel) -> None:
         space = body.mixed.subspaces["u"]
         index_map = space.dofmap.index_map
         self._comm: MPI.Comm = space.mesh.comm
@@ -64,7 +77,8 @@ class Gatherer:
         width = space.dofmap.list.shape[1] + 1
         vtk = cells.reshape(-1, width).astype(np.int64)
         vtk[:, 1:] = _numbers(index_map, vtk[:, 1:])
-        local = space.mesh.topology.index_map(2).size_local
+        dim = space.mesh.topology.dim
+        local = space.mesh.topology.index_map(dim).size_local
         own = _numbers(index_map, space.dofmap.list[:local])
         gathered = self._comm.gather((vtk, types, own))
         nodes = self.gather(body.mixed.nodes("u"))
@@ -72,15 +86,16 @@ class Gatherer:
         if gathered is None or nodes is None:
             return
         vtk, types, own = (np.concatenate([part[k] for part in gathered]) for k in range(3))
-        pieces, around = _lattice(np.asarray(space.element.basix_element.points))
-        self.grid = Grid(
-            body.name,
-            nodes,
-            vtk.ravel(),
-            types.astype(np.uint8),
-            own[:, pieces].reshape(-1, pieces.shape[1]),
-            own[:, around],
-        )
+        cells, types = vtk.ravel(), types.astype(np.uint8)
+        points = np.asarray(space.element.basix_element.points)
+        if dim == 1:
+            along = own[:, np.argsort(points[:, 0])]
+            lines = np.stack([along[:, :-1], along[:, 1:]], axis=-1).reshape(-1, 2)
+            self.grid = Grid(body.name, nodes, cells, types, lines=lines, width=2.5)
+            return
+        pieces, around = _lattice(points)
+        faces = own[:, pieces].reshape(-1, pieces.shape[1])
+        self.grid = Grid(body.name, nodes, cells, types, faces, own[:, around])
 
     def gather(self, values: Floats) -> Floats | None:
         """Values at all nodes on rank 0, None elsewhere.

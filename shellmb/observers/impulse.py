@@ -1,68 +1,125 @@
-"""Impulses of point forces, which act on nodes and so need no forms."""
+"""Impulses of all loads and added terms, as eq. (29) sees them.
+
+The last row of a scheme, tested with a rigid translation and with a rigid rotation of its mid-point
+configuration. The virtual work is assembled into the nodes, those of joints and point loads
+included, and what arrives at shells, beams and rigid bodies is summed up there.
+"""
 
 from __future__ import annotations
 
 from mpi4py import MPI
+from petsc4py import PETSc
 
 import numpy as np
 import numpy.typing as npt
+import ufl
+from dolfinx import fem
 
-from shellmb.model.places import local_nodes
-from shellmb.scene import PointForce
-from shellmb.schemes.base import load_average
+from shellmb.kernels import compiled
+from shellmb.model.body import Body
+from shellmb.observers.nodal import NodalBody, nodal_bodies, values_of
 from shellmb.simulate.simulation import Simulation
 
 Floats = npt.NDArray[np.float64]
 
 
-class PointImpulse:
-    """Impulse and moment of impulse about the origin of the scene's point forces over a step.
+def last_middle(simulation: Simulation, body: str) -> Floats:
+    """Dofs of a body at the middle of the last stage of the step just solved.
+
+    In statics the state itself; in linear statics, whose unknown is small, the reference.
+    """
+    problem, scheme = simulation.problem, simulation.scheme
+    levels = problem.levels[body]
+    if scheme.linear:
+        return np.asarray(levels.q.x.array)
+    end = levels.unknown[problem.last].x.array
+    if not scheme.dynamic:
+        return np.asarray(end)
+    stages = scheme.stages
+    before = levels.unknown[stages[-2]] if len(stages) > 1 else levels.q
+    return np.asarray((before.x.array + end) / 2)
+
+
+class Impulse:
+    """Impulse and moment of impulse about the origin of everything that acts from outside.
 
     Args:
-        simulation: The simulation.
-
-    Attributes:
-        forces: The point forces with the names of their shells and the nodes this rank owns.
+        simulation: The simulation; the call is collective.
     """
 
     def __init__(self, simulation: Simulation) -> None:
-        self.forces: list[tuple[PointForce, str, npt.NDArray[np.int32]]] = []
-        for load in simulation.scene.loads:
-            if not isinstance(load, PointForce):
-                continue
-            (shell,) = simulation.scene.shells_of(load)
-            body = simulation.model.shells[shell.name]
-            nodes = local_nodes(body, load.point, "point force")
-            owned = nodes[nodes < body.mixed.subspaces["u"].dofmap.index_map.size_local]
-            self.forces.append((load, shell.name, owned))
+        problem = simulation.problem
+        self._system = problem.system
+        fields = problem.fields
 
-    def impulse(self, simulation: Simulation) -> dict[str, Floats]:
+        def number(name: str) -> int:
+            wanted = problem.field(name, problem.last)
+            return next(k for k, field in enumerate(fields) if field is wanted)
+
+        self._forms: list[tuple[int, fem.Form]] = []
+        for body in simulation.model.bodies:
+            self._forms += [(number(body.name), form) for form in self._acting(simulation, body)]
+        self._carriers: list[tuple[NodalBody, int, npt.NDArray[np.int32]]] = []
+        for name, body in nodal_bodies(simulation.model).items():
+            # a node that two bodies share counts on the one that it belongs to
+            links = [link.dofs for link in body.links]
+            ghosts = np.arange(body.mixed.space.dofmap.index_map.size_local, len(state_of(body)))
+            elsewhere = np.concatenate([*links, ghosts]).astype(np.int32)
+            self._carriers.append((body, number(name), elsewhere))
+        self._total = self._system.x.duplicate()
+
+    @staticmethod
+    def _acting(simulation: Simulation, body: Body) -> list[fem.Form]:
+        """Virtual work of loads and added terms in the last stage."""
+        problem = simulation.problem
+        last = problem.forms[body.name][problem.last]
+        assert last.stage is not None
+        stage = last.stage
+        dq = ufl.TestFunction(body.mixed.space)
+        work = [
+            None if last.loads is None else last.loads.virtual_work(stage.span.mid, dq),
+            body.extra(stage.span.mid, stage.rates, dq, problem.time(body.name)),
+        ]
+        return [compiled(form) for form in work if form is not None and not form.empty()]
+
+    def of_step(self, simulation: Simulation) -> dict[str, Floats]:
         """Impulses of the step just solved, by the kind of momentum, each of shape (3,)."""
-        problem, step = simulation.problem, simulation.last
-        assert step is not None
-        total = np.zeros((2, 3))
-        for load, shell, nodes in self.forces:
-            factor = load_average(
-                simulation.scheme,
-                problem.last,
-                lambda t, function=load.time: problem.start_factor(t, function),  # type: ignore[misc]
-                step.t,
-                step.dt,
-            )
-            force = step.dt * factor * np.asarray(load.force)
-            for arm in self._mid_positions(simulation, shell, nodes):
-                total += np.array([force, np.cross(arm, force)])
-        simulation.model.comm.Allreduce(MPI.IN_PLACE, total)
-        return {"momentum": total[0], "angular momentum": total[1]}
+        assert simulation.last is not None
+        system, result = self._system, np.zeros((2, 3))
+        numbering = system.numbering
+        if self._forms:
+            local = np.zeros(len(numbering.local_to_global))
+            for k, form in self._forms:
+                fem.assemble_vector(local[numbering.slice(k)], form)  # type: ignore[arg-type]
+            self._total.set(0.0)
+            numbers = numbering.local_to_global.astype(PETSc.IntType)
+            self._total.setValues(numbers, local, addv=PETSc.InsertMode.ADD)
+            self._total.assemble()
+            forces = system.local_values(self._total)
+            for body, k, elsewhere in self._carriers:
+                r = forces[numbering.slice(k)].copy()
+                r[elsewhere] = 0.0
+                result += _resultant(body, last_middle(simulation, body.name), r)
+        simulation.model.comm.Allreduce(MPI.IN_PLACE, result)
+        result *= simulation.last.dt
+        return {"momentum": result[0], "angular momentum": result[1]}
 
-    def _mid_positions(
-        self, simulation: Simulation, shell: str, nodes: npt.NDArray[np.int32]
-    ) -> Floats:
-        """Mid-point positions of nodes over the last stage of the step, shape (n, 3)."""
-        problem, body = simulation.problem, simulation.model.shells[shell]
-        levels, stages = problem.levels[shell], simulation.scheme.stages
-        before = levels.unknown[stages[-2]] if len(stages) > 1 else levels.q
-        mean = (before.x.array + levels.unknown[problem.last].x.array) / 2
-        return np.asarray(
-            body.mixed.nodes("u")[nodes] + mean[body.mixed.dofs["u"]].reshape(-1, 3)[nodes]
-        )
+
+def state_of(body: NodalBody) -> range:
+    """Local dofs of a body, owned and ghost."""
+    index_map = body.mixed.space.dofmap.index_map
+    return range(index_map.size_local + index_map.num_ghosts)
+
+
+def _resultant(body: NodalBody, q: Floats, r: Floats) -> Floats:
+    """Force and moment about the origin of nodal forces `r` at the state `q`, shape (2, 3)."""
+    dofs, at = body.mixed.dofs, values_of(body, q)
+    force = r[dofs["u"]].reshape(-1, 3)
+    moment = np.cross(at.position, force).sum(axis=0)
+    couples = np.cross(at.directors, r[dofs["w"]].reshape(at.directors.shape))
+    moment += couples.sum(axis=(0, 1))
+    if "bubble" in dofs:
+        # it turns with the body, and does not move with it
+        bubble, share = (a[dofs["bubble"]].reshape(-1, 3) for a in (q, r))
+        moment += np.cross(bubble, share).sum(axis=0)
+    return np.array([force.sum(axis=0), moment])

@@ -8,7 +8,7 @@ import matplotlib as mpl
 import numpy as np
 import numpy.typing as npt
 
-from shellmb.observers.drawing import SHOWN, STYLE, TITLE, figure, space, surfaces, view_of
+from shellmb.observers.drawing import SHOWN, STYLE, TITLE, bodies, figure, space, view_of
 from shellmb.observers.grid import Grid
 
 COLUMNS = 3
@@ -25,8 +25,8 @@ def draw_modes(
 
     Args:
         path: File to write.
-        grids: Grids by shell.
-        shapes: Displacements by shell, of each mode.
+        grids: Grids by name.
+        shapes: Displacements by name, of each mode.
         frequencies: Their frequencies, Hz.
         rigid: Number of rigid-body modes, which are the first ones.
     """
@@ -43,7 +43,7 @@ def draw_modes(
         view = view_of(grids, scaled)
         for k, (shape, frequency) in enumerate(zip(scaled, frequencies, strict=True), start=1):
             axes = space(made, (rows, columns, k), view)
-            surfaces(axes, grids, shape, view)
+            bodies(axes, grids, shape, view)
             label = "rigid" if k <= rigid else f"{frequency:.4g} Hz"
             axes.set_title(f"mode {k}: {label}", fontsize=10, y=TITLE)
         made.savefig(path)

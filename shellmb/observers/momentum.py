@@ -1,8 +1,7 @@
 """Linear and angular momentum, and how well the scheme conserves them.
 
 Without supports the change of a momentum over a step is the impulse of the loads; the drift is what
-is left when that impulse is taken away. The impulse is that of eq. (29): the last row of a scheme,
-tested with a rigid translation or with a rigid rotation of the mid-point configuration.
+is left when that impulse is taken away (`impulse.py`).
 """
 
 from __future__ import annotations
@@ -14,11 +13,9 @@ import numpy as np
 import numpy.typing as npt
 from dolfinx import fem
 from ufl import Form
-from ufl.core.expr import Expr
 
-from shellmb.model.shell import ShellModel
 from shellmb.observers.energy import EnergyAccount, Scalar, scalar
-from shellmb.observers.impulse import PointImpulse
+from shellmb.observers.impulse import Impulse
 from shellmb.simulate.simulation import Silent, Simulation
 
 Floats = npt.NDArray[np.float64]
@@ -55,61 +52,41 @@ class Momentum(Silent):
         self._dynamic = "v" in simulation.scheme.rates
         if not self._dynamic:
             return
-        shells = list(simulation.model.shells.values())
-        self._axes = [fem.Constant(s.mixed.space.mesh, np.zeros(3)) for s in shells]
+        bodies: list[Any] = [b for b in simulation.model.bodies if hasattr(b, "momentum")]
+        self._axes = [fem.Constant(b.mixed.space.mesh, np.zeros(3)) for b in bodies]
         self._length = simulation.model.length
-        self._momenta = self._functionals(simulation, shells)
+        self._momenta = self._functionals(simulation, bodies)
         free = not simulation.model.supported
         conserved = [k for k in KINDS if free and k in simulation.scheme.conserves]
-        self._impulses = {k: self._impulse(simulation, shells, k) for k in conserved}
-        points = PointImpulse(simulation) if conserved else None
-        self._points = points if points is not None and points.forces else None
-        self._mass = self._total_mass(simulation, shells) if conserved else 0.0
+        self._impulse = Impulse(simulation) if conserved else None
+        self._mass = self._total_mass(simulation, bodies) if conserved else 0.0
         self._take()
         for kind in conserved:
             self._expected.setdefault(kind, self.values[kind].copy())
             self.drift.setdefault(kind, 0.0)
         self._sizes()
 
-    def _functionals(
-        self, simulation: Simulation, shells: list[ShellModel]
-    ) -> dict[str, Scalar | None]:
+    def _functionals(self, simulation: Simulation, bodies: list[Any]) -> dict[str, Scalar | None]:
         linear: list[Form | None] = []
         angular: list[Form | None] = []
-        for shell, axis in zip(shells, self._axes, strict=True):
-            levels = simulation.problem.levels[shell.name]
+        for body, axis in zip(bodies, self._axes, strict=True):
+            levels = simulation.problem.levels[body.name]
             q, v = levels.q, levels.rates["v"]
-            linear.append(shell.momentum(v, axis))
-            angular.append(shell.angular_momentum(q, v, axis))
+            linear.append(body.momentum(v, axis))
+            angular.append(body.angular_momentum(q, v, axis))
         comm = simulation.model.comm
         return {"momentum": scalar(linear, comm), "angular momentum": scalar(angular, comm)}
 
-    def _impulse(
-        self, simulation: Simulation, shells: list[ShellModel], kind: str
-    ) -> Scalar | None:
-        """Component along the axis of the force or torque of loads and added terms."""
-        forms: list[Form | None] = []
-        for shell, axis in zip(shells, self._axes, strict=True):
-            last = simulation.problem.forms[shell.name][simulation.problem.last]
-            mid = last.stage.span.mid
-            direction = self._direction(shell, kind, mid, axis)
-            if last.loads is not None:
-                forms.append(last.loads.virtual_work(mid, direction))
-            time = simulation.problem.time(shell.name)
-            forms.append(shell.extra(mid, last.stage.velocity, direction, time))
-        return scalar(forms, simulation.model.comm)
-
-    def _direction(self, shell: ShellModel, kind: str, mid: Expr, axis: fem.Constant) -> Expr:
-        return shell.translation(axis) if kind == "momentum" else shell.rotation(mid, axis)
-
-    def _total_mass(self, simulation: Simulation, shells: list[ShellModel]) -> float:
+    def _total_mass(self, simulation: Simulation, bodies: list[Any]) -> float:
         """Mass, as the momentum of a unit velocity along that velocity."""
-        forms = [
-            shell.momentum(shell.translation(axis), axis)
-            for shell, axis in zip(shells, self._axes, strict=True)
-        ]
-        mass = scalar(forms, simulation.model.comm)
-        return float(self._vector(mass)[0])
+        forms = []
+        for body, axis in zip(bodies, self._axes, strict=True):
+            velocity = fem.Function(body.mixed.space)
+            # the displacement of a body; of a place on one "u1"
+            part = "u" if "u" in body.mixed.dofs else "u1"
+            velocity.x.array[body.mixed.dofs[part].reshape(-1, 3)[:, 0]] = 1.0
+            forms.append(body.momentum(velocity, axis))
+        return float(self._vector(scalar(forms, simulation.model.comm))[0])
 
     def _vector(self, functional: Callable[[], float] | None) -> Floats:
         """A functional along each of the three axes."""
@@ -135,12 +112,10 @@ class Momentum(Silent):
         """Add the impulses of the step."""
         if not self._dynamic or not self._expected or simulation.last is None:
             return
-        for kind, functional in self._impulses.items():
-            self._expected[kind] += simulation.last.dt * self._vector(functional)
-        if self._points is not None:
-            for kind, impulse in self._points.impulse(simulation).items():
-                if kind in self._expected:
-                    self._expected[kind] += impulse
+        assert self._impulse is not None
+        for kind, impulse in self._impulse.of_step(simulation).items():
+            if kind in self._expected:
+                self._expected[kind] += impulse
 
     def accepted(self, simulation: Simulation) -> None:
         """Take the momenta and see what is left unexplained."""

@@ -13,11 +13,11 @@ from matplotlib.axes import Axes
 from shellmb.observers.drawing import (
     STYLE,
     TITLE,
+    bodies,
     colour_bar,
     enlargement,
     figure,
     space,
-    surfaces,
     view_of,
 )
 from shellmb.observers.frames import Frames
@@ -79,7 +79,7 @@ def _shape(path: Path, frames: Frames, simulation: Simulation) -> None:
     places = []
     for k, frame in enumerate(chosen):
         axes = space(made, (1, len(chosen), k + 1), view)
-        surfaces(axes, frames.grids, frame.displacement, view, factor)
+        bodies(axes, frames.grids, frame.displacement, view, factor)
         unit = "t = {:.4g} s" if simulation.scheme.dynamic else "load parameter {:.4g}"
         times = "" if factor == 1 else f", displacements x {factor:g}"
         title = f"{simulation.scene.name}: {unit.format(frame.t)}{times}"
@@ -166,7 +166,7 @@ def _animation(path: Path, frames: Frames) -> None:
     for frame in frames.frames:
         while axes.collections:
             axes.collections[0].remove()
-        surfaces(axes, frames.grids, frame.displacement, view, factor)
+        bodies(axes, frames.grids, frame.displacement, view, factor)
         axes.set_title(f"t = {frame.t:.4f} s{times}", fontsize=10, y=TITLE)
         made.canvas.draw()
         # once is enough, and most of the work otherwise

@@ -1,6 +1,9 @@
-"""Probes: one number each at a node over time."""
+"""Probes: one number each at a node, or a point of a rigid body, over time."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, cast
 
 from mpi4py import MPI
 
@@ -8,11 +11,43 @@ import numpy as np
 import numpy.typing as npt
 
 from shellmb.model.places import local_nodes
-from shellmb.observers.nodal import nodal_values
-from shellmb.scene import Probe
+from shellmb.observers.nodal import NodalValues, nodal_values
+from shellmb.observers.resultants import RESULTANTS, Resultants, has_resultants
+from shellmb.scene import Probe, RigidBody
 from shellmb.simulate.simulation import Silent, Simulation
 
-UNITS = {"displacement": "m", "position": "m", "velocity": "m/s", "director": "-"}
+Floats = npt.NDArray[np.float64]
+
+UNITS = {
+    "displacement": "m",
+    "position": "m",
+    "velocity": "m/s",
+    "director": "-",
+    "rotation": "rad",
+    "angular_velocity": "rad/s",
+    "force": "N",
+    "moment": "N m",
+    "membrane": "N/m",
+    "bending": "N",
+    "shear": "N/m",
+}
+
+
+@dataclass(frozen=True)
+class _Spot:
+    """Where a probe is.
+
+    Args:
+        probe: The probe.
+        body: Name of the body in the system.
+        nodes: Nodes on this rank, each on one rank only; of resultants, all that this rank knows.
+        offset: Place of a rigid body's point along its directors, shape (3,), m; None at nodes.
+    """
+
+    probe: Probe
+    body: str
+    nodes: npt.NDArray[np.int32]
+    offset: Floats | None
 
 
 class Probes(Silent):
@@ -31,42 +66,62 @@ class Probes(Silent):
         Raises:
             SceneError: If there is no node at a probe's point.
         """
-        self._probes: list[tuple[Probe, str, npt.NDArray[np.int32]]] = []
-        counts = []
-        for probe in simulation.scene.probes:
-            (shell,) = simulation.scene.shells_of(probe)
-            body = simulation.model.shells[shell.name]
-            nodes = local_nodes(body, probe.point, f"probe '{probe.name}'")
+        self._spots = [self._spot(simulation, probe) for probe in simulation.scene.probes]
+        bodies = [s.body for s in self._spots if s.probe.quantity in RESULTANTS]
+        self._resultants = {
+            name: Resultants(simulation, simulation.model.meshed[name])
+            for name in dict.fromkeys(bodies)
+        }
+        self._measure(simulation)
+
+    @staticmethod
+    def _spot(simulation: Simulation, probe: Probe) -> _Spot:
+        model = simulation.model
+        (described,) = model.scene.bodies_of(probe)
+        if described.name not in model.meshed:
+            rigid = model.rigid
+            assert rigid is not None and isinstance(described, RigidBody)
+            number = rigid.index[described.name]
+            node = rigid.bodies[number]
+            offset = node.directors @ (described.place(cast(Any, probe.point)) - node.center)
+            here = np.flatnonzero(rigid.node_mesh.item == number).astype(np.int32)
+            return _Spot(probe, rigid.name, here, np.asarray(offset))
+        body = model.meshed[described.name]
+        nodes = local_nodes(body, probe.point, f"probe '{probe.name}'")
+        if not has_resultants(body, probe.quantity):
             # each node counts once, on the rank that owns it
             nodes = nodes[nodes < body.mixed.subspaces["u"].dofmap.index_map.size_local]
-            self._probes.append((probe, shell.name, nodes))
-            counts.append(len(nodes))
-        self._counts = np.array(counts, dtype=float)
-        simulation.model.comm.Allreduce(MPI.IN_PLACE, self._counts)
-        self._measure(simulation)
+        return _Spot(probe, body.name, nodes, None)
 
     def accepted(self, simulation: Simulation) -> None:
         """Take the values."""
         self._measure(simulation)
 
     def _measure(self, simulation: Simulation) -> None:
-        if not self._probes:
+        if not self._spots:
             return
-        shells = {
-            shell: nodal_values(simulation, shell)
-            for shell in dict.fromkeys(shell for _, shell, _ in self._probes)
+        bodies = {
+            name: nodal_values(simulation, name)
+            for name in dict.fromkeys(s.body for s in self._spots)
         }
-        vectors = np.array(
-            [
-                getattr(shells[shell], probe.quantity)[nodes].sum(axis=0)
-                for probe, shell, nodes in self._probes
-            ]
-        )
-        simulation.model.comm.Allreduce(MPI.IN_PLACE, vectors)
-        vectors /= self._counts[:, None]
-        for (probe, _, _), vector in zip(self._probes, vectors, strict=True):
-            value = np.linalg.norm(vector) if probe.component == "norm" else vector[probe.component]
-            self.values[probe.name] = float(value)
+        # three components and the number of values each
+        sums = np.array([self._sum(spot, bodies[spot.body]) for spot in self._spots])
+        simulation.model.comm.Allreduce(MPI.IN_PLACE, sums)
+        vectors = sums[:, :3] / sums[:, 3:]
+        for spot, vector in zip(self._spots, vectors, strict=True):
+            part = spot.probe.component
+            value = np.linalg.norm(vector) if part == "norm" else vector[part]
+            self.values[spot.probe.name] = float(value)
+
+    def _sum(self, spot: _Spot, values: NodalValues) -> Floats:
+        quantity = spot.probe.quantity
+        if quantity in RESULTANTS:
+            total, count = self._resultants[spot.body].sums(spot.nodes, quantity)
+            return np.append(total, count)
+        here = values.take(spot.nodes)
+        if spot.offset is not None:
+            here = here.at(np.tile(spot.offset, (len(spot.nodes), 1)))
+        return np.append(getattr(here, quantity).sum(axis=0), len(spot.nodes))
 
     def measure(self) -> dict[str, float]:
         """Columns of the history."""

@@ -17,6 +17,7 @@ from shellmb.observers.checkpoint import Checkpoint, Saved
 from shellmb.observers.constraints import Constraints
 from shellmb.observers.energy import EnergyAccount
 from shellmb.observers.history import History, Measuring
+from shellmb.observers.joints import JointForces
 from shellmb.observers.momentum import Momentum
 from shellmb.observers.probes import Probes
 from shellmb.observers.summary import Sources, summarise, write_json
@@ -92,8 +93,9 @@ def execute(
     if directory is not None:
         _prepare(directory, request, comm)
     energy, constraints, probes = EnergyAccount(), Constraints(), Probes()
+    joints = JointForces()
     momentum = Momentum(energy)
-    known: list[Observer] = [energy, constraints, momentum, probes]
+    known: list[Observer] = [energy, constraints, momentum, probes, joints]
     measuring = [o for o in (*known, *observers) if isinstance(o, Measuring)]
     history = History(measuring, None if directory is None else directory / HISTORY)
     named: dict[str, Observer] = {
@@ -101,6 +103,7 @@ def execute(
         "constraints": constraints,
         "momentum": momentum,
         "probes": probes,
+        "joints": joints,
         **{f"observer {k}": o for k, o in enumerate(observers)},
         "history": history,
     }

@@ -9,7 +9,7 @@ from pathlib import Path
 from mpi4py import MPI
 
 from shellmb.modes import Modes, natural_modes
-from shellmb.observers.grid import Gatherer
+from shellmb.observers.drawn import drawn_bodies
 from shellmb.observers.summary import versions, write_json
 from shellmb.run.directory import refuse_used
 from shellmb.scene import Scene
@@ -40,7 +40,7 @@ def find_modes(
         The modes and the results.
 
     Raises:
-        SceneError: If a shell has no mass, or `out` is not empty.
+        SceneError: If a body has no mass, or `out` is not empty.
         ConvergenceError: If the static state or the modes do not converge.
     """
     directory, begin = Path(out), clock.perf_counter()
@@ -48,10 +48,9 @@ def find_modes(
     modes = natural_modes(scene, comm, count, loaded)
     measured = {k: float(v) for k, v in results(modes).items()} if results is not None else {}
     wall = clock.perf_counter() - begin
-    gatherers = {name: Gatherer(body) for name, body in modes.model.shells.items()}
+    drawn = drawn_bodies(modes.model)
     shapes = [
-        {name: gatherers[name].gather(values) for name, values in shape.items()}
-        for shape in modes.shapes
+        {name: part.shape(shape[name]) for name, part in drawn.items()} for shape in modes.shapes
     ]
     if comm.rank != 0:
         return modes, measured
@@ -79,7 +78,7 @@ def find_modes(
     if pictures:
         from shellmb.observers.mode_pictures import draw_modes
 
-        grids = {name: g.grid for name, g in gatherers.items() if g.grid is not None}
+        grids = {name: g.grid for name, g in drawn.items() if g.grid is not None}
         full = [{n: v for n, v in shape.items() if v is not None} for shape in shapes]
         draw_modes(directory / "modes.png", grids, full, list(modes.frequencies), modes.rigid)
     return modes, measured

@@ -90,7 +90,10 @@ def test_frames_are_equally_spaced_and_include_both_ends(tmp_path, count, steps)
         frames._times.append(simulation.t),
     )
     simulation = SimpleNamespace(t=0.0, t_end=1.0)
-    simulation.model = SimpleNamespace(shells={}, comm=SimpleNamespace(rank=0))
+    mechanism = SimpleNamespace(joints={})
+    simulation.model = SimpleNamespace(
+        meshed={}, rigid=None, mechanism=mechanism, comm=SimpleNamespace(rank=0)
+    )
     simulation.scene = SimpleNamespace(output=Output(frames=count))
     frames.start(simulation)
     for _ in range(steps):

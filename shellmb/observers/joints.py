@@ -1,0 +1,126 @@
+"""What joints carry: force and moment on the second body, in the frame of the joint."""
+
+from __future__ import annotations
+
+from mpi4py import MPI
+
+import numpy as np
+import numpy.typing as npt
+from dolfinx import fem
+
+from shellmb.forms.joints import KINDS
+from shellmb.kernels import compiled
+from shellmb.model.ends import EndGroup
+from shellmb.model.joints import BoundJoint, JointGroup
+from shellmb.observers.impulse import last_middle
+from shellmb.simulate.simulation import Silent, Simulation
+
+Floats = npt.NDArray[np.float64]
+
+COMPONENTS = ("F1", "F2", "F3", "M1", "M2", "M3")
+
+
+class JointForces(Silent):
+    """Forces [N] and moments [N m] that joints exert on their second bodies.
+
+    They are those of the last stage of a step, at the middle of it; the moment is about the joint's
+    point on the second body. Components are along the axes `e1, e2, e3` that turn with the first
+    body, `e3` being the joint's axis or normal; of joints without axes (spherical, distance) along
+    those of the scene. What drivers, springs, dampers and motors add about or along the axis is
+    theirs, not the joint's.
+
+    Attributes:
+        values: Columns of the history: `JOINT.F1` to `JOINT.M3`, NaN before the first step; and
+            the coordinates that something acts on, with the forces of drivers, force elements and
+            locks (`Mechanism.coordinates`).
+    """
+
+    def __init__(self) -> None:
+        self.values: dict[str, float] = {}
+
+    def start(self, simulation: Simulation) -> None:
+        """Compile the forces and list the columns."""
+        problem, mechanism = simulation.problem, simulation.model.mechanism
+        self._groups = [
+            (group, [compiled(f) for f in problem.forms[group.name][problem.last].residual])
+            for group in mechanism.groups
+        ]
+        self._number = {name: k for k, name in enumerate(mechanism.joints)}
+        for name in mechanism.joints:
+            for component in COMPONENTS:
+                self.values[f"{name}.{component}"] = float("nan")
+        self.values.update(mechanism.coordinates(problem, simulation.t))
+        # what moves a driven coordinate is known from a step on
+        self.values.update(dict.fromkeys(mechanism.drivers, float("nan")))
+
+    def solved(self, simulation: Simulation) -> None:
+        """Take the forces of the step."""
+        found = np.zeros((len(self._number), 6))
+        for group, forms in self._groups:
+            r = np.zeros(len(simulation.problem.levels[group.name].q.x.array))
+            for form in forms:
+                fem.assemble_vector(r, form)  # type: ignore[arg-type]
+            q = last_middle(simulation, group.name)
+            for row, item in enumerate(group.nodes.item):
+                joint = group.joints[item]
+                found[self._number[joint.joint.name]] = _force(group, joint, row, q, r)
+        simulation.model.comm.Allreduce(MPI.IN_PLACE, found)
+        for name, k in self._number.items():
+            for component, value in zip(COMPONENTS, found[k], strict=True):
+                self.values[f"{name}.{component}"] = float(value)
+
+    def accepted(self, simulation: Simulation) -> None:
+        """Take the coordinates."""
+        mechanism = simulation.model.mechanism
+        self.values.update(mechanism.coordinates(simulation.problem, simulation.t))
+
+    def measure(self) -> dict[str, float]:
+        """Columns of the history."""
+        return dict(self.values)
+
+
+def _force(group: JointGroup, joint: BoundJoint, row: int, q: Floats, r: Floats) -> Floats:
+    """Force and moment on the second body in the joint's frame, shape (6,).
+
+    Args:
+        group: The group.
+        joint: The joint.
+        row: Its local cell.
+        q: State of the group at which its forces act.
+        r: Virtual work of its forces for each dof, positive on the left-hand side.
+    """
+    # a weld to a shell has its ends the other way round
+    second = 0 if joint.ends[0].owner == joint.joint.second else 1
+    end = group.ends[second]
+    x, d, force, couples = _end(group, joint, second, row, q, r)
+    point = x + joint.ends[second].offset @ d if end.turns and end.count == 3 else x
+    moment = np.cross(x - point, force) + np.cross(d, couples).sum(axis=0)
+    axes = _axes(group, joint, row, q)
+    # what the left-hand side resists with is the opposite of what acts; without a sign of zero
+    return 0.0 - np.concatenate([axes @ force, axes @ moment])
+
+
+def _end(
+    group: JointGroup, joint: BoundJoint, which: int, row: int, q: Floats, r: Floats
+) -> tuple[Floats, Floats, Floats, Floats]:
+    """Position and directors of a node, and the virtual work on them."""
+    place, end = group.ends[which], joint.ends[which]
+    at = _rows(group, place, "u", row)
+    x, force = end.node + q[at], r[at]
+    if not place.turns:
+        return x, np.zeros((0, 3)), force, np.zeros((0, 3))
+    at = _rows(group, place, "w", row)
+    return x, end.directors + q[at].reshape(-1, 3), force, r[at].reshape(-1, 3)
+
+
+def _rows(group: JointGroup, place: EndGroup, part: str, row: int) -> npt.NDArray[np.int32]:
+    name = f"{part}{place.tag}"
+    return group.mixed.dofs[name].reshape(-1, group.mixed.parts[name][1])[row]
+
+
+def _axes(group: JointGroup, joint: BoundJoint, row: int, q: Floats) -> Floats:
+    """The joint's axes as rows: those that turn with its first place, if its kind has them."""
+    if KINDS[joint.kind].vectors[0] == 0:
+        return np.eye(3)
+    _, d, _, _ = _end(group, joint, 0, row, q, q)
+    return np.asarray(joint.axes[0] @ joint.ends[0].directors.T @ d)

@@ -1,0 +1,90 @@
+"""Forces and moments in beams and shells at their nodes."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+import ufl
+from dolfinx import fem
+from ufl.core.expr import Expr
+
+from shellmb.build.spaces import MixedSpace
+from shellmb.kernels import JIT_OPTIONS
+from shellmb.model.beam import BeamModel
+from shellmb.simulate.simulation import Simulation
+
+Floats = npt.NDArray[np.float64]
+
+# quantity of a probe to its components among a body's resultants
+BEAM = {"force": (0, 1, 2), "moment": (3, 4, 5)}
+SHELL = {"membrane": (0, 1, 2), "bending": (3, 4, 5), "shear": (6, 7)}
+RESULTANTS = {**BEAM, **SHELL}
+
+
+class Resulting(Protocol):
+    """A body with resultants: a shell or a beam."""
+
+    name: str
+    mixed: MixedSpace
+
+    def resultants(self, q: Expr) -> Expr | tuple[Expr, Expr]:
+        """Its resultants as one vector, or as forces and moments."""
+        ...
+
+
+class Resultants:
+    """Resultants of a beam along its directors, or of a shell along its material directions.
+
+    They are accurate at the Gauss points; those of an element are continued to its nodes by the
+    polynomial through its points. Where elements meet, the mean of all is given: at a point
+    load of a beam, of the values on both sides of it.
+
+    Args:
+        simulation: The simulation.
+        body: The beam or shell.
+    """
+
+    def __init__(self, simulation: Simulation, body: Resulting) -> None:
+        nodes, inner = body.mixed.subspaces["u"], body.mixed.subspaces["N"]
+        self._mesh = nodes.mesh
+        points = np.asarray(inner.element.interpolation_points)
+        found = body.resultants(simulation.problem.state(body.name))
+        vector = _joined(found) if isinstance(found, tuple) else found
+        self._size = int(vector.ufl_shape[0])
+        self._expression = fem.Expression(vector, points, jit_options=JIT_OPTIONS)
+        # values at the nodes of an element from those at its points
+        at = np.asarray(nodes.element.interpolation_points)
+        table = np.asarray(inner.element.basix_element.tabulate(0, at))
+        self._continued: Floats = table[0, :, :, 0]
+        local = self._mesh.topology.index_map(self._mesh.topology.dim).size_local
+        self._cells = np.arange(local, dtype=np.int32)
+        self._nodes = nodes.dofmap.list[:local]
+
+    def sums(self, nodes: npt.NDArray[np.int32], quantity: str) -> tuple[Floats, int]:
+        """Sum of the elements' values at nodes, shape (3,), in N, N m or per m, and their number.
+
+        Args:
+            nodes: Local numbers, owned or ghost; elements of this rank alone count.
+            quantity: Which of the resultants; the third component of a shear force is zero.
+        """
+        total, places = np.zeros(3), np.isin(self._nodes, nodes)
+        if not places.any():
+            return total, 0
+        flat = np.asarray(self._expression.eval(self._mesh, self._cells), dtype=np.float64)
+        values = flat.reshape(len(self._cells), -1, self._size)
+        found = np.asarray(np.einsum("np,epk->enk", self._continued, values))[places]
+        components = list(RESULTANTS[quantity])
+        total[: len(components)] = found.sum(axis=0)[components]
+        return total, len(found)
+
+
+def _joined(parts: tuple[Expr, Expr]) -> Expr:
+    force, moment = parts
+    return ufl.as_vector([*(force[k] for k in range(3)), *(moment[k] for k in range(3))])
+
+
+def has_resultants(body: object, quantity: str) -> bool:
+    """Whether a probe's quantity is a resultant of a body."""
+    return quantity in (BEAM if isinstance(body, BeamModel) else SHELL)

@@ -1,0 +1,91 @@
+"""Natural modes of beams and rigid bodies."""
+
+import math
+
+import numpy as np
+import pytest
+
+from shellmb.errors import ConvergenceError
+from shellmb.modes import natural_modes
+from shellmb.run.modes import find_modes
+from shellmb.scene import (
+    Beam,
+    Clamped,
+    JointSpring,
+    Line,
+    RectangularSection,
+    Revolute,
+    RigidBody,
+    Scene,
+    Weld,
+)
+
+E, RHO, B, H, L = 2e11, 7800.0, 0.02, 0.01, 1.0
+BEAM = Beam(
+    "bar",
+    Line((0, 0, 0), (L, 0, 0)),
+    RectangularSection(E=E, nu=0.3, width=B, height=H, density=RHO),
+    elements=8,
+)
+WEAK, STIFF = B * H**3 / 12, H * B**3 / 12
+
+
+def bernoulli(inertia: float, root: float) -> float:
+    """Angular frequency of a slender beam."""
+    return root**2 * math.sqrt(E * inertia / (RHO * B * H)) / L**2
+
+
+def test_cantilever() -> None:
+    """Both planes; shear and rotary inertia lower the third by (k h)^2, 0.2 %."""
+    scene = Scene("cantilever", beams=BEAM, supports=Clamped("start"))
+    modes = natural_modes(scene, count=4)
+    roots = (1.87510407, 4.69409113)
+    exact = sorted(bernoulli(i, r) for i in (WEAK, STIFF) for r in roots)
+    np.testing.assert_allclose(modes.omega, exact, rtol=3e-3)
+    assert modes.rigid == 0
+
+
+def test_free_beam_has_six_rigid_modes() -> None:
+    """Six rigid motions, then bending; elements of a quarter wave are 0.02 % too stiff."""
+    modes = natural_modes(Scene("free", beams=BEAM, scheme="ep", dt=1.0, t_end=1.0), count=8)
+    assert modes.rigid == 6
+    exact = [bernoulli(inertia, 4.73004074) for inertia in (WEAK, STIFF)]
+    np.testing.assert_allclose(modes.omega[6:], exact, rtol=3e-3)
+
+
+def test_tip_mass_on_a_weld(tmp_path) -> None:  # type: ignore[no-untyped-def]
+    """Rayleigh: a heavy tip mass with 33/140 of the beam's, 0.2 % too high at that ratio."""
+    hub = RigidBody("hub", 2.0, (1e-3, 2e-3, 2e-3), position=(L, 0, 0), points={"out": (0.2, 0, 0)})
+    scene = Scene(
+        "tip mass",
+        beams=BEAM,
+        rigid_bodies=hub,
+        supports=Clamped("start"),
+        joints=Weld("weld", "bar", "hub", at="end"),
+    )
+    modes, _ = find_modes(scene, tmp_path / "modes", count=2)
+    mass = 2.0 + 33 / 140 * RHO * B * H * L
+    exact = [math.sqrt(3 * E * inertia / L**3 / mass) for inertia in (WEAK, STIFF)]
+    np.testing.assert_allclose(modes.omega, exact, rtol=5e-3)
+    assert (tmp_path / "modes" / "modes.png").stat().st_size > 0
+    item = modes.model.rigid.index["hub"]  # type: ignore[union-attr]
+    tip = modes.shapes[0]["bar"][np.argmax(modes.model.beams["bar"].mixed.nodes("u")[:, 0])]
+    np.testing.assert_allclose(modes.shapes[0]["rigid bodies"][item, :3], tip, atol=1e-9)
+
+
+def test_spring_pendulum_has_one_mode() -> None:
+    """`omega^2 = k/J`; more modes than there are freedoms are refused."""
+    arm = RigidBody("arm", 2.0, (0.01, 0.2, 0.2), com=(0.5, 0, 0))
+    scene = Scene(
+        "spring",
+        rigid_bodies=arm,
+        joints=Revolute("pin", "ground", "arm", at=(0, 0, 0), axis=(0, 1, 0)),
+        elements=JointSpring("spring", "pin", stiffness=100.0),
+        scheme="ep",
+        dt=1.0,
+        t_end=1.0,
+    )
+    modes = natural_modes(scene, count=1)
+    assert modes.omega2[0] == pytest.approx(100.0 / (0.2 + 2.0 * 0.25))
+    with pytest.raises(ConvergenceError, match="there are 1 modes"):
+        natural_modes(scene, count=2)
