@@ -20,6 +20,8 @@ MODULES = (
     "linear_shells",
     "large_displacements",
     "dynamics",
+    "mechanisms",
+    "beams",
 )
 
 
