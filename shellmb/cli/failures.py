@@ -6,6 +6,7 @@ import functools
 import os
 import sys
 from collections.abc import Callable
+from typing import cast
 
 import typer
 
@@ -24,28 +25,59 @@ def failures_reported[**P, T](command: Callable[P, T]) -> Callable[P, T]:
     """Turn the errors that a user can mend into a sentence on stderr and an exit code.
 
     2: an impossible scene or option; 1: no convergence, or a failed check. A bug keeps its
-    traceback.
+    traceback. On several ranks the process ends here (`_end_together`), with what the command
+    returns, or its error, still alive.
     """
 
     @functools.wraps(command)
     def wrapped(*args: P.args, **kwargs: P.kwargs) -> T:
+        made: T | None = None
+        failure: Exception | None = None
+        code = 0
         try:
-            return command(*args, **kwargs)
-        except typer.Exit:
-            raise
+            made = command(*args, **kwargs)
+        except typer.Exit as exit_:
+            failure, code = exit_, exit_.exit_code
         except ShellmbError as error:
             _print(f"error: {error}")
-            raise typer.Exit(2 if isinstance(error, SceneError) else 1) from None
+            failure, code = error, 2 if isinstance(error, SceneError) else 1
         except AssertionError as error:
             if error.__traceback__ is None or not _is_check(error):
+                _abort_others()
                 raise
             _print(f"check failed: {error or 'a reference value of the scene is not met'}")
-            raise typer.Exit(1) from None
+            failure, code = error, 1
         except Exception:
             _abort_others()
             raise
+        _end_together(code)
+        if failure is not None:
+            raise typer.Exit(code) from None
+        return cast("T", made)
 
     return wrapped
+
+
+def _end_together(code: int) -> None:
+    """End the process where the others end, on several ranks.
+
+    Meshes, matrices and solvers of the run are not freed: that is collective, and would have to
+    come in the same order on all ranks. A cycle of references on one of them, which any library
+    may make, changes that order, and the ranks would wait for one another for ever.
+
+    Args:
+        code: Exit code.
+    """
+    if "mpi4py.MPI" not in sys.modules:
+        return
+    MPI = sys.modules["mpi4py.MPI"]
+    if MPI.COMM_WORLD.size == 1:
+        return
+    sys.stdout.flush()
+    sys.stderr.flush()
+    MPI.COMM_WORLD.Barrier()
+    MPI.Finalize()
+    os._exit(code)
 
 
 def _is_check(error: AssertionError) -> bool:

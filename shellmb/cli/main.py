@@ -117,7 +117,7 @@ def run(
     no_pictures: PicturesOption = False,
     quiet: QuietOption = False,
     check: CheckOption = False,
-) -> None:
+) -> Any:
     """Run a scene and leave its results in a directory.
 
     Works under mpiexec: `mpiexec -n 2 shellmb run SCENE`.
@@ -147,6 +147,7 @@ def run(
         print_run(result)
     if check and module.check is not None:
         module.check(result.results)
+    return result
 
 
 @app.command()
@@ -155,7 +156,7 @@ def resume(
     directory: Annotated[Path, typer.Argument(metavar="RUN_DIR", help="Directory of a run.")],
     no_pictures: PicturesOption = False,
     quiet: QuietOption = False,
-) -> None:
+) -> Any:
     """Go on with a run from its last good state.
 
     The scene is built again with the same options, on the same number of ranks.
@@ -171,6 +172,7 @@ def resume(
     result = go_on(directory, _observers(quiet), pictures=not no_pictures)
     if not quiet and first_rank():
         print_run(result)
+    return result
 
 
 @app.command()
@@ -189,7 +191,7 @@ def modes(
     no_pictures: PicturesOption = False,
     quiet: QuietOption = False,
     check: CheckOption = False,
-) -> None:
+) -> Any:
     """Natural frequencies and modes of a scene, rigid-body modes included."""
     options = Options(**_options(mesh, degree, cell))
     request = Request(scene, parse_parameters(parameters or []), options)
@@ -207,6 +209,7 @@ def modes(
         print_modes(found.frequencies.tolist(), found.rigid, directory)
     if check and module.check is not None:
         module.check(results)
+    return found
 
 
 @app.command()

@@ -36,6 +36,26 @@ def shellmb(*arguments, cwd):
     return subprocess.run(command, cwd=cwd, capture_output=True, text=True, timeout=240)
 
 
+PENDULUM = """
+from mpi4py import MPI
+from shellmb.scene import *
+KEPT = []
+def scene():
+    arm = RigidBody("arm", 2.0, (0.01, 0.2, 0.2), com=(0.5, 0, 0))
+    bar = Beam("bar", Line((1, 0, 0), (2, 0, 0)), RectangularSection(7e10, 0.3, 0.02, 0.01, 2700))
+    pins = [Revolute("pin", "ground", "arm", at=(0, 0, 0), axis=(0, 1, 0)),
+            Revolute("hinge", "arm", "bar", at=(1, 0, 0), axis=(0, 1, 0))]
+    return Scene("pendulum", rigid_bodies=arm, beams=bar, joints=pins, scheme="ep", dt=1e-3,
+                 loads=Gravity((0, 0, -9.81)), t_end=4e-3, output=Output(frames=3))
+def results(run):
+    if MPI.COMM_WORLD.rank == 0:
+        KEPT.append(run)
+    return {"steps": float(len(run.history) - 1)}
+def check(results):
+    assert results["steps"] == WANTED, "it takes four steps"
+"""
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [
@@ -126,6 +146,29 @@ def test_two_ranks_give_the_same_and_one_prints(tmp_path, mpirun):
     wrong = shellmb("resume", "two", cwd=tmp_path)
     assert wrong.returncode == 2
     assert "the run was made on 2 ranks, not 1" in wrong.stderr
+
+
+@pytest.mark.mpi
+def test_two_ranks_end_whatever_keeps_the_run_alive_on_one(tmp_path, mpirun):
+    """Solvers are freed collectively: the other rank, which frees its own, would wait for ever."""
+    (tmp_path / "pendulum.py").write_text(PENDULUM.replace("WANTED", "4"))
+    # about ten seconds, with new kernels and other work on the machine half a minute
+    run = ("-m", "shellmb.cli", "run", "pendulum.py", "--check", "--out", "one")
+    assert "written to one" in mpirun(2, *run, timeout=150)
+    pictures = {path.name for path in (tmp_path / "one").glob("*.png")}
+    assert pictures == {"shape.png", "energy.png", "joints.png", "steps.png"}
+
+
+@pytest.mark.mpi
+def test_two_ranks_fail_with_the_exit_code_of_one(tmp_path, mpirun):
+    (tmp_path / "pendulum.py").write_text(PENDULUM.replace("WANTED", "5"))
+    run = ("-m", "shellmb.cli", "run", "pendulum.py", "--check", "--quiet", "--no-pictures")
+    with pytest.raises(pytest.fail.Exception) as failure:
+        mpirun(2, *run, timeout=150)
+    said = str(failure.value)
+    assert said.startswith("exit code 1:")
+    assert said.count("check failed: it takes four steps") == 1
+    assert "Traceback" not in said
 
 
 def test_modes_leave_a_table(tmp_path):
