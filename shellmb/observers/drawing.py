@@ -12,6 +12,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 from mpl_toolkits.mplot3d.axes3d import Axes3D
 
@@ -22,8 +23,17 @@ Floats = npt.NDArray[np.float64]
 COLOURS = "viridis"
 ELEVATION, AZIMUTH = 24, -58
 
-# height of a title in the axes: those in space leave much room above
+# height of a title in the axes: those in space leave much room above a flat box
 TITLE = 0.93
+
+# a scene thinner than this part of its size along one axis only is planar and seen across it
+PLANAR = 1e-6
+
+# room around a planar scene, part of its size
+MARGIN = 0.08
+
+# elevation and azimuth that look along x, y, z
+ACROSS = ((0, 0), (0, -90), (90, -90))
 
 # a side of the box below this part of the longest one is widened to it, for axes that can be read
 FLAT = 0.25
@@ -40,6 +50,8 @@ STYLE: dict[Any, Any] = {
     "legend.frameon": False,
     "figure.dpi": 150,
     "savefig.dpi": 150,
+    # small and large numbers share one power of ten at the end of their axis
+    "axes.formatter.limits": (-3, 5),
 }
 
 
@@ -51,11 +63,13 @@ class View:
         low: Lower corner of the box, shape (3,), m.
         high: Upper corner, shape (3,), m.
         largest: Value of the last colour, m.
+        planar: Axis along which a planar scene has no extent; None: the scene is not planar.
     """
 
     low: Floats
     high: Floats
     largest: float
+    planar: int | None = None
 
 
 def figure(width: float, height: float) -> Figure:
@@ -96,10 +110,16 @@ def view_of(
     points += [grids[n].nodes + factor * u for state in displacements for n, u in state.items()]
     every = np.concatenate(points)
     low, high = every.min(axis=0), every.max(axis=0)
-    least = FLAT * float(np.max(high - low))
+    longest = float(np.max(high - low))
+    thin = np.flatnonzero(high - low <= PLANAR * longest)
+    least = FLAT * longest
     middle, side = (low + high) / 2, np.maximum(high - low, least)
     sizes = [float(np.max(np.linalg.norm(u, axis=1))) for s in displacements for u in s.values()]
-    return View(middle - side / 2, middle + side / 2, max([*sizes, 1e-300]))
+    planar = int(thin[0]) if len(thin) == 1 else None
+    if planar is not None:
+        # what lies along an axis is told from it
+        side = side + MARGIN * longest
+    return View(middle - side / 2, middle + side / 2, max([*sizes, 1e-300]), planar)
 
 
 def space(made: Figure, place: tuple[int, int, int], view: View) -> Axes3D:
@@ -116,14 +136,34 @@ def space(made: Figure, place: tuple[int, int, int], view: View) -> Axes3D:
     # room for the labels of a body that is as high as wide
     sides = view.high - view.low
     axes.set_box_aspect(sides, zoom=1.0 - 0.2 * float(np.min(sides) / np.max(sides)))
-    axes.view_init(ELEVATION, AZIMUTH)
+    if view.planar is None:
+        axes.view_init(ELEVATION, AZIMUTH)
+    else:
+        axes.set_proj_type("ortho")
+        axes.view_init(*ACROSS[view.planar])
     axes.set(xlabel="x [m]", ylabel="y [m]", zlabel="z [m]")
     for one, k in ((axes.xaxis, 0), (axes.yaxis, 1), (axes.zaxis, 2)):
         share = (view.high - view.low)[k] / float(np.max(view.high - view.low))
         one.set_major_locator(mpl.ticker.MaxNLocator(max(2, round(5 * share))))
         one.set_tick_params(labelsize=8)
-        one.labelpad = 4 + 14 * share
+        one.labelpad = 4 + 14 * share if view.planar is None else 10
+        if k == view.planar:
+            one.set_ticks([])
+            one.label.set_visible(False)
     return axes
+
+
+def title(axes: Axes3D, text: str, view: View) -> None:
+    """A title above the box.
+
+    Args:
+        axes: Axes of `space`.
+        text: The title.
+        view: Their view.
+    """
+    # the corner of a box that is as high as wide reaches beyond the axes
+    high = (view.high - view.low)[2] / float(np.max(view.high - view.low)) > 0.6
+    axes.set_title(text, fontsize=10, y=1.0 if high and view.planar is None else TITLE)
 
 
 def bodies(
@@ -154,8 +194,10 @@ def bodies(
             marks = {"facecolors": "white", "edgecolors": "black", "s": 14, "linewidths": 0.8}
         else:
             colours = _colours(size[grid.lines].mean(axis=1), view)
+            # a dark edge: on a shell a beam has the colour of the shell
+            _lines(axes, x[grid.lines], {"colors": "black", "linewidths": grid.width + 1.4})
             _lines(axes, x[grid.lines], {"colors": colours, "linewidths": grid.width})
-            marks = {"c": _colours(size[grid.dots], view), "s": 26}
+            marks = {"c": _colours(size[grid.dots], view), "s": 30, "edgecolors": "black"}
         if len(grid.dots):
             axes.scatter(*x[grid.dots].T, depthshade=False, **marks)
 
@@ -183,3 +225,21 @@ def colour_bar(made: Figure, axes: list[Axes3D], view: View) -> None:
     """The scale of the colours."""
     colours = ScalarMappable(Normalize(0, view.largest), COLOURS)
     made.colorbar(colours, ax=axes, label="displacement [m]", shrink=0.65, pad=0.08)
+
+
+def key(made: Figure, grids: dict[str, Grid]) -> None:
+    """What the lines and marks of `bodies` mean.
+
+    Args:
+        made: The figure.
+        grids: What it shows.
+    """
+    plain: dict[str, Any] = {"linestyle": "none", "marker": "o", "markeredgecolor": "black"}
+    shown = [Line2D([], [], color="0.35", linewidth=0.9, linestyle="dashed", label="reference")]
+    marked = [grid for grid in grids.values() if len(grid.dots)]
+    if any(not grid.hollow for grid in marked):
+        centre = Line2D([], [], color="0.6", label="centre of a rigid body", **plain)
+        shown.append(centre)
+    if any(grid.hollow for grid in marked):
+        shown.append(Line2D([], [], color="white", markersize=4, label="joint", **plain))
+    made.legend(handles=shown, loc="outside lower center", ncols=len(shown), fontsize=9)

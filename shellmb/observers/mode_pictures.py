@@ -8,7 +8,7 @@ import matplotlib as mpl
 import numpy as np
 import numpy.typing as npt
 
-from shellmb.observers.drawing import SHOWN, STYLE, TITLE, bodies, figure, space, view_of
+from shellmb.observers.drawing import SHOWN, STYLE, bodies, figure, space, title, view_of
 from shellmb.observers.grid import Grid
 
 COLUMNS = 3
@@ -45,5 +45,5 @@ def draw_modes(
             axes = space(made, (rows, columns, k), view)
             bodies(axes, grids, shape, view)
             label = "rigid" if k <= rigid else f"{frequency:.4g} Hz"
-            axes.set_title(f"mode {k}: {label}", fontsize=10, y=TITLE)
+            title(axes, f"mode {k}: {label}", view)
         made.savefig(path)

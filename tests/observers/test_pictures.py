@@ -1,0 +1,107 @@
+"""Pictures: what they are made of, and that they leave the run alone."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from shellmb.observers.curves import MANY, joint_plots
+from shellmb.observers.drawing import figure, space, view_of
+from shellmb.observers.grid import Grid
+from shellmb.scene import Driver, Revolute, RigidBody, Scene, Spherical
+
+FREED = """
+import gc, weakref
+gc.disable()
+from shellmb.run.execute import execute
+from shellmb.scene import *
+arm = RigidBody("arm", 2.0, (0.01, 0.2, 0.2), com=(0.5, 0, 0))
+pin = Revolute("pin", "ground", "arm", at=(0, 0, 0), axis=(0, 1, 0))
+scene = Scene("pendulum", rigid_bodies=arm, joints=pin, scheme="ep", dt=1e-3, t_end=4e-3,
+              loads=Gravity((0, 0, -9.81)), output=Output(frames=2))
+run = execute(scene, "out")
+kept = weakref.ref(run.simulation)
+del run
+print("kept" if kept() else "freed")
+"""
+
+
+def test_a_run_is_freed_as_soon_as_nobody_uses_it(tmp_path):
+    """Where pictures are drawn as on the other ranks; in a process that imports matplotlib anew."""
+    result = subprocess.run(
+        [sys.executable, "-c", FREED], cwd=tmp_path, capture_output=True, text=True, timeout=240
+    )
+    assert result.returncode == 0, result.stderr
+    assert (tmp_path / "out" / "energy.png").stat().st_size > 0
+    assert result.stdout == "freed\n"
+
+
+def chain(count):
+    """So many pendulums, the first one driven."""
+    bodies = [RigidBody(f"b{k}", 1.0, (1, 1, 1), position=(k, 0, 0)) for k in range(count)]
+    joints = [Revolute("pin", "ground", "b0", at=(0, 0, 0), axis=(0, 0, 1))]
+    joints += [Spherical(f"s{k}", "ground", f"b{k}", at=(k, 0, 0)) for k in range(1, count)]
+    drivers = Driver("motor", "pin", rotation=lambda t: t)
+    return Scene(
+        "chain", rigid_bodies=bodies, joints=joints, drivers=drivers, scheme="ep", dt=1, t_end=2
+    )
+
+
+def history(scene, force, moment):
+    """Two steps in which each joint carries `force[k]` and `moment[k]`."""
+    nothing = float("nan")
+    table = {"t": [0.0, 1.0, 2.0], "pin.rotation": [0.0, 1.0, 2.0]}
+    table["motor.torque"] = [nothing, 3.0, -4.0]
+    for joint, f, m in zip(scene.joints, force, moment, strict=True):
+        for letter, value in (("F", f), ("M", m)):
+            table |= {f"{joint.name}.{letter}{k}": [nothing, 0.0, 0.0] for k in (2, 3)}
+            table[f"{joint.name}.{letter}1"] = [nothing, value, -value]
+    return pd.DataFrame(table)
+
+
+def test_joints_are_shown_by_unit_without_round_off():
+    scene = chain(2)
+    plots = joint_plots(history(scene, [2.0, 1e-14], [1e-15, 0.0]), scene, 1.0)
+    shown = {plot.label: list(plot.curves) for plot in plots}
+    assert shown == {
+        "rotation [rad]": ["pin.rotation"],
+        "torque [N m]": ["motor.torque"],
+        "|force in joint| [N]": ["pin"],
+    }
+    np.testing.assert_array_equal(plots[-1].curves["pin"], [np.nan, 2.0, 2.0])
+
+
+def test_of_many_joints_the_largest_are_shown():
+    scene = chain(MANY + 3)
+    force = np.arange(1.0, MANY + 4)
+    plot = joint_plots(history(scene, force, 0 * force), scene, 1.0)[-1]
+    assert list(plot.curves) == [f"s{k}" for k in range(3, MANY + 3)]
+    assert plot.hidden == 3
+
+
+def grid(nodes):
+    nodes, lines = np.array(nodes, dtype=float), np.array([[0, 1], [1, 2]])
+    return Grid("g", nodes, np.zeros(0, int), np.zeros(0, np.uint8), lines=lines)
+
+
+@pytest.mark.parametrize(
+    ("nodes", "planar"),
+    [
+        ([(0, 0, 0), (1, 0, 0), (1, 1, 0)], 2),
+        ([(0, 0, 0), (1, 0, 0), (1, 0, 1)], 1),
+        ([(0, 0, 0), (1, 0, 0), (1, 1, 1)], None),
+        ([(0, 0, 0), (1, 0, 0), (2, 0, 0)], None),
+    ],
+)
+def test_a_planar_scene_is_seen_across_its_plane(nodes, planar):
+    view = view_of({"g": grid(nodes)}, [{"g": np.zeros((3, 3))}])
+    assert view.planar == planar
+    axes = space(figure(2, 2), (1, 1, 1), view)
+    # towards the eye, from elevation and azimuth
+    a, e = np.radians([axes.azim, axes.elev])
+    eye = np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])
+    assert (np.abs(eye).max() > 1 - 1e-12) == (planar is not None)
+    if planar is not None:
+        assert np.argmax(np.abs(eye)) == planar
