@@ -25,6 +25,8 @@ Floats = npt.NDArray[np.float64]
 # far above round-off, far below the angle between independent constraints of a sound mechanism
 DEPENDENT = 1e-8
 CONTRADICTION = 1e-6
+# share of a row in a combination above which it counts as a part of it
+INVOLVED = 1e-6
 
 
 @dataclass(frozen=True)
@@ -140,35 +142,33 @@ def _dependent(rows: list[_Row], order: dict[str, int]) -> list[Redundant]:
     joints.sort(key=lambda row: (order.get(row.owner, len(order)), row.owner, row.component))
     rows = inside + joints
     columns = np.unique(np.concatenate([row.columns for row in rows] or [np.zeros(0, int)]))
-    basis, sides, coefficients = [], [], []  # type: ignore[var-annotated]
-    kept: list[_Row] = []
+    # orthonormal combinations of the rows kept: vectors, right-hand sides, what each is made of
+    size = min(len(rows), len(columns))
+    basis, sides = np.zeros((size, len(columns))), np.zeros(size)
+    made_of = np.zeros((size, len(rows)))
+    kept: list[int] = []
     found = []
-    for row in rows:
-        vector = np.zeros(len(columns))
-        vector[np.searchsorted(columns, row.columns)] = row.entries
-        size = float(np.linalg.norm(vector))
-        vector, side = vector / size, row.rhs / size
-        combination = np.zeros(len(kept) + 1)
-        combination[-1] = 1.0
+    for number, row in enumerate(rows):
+        n, length = len(kept), float(np.linalg.norm(row.entries))
+        vector, side, combination = np.zeros(len(columns)), row.rhs / length, np.zeros(len(rows))
+        vector[np.searchsorted(columns, row.columns)] = row.entries / length
+        combination[number] = 1.0
         for _ in range(2):
             # twice is enough: the second pass removes the round-off of the first
-            for q, s, c in zip(basis, sides, coefficients, strict=True):
-                projection = float(q @ vector)
-                vector = vector - projection * q
-                side -= projection * s
-                combination[: len(c)] -= projection * c
+            shares = basis[:n] @ vector
+            vector -= shares @ basis[:n]
+            side -= float(shares @ sides[:n])
+            combination -= shares @ made_of[:n]
         rest = float(np.linalg.norm(vector))
-        if rest < DEPENDENT:
-            names = {kept[k].owner for k in np.flatnonzero(np.abs(combination[:-1]) > 1e-6)}
-            with_ = tuple(sorted(n for n in names - {row.owner} if n in order))
-            scale = max([abs(s) for s in sides] + [abs(row.rhs) / size, 1e-300])
-            contradicts = abs(side) > CONTRADICTION * scale
-            found.append(Redundant(row.owner, row.component, with_, contradicts))
+        if rest >= DEPENDENT:
+            basis[n], sides[n], made_of[n] = vector / rest, side / rest, combination / rest
+            kept.append(number)
             continue
-        basis.append(vector / rest)
-        sides.append(side / rest)
-        coefficients.append(combination / rest)
-        kept.append(row)
+        names = {rows[k].owner for k in kept if abs(combination[k]) > INVOLVED}
+        with_ = tuple(sorted(name for name in names - {row.owner} if name in order))
+        scale = max(np.max(np.abs(sides[:n]), initial=0.0), abs(row.rhs) / length, 1e-300)
+        contradicts = bool(abs(side) > CONTRADICTION * scale)
+        found.append(Redundant(row.owner, row.component, with_, contradicts))
     return found
 
 
