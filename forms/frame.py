@@ -108,9 +108,3 @@ def angular_momentum(x: Expr, d: Vectors, v: Expr, dw: Expr, mass: FrameMass) ->
     return ufl.cross(x, h) + sum(
         (ufl.cross(dk, gk) for dk, gk in zip(d, g, strict=True)), start=0 * x
     )
-
-
-def rotated(d: Vectors, axis: Expr) -> Expr:
-    """Change of the directors under a small rotation about `axis`, shape (9,)."""
-    turned = [ufl.cross(axis, dk) for dk in d]
-    return ufl.as_vector([t[i] for t in turned for i in range(3)])

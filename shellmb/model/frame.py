@@ -32,9 +32,6 @@ class FrameBody:
         force: Size of the multipliers' forces: a Constant, N.
     """
 
-    # the jump of velocities is an unknown of its own (see `Levels.tangent`)
-    coupled = True
-
     def __init__(
         self,
         name: str,
@@ -51,6 +48,8 @@ class FrameBody:
         self.parts: tuple[PartScale, ...] = ()
         self.fixed: list[FixedDofs] = []
         self.links: tuple[NodeLink, ...] = ()
+        # set with the model: where there are frames, jumps of velocities are unknown
+        self.coupled = False
         self.kinematic = frozenset({"u", "w"})
         # parts of the mass with the rule that integrates each; none in statics
         self.masses: tuple[tuple[FrameMass, ufl.Measure], ...] = ()
@@ -125,23 +124,6 @@ class FrameBody:
             for mass, measure in self.masses
         ]
         return sum(forms[1:], forms[0]) if forms else None
-
-    def translation(self, axis: Expr) -> Expr:
-        """State-shaped direction of a rigid translation along `axis`."""
-        return self._direction(axis, ufl.as_vector([0.0 * axis[0]] * 9))
-
-    def rotation(self, q: Expr, axis: Expr) -> Expr:
-        """State-shaped direction of a rigid rotation about `axis` through the origin."""
-        return self._direction(
-            ufl.cross(axis, self.position(q)), frame.rotated(self.directors(q), axis)
-        )
-
-    def _direction(self, du: Expr, dw: Expr) -> Expr:
-        values: list[Expr | float] = []
-        for name, (_, size) in self.mixed.parts.items():
-            source = {"u": du, "w": dw}.get(name)
-            values += [0.0 if source is None else source[k] for k in range(size)]
-        return ufl.as_vector(values)
 
     def tangent(self, b: Expr, mid: Expr) -> Expr:
         """The jump is an unknown and tangent already."""

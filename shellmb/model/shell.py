@@ -305,24 +305,6 @@ class ShellModel:
         """Position of the deformed surface, shape (3,), m."""
         return ufl.SpatialCoordinate(self.mixed.space.mesh) + self.layout.displacement(q)
 
-    def translation(self, axis: Expr) -> Expr:
-        """State-shaped direction of a rigid translation along `axis`."""
-        return self._direction(axis, 0 * axis)
-
-    def rotation(self, q: Expr, axis: Expr) -> Expr:
-        """State-shaped direction of a rigid rotation about `axis` through the origin."""
-        d = self.director + self.layout.director_change(q)
-        return self._direction(ufl.cross(axis, self.position(q)), ufl.cross(axis, d))
-
-    def _direction(self, du: Expr, dw: Expr) -> Expr:
-        values: list[Expr | float] = []
-        for name, (_, size) in self.mixed.parts.items():
-            part: Callable[[int], Expr | float] = {"u": lambda k: du[k], "w": lambda k: dw[k]}.get(
-                name, lambda k: 0.0
-            )
-            values += [part(k) for k in range(size)]
-        return ufl.as_vector(values)
-
     def constraint_error(self, q: fem.Function) -> float:
         """Largest deviation of a director's length from one on this rank."""
         w = q.x.array[self.mixed.dofs["w"]].reshape(-1, 3)
