@@ -17,9 +17,10 @@ from shellmb.model.model import Model, build_model
 from shellmb.scene import Scene
 from shellmb.scene.loads import FollowerEdgeForce, FollowerSurfaceForce, Gravity, Pressure
 from shellmb.schemes.base import at_state
+from shellmb.simulate.fields import body_field
 from shellmb.simulate.simulation import Simulation
 from shellmb.system.assembly import BlockSystem
-from shellmb.system.fields import Field, Link
+from shellmb.system.fields import Field
 from shellmb.system.linear import MUMPS_OPTIONS
 
 # a mode below this fraction of the first elastic eigenvalue is a rigid-body motion
@@ -111,7 +112,7 @@ def _forms(
     """Block system at the state, with the forms of its stiffness and mass matrices."""
     fields: list[Field] = []
     stiffness, mass = {}, {}
-    index = {body.name: k for k, body in enumerate(model.bodies)}
+    numbers = {body.name: k for k, body in enumerate(model.bodies)}
     arrays = state.arrays() if state is not None else {}
     for k, body in enumerate(model.bodies):
         space = body.mixed.space
@@ -135,11 +136,7 @@ def _forms(
         inertia = body.inertia(trial, dq)
         if inertia is not None:
             mass[k, k] = inertia
-        fixed = np.concatenate([*(f.dofs for f in body.fixed), np.zeros(0, dtype=np.int32)])
-        links = tuple(Link(link.dofs, index[link.body], link.targets) for link in body.links)
-        fields.append(
-            Field(body.name, q, (), (), fixed.astype(np.int32), np.zeros(len(fixed)), links)
-        )
+        fields.append(body_field(body, q, (), numbers))
     return BlockSystem(model.comm, fields), stiffness, mass
 
 

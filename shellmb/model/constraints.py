@@ -1,6 +1,6 @@
 """Constraints at nodes, a group per kind: what joints, kinks and planes have in common."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from functools import cached_property
 
 import numpy as np
@@ -76,6 +76,18 @@ class ConstraintGroup(Massless):
         """Switch single constraints on and off, shape (items, count)."""
         assert self.on is not None
         set_constants(self.on, self.nodes, (on & self.allowed).astype(float))
+
+    def drop(self, dropped: Collection[tuple[str, int]]) -> None:
+        """Leave redundant constraints out for good; a group that has some must be `switched`.
+
+        Args:
+            dropped: Labels, and which of the constraints of each; those of other groups, too.
+        """
+        for label, component in dropped:
+            if label in self.labels:
+                self.allowed[self.labels.index(label), component] = False
+        if self.on is not None:
+            self.switch(np.ones_like(self.allowed))
 
     def _part(self, q: Expr, name: str) -> list[Expr]:
         value = self.layout.part(q, name)

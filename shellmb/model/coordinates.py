@@ -23,8 +23,9 @@ from shellmb.forms.mixed import Interval
 from shellmb.kernels import JIT_OPTIONS
 from shellmb.model.body import Dofs, NodeLink, PartScale
 from shellmb.model.constraints import ConstraintGroup
-from shellmb.model.ends import End, EndGroup
+from shellmb.model.ends import End, end_pair
 from shellmb.model.joints import BoundJoint
+from shellmb.model.links import node_links
 
 Floats = npt.NDArray[np.float64]
 # name of a joint or a force element, and "rotation", "translation" or "distance"
@@ -59,8 +60,7 @@ class BoundCoordinate:
     def group(self) -> tuple[str, int, int]:
         """What coordinates must have in common to share their kernels."""
         first, second = (
-            len(end.directors) if end.turns(n) else 0
-            for end, n in zip(self.ends, _VECTORS[self.kind], strict=True)
+            end.needed(n) for end, n in zip(self.ends, _VECTORS[self.kind], strict=True)
         )
         return self.kind, first, second
 
@@ -113,16 +113,7 @@ class CoordinateGroup(ConstraintGroup):
         self.coordinates = list(items)
         self.kind, *framed = items[0].group
         nodes = node_mesh(comm, len(items))
-        self.ends = [
-            EndGroup(
-                nodes,
-                [item.ends[k] for item in items],
-                np.array([item.axes[k] for item in items]),
-                f"{k + 1}",
-                framed[k] > 0,
-            )
-            for k in range(2)
-        ]
+        self.ends = end_pair(nodes, [i.ends for i in items], [i.axes for i in items], framed)
         parts = {**self.ends[0].parts, **self.ends[1].parts, "x": 1, "mu": 1}
         mixed = node_space(nodes, parts)
         self._start = constant_vector(nodes, np.array([[i.start] for i in items]), "start")
@@ -143,7 +134,6 @@ class CoordinateGroup(ConstraintGroup):
         # the places' velocities, too: `refresh` takes that of the coordinate from them
         self.kinematic = frozenset(mixed.parts) - {"mu"}
         self.jump_parts = frozenset({"x", "mu"})
-        self.coupled = True
         self.labels = [f"{item.name}.{item.kind}" for item in items]
         self.targets = global_dofs(nodes, mixed, "x")
 
@@ -302,13 +292,9 @@ def scalar_links(
     nodes: NodeMesh, mixed: MixedSpace, part: str, coordinates: Sequence[Coordinate]
 ) -> list[NodeLink]:
     """Links of a scalar part of a group to coordinates, one for each of its items."""
-    links = []
-    for name in dict.fromkeys(c.group.name for c in coordinates):
-        mine = [k for k, item in enumerate(nodes.item) if coordinates[item].group.name == name]
-        targets = [coordinates[nodes.item[k]].target for k in mine]
-        dofs = mixed.dofs[part][mine].astype(np.int32)
-        links.append(NodeLink(dofs, name, np.array(targets, dtype=np.int64)))
-    return links
+    targets = np.array([[c.target] for c in coordinates], dtype=np.int64)
+    bodies = [c.group.name for c in coordinates]
+    return node_links(nodes, mixed.dofs[part].reshape(-1, 1), bodies, targets)
 
 
 def gathered(nodes: NodeMesh, local: Floats) -> Floats:

@@ -18,6 +18,7 @@ from shellmb.build.spaces import MixedSpace
 from shellmb.forms.joints import Place
 from shellmb.forms.state import Layout
 from shellmb.model.body import NodeLink
+from shellmb.model.links import node_links
 
 Ints = npt.NDArray[np.int64]
 Floats = npt.NDArray[np.float64]
@@ -55,9 +56,9 @@ class End:
             return np.zeros(3)
         return np.asarray(self.directors @ (self.point - self.node))
 
-    def turns(self, vectors: int) -> bool:
-        """Whether the directors matter to a joint that needs so many vectors here."""
-        return vectors > 0 or bool(np.any(self.offset != 0))
+    def needed(self, vectors: int) -> int:
+        """Number of directors that matter to a joint that needs so many vectors here."""
+        return len(self.directors) if vectors > 0 or np.any(self.offset != 0) else 0
 
 
 class EndGroup:
@@ -90,16 +91,12 @@ class EndGroup:
 
     def links(self, mixed: MixedSpace) -> list[NodeLink]:
         """Links of the group's nodal unknowns to those of the bodies."""
+        bodies = [end.body for end in self.ends]
         links = []
         for part, source in zip(self.parts, ("u", "w"), strict=False):
             rows = mixed.dofs[part].reshape(-1, self.parts[part])
-            for body in dict.fromkeys(end.body for end in self.ends):
-                mine = [
-                    k for k, item in enumerate(self._nodes.item) if self.ends[item].body == body
-                ]
-                targets = [self.ends[self._nodes.item[k]].dofs[source] for k in mine]
-                flat = np.concatenate([*targets, np.zeros(0, dtype=np.int64)])
-                links.append(NodeLink(rows[mine].ravel().astype(np.int32), body, flat))
+            targets = np.array([end.dofs[source] for end in self.ends])
+            links += node_links(self._nodes, rows, bodies, targets)
         return links
 
     def place(self, q: Expr, layout: Layout) -> Place:
@@ -119,6 +116,33 @@ class EndGroup:
             turned = sum((data[15 + 3 * a + k] * W[k] for k in range(3)), start=0 * u)
             vectors.append(reference + turned)
         return Place(x, tuple(vectors))
+
+
+def end_pair(
+    nodes: NodeMesh,
+    ends: Sequence[tuple[End, End]],
+    axes: Sequence[Floats],
+    directors: Sequence[int],
+) -> tuple[EndGroup, EndGroup]:
+    """Both ends of each of a list of joints.
+
+    Args:
+        nodes: Node mesh with one cell per joint.
+        ends: The places on the first and the second bodies.
+        axes: Vectors of both places of each joint, shape (2, 3, 3).
+        directors: Number of directors that matter at the first and at the second places.
+    """
+    first, second = (
+        EndGroup(
+            nodes,
+            [pair[k] for pair in ends],
+            np.array([frames[k] for frames in axes]),
+            f"{k + 1}",
+            directors[k] > 0,
+        )
+        for k in range(2)
+    )
+    return first, second
 
 
 def frame_about(axis: Sequence[float] | Floats) -> Floats:

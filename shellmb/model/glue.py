@@ -19,15 +19,15 @@ import ufl
 from ufl import Form
 from ufl.core.expr import Expr
 
-from shellmb.build.nodes import NodeMesh, constant_vector, node_mesh, node_space
+from shellmb.build.nodes import constant_vector, node_mesh, node_space
 from shellmb.build.shell_lines import ShellLine, shell_line
-from shellmb.build.spaces import MixedSpace
 from shellmb.forms.joints import KINDS, Place
 from shellmb.forms.state import Layout
 from shellmb.model.beam import BeamModel
 from shellmb.model.body import FixedDofs, NodeLink
 from shellmb.model.constraints import ConstraintGroup
 from shellmb.model.joints import Component
+from shellmb.model.links import node_links
 from shellmb.model.places import shared_nodes
 from shellmb.model.shell import ShellModel
 from shellmb.scene import Beam, Glue, Scene
@@ -192,11 +192,11 @@ class ShellRevolutes(ConstraintGroup):
             "d2": (beams, [dofs[:, 3:6] for dofs in w]),
             "E3": (shells, [g.line.dofs["w"][k] for g, k in zip(glued, nodes, strict=True)]),
         }
-        links = [
-            link
-            for part, (owners, dofs) in targets.items()
-            for link in _links(mesh, mixed, part, owners, dofs)
-        ]
+        links = []
+        for part, (owners, dofs) in targets.items():
+            bodies = np.repeat(owners, [len(d) for d in dofs]).tolist()
+            rows = mixed.dofs[part].reshape(-1, 3)
+            links += node_links(mesh, rows, bodies, np.concatenate(dofs))
         triads = np.concatenate([g.line.line.triads[k] for g, k in zip(glued, nodes, strict=True)])
         reference = {
             part: constant_vector(mesh, triads[:, 3 * k : 3 * k + 3], part)
@@ -222,32 +222,11 @@ class ShellRevolutes(ConstraintGroup):
         self.labels = labels
         if not turns:
             self.jump_parts = frozenset()
-        for label, component in dropped:
-            if label in some:
-                self.allowed[labels.index(label), component] = False
-        if some:
-            self.switch(np.ones_like(self.allowed))
+        self.drop(dropped)
 
     def velocity_constraint(self, v: Expr, mid: Expr, dv: Expr) -> Form | None:  # type: ignore[override]
         """As of all; directors without inertia follow, and constrain nothing."""
         return super().velocity_constraint(v, mid, dv) if self._turns else None
-
-
-def _links(
-    mesh: NodeMesh,
-    mixed: MixedSpace,
-    part: str,
-    owners: Sequence[str],
-    dofs: Sequence[Ints],
-) -> list[NodeLink]:
-    """Links of a part of a group to nodal dofs of several bodies, each a list of rows."""
-    owner = np.repeat(np.arange(len(owners)), [len(d) for d in dofs])[mesh.item]
-    rows, targets = mixed.dofs[part].reshape(-1, 3), np.concatenate(dofs)[mesh.item]
-    links = []
-    for name in dict.fromkeys(owners):
-        mine = np.isin(owner, [k for k, other in enumerate(owners) if other == name])
-        links.append(NodeLink(rows[mine].ravel(), name, targets[mine].ravel()))
-    return links
 
 
 def glue_beams(

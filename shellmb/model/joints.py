@@ -21,7 +21,7 @@ from shellmb.forms.loads import dead_force
 from shellmb.forms.state import Layout
 from shellmb.model.body import LoadFactors, Massless, TimeFunction
 from shellmb.model.constraints import ConstraintGroup
-from shellmb.model.ends import End, EndGroup, frame_about
+from shellmb.model.ends import End, EndGroup, end_pair, frame_about
 from shellmb.scene import joints as scene_joints
 from shellmb.scene.joints import Joint
 from shellmb.scene.loads import Gravity
@@ -30,9 +30,6 @@ Floats = npt.NDArray[np.float64]
 FindEnd = Callable[[str, Any, str], End]
 # a joint's name and the number of one of its constraints
 Component = tuple[str, int]
-
-# two ends of a joint are together if their distance is below this part of the scene's length
-TOGETHER = 1e-9
 
 
 @dataclass(frozen=True)
@@ -57,10 +54,7 @@ class BoundJoint:
     def key(self) -> tuple[str, int, int]:
         """What joints must have in common to share their kernels."""
         vectors = KINDS[self.kind].vectors
-        first, second = (
-            len(end.directors) if end.turns(n) else 0
-            for end, n in zip(self.ends, vectors, strict=True)
-        )
+        first, second = (end.needed(n) for end, n in zip(self.ends, vectors, strict=True))
         return self.kind, first, second
 
 
@@ -143,16 +137,7 @@ class JointGroup(ConstraintGroup):
         kind, *framed = joints[0].key
         self.kind = kind
         nodes = node_mesh(comm, len(joints))
-        self.ends = [
-            EndGroup(
-                nodes,
-                [joint.ends[k] for joint in joints],
-                np.array([joint.axes[k] for joint in joints]),
-                f"{k + 1}",
-                framed[k] > 0,
-            )
-            for k in range(2)
-        ]
+        self.ends = end_pair(nodes, [j.ends for j in joints], [j.axes for j in joints], framed)
         made = KINDS[kind]
         mixed = node_space(nodes, {**self.ends[0].parts, **self.ends[1].parts, "mu": made.rows})
         layout = Layout(mixed.parts)
@@ -167,16 +152,7 @@ class JointGroup(ConstraintGroup):
         super().__init__(
             f"{kind} joints ({bodies})", nodes, mixed, links, violation, force, length, switched
         )
-        self.coupled = True
         self.labels = [joint.joint.name for joint in joints]
-
-    def drop(self, dropped: Collection[Component]) -> None:
-        """Switch redundant constraints off for good."""
-        for name, component in dropped:
-            if name in self.labels:
-                self.allowed[self.labels.index(name), component] = False
-        if self.on is not None:
-            self.switch(np.ones_like(self.allowed))
 
 
 def joint_groups(
@@ -237,7 +213,6 @@ class PointMasses(Massless):
         mixed = node_space(self.nodes, self._end.parts)
         super().__init__(name, mixed, (), tuple(self._end.links(mixed)))
         self.kinematic = frozenset(mixed.parts)
-        self.coupled = True
         self.layout = Layout(mixed.parts)
         self.mass = constant_vector(self.nodes, np.array(masses, dtype=float)[:, None], "m")
         self.gravity, self._dynamic = list(gravity), dynamic

@@ -48,7 +48,7 @@ from shellmb.model.readings import (
     read_coordinates,
 )
 from shellmb.model.switches import Locks, State, Switched, Switches, Windows
-from shellmb.model.ties import HeldCoordinates, TiedCoordinates, drop
+from shellmb.model.ties import HeldCoordinates, TiedCoordinates
 from shellmb.scene import Scene
 from shellmb.scene.elements import PointElement
 from shellmb.scene.joints import Screw
@@ -243,7 +243,7 @@ def _screws(
     switched = any(joint.active is not None for joint in screws)
     switched = switched or any((label, 0) in dropped for label in labels)
     group = TiedCoordinates(comm, labels, pairs, ratios, force, length, switched)
-    drop(group, dropped)
+    group.drop(dropped)
     return [group]
 
 
@@ -306,7 +306,7 @@ def _locks(
         group = HeldCoordinates(
             comm, kind, labels, coordinates, force * length / coordinates[0].size
         )
-        drop(group, dropped)
+        group.drop(dropped)
         found.append(Locks(group, [lock.windows for lock in locks], scene.t_end))
     return found
 
@@ -323,8 +323,8 @@ def _masses(scene: Scene, comm: MPI.Comm, made: Mechanism) -> list[PointMasses]:
         if joint.joint.mass > 0
     ]
     bodies = []
-    for key in dict.fromkeys(len(end.directors) if end.turns(0) else 0 for end, _ in ends):
-        mine = [(e, m) for e, m in ends if (len(e.directors) if e.turns(0) else 0) == key]
+    for key in dict.fromkeys(end.needed(0) for end, _ in ends):
+        mine = [(e, m) for e, m in ends if e.needed(0) == key]
         name = f"joint masses ({key})"
         places, masses = [e for e, _ in mine], [m for _, m in mine]
         bodies.append(PointMasses(name, comm, places, masses, gravity, key > 0, not scene.static))

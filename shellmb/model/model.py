@@ -13,6 +13,7 @@ from shellmb.build.mesh import build_surface
 from shellmb.errors import SceneError
 from shellmb.model.beam import BeamModel, build_beam
 from shellmb.model.body import Body, NodeLink
+from shellmb.model.constraints import ConstraintGroup
 from shellmb.model.finder import Finder, RigidPlaces
 from shellmb.model.glue import glue_beams, line_along
 from shellmb.model.joins import join_shells
@@ -152,7 +153,7 @@ def build_model(scene: Scene, comm: MPI.Comm, dropped: Collection[Component] = (
     if model.beams or model.rigid is not None or scene.joints or scene.elements:
         # constraints tie velocities together: see `Body.coupled`
         for body in model.bodies:
-            body.coupled = body.coupled or bool(body.kinematic) or hasattr(body, "violation")
+            body.coupled = bool(body.kinematic) or isinstance(body, ConstraintGroup)
     _resolve_links(model.bodies, comm)
     for probe in scene.probes:
         # found out now: before anything is compiled

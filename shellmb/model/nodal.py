@@ -9,28 +9,14 @@ import numpy.typing as npt
 import ufl
 from ufl.core.expr import Expr
 
-from shellmb.build.nodes import NodeMesh, constant_vector, node_mesh, node_space
+from shellmb.build.nodes import constant_vector, node_mesh, node_space
 from shellmb.forms import nodal as nodal_forms
 from shellmb.forms.state import Layout
-from shellmb.model.body import NodeLink
 from shellmb.model.constraints import ConstraintGroup
+from shellmb.model.links import node_links
 
 Ints = npt.NDArray[np.int64]
 Floats = npt.NDArray[np.float64]
-
-
-def node_links(
-    nodes: NodeMesh, mixed_dofs: npt.NDArray[np.int32], body: str, targets: Ints
-) -> NodeLink:
-    """Link of a part of a node mesh to nodal dofs of a shell.
-
-    Args:
-        nodes: The node mesh.
-        mixed_dofs: Local dofs of the part, node after node.
-        body: Name of the shell.
-        targets: Global dofs in the shell's space, one row per node, shape (n, size).
-    """
-    return NodeLink(mixed_dofs, body, targets[nodes.item].ravel())
 
 
 class NodalConstraint(ConstraintGroup):
@@ -58,8 +44,9 @@ class NodalConstraint(ConstraintGroup):
         nodes = node_mesh(comm, len(data))
         mixed = node_space(nodes, {**dict.fromkeys(parts, 3), "mu": 1})
         links = tuple(
-            node_links(nodes, mixed.dofs[part], body, dofs)
+            link
             for part, (body, dofs, _) in parts.items()
+            for link in node_links(nodes, mixed.dofs[part].reshape(-1, 3), [body] * len(dofs), dofs)
         )
         layout = Layout(mixed.parts)
         reference = {

@@ -149,7 +149,7 @@ def point_loads(scene: Scene, comm: MPI.Comm, find: Finder) -> list[PointLoads]:
             continue
         (body,) = scene.bodies_of(load)
         end = find(body.name, load.point, load.label)
-        vectors = len(end.directors) if end.turns(_WORK[type(load)][1]) else 0
+        vectors = end.needed(_WORK[type(load)][1])
         groups.setdefault((type(load), vectors), []).append((load, end))
     return [
         PointLoads(

@@ -35,11 +35,6 @@ class Solution(Protocol):
         ...
 
     @property
-    def fields(self) -> Sequence[Any]:
-        """All fields of the system."""
-        ...
-
-    @property
     def last(self) -> str:
         """Stage at the end of a step."""
         ...
@@ -48,8 +43,8 @@ class Solution(Protocol):
         """Current state of a body."""
         ...
 
-    def field(self, body: str, stage: str) -> Any:
-        """Field of a body's stage."""
+    def number(self, body: str, stage: str) -> int:
+        """Number of the field of a body's stage in the system."""
         ...
 
     def time(self, name: str) -> fem.Constant:
@@ -82,8 +77,7 @@ def drive(problem: Solution, coordinate: Coordinate) -> float:
     that at its end.
     """
     system, found = problem.system, 0.0
-    field = problem.field(coordinate.group.name, problem.last)
-    number = next(k for k, other in enumerate(problem.fields) if other is field)
+    number = problem.number(coordinate.group.name, problem.last)
     held = system.numbering.start + system.fixed
     for unknown in system.numbering.by_field[number][coordinate.local()]:
         found += float(np.sum(system.reactions[held == unknown]))

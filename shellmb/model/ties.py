@@ -1,6 +1,6 @@
 """Linear constraints on coordinates of a mechanism: the pitch of a screw, and locks."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 
 from mpi4py import MPI
 
@@ -55,7 +55,6 @@ class TiedCoordinates(ConstraintGroup):
         super().__init__(
             "screw pitches", nodes, mixed, tuple(links), violation, force, length, switched
         )
-        self.coupled = True
         self.labels = list(labels)
 
 
@@ -89,7 +88,6 @@ class HeldCoordinates(ConstraintGroup):
         links = tuple(scalar_links(nodes, mixed, "x", coordinates))
         size = coordinates[0].size
         super().__init__(f"{kind} locks", nodes, mixed, links, violation, force, size, True)
-        self.coupled = True
         self.labels = list(labels)
         self.coordinates = list(coordinates)
 
@@ -105,16 +103,3 @@ class HeldCoordinates(ConstraintGroup):
         """Forces [N] or moments [N m] that hold the coordinates, shape (items,); collective."""
         mu = gathered(self.nodes, q.x.array[self.mixed.dofs["mu"]])
         return -float(self._force.value) * mu
-
-
-def drop(group: ConstraintGroup, dropped: Collection[tuple[str, int]]) -> None:
-    """Leave redundant constraints of a group out for good; it must have switches.
-
-    Args:
-        group: The group.
-        dropped: Labels, and which of the constraints of each.
-    """
-    for label, component in dropped:
-        if label in group.labels:
-            group.allowed[group.labels.index(label), component] = False
-            group.switch(np.ones_like(group.allowed))

@@ -49,23 +49,19 @@ class Impulse:
 
     def __init__(self, simulation: Simulation) -> None:
         problem = simulation.problem
-        self._system = problem.system
-        fields = problem.fields
-
-        def number(name: str) -> int:
-            wanted = problem.field(name, problem.last)
-            return next(k for k, field in enumerate(fields) if field is wanted)
-
+        self._system, last = problem.system, problem.last
         self._forms: list[tuple[int, fem.Form]] = []
         for body in simulation.model.bodies:
-            self._forms += [(number(body.name), form) for form in self._acting(simulation, body)]
+            k = problem.number(body.name, last)
+            self._forms += [(k, form) for form in self._acting(simulation, body)]
         self._carriers: list[tuple[NodalBody, int, npt.NDArray[np.int32]]] = []
-        for name, body in nodal_bodies(simulation.model).items():
+        for name, carrier in nodal_bodies(simulation.model).items():
             # a node that two bodies share counts on the one that it belongs to
-            links = [link.dofs for link in body.links]
-            ghosts = np.arange(body.mixed.space.dofmap.index_map.size_local, len(state_of(body)))
+            links = [link.dofs for link in carrier.links]
+            index_map = carrier.mixed.space.dofmap.index_map
+            ghosts = index_map.size_local + np.arange(index_map.num_ghosts)
             elsewhere = np.concatenate([*links, ghosts]).astype(np.int32)
-            self._carriers.append((body, number(name), elsewhere))
+            self._carriers.append((carrier, problem.number(name, last), elsewhere))
         self._total = self._system.x.duplicate()
 
     @staticmethod
@@ -103,12 +99,6 @@ class Impulse:
         simulation.model.comm.Allreduce(MPI.IN_PLACE, result)
         result *= simulation.last.dt
         return {"momentum": result[0], "angular momentum": result[1]}
-
-
-def state_of(body: NodalBody) -> range:
-    """Local dofs of a body, owned and ghost."""
-    index_map = body.mixed.space.dofmap.index_map
-    return range(index_map.size_local + index_map.num_ghosts)
 
 
 def _resultant(body: NodalBody, q: Floats, r: Floats) -> Floats:

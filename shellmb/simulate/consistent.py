@@ -12,21 +12,14 @@ import numpy.typing as npt
 import ufl
 from dolfinx import fem
 
-from shellmb.model.body import Body
 from shellmb.model.model import Model
 from shellmb.schemes.base import Levels
+from shellmb.simulate.fields import body_field, kinematic_dofs, without_jump
 from shellmb.system.assembly import BlockSystem
-from shellmb.system.fields import Field, Link, Part
+from shellmb.system.fields import Part
 from shellmb.system.newton import NEWTON, NewtonSettings
 
 Values = npt.NDArray[np.float64]
-
-
-def without_jump(body: Body) -> list[npt.NDArray[np.int32]]:
-    """Dofs of a body that have no equations for velocities, neither its own nor another body's."""
-    linked = np.concatenate([*(link.dofs for link in body.links), np.zeros(0, dtype=np.int32)])
-    idle = sorted(body.mixed.parts.keys() - body.jump_parts)
-    return [d for d in (body.mixed.dofs[p] for p in idle) if not np.isin(d, linked).any()]
 
 
 class VelocityProjection:
@@ -40,7 +33,7 @@ class VelocityProjection:
     def __init__(self, model: Model, levels: dict[str, Levels]) -> None:
         self._levels = levels
         self.functions: dict[str, fem.Function] = {}
-        index = {body.name: k for k, body in enumerate(model.bodies)}
+        numbers = {body.name: k for k, body in enumerate(model.bodies)}
         fields = []
         for body in model.bodies:
             space = body.mixed.space
@@ -53,29 +46,15 @@ class VelocityProjection:
                 body.velocity_constraint(unknown, q, test),
             )
             found = [form for form in rows if form is not None]
-            held = [f.dofs for f in body.fixed]
-            dofs = np.concatenate([*held, *without_jump(body), np.zeros(0, dtype=np.int32)])
-            fields.append(
-                Field(
-                    name=body.name,
-                    function=unknown,
-                    residual=(sum(found[1:], found[0]),) if found else (),
-                    parts=tuple(
-                        Part(f"velocity of {p.title}", body.mixed.dofs[p.name], np.inf, p.advice)
-                        for p in body.parts
-                    ),
-                    fixed=dofs.astype(np.int32),
-                    values=np.zeros(len(dofs)),
-                    links=tuple(Link(k.dofs, index[k.body], k.targets) for k in body.links),
-                )
+            residual = (sum(found[1:], found[0]),) if found else ()
+            parts = tuple(
+                Part(f"velocity of {p.title}", body.mixed.dofs[p.name], np.inf, p.advice)
+                for p in body.parts
             )
+            without = without_jump(body)
+            fields.append(body_field(body, unknown, residual, numbers, parts, without=without))
         self._held = {b.name: sum(len(f.dofs) for f in b.fixed) for b in model.bodies}
-        self._kinematic = {
-            b.name: np.concatenate(
-                [np.zeros(0, dtype=np.int32), *(b.mixed.dofs[p] for p in sorted(b.kinematic))]
-            )
-            for b in model.bodies
-        }
+        self._kinematic = {b.name: kinematic_dofs(b) for b in model.bodies}
         self.fields = {f.name: f for f in fields}
         self.system = BlockSystem(model.comm, fields)
         self._newton = NEWTON["newton"](

@@ -14,9 +14,10 @@ from shellmb.model.body import Body, TimeFunction
 from shellmb.model.model import Model
 from shellmb.schemes.base import Levels, Scheme, load_average
 from shellmb.schemes.residual import StageForms, stage_forms
-from shellmb.simulate.consistent import VelocityProjection, without_jump
+from shellmb.simulate.consistent import VelocityProjection
+from shellmb.simulate.fields import body_field, kinematic_dofs, without_jump
 from shellmb.system.assembly import BlockSystem
-from shellmb.system.fields import Field, Link, Part
+from shellmb.system.fields import Field, Part
 from shellmb.system.newton import NEWTON, NewtonSettings
 
 # name of the unknown jump of velocities
@@ -58,11 +59,7 @@ class Problem:
         ]
         self._index = {key: k for k, key in enumerate(names)}
         self._bodies = {b.name: b for b in model.bodies}
-        empty = np.zeros(0, dtype=np.int32)
-        self._kinematic_dofs = {
-            b.name: np.concatenate([empty, *(b.mixed.dofs[p] for p in sorted(b.kinematic))])
-            for b in model.bodies
-        }
+        self._kinematic_dofs = {b.name: kinematic_dofs(b) for b in model.bodies}
         self.fields = [self._field(self._bodies[b], s) for b, s in names]
         self.system = BlockSystem(model.comm, self.fields)
         solver = model.scene.solver
@@ -106,21 +103,14 @@ class Problem:
             )
             for p in body.parts
         )
-        links = tuple(
-            Link(link.dofs, self._index[link.body, stage], link.targets) for link in body.links
-        )
-        fixed = [f.dofs for f in body.fixed]
-        if jump:
-            fixed += without_jump(body)
-        dofs = np.concatenate([*fixed, np.zeros(0, dtype=np.int32)]).astype(np.int32)
-        return Field(
-            name=f"{body.name}{suffix}",
-            function=self.levels[body.name].unknown[stage],
-            residual=self.forms[body.name][stage].residual,
-            parts=parts,
-            fixed=dofs,
-            values=np.zeros(len(dofs)),
-            links=links,
+        return body_field(
+            body,
+            self.levels[body.name].unknown[stage],
+            self.forms[body.name][stage].residual,
+            {name: k for (name, other), k in self._index.items() if other == stage},
+            parts,
+            f"{body.name}{suffix}",
+            without_jump(body) if jump else (),
         )
 
     def state(self, body: str) -> fem.Function:
@@ -130,7 +120,11 @@ class Problem:
 
     def field(self, body: str, stage: str) -> Field:
         """Field of a body's stage."""
-        return self.fields[self._index[body, stage]]
+        return self.fields[self.number(body, stage)]
+
+    def number(self, body: str, stage: str) -> int:
+        """Number of that field in the system."""
+        return self._index[body, stage]
 
     @property
     def last(self) -> str:

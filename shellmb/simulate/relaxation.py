@@ -18,8 +18,9 @@ from shellmb.errors import ConvergenceError
 from shellmb.model.body import LoadFactors, TimeFunction
 from shellmb.model.model import Model
 from shellmb.schemes.base import Levels, at_state
+from shellmb.simulate.fields import body_field
 from shellmb.system.assembly import BlockSystem
-from shellmb.system.fields import Field, Link, Part
+from shellmb.system.fields import Part
 from shellmb.system.newton import NEWTON, NewtonSettings
 
 # equilibrium: least and largest number of steps, growth of tau, and motion in a step at its end
@@ -40,7 +41,7 @@ class Relaxation:
         self.functions: dict[str, fem.Function] = {}
         self._weights: list[fem.Constant] = []
         self._loads: list[LoadFactors] = []
-        index = {body.name: k for k, body in enumerate(model.bodies)}
+        numbers = {body.name: k for k, body in enumerate(model.bodies)}
         fields = []
         for body in model.bodies:
             space, q = body.mixed.space, levels[body.name].q
@@ -58,21 +59,11 @@ class Relaxation:
                 self._loads.append(loads)
                 work = loads.virtual_work(unknown, test)
                 forms.append(None if work is None else -work)
-            fixed = np.concatenate([*(f.dofs for f in body.fixed), np.zeros(0, dtype=np.int32)])
             parts = tuple(
                 Part(p.title, body.mixed.dofs[p.name], p.scale, p.advice) for p in body.parts
             )
-            fields.append(
-                Field(
-                    name=body.name,
-                    function=unknown,
-                    residual=tuple(form for form in forms if form is not None),
-                    parts=parts,
-                    fixed=fixed.astype(np.int32),
-                    values=np.zeros(len(fixed)),
-                    links=tuple(Link(k.dofs, index[k.body], k.targets) for k in body.links),
-                )
-            )
+            residual = tuple(form for form in forms if form is not None)
+            fields.append(body_field(body, unknown, residual, numbers, parts))
         self._fields = {f.name: f for f in fields}
         self.system = BlockSystem(model.comm, fields)
         self._newton = NEWTON["newton"](

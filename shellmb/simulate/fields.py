@@ -1,0 +1,59 @@
+"""A body's unknowns as a field of a block system: what all systems of a model have in common."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import numpy.typing as npt
+from dolfinx import fem
+from ufl import Form
+
+from shellmb.model.body import Body, Dofs
+from shellmb.system.fields import Field, Link, Part
+
+NONE: Dofs = np.zeros(0, dtype=np.int32)
+
+
+def body_field(
+    body: Body,
+    function: fem.Function,
+    residual: tuple[Form, ...],
+    numbers: Mapping[str, int],
+    parts: tuple[Part, ...] = (),
+    name: str | None = None,
+    without: Sequence[npt.NDArray[np.int32]] = (),
+) -> Field:
+    """Field of a body with its links; its fixed dofs come first among the fixed ones.
+
+    Args:
+        body: The body.
+        function: The unknown function.
+        residual: Forms that add up to the residual.
+        numbers: Number of the field of each body in the system.
+        parts: Named parts, judged by themselves.
+        name: Name for messages; None: the body's.
+        without: Dofs that have no equations, and are held at zero.
+    """
+    fixed = np.concatenate([*(f.dofs for f in body.fixed), *without, NONE]).astype(np.int32)
+    return Field(
+        name=name or body.name,
+        function=function,
+        residual=residual,
+        parts=parts,
+        fixed=fixed,
+        values=np.zeros(len(fixed)),
+        links=tuple(Link(k.dofs, numbers[k.body], k.targets) for k in body.links),
+    )
+
+
+def kinematic_dofs(body: Body) -> Dofs:
+    """Local dofs that have velocities."""
+    return np.concatenate([NONE, *(body.mixed.dofs[p] for p in sorted(body.kinematic))])
+
+
+def without_jump(body: Body) -> list[Dofs]:
+    """Dofs of a body that have no equations for velocities, neither its own nor another body's."""
+    linked = np.concatenate([*(link.dofs for link in body.links), NONE])
+    idle = sorted(body.mixed.parts.keys() - body.jump_parts)
+    return [d for d in (body.mixed.dofs[p] for p in idle) if not np.isin(d, linked).any()]
