@@ -133,9 +133,9 @@ def space(made: Figure, place: tuple[int, int, int], view: View) -> Axes3D:
     axes = made.add_subplot(*place, projection="3d", computed_zorder=False)
     axes.set(xlim=(view.low[0], view.high[0]), ylim=(view.low[1], view.high[1]))
     axes.set_zlim(view.low[2], view.high[2])
-    # room for the labels of a body that is as high as wide
+    # room for the labels of a box that is as high as wide
     sides = view.high - view.low
-    axes.set_box_aspect(sides, zoom=1.0 - 0.2 * float(np.min(sides) / np.max(sides)))
+    axes.set_box_aspect(sides, zoom=1.0 - 0.25 * float(sides[2] / np.max(sides)))
     if view.planar is None:
         axes.view_init(ELEVATION, AZIMUTH)
     else:
@@ -146,7 +146,7 @@ def space(made: Figure, place: tuple[int, int, int], view: View) -> Axes3D:
         share = (view.high - view.low)[k] / float(np.max(view.high - view.low))
         one.set_major_locator(mpl.ticker.MaxNLocator(max(2, round(5 * share))))
         one.set_tick_params(labelsize=8)
-        one.labelpad = 4 + 14 * share if view.planar is None else 10
+        one.labelpad = 4 + 14 * share if view.planar is None else 16
         if k == view.planar:
             one.set_ticks([])
             one.label.set_visible(False)
