@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal, cast
 import typer
 
 from shellmb import __version__
+from shellmb.cli.bench import bench
 from shellmb.cli.failures import failures_reported, first_rank
 from shellmb.cli.report import announce, print_list, print_modes, print_run, say
 from shellmb.run.loader import demos
@@ -48,8 +49,23 @@ class Cell(StrEnum):
     tri = "tri"
 
 
+class Solve(StrEnum):
+    """Which unknowns the linear systems have."""
+
+    reduced = "reduced"
+    full = "full"
+
+
 class Newton(StrEnum):
-    """Newton solvers."""
+    """When Newton's method factorises."""
+
+    auto = "auto"
+    modified = "modified"
+    full = "full"
+
+
+class Backend(StrEnum):
+    """Whose Newton solver."""
 
     newton = "newton"
     snes = "snes"
@@ -111,7 +127,13 @@ def run(
     mesh: MeshOption = None,
     degree: DegreeOption = None,
     cell: CellOption = None,
-    newton: Annotated[Newton | None, typer.Option(help="Newton's method.")] = None,
+    solve: Annotated[
+        Solve | None, typer.Option(help="Linear systems with as few unknowns as possible, or all.")
+    ] = None,
+    newton: Annotated[
+        Newton | None, typer.Option(help="Factorise as rarely as pays, or in each step, iteration.")
+    ] = None,
+    backend: Annotated[Backend | None, typer.Option(help="DOLFINx's solver or PETSc's.")] = None,
     parameters: SetOption = None,
     out: OutOption = None,
     no_pictures: PicturesOption = False,
@@ -123,8 +145,8 @@ def run(
     Works under mpiexec: `mpiexec -n 2 shellmb run SCENE`.
     """
     options = _options(mesh, degree, cell, scheme=scheme, alpha=alpha, dt=dt, t_end=t_end)
-    if newton is not None:
-        options["newton"] = newton.value
+    solver = {"solve": solve, "newton": newton, "backend": backend}
+    options |= {name: choice.value for name, choice in solver.items() if choice is not None}
     request = Request(scene, parse_parameters(parameters or []), Options(**options))
     built, module = request.build()
 
@@ -226,6 +248,38 @@ def verify(
 
     if not run_verification(case, slow, json):
         raise typer.Exit(1)
+
+
+@app.command()
+@failures_reported
+def figures(
+    section: Annotated[
+        str | None, typer.Argument(metavar="[6.1|6.2|6.3]", help="Section; all if left out.")
+    ] = None,
+    runs: Annotated[
+        Path, typer.Option("--from", help="Folder of the runs; finished ones in it are used.")
+    ] = Path("runs", "figures"),
+    out: Annotated[Path, typer.Option(help="Folder of the pictures.")] = Path("demos", "figures"),
+    only: Annotated[
+        str | None, typer.Option(metavar="RUN", help="Only this run, and what needs no other.")
+    ] = None,
+    check: Annotated[
+        bool, typer.Option("--check", help="Fail unless all statements hold.")
+    ] = False,
+    json: Annotated[bool, typer.Option("--json", help="Print a JSON list.")] = False,
+    no_pictures: PicturesOption = False,
+) -> None:
+    """Make the paper's figures and compare its statements with ours, from scratch or finished runs.
+
+    The runs of an example take minutes to hours; one that was stopped goes on where it was.
+    """
+    from shellmb.cli.figures import run_figures
+
+    if not run_figures(section, runs, out, only, json, not no_pictures) and check:
+        raise typer.Exit(1)
+
+
+app.command()(failures_reported(bench))
 
 
 def _options(

@@ -158,6 +158,13 @@ class Body(Protocol):
         """Elastic part of eq. (34) for the jump from `a` to `b`."""
         ...
 
+    def reference_directors(self) -> Values | None:
+        """Unit directors or orthonormal triples at the local nodes of the part "w".
+
+        Shape (n, 3) or (n, 9); the part "lam" keeps them so. None for bodies without.
+        """
+        ...
+
     def constraint_error(self, q: fem.Function) -> float:
         """Largest violation of the body's constraints on this rank, relative."""
         ...
@@ -218,6 +225,10 @@ class Massless:
 
     def jump(self, a: Expr, b: Expr) -> Form | None:
         """No dissipation."""
+        return None
+
+    def reference_directors(self) -> Values | None:
+        """No directors."""
         return None
 
     def constraint_error(self, q: fem.Function) -> float:

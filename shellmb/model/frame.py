@@ -133,9 +133,13 @@ class FrameBody:
         """The jump is an unknown and tangent already."""
         return b
 
+    def reference_directors(self) -> Values:
+        """Reference directors of the local nodes of "w", one after the other, shape (n, 9)."""
+        return np.asarray(self.frames.x.array.reshape(-1, 9)[self._order])
+
     def frames_at(self, q: Values) -> Values:
         """Directors of a state's local array as rows, node after node of "w", shape (n, 3, 3)."""
-        D = self.frames.x.array.reshape(-1, 9)[self._order]
+        D = self.reference_directors()
         return np.asarray((D + q[self.mixed.dofs["w"]].reshape(-1, 9)).reshape(-1, 3, 3))
 
     def constraint_error(self, q: fem.Function) -> float:

@@ -305,6 +305,10 @@ class ShellModel:
         """Position of the deformed surface, shape (3,), m."""
         return ufl.SpatialCoordinate(self.mixed.space.mesh) + self.layout.displacement(q)
 
+    def reference_directors(self) -> npt.NDArray[np.float64]:
+        """Reference directors of the local nodes, shape (n, 3)."""
+        return np.asarray(self.director.x.array.reshape(-1, 3))
+
     def constraint_error(self, q: fem.Function) -> float:
         """Largest deviation of a director's length from one on this rank."""
         w = q.x.array[self.mixed.dofs["w"]].reshape(-1, 3)

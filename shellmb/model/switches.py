@@ -164,6 +164,11 @@ class Switches:
         """
         return any([item.update(t, state) for item in self.items])
 
+    @property
+    def key(self) -> tuple[bytes, ...]:
+        """What acts now, to be compared."""
+        return tuple(item.acting.tobytes() for item in self.items)
+
     def state(self) -> list[dict[str, Any]]:
         """What must survive a restart."""
         return [item.state() for item in self.items]

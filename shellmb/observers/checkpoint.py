@@ -20,7 +20,7 @@ from shellmb.simulate.simulation import Observer, Silent, Simulation
 Arrays = dict[str, npt.NDArray[np.float64]]
 
 INTERVAL = 30.0
-FORMAT = 1
+FORMAT = 2
 
 
 @dataclass(frozen=True)

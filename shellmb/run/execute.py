@@ -24,7 +24,7 @@ from shellmb.observers.summary import Sources, summarise, write_json
 from shellmb.run.directory import refuse_used
 from shellmb.run.request import REQUEST, Request
 from shellmb.scene import Scene
-from shellmb.simulate.simulation import Observer, Simulation
+from shellmb.simulate.simulation import PAST, Observer, Simulation
 
 # names in a run directory
 SUMMARY, HISTORY, FIELDS, STATE = "summary.json", "history.csv", "fields", "state"
@@ -162,8 +162,11 @@ def _prepare(directory: Path, request: Request | None, comm: MPI.Comm) -> None:
 
 
 def _restore(simulation: Simulation, named: dict[str, Observer], saved: Saved) -> None:
-    now = simulation.arrays()
-    if {k: v.shape for k, v in now.items()} != {k: v.shape for k, v in saved.arrays.items()}:
+    now, then = (
+        {k: v.shape for k, v in arrays.items() if not k.startswith(PAST)}
+        for arrays in (simulation.arrays(), saved.arrays)
+    )
+    if now != then:
         raise SceneError(
             f"resume: the state does not fit the scene '{simulation.scene.name}', which has other "
             "bodies, meshes or schemes now; undo the changes, or start the run anew"

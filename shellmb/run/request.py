@@ -28,7 +28,9 @@ class Options:
         mesh: Counts of elements of every shell.
         degree: Degree of every shell.
         cell: Cell type of every shell.
-        newton: Newton's method.
+        solve: Unknowns of the linear systems.
+        newton: When Newton's method factorises.
+        backend: Whose Newton solver.
     """
 
     scheme: str | None = None
@@ -38,7 +40,9 @@ class Options:
     mesh: tuple[int, int] | None = None
     degree: Literal[2, 3] | None = None
     cell: Literal["quad", "tri"] | None = None
-    newton: Literal["newton", "snes"] | None = None
+    solve: Literal["reduced", "full"] | None = None
+    newton: Literal["auto", "modified", "full"] | None = None
+    backend: Literal["newton", "snes"] | None = None
 
     def apply(self, scene: Scene) -> Scene:
         """The scene with these choices.
@@ -46,9 +50,11 @@ class Options:
         Raises:
             SceneError: If it is impossible.
         """
-        chosen = {k: v for k, v in asdict(self).items() if k != "newton"}
-        if self.newton is not None:
-            scene = replace(scene, solver=replace(scene.solver, newton=self.newton))
+        chosen = asdict(self)
+        solver = {name: chosen.pop(name) for name in ("solve", "newton", "backend")}
+        solver = {name: choice for name, choice in solver.items() if choice is not None}
+        if solver:
+            scene = replace(scene, solver=replace(scene.solver, **solver))
         if self.scheme in ("static", "linear") and not scene.static and self.dt is None:
             # a time step is no load step: take the default one
             end = scene.t_end if self.t_end is None else self.t_end

@@ -20,12 +20,18 @@ class Solver:
     """Newton's method for one step.
 
     Args:
-        newton: DOLFINx's ``NewtonSolver`` or PETSc's SNES.
+        solve: Solve linear systems with ``"reduced"`` unknowns (five per shell node, six per frame)
+            or with all of them (``"full"``). The result is the same.
+        newton: When to factorise: in each iteration (``"full"``), once in each step
+            (``"modified"``), or as rarely as pays (``"auto"``). The result is the same.
+        backend: DOLFINx's ``NewtonSolver`` or PETSc's SNES.
         tolerance: Relative tolerance, tested for every field by itself.
         max_iterations: Iterations after which a step counts as not converged.
     """
 
-    newton: Literal["newton", "snes"] = "newton"
+    solve: Literal["reduced", "full"] = "reduced"
+    newton: Literal["auto", "modified", "full"] = "auto"
+    backend: Literal["newton", "snes"] = "newton"
     tolerance: Positive = 1e-9
     max_iterations: PositiveInt = 30
 

@@ -17,7 +17,8 @@ from shellmb.schemes.base import Levels
 from shellmb.simulate.fields import body_field, kinematic_dofs, without_jump
 from shellmb.system.assembly import BlockSystem
 from shellmb.system.fields import Part
-from shellmb.system.newton import NEWTON, NewtonSettings
+from shellmb.system.iteration import NewtonSettings
+from shellmb.system.newton import NEWTON
 
 Values = npt.NDArray[np.float64]
 

@@ -10,7 +10,7 @@ from dolfinx import fem
 from ufl import Form
 
 from shellmb.model.body import Body, Dofs
-from shellmb.system.fields import Field, Link, Part
+from shellmb.system.fields import Directors, Field, Link, Part
 
 NONE: Dofs = np.zeros(0, dtype=np.int32)
 
@@ -44,7 +44,23 @@ def body_field(
         fixed=fixed,
         values=np.zeros(len(fixed)),
         links=tuple(Link(k.dofs, numbers[k.body], k.targets) for k in body.links),
+        elementwise=elementwise_dofs(body),
     )
+
+
+def elementwise_dofs(body: Body) -> Dofs:
+    """Local dofs that are coupled to others of their cell only."""
+    return np.concatenate([NONE, *(body.mixed.dofs[p] for p in sorted(body.mixed.elementwise))])
+
+
+def body_directors(body: Body) -> Directors | None:
+    """The directors that a body's nodes carry, as they are at a state by itself."""
+    reference = body.reference_directors()
+    if reference is None:
+        return None
+    size = reference.shape[1]
+    lam = body.mixed.dofs["lam"].reshape(len(reference), -1)
+    return Directors(body.mixed.dofs["w"].reshape(-1, size), lam, reference)
 
 
 def kinematic_dofs(body: Body) -> Dofs:

@@ -3,22 +3,28 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
 from dolfinx import fem
 
+from shellmb.errors import ConvergenceError
 from shellmb.model.body import Body, TimeFunction
 from shellmb.model.model import Model
 from shellmb.schemes.base import Levels, Scheme, load_average
 from shellmb.schemes.residual import StageForms, stage_forms
 from shellmb.simulate.consistent import VelocityProjection
-from shellmb.simulate.fields import body_field, kinematic_dofs, without_jump
+from shellmb.simulate.fields import body_directors, body_field, kinematic_dofs, without_jump
+from shellmb.simulate.predictor import Predictor
 from shellmb.system.assembly import BlockSystem
-from shellmb.system.fields import Field, Part
-from shellmb.system.newton import NEWTON, NewtonSettings
+from shellmb.system.fields import DirectorRates, Directors, Field, Part
+from shellmb.system.iteration import NewtonSettings
+from shellmb.system.loops import LoopResiduals
+from shellmb.system.newton import NEWTON
+from shellmb.system.reduction import Reduction
 
 # name of the unknown jump of velocities
 JUMP = "b"
@@ -63,11 +69,25 @@ class Problem:
         self.fields = [self._field(self._bodies[b], s) for b, s in names]
         self.system = BlockSystem(model.comm, self.fields)
         solver = model.scene.solver
-        self.newton = NEWTON[solver.newton](
+        reduced = solver.solve == "reduced"
+        if reduced:
+            self.system.residuals = LoopResiduals(self.system)
+        self.newton = NEWTON[solver.backend](
             self.system,
-            NewtonSettings(solver.tolerance, solver.max_iterations),
+            NewtonSettings(solver.tolerance, solver.max_iterations, solver.newton),
             f"shellmb_{id(self)}_",
+            Reduction if reduced else None,
         )
+
+    def key(self, dt: float) -> tuple[Hashable, ...]:
+        """Steps with the same one have nearly the same Jacobian, and continue one another."""
+        return (dt, *self.model.mechanism.switches.key)
+
+    @cached_property
+    def predictor(self) -> Predictor:
+        """Extrapolates the steps before."""
+        iteration = self.newton.iteration
+        return Predictor(iteration.nodes, iteration.convergence)
 
     def _add(self, body: Body) -> None:
         space = body.mixed.space
@@ -103,7 +123,7 @@ class Problem:
             )
             for p in body.parts
         )
-        return body_field(
+        field = body_field(
             body,
             self.levels[body.name].unknown[stage],
             self.forms[body.name][stage].residual,
@@ -112,6 +132,24 @@ class Problem:
             f"{body.name}{suffix}",
             without_jump(body) if jump else (),
         )
+        return replace(field, directors=self._directors(body, stage))
+
+    def _directors(self, body: Body, stage: str) -> Directors | None:
+        """The directors of a stage, with the start of its sub-interval."""
+        declared, levels = body_directors(body), self.levels[body.name]
+        if declared is None:
+            return None
+        found = self.forms[body.name][stage].stage
+        if found is None:
+            # jumps of velocities are tangent at the middle of the first sub-interval
+            first = self.scheme.stages[0]
+            state = self._index[body.name, first]
+            return DirectorRates(**vars(declared) | {"before": levels.q, "state": state})
+        start = found.span.a
+        if start is levels.unknown[stage]:
+            return declared
+        assert isinstance(start, fem.Function)
+        return replace(declared, before=start, linear=self.scheme.linear)
 
     def state(self, body: str) -> fem.Function:
         """Function with the current state of a body; in linear statics `q` stays undeformed."""
@@ -145,13 +183,19 @@ class Problem:
             constant.value = dt  # type: ignore[assignment]
             middle.value = t + (dt / 2 if self.scheme.dynamic else dt)  # type: ignore[assignment]
         for name, stages in self.forms.items():
-            levels = self.levels[name]
             for stage, forms in stages.items():
                 if forms.loads is not None:
                     forms.loads.update(self._average(stage, t, dt))
-                if not self.scheme.linear and stage != JUMP:
-                    levels.unknown[stage].x.array[:] = levels.q.x.array
                 self._prescribe(name, stage, t, dt)
+        self._start_from_state()
+
+    def _start_from_state(self) -> None:
+        """The first guess is the state at the start of the step; velocities do not jump."""
+        if self.scheme.linear:
+            return
+        for levels in self.levels.values():
+            for stage, unknown in levels.unknown.items():
+                unknown.x.array[:] = 0.0 if stage == JUMP else levels.q.x.array
 
     def _average(self, stage: str, t: float, dt: float) -> Callable[[TimeFunction | None], float]:
         def average(function: TimeFunction | None) -> float:
@@ -182,12 +226,37 @@ class Problem:
         """
         self.newton.warm_up()
 
-    def solve(self) -> int:
-        """Solve for the unknown states; returns the number of Newton iterations."""
-        return self.newton.solve()
+    def solve(self, dt: float) -> int:
+        """Solve for the unknown states; returns the number of Newton iterations.
+
+        Where an extrapolated first guess or an old factorisation leads nowhere, the iteration
+        starts again from the start of the step, with a factorisation each time.
+
+        Args:
+            dt: Length of the step, s.
+
+        Raises:
+            ConvergenceError: Names the field that did not converge.
+        """
+        key = self.key(dt)
+        guess = self.predictor.guess(key) if self.scheme.dynamic else None
+        if guess is not None:
+            self.system.scatter(guess)
+            for field in self.fields:
+                field.function.x.array[field.fixed] = field.values
+        try:
+            return self.newton.solve(key)
+        except ConvergenceError:
+            if guess is None and not self.newton.iteration.lags:
+                raise
+        self.predictor.clear()
+        self._start_from_state()
+        return self.newton.solve(full=True)
 
     def accept(self, dt: float) -> None:
         """Make the state at the end of the step the start of the next one."""
+        if self.scheme.dynamic:
+            self.predictor.accept(self.system.x, self.key(dt))
         for name, levels in self.levels.items():
             kinematic = self.kinematic(name)
             unknown = {s: f.x.array for s, f in levels.unknown.items()}

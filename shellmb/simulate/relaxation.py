@@ -21,7 +21,8 @@ from shellmb.schemes.base import Levels, at_state
 from shellmb.simulate.fields import body_field
 from shellmb.system.assembly import BlockSystem
 from shellmb.system.fields import Part
-from shellmb.system.newton import NEWTON, NewtonSettings
+from shellmb.system.iteration import NewtonSettings
+from shellmb.system.newton import NEWTON
 
 # equilibrium: least and largest number of steps, growth of tau, and motion in a step at its end
 GROWTH, STEPS, AT_REST = 4.0, 60, 1e-10

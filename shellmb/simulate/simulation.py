@@ -23,6 +23,8 @@ from shellmb.simulate.start import Start
 
 # a remaining time below this fraction of a step is round-off, not a step
 ROUND_OFF = 1e-9
+# what names of saved arrays of steps before the last one begin with
+PAST = "past/"
 
 
 class Observer(Protocol):
@@ -181,6 +183,8 @@ class Simulation:
         """
         if self.model.mechanism.update(self.t, self.problem.state) and self.scheme.dynamic:
             self.problem.projection.project()
+            # velocities have jumped: what went before tells nothing
+            self.problem.predictor.clear()
             for observer in observers:
                 observer.switched(self)
         if "v" in self.scheme.rates:
@@ -191,7 +195,7 @@ class Simulation:
             dt = remaining if remaining <= self.size.dt * (1 + ROUND_OFF) else self.size.dt
             self.problem.prepare(self.t, dt)
             try:
-                iterations = self.problem.solve()
+                iterations = self.problem.solve(dt)
             except ConvergenceError as error:
                 if self.size.reject(dt):
                     continue
@@ -241,6 +245,8 @@ class Simulation:
                 # `q` stays undeformed: the state is in the unknown
                 last = self.problem.last
                 found[f"{body}/q_{last}"] = levels.unknown[last].x.array.copy()
+        past = self.problem.predictor.arrays()
+        found |= {f"{PAST}{key}": array for key, array in past.items()}
         return found
 
     def restore(self, arrays: dict[str, npt.NDArray[np.float64]], state: dict[str, Any]) -> None:
@@ -262,6 +268,9 @@ class Simulation:
         self.step_seconds = float(state["step_seconds"])
         self.size.restore(state["size"])
         self.model.mechanism.switches.restore(state["switches"])
+        past = {k.removeprefix(PAST): a for k, a in arrays.items() if k.startswith(PAST)}
+        key = self.problem.key(float(state["last_dt"]))
+        self.problem.predictor.restore(past, state["past"], key)
 
     def state(self) -> dict[str, Any]:
         """Counters and step size, for a restart."""
@@ -272,4 +281,6 @@ class Simulation:
             "step_seconds": self.step_seconds,
             "size": self.size.state(),
             "switches": self.model.mechanism.switches.state(),
+            "past": self.problem.predictor.state(),
+            "last_dt": self.last.dt if self.last else 0.0,
         }

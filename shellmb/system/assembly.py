@@ -8,6 +8,10 @@ motion reaches its neighbours within the same Newton step.
 
 import itertools
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import cached_property
+from typing import Protocol
 
 from mpi4py import MPI
 from petsc4py import PETSc
@@ -23,6 +27,40 @@ from shellmb.system.fields import Field
 from shellmb.system.numbering import Numbering
 
 BlockForms = dict[tuple[int, int], list[fem.Form]]
+Floats = npt.NDArray[np.float64]
+
+
+class Residuals(Protocol):
+    """Assembles the residuals of all fields."""
+
+    def add(self, local: Floats) -> None:
+        """Add them to the concatenated local arrays."""
+        ...
+
+    def refresh(self) -> None:
+        """Take the values of constants, after they changed."""
+        ...
+
+
+class DolfinxResiduals:
+    """Residuals form by form, by DOLFINx.
+
+    Args:
+        forms: Compiled forms of each field.
+        numbering: Place of each field in the local arrays.
+    """
+
+    def __init__(self, forms: list[list[fem.Form]], numbering: Numbering) -> None:
+        self._forms, self._numbering = forms, numbering
+
+    def add(self, local: Floats) -> None:
+        """Add them to the concatenated local arrays."""
+        for k, forms in enumerate(self._forms):
+            for form in forms:
+                fem.assemble_vector(local[self._numbering.slice(k)], form)  # type: ignore[arg-type]
+
+    def refresh(self) -> None:
+        """Nothing is kept."""
 
 
 class BlockSystem:
@@ -35,7 +73,10 @@ class BlockSystem:
     Attributes:
         x: Unknowns of all fields, PETSc vector.
         b: Residual.
-        A: Jacobian.
+        A: Jacobian, made when it is first asked for.
+        held: Which local dofs of each field have given values, as markers.
+        jacobians: Compiled derivatives of the residuals by row and column field.
+        residuals: What assembles the residuals.
         jit_seconds: Time spent compiling (or finding in the cache) the kernels.
         reactions: Residual at the fixed unknowns before they were replaced, aligned with `fixed`.
     """
@@ -50,7 +91,7 @@ class BlockSystem:
         start = time.perf_counter()
         self._compile()
         self.jit_seconds = time.perf_counter() - start
-        self.A = self._new_matrix()
+        self.residuals: Residuals = DolfinxResiduals(self.residual_forms, self.numbering)
         everything = PETSc.IS().createGeneral(
             n.local_to_global.astype(PETSc.IntType), comm=PETSc.COMM_SELF
         )
@@ -69,8 +110,8 @@ class BlockSystem:
 
     def _compile(self) -> None:
         fields = self.fields
-        self._residuals = [[compiled(form) for form in f.residual] for f in fields]
-        self._jacobians: BlockForms = {}
+        self.residual_forms = [[compiled(form) for form in f.residual] for f in fields]
+        self.jacobians: BlockForms = {}
         for i, j in itertools.product(range(len(fields)), repeat=2):
             function = fields[j].function
             trial = ufl.TrialFunction(function.function_space)
@@ -81,7 +122,7 @@ class BlockSystem:
                     ufl.derivative(form, function, trial)
                 )
                 if not derivative.empty():
-                    self._jacobians.setdefault((i, j), []).append(compiled(derivative))
+                    self.jacobians.setdefault((i, j), []).append(compiled(derivative))
 
     def _set_fixed(self) -> None:
         """Find the fixed unknowns, on whatever field and rank they were named."""
@@ -90,7 +131,7 @@ class BlockSystem:
         mine = np.concatenate([*numbers, np.zeros(0, dtype=np.int64)])
         everywhere = np.unique(np.concatenate(self.comm.allgather(mine)))
         held = np.isin(n.local_to_global, everywhere)
-        self._markers = [held[n.slice(k)].astype(np.int8).copy() for k in range(len(self.fields))]
+        self.held = [held[n.slice(k)].astype(np.int8).copy() for k in range(len(self.fields))]
         self._no_columns = [np.zeros(0, dtype=np.int8) for _ in self.fields]
         owned = everywhere[(everywhere >= n.start) & (everywhere < n.start + n.owned)]
         self.fixed = (owned - n.start).astype(np.int32)
@@ -142,9 +183,7 @@ class BlockSystem:
         """Assemble the residual at `x` into `b`. The functions must hold `x` already."""
         local = self._local.array
         local[:] = 0.0
-        for k, forms in enumerate(self._residuals):
-            for form in forms:
-                fem.assemble_vector(local[self.numbering.slice(k)], form)  # type: ignore[arg-type]
+        self.residuals.add(local)
         b.set(0.0)
         self._scatter.scatter(self._local, b, PETSc.InsertMode.ADD, PETSc.ScatterMode.REVERSE)
         entries = b.array
@@ -153,8 +192,17 @@ class BlockSystem:
 
     def jacobian(self, x: PETSc.Vec, A: PETSc.Mat) -> None:
         """Assemble the Jacobian into `A`. The functions must hold `x` already."""
-        self._assemble(A, self._jacobians, self._no_columns)
+        self._assemble(A, self.jacobians, self._no_columns)
         A.setDiagonal(self._diagonal, PETSc.InsertMode.ADD)
+
+    def fixed_values(self) -> Floats:
+        """Given values of the fixed unknowns, aligned with `fixed`."""
+        return np.asarray(self._values[self.fixed])
+
+    @cached_property
+    def A(self) -> PETSc.Mat:
+        """Jacobian."""
+        return self._new_matrix()
 
     def _new_matrix(self) -> PETSc.Mat:
         """An empty matrix whose local-to-global map holds the links."""
@@ -179,7 +227,7 @@ class BlockSystem:
         """
         A = self._new_matrix()
         kernels = {key: [compiled(form)] for key, form in forms.items()}
-        self._assemble(A, kernels, self._markers)
+        self._assemble(A, kernels, self.held)
         held = self._diagonal.copy()
         held.scale(diagonal)
         A.setDiagonal(held, PETSc.InsertMode.ADD)
@@ -208,6 +256,17 @@ class BlockSystem:
 
         So the pattern is the same at all times, of a load that begins at zero, too.
         """
+        with self.general_position():
+            self._add(A, forms, dropped_columns)
+        # keep a full structural diagonal: fixed rows and zero blocks of multipliers need one
+        n = self.numbering
+        for row in range(n.start, n.start + n.owned):
+            A.setValue(row, row, 0.0, addv=PETSc.InsertMode.ADD)
+        A.assemble()
+
+    @contextmanager
+    def general_position(self) -> Iterator[None]:
+        """For a moment, states and parameters are such that nothing is zero by chance."""
         residuals = [form for f in self.fields for form in f.residual]
         functions = {c for form in residuals for c in form.coefficients()}
         arrays = [c.x.array for c in functions if isinstance(c, fem.Function)]
@@ -217,14 +276,11 @@ class BlockSystem:
         general = np.random.default_rng(0)
         for array in arrays:
             array[...] = general.uniform(0.5, 1.5, array.shape)
-        self._add(A, forms, dropped_columns)
-        for array, values in zip(arrays, kept, strict=True):
-            array[...] = values
-        # keep a full structural diagonal: fixed rows and zero blocks of multipliers need one
-        n = self.numbering
-        for row in range(n.start, n.start + n.owned):
-            A.setValue(row, row, 0.0, addv=PETSc.InsertMode.ADD)
-        A.assemble()
+        try:
+            yield
+        finally:
+            for array, values in zip(arrays, kept, strict=True):
+                array[...] = values
 
     def _add(
         self,
@@ -240,7 +296,7 @@ class BlockSystem:
                 form._cpp_object,
                 cpp.fem.pack_constants(form._cpp_object),
                 cpp.fem.pack_coefficients(form._cpp_object),
-                self._markers[i],
+                self.held[i],
                 dropped_columns[j],
                 True,
             )

@@ -50,6 +50,39 @@ class Link:
     targets: npt.NDArray[np.int64]
 
 
+@dataclass(frozen=True)
+class Directors:
+    """Unit vectors or orthonormal triples at nodes, with their multipliers.
+
+    A director is `reference + value` of the field's function.
+
+    Args:
+        dofs: Their local dofs (owned and ghost nodes), shape (n, 3) or (n, 9).
+        multipliers: Local dofs of their multipliers, shape (n, 1) or (n, 6).
+        reference: Reference values, shape of `dofs`.
+        before: State at the start of the sub-interval at whose middle forces act; None: forces act
+            at the state itself.
+        linear: Whether directors change little: they stay where `before` is.
+    """
+
+    dofs: Dofs
+    multipliers: Dofs
+    reference: npt.NDArray[np.float64]
+    before: fem.Function | None = None
+    linear: bool = False
+
+
+@dataclass(frozen=True)
+class DirectorRates(Directors):
+    """Rates of directors at the middle between `before` and another field's state.
+
+    Args:
+        state: Number of the field that has the state.
+    """
+
+    state: int = -1
+
+
 @dataclass
 class Field:
     """One field of unknowns.
@@ -64,6 +97,8 @@ class Field:
         fixed: Local dofs with given values (owned and ghost).
         values: Their values, in the order of `fixed`; may be changed between solutions.
         links: Dofs that belong to other fields.
+        elementwise: Local dofs that are coupled to others of their cell only.
+        directors: Nodes whose values are constrained node by node.
     """
 
     name: str
@@ -73,6 +108,8 @@ class Field:
     fixed: Dofs = field(default_factory=lambda: np.zeros(0, dtype=np.int32))
     values: npt.NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
     links: tuple[Link, ...] = ()
+    elementwise: Dofs = field(default_factory=lambda: np.zeros(0, dtype=np.int32))
+    directors: Directors | None = None
 
     @property
     def size_local(self) -> int:

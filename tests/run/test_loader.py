@@ -74,11 +74,16 @@ def test_missing_scenes():
 
 
 def test_request_survives_storage():
-    options = Options(scheme="ed", alpha=0.5, mesh=(4, 1), newton="snes")
+    options = Options(scheme="ed", alpha=0.5, mesh=(4, 1), solve="full", backend="snes")
     request = Request(SMALL, {"steps": "2"}, options)
     assert Request.from_dict(request.to_dict()) == request
     scene, module = request.build()
-    assert (scene.scheme, scene.alpha, scene.solver.newton) == ("ed", 0.5, "snes")
+    assert (scene.scheme, scene.alpha) == ("ed", 0.5)
+    assert (scene.solver.solve, scene.solver.newton, scene.solver.backend) == (
+        "full",
+        "auto",
+        "snes",
+    )
     assert module.name == "scene_small"
 
 

@@ -163,7 +163,7 @@ BAD = {
     "step control: min_dt is 2.0; it must be at most max_dt, which is 1.0": lambda: StepControl(
         2, 1
     ),
-    "solver: newton is 'picard'; it must be 'newton' or 'snes'": lambda: Solver("picard"),
+    "solver: backend is 'picard'; it must be 'newton' or 'snes'": lambda: Solver(backend="picard"),
     "scene 's': it has no bodies; it must have a shell, a beam or a rigid body": lambda: made_of(),
     "scene 's': 2 shells are named 'plate'; each must have a name of its own": lambda: made_of(
         PLATE, PLATE

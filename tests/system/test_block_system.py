@@ -13,7 +13,8 @@ from dolfinx import fem, mesh
 from shellmb.errors import ConvergenceError
 from shellmb.system.assembly import BlockSystem
 from shellmb.system.fields import Field, Link, Part
-from shellmb.system.newton import NEWTON, NewtonSettings
+from shellmb.system.iteration import NewtonSettings
+from shellmb.system.newton import NEWTON
 
 N = 6
 

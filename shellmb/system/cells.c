@@ -1,0 +1,427 @@
+/* Loops over the cells of one mesh: kernels, elimination of element-wise unknowns, projection.
+ *
+ * The unknowns of a cell are ordered as P_1 .. P_m, E_1 .. E_m for the m fields of the mesh: first
+ * those that cells share, then the element-wise ones. A chunk is one of these 2 m sets. With K the
+ * matrix of a cell, the element-wise unknowns are eliminated field after field,
+ *
+ *     K <- K - K_xE (K_EE)^-1 K_Ey        for all chunks x, y behind E,
+ *
+ * and what is left is projected, L^T K R, with a few coefficients per unknown (reduction.py).
+ * All matrices are row-major.
+ */
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+typedef void (*blas_gemm)(char *, char *, int *, int *, int *, double *, double *, int *, double *,
+                          int *, double *, double *, int *);
+typedef void (*lapack_getrf)(int *, int *, double *, int *, int *, int *);
+typedef void (*lapack_getri)(int *, double *, int *, int *, double *, int *, int *);
+
+static blas_gemm gemm;
+static lapack_getrf getrf;
+static lapack_getri getri;
+
+void use_libraries(void *f, void *g, void *h)
+{
+    gemm = (blas_gemm)f;
+    getrf = (lapack_getrf)g;
+    getri = (lapack_getri)h;
+}
+
+/* C = beta C + alpha A B, of shapes (m, k) and (k, n), with leading dimensions */
+static void multiply(int m, int n, int k, double alpha, double *A, int lda, double *B, int ldb,
+                     double beta, double *C, int ldc)
+{
+    char no = 'N';
+    if (m == 0 || n == 0 || k == 0)
+        return;
+    gemm(&no, &no, &n, &m, &k, &alpha, B, &ldb, A, &lda, &beta, C, &ldc);
+}
+
+/* y += alpha A x; short rows, for which a library call costs more than it saves */
+static void accumulate(int m, int n, double alpha, const double *A, int lda, const double *x,
+                       double *y)
+{
+    for (int i = 0; i < m; ++i) {
+        double sum = 0.0;
+        for (int j = 0; j < n; ++j)
+            sum += A[(size_t)i * lda + j] * x[j];
+        y[i] += alpha * sum;
+    }
+}
+
+/* Element tensors of one form over one cell, added at `place` (row-major, `stride` columns). */
+static void tabulate(const Kernel *k, const Cells *g, int cell, double *w, double *A, double *out,
+                     int stride)
+{
+    int first = cell, last = cell + 1;
+    if (k->entity_offsets) {
+        first = k->entity_offsets[cell];
+        last = k->entity_offsets[cell + 1];
+        if (first == last)
+            return;
+    }
+    double *to = w;
+    for (int c = 0; c < k->coefficients; ++c) {
+        const int *dofs = k->dofs[c] + (size_t)cell * k->sizes[c];
+        for (int i = 0; i < k->sizes[c]; ++i)
+            *to++ = k->values[c][dofs[i]];
+    }
+    int size = k->rows * k->columns;
+    memset(A, 0, sizeof(double) * size);
+    tabulate_tensor *f = (tabulate_tensor *)k->function;
+    const double *x = g->geometry + (size_t)cell * g->geometry_size;
+    for (int e = first; e < last; ++e)
+        f(A, w, k->constants, x, k->entity_offsets ? k->entities + e : NULL, NULL, NULL);
+    for (int i = 0; i < k->rows; ++i) {
+        double *row = out + (size_t)k->row_place[i] * stride;
+        for (int j = 0; j < k->columns; ++j)
+            row[k->column_place ? k->column_place[j] : 0] += A[i * k->columns + j];
+    }
+}
+
+/* Matrix of one cell as it is, shape (size, size). */
+void matrix(const Cells *g, const Kernel *kernels, int count, int cell, double *K)
+{
+    double *work = malloc(sizeof(double) * (g->coefficient_size + (size_t)g->size * g->size));
+    memset(K, 0, sizeof(double) * g->size * g->size);
+    for (int k = 0; k < count; ++k)
+        tabulate(kernels + k, g, cell, work, work + g->coefficient_size, K, g->size);
+    free(work);
+}
+
+/* Residual of all cells, added to `b` at the local dofs `g->dofs`. */
+void residual(const Cells *g, const Kernel *kernels, int count, double *b)
+{
+    double *work = malloc(sizeof(double) * (g->coefficient_size + 2 * (size_t)g->size));
+    double *A = work + g->coefficient_size, *r = A + g->size;
+    for (int cell = 0; cell < g->cells; ++cell) {
+        memset(r, 0, sizeof(double) * g->size);
+        for (int k = 0; k < count; ++k)
+            tabulate(kernels + k, g, cell, work, A, r, 1);
+        const int *dofs = g->dofs + (size_t)cell * g->size;
+        for (int i = 0; i < g->size; ++i)
+            b[dofs[i]] += r[i];
+    }
+    free(work);
+}
+
+static double *chunk(const Cells *g, double *K, int row, int column)
+{
+    return K + (size_t)g->place[row] * g->size + g->place[column];
+}
+
+/* Eliminate the element-wise unknowns of one cell, and keep what solutions need of them. */
+static int eliminate(const Cells *g, double *K, double *kept, double *work)
+{
+    int m = g->fields, info = 0;
+    int pivots[256];
+    for (int s = 0; s < m; ++s) {
+        int E = m + s, e = g->width[E];
+        if (e == 0)
+            continue;
+        double *inverse = kept + g->inverse_place[s];
+        for (int i = 0; i < e; ++i)
+            memcpy(inverse + i * e, chunk(g, K, E, E) + (size_t)i * g->size, sizeof(double) * e);
+        int length = e * 32;
+        getrf(&e, &e, inverse, &e, pivots, &info);
+        if (info)
+            return 1;
+        getri(&e, inverse, &e, pivots, work, &length, &info);
+        if (info)
+            return 1;
+        for (int y = 0; y < 2 * m; ++y) {
+            int after = y < m || y > E;
+            double *to = kept + g->right_place[s * 2 * m + y];
+            if (after && g->right_place[s * 2 * m + y] >= 0)
+                multiply(e, g->width[y], e, 1.0, inverse, e, chunk(g, K, E, y), g->size, 0.0, to,
+                         g->width[y]);
+        }
+        for (int x = 0; x < 2 * m; ++x) {
+            int at = g->left_place[s * 2 * m + x];
+            if (at < 0 || !(x < m || x > E))
+                continue;
+            for (int i = 0; i < g->width[x]; ++i)
+                memcpy(kept + at + i * e, chunk(g, K, x, E) + (size_t)i * g->size,
+                       sizeof(double) * e);
+            for (int y = 0; y < 2 * m; ++y) {
+                int right = g->right_place[s * 2 * m + y];
+                if (right >= 0 && (y < m || y > E))
+                    multiply(g->width[x], g->width[y], e, -1.0, chunk(g, K, x, E), g->size,
+                             kept + right, g->width[y], 1.0, chunk(g, K, x, y), g->size);
+            }
+        }
+    }
+    return 0;
+}
+
+/* Eliminate what is left of one cell's unknowns that no other cell shares; they come last. */
+static int eliminate_inner(const Projection *p, int cell, double *K, double *work)
+{
+    int q = p->inner_size[cell], info = 0, pivots[256];
+    if (q == 0)
+        return 0;
+    int rows = p->outer_rows[cell], columns = p->outer_columns[cell], n = p->columns;
+    double *inverse = p->inner_kept + p->inner_place[cell];
+    double *right = inverse + q * q, *left = right + q * columns;
+    for (int i = 0; i < q; ++i)
+        memcpy(inverse + i * q, K + (size_t)(rows + i) * n + columns, sizeof(double) * q);
+    int length = q * 32;
+    getrf(&q, &q, inverse, &q, pivots, &info);
+    if (info)
+        return 1;
+    getri(&q, inverse, &q, pivots, work, &length, &info);
+    if (info)
+        return 1;
+    multiply(q, columns, q, 1.0, inverse, q, K + (size_t)rows * n, n, 0.0, right, columns);
+    for (int i = 0; i < rows; ++i)
+        memcpy(left + i * q, K + (size_t)i * n + columns, sizeof(double) * q);
+    multiply(rows, columns, q, -1.0, left, q, right, columns, 1.0, K, n);
+    for (int i = 0; i < q; ++i)
+        memset(K + (size_t)(rows + i) * n, 0, sizeof(double) * (columns + q));
+    for (int i = 0; i < rows; ++i)
+        memset(K + (size_t)i * n + columns, 0, sizeof(double) * q);
+    return 0;
+}
+
+/* Reduced right-hand side without those unknowns: in `r`, what this rank sees of it, theirs become
+ * K_II^-1 r_I; `change` gets what that does to the others. */
+void reduce_inner(const Cells *g, const Projection *p, double *r, double *change)
+{
+    for (int cell = 0; cell < g->cells; ++cell) {
+        int q = p->inner_size[cell], rows = p->outer_rows[cell], columns = p->outer_columns[cell];
+        if (q == 0)
+            continue;
+        const int *at = p->row_numbers + (size_t)cell * p->rows;
+        const double *inverse = p->inner_kept + p->inner_place[cell];
+        const double *left = inverse + q * q + q * columns;
+        double t[256], b[256];
+        for (int i = 0; i < q; ++i) {
+            t[i] = 0.0;
+            b[i] = r[at[rows + i]];
+        }
+        accumulate(q, q, 1.0, inverse, q, b, t);
+        for (int i = 0; i < q; ++i)
+            r[at[rows + i]] = t[i];
+        for (int i = 0; i < rows; ++i) {
+            double sum = 0.0;
+            for (int j = 0; j < q; ++j)
+                sum += left[i * q + j] * t[j];
+            change[at[i]] -= sum;
+        }
+    }
+}
+
+/* Their values, into the reduced solution `x` that this rank sees, from `r` of reduce_inner. */
+void expand_inner(const Cells *g, const Projection *p, const double *r, double *x)
+{
+    for (int cell = 0; cell < g->cells; ++cell) {
+        int q = p->inner_size[cell], rows = p->outer_rows[cell], columns = p->outer_columns[cell];
+        if (q == 0)
+            continue;
+        const int *from = p->row_numbers + (size_t)cell * p->rows;
+        const int *at = p->column_numbers + (size_t)cell * p->columns;
+        const double *right = p->inner_kept + p->inner_place[cell] + q * q;
+        for (int i = 0; i < q; ++i) {
+            double sum = r[from[rows + i]];
+            for (int j = 0; j < columns; ++j)
+                sum -= right[i * columns + j] * x[at[j]];
+            x[at[columns + i]] = sum;
+        }
+    }
+}
+
+/* Jacobian of all cells, reduced.
+ *
+ * values: entries of the reduced matrix in the order of `p->emitted`, or if that is NULL (to find
+ * the pattern) all of them, cell after cell.
+ * shift: given change of the local unknowns, or NULL; `load` gets K shift.
+ * Returns 1 + the number of a cell whose element-wise block is singular, or 0.
+ */
+int jacobian(const Cells *g, const Kernel *kernels, int count, const Projection *p, int first,
+             int last, double *kept, double *values, const double *shift, double *load)
+{
+    int n = g->size, P = g->shared, bad = 0;
+    size_t square = (size_t)n * n;
+    size_t product = (size_t)P * p->columns, result = (size_t)p->rows * p->columns;
+    double *work = malloc(sizeof(double) * (g->coefficient_size + 2 * square + product + result +
+                                            64 * (size_t)n + 64));
+    double *A = work + g->coefficient_size, *K = A + square, *KR = K + square;
+    double *LKR = KR + product, *scratch = LKR + result;
+    double *to = values;
+    for (int cell = first; cell < last; ++cell) {
+        memset(K, 0, sizeof(double) * square);
+        for (int k = 0; k < count; ++k)
+            tabulate(kernels + k, g, cell, work, A, K, n);
+        double *mine = kept + (size_t)cell * g->kept_size;
+        if (eliminate(g, K, mine, scratch)) {
+            bad = cell + 1;
+            break;
+        }
+        const int *dofs = g->dofs + (size_t)cell * n;
+        if (shift) {
+            for (int j = 0; j < P; ++j)
+                scratch[j] = shift[dofs[j]];
+            for (int i = 0; i < P; ++i) {
+                double sum = 0.0;
+                for (int j = 0; j < P; ++j)
+                    sum += K[(size_t)i * n + j] * scratch[j];
+                load[dofs[i]] += sum;
+            }
+        }
+        /* columns */
+        const int *right = p->right + (size_t)cell * P * p->right_width;
+        memset(KR, 0, sizeof(double) * product);
+        for (int i = 0; i < P; ++i) {
+            const double *row = K + (size_t)i * n;
+            double *out = KR + (size_t)i * p->columns;
+            for (int j = 0; j < P; ++j) {
+                double v = row[j];
+                if (v == 0.0)
+                    continue;
+                const int *at = right + j * p->right_width;
+                const double *c = p->right_values + (size_t)dofs[j] * p->right_width;
+                for (int q = 0; q < p->right_width; ++q)
+                    if (at[q] >= 0)
+                        out[at[q]] += v * c[q];
+            }
+        }
+        /* rows */
+        const int *left = p->left + (size_t)cell * P * p->left_width;
+        memset(LKR, 0, sizeof(double) * result);
+        for (int i = 0; i < P; ++i) {
+            const int *at = left + i * p->left_width;
+            const double *c = p->left_values + (size_t)dofs[i] * p->left_width;
+            const double *row = KR + (size_t)i * p->columns;
+            for (int q = 0; q < p->left_width; ++q) {
+                if (at[q] < 0)
+                    continue;
+                double *out = LKR + (size_t)at[q] * p->columns, v = c[q];
+                for (int j = 0; j < p->columns; ++j)
+                    out[j] += v * row[j];
+            }
+        }
+        if (p->inner_size && eliminate_inner(p, cell, LKR, scratch)) {
+            bad = cell + 1;
+            break;
+        }
+        if (p->emitted) {
+            for (int q = p->emitted_offsets[cell]; q < p->emitted_offsets[cell + 1]; ++q)
+                *to++ = LKR[p->emitted[q]];
+        } else {
+            memcpy(to, LKR, sizeof(double) * result);
+            to += result;
+        }
+        /* rows of the multipliers at the nodes */
+        double *rows = mine + g->multiplier_place;
+        const int *multiplier = p->multiplier + (size_t)cell * P * p->multiplier_width;
+        memset(rows, 0, sizeof(double) * g->multipliers * P);
+        for (int i = 0; i < P; ++i) {
+            const int *at = multiplier + i * p->multiplier_width;
+            const double *c = p->multiplier_values + (size_t)dofs[i] * p->multiplier_width;
+            for (int q = 0; q < p->multiplier_width; ++q) {
+                if (at[q] < 0)
+                    continue;
+                double *out = rows + (size_t)at[q] * P, v = c[q];
+                for (int j = 0; j < P; ++j)
+                    out[j] += v * K[(size_t)i * n + j];
+            }
+        }
+    }
+    free(work);
+    return bad;
+}
+
+/* Right-hand side without element-wise unknowns: to the local vector `b`, which holds those of
+ * the element-wise ones, add what they do to the others. `inner` keeps K_EE^-1 b_E. */
+void reduce(const Cells *g, const double *kept, double *b, double *change, double *inner)
+{
+    int m = g->fields, n = g->size;
+    double *r = malloc(sizeof(double) * n);
+    for (int cell = 0; cell < g->cells; ++cell) {
+        const int *dofs = g->dofs + (size_t)cell * n;
+        const double *mine = kept + (size_t)cell * g->kept_size;
+        for (int i = 0; i < n; ++i)
+            r[i] = i < g->shared ? 0.0 : b[dofs[i]];
+        for (int s = 0; s < m; ++s) {
+            int E = m + s, e = g->width[E];
+            if (e == 0)
+                continue;
+            double *t = inner + (size_t)cell * (n - g->shared) + (g->place[E] - g->shared);
+            memset(t, 0, sizeof(double) * e);
+            accumulate(e, e, 1.0, mine + g->inverse_place[s], e, r + g->place[E], t);
+            for (int x = 0; x < 2 * m; ++x) {
+                int at = g->left_place[s * 2 * m + x];
+                if (at >= 0 && (x < m || x > E))
+                    accumulate(g->width[x], e, -1.0, mine + at, e, t, r + g->place[x]);
+            }
+        }
+        for (int i = 0; i < g->shared; ++i)
+            change[dofs[i]] += r[i];
+    }
+    free(r);
+}
+
+/* The rest of a solution: element-wise unknowns into the local vector `x`, which holds the others,
+ * and the rows of the multipliers times `x` added to `rows`. */
+void expand(const Cells *g, const Projection *p, const double *kept, const double *inner, double *x,
+            double *rows)
+{
+    int m = g->fields, n = g->size, P = g->shared;
+    double *v = malloc(sizeof(double) * (n + g->multipliers + 1));
+    double *out = v + n;
+    for (int cell = 0; cell < g->cells; ++cell) {
+        const int *dofs = g->dofs + (size_t)cell * n;
+        const double *mine = kept + (size_t)cell * g->kept_size;
+        for (int i = 0; i < P; ++i)
+            v[i] = x[dofs[i]];
+        for (int s = m - 1; s >= 0; --s) {
+            int E = m + s, e = g->width[E];
+            if (e == 0)
+                continue;
+            const double *t = inner + (size_t)cell * (n - P) + (g->place[E] - P);
+            memcpy(v + g->place[E], t, sizeof(double) * e);
+            for (int y = 0; y < 2 * m; ++y) {
+                int at = g->right_place[s * 2 * m + y];
+                if (at >= 0 && (y < m || y > E))
+                    accumulate(e, g->width[y], -1.0, mine + at, g->width[y], v + g->place[y],
+                               v + g->place[E]);
+            }
+            for (int i = 0; i < e; ++i)
+                x[dofs[g->place[E] + i]] = v[g->place[E] + i];
+        }
+        if (g->multipliers == 0)
+            continue;
+        memset(out, 0, sizeof(double) * g->multipliers);
+        accumulate(g->multipliers, P, 1.0, mine + g->multiplier_place, P, v, out);
+        const int *at = p->multiplier_rows + (size_t)cell * g->multipliers;
+        for (int i = 0; i < g->multipliers; ++i)
+            if (at[i] >= 0)
+                rows[at[i]] += out[i];
+    }
+    free(v);
+}
+
+/* y_i = sum_k values_ik x_(places_ik): a matrix with few entries in each row. */
+void combine(int rows, int width, const double *values, const int64_t *places, const double *x,
+             double *y)
+{
+    for (int i = 0; i < rows; ++i) {
+        double sum = 0.0;
+        for (int k = 0; k < width; ++k)
+            sum += values[(size_t)i * width + k] * x[places[(size_t)i * width + k]];
+        y[i] = sum;
+    }
+}
+
+/* The transposed product with some of its rows. */
+void distribute(int count, int width, const double *values, const int64_t *places,
+                const int64_t *rows, const double *b, double *y)
+{
+    for (int i = 0; i < count; ++i) {
+        size_t first = (size_t)rows[i] * width;
+        for (int k = 0; k < width; ++k)
+            y[places[first + k]] += values[first + k] * b[i];
+    }
+}

@@ -1,0 +1,62 @@
+typedef void tabulate_tensor(double *, const double *, const double *, const double *, const int *,
+                             const uint8_t *, void *);
+
+/* One form over the cells of a mesh, or over some of their facets. */
+typedef struct {
+    void *function;            /* tabulate_tensor of FFCx */
+    const double *constants;   /* packed */
+    int rows, columns;         /* of the element tensor; one column of a linear form */
+    const int *row_place;      /* place of each row among the unknowns of the cell, (rows,) */
+    const int *column_place;   /* of each column; NULL for a linear form */
+    int coefficients;
+    const double **values;     /* their arrays */
+    const int **dofs;          /* their local dofs cell by cell */
+    const int *sizes;          /* number of dofs in a cell */
+    const int *entity_offsets; /* facets of each cell, (cells + 1,); NULL: the cell itself */
+    const int *entities;       /* their local numbers */
+} Kernel;
+
+/* The cells of one mesh with the fields on it. */
+typedef struct {
+    int cells, fields;
+    int size;                  /* unknowns of a cell */
+    int shared;                /* those that are not element-wise; they come first */
+    const int *dofs;           /* place of each unknown in the local arrays, (cells, size) */
+    const double *geometry;    /* coordinates of the cells' nodes */
+    int geometry_size, coefficient_size;
+    const int *place, *width;  /* first unknown and size of each chunk, (2 fields,) */
+    const int *inverse_place;  /* where a cell's kept K_EE^-1 is, (fields,) */
+    const int *right_place;    /* K_EE^-1 K_Ey, (fields, 2 fields); -1 where it is zero */
+    const int *left_place;     /* K_xE, (fields, 2 fields); -1 where it is zero */
+    int multiplier_place;      /* rows of the multipliers at the nodes */
+    int multipliers;           /* their largest number in a cell */
+    int kept_size;             /* what is kept of a cell */
+} Cells;
+
+/* Places in the reduced matrix of a cell, -1 where there is none. */
+typedef struct {
+    int rows, columns;                       /* of the reduced matrix of a cell, at most */
+    int right_width, left_width, multiplier_width;
+    const int *right, *left, *multiplier;    /* (cells, shared, width) */
+    const double *right_values, *left_values, *multiplier_values; /* (local dofs, width) */
+    const int *multiplier_rows;              /* place in the vector of multipliers */
+    const int *emitted_offsets, *emitted;    /* entries that are not always zero */
+    /* what no other cell shares, the last of a cell's reduced unknowns; NULL: nothing */
+    const int *inner_size, *outer_rows, *outer_columns; /* (cells,) */
+    const int *row_numbers, *column_numbers; /* places in what the rank sees, (cells, rows) ... */
+    const int64_t *inner_place;              /* where what is kept of a cell is */
+    double *inner_kept;
+} Projection;
+
+void use_libraries(void *, void *, void *);
+void residual(const Cells *, const Kernel *, int, double *);
+void matrix(const Cells *, const Kernel *, int, int, double *);
+int jacobian(const Cells *, const Kernel *, int, const Projection *, int, int, double *, double *,
+             const double *, double *);
+void reduce(const Cells *, const double *, double *, double *, double *);
+void expand(const Cells *, const Projection *, const double *, const double *, double *, double *);
+void reduce_inner(const Cells *, const Projection *, double *, double *);
+void expand_inner(const Cells *, const Projection *, const double *, double *);
+void combine(int, int, const double *, const int64_t *, const double *, double *);
+void distribute(int, int, const double *, const int64_t *, const int64_t *, const double *,
+                double *);

@@ -1,0 +1,158 @@
+"""Unit vectors and orthonormal triples at nodes: their tangent spaces and finite updates.
+
+A node carries one director `d = D + w` (a shell) or three (a frame), and multipliers that keep
+`d_k . d_l = delta_kl`. With `C(d)` the derivative of these constraints at the directors `d`:
+
+* forces are taken where constraint forces vanish: columns of `Y` span the null space of `C(d_m)`
+  at the mean directors `d_m` of the sub-interval (`Q_m` and its like in the paper, eqs. 18, 24);
+* increments are tangent at the directors themselves: columns of `Z` span the null space of `C(d)`;
+* the finite update rotates by the Rodrigues parameters `r = theta/2` (appendices A and B), so that
+  lengths and angles are exact.
+"""
+
+import numpy as np
+import numpy.typing as npt
+
+Floats = npt.NDArray[np.float64]
+
+# pairs of directors in the order of the multipliers, by number of directors
+PAIRS = {1: ((0, 0),), 3: ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))}
+
+
+def constraint(d: Floats) -> Floats:
+    """Derivative of the constraints.
+
+    Args:
+        d: Directors, shape (n, 3 k) with k = 1 or 3.
+
+    Returns:
+        `C`, shape (n, c, 3 k) with c = 1 or 6.
+    """
+    k = d.shape[1] // 3
+    C = np.zeros((len(d), len(PAIRS[k]), 3 * k))
+    for row, (a, b) in enumerate(PAIRS[k]):
+        C[:, row, 3 * a : 3 * a + 3] += d[:, 3 * b : 3 * b + 3]
+        if a != b:
+            C[:, row, 3 * b : 3 * b + 3] += d[:, 3 * a : 3 * a + 3]
+    return C
+
+
+def violation(d: Floats) -> Floats:
+    """Values of the constraints, halves of squares as their derivatives are, shape (n, c)."""
+    k = d.shape[1] // 3
+    v = d.reshape(-1, k, 3)
+    rows = [(v[:, a] * v[:, b]).sum(axis=1) - (a == b) for a, b in PAIRS[k]]
+    halves = np.array([0.5 if a == b else 1.0 for a, b in PAIRS[k]])
+    return np.stack(rows, axis=1) * halves
+
+
+def tangent(d: Floats) -> Floats:
+    """A basis of the null space of `constraint(d)`, for any independent directors.
+
+    Args:
+        d: Directors, shape (n, 3 k).
+
+    Returns:
+        Shape (n, 3 k, m) with m = 2 for one director, 3 for a triple.
+    """
+    if d.shape[1] == 3:
+        return _across(d)
+    # M Delta^T is skew, rows of M being the directors and of Delta their changes
+    inverse = np.linalg.inv(d.reshape(-1, 3, 3))
+    changes = np.einsum("nij,ajm->nmia", inverse, SKEW)
+    return np.ascontiguousarray(changes.reshape(-1, 9, 3))
+
+
+# skew matrices of the three axes
+SKEW = np.array([np.cross(np.eye(3), axis) for axis in np.eye(3)])
+
+
+def _across(d: Floats) -> Floats:
+    """Two orthonormal vectors across each vector, shape (n, 3, 2)."""
+    e = d / np.linalg.norm(d, axis=1)[:, None]
+    x, y, z = e.T
+    # J. R. Frisvad's basis, as mended by T. Duff et al., J. Comput. Graph. Tech. 6 (2017) 1-8
+    sign = np.copysign(1.0, z)
+    a = -1.0 / (sign + z)
+    b = x * y * a
+    out = np.empty((len(d), 3, 2))
+    out[:, 0, 0], out[:, 1, 0], out[:, 2, 0] = 1 + sign * x * x * a, sign * b, -sign * x
+    out[:, 0, 1], out[:, 1, 1], out[:, 2, 1] = b, sign + y * y * a, -y
+    return out
+
+
+def null_space(rows: Floats, size: int) -> Floats:
+    """Vectors that the rows of single nodes do not see, however dependent the rows are.
+
+    Args:
+        rows: Shape (r, 3 k).
+        size: Number of vectors, the same at all states.
+
+    Returns:
+        Orthonormal columns, shape (3 k, size).
+    """
+    return np.asarray(np.linalg.svd(rows)[2][rows.shape[1] - size :].T)
+
+
+def pseudo_inverse(C: Floats) -> Floats:
+    """`C^T (C C^T)^-1`, shape (n, 3 k, c), for constraints that are independent."""
+    if C.shape[1] == 1:
+        row = C[:, 0, :]
+        return np.asarray((row / (row * row).sum(axis=1)[:, None])[:, :, None])
+    return np.asarray(np.linalg.solve(C @ C.transpose(0, 2, 1), C).transpose(0, 2, 1))
+
+
+def rotated(d: Floats, change: Floats) -> Floats:
+    """Directors after a finite rotation that agrees with a change of them to first order.
+
+    Args:
+        d: Orthonormal directors, shape (n, 3 k).
+        change: Their change, shape (n, 3 k); what is not tangent is ignored.
+
+    Returns:
+        Orthonormal directors, shape (n, 3 k).
+    """
+    if d.shape[1] == 3:
+        return _turned(d, change)
+    v, dv = d.reshape(-1, 3, 3), change.reshape(-1, 3, 3)
+    # each director sees two thirds of the rotation: sum_k d_k x (theta x d_k) = 2 theta
+    r = _cross(v, dv).sum(axis=1)[:, None, :] / 4
+    once = _cross(r, v)
+    twice = _cross(r, once)
+    out = v + 2 / (1 + (r * r).sum(axis=2, keepdims=True)) * (once + twice)
+    return orthonormal(out.reshape(d.shape), 1)
+
+
+def _turned(d: Floats, change: Floats) -> Floats:
+    """The same of single directors: with `r = d x change / 2` in closed form."""
+    across = change - np.einsum("ni,ni->n", d, change)[:, None] * d
+    quarter = np.einsum("ni,ni->n", across, across)[:, None] / 4
+    out = ((1 - quarter) * d + across) / (1 + quarter)
+    # round-off of many updates must not add up
+    return orthonormal(out)
+
+
+def _cross(a: Floats, b: Floats) -> Floats:
+    """Cross product over the last axis; NumPy's own is slow for short arrays."""
+    out = np.empty(np.broadcast_shapes(a.shape, b.shape))
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        out[..., i] = a[..., j] * b[..., k] - a[..., k] * b[..., j]
+    return out
+
+
+def orthonormal(d: Floats, steps: int = 4) -> Floats:
+    """Orthonormal directors near given ones.
+
+    Args:
+        d: Directors, shape (n, 3 k).
+        steps: Steps of Newton's method to the nearest triples: each squares the error.
+
+    Returns:
+        Shape (n, 3 k).
+    """
+    if d.shape[1] == 3:
+        return np.asarray(d / np.sqrt(np.einsum("ni,ni->n", d, d))[:, None])
+    v = d.reshape(-1, 3, 3)
+    for _ in range(steps):
+        v = 1.5 * v - 0.5 * (v @ v.transpose(0, 2, 1)) @ v
+    return np.asarray(v.reshape(d.shape))

@@ -1,0 +1,254 @@
+"""Compiled forms and the cells of a mesh as arguments of the loops in `cells.c`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from dolfinx import cpp, fem, mesh  # type: ignore[attr-defined]
+from dolfinx.fem import IntegralType
+
+from shellmb.system import native
+from shellmb.system.assembly import BlockSystem
+from shellmb.system.fields import Field
+
+Ints = npt.NDArray[np.int32]
+Floats = npt.NDArray[np.float64]
+
+
+def cell_dofs(space: fem.FunctionSpace) -> Ints:
+    """Local dofs of all cells, blocks unrolled, shape (cells, n)."""
+    dofmap: Any = getattr(space.dofmap, "_cpp_object", space.dofmap)
+    dofs, bs = np.asarray(dofmap.map()), dofmap.index_map_bs
+    if bs == 1:
+        return np.ascontiguousarray(dofs, dtype=np.int32)
+    rolled = bs * dofs[:, :, None] + np.arange(bs)
+    return np.ascontiguousarray(rolled.reshape(len(dofs), bs * dofs.shape[1]), dtype=np.int32)
+
+
+class CArrays:
+    """Pointers for C to arrays that live as long as this object."""
+
+    def __init__(self) -> None:
+        self.ffi = native.cells().ffi
+        self._kept: list[Any] = []
+
+    def __call__(self, array: npt.NDArray[Any] | None) -> Any:
+        """Pointer to the array's data; NULL for None."""
+        if array is None:
+            return self.ffi.NULL
+        kinds = {"float64": "double *", "int32": "int *", "int64": "int64_t *"}
+        assert array.flags.c_contiguous
+        self._kept.append(array)
+        return self.ffi.cast(kinds[array.dtype.name], array.ctypes.data)
+
+    def many(self, kind: str, pointers: Sequence[Any]) -> Any:
+        """A C array."""
+        made = self.ffi.new(f"{kind}[]", list(pointers) or 1)
+        self._kept.append(made)
+        return made
+
+
+class MeshCells:
+    """The cells of one mesh with the fields on it.
+
+    The unknowns of a cell come in the order that `cells.c` wants: of all fields those that cells
+    share, then those that are element-wise.
+
+    Args:
+        fields: Fields on this mesh.
+        offsets: First place of each in the concatenated local arrays.
+        held: Which of their local dofs have given values.
+
+    Attributes:
+        count: Number of cells that this rank owns.
+        dofs: Place of each unknown in the concatenated local arrays, shape (cells, size).
+        places: Of each field, place of its dofs among the unknowns of a cell.
+        shared: Number of unknowns that are not element-wise.
+        widths: Size of each chunk, shape (2 fields,).
+    """
+
+    def __init__(
+        self,
+        fields: Sequence[Field],
+        offsets: Sequence[int],
+        held: Sequence[npt.NDArray[np.int8]],
+    ) -> None:
+        domain = fields[0].function.function_space.mesh
+        self.domain = domain
+        self.count = int(domain.topology.index_map(domain.topology.dim).size_local)
+        tables = [cell_dofs(f.function.function_space)[: self.count] for f in fields]
+        # the element is the same in all cells: where its element-wise dofs are, too
+        local = [self._elementwise(*args) for args in zip(fields, tables, held, strict=True)]
+        self.widths = np.array([np.sum(~e) for e in local] + [np.sum(e) for e in local], np.int32)
+        starts = np.concatenate([[0], np.cumsum(self.widths)]).astype(np.int32)
+        self.starts = starts[:-1].copy()
+        self.size, self.shared = int(starts[-1]), int(starts[len(fields)])
+        self.places: list[Ints] = []
+        self.dofs = np.zeros((self.count, self.size), dtype=np.int32)
+        for k, (table, inner) in enumerate(zip(tables, local, strict=True)):
+            place = np.empty(len(inner), dtype=np.int32)
+            place[~inner] = starts[k] + np.arange(np.sum(~inner))
+            place[inner] = starts[len(fields) + k] + np.arange(np.sum(inner))
+            self.places.append(place)
+            self.dofs[:, place] = table + offsets[k]
+        geometry = domain.geometry
+        self.geometry = np.ascontiguousarray(geometry.x[geometry.dofmaps[0][: self.count]])
+
+    def struct(self, loop: FormLoop, **more: Any) -> Any:
+        """These cells for C, with `more` members."""
+        p = loop.pointer
+        common = {
+            "cells": self.count,
+            "fields": len(self.places),
+            "size": self.size,
+            "shared": self.shared,
+            "dofs": p(self.dofs),
+            "geometry": p(self.geometry),
+            "geometry_size": int(np.prod(self.geometry.shape[1:])),
+            "coefficient_size": loop.coefficient_size,
+            "place": p(self.starts),
+            "width": p(self.widths),
+        }
+        return p.many("Cells", [{**common, **more}])
+
+    def _elementwise(
+        self, field: Field, table: Ints, held: npt.NDArray[np.int8]
+    ) -> npt.NDArray[np.bool_]:
+        inner = np.zeros(field.size_all, dtype=bool)
+        inner[field.elementwise] = True
+        # what is held has no equations to be eliminated with
+        inner &= held == 0
+        if not len(table):
+            return np.zeros(table.shape[1], dtype=bool)
+        return np.asarray(inner[table].all(axis=0))
+
+
+class FormLoop:
+    """Compiled forms over the cells of one mesh, as C wants them.
+
+    Args:
+        cells: The cells.
+        forms: Forms with the number of their row field, and of a bilinear form its column field
+            (-1 of a linear form), among the fields of the mesh.
+    """
+
+    def __init__(self, cells: MeshCells, forms: Sequence[tuple[fem.Form, int, int]]) -> None:
+        self._forms = [form for form, _, _ in forms]
+        self.pointer = CArrays()
+        self.coefficient_size = 1
+        self._constants: list[tuple[Any, Floats]] = []
+        kernels = [kernel for form in forms for kernel in self._kernels(cells, *form)]
+        self.count = len(kernels)
+        self.kernels = self.pointer.many("Kernel", kernels)
+
+    def _kernels(self, cells: MeshCells, form: fem.Form, row: int, column: int) -> list[Any]:
+        bare, ufcx, pointer = form._cpp_object, form.ufcx_form, self.pointer
+        values, dofs, sizes = [], [], []
+        for function in bare.coefficients:
+            space = function.function_space
+            assert not space.element.needs_dof_transformations
+            table = cell_dofs(space)[: cells.count]
+            values.append(pointer(function.x.array))
+            dofs.append(pointer(np.ascontiguousarray(table)))
+            sizes.append(table.shape[1])
+        self.coefficient_size = max(self.coefficient_size, sum(sizes))
+        constants = cpp.fem.pack_constants(bare)
+        self._constants.append((bare, constants))
+        data = {
+            "constants": pointer(constants),
+            "rows": len(cells.places[row]),
+            "columns": 1 if column < 0 else len(cells.places[column]),
+            "row_place": pointer(cells.places[row]),
+            "column_place": pointer(None if column < 0 else cells.places[column]),
+            "coefficients": len(sizes),
+            "values": pointer.many("double *", values),
+            "dofs": pointer.many("int *", dofs),
+            "sizes": pointer(np.array(sizes or [0], dtype=np.int32)),
+        }
+        found = []
+        kinds = (IntegralType.cell, IntegralType.exterior_facet)
+        offsets = ufcx.form_integral_offsets
+        for kind, first, last in zip(kinds, offsets[0:2], offsets[1:3], strict=True):
+            for n in range(first, last):
+                entities = np.asarray(bare.domains(kind, n - first))
+                where = _entities(entities, cells.count, facets=kind == kinds[1])
+                function = ufcx.form_integrals[n].tabulate_tensor_float64
+                module: Any = form.module
+                address = int(module.ffi.cast("uintptr_t", function))
+                found.append(
+                    {
+                        **data,
+                        "function": self.pointer.ffi.cast("void *", address),
+                        "entity_offsets": pointer(where[0]),
+                        "entities": pointer(where[1]),
+                    }
+                )
+        return found
+
+    def refresh(self) -> None:
+        """Take the values of the constants, after they changed."""
+        for form, array in self._constants:
+            array[:] = cpp.fem.pack_constants(form)
+
+
+def _entities(entities: Ints, count: int, facets: bool) -> tuple[Ints | None, Ints | None]:
+    """Local facets of every cell as offsets and numbers; (None, None) for all cells themselves."""
+    if not facets:
+        assert np.array_equal(entities, np.arange(count))
+        return None, None
+    pairs = entities.reshape(-1, 2)
+    pairs = pairs[np.argsort(pairs[:, 0], kind="stable")]
+    offsets = np.searchsorted(pairs[:, 0], np.arange(count + 1)).astype(np.int32)
+    return offsets, np.ascontiguousarray(pairs[:, 1], dtype=np.int32)
+
+
+def mesh_cells(system: BlockSystem) -> tuple[list[MeshCells], list[list[int]]]:
+    """The cells of all meshes of a system, and the numbers of the fields on each."""
+    groups: dict[int, tuple[mesh.Mesh, list[int]]] = {}
+    for k, field in enumerate(system.fields):
+        domain = field.function.function_space.mesh
+        groups.setdefault(id(domain), (domain, []))[1].append(k)
+    numbers = [found for _, found in groups.values()]
+    offsets = system.numbering.offsets
+    cells = [
+        MeshCells(
+            [system.fields[k] for k in group],
+            [int(offsets[k]) for k in group],
+            [system.held[k] for k in group],
+        )
+        for group in numbers
+    ]
+    return cells, numbers
+
+
+class LoopResiduals:
+    """Residuals of all fields in one pass over the cells of each mesh.
+
+    Args:
+        system: The block system.
+    """
+
+    def __init__(self, system: BlockSystem) -> None:
+        self._lib = native.cells().lib
+        self._loops = []
+        for cells, group in zip(*mesh_cells(system), strict=True):
+            forms = [
+                (form, n, -1) for n, k in enumerate(group) for form in system.residual_forms[k]
+            ]
+            if forms:
+                loop = FormLoop(cells, forms)
+                self._loops.append((loop, cells.struct(loop)))
+
+    def add(self, local: Floats) -> None:
+        """Add them to the concatenated local arrays."""
+        for loop, struct in self._loops:
+            to = loop.pointer.ffi.from_buffer("double[]", local)
+            self._lib.residual(struct, loop.kernels, loop.count, to)
+
+    def refresh(self) -> None:
+        """Take the values of all constants, after they changed."""
+        for loop, _ in self._loops:
+            loop.refresh()

@@ -1,0 +1,243 @@
+"""Reduction of what is assembled over one mesh: the loops of `cells.c` with what they need."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
+
+import numpy as np
+import numpy.typing as npt
+from dolfinx import fem
+
+from shellmb.system import native
+from shellmb.system.loops import FormLoop, MeshCells
+from shellmb.system.reducednumbers import ReducedNumbers
+from shellmb.system.rowmap import RowMap
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+
+# cells at a time when the pattern is looked for: their matrices are kept meanwhile
+CHUNK = 64
+# added to what is to be behind all else
+LAST = 1 << 40
+
+
+class MeshReduction:
+    """Reduction of what is assembled over one mesh.
+
+    Args:
+        cells: Its cells.
+        jacobian: Compiled bilinear forms with the numbers of their fields on this mesh.
+        numbers: Numbers of the reduced unknowns.
+    """
+
+    def __init__(
+        self,
+        cells: MeshCells,
+        jacobian: list[tuple[fem.Form, int, int]],
+        numbers: ReducedNumbers,
+    ) -> None:
+        self.cells, self.numbers = cells, numbers
+        self.loop = FormLoop(cells, jacobian)
+        self.lib, self.pointer = native.cells().lib, self.loop.pointer
+        shared = cells.dofs[:, : cells.shared]
+        right, columns = positions(_keys(numbers.right, shared, numbers.inner_columns))
+        left, rows = positions(_keys(numbers.left, shared, numbers.inner_rows))
+        forces, seen = positions(_keys(numbers.forces, shared))
+        self.multipliers = seen.shape[1]
+        p = self.pointer
+        self.row_numbers, self.column_numbers = _numbers(rows), _numbers(columns)
+        self.inner = int(np.sum(rows >= LAST))
+        self._projection = {
+            "rows": rows.shape[1],
+            "columns": columns.shape[1],
+            "right_width": right.shape[2],
+            "left_width": left.shape[2],
+            "multiplier_width": forces.shape[2],
+            "right": p(right),
+            "left": p(left),
+            "multiplier": p(forces),
+            "right_values": p(numbers.right.values),
+            "left_values": p(numbers.left.values),
+            "multiplier_values": p(numbers.forces.values),
+            "multiplier_rows": p(_numbers(seen)),
+            "row_numbers": p(self.row_numbers),
+            "column_numbers": p(self.column_numbers),
+        }
+        if self.inner:
+            self._projection |= self._keep_inner(rows, columns)
+
+    def _keep_inner(self, rows: Ints, columns: Ints) -> dict[str, Any]:
+        """What is eliminated of each cell after the projection, and place for what is kept."""
+        p, sizes = self.pointer, np.sum(rows >= LAST, axis=1)
+        outer = [np.sum((a >= 0) & (a < LAST), axis=1) for a in (rows, columns)]
+        kept = sizes * (sizes + outer[0] + outer[1])
+        ends = np.cumsum(np.concatenate([[0], kept]))
+        return {
+            "inner_size": p(sizes.astype(np.int32)),
+            "outer_rows": p(outer[0].astype(np.int32)),
+            "outer_columns": p(outer[1].astype(np.int32)),
+            "inner_place": p(ends[:-1].astype(np.int64)),
+            "inner_kept": p(np.zeros(max(1, int(ends[-1])))),
+        }
+
+    def find_pattern(self) -> tuple[Ints, Ints]:
+        """Entries that are not always zero, at a state in general position.
+
+        Returns:
+            Their rows and columns, in the order in which `assemble` gives their values.
+        """
+        self._layout()
+        width = self.column_numbers.shape[1]
+        size = self.row_numbers.shape[1] * width
+        projection = self.pointer.many("Projection", [self._projection])
+        where, offsets = [np.zeros(0, dtype=np.int64)], [0]
+        rows, columns = [np.zeros(0, dtype=np.int64)], [np.zeros(0, dtype=np.int64)]
+        for first in range(0, self.cells.count, CHUNK):
+            last = min(first + CHUNK, self.cells.count)
+            values = np.empty((last - first) * size)
+            self._run(projection, first, last, values)
+            found = (values != 0.0).reshape(last - first, size)
+            cell, entry = np.nonzero(found)
+            where.append(entry)
+            offsets += [offsets[-1] + int(c) for c in np.cumsum(found.sum(axis=1))]
+            rows.append(self.row_numbers[first + cell, entry // width])
+            columns.append(self.column_numbers[first + cell, entry % width])
+        self._projection["emitted"] = self.pointer(np.concatenate(where).astype(np.int32))
+        self._projection["emitted_offsets"] = self.pointer(np.array(offsets, dtype=np.int32))
+        self.projection = self.pointer.many("Projection", [self._projection])
+        self.entries = offsets[-1]
+        numbers = self.numbers
+        return (
+            numbers.matrix_rows[np.concatenate(rows)],
+            numbers.matrix_columns[np.concatenate(columns)],
+        )
+
+    def _layout(self) -> None:
+        """Which chunks of a cell's matrix are not zero, and where what is kept of it is."""
+        cells, p = self.cells, self.pointer
+        fields = len(cells.places)
+        bare = cells.struct(self.loop)
+        full = np.zeros((2 * fields, 2 * fields), dtype=bool)
+        K = np.empty((cells.size, cells.size))
+        edges = [*cells.starts, cells.size]
+        for cell in range(min(cells.count, 8)):
+            self.lib.matrix(bare, self.loop.kernels, self.loop.count, cell, p(K))
+            for x, y in np.ndindex(full.shape):
+                block = K[edges[x] : edges[x + 1], edges[y] : edges[y + 1]]
+                full[x, y] |= bool(np.any(block != 0.0))
+        inverse = np.full(fields, -1)
+        right, left = (np.full((fields, 2 * fields), -1) for _ in range(2))
+        size, width = 0, cells.widths.astype(int)
+        for s in range(fields):
+            E, e = fields + s, width[fields + s]
+            if e == 0:
+                continue
+            inverse[s], size = size, size + e * e
+            behind = [y for y in range(2 * fields) if (y < fields or y > E) and width[y]]
+            for y in behind:
+                if full[E, y]:
+                    right[s, y], size = size, size + e * width[y]
+                if full[y, E]:
+                    left[s, y], size = size, size + e * width[y]
+            for x in behind:
+                for y in behind:
+                    full[x, y] |= full[x, E] and full[E, y]
+        layout = {
+            "inverse_place": p(inverse.astype(np.int32)),
+            "right_place": p(right.astype(np.int32)),
+            "left_place": p(left.astype(np.int32)),
+            "multiplier_place": size,
+            "multipliers": self.multipliers,
+            "kept_size": size + self.multipliers * cells.shared,
+        }
+        self.struct = cells.struct(self.loop, **layout)
+        self._kept = np.zeros(max(1, layout["kept_size"] * cells.count))
+        self._inner = np.zeros(max(1, (cells.size - cells.shared) * cells.count))
+
+    def _run(self, projection: Any, first: int, last: int, values: Floats, *shift: Floats) -> None:
+        ffi, p = self.pointer.ffi, _address
+        pair = [p(ffi, a) for a in shift] or [ffi.NULL, ffi.NULL]
+        loop, kept = self.loop, p(ffi, self._kept)
+        where = (projection, first, last, kept, p(ffi, values))
+        failed = self.lib.jacobian(self.struct, loop.kernels, loop.count, *where, *pair)
+        if failed:
+            raise SingularCell(f"element-wise unknowns of cell {failed - 1} are undetermined")
+
+    def assemble(self, values: Floats, *shift: Floats) -> None:
+        """Entries of the reduced matrix; `shift` is a given change, and gets its forces."""
+        self._run(self.projection, 0, self.cells.count, values, *shift)
+
+    def reduce(self, b: Floats, change: Floats) -> None:
+        """Add to `change` what the element-wise equations of `b` do to the others."""
+        ffi, p = self.pointer.ffi, _address
+        kept, inner = p(ffi, self._kept), p(ffi, self._inner)
+        self.lib.reduce(self.struct, kept, p(ffi, b), p(ffi, change), inner)
+
+    def reduce_inner(self, r: Floats, change: Floats) -> None:
+        """The same for what cells do not share after the projection: `r` gets parts of it."""
+        if self.inner:
+            p, ffi = _address, self.pointer.ffi
+            self.lib.reduce_inner(self.struct, self.projection, p(ffi, r), p(ffi, change))
+
+    def expand_inner(self, r: Floats, x: Floats) -> None:
+        """Fill in what cells do not share, from `r` of `reduce_inner`."""
+        if self.inner:
+            p, ffi = _address, self.pointer.ffi
+            self.lib.expand_inner(self.struct, self.projection, p(ffi, r), p(ffi, x))
+
+    def expand(self, x: Floats, rows: Floats) -> None:
+        """Fill in the element-wise unknowns of `x`; add the multipliers' rows times `x`."""
+        ffi, p = self.pointer.ffi, _address
+        kept, inner = p(ffi, self._kept), p(ffi, self._inner)
+        self.lib.expand(self.struct, self.projection, kept, inner, p(ffi, x), p(ffi, rows))
+
+
+class SingularCell(Exception):
+    """The element-wise unknowns of a cell cannot be eliminated."""
+
+
+def positions(keys: Ints) -> tuple[npt.NDArray[np.int32], Ints]:
+    """Places of keys among those of their cell, sorted.
+
+    Args:
+        keys: Of every unknown of every cell, -1 where there is none, shape (cells, n, width).
+
+    Returns:
+        Places, shape of `keys`, and the keys of each cell, -1 behind its last.
+    """
+    cells = len(keys)
+    flat = keys.reshape(cells, keys.shape[1] * keys.shape[2])
+    order = np.argsort(flat, axis=1, kind="stable")
+    ordered = np.take_along_axis(flat, order, 1)
+    before = np.concatenate([np.full((cells, 1), -1), ordered[:, :-1]], axis=1)
+    new = (ordered >= 0) & (ordered != before)
+    rank = np.cumsum(new, axis=1) - 1
+    places = np.empty_like(rank)
+    np.put_along_axis(places, order, rank, 1)
+    places[flat < 0] = -1
+    lists = np.full((cells, int(new.sum(axis=1).max(initial=0))), -1)
+    cell, entry = np.nonzero(new)
+    lists[cell, rank[cell, entry]] = ordered[cell, entry]
+    return places.reshape(keys.shape).astype(np.int32), lists
+
+
+def _keys(
+    rows: RowMap, shared: npt.NDArray[np.int32], inner: npt.NDArray[np.bool_] | None = None
+) -> Ints:
+    """What a cell's unknowns depend on, as this rank sees it; what it shares with none is last."""
+    places = rows.places[shared]
+    keys = np.where(rows.columns[shared] >= 0, places, -1)
+    if inner is not None:
+        keys = keys + LAST * np.append(inner, False)[places]
+    return np.asarray(keys)
+
+
+def _numbers(keys: Ints) -> npt.NDArray[np.int32]:
+    return np.where(keys >= 0, keys % LAST, -1).astype(np.int32)
+
+
+def _address(ffi: Any, array: Floats) -> Any:
+    return ffi.from_buffer("double[]", array)

@@ -1,0 +1,76 @@
+"""The loops over cells in C (`cells.c`), compiled at first use as DOLFINx compiles its kernels."""
+
+from __future__ import annotations
+
+import ctypes
+import hashlib
+import importlib.util
+import os
+import sys
+import tempfile
+from functools import cache
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from mpi4py import MPI
+
+import cffi  # type: ignore[import-untyped]
+import dolfinx.jit
+import scipy.linalg.cython_blas
+import scipy.linalg.cython_lapack
+
+from shellmb.kernels import COMPILER_FLAGS
+
+HERE = Path(__file__).parent
+
+
+@cache
+def cells(comm: MPI.Comm = MPI.COMM_WORLD) -> Any:
+    """The compiled functions (`.lib`) and the means to make their arguments (`.ffi`); collective.
+
+    Args:
+        comm: The first of its ranks compiles.
+    """
+    module = _build() if comm.rank == 0 else None
+    comm.barrier()
+    module = module or _build()
+    library = module.lib
+    pointers = [_address(scipy.linalg.cython_blas, "dgemm")]
+    pointers += [_address(scipy.linalg.cython_lapack, name) for name in ("dgetrf", "dgetri")]
+    library.use_libraries(*(module.ffi.cast("void *", p) for p in pointers))
+    return module
+
+
+def _address(module: Any, name: str) -> int:
+    """Address of a BLAS or LAPACK function that SciPy exports to Cython."""
+    capsule = module.__pyx_capi__[name]
+    api = ctypes.pythonapi
+    api.PyCapsule_GetName.restype = ctypes.c_char_p
+    api.PyCapsule_GetName.argtypes = [ctypes.py_object]
+    api.PyCapsule_GetPointer.restype = ctypes.c_void_p
+    api.PyCapsule_GetPointer.argtypes = [ctypes.py_object, ctypes.c_char_p]
+    return int(api.PyCapsule_GetPointer(capsule, api.PyCapsule_GetName(capsule)))
+
+
+def _build() -> ModuleType:
+    header, source = ((HERE / f"cells.{end}").read_text() for end in ("h", "c"))
+    key = "\n".join([header, source, sys.version, cffi.__version__, *COMPILER_FLAGS])
+    name = f"shellmb_cells_{hashlib.sha256(key.encode()).hexdigest()[:16]}"
+    where = Path(dolfinx.jit.get_options()["cache_dir"])
+    where.mkdir(parents=True, exist_ok=True)
+    target = where / f"{name}.so"
+    if not target.exists():
+        ffi = cffi.FFI()
+        ffi.cdef(header)
+        includes = "#include <stdint.h>\n"
+        ffi.set_source(name, includes + header + source, extra_compile_args=COMPILER_FLAGS)
+        with tempfile.TemporaryDirectory(dir=where) as scratch:
+            made = ffi.compile(tmpdir=scratch)
+            # at once: another process may look for it at any moment
+            os.replace(made, target)
+    spec = importlib.util.spec_from_file_location(name, target)
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module

@@ -1,0 +1,220 @@
+"""The linear systems of Newton's method with as few unknowns as there are degrees of freedom.
+
+Between assembly and the linear solver, exact and invisible to the forms (design, section 6):
+
+1. element-wise unknowns are eliminated cell by cell;
+2. unit directors and orthonormal triples with their multipliers are projected on their tangent
+   spaces (`Q_m` of the paper): five unknowns per shell node, six per frame.
+
+Fields declare which of their dofs are element-wise and which carry directors; nothing here knows
+what they are for. The solution is that of the unreduced system, multipliers included.
+"""
+
+from __future__ import annotations
+
+import itertools
+import time
+
+from mpi4py import MPI
+from petsc4py import PETSc
+
+import numpy as np
+import numpy.typing as npt
+
+from shellmb.system.linear import DirectSolver, reduced_options
+from shellmb.system.loops import mesh_cells
+from shellmb.system.meshreduction import MeshReduction, SingularCell
+from shellmb.system.nodes import DirectorNodes, SystemNodes
+from shellmb.system.reducednumbers import ReducedNumbers
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+
+
+class Reduction:
+    """Solves the linear systems of a block system by reduced ones.
+
+    Args:
+        nodes: Nodes of the block system that carry directors.
+        prefix: PETSc options prefix, unique per system.
+
+    Attributes:
+        A: The reduced matrix.
+    """
+
+    def __init__(self, nodes: SystemNodes, prefix: str) -> None:
+        self.system = system = nodes.system
+        self.seconds = {"jacobian": 0.0, "reduction": 0.0, "factor": 0.0, "solve": 0.0}
+        self.jacobians = 0
+        cells, groups = mesh_cells(system)
+        self.numbers = ReducedNumbers(nodes, cells)
+        self.parts = []
+        for group, where in zip(groups, cells, strict=True):
+            forms = [
+                (form, group.index(i), group.index(j))
+                for (i, j), parts in system.jacobians.items()
+                if i in group
+                for form in parts
+            ]
+            self.parts.append(MeshReduction(where, forms, self.numbers))
+        self._allocate()
+        self.solver = DirectSolver(self.A, prefix, reduced_options(self.size))
+        self.numbers.weights[:] = self._weights()
+
+    @property
+    def factorisations(self) -> int:
+        """Number of factorisations so far."""
+        return self.solver.factorisations
+
+    @property
+    def size(self) -> int:
+        """Number of reduced unknowns over all ranks."""
+        return int(self.A.getSize()[0])
+
+    def _allocate(self) -> None:
+        comm, numbers = self.system.comm, self.numbers
+        with self.system.general_position():
+            self.refresh()
+            numbers.update()
+            entries = [part.find_pattern() for part in self.parts]
+        rows, columns = (np.concatenate(e) for e in zip(*entries, strict=True))
+        sizes = (len(numbers.outer), PETSc.DETERMINE)
+        self.A = PETSc.Mat().createAIJ((sizes, sizes), comm=comm)
+        # a full structural diagonal: multipliers of joints have none
+        diagonal = numbers.first_outer + np.arange(len(numbers.outer))
+        self._values = np.zeros(len(rows) + len(diagonal))
+        self.A.setPreallocationCOO(
+            np.concatenate([rows, diagonal]).astype(PETSc.IntType),
+            np.concatenate([columns, diagonal]).astype(PETSc.IntType),
+        )
+        ends = np.cumsum([0, *(part.entries for part in self.parts)])
+        self._slices = [self._values[a:b] for a, b in itertools.pairwise(ends)]
+        self._rhs, self._solution = self.A.createVecs()
+        local = len(self.numbers.full.wanted)
+        self._load, self._given = np.zeros(local), np.zeros(local)
+
+    def _weights(self) -> Floats:
+        """Forces of multipliers of size one, measured: forms may scale them as they like."""
+        system, numbers, n = self.system, self.numbers, self.system.numbering
+        out = np.ones(numbers.multipliers)
+        if not numbers.full.comm.allreduce(numbers.multipliers):
+            return out
+        start, x, b = system.x.copy(), system.x.duplicate(), system.b.duplicate()
+        system.gather()
+        system.x.copy(start)
+
+        def forces(shift: Floats) -> Floats:
+            start.copy(x)
+            x.array[:] += shift
+            system.scatter(x)
+            system.residual(x, b)
+            return numbers.full.seen(b.array_r)
+
+        none = forces(np.zeros(n.owned))
+        widest = max((s.multipliers.shape[1] for s in numbers.nodes.values()), default=0)
+        for c in range(int(system.comm.allreduce(widest, op=MPI.MAX))):
+            mine = [s for s in numbers.nodes.values() if s.multipliers.shape[1] > c]
+            where = [k for k, s in numbers.nodes.items() if s.multipliers.shape[1] > c]
+            rows = [n.by_field[k][s.multipliers[:, c]] for k, s in zip(where, mine, strict=True)]
+            ids = np.concatenate([*rows, np.zeros(0, np.int64)])
+            change = forces(numbers.full.set(ids, np.ones(len(ids)))) - none
+            first = 0
+            for k, nodes in numbers.nodes.items():
+                if nodes.multipliers.shape[1] > c:
+                    offset = int(n.offsets[k])
+                    direction = nodes.constraint_rows(system.fields)[:, c]
+                    force = change[nodes.dofs + offset] * ~nodes.fixed
+                    place = first + c + nodes.multipliers.shape[1] * np.arange(len(nodes.dofs))
+                    size = (direction * direction).sum(axis=1)
+                    weight = (force * direction).sum(axis=1) / np.where(size > 0, size, 1.0)
+                    _check_nodal(force - weight[:, None] * direction, force, nodes)
+                    weight[weight == 0.0] = 1.0
+                    out[place] = weight
+                first += nodes.multipliers.size
+        system.scatter(start)
+        return out
+
+    def refresh(self) -> None:
+        """Take the values of all constants, after they changed."""
+        for part in self.parts:
+            part.loop.refresh()
+
+    def _assemble(self) -> None:
+        """The reduced Jacobian at the state that the fields' functions hold."""
+        numbers = self.numbers
+        numbers.update()
+        self._given[:] = numbers.correction()
+        shifted = bool(numbers.full.comm.allreduce(bool(np.any(self._given)), op=MPI.MAX))
+        self._load[:] = 0.0
+        for part, values in zip(self.parts, self._slices, strict=True):
+            # what is solved for is subtracted
+            part.assemble(values, *((-self._given, self._load) if shifted else ()))
+        self.A.setValuesCOO(self._values)
+
+    def factorise(self, once: bool = False) -> str | None:
+        """Assemble and factorise at the state that the fields hold."""
+        start = time.perf_counter()
+        try:
+            self._assemble()
+        except SingularCell as failure:
+            return str(failure)
+        self.jacobians += 1
+        middle = time.perf_counter()
+        reason = self.solver.factorise(once)
+        self.seconds["jacobian"] += middle - start
+        self.seconds["factor"] += time.perf_counter() - middle
+        return reason
+
+    def solve(self, b: PETSc.Vec, dx: PETSc.Vec, fresh: bool) -> str | None:
+        """Solve `J dx = b`, all unknowns included.
+
+        Args:
+            b: Residual of the unreduced system, assembled at the current state.
+            dx: What is to be subtracted from the unknowns.
+            fresh: Whether the Jacobian was assembled at this very state.
+        """
+        start = time.perf_counter()
+        numbers = self.numbers
+        local_b = numbers.full.seen(b.array_r)
+        change = np.zeros_like(local_b)
+        for part in self.parts:
+            part.reduce(local_b, change)
+        if not fresh:
+            self._given[:] = numbers.correction()
+        outer = b.array_r + numbers.full.summed(change)
+        forces = numbers.forces.transposed(outer, numbers.own)
+        if fresh:
+            outer = outer - numbers.full.summed(self._load)
+        reduced = numbers.left.transposed(outer, numbers.own)
+        r, change = numbers.left.numbers.seen(reduced), np.zeros(len(numbers.left.numbers.wanted))
+        for part in self.parts:
+            part.reduce_inner(r, change)
+        reduced = reduced + numbers.left.numbers.summed(change)
+        self._rhs.array[:] = reduced[numbers.outer]
+        before = time.perf_counter()
+        reason = self.solver.solve(self._rhs, self._solution)
+        after = time.perf_counter()
+        reduced[:] = 0.0
+        reduced[numbers.outer] = self._solution.array_r
+        seen = numbers.right.seen(reduced)
+        for part in self.parts:
+            part.expand_inner(r, seen)
+        x = numbers.right.times(seen) - self._given
+        rows = np.zeros(len(numbers.forces.numbers.wanted) + 1)
+        for part in self.parts:
+            part.expand(x, rows)
+        if numbers.multipliers or not numbers.full.serial:
+            forces = forces - numbers.forces.numbers.summed(rows[:-1])
+            values = numbers.multiplier_values
+            x += values.times(values.seen(forces))
+        dx.array[:] = x[numbers.own]
+        self.seconds["solve"] += after - before
+        self.seconds["reduction"] += before - start + time.perf_counter() - after
+        return reason
+
+
+def _check_nodal(rest: Floats, force: Floats, nodes: DirectorNodes) -> None:
+    """Multipliers act along their constraints, or the fields declare what is not so."""
+    here = ~nodes.held
+    if np.any(np.abs(rest[here]) > 1e-6 * (np.abs(force[here]).max(initial=0.0) + 1e-300)):
+        raise ValueError(f"{nodes.field.name}: multipliers do not act on the directors declared")

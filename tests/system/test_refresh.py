@@ -1,0 +1,85 @@
+"""When factorisations are kept, and when an iteration has converged."""
+
+import pytest
+
+from shellmb.system.refresh import FAR, REFRESH, Modified
+
+TOLERANCE = 1e-9
+
+
+def iterate(policy: Modified, rho: float, first: float = 1e-4, moved: float = 0.0) -> list[float]:
+    """Updates that contract by `rho`, each until a factorisation is wanted or all is done."""
+    updates, size = [], first
+    for _ in range(60):
+        if policy.wanted():
+            policy.factorised()
+        updates.append(size)
+        if policy.converged(size, moved, TOLERANCE):
+            return updates
+        if policy.wanted():
+            return updates
+        size *= rho
+    raise AssertionError("neither converged nor stopped")
+
+
+def test_fast_contraction_needs_one_factorisation_for_many_solutions() -> None:
+    policy = REFRESH["auto"]()
+    assert isinstance(policy, Modified)
+    policy.begin("a")
+    assert policy.wanted()
+    for _ in range(3):
+        updates = iterate(policy, 0.05)
+        # the error left behind, and not the last update, is small
+        assert updates[-1] * 0.05 / 0.95 <= 1e-6 * TOLERANCE
+        policy.begin("a")
+        assert not policy.wanted()
+
+
+def test_another_system_is_factorised_anew() -> None:
+    policy = REFRESH["auto"]()
+    policy.begin("a")
+    policy.factorised()
+    policy.begin("b")
+    assert policy.wanted()
+
+
+def test_modified_factorises_once_in_each_solution() -> None:
+    policy = REFRESH["modified"]()
+    for _ in range(2):
+        policy.begin("a")
+        assert policy.wanted()
+        policy.factorised()
+        assert not policy.wanted()
+
+
+@pytest.mark.parametrize("rho", [0.3, 0.6, 2.0])
+def test_slow_contraction_asks_for_a_factorisation(rho: float) -> None:
+    policy = REFRESH["auto"]()
+    policy.begin("a")
+    assert len(iterate(policy, rho)) <= 3
+    assert policy.wanted()
+
+
+def test_large_motion_asks_for_a_factorisation_each_time() -> None:
+    policy = REFRESH["auto"]()
+    policy.begin("a")
+    assert len(iterate(policy, 0.01, moved=2 * FAR)) == 1
+    assert policy.wanted()
+
+
+def test_round_off_ends_the_iteration() -> None:
+    policy = REFRESH["auto"]()
+    policy.begin("a")
+    policy.factorised()
+    assert not policy.converged(1e-9, 0.0, TOLERANCE)
+    # no contraction any more, and below the tolerance
+    assert policy.converged(0.9e-9, 0.0, TOLERANCE)
+
+
+def test_full_newton_ends_by_the_update() -> None:
+    policy = REFRESH["full"]()
+    policy.begin("a")
+    policy.factorised()
+    assert policy.wanted()
+    assert not policy.converged(1.1e-9, 0.0, TOLERANCE)
+    assert policy.converged(0.9e-9, 0.0, TOLERANCE)
