@@ -1,0 +1,135 @@
+"""The bare work of a Newton iteration, each part timed alone at the current state."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from statistics import median
+
+from mpi4py import MPI
+
+import numpy as np
+
+from shellmb.simulate.problem import Problem
+from shellmb.system import native
+from shellmb.system.linear import DirectSolver, Linear, Unreduced
+from shellmb.system.loops import FormLoop, LoopResiduals, mesh_cells
+from shellmb.system.reduction import Reduction
+
+# a part is timed until it has taken so long, but at least and at most so often
+ENOUGH, FEWEST, MOST = 0.02, 3, 15
+
+
+@dataclass(frozen=True)
+class Bare:
+    """Seconds of each part, alone.
+
+    Args:
+        residual: Kernels of all residuals over all cells.
+        jacobian: Kernels of all blocks over all cells.
+        factor: Factorisation.
+        solve: Solution with it.
+    """
+
+    residual: float
+    jacobian: float
+    factor: float
+    solve: float
+
+    def total(
+        self, residuals: float, jacobians: float, factorisations: float, solutions: float
+    ) -> float:
+        """Time of so many of them."""
+        return (
+            residuals * self.residual
+            + jacobians * self.jacobian
+            + factorisations * self.factor
+            + solutions * self.solve
+        )
+
+
+class BareWork:
+    """Kernels of a problem with packed data, and its linear solver.
+
+    The loops are those of the reduced path, for both paths: nothing assembles faster.
+
+    Args:
+        problem: The problem.
+    """
+
+    def __init__(self, problem: Problem) -> None:
+        self._problem, system = problem, problem.system
+        self._residuals = LoopResiduals(system)
+        self._local = np.zeros(len(system.numbering.local_to_global))
+        self._loops = []
+        for cells, group in zip(*mesh_cells(system), strict=True):
+            forms = [
+                (form, group.index(i), group.index(j))
+                for (i, j), parts in system.jacobians.items()
+                if i in group
+                for form in parts
+            ]
+            loop = FormLoop(cells, forms)
+            K = np.empty((cells.size, cells.size))
+            self._loops.append((cells.count, cells.struct(loop), loop, loop.pointer(K)))
+        self._lib = native.cells().lib
+
+    def _kernels(self) -> None:
+        matrix = self._lib.matrix
+        for cells, struct, loop, K in self._loops:
+            kernels, count = loop.kernels, loop.count
+            for cell in range(cells):
+                matrix(struct, kernels, count, cell, K)
+
+    def measure(self) -> Bare:
+        """Time each part."""
+        self._residuals.refresh()
+        for _, _, loop, _ in self._loops:
+            loop.refresh()
+        comm = self._problem.system.comm
+        linear = self._problem.newton.iteration.linear
+        solver = direct_solver(linear)
+        x, b = solver.A.createVecs()
+        b.set(1.0)
+
+        def factorise() -> None:
+            # PETSc would keep the factors of an unchanged matrix
+            solver.A.stateIncrease()
+            solver.factorise()
+
+        return Bare(
+            _alone(comm, lambda: self._residuals.add(self._local)),
+            _alone(comm, self._kernels),
+            _alone(comm, factorise),
+            _alone(comm, lambda: solver.solve(b, x)),
+        )
+
+
+def direct_solver(linear: Linear) -> DirectSolver:
+    """What factorises.
+
+    Args:
+        linear: The linear solution of a problem that has been solved once.
+    """
+    found = linear._solver if isinstance(linear, Unreduced) else None
+    if isinstance(linear, Reduction):
+        found = linear.solver
+    assert found is not None
+    return found
+
+
+def _alone(comm: MPI.Comm, work: Callable[[], object]) -> float:
+    """Median of its times; as many on each rank, some works being collective."""
+    times: list[float] = []
+
+    def once() -> None:
+        begin = time.perf_counter()
+        work()
+        times.append(time.perf_counter() - begin)
+
+    once()
+    first = comm.allreduce(times[0], op=MPI.MAX)
+    for _ in range(min(MOST, max(FEWEST, int(ENOUGH / first))) - 1):
+        once()
+    return median(times)

@@ -1,0 +1,93 @@
+"""The command `shellmb bench`."""
+
+from __future__ import annotations
+
+import os
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from shellmb.run.request import parse_mesh
+
+
+class BenchScene(StrEnum):
+    """Plates that are measured."""
+
+    dynamic = "dynamic"
+    static = "static"
+
+
+class BenchScheme(StrEnum):
+    """Time schemes of the dynamic ones."""
+
+    ep = "ep"
+    ed = "ed"
+
+
+class Clock(StrEnum):
+    """What is measured in."""
+
+    cpu = "cpu"
+    wall = "wall"
+
+
+class Peer(StrEnum):
+    """Codes to compare with."""
+
+    exudyn = "exudyn"
+
+
+def bench(
+    scene: Annotated[
+        list[BenchScene] | None, typer.Option(help="Plate; may be repeated; all if left out.")
+    ] = None,
+    scheme: Annotated[
+        list[BenchScheme] | None, typer.Option(help="Time scheme; may be repeated.")
+    ] = None,
+    mesh: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NxM", help="Mesh; may be repeated; 6x2 ... 64x64 if left out."),
+    ] = None,
+    steps: Annotated[int | None, typer.Option(min=1, help="Steps of a round.")] = None,
+    repeat: Annotated[int | None, typer.Option(min=1, help="Number of rounds.")] = None,
+    limit: Annotated[
+        int | None,
+        typer.Option(min=1, help="Unknowns beyond which the unreduced path is left out."),
+    ] = None,
+    memory: Annotated[bool, typer.Option("--memory", help="Peak memory of all.")] = False,
+    clock: Annotated[Clock, typer.Option(help="Processor or wall times.")] = Clock.cpu,
+    peer: Annotated[Peer | None, typer.Option(help="Compare with another code.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Folder for picture and numbers.")] = None,
+    quick: Annotated[bool, typer.Option("--quick", help="A small mesh, few steps.")] = False,
+    check: Annotated[bool, typer.Option("--check", help="Fail if a bar is missed.")] = False,
+    json: Annotated[bool, typer.Option("--json", help="Print a JSON list.")] = False,
+) -> None:
+    """Measure what a step costs on this machine, part by part, or against another code.
+
+    Processor times, which on an idle machine are the wall times, compare on a busy one, too.
+    """
+    # before the libraries load: what is compared runs on one thread
+    os.environ.setdefault("OMP_NUM_THREADS", "1")
+    if peer is not None:
+        from shellmb.bench.peer_report import run_peer
+
+        passed = run_peer(out, json, quick, check)
+    else:
+        from shellmb.bench.report import plan_of, run_bench
+
+        plan = plan_of(
+            quick,
+            scenes=[s.value for s in scene or []],
+            schemes=[s.value for s in scheme or []],
+            meshes=[parse_mesh(m) for m in mesh or []],
+            steps=steps,
+            rounds=repeat,
+            limit=limit,
+            memory=memory,
+            clock=clock.value,
+        )
+        passed = run_bench(plan, out, json, check)
+    if not passed:
+        raise typer.Exit(1)

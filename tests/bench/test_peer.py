@@ -1,0 +1,104 @@
+"""The comparison with Exudyn: errors, fronts, the peer's model, and what to do without it."""
+
+import importlib.util
+
+import numpy as np
+import pytest
+
+from shellmb.bench import exudyn_plate, our_plate, peer
+from shellmb.bench.exudyn_plate import ExudynPlate
+from shellmb.bench.history import TipHistory, difference
+from shellmb.bench.our_plate import OurPlate
+from shellmb.bench.peer import EXUDYN, OURS, Comparison, Point
+from shellmb.bench.peer_report import sentence
+from shellmb.errors import SceneError
+
+
+def history(u, steps, failed=""):
+    t = np.linspace(0.0, 0.5, steps + 1)
+    return TipHistory(t, u(t), 1.0, 1.0, 1.0, 1.0, failed)
+
+
+def test_difference_counts_what_happens_within_steps():
+    def slow(t):
+        return t**2 * (1 - t)
+
+    truth = history(slow, 500)
+    # a cubic that starts from rest is met exactly by any number of steps
+    assert difference(history(slow, 5), truth)[0] < 1e-12
+    l2, largest = difference(history(lambda t: 1.01 * slow(t), 5), truth)
+    assert l2 == pytest.approx(0.01) and largest == pytest.approx(0.01)
+
+    def with_ripple(t):
+        return slow(t) + 0.01 * np.sin(20 * np.pi * t) ** 2
+
+    # zero at the ends of ten steps, and in between a tenth of what there is
+    assert difference(history(slow, 10), history(with_ripple, 500))[1] > 0.05
+    assert difference(history(slow, 5, "it diverged"), truth) == (np.inf, np.inf)
+
+
+def point(code, error, seconds, own=None, failed=""):
+    return Point(code, "s", "1x1", 0.1, error, error, own, seconds, seconds, 1.0, 1.0, failed)
+
+
+def test_the_best_and_the_front():
+    points = (
+        point(OURS, 5e-3, 0.1),
+        point(OURS, 9e-3, 0.2),
+        point(OURS, 5e-4, 0.4),
+        point(EXUDYN, 8e-3, 0.3, own=2e-2),
+        point(EXUDYN, None, 0.01, failed="it diverged"),
+    )
+    found = Comparison(points, {}, {}, apart=False)
+    assert found.best(OURS, 1e-2) == points[0] and found.best(OURS, 1e-3) == points[2]
+    assert found.best(EXUDYN, 1e-3) is None
+    assert found.front(OURS) == [points[0], points[2]]
+    assert found.front(EXUDYN) == [points[3]]
+    assert "1 % error: shellmb 0.1 s" in sentence(found)
+    assert "0.1 % error: shellmb 0.4 s" in sentence(found)
+    assert "Exudyn not reached" in sentence(found)
+    # by its own converged answer it does not reach 1 % either
+    assert Comparison(points, {}, {}, apart=True).best(EXUDYN, 1e-2) is None
+
+
+def test_codes_take_turns():
+    ours = [OurPlate((n, 1), 0.1) for n in (1, 2, 3, 4)]
+    theirs = [ExudynPlate((n, 1), 0.1) for n in (1, 2)]
+    kinds = [isinstance(p, OurPlate) for p in peer.in_turn(ours, theirs)]
+    assert kinds == [True, False, True, True, False, True]
+
+
+def test_ours():
+    found = our_plate.run(OurPlate((2, 1), 1e-2, "ed", 0.0))
+    assert len(found.t) == 51 and found.t[-1] == pytest.approx(0.5) and not found.failed
+    # Exudyn on 12x4 elements gives 0.11508; two elements are not many
+    assert found.peak == pytest.approx(0.11508, rel=0.01)
+    assert found.cpu_s > 0 and 1 < found.iterations < 20 and found.factorisations < 3
+
+
+def test_without_the_peer(monkeypatch):
+    find = importlib.util.find_spec
+    monkeypatch.setattr(
+        importlib.util, "find_spec", lambda name: None if name == "exudyn" else find(name)
+    )
+    with pytest.raises(SceneError, match="'peers'"):
+        exudyn_plate.run(ExudynPlate((2, 1), 1e-3))
+
+
+@pytest.mark.skipif(importlib.util.find_spec("exudyn") is None, reason="extra 'peers' not there")
+class TestExudyn:
+    def test_the_known_peak(self):
+        found = exudyn_plate.run(ExudynPlate((6, 2), 1e-3))
+        # Exudyn 1.13.6 as measured before this model was written; five digits were noted
+        assert found.peak == pytest.approx(0.11466, abs=2e-5)
+        assert len(found.t) == 501 and not found.failed
+
+    def test_the_middle_of_the_edge_on_any_mesh(self):
+        # an odd number of elements across has no node there
+        odd, even = (exudyn_plate.run(ExudynPlate((6, n), 2.5e-3)) for n in (1, 2))
+        # the meshes differ, too
+        assert odd.peak == pytest.approx(even.peak, rel=5e-3)
+
+    def test_failures_are_told(self):
+        found = exudyn_plate.run(ExudynPlate((12, 2), 1e-2, force=40.0))
+        assert found.failed and difference(found, found) == (np.inf, np.inf)
