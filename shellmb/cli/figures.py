@@ -1,0 +1,57 @@
+"""The command `shellmb figures`."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+from shellmb.cli.failures import first_rank
+from shellmb.cli.report import say
+from shellmb.errors import SceneError
+from shellmb.figures.example import Example
+from shellmb.figures.make import find_examples, make
+from shellmb.figures.report import print_made, to_json
+
+
+def run_figures(
+    section: str | None, runs: Path, out: Path, only: str | None, as_json: bool, draw: bool
+) -> bool:
+    """Make the figures of one example or of all, print what was found, say whether all pass.
+
+    Args:
+        section: Section of the paper; None: all examples.
+        runs: Folder of the runs: a run NAME of example 6.1 is in `6.1/NAME`.
+        out: Folder of the pictures: those of example 6.1 are in `6.1`.
+        only: Name of the only run wanted.
+        as_json: Whether a JSON list of the statements is printed.
+        draw: Whether pictures are drawn.
+
+    Raises:
+        SceneError: If there is no such example or run.
+    """
+    examples = find_examples(section)
+    if only is not None:
+        examples = _with_run(examples, only)
+
+    def report(text: str) -> None:
+        if first_rank():
+            print(text, file=sys.stderr, flush=True)
+
+    judged = []
+    for example in examples:
+        pictures = out / example.section if draw else None
+        made = make(example, runs / example.section, pictures, only, report)
+        judged += made.judged
+        if first_rank() and not as_json:
+            print_made(made)
+    if first_rank() and as_json:
+        say(to_json(judged))
+    return all(j.passed for j in judged)
+
+
+def _with_run(examples: list[Example], name: str) -> list[Example]:
+    found = [e for e in examples if name in {run.name for run in e.runs}]
+    if not found:
+        known = ", ".join(f"'{run.name}'" for e in examples for run in e.runs)
+        raise SceneError(f"figures: there is no run '{name}'; give one of {known}")
+    return found

@@ -1,0 +1,135 @@
+"""Section 6.3: what the paper states in its text, and how our runs fare."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+
+from shellmb.demos.antenna import HINGES, PANELS, moments, opening, rocking
+from shellmb.figures.example import FinishedRun, Results, Statement, Verdict
+
+__all__ = ["STATEMENTS"]
+
+BOTH = ("shell-ed", "beam-ed")
+# sampling of moments [s]
+STEP = 0.2
+
+
+def _time_90(run: FinishedRun) -> float:
+    """When the last hinge passes 90 % of its final angle [s]; infinite if it does not."""
+    late = 0.0
+    for hinge in HINGES:
+        past = np.flatnonzero(opening(run.history, hinge) >= 0.9)
+        late = max(late, float(run.history["t"].iloc[past[0]]) if len(past) else np.inf)
+    return late
+
+
+def _rocking(run: FinishedRun) -> float:
+    """Largest rotation of a reinforcing beam about `i_1` [degrees]."""
+    lines = [f"{ends}{i}" for ends in ("AB", "CD") for i in range(1, PANELS + 1)]
+    return max(float(np.abs(rocking(run.history, line)).max()) for line in lines)
+
+
+def _largest(run: FinishedRun, part: str) -> list[float]:
+    """Largest moment at the centre of each panel [N]."""
+    return [float(np.nanmax(np.abs(moments(run, i)[part]))) for i in range(1, PANELS + 1)]
+
+
+def _deployed(results: Results) -> Verdict:
+    times = [_time_90(results[name]) for name in BOTH]
+    said = f"the last hinge passes 90 % at {times[0]:.1f} s (shell), {times[1]:.1f} s (beam)"
+    return Verdict(said, max(times) <= 100)
+
+
+def _alike(results: Results) -> Verdict:
+    a, b = (results[name].history for name in BOTH)
+    apart = [
+        float(np.abs(opening(a, h) - np.interp(a["t"], b["t"], opening(b, h))).max())
+        for h in HINGES
+    ]
+    return Verdict(f"at most {max(apart):.1%} of the final angle apart", max(apart) < 0.1)
+
+
+def _rocks(results: Results) -> Verdict:
+    found = _rocking(results["shell-ed"])
+    # an amplitude of a size the text leaves open: half to twice of it
+    return Verdict(f"{found:.2g} degrees", 3.5 < found < 14)
+
+
+def _none(results: Results, name: str) -> Verdict:
+    found = _rocking(results[name])
+    # what round-off grows to
+    return Verdict(f"{found:.0e} degrees", found < 1e-6)
+
+
+def _twisting(results: Results) -> Verdict:
+    on, off = (_largest(results[name], "12") for name in ("shell-ed", "shell-off"))
+    bending = _largest(results["shell-ed"], "11")
+    said = f"{max(on):.2g} N, {max(on) / max(bending):.0%} of M11; without D16: {max(off):.0e} N"
+    return Verdict(said, max(on) > 1e-2 * max(bending) and max(off) < 1e-6 * max(bending))
+
+
+def _transverse(results: Results) -> Verdict:
+    ratios = np.divide(_largest(results["shell-ed"], "22"), _largest(results["shell-ed"], "11"))
+    # less than an order of magnitude apart
+    said = "M22/M11 = " + ", ".join(f"{r:.2f}" for r in ratios) + " in panels 1 to 4"
+    return Verdict(said, bool(ratios.min() > 0.1))
+
+
+def _shear(results: Results) -> Verdict:
+    said, apart = [], []
+    for name, text in (("shell-ed", "shell"), ("beam-ed", "beam")):
+        h = results[name].history
+        a, b = h["C1A2_F2"], h["D1B2_F2"]
+        apart.append(float((a - b).abs().max()) / 2)
+        said.append(f"{text} {float(a.abs().max()):.2g} N, antisymmetric part {apart[-1]:.1g} N")
+    return Verdict("; ".join(said), apart[0] > 1e-2 and apart[1] < 1e-6)
+
+
+def _turns(run: FinishedRun) -> int:
+    """Maxima and minima of M11 in all panels after the last hinge has passed 90 %."""
+    t = np.arange(_time_90(run), float(run.history["t"].iloc[-1]), STEP)
+    count = 0
+    for i in range(1, PANELS + 1):
+        # before the first step there are no resultants
+        known, values = run.history["t"].to_numpy()[1:], moments(run, i)["11"][1:]
+        slope = np.diff(np.interp(t, known, values))
+        count += int(np.count_nonzero(slope[1:] * slope[:-1] < 0))
+    return count
+
+
+def _frequencies(results: Results) -> Verdict:
+    shell, beam = (_turns(results[name]) for name in BOTH)
+    said = f"{shell} maxima and minima after deployment, beam model {beam}"
+    return Verdict(said, shell > 1.5 * beam)
+
+
+STATEMENTS = (
+    Statement("Full deployment", "50-100 s", BOTH, _deployed),
+    Statement("Rotations at the hinges, shell and beam model", "fair agreement", BOTH, _alike),
+    Statement(
+        "Rocking of the reinforcing beams (shell model)", "up to 7 degrees", ("shell-ed",), _rocks
+    ),
+    Statement("Rocking in the beam model", "none", ("beam-ed",), partial(_none, name="beam-ed")),
+    Statement(
+        "Rocking with a lay-up without D16, D26",
+        "the effect is that of the coupling",
+        ("shell-off",),
+        partial(_none, name="shell-off"),
+    ),
+    Statement(
+        "Twisting moments M12",
+        "significant; vanish without coupling",
+        ("shell-ed", "shell-off"),
+        _twisting,
+    ),
+    Statement("Transverse bending M22", "of the order of M11", ("shell-ed",), _transverse),
+    Statement(
+        "Transverse shear forces in the connector beams C1A2, D1B2",
+        "large, by the rocking",
+        BOTH,
+        _shear,
+    ),
+    Statement("Frequencies of M11", "much higher in the shell model", BOTH, _frequencies),
+)

@@ -1,0 +1,149 @@
+"""Makes an example: its runs, then its figures and the judgement of its statements."""
+
+from __future__ import annotations
+
+import importlib
+import time as clock
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+from mpi4py import MPI
+
+from shellmb.errors import SceneError
+from shellmb.figures.example import Example, FinishedRun, Results, Run
+from shellmb.figures.pictures import draw_animation, draw_figure
+from shellmb.figures.runs import finish
+
+# modules of the examples by their section in the paper
+EXAMPLES = {"6.1": "lateral_buckling", "6.2": "snap_through", "6.3": "antenna"}
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A statement and how it fares.
+
+    Args:
+        example: Section of the paper.
+        statement: What is stated.
+        paper: The paper's value.
+        ours: Ours.
+        passed: Whether it holds.
+    """
+
+    example: str
+    statement: str
+    paper: str
+    ours: str
+    passed: bool
+
+
+@dataclass(frozen=True)
+class Made:
+    """What was made of an example.
+
+    Args:
+        example: The example.
+        runs: Its runs, those that were wanted.
+        judged: Its statements.
+        pictures: The files that were drawn.
+        wall_s: Wall time of each run, whenever it was made [s].
+        drawing_s: Wall time of drawing the figures [s].
+    """
+
+    example: Example
+    runs: dict[str, FinishedRun]
+    judged: list[Judged]
+    pictures: list[Path]
+    wall_s: dict[str, float]
+    drawing_s: float
+
+
+def find_examples(section: str | None = None) -> list[Example]:
+    """The examples.
+
+    Args:
+        section: Section of the paper; None: all.
+
+    Raises:
+        SceneError: If there is none of that section.
+    """
+    if section is not None and section not in EXAMPLES:
+        raise SceneError(f"figures: there is no example '{section}'; give one of {_known()}")
+    wanted = EXAMPLES if section is None else {section: EXAMPLES[section]}
+    return [importlib.import_module(f"shellmb.figures.{m}").EXAMPLE for m in wanted.values()]
+
+
+def _known() -> str:
+    return ", ".join(EXAMPLES)
+
+
+def make(
+    example: Example,
+    runs: Path,
+    out: Path | None,
+    only: str | None = None,
+    report: Callable[[str], None] = lambda text: None,
+    comm: MPI.Comm = MPI.COMM_WORLD,
+) -> Made:
+    """Make an example.
+
+    Args:
+        example: The example.
+        runs: Folder of its run directories; runs that are finished in it are used.
+        out: Folder of its pictures; None: nothing is drawn.
+        only: Name of the only run wanted; figures and statements that need others are left out.
+        report: Told what is going on, on every rank.
+        comm: Communicator; the call is collective, pictures are drawn on rank 0.
+
+    Raises:
+        SceneError: If a run directory holds another run.
+        ConvergenceError: If a run fails that the paper does not say to fail.
+    """
+    finished: dict[str, FinishedRun] = {}
+    for run in _wanted(example, only):
+        report(f"{example.section} {run.name}")
+        finished[run.name] = finish(run, runs / run.name, comm)
+    results = Results(finished)
+    begin = clock.perf_counter()
+    pictures: list[Path] = []
+    if out is not None and comm.rank == 0:
+        out.mkdir(parents=True, exist_ok=True)
+        for figure in example.figures:
+            if _has(finished, figure.runs):
+                report(f"{example.section} figure {figure.number}")
+                pictures.append(out / f"figure-{figure.number}.png")
+                draw_figure(figure, results, pictures[-1])
+        if example.animation in finished:
+            report(f"{example.section} animation")
+            pictures.append(out / "animation.gif")
+            draw_animation(finished[example.animation].states, pictures[-1])
+    drawing = clock.perf_counter() - begin
+    judged = []
+    for one in example.statements:
+        if _has(finished, one.runs):
+            verdict = one.judge(results)
+            judged.append(
+                Judged(example.section, one.text, one.paper, verdict.ours, bool(verdict.passed))
+            )
+    wall = {name: wall_time(run) for name, run in finished.items()}
+    comm.Barrier()
+    return Made(example, finished, judged, pictures, wall, drawing)
+
+
+def _wanted(example: Example, only: str | None) -> tuple[Run, ...]:
+    return example.runs if only is None else (example.run(only),)
+
+
+def _has(finished: dict[str, FinishedRun], names: Iterable[str]) -> bool:
+    return set(names) <= finished.keys()
+
+
+def wall_time(run: FinishedRun) -> float:
+    """Wall time of a run with its set-up, those of all its parts if it was resumed [s].
+
+    Args:
+        run: The run.
+    """
+    # the column goes on where a run is resumed, the time of the set-up is that of the last part
+    return float(run.history["wall_s"].iloc[-1]) + float(run.summary["setup_s"] or 0.0)
