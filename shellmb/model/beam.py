@@ -131,7 +131,7 @@ class BeamModel(FrameBody):
             inert = mass if beam.rotary_inertia else FrameMass(mass.m)
             self.masses = ((inert, self.rules.nodes),)
         self._loads = loads
-        slenderness = beam.section.size / domain.length
+        self.slenderness = slenderness = beam.section.size / domain.length
         label = f"of beam '{beam.name}'"
         self.parts = (
             PartScale("u", f"displacement {label}", domain.length, _ADVICE_MOTION),

@@ -101,6 +101,8 @@ class Body(Protocol):
     # whether constraints tie its jump of velocities to those of other bodies: then the jump is
     # unknown, and these parts of it have equations
     coupled: bool
+    # thickness over length: how much stiffer than bending the body is in its own plane or line
+    slenderness: float
 
     @property
     def jump_parts(self) -> frozenset[str]:
@@ -181,6 +183,7 @@ class Massless:
     fixed: list[FixedDofs] = field(default_factory=list)
     kinematic: frozenset[str] = frozenset()
     coupled: bool = False
+    slenderness: float = 1.0
     jump_parts: frozenset[str] = frozenset()
 
     def velocity_constraint(self, v: Expr, mid: Expr, dv: Expr) -> Form | None:

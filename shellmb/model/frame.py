@@ -50,6 +50,7 @@ class FrameBody:
         self.links: tuple[NodeLink, ...] = ()
         # set with the model: where there are frames, jumps of velocities are unknown
         self.coupled = False
+        self.slenderness = 1.0
         self.kinematic = frozenset({"u", "w"})
         # parts of the mass with the rule that integrates each; none in statics
         self.masses: tuple[tuple[FrameMass, ufl.Measure], ...] = ()

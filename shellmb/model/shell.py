@@ -71,7 +71,7 @@ class ShellModel:
         self.kinematic = frozenset({"u", "w", "bubble"} & self.mixed.parts.keys())
         # set where joints tie the shell's velocities to those of other bodies
         self.coupled = False
-        slenderness = shell.section.thickness / surface_mesh.length
+        self.slenderness = slenderness = shell.section.thickness / surface_mesh.length
         label = f"of shell '{shell.name}'"
         scales = {
             "u": (f"displacement {label}", surface_mesh.length, _ADVICE_MOTION),

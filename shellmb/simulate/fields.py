@@ -12,6 +12,10 @@ from ufl import Form
 from shellmb.model.body import Body, Dofs
 from shellmb.system.fields import Directors, Field, Link, Part
 
+# thickness over length below which resultants are not eliminated: round-off leaves
+# `1e-16 / THIN^2 = 1e-8` of forces of bending, which Newton's method still makes up for
+THIN = 1e-4
+
 NONE: Dofs = np.zeros(0, dtype=np.int32)
 
 
@@ -49,8 +53,15 @@ def body_field(
 
 
 def elementwise_dofs(body: Body) -> Dofs:
-    """Local dofs that are coupled to others of their cell only."""
-    return np.concatenate([NONE, *(body.mixed.dofs[p] for p in sorted(body.mixed.elementwise))])
+    """Local dofs that are coupled to others of their cell only, and can be eliminated there.
+
+    In very thin bodies resultants stay unknowns: without them round-off of strains, times the
+    membrane stiffness, would be as large as forces of bending.
+    """
+    parts = body.mixed.elementwise
+    if body.slenderness < THIN:
+        parts = parts - {"N", "S"}
+    return np.concatenate([NONE, *(body.mixed.dofs[p] for p in sorted(parts))])
 
 
 def body_directors(body: Body) -> Directors | None:

@@ -31,6 +31,10 @@ Bools = npt.NDArray[np.bool_]
 
 # singular values of constraints below this, of directors of unit length, are none
 DEPENDENT = 1e-8
+# rotation in one update beyond which it is taken as it is, rad
+TURN = 0.1
+# violation of a constraint of directors of unit length that is none
+ROUND_OFF = 1e-13
 
 
 class Bases(NamedTuple):
@@ -195,7 +199,11 @@ class DirectorNodes:
         if self.rates is not None:
             others[number] = self._allowed(values + change, others)
         elif not self.declared.linear:
-            others[number] = rotated(self.reference + values, change) - self.reference
+            # far from the solution a linear update of all unknowns alike leads further: a rotation
+            # by that much would leave the displacements behind
+            far = np.einsum("ni,ni->n", change, change) > TURN**2
+            turned = rotated(self.reference + values, change) - self.reference
+            others[number] = np.where(far[:, None], values + change, turned)
 
     def nearest(self, number: int, values: Floats, others: dict[int, Floats]) -> None:
         """Values near given ones such that the constraints hold; arguments as of `moved`."""
@@ -213,14 +221,17 @@ class DirectorNodes:
         return np.asarray(rates - np.einsum("nic,ncj,nj->ni", pseudo_inverse(C), C, rates))
 
     def correction(self, fields: Sequence[Field]) -> Floats:
-        """Change that would bring back to the constraints those that no rotation keeps there.
+        """Change that brings nodes back to their constraints, to first order.
 
-        Zero where all components are free: such nodes never leave their constraints.
+        Zero where only rotations have changed the directors: these keep the constraints.
         """
         out = np.zeros(self.dofs.shape)
-        if self.partial and self.rates is None and not self.declared.linear:
+        if self.rates is None and not self.declared.linear:
             d = self.now()
             C, g = constraint(d), violation(d)
+            off = self.regular & (np.abs(g).max(axis=1, initial=0.0) > ROUND_OFF)
+            if np.any(off):
+                out[off] = -np.einsum("nic,nc->ni", pseudo_inverse(C[off]), g[off])
             for group in self.partial:
                 for n in group.nodes:
                     free = ~group.fixed

@@ -25,6 +25,7 @@ from shellmb.scene import (
     Revolute,
     RigidBody,
     Scene,
+    Solver,
     Spherical,
     Weld,
 )
@@ -218,7 +219,9 @@ class Stop(Silent):
 
 def test_directory_of_a_mechanism_and_its_resumption(tmp_path):
     whole, parts = tmp_path / "whole", tmp_path / "parts"
-    expected = execute(pendulum(probes=Probe("tip", "tip")), whole)
+    # bit for bit with factorisations in each iteration: older ones are not saved
+    scene = pendulum(probes=Probe("tip", "tip"), solver=Solver(newton="full"))
+    expected = execute(scene, whole)
     names = {path.name for path in whole.iterdir()}
     assert names >= {"shape.png", "probes.png", "energy.png", "steps.png", "animation.gif"}
 
@@ -233,8 +236,8 @@ def test_directory_of_a_mechanism_and_its_resumption(tmp_path):
     assert np.allclose(joints.points, 0) and joints.n_points == 2
 
     with pytest.raises(KeyboardInterrupt):
-        execute(pendulum(probes=Probe("tip", "tip")), parts, [Stop()], pictures=False)
-    resumed = resume(parts, scene=pendulum(probes=Probe("tip", "tip")), pictures=False)
+        execute(scene, parts, [Stop()], pictures=False)
+    resumed = resume(parts, scene=scene, pictures=False)
     for name, array in expected.simulation.arrays().items():
         assert np.array_equal(array, resumed.simulation.arrays()[name])
     left, right = (r.history.drop(columns="wall_s") for r in (expected, resumed))
