@@ -59,7 +59,7 @@ class Plan:
     rounds: int = 3
     memory: bool = False
     limit: int = LIMIT
-    clock: str = "cpu"
+    clock: str = "wall"
 
     def cases(self) -> list[tuple[str, str, tuple[int, int]]]:
         """Scene, scheme and mesh of all, small ones first."""

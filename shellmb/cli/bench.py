@@ -57,7 +57,7 @@ def bench(
         typer.Option(min=1, help="Unknowns beyond which the unreduced path is left out."),
     ] = None,
     memory: Annotated[bool, typer.Option("--memory", help="Peak memory of all.")] = False,
-    clock: Annotated[Clock, typer.Option(help="Processor or wall times.")] = Clock.cpu,
+    clock: Annotated[Clock, typer.Option(help="Processor or wall times.")] = Clock.wall,
     peer: Annotated[Peer | None, typer.Option(help="Compare with another code.")] = None,
     out: Annotated[Path | None, typer.Option(help="Folder for picture and numbers.")] = None,
     quick: Annotated[bool, typer.Option("--quick", help="A small mesh, few steps.")] = False,
