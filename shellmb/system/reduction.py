@@ -84,8 +84,8 @@ class Reduction:
         diagonal = numbers.first_outer + np.arange(len(numbers.outer))
         self._values = np.zeros(len(rows) + len(diagonal))
         self.A.setPreallocationCOO(
-            np.concatenate([rows, diagonal]).astype(PETSc.IntType),
-            np.concatenate([columns, diagonal]).astype(PETSc.IntType),
+            np.concatenate([rows, diagonal.astype(np.int32)]).astype(PETSc.IntType, copy=False),
+            np.concatenate([columns, diagonal.astype(np.int32)]).astype(PETSc.IntType, copy=False),
         )
         ends = np.cumsum([0, *(part.entries for part in self.parts)])
         self._slices = [self._values[a:b] for a, b in itertools.pairwise(ends)]
