@@ -23,6 +23,7 @@ import numpy as np
 import pandas as pd
 
 from shellmb.analytic.inertia import box
+from shellmb.errors import SceneError
 from shellmb.scene import (
     GROUND,
     AlongLine,
@@ -113,10 +114,8 @@ def scene(
         edges: Whether the simply supported edges are held along their own direction too, or
             their corners at B's end only. In the paper "simply supported"; without being held
             sideways it could not snap through.
-        glue: How the stiffener is connected: by shell revolute joints at all its nodes, as
-            section 5 of the paper wants it, or sharing the director.
-        offset: Of the stiffener's axis above the mid-surface [m]. Not in the paper; the centre is
-            the plain reading of "along line BE".
+        glue: Stiffener with shell revolute joints at its nodes (section 5), or sharing directors.
+        offset: Of the stiffener above the mid-surface [m]; in the paper it is "along line BE".
         bar: Side of the crank's section [m]: a steel bar as the lever. Not in the paper; the driven
             crank's mass matters for the driving torque only.
         imperfection: Amplitude of a deviation from the cylinder, a full sine wave from edge to edge
@@ -211,6 +210,8 @@ def _shell(
 
 def _arches(count: int, elements: int, offset: float) -> dict[str, Any]:
     """Strips of the shell side by side, those at the free edges of half the width."""
+    if count < 3 or count % 2 == 0:
+        raise SceneError(f"snap_through: arches is {count}; it must be odd and at least 3")
     beams = [Beam("stiffener", Line(B, END), _square(offset), count - 1)]
     joints: list[Any] = []
     high, wide = -RISE, RADIUS * math.sin(HALF_ANGLE)

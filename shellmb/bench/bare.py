@@ -14,7 +14,7 @@ import numpy as np
 from shellmb.simulate.problem import Problem
 from shellmb.system import native
 from shellmb.system.linear import DirectSolver, Linear, Unreduced
-from shellmb.system.loops import FormLoop, LoopResiduals, mesh_cells
+from shellmb.system.loops import FormLoop, LoopResiduals, mesh_groups
 from shellmb.system.reduction import Reduction
 
 # a part is timed until it has taken so long, but at least and at most so often
@@ -60,17 +60,13 @@ class BareWork:
 
     def __init__(self, problem: Problem) -> None:
         self._problem, system = problem, problem.system
-        self._residuals = LoopResiduals(system)
+        groups = mesh_groups(system)
+        self._residuals = LoopResiduals(groups)
         self._local = np.zeros(len(system.numbering.local_to_global))
         self._loops = []
-        for cells, group in zip(*mesh_cells(system), strict=True):
-            forms = [
-                (form, group.index(i), group.index(j))
-                for (i, j), parts in system.jacobians.items()
-                if i in group
-                for form in parts
-            ]
-            loop = FormLoop(cells, forms)
+        for group in groups:
+            cells = group.cells
+            loop = FormLoop(cells, group.jacobians())
             K = np.empty((cells.size, cells.size))
             self._loops.append((cells.count, cells.struct(loop), loop, loop.pointer(K)))
         self._lib = native.cells().lib

@@ -98,7 +98,7 @@ class Runner:
     def _restart(self) -> None:
         """At the start again, with nothing left of what was learnt on the way."""
         self.simulation.restore(*self._start)
-        self._iteration.refresh.begin("another system")
+        self._iteration.refresh.forget()
 
     def round(self, steps: int) -> Round:
         """Run steps, then time their bare work; of several ranks the slowest counts.

@@ -9,33 +9,19 @@ from pathlib import Path
 
 from rich.console import Console
 
-from shellmb.observers.checkpoint import Checkpoint
-from shellmb.observers.constraints import Constraints
-from shellmb.observers.energy import EnergyAccount
-from shellmb.observers.frames import Frames
-from shellmb.observers.history import History, Measuring
-from shellmb.observers.joints import JointForces
-from shellmb.observers.momentum import Momentum
-from shellmb.observers.probes import Probes
 from shellmb.observers.progress import ProgressReport
-from shellmb.run.execute import FIELDS, HISTORY, STATE
+from shellmb.run.standard import StandardObservers
 from shellmb.simulate.simulation import Observer, Silent, Simulation
 
 
 def default_observers(folder: Path) -> list[Observer]:
-    """Those of `shellmb run`, in their order; a test compares.
+    """Those of `shellmb run`.
 
     Args:
         folder: What they write goes there; what they say goes nowhere.
     """
-    energy = EnergyAccount()
-    known: list[Observer] = [energy, Constraints(), Momentum(energy), Probes(), JointForces()]
-    measuring = [o for o in known if isinstance(o, Measuring)]
-    nowhere = Console(file=io.StringIO())
-    known += [ProgressReport(nowhere), History(measuring, folder / HISTORY)]
-    known.append(Frames(folder / FIELDS))
-    named = {str(k): o for k, o in enumerate(known)}
-    return [*known, Checkpoint(folder / STATE, named)]
+    progress = ProgressReport(Console(file=io.StringIO()))
+    return list(StandardObservers(folder, [progress]).named.values())
 
 
 class Timed(Silent):

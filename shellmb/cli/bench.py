@@ -66,7 +66,8 @@ def bench(
 ) -> None:
     """Measure what a step costs on this machine, part by part, or against another code.
 
-    Processor times, which on an idle machine are the wall times, compare on a busy one, too.
+    Wall times, or with `--clock cpu` processor times: these compare on a busy machine, too, but
+    reading that clock takes a good part of a millisecond in some sandboxes.
     """
     # before the libraries load: what is compared runs on one thread
     os.environ.setdefault("OMP_NUM_THREADS", "1")

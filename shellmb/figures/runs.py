@@ -17,9 +17,10 @@ from shellmb.errors import ConvergenceError, SceneError
 from shellmb.figures.example import FinishedRun, Run
 from shellmb.observers.history import read_history
 from shellmb.observers.progress import ProgressReport
-from shellmb.run.execute import HISTORY, STATE, SUMMARY, execute
+from shellmb.run.execute import execute
 from shellmb.run.request import REQUEST, Options, Request, read_request
 from shellmb.run.resume import resume
+from shellmb.run.standard import HISTORY, STATE, SUMMARY
 from shellmb.scene import Scene
 
 State = Literal["new", "stopped", "finished"]

@@ -13,8 +13,8 @@ import pyvista
 
 from shellmb.observers.drawn import JOINTS, LINE, VERTEX
 from shellmb.observers.frames import Frame
-from shellmb.observers.grid import Grid
-from shellmb.run.execute import FIELDS
+from shellmb.observers.grid import Grid, lattice
+from shellmb.run.standard import FIELDS
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -80,7 +80,7 @@ def _grid(name: str, data: pyvista.UnstructuredGrid) -> Grid:
     cells = list(_split(vtk))
     if types[0] == QUADRILATERAL:
         every = np.array(cells)
-        pieces, around = _lattice(round(every.shape[1] ** 0.5) - 1)
+        pieces, around = lattice(_vtk_points(round(every.shape[1] ** 0.5) - 1))
         return Grid(name, nodes, vtk, types, every[:, pieces].reshape(-1, 4), every[:, around])
     if types[0] == CURVE:
         every = np.array(cells)
@@ -111,26 +111,15 @@ def _split(vtk: Ints) -> Iterator[Ints]:
         first = behind
 
 
-def _lattice(k: int) -> tuple[Ints, Ints]:
-    """Flat pieces of VTK's Lagrange quadrilateral of degree k, and the nodes around it.
+def _vtk_points(k: int) -> Floats:
+    """Reference positions of the nodes of VTK's Lagrange quadrilateral of degree k.
 
-    Its nodes are: the corners; those inside its sides, along bottom, right, top, left as the
-    coordinates grow; those inside, row by row.
-
-    Args:
-        k: The degree.
+    They are: the corners; those inside its sides, along bottom, right, top, left as the coordinates
+    grow; those inside, row by row.
     """
     inner = range(1, k)
     order = [(0, 0), (k, 0), (k, k), (0, k)]
     order += [(i, 0) for i in inner] + [(k, j) for j in inner]
     order += [(i, k) for i in inner] + [(0, j) for j in inner]
     order += [(i, j) for j in inner for i in inner]
-    node = {place: n for n, place in enumerate(order)}
-    pieces = [
-        [node[i, j], node[i + 1, j], node[i + 1, j + 1], node[i, j + 1]]
-        for i in range(k)
-        for j in range(k)
-    ]
-    around = [(i, 0) for i in range(k)] + [(k, j) for j in range(k)]
-    around += [(i, k) for i in range(k, 0, -1)] + [(0, j) for j in range(k, -1, -1)]
-    return np.array(pieces), np.array([node[place] for place in around])
+    return np.array(order) / k

@@ -93,7 +93,7 @@ class Gatherer:
             lines = np.stack([along[:, :-1], along[:, 1:]], axis=-1).reshape(-1, 2)
             self.grid = Grid(body.name, nodes, cells, types, lines=lines, width=2.5)
             return
-        pieces, around = _lattice(points)
+        pieces, around = lattice(points)
         faces = own[:, pieces].reshape(-1, pieces.shape[1])
         self.grid = Grid(body.name, nodes, cells, types, faces, own[:, around])
 
@@ -114,7 +114,7 @@ def _numbers(index_map, local: npt.NDArray[np.int32]) -> Ints:  # type: ignore[n
     return np.asarray(flat, dtype=np.int64).reshape(local.shape)
 
 
-def _lattice(points: Floats) -> tuple[Ints, Ints]:
+def lattice(points: Floats) -> tuple[Ints, Ints]:
     """Flat pieces of a Lagrange cell and the nodes around it, by the positions of its nodes.
 
     Args:

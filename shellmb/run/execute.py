@@ -13,21 +13,14 @@ from mpi4py import MPI
 import pandas as pd
 
 from shellmb.errors import ConvergenceError, SceneError
-from shellmb.observers.checkpoint import Checkpoint, Saved
-from shellmb.observers.constraints import Constraints
+from shellmb.observers.checkpoint import Saved
 from shellmb.observers.energy import EnergyAccount
-from shellmb.observers.history import History, Measuring
-from shellmb.observers.joints import JointForces
-from shellmb.observers.momentum import Momentum
-from shellmb.observers.probes import Probes
-from shellmb.observers.summary import Sources, summarise, write_json
+from shellmb.observers.summary import summarise, write_json
 from shellmb.run.directory import refuse_used
 from shellmb.run.request import REQUEST, Request
+from shellmb.run.standard import STATE, SUMMARY, StandardObservers
 from shellmb.scene import Scene
 from shellmb.simulate.simulation import PAST, Observer, Simulation
-
-# names in a run directory
-SUMMARY, HISTORY, FIELDS, STATE = "summary.json", "history.csv", "fields", "state"
 
 type Results = Callable[[RunResult], dict[str, float]]
 
@@ -92,36 +85,14 @@ def execute(
     simulation = Simulation(scene, comm)
     if directory is not None:
         _prepare(directory, request, comm)
-    energy, constraints, probes = EnergyAccount(), Constraints(), Probes()
-    joints = JointForces()
-    momentum = Momentum(energy)
-    known: list[Observer] = [energy, constraints, momentum, probes, joints]
-    measuring = [o for o in (*known, *observers) if isinstance(o, Measuring)]
-    history = History(measuring, None if directory is None else directory / HISTORY)
-    named: dict[str, Observer] = {
-        "energy": energy,
-        "constraints": constraints,
-        "momentum": momentum,
-        "probes": probes,
-        "joints": joints,
-        **{f"observer {k}": o for k, o in enumerate(observers)},
-        "history": history,
-    }
-    frames = None
-    if directory is not None:
-        # VTK and matplotlib are only loaded where something is written
-        from shellmb.observers.frames import Frames
-
-        frames = Frames(directory / FIELDS)
-        named["frames"] = frames
-        named["checkpoint"] = Checkpoint(directory / STATE, dict(named))
+    standard = StandardObservers(directory, observers)
     if saved is not None:
-        _restore(simulation, named, saved)
+        _restore(simulation, standard.named, saved)
 
-    sources = Sources(energy, momentum, constraints, history)
+    history, frames = standard.sources.history, standard.frames
     failed: str | None = None
     try:
-        simulation.run(list(named.values()))
+        simulation.run(list(standard.named.values()))
     except BaseException as failure:
         failed = str(failure) or type(failure).__name__
         if isinstance(failure, ConvergenceError) and directory is not None:
@@ -135,8 +106,8 @@ def execute(
             scene,
             simulation,
             history.table(),
-            summarise(simulation, sources, wall, failed),
-            energy,
+            summarise(simulation, standard.sources, wall, failed),
+            standard.sources.energy,
             directory,
         )
         if started and directory is not None and comm.rank == 0:

@@ -97,12 +97,17 @@ class SceneModule:
         try:
             return TypeAdapter(hint).validate_python(value)
         except ValidationError:
-            wanted = getattr(hint, "__name__", None) or str(hint)
-            kind = {"float": "a number", "int": "a whole number", "bool": "true or false"}
             raise SceneError(
-                f"scene '{self.name}': {name} is '{text}'; it must be "
-                f"{kind.get(wanted, f'of type {hint}')}"
+                f"scene '{self.name}': {name} is '{text}'; it must be {_in_words(hint)}"
             ) from None
+
+
+def _in_words(hint: Any) -> str:
+    """What a value of a type is."""
+    if typing.get_origin(hint) is typing.Literal:
+        return " or ".join(f"'{choice}'" for choice in typing.get_args(hint))
+    kinds = {float: "a number", int: "a whole number", bool: "true or false"}
+    return kinds.get(hint, f"of type {hint}")
 
 
 def demos() -> dict[str, str]:

@@ -8,9 +8,10 @@ from pathlib import Path
 from mpi4py import MPI
 
 from shellmb.observers.checkpoint import read_checkpoint
-from shellmb.run.execute import STATE, RunResult, execute
+from shellmb.run.execute import RunResult, execute
 from shellmb.run.loader import SceneModule
 from shellmb.run.request import Request, read_request
+from shellmb.run.standard import STATE
 from shellmb.scene import Scene
 from shellmb.simulate.simulation import Observer
 

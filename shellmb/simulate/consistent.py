@@ -17,7 +17,7 @@ from shellmb.schemes.base import Levels
 from shellmb.simulate.fields import body_field, kinematic_dofs, without_jump
 from shellmb.system.assembly import BlockSystem
 from shellmb.system.fields import Part
-from shellmb.system.iteration import NewtonSettings
+from shellmb.system.iteration import Iteration, NewtonSettings
 from shellmb.system.newton import NEWTON
 
 Values = npt.NDArray[np.float64]
@@ -59,7 +59,7 @@ class VelocityProjection:
         self.fields = {f.name: f for f in fields}
         self.system = BlockSystem(model.comm, fields)
         self._newton = NEWTON["newton"](
-            self.system, NewtonSettings(1e-9, 5), f"shellmb_velocity_{id(self)}_"
+            Iteration(self.system, NewtonSettings(1e-9, 5), f"shellmb_velocity_{id(self)}_")
         )
 
     def take_given(self) -> None:

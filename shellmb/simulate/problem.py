@@ -21,8 +21,7 @@ from shellmb.simulate.fields import body_directors, body_field, kinematic_dofs, 
 from shellmb.simulate.predictor import Predictor
 from shellmb.system.assembly import BlockSystem
 from shellmb.system.fields import DirectorRates, Directors, Field, Part
-from shellmb.system.iteration import NewtonSettings
-from shellmb.system.loops import LoopResiduals
+from shellmb.system.iteration import Iteration, NewtonSettings
 from shellmb.system.newton import NEWTON
 from shellmb.system.reduction import Reduction
 
@@ -46,11 +45,14 @@ class Problem:
         levels: Functions by body name.
         forms: Residuals by body name and stage.
         system: The block system.
+        iteration: What Newton's method iterates.
+        load_factor: Factor of all loads, where it is an unknown; None: loads depend on time.
         jit_seconds: Time spent compiling.
     """
 
     def __init__(self, model: Model, scheme: Scheme) -> None:
         self.model, self.scheme = model, scheme
+        self.load_factor: float | None = None
         self.levels: dict[str, Levels] = {}
         self.forms: dict[str, dict[str, StageForms]] = {}
         self._dt: list[fem.Constant] = []
@@ -69,15 +71,13 @@ class Problem:
         self.fields = [self._field(self._bodies[b], s) for b, s in names]
         self.system = BlockSystem(model.comm, self.fields)
         solver = model.scene.solver
-        reduced = solver.solve == "reduced"
-        if reduced:
-            self.system.residuals = LoopResiduals(self.system)
-        self.newton = NEWTON[solver.backend](
+        self.iteration = Iteration(
             self.system,
             NewtonSettings(solver.tolerance, solver.max_iterations, solver.newton),
             f"shellmb_{id(self)}_",
-            Reduction if reduced else None,
+            Reduction if solver.solve == "reduced" else None,
         )
+        self.newton = NEWTON[solver.backend](self.iteration)
 
     def key(self, dt: float) -> tuple[Hashable, ...]:
         """Steps with the same one have nearly the same Jacobian, and continue one another."""
@@ -86,8 +86,7 @@ class Problem:
     @cached_property
     def predictor(self) -> Predictor:
         """Extrapolates the steps before."""
-        iteration = self.newton.iteration
-        return Predictor(iteration.nodes, iteration.convergence)
+        return Predictor(self.iteration.nodes, self.iteration.convergence)
 
     def _add(self, body: Body) -> None:
         space = body.mixed.space
@@ -171,6 +170,8 @@ class Problem:
 
     def start_factor(self, t: float, function: TimeFunction | None) -> float:
         """Factor of a load at a time: its time function, or the default of the scheme."""
+        if self.load_factor is not None:
+            return self.load_factor
         if function is not None:
             return float(function(t))
         t_end = self.model.scene.t_end
@@ -224,7 +225,7 @@ class Problem:
         A resumed run does the same at the same state, so that it orders its unknowns as the first
         did.
         """
-        self.newton.warm_up()
+        self.iteration.warm_up()
 
     def solve(self, dt: float) -> int:
         """Solve for the unknown states; returns the number of Newton iterations.
@@ -247,7 +248,7 @@ class Problem:
         try:
             return self.newton.solve(key)
         except ConvergenceError:
-            if guess is None and not self.newton.iteration.lags:
+            if guess is None and not self.iteration.lags:
                 raise
         self.predictor.clear()
         self._start_from_state()

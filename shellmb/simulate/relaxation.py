@@ -21,7 +21,7 @@ from shellmb.schemes.base import Levels, at_state
 from shellmb.simulate.fields import body_field
 from shellmb.system.assembly import BlockSystem
 from shellmb.system.fields import Part
-from shellmb.system.iteration import NewtonSettings
+from shellmb.system.iteration import Iteration, NewtonSettings
 from shellmb.system.newton import NEWTON
 
 # equilibrium: least and largest number of steps, growth of tau, and motion in a step at its end
@@ -68,7 +68,7 @@ class Relaxation:
         self._fields = {f.name: f for f in fields}
         self.system = BlockSystem(model.comm, fields)
         self._newton = NEWTON["newton"](
-            self.system, NewtonSettings(1e-9, 50), f"shellmb_relaxation_{id(self)}_"
+            Iteration(self.system, NewtonSettings(1e-9, 50), f"shellmb_relaxation_{id(self)}_")
         )
 
     def _step(self, tau: float, factor: float) -> float:

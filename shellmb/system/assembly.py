@@ -268,9 +268,10 @@ class BlockSystem:
     def general_position(self) -> Iterator[None]:
         """For a moment, states and parameters are such that nothing is zero by chance."""
         residuals = [form for f in self.fields for form in f.residual]
-        functions = {c for form in residuals for c in form.coefficients()}
+        # in the order of the forms and not of a set, so that each run finds the same entries
+        functions = dict.fromkeys(c for form in residuals for c in form.coefficients())
         arrays = [c.x.array for c in functions if isinstance(c, fem.Function)]
-        constants = {c for form in residuals for c in form.constants()}
+        constants = dict.fromkeys(c for form in residuals for c in form.constants())
         arrays += [c.value for c in constants if isinstance(c, fem.Constant)]
         kept = [array.copy() for array in arrays]
         general = np.random.default_rng(0)

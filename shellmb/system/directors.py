@@ -15,6 +15,8 @@ import numpy.typing as npt
 
 Floats = npt.NDArray[np.float64]
 
+# singular values of constraints below this, of directors of unit length, are none
+DEPENDENT = 1e-8
 # pairs of directors in the order of the multipliers, by number of directors
 PAIRS = {1: ((0, 0),), 3: ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))}
 
@@ -58,7 +60,7 @@ def tangent(d: Floats) -> Floats:
     if d.shape[1] == 3:
         return _across(d)
     # M Delta^T is skew, rows of M being the directors and of Delta their changes
-    inverse = np.linalg.inv(d.reshape(-1, 3, 3))
+    inverse = _inverse(d.reshape(-1, 3, 3))
     changes = np.einsum("nij,ajm->nmia", inverse, SKEW)
     return np.ascontiguousarray(changes.reshape(-1, 9, 3))
 
@@ -91,6 +93,8 @@ def null_space(rows: Floats, size: int) -> Floats:
     Returns:
         Orthonormal columns, shape (3 k, size).
     """
+    if not np.all(np.isfinite(rows)):
+        return np.full((rows.shape[1], size), np.nan)
     return np.asarray(np.linalg.svd(rows)[2][rows.shape[1] - size :].T)
 
 
@@ -99,7 +103,27 @@ def pseudo_inverse(C: Floats) -> Floats:
     if C.shape[1] == 1:
         row = C[:, 0, :]
         return np.asarray((row / (row * row).sum(axis=1)[:, None])[:, :, None])
-    return np.asarray(np.linalg.solve(C @ C.transpose(0, 2, 1), C).transpose(0, 2, 1))
+    Ct = C.transpose(0, 2, 1)
+    return np.asarray(Ct @ _inverse(C @ Ct))
+
+
+def any_pseudo_inverse(rows: Floats) -> Floats:
+    """That of the constraints of one node, shape (c, m), which may depend on one another."""
+    if not np.all(np.isfinite(rows)):
+        return np.full(rows.T.shape, np.nan)
+    return np.asarray(np.linalg.pinv(rows, rcond=DEPENDENT))
+
+
+def _inverse(matrices: Floats) -> Floats:
+    """Inverses; NaN if one has none.
+
+    Directors of an iterate far away may depend on one another. The convergence test sees a NaN on
+    every rank, and an exception would be seen on one.
+    """
+    try:
+        return np.asarray(np.linalg.inv(matrices))
+    except np.linalg.LinAlgError:
+        return np.full(matrices.shape, np.nan)
 
 
 def rotated(d: Floats, change: Floats) -> Floats:

@@ -23,9 +23,8 @@ class NewtonSettings:
     """Settings of the iteration.
 
     Args:
-        tolerance: Largest update of each part relative to its scale at which the iteration ends.
-        The
-            error left behind is of the square of it, convergence being quadratic.
+        tolerance: Largest update of each part relative to its scale at which the iteration ends;
+            the error left behind is of the square of it, convergence being quadratic.
         max_iterations: Iterations after which the step counts as failed.
         newton: When to factorise: "full", "modified" or "auto" (`refresh`).
     """
@@ -47,6 +46,7 @@ class Iteration:
         linear: Makes what solves the linear systems; None: all unknowns in one matrix.
 
     Attributes:
+        prefix: PETSc options prefix.
         lags: Whether it uses factorisations of earlier states.
         residual_seconds: Time spent in residuals so far.
     """
@@ -58,7 +58,7 @@ class Iteration:
         prefix: str,
         linear: MakeLinear | None = None,
     ) -> None:
-        self.system, self.settings = system, settings
+        self.system, self.settings, self.prefix = system, settings, prefix
         self.nodes = SystemNodes(system)
         self.linear = Unreduced(system, prefix) if linear is None else linear(self.nodes, prefix)
         self.convergence = Convergence(system)
@@ -77,13 +77,15 @@ class Iteration:
     def begin(self, key: Hashable, full: bool) -> None:
         """Before the first iteration."""
         self.refresh = self._full if full else self._refresh
-        self._refresh.begin((key, self.factorisations) if full else key)
+        if full:
+            # it factorises at states of its own
+            self._refresh.forget()
+        self.refresh.begin(key)
         self.convergence.begin()
         self.failure = None
         self.system.gather()
         self.system.update_fixed_values()
         self.system.residuals.refresh()
-        self.linear.refresh()
 
     def residual(self, x: PETSc.Vec, b: PETSc.Vec) -> None:
         """Residual at `x`, which the fields hold already."""

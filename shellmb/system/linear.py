@@ -9,33 +9,35 @@ from petsc4py import PETSc
 
 from shellmb.system.assembly import BlockSystem
 
-# MUMPS estimates the workspace of the factorisation from the pattern; a saddle point needs far more
-WORKSPACE_PERCENT = 400
-
 # icntl_6 = 0: the analysis, done once per structure, depends on the pattern alone and not on the
 # values that happen to be in the matrix, so that a resumed run orders its unknowns as the first one
-# did
-MUMPS_OPTIONS: dict[str, int] = {
-    "mat_mumps_icntl_14": WORKSPACE_PERCENT,
-    "mat_mumps_icntl_6": 0,
-}
+# did. icntl_14: MUMPS estimates the workspace of the factorisation from the pattern, and a saddle
+# point needs far more, in per cent
+MUMPS_OPTIONS: dict[str, int] = {"mat_mumps_icntl_14": 400, "mat_mumps_icntl_6": 0}
 
+SMALL_SYSTEM = 5000
 # of a small system the estimate is a few kilobytes, and delayed pivots may need many times that
-SMALL_SYSTEM, SMALL_WORKSPACE_PERCENT = 5000, 20_000
+SMALL_OPTIONS: dict[str, int] = {"mat_mumps_icntl_14": 20_000}
 
 # of a reduced system: minimum degree orders small ones best, nested dissection large ones, and
 # scaling rows and columns once takes half the time of the iteration that is the default (measured
 # from 6x2 to 32x32 elements)
-REDUCED_OPTIONS: dict[str, int] = MUMPS_OPTIONS | {
-    "mat_mumps_icntl_7": 5,
-    "mat_mumps_icntl_8": 4,
-}
-SMALL_REDUCED_OPTIONS: dict[str, int] = REDUCED_OPTIONS | {"mat_mumps_icntl_7": 0}
+REDUCED_OPTIONS: dict[str, int] = {"mat_mumps_icntl_7": 5, "mat_mumps_icntl_8": 4}
+SMALL_REDUCED_OPTIONS: dict[str, int] = {"mat_mumps_icntl_7": 0}
 
 
-def reduced_options(size: int) -> dict[str, int]:
-    """Options of MUMPS for a reduced system of this many unknowns."""
-    return SMALL_REDUCED_OPTIONS if size < SMALL_SYSTEM else REDUCED_OPTIONS
+def mumps_options(size: int, reduced: bool) -> dict[str, int]:
+    """Options of MUMPS.
+
+    Args:
+        size: Number of unknowns.
+        reduced: Whether the system is a reduced one.
+    """
+    small = size < SMALL_SYSTEM
+    found = MUMPS_OPTIONS | (SMALL_OPTIONS if small else {})
+    if reduced:
+        found |= REDUCED_OPTIONS | (SMALL_REDUCED_OPTIONS if small else {})
+    return found
 
 
 # solutions with old factors are as exact as with new ones; more iterations cost more than new ones
@@ -48,21 +50,19 @@ class DirectSolver:
     Args:
         A: The matrix.
         prefix: PETSc options prefix, unique per system.
-        settings: Options of MUMPS.
+        reduced: Whether it is that of a reduced system.
 
     Attributes:
         factorisations: Their number so far.
         solutions: Number of solutions with factors so far, each Krylov iteration being one.
     """
 
-    def __init__(self, A: PETSc.Mat, prefix: str, settings: dict[str, int] = MUMPS_OPTIONS) -> None:
+    def __init__(self, A: PETSc.Mat, prefix: str, reduced: bool = False) -> None:
         ksp = PETSc.KSP().create(A.getComm())
         ksp.setOptionsPrefix(prefix)
         options = PETSc.Options()
-        for key, value in settings.items():
+        for key, value in mumps_options(A.getSize()[0], reduced).items():
             options[prefix + key] = value
-        if A.getSize()[0] < SMALL_SYSTEM:
-            options[prefix + "mat_mumps_icntl_14"] = SMALL_WORKSPACE_PERCENT
         ksp.setType(PETSc.KSP.Type.PREONLY)
         pc = ksp.getPC()
         pc.setType(PETSc.PC.Type.LU)
@@ -150,10 +150,6 @@ class Linear(Protocol):
     @property
     def factorisations(self) -> int: ...  # noqa: D102
 
-    def refresh(self) -> None:
-        """Take the values of constants, after they changed."""
-        ...
-
     def factorise(self, once: bool = False) -> str | None:
         """Assemble and factorise at the state that the fields hold; returns why that failed.
 
@@ -196,9 +192,6 @@ class Unreduced:
     def factorisations(self) -> int:
         """Number of factorisations so far."""
         return 0 if self._solver is None else self._solver.factorisations
-
-    def refresh(self) -> None:
-        """Nothing is kept."""
 
     def factorise(self, once: bool = False) -> str | None:
         """Assemble and factorise at the state that the fields hold."""

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from dolfinx import cpp, fem, mesh  # type: ignore[attr-defined]
+from dolfinx import cpp, fem  # type: ignore[attr-defined]
 from dolfinx.fem import IntegralType
 
 from shellmb.system import native
@@ -205,42 +206,71 @@ def _entities(entities: Ints, count: int, facets: bool) -> tuple[Ints | None, In
     return offsets, np.ascontiguousarray(pairs[:, 1], dtype=np.int32)
 
 
-def mesh_cells(system: BlockSystem) -> tuple[list[MeshCells], list[list[int]]]:
-    """The cells of all meshes of a system, and the numbers of the fields on each."""
-    groups: dict[int, tuple[mesh.Mesh, list[int]]] = {}
+@dataclass(frozen=True)
+class MeshGroup:
+    """The fields on one mesh of a system.
+
+    Args:
+        system: The system.
+        numbers: Numbers of the fields.
+        cells: The cells.
+    """
+
+    system: BlockSystem
+    numbers: list[int]
+    cells: MeshCells
+
+    def residuals(self) -> list[tuple[fem.Form, int, int]]:
+        """Residual forms as `FormLoop` takes them."""
+        forms = self.system.residual_forms
+        return [(form, n, -1) for n, k in enumerate(self.numbers) for form in forms[k]]
+
+    def jacobians(self) -> list[tuple[fem.Form, int, int]]:
+        """Derivatives of the residuals as `FormLoop` takes them."""
+        numbers = self.numbers
+        return [
+            (form, numbers.index(i), numbers.index(j))
+            for (i, j), forms in self.system.jacobians.items()
+            if i in numbers
+            for form in forms
+        ]
+
+
+def mesh_groups(system: BlockSystem) -> list[MeshGroup]:
+    """All meshes of a system with the fields on each."""
+    groups: dict[int, list[int]] = {}
     for k, field in enumerate(system.fields):
-        domain = field.function.function_space.mesh
-        groups.setdefault(id(domain), (domain, []))[1].append(k)
-    numbers = [found for _, found in groups.values()]
+        groups.setdefault(id(field.function.function_space.mesh), []).append(k)
     offsets = system.numbering.offsets
-    cells = [
-        MeshCells(
-            [system.fields[k] for k in group],
-            [int(offsets[k]) for k in group],
-            [system.held[k] for k in group],
+    return [
+        MeshGroup(
+            system,
+            numbers,
+            MeshCells(
+                [system.fields[k] for k in numbers],
+                [int(offsets[k]) for k in numbers],
+                [system.held[k] for k in numbers],
+            ),
         )
-        for group in numbers
+        for numbers in groups.values()
     ]
-    return cells, numbers
 
 
 class LoopResiduals:
     """Residuals of all fields in one pass over the cells of each mesh.
 
     Args:
-        system: The block system.
+        groups: The meshes.
     """
 
-    def __init__(self, system: BlockSystem) -> None:
+    def __init__(self, groups: Sequence[MeshGroup]) -> None:
         self._lib = native.cells().lib
         self._loops = []
-        for cells, group in zip(*mesh_cells(system), strict=True):
-            forms = [
-                (form, n, -1) for n, k in enumerate(group) for form in system.residual_forms[k]
-            ]
+        for group in groups:
+            forms = group.residuals()
             if forms:
-                loop = FormLoop(cells, forms)
-                self._loops.append((loop, cells.struct(loop)))
+                loop = FormLoop(group.cells, forms)
+                self._loops.append((loop, group.cells.struct(loop)))
 
     def add(self, local: Floats) -> None:
         """Add them to the concatenated local arrays."""

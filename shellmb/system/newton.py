@@ -1,7 +1,7 @@
 """Newton's method with a convergence test per field; DOLFINx's solver, or PETSc's SNES.
 
-Both solvers share `Convergence`. It is kept in this one module because DOLFINx's `NewtonSolver` is
-deprecated.
+Both hold the loop around `Iteration`. They are kept in this one module because DOLFINx's
+`NewtonSolver` is deprecated.
 """
 
 from __future__ import annotations
@@ -15,15 +15,10 @@ from weakref import WeakMethod
 
 from petsc4py import PETSc
 
-import numpy as np
-import numpy.typing as npt
 from dolfinx import cpp, log  # type: ignore[attr-defined]
 
 from shellmb.errors import ConvergenceError
-from shellmb.system.assembly import BlockSystem
-from shellmb.system.iteration import Iteration, MakeLinear, NewtonSettings
-
-Floats = npt.NDArray[np.float64]
+from shellmb.system.iteration import Iteration
 
 # DOLFINx logs a warning where Newton fails; here that is an error with words of its own, or a
 # smaller step
@@ -49,10 +44,6 @@ class Nonlinear(Protocol):
         Raises:
             ConvergenceError: Names the field that did not converge.
         """
-        ...
-
-    def warm_up(self) -> None:
-        """Assemble and factorise once at the fields' current values."""
         ...
 
 
@@ -111,36 +102,26 @@ class DolfinxNewton:
     """DOLFINx's `NewtonSolver` on a block system.
 
     Args:
-        system: The block system.
-        settings: Tolerances.
-        prefix: PETSc options prefix, unique per system.
-        linear: Makes what solves the linear systems.
+        iteration: What it iterates.
     """
 
-    def __init__(
-        self,
-        system: BlockSystem,
-        settings: NewtonSettings,
-        prefix: str,
-        linear: MakeLinear | None = None,
-    ) -> None:
-        self.system = system
-        self.iteration = Iteration(system, settings, prefix, linear)
+    def __init__(self, iteration: Iteration) -> None:
+        self.iteration, self.system = iteration, iteration.system
         with _silent_stderr():
-            solver = cpp.nls.petsc.NewtonSolver(system.comm)
-        residual = WeakMethod(self.iteration.residual)
-        solver.setF(lambda *args: _live(residual)(*args), system.b)
-        self._matrix = _shell(solver.krylov_solver, self.iteration)
+            solver = cpp.nls.petsc.NewtonSolver(self.system.comm)
+        residual = WeakMethod(iteration.residual)
+        solver.setF(lambda *args: _live(residual)(*args), self.system.b)
+        self._matrix = _shell(solver.krylov_solver, iteration)
         # what is assembled, and when, is up to the linear solution
         solver.setJ(lambda x, A: None, self._matrix)
-        solver.set_form(system.scatter)
+        solver.set_form(self.system.scatter)
         # the C++ solver keeps its callbacks for ever; strong ones would keep this object and all of
         # its meshes alive, of which MPI has room for some hundreds only
         update, check = WeakMethod(self._update), WeakMethod(self._check)
         solver.set_update(lambda *args: _live(update)(*args))
         solver.set_convergence_check(lambda *args: _live(check)(*args))
         solver.convergence_criterion = "incremental"
-        solver.max_it = settings.max_iterations
+        solver.max_it = iteration.settings.max_iterations
         solver.error_on_nonconvergence = False
         solver.report = False
         self._solver, self._converged = solver, False
@@ -154,10 +135,6 @@ class DolfinxNewton:
 
     def _check(self, solver: object, dx: PETSc.Vec) -> tuple[float, bool]:
         return 1.0, self._converged
-
-    def warm_up(self) -> None:
-        """Assemble and factorise once at the fields' current values."""
-        self.iteration.warm_up()
 
     def solve(self, key: Hashable = None, full: bool = False) -> int:
         """Solve from the fields' current values.
@@ -181,31 +158,21 @@ class SnesNewton:
     """PETSc's SNES, the same iteration and tests.
 
     Args:
-        system: The block system.
-        settings: Tolerances.
-        prefix: PETSc options prefix, unique per system.
-        linear: Makes what solves the linear systems.
+        iteration: What it iterates.
     """
 
-    def __init__(
-        self,
-        system: BlockSystem,
-        settings: NewtonSettings,
-        prefix: str,
-        linear: MakeLinear | None = None,
-    ) -> None:
-        self.system = system
-        self.iteration = Iteration(system, settings, prefix, linear)
-        snes = PETSc.SNES().create(system.comm)
-        snes.setOptionsPrefix(prefix)
-        self._matrix = _shell(snes.getKSP(), self.iteration)
+    def __init__(self, iteration: Iteration) -> None:
+        self.iteration, self.system = iteration, iteration.system
+        snes = PETSc.SNES().create(self.system.comm)
+        snes.setOptionsPrefix(iteration.prefix)
+        self._matrix = _shell(snes.getKSP(), iteration)
         residual, test = WeakMethod(self._residual), WeakMethod(self._test)
-        snes.setFunction(lambda *args: _live(residual)(*args), system.b)
+        snes.setFunction(lambda *args: _live(residual)(*args), self.system.b)
         snes.setJacobian(lambda snes, x, A, P: None, self._matrix)
         snes.setType(PETSc.SNES.Type.NEWTONLS)
         snes.getLineSearch().setType(PETSc.SNESLineSearch.Type.BASIC)
         snes.setConvergenceTest(lambda *args: _live(test)(*args))
-        snes.setTolerances(max_it=settings.max_iterations)
+        snes.setTolerances(max_it=iteration.settings.max_iterations)
         self._snes = snes
         self._error: ConvergenceError | None = None
 
@@ -228,10 +195,6 @@ class SnesNewton:
                 self._error = error
         return reasons.DIVERGED_DTOL
 
-    def warm_up(self) -> None:
-        """Assemble and factorise once at the fields' current values."""
-        self.iteration.warm_up()
-
     def solve(self, key: Hashable = None, full: bool = False) -> int:
         """Solve from the fields' current values.
 
@@ -251,18 +214,4 @@ class SnesNewton:
         return int(self._snes.getIterationNumber())
 
 
-class MakeNewton(Protocol):
-    """What makes a solver."""
-
-    def __call__(
-        self,
-        system: BlockSystem,
-        settings: NewtonSettings,
-        prefix: str,
-        linear: MakeLinear | None = None,
-    ) -> Nonlinear:
-        """Arguments as of `Iteration`."""
-        ...
-
-
-NEWTON: dict[str, MakeNewton] = {"newton": DolfinxNewton, "snes": SnesNewton}
+NEWTON: dict[str, Callable[[Iteration], Nonlinear]] = {"newton": DolfinxNewton, "snes": SnesNewton}

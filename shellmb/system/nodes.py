@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from mpi4py import MPI as _MPI  # noqa: F401  (before petsc4py)
@@ -14,6 +13,8 @@ import numpy.typing as npt
 
 from shellmb.system.assembly import BlockSystem
 from shellmb.system.directors import (
+    DEPENDENT,
+    any_pseudo_inverse,
     constraint,
     null_space,
     orthonormal,
@@ -29,8 +30,6 @@ Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 Bools = npt.NDArray[np.bool_]
 
-# singular values of constraints below this, of directors of unit length, are none
-DEPENDENT = 1e-8
 # rotation in one update beyond which it is taken as it is, rad
 TURN = 0.1
 # violation of a constraint of directors of unit length that is none
@@ -53,18 +52,17 @@ class Bases(NamedTuple):
     state: Floats | None
 
 
-@dataclass(frozen=True)
-class _Partial:
-    """Nodes of which the same components are fixed, and equally many directions are left.
+class _Partial(NamedTuple):
+    """A node of which some components are fixed.
 
     Args:
-        nodes: Their numbers.
-        fixed: Which components, shape (3 k,).
+        node: Its number.
+        free: The other components, shape (3 k,).
         size: Number of directions left.
     """
 
-    nodes: Ints
-    fixed: Bools
+    node: int
+    free: Bools
     size: int
 
 
@@ -102,21 +100,12 @@ class DirectorNodes:
 
     def _partial(self) -> list[_Partial]:
         """Find how many directions are left where some components are fixed."""
-        odd = np.flatnonzero(~self.held & ~self.regular)
-        if not len(odd):
-            return []
-        C = constraint(self.now())
-        sizes = np.zeros(len(self.dofs), dtype=np.int64)
-        for n in odd:
-            rows = np.concatenate([C[n], np.eye(C.shape[2])[self.fixed[n]]])
-            sizes[n] = C.shape[2] - int(np.linalg.matrix_rank(rows, tol=DEPENDENT))
-        self.free[odd] = sizes[odd]
-        keys = {(self.fixed[n].tobytes(), int(sizes[n])) for n in odd}
         found = []
-        for key, size in sorted(keys):
-            fixed = np.frombuffer(key, dtype=bool)
-            same = (self.fixed == fixed).all(axis=1) & (sizes == size)
-            found.append(_Partial(np.flatnonzero(same), fixed, size))
+        C = constraint(self.now())
+        for n in np.flatnonzero(~self.held & ~self.regular):
+            rows = np.concatenate([C[n], np.eye(C.shape[2])[self.fixed[n]]])
+            self.free[n] = C.shape[2] - int(np.linalg.matrix_rank(rows, tol=DEPENDENT))
+            found.append(_Partial(int(n), ~self.fixed[n], int(self.free[n])))
         return found
 
     def now(self) -> Floats:
@@ -164,28 +153,15 @@ class DirectorNodes:
         left[self.held], forces[self.held] = 0.0, 0.0
         if right is not left:
             right[self.held] = 0.0
-        for group in self.partial:
-            self._bases_of(group, C_mean, C_at, left, right, forces)
-        return Bases(right, left, forces, state)
-
-    def _bases_of(
-        self,
-        group: _Partial,
-        C_mean: Floats,
-        C_at: Floats,
-        left: Floats,
-        right: Floats,
-        forces: Floats,
-    ) -> None:
-        extra = np.eye(len(group.fixed))[group.fixed]
-        for n in group.nodes:
+        for node, free, size in self.partial:
+            extra = np.eye(len(free))[~free]
             for C, basis in ((C_mean, left), (C_at, right)):
-                basis[n] = 0.0
-                basis[n, :, : group.size] = null_space(np.concatenate([C[n], extra]), group.size)
+                basis[node] = 0.0
+                basis[node, :, :size] = null_space(np.concatenate([C[node], extra]), size)
             # forces at fixed components hold them
-            forces[n] = 0.0
-            free = ~group.fixed
-            forces[n, free] = np.linalg.pinv(C_mean[n][:, free], rcond=DEPENDENT)
+            forces[node] = 0.0
+            forces[node, free] = any_pseudo_inverse(C_mean[node][:, free])
+        return Bases(right, left, forces, state)
 
     def moved(self, number: int, change: Floats, others: dict[int, Floats]) -> None:
         """Values after a change, such that the constraints hold; none if they may change freely.
@@ -226,17 +202,21 @@ class DirectorNodes:
         Zero where only rotations have changed the directors: these keep the constraints.
         """
         out = np.zeros(self.dofs.shape)
-        if self.rates is None and not self.declared.linear:
-            d = self.now()
-            C, g = constraint(d), violation(d)
-            off = self.regular & (np.abs(g).max(axis=1, initial=0.0) > ROUND_OFF)
-            if np.any(off):
-                out[off] = -np.einsum("nic,nc->ni", pseudo_inverse(C[off]), g[off])
-            for group in self.partial:
-                for n in group.nodes:
-                    free = ~group.fixed
-                    out[n, free] = -np.linalg.pinv(C[n][:, free], rcond=DEPENDENT) @ g[n]
+        if self.rates is not None or self.declared.linear:
+            return out
+        d = self.now()
+        g = violation(d)
+        off = self.regular & (np.abs(g).max(axis=1, initial=0.0) > ROUND_OFF)
+        if np.any(off):
+            out[off] = -np.einsum("nic,nc->ni", pseudo_inverse(constraint(d[off])), g[off])
+        for node, free, _ in self.partial:
+            C = constraint(d[node : node + 1])[0]
+            out[node, free] = -any_pseudo_inverse(C[:, free]) @ g[node]
         return out
+
+
+# a method of `DirectorNodes`: number of the field, values of its nodes, values found so far
+Take = Callable[[DirectorNodes, int, Floats, dict[int, Floats]], None]
 
 
 class SystemNodes:
@@ -284,12 +264,7 @@ class SystemNodes:
         """
         if not self.sets:
             return
-        local = self.full.seen(dx.array_r)
-        moved: dict[int, Floats] = {}
-        for k, nodes in self.sets.items():
-            offset = int(self.system.numbering.offsets[k])
-            nodes.moved(k, -local[nodes.dofs + offset], moved)
-        known, values = self._merged(moved)
+        known, values = self._found(DirectorNodes.moved, -dx.array_r)
         dx.array[known] = x.array_r[known] - values
 
     def normalise(self, x: PETSc.Vec) -> None:
@@ -298,16 +273,20 @@ class SystemNodes:
         Args:
             x: Unknowns; changed. Functions of the start of the step hold its values.
         """
-        local = self.full.seen(x.array_r)
-        near: dict[int, Floats] = {}
-        for k, nodes in self.sets.items():
-            offset = int(self.system.numbering.offsets[k])
-            nodes.nearest(k, local[nodes.dofs + offset], near)
-        known, values = self._merged(near)
+        known, values = self._found(DirectorNodes.nearest, x.array_r)
         x.array[known] = values
 
-    def _merged(self, values: dict[int, Floats]) -> tuple[Ints, Floats]:
-        """Places of owned unknowns that nodes give values to, and these values."""
+    def _found(self, take: Take, unknowns: Floats) -> tuple[Ints, Floats]:
+        """Places of owned unknowns that nodes give values to, and these values.
+
+        Args:
+            take: Gives the values of the nodes of a field from some of all `unknowns`.
+            unknowns: One number for each unknown that this rank owns.
+        """
+        local = self.full.seen(unknowns)
+        values: dict[int, Floats] = {}
+        for k, nodes in self.sets.items():
+            take(nodes, k, local[nodes.dofs + int(self.system.numbering.offsets[k])], values)
         pairs = [
             (self.rows[k][s.regular], values[k][s.regular])
             for k, s in self.sets.items()

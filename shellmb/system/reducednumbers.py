@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -39,7 +40,7 @@ class ReducedNumbers:
         self.system, n = nodes.system, nodes.system.numbering
         self.fields, self.full = self.system.fields, nodes.full
         self.nodes, self._rows = nodes.sets, nodes.rows
-        self._multipliers_of = nodes.multipliers
+        self.multipliers_of = nodes.multipliers
         local = n.local_to_global - n.start
         mine = np.flatnonzero((local >= 0) & (local < n.owned))
         self.own = np.zeros(n.owned, dtype=np.int64)
@@ -50,7 +51,7 @@ class ReducedNumbers:
     def _number(self, cells: list[MeshCells]) -> None:
         n, full = self.system.numbering, self.full
         own = [a.ravel() for a in self._rows.values()]
-        own += [self._multipliers_of(k).ravel() for k in self.nodes]
+        own += [self.multipliers_of(k).ravel() for k in self.nodes]
         taken = np.concatenate([*own, np.zeros(0, np.int64)])
         plain = full.set(taken, np.ones(len(taken))) == 0.0
         plain[self.system.fixed] = False
@@ -65,16 +66,16 @@ class ReducedNumbers:
         columns = np.full((n.owned, 1), NONE)
         columns[plain, 0] = numbers[: counts[0]]
         # of nodes: their own directions, and of rates those of the state, too
-        self._directions, first = {}, counts[0]
+        directions, first = {}, counts[0]
         for (k, nodes), count in zip(self.nodes.items(), counts[1:], strict=True):
             ids = np.full((len(nodes.dofs), nodes.size), NONE)
             ids[np.arange(nodes.size) < nodes.free[:, None]] = numbers[first : first + count]
-            self._directions[k], first = ids, first + count
+            directions[k], first = ids, first + count
         width = max([1, *(s.size for s in self.nodes.values())])
         rates = any(s.rates is not None for s in self.nodes.values())
         columns = np.pad(columns, ((0, 0), (0, width - 1)), constant_values=NONE)
-        left = self._columns(columns, self._directions)
-        states = {k: self._directions[s.rates.state] for k, s in self.nodes.items() if s.rates}
+        left = self._columns(columns, directions)
+        states = {k: directions[s.rates.state] for k, s in self.nodes.items() if s.rates}
         nothing = np.full_like(columns, NONE)
         extra = self._columns(nothing, states) if rates else left[:, :0]
         self._split = width
@@ -124,22 +125,22 @@ class ReducedNumbers:
 
     def _number_multipliers(self) -> None:
         n, comm = self.system.numbering, self.system.comm
-        sizes = {k: s.multipliers.size for k, s in self.nodes.items()}
-        self.multipliers = sum(sizes.values())
-        first = int(comm.exscan(self.multipliers) or 0)  # type: ignore[attr-defined]
-        numbers = {}
+        ends = np.cumsum([0, *(s.multipliers.size for s in self.nodes.values())])
+        self._first = dict(zip(self.nodes, map(int, ends), strict=False))
+        self.multipliers = int(ends[-1])
+        start = int(comm.exscan(self.multipliers) or 0)  # type: ignore[attr-defined]
+        every = start + np.arange(self.multipliers)
+        numbers = {k: self.of_node(every, k).copy() for k in self.nodes}
         for k, nodes in self.nodes.items():
-            numbers[k] = first + np.arange(sizes[k]).reshape(nodes.multipliers.shape)
             # of nodes that are held, forces are reactions and not multipliers
             numbers[k][nodes.held] = NONE
-            first += sizes[k]
         width = max([1, *(s.multipliers.shape[1] for s in self.nodes.values())])
         nothing = np.full((n.owned, width), NONE)
         self.forces = RowMap(comm, self._columns(nothing, numbers), self.multipliers)
         rows = self._columns(
             nothing[:, :1],
             {k: ids.reshape(-1, 1) for k, ids in numbers.items()},
-            {k: self._multipliers_of(k).reshape(-1, 1) for k in self.nodes},
+            {k: self.multipliers_of(k).reshape(-1, 1) for k in self.nodes},
         )
         self.multiplier_values = RowMap(comm, rows, self.multipliers)
         self.multiplier_values.values[:] = np.where(rows >= 0, 1.0, 0.0)
@@ -200,17 +201,19 @@ class ReducedNumbers:
         found: dict[int, Bases] = {}
         for k, nodes in self.nodes.items():
             found[k] = nodes.bases(self.fields, found)
-        split, first, forces = self._split, 0, {}
+        split, forces = self._split, {}
         for k, bases in found.items():
-            shape = self.nodes[k].multipliers.shape
-            weights = self.weights[first : first + shape[0] * shape[1]].reshape(shape)
-            forces[k] = bases.forces / weights[:, None, :]
-            first += shape[0] * shape[1]
+            forces[k] = bases.forces / self.of_node(self.weights, k)[:, None, :]
         self._put(self.left.values, {k: b.left for k, b in found.items()})
         self._put(self.right.values[:, :split], {k: b.right for k, b in found.items()})
         states = {k: b.state for k, b in found.items() if b.state is not None}
         self._put(self.right.values[:, split:], states)
         self._put(self.forces.values, forces)
+
+    def of_node(self, values: npt.NDArray[Any], k: int) -> npt.NDArray[Any]:
+        """The part of an array of this rank's multipliers that a field's nodes have, (n, c)."""
+        first, shape = self._first[k], self.nodes[k].multipliers.shape
+        return values[first : first + shape[0] * shape[1]].reshape(shape)
 
     def _put(self, table: Floats, parts: dict[int, Floats]) -> None:
         """Give the rows of nodes' unknowns new values; all others keep theirs.

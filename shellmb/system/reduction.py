@@ -4,7 +4,8 @@ Between assembly and the linear solver, exact and invisible to the forms (design
 
 1. element-wise unknowns are eliminated cell by cell;
 2. unit directors and orthonormal triples with their multipliers are projected on their tangent
-   spaces (`Q_m` of the paper): five unknowns per shell node, six per frame.
+   spaces (`Q_m` of the paper): five unknowns per shell node, six per frame;
+3. what only one cell has after that is eliminated there, too.
 
 Fields declare which of their dofs are element-wise and which carry directors; nothing here knows
 what they are for. The solution is that of the unreduced system, multipliers included.
@@ -21,8 +22,8 @@ from petsc4py import PETSc
 import numpy as np
 import numpy.typing as npt
 
-from shellmb.system.linear import DirectSolver, reduced_options
-from shellmb.system.loops import mesh_cells
+from shellmb.system.linear import DirectSolver
+from shellmb.system.loops import LoopResiduals, mesh_groups
 from shellmb.system.meshreduction import MeshReduction, SingularCell
 from shellmb.system.nodes import DirectorNodes, SystemNodes
 from shellmb.system.reducednumbers import ReducedNumbers
@@ -33,6 +34,8 @@ Ints = npt.NDArray[np.int64]
 
 class Reduction:
     """Solves the linear systems of a block system by reduced ones.
+
+    The system's residuals are assembled by the same loops from then on.
 
     Args:
         nodes: Nodes of the block system that carry directors.
@@ -46,19 +49,12 @@ class Reduction:
         self.system = system = nodes.system
         self.seconds = {"jacobian": 0.0, "reduction": 0.0, "factor": 0.0, "solve": 0.0}
         self.jacobians = 0
-        cells, groups = mesh_cells(system)
-        self.numbers = ReducedNumbers(nodes, cells)
-        self.parts = []
-        for group, where in zip(groups, cells, strict=True):
-            forms = [
-                (form, group.index(i), group.index(j))
-                for (i, j), parts in system.jacobians.items()
-                if i in group
-                for form in parts
-            ]
-            self.parts.append(MeshReduction(where, forms, self.numbers))
+        groups = mesh_groups(system)
+        system.residuals = LoopResiduals(groups)
+        self.numbers = ReducedNumbers(nodes, [group.cells for group in groups])
+        self.parts = [MeshReduction(g.cells, g.jacobians(), self.numbers) for g in groups]
         self._allocate()
-        self.solver = DirectSolver(self.A, prefix, reduced_options(self.size))
+        self.solver = DirectSolver(self.A, prefix, reduced=True)
         self.numbers.weights[:] = self._weights()
 
     @property
@@ -74,7 +70,7 @@ class Reduction:
     def _allocate(self) -> None:
         comm, numbers = self.system.comm, self.numbers
         with self.system.general_position():
-            self.refresh()
+            self._refresh()
             numbers.update()
             entries = [part.find_pattern() for part in self.parts]
         rows, columns = (np.concatenate(e) for e in zip(*entries, strict=True))
@@ -95,13 +91,11 @@ class Reduction:
 
     def _weights(self) -> Floats:
         """Forces of multipliers of size one, measured: forms may scale them as they like."""
-        system, numbers, n = self.system, self.numbers, self.system.numbering
+        system, numbers = self.system, self.numbers
         out = np.ones(numbers.multipliers)
-        if not numbers.full.comm.allreduce(numbers.multipliers):
-            return out
-        start, x, b = system.x.copy(), system.x.duplicate(), system.b.duplicate()
+        widest = max((s.multipliers.shape[1] for s in numbers.nodes.values()), default=0)
         system.gather()
-        system.x.copy(start)
+        start, x, b = system.x.copy(), system.x.duplicate(), system.b.duplicate()
 
         def forces(shift: Floats) -> Floats:
             start.copy(x)
@@ -110,38 +104,33 @@ class Reduction:
             system.residual(x, b)
             return numbers.full.seen(b.array_r)
 
-        none = forces(np.zeros(n.owned))
-        widest = max((s.multipliers.shape[1] for s in numbers.nodes.values()), default=0)
-        for c in range(int(system.comm.allreduce(widest, op=MPI.MAX))):
-            mine = [s for s in numbers.nodes.values() if s.multipliers.shape[1] > c]
-            where = [k for k, s in numbers.nodes.items() if s.multipliers.shape[1] > c]
-            rows = [n.by_field[k][s.multipliers[:, c]] for k, s in zip(where, mine, strict=True)]
+        none = forces(np.zeros(system.numbering.owned))
+        for c in range(widest):
+            sets = {k: s for k, s in numbers.nodes.items() if s.multipliers.shape[1] > c}
+            rows = [numbers.multipliers_of(k)[:, c] for k in sets]
             ids = np.concatenate([*rows, np.zeros(0, np.int64)])
             change = forces(numbers.full.set(ids, np.ones(len(ids)))) - none
-            first = 0
-            for k, nodes in numbers.nodes.items():
-                if nodes.multipliers.shape[1] > c:
-                    offset = int(n.offsets[k])
-                    direction = nodes.constraint_rows(system.fields)[:, c]
-                    force = change[nodes.dofs + offset] * ~nodes.fixed
-                    place = first + c + nodes.multipliers.shape[1] * np.arange(len(nodes.dofs))
-                    size = (direction * direction).sum(axis=1)
-                    weight = (force * direction).sum(axis=1) / np.where(size > 0, size, 1.0)
-                    _check_nodal(force - weight[:, None] * direction, force, nodes)
-                    weight[weight == 0.0] = 1.0
-                    out[place] = weight
-                first += nodes.multipliers.size
+            for k, nodes in sets.items():
+                direction = nodes.constraint_rows(system.fields)[:, c]
+                offset = int(system.numbering.offsets[k])
+                force = change[nodes.dofs + offset] * ~nodes.fixed
+                size = (direction * direction).sum(axis=1)
+                weight = (force * direction).sum(axis=1) / np.where(size > 0, size, 1.0)
+                _check_nodal(force - weight[:, None] * direction, force, nodes)
+                weight[weight == 0.0] = 1.0
+                numbers.of_node(out, k)[:, c] = weight
         system.scatter(start)
         return out
 
-    def refresh(self) -> None:
-        """Take the values of all constants, after they changed."""
+    def _refresh(self) -> None:
+        """Take the values of all constants."""
         for part in self.parts:
             part.loop.refresh()
 
     def _assemble(self) -> None:
         """The reduced Jacobian at the state that the fields' functions hold."""
         numbers = self.numbers
+        self._refresh()
         numbers.update()
         self._given[:] = numbers.correction()
         shifted = bool(numbers.full.comm.allreduce(bool(np.any(self._given)), op=MPI.MAX))

@@ -40,6 +40,10 @@ class Refresh(Protocol):
         """A new solution; another `key` than before means that the system is another one."""
         ...
 
+    def forget(self) -> None:
+        """The factorisation is of no use any more."""
+        ...
+
     def wanted(self) -> bool:
         """Whether to factorise before the next update."""
         ...
@@ -67,6 +71,9 @@ class Full:
 
     def begin(self, key: Hashable) -> None:
         """Nothing to remember."""
+
+    def forget(self) -> None:
+        """Nothing is kept."""
 
     def wanted(self) -> bool:
         """Always."""
@@ -98,6 +105,10 @@ class Modified:
         self._wanted = not self._exists or not self.keep or key != self._key
         self._key = key
         self._updates, self._far = [], False
+
+    def forget(self) -> None:
+        """The next solution begins with a factorisation."""
+        self._exists = False
 
     def wanted(self) -> bool:
         """Whether the one there is does not pay any more."""

@@ -71,19 +71,18 @@ class Numbers:
         self._scatter.scatter(self._local, self._vector, PETSc.InsertMode.ADD, reverse)
         return np.array(self._vector.array_r)
 
-    def set(self, numbers: Ints, values: Floats, default: float = 0.0) -> Floats:
-        """Values of the owned unknowns, from whatever rank knows them.
+    def set(self, numbers: Ints, values: Floats) -> Floats:
+        """Values of the owned unknowns, from whatever rank knows them; zero where none does.
 
         Args:
             numbers: Unknowns that this rank knows the values of.
             values: Their values.
-            default: Value of those that no rank knows.
         """
         if self.serial:
-            out = np.full(self.owned, default)
+            out = np.zeros(self.owned)
             out[numbers] = values
             return out
-        self._vector.set(default)
+        self._vector.set(0.0)
         self._vector.setValues(numbers.astype(PETSc.IntType), values)
         self._vector.assemble()
         return np.array(self._vector.array_r)

@@ -51,6 +51,18 @@ def test_bad_parameters(values, message):
 
 
 @pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({"model": "plank"}, "model is 'plank'; it must be 'shell' or 'beam'"),
+        ({"model": "beam", "arches": "0"}, "arches is 0; it must be odd"),
+    ],
+)
+def test_bad_parameters_of_a_demo(values, message):
+    with pytest.raises(SceneError, match=message):
+        load("snap_through").build(values)
+
+
+@pytest.mark.parametrize(
     ("source", "message"),
     [
         ("x = (", "broken.py, line 1"),

@@ -13,7 +13,7 @@ from dolfinx import fem, mesh
 from shellmb.errors import ConvergenceError
 from shellmb.system.assembly import BlockSystem
 from shellmb.system.fields import Field, Link, Part
-from shellmb.system.iteration import NewtonSettings
+from shellmb.system.iteration import Iteration, NewtonSettings
 from shellmb.system.newton import NEWTON
 
 N = 6
@@ -46,7 +46,8 @@ def chain(load: float = 1.0) -> list[Field]:
 
 def solve(fields: list[Field], kind: str = "newton", **settings: Any) -> BlockSystem:
     system = BlockSystem(MPI.COMM_WORLD, fields)
-    NEWTON[kind](system, NewtonSettings(**settings), f"test_{kind}_{id(system)}_").solve()
+    iteration = Iteration(system, NewtonSettings(**settings), f"test_{kind}_{id(system)}_")
+    NEWTON[kind](iteration).solve()
     return system
 
 

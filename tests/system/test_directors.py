@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 from shellmb.system.directors import (
+    any_pseudo_inverse,
     constraint,
+    null_space,
     orthonormal,
     pseudo_inverse,
     rotated,
@@ -95,3 +97,14 @@ def test_nearest_directors_and_multipliers(k: int) -> None:
     held = np.einsum("ncj,nc->nj", C, forces)
     found = np.einsum("njc,nj->nc", pseudo_inverse(C), held)
     np.testing.assert_allclose(found, forces, atol=1e-12)
+
+
+@pytest.mark.parametrize("d", [np.zeros(9), np.full(9, 1e200), np.full(9, np.nan)])
+def test_directors_that_depend_on_one_another_give_no_exception(d: np.ndarray) -> None:
+    """It would be raised on one rank only; a NaN fails the convergence test of all."""
+    with np.errstate(all="ignore"):
+        assert not np.any(np.isfinite(tangent(d[None])))
+        assert not np.all(np.isfinite(pseudo_inverse(constraint(d[None]))))
+        rows = constraint(d[None])[0]
+        assert any_pseudo_inverse(rows).shape == rows.T.shape
+        assert null_space(rows, 3).shape == (9, 3)

@@ -1,0 +1,61 @@
+"""The observers that every run has: what the command line and the bench attach to a simulation."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from shellmb.observers.checkpoint import Checkpoint
+from shellmb.observers.constraints import Constraints
+from shellmb.observers.energy import EnergyAccount
+from shellmb.observers.history import History, Measuring
+from shellmb.observers.joints import JointForces
+from shellmb.observers.momentum import Momentum
+from shellmb.observers.probes import Probes
+from shellmb.observers.summary import Sources
+from shellmb.simulate.simulation import Observer
+
+if TYPE_CHECKING:
+    from shellmb.observers.frames import Frames
+
+# names in a run directory
+SUMMARY, HISTORY, FIELDS, STATE = "summary.json", "history.csv", "fields", "state"
+
+
+class StandardObservers:
+    """The observers of a run.
+
+    Args:
+        directory: Directory to write; None: nothing is written.
+        others: More observers; the numbers of those that measure enter the history.
+
+    Attributes:
+        named: All of them in their order, by the names under which their states are saved.
+        sources: Those that the summary asks.
+        frames: The one that writes fields, if there is one.
+    """
+
+    def __init__(self, directory: Path | None, others: Sequence[Observer] = ()) -> None:
+        energy, constraints = EnergyAccount(), Constraints()
+        momentum = Momentum(energy)
+        self.named: dict[str, Observer] = {
+            "energy": energy,
+            "constraints": constraints,
+            "momentum": momentum,
+            "probes": Probes(),
+            "joints": JointForces(),
+            **{f"observer {k}": o for k, o in enumerate(others)},
+        }
+        measuring = [o for o in self.named.values() if isinstance(o, Measuring)]
+        history = History(measuring, None if directory is None else directory / HISTORY)
+        self.named["history"] = history
+        self.frames: Frames | None = None
+        if directory is not None:
+            # VTK and matplotlib are only loaded where something is written
+            from shellmb.observers.frames import Frames
+
+            self.frames = Frames(directory / FIELDS)
+            self.named["frames"] = self.frames
+            self.named["checkpoint"] = Checkpoint(directory / STATE, dict(self.named))
+        self.sources = Sources(energy, momentum, constraints, history)
