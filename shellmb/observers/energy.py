@@ -1,8 +1,8 @@
 """The energy account: energies, work of loads, terms and prescribed motions, dissipation.
 
 It closes as "energy change = work - alpha c^2" (eq. 33) to the tolerance of Newton's method,
-whatever the
-step, the mesh and the scene; how well it closes is the first thing to look at in any run.
+whatever the step, the mesh and the scene; how well it closes is the first thing to look at in any
+run.
 """
 
 from __future__ import annotations
@@ -15,18 +15,16 @@ from mpi4py import MPI
 from dolfinx import fem
 from ufl import Form
 
-from shellmb.kernels import compiled as compiled_form
 from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.system.functionals import Functional
 
 Scalar = Callable[[], float]
 
 
 def scalar(forms: list[Form | None], comm: MPI.Comm) -> Scalar | None:
     """Sum of scalar forms over all meshes and ranks, compiled once; None if there are none."""
-    compiled = [compiled_form(form) for form in forms if form is not None and not form.empty()]
-    if not compiled:
-        return None
-    return lambda: float(comm.allreduce(sum(fem.assemble_scalar(f) for f in compiled)))
+    some = [form for form in forms if form is not None and not form.empty()]
+    return Functional(some, comm) if some else None
 
 
 class EnergyAccount(Silent):

@@ -15,7 +15,7 @@ from shellmb.system.nodes import SystemNodes
 Floats = npt.NDArray[np.float64]
 
 # weights of the last states, the newest first, of polynomials of degree 0, 1, 2, 3 in the step
-WEIGHTS = ((1.0,), (2.0, -1.0), (3.0, -3.0, 1.0), (4.0, -6.0, 4.0, -1.0))
+WEIGHTS = np.array([[1, 0, 0, 0], [2, -1, 0, 0], [3, -3, 1, 0], [4, -6, 4, -1]], dtype=float)
 # share of the last error in the mean that tells which degree does best
 MEMORY = 0.5
 
@@ -51,7 +51,7 @@ class Predictor:
         if not self._states or key != self._key:
             return None
         degree = int(np.argmin(self._errors)) if self._errors else 0
-        self._guess.array[:] = self._extrapolated(degree)
+        self._guess.array[:] = self._extrapolations()[degree]
         self._nodes.normalise(self._guess)
         return self._guess
 
@@ -66,8 +66,9 @@ class Predictor:
             self.clear()
         self._key = key
         new = np.array(x.array_r)
-        for degree in range(len(self._states)):
-            error = self._convergence.size(x.array_r, new - self._extrapolated(degree))
+        guesses = self._extrapolations()
+        for degree, guess in enumerate(guesses):
+            error = self._convergence.size(new, new - guess)
             if degree < len(self._errors):
                 error = MEMORY * error + (1 - MEMORY) * self._errors[degree]
                 self._errors[degree] = error
@@ -94,7 +95,9 @@ class Predictor:
         self._states = [arrays[str(k)] for k in range(len(arrays))]
         self._errors, self._key = list(errors), key
 
-    def _extrapolated(self, degree: int) -> Floats:
-        return np.asarray(
-            sum(w * state for w, state in zip(WEIGHTS[degree], self._states, strict=False))
-        )
+    def _extrapolations(self) -> Floats:
+        """Of all degrees that the past allows, shape (degrees, n)."""
+        known = len(self._states)
+        if not known:
+            return np.zeros((0, 0))
+        return np.asarray(WEIGHTS[:known, :known] @ np.stack(self._states))

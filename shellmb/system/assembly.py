@@ -101,7 +101,17 @@ class BlockSystem:
             PETSc.IS().createStride(f.size_all, int(n.offsets[k]), 1, comm=PETSc.COMM_SELF)
             for k, f in enumerate(fields)
         ]
+        # views: those that DOLFINx's functions give are made anew at each call
+        self._arrays = [f.function.x.array for f in fields]
+        self._owned = [self._owned_dofs(k) for k in range(len(fields))]
         self._set_fixed()
+
+    def _owned_dofs(self, k: int) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+        """Dofs of a field that are unknowns of this rank, and which of them; links included."""
+        n = self.numbering
+        numbers = n.by_field[k][: self.fields[k].size_local] - n.start
+        dofs = np.flatnonzero((numbers >= 0) & (numbers < n.owned))
+        return dofs, numbers[dofs]
 
     @property
     def size(self) -> int:
@@ -128,6 +138,9 @@ class BlockSystem:
         """Find the fixed unknowns, on whatever field and rank they were named."""
         n = self.numbering
         numbers = [n.by_field[k][f.fixed] for k, f in enumerate(self.fields)]
+        local = [v - n.start for v in numbers]
+        mine_of = [np.flatnonzero((v >= 0) & (v < n.owned)) for v in local]
+        self._fixed = [(m, v[m]) for m, v in zip(mine_of, local, strict=True)]
         mine = np.concatenate([*numbers, np.zeros(0, dtype=np.int64)])
         everywhere = np.unique(np.concatenate(self.comm.allgather(mine)))
         held = np.isin(n.local_to_global, everywhere)
@@ -143,26 +156,21 @@ class BlockSystem:
 
     def update_fixed_values(self) -> None:
         """Take the values of the fixed dofs from the fields (after they changed)."""
-        n = self.numbering
-        for k, f in enumerate(self.fields):
-            numbers = n.by_field[k][f.fixed]
-            mine = (numbers >= n.start) & (numbers < n.start + n.owned)
-            self._values[numbers[mine] - n.start] = f.values[mine]
+        for f, (dofs, numbers) in zip(self.fields, self._fixed, strict=True):
+            self._values[numbers] = f.values[dofs]
 
     def gather(self) -> None:
         """Copy the fields' functions into the vector of unknowns."""
-        n = self.numbering
-        for k, f in enumerate(self.fields):
-            numbers = n.by_field[k][: f.size_local]
-            mine = (numbers >= n.start) & (numbers < n.start + n.owned)
-            self.x.array[numbers[mine] - n.start] = f.function.x.array[: f.size_local][mine]
+        unknowns = self.x.array
+        for array, (dofs, numbers) in zip(self._arrays, self._owned, strict=True):
+            unknowns[numbers] = array[dofs]
 
     def scatter(self, x: PETSc.Vec) -> None:
         """Copy a vector of unknowns into the fields' functions, ghosts and linked dofs included."""
         self._scatter.scatter(x, self._local, PETSc.InsertMode.INSERT, PETSc.ScatterMode.FORWARD)
-        values = self._local.array_r
-        for k, f in enumerate(self.fields):
-            f.function.x.array[:] = values[self.numbering.slice(k)]
+        values, offsets = self._local.array_r, self.numbering.offsets
+        for array, (first, last) in zip(self._arrays, itertools.pairwise(offsets), strict=True):
+            array[:] = values[first:last]
 
     def local_values(self, x: PETSc.Vec) -> npt.NDArray[np.float64]:
         """Entries of a vector of unknowns at all local dofs of all fields, concatenated."""
@@ -171,12 +179,9 @@ class BlockSystem:
 
     def global_values(self, local: list[npt.NDArray[np.float64]]) -> npt.NDArray[np.float64]:
         """Entries of owned unknowns from one local array per field (owned entries)."""
-        n = self.numbering
-        out = np.zeros(n.owned)
-        for k, f in enumerate(self.fields):
-            numbers = n.by_field[k][: f.size_local]
-            mine = (numbers >= n.start) & (numbers < n.start + n.owned)
-            out[numbers[mine] - n.start] = local[k][: f.size_local][mine]
+        out = np.zeros(self.numbering.owned)
+        for values, (dofs, numbers) in zip(local, self._owned, strict=True):
+            out[numbers] = values[dofs]
         return out
 
     def residual(self, x: PETSc.Vec, b: PETSc.Vec) -> None:

@@ -91,6 +91,17 @@ void matrix(const Cells *g, const Kernel *kernels, int count, int cell, double *
     free(work);
 }
 
+/* Sum of integrals over all cells. */
+double functional(const Cells *g, const Kernel *kernels, int count)
+{
+    double *work = malloc(sizeof(double) * (g->coefficient_size + 1)), sum = 0.0, value;
+    for (int cell = 0; cell < g->cells; ++cell)
+        for (int k = 0; k < count; ++k)
+            tabulate(kernels + k, g, cell, work, &value, &sum, 1);
+    free(work);
+    return sum;
+}
+
 /* Residual of all cells, added to `b` at the local dofs `g->dofs`. */
 void residual(const Cells *g, const Kernel *kernels, int count, double *b)
 {
@@ -121,16 +132,26 @@ static int eliminate(const Cells *g, double *K, double *kept, double *work)
         int E = m + s, e = g->width[E];
         if (e == 0)
             continue;
-        double *inverse = kept + g->inverse_place[s];
-        for (int i = 0; i < e; ++i)
-            memcpy(inverse + i * e, chunk(g, K, E, E) + (size_t)i * g->size, sizeof(double) * e);
-        int length = e * 32;
-        getrf(&e, &e, inverse, &e, pivots, &info);
-        if (info)
-            return 1;
-        getri(&e, inverse, &e, pivots, work, &length, &info);
-        if (info)
-            return 1;
+        double *inverse = kept + g->inverse_place[s], *block = inverse + e * e;
+        /* that of a linear section is the same at all states, and its inverse is there */
+        int changed = 0;
+        for (int i = 0; i < e; ++i) {
+            const double *row = chunk(g, K, E, E) + (size_t)i * g->size;
+            changed = changed || memcmp(block + i * e, row, sizeof(double) * e);
+            if (changed)
+                memcpy(block + i * e, row, sizeof(double) * e);
+        }
+        if (changed) {
+            memcpy(inverse, block, sizeof(double) * e * e);
+            int length = e * 32;
+            getrf(&e, &e, inverse, &e, pivots, &info);
+            if (!info)
+                getri(&e, inverse, &e, pivots, work, &length, &info);
+            if (info) {
+                block[0] = 0.0 / 0.0;
+                return 1;
+            }
+        }
         for (int y = 0; y < 2 * m; ++y) {
             int after = y < m || y > E;
             double *to = kept + g->right_place[s * 2 * m + y];
@@ -234,8 +255,9 @@ void expand_inner(const Cells *g, const Projection *p, const double *r, double *
 
 /* Jacobian of all cells, reduced.
  *
- * values: entries of the reduced matrix in the order of `p->emitted`, or if that is NULL (to find
- * the pattern) all of them, cell after cell.
+ * values: entries of the reduced matrix, to which they are added at `p->places`; if that is NULL,
+ * they are given in the order of `p->emitted`; if that is NULL, too (to find the pattern), all of
+ * them, cell after cell.
  * shift: given change of the local unknowns, or NULL; `load` gets K shift.
  * Returns 1 + the number of a cell whose element-wise block is singular, or 0.
  */
@@ -246,9 +268,12 @@ int jacobian(const Cells *g, const Kernel *kernels, int count, const Projection 
     size_t square = (size_t)n * n;
     size_t product = (size_t)P * p->columns, result = (size_t)p->rows * p->columns;
     double *work = malloc(sizeof(double) * (g->coefficient_size + 2 * square + product + result +
-                                            64 * (size_t)n + 64));
+                                            64 * (size_t)n + 64 +
+                                            (size_t)P * p->right_width));
     double *A = work + g->coefficient_size, *K = A + square, *KR = K + square;
     double *LKR = KR + product, *scratch = LKR + result;
+    int *from = malloc(sizeof(int) * 2 * ((size_t)P * p->right_width + 1));
+    int *to_column = from + (size_t)P * p->right_width;
     double *to = values;
     for (int cell = first; cell < last; ++cell) {
         memset(K, 0, sizeof(double) * square);
@@ -270,22 +295,26 @@ int jacobian(const Cells *g, const Kernel *kernels, int count, const Projection 
                 load[dofs[i]] += sum;
             }
         }
-        /* columns */
+        /* columns: what there is to add, listed once and done row by row */
         const int *right = p->right + (size_t)cell * P * p->right_width;
+        int terms = 0;
+        for (int j = 0; j < P; ++j) {
+            const double *c = p->right_values + (size_t)dofs[j] * p->right_width;
+            for (int q = 0; q < p->right_width; ++q) {
+                int at = right[j * p->right_width + q];
+                if (at >= 0 && c[q] != 0.0) {
+                    from[terms] = j;
+                    to_column[terms] = at;
+                    scratch[terms++] = c[q];
+                }
+            }
+        }
         memset(KR, 0, sizeof(double) * product);
         for (int i = 0; i < P; ++i) {
             const double *row = K + (size_t)i * n;
             double *out = KR + (size_t)i * p->columns;
-            for (int j = 0; j < P; ++j) {
-                double v = row[j];
-                if (v == 0.0)
-                    continue;
-                const int *at = right + j * p->right_width;
-                const double *c = p->right_values + (size_t)dofs[j] * p->right_width;
-                for (int q = 0; q < p->right_width; ++q)
-                    if (at[q] >= 0)
-                        out[at[q]] += v * c[q];
-            }
+            for (int q = 0; q < terms; ++q)
+                out[to_column[q]] += row[from[q]] * scratch[q];
         }
         /* rows */
         const int *left = p->left + (size_t)cell * P * p->left_width;
@@ -306,7 +335,10 @@ int jacobian(const Cells *g, const Kernel *kernels, int count, const Projection 
             bad = cell + 1;
             break;
         }
-        if (p->emitted) {
+        if (p->places) {
+            for (int q = p->emitted_offsets[cell]; q < p->emitted_offsets[cell + 1]; ++q)
+                values[p->places[q]] += LKR[p->emitted[q]];
+        } else if (p->emitted) {
             for (int q = p->emitted_offsets[cell]; q < p->emitted_offsets[cell + 1]; ++q)
                 *to++ = LKR[p->emitted[q]];
         } else {
@@ -329,6 +361,7 @@ int jacobian(const Cells *g, const Kernel *kernels, int count, const Projection 
             }
         }
     }
+    free(from);
     free(work);
     return bad;
 }
@@ -401,27 +434,4 @@ void expand(const Cells *g, const Projection *p, const double *kept, const doubl
                 rows[at[i]] += out[i];
     }
     free(v);
-}
-
-/* y_i = sum_k values_ik x_(places_ik): a matrix with few entries in each row. */
-void combine(int rows, int width, const double *values, const int64_t *places, const double *x,
-             double *y)
-{
-    for (int i = 0; i < rows; ++i) {
-        double sum = 0.0;
-        for (int k = 0; k < width; ++k)
-            sum += values[(size_t)i * width + k] * x[places[(size_t)i * width + k]];
-        y[i] = sum;
-    }
-}
-
-/* The transposed product with some of its rows. */
-void distribute(int count, int width, const double *values, const int64_t *places,
-                const int64_t *rows, const double *b, double *y)
-{
-    for (int i = 0; i < count; ++i) {
-        size_t first = (size_t)rows[i] * width;
-        for (int k = 0; k < width; ++k)
-            y[places[first + k]] += values[first + k] * b[i];
-    }
 }

@@ -25,7 +25,7 @@ typedef struct {
     const double *geometry;    /* coordinates of the cells' nodes */
     int geometry_size, coefficient_size;
     const int *place, *width;  /* first unknown and size of each chunk, (2 fields,) */
-    const int *inverse_place;  /* where a cell's kept K_EE^-1 is, (fields,) */
+    const int *inverse_place;  /* where a cell's kept K_EE^-1 and K_EE are, (fields,) */
     const int *right_place;    /* K_EE^-1 K_Ey, (fields, 2 fields); -1 where it is zero */
     const int *left_place;     /* K_xE, (fields, 2 fields); -1 where it is zero */
     int multiplier_place;      /* rows of the multipliers at the nodes */
@@ -41,6 +41,7 @@ typedef struct {
     const double *right_values, *left_values, *multiplier_values; /* (local dofs, width) */
     const int *multiplier_rows;              /* place in the vector of multipliers */
     const int *emitted_offsets, *emitted;    /* entries that are not always zero */
+    const int *places;                       /* of these in all values; NULL: in their order */
     /* what no other cell shares, the last of a cell's reduced unknowns; NULL: nothing */
     const int *inner_size, *outer_rows, *outer_columns; /* (cells,) */
     const int *row_numbers, *column_numbers; /* places in what the rank sees, (cells, rows) ... */
@@ -48,8 +49,40 @@ typedef struct {
     double *inner_kept;
 } Projection;
 
+/* What a solution with the reduced matrix needs of one mesh. */
+typedef struct {
+    const Cells *cells;
+    const Projection *projection;
+    const double *kept;        /* of all cells */
+    double *eliminated;        /* K_EE^-1 b_E of all cells */
+    int inner;                 /* whether cells have unknowns that they do not share */
+} Part;
+
+/* Local dofs by the columns that are combined in them. */
+typedef struct {
+    int width;
+    const double *values;      /* (local dofs, width) */
+    const int64_t *places;     /* the last one behind all columns is none */
+} Rows;
+
+/* All unknowns of one process and the reduced ones. */
+typedef struct {
+    int parts, owned, local, reduced, outer, multipliers;
+    const Part *part;
+    const int64_t *wanted;     /* unknown of each local dof */
+    const int64_t *own;        /* a local dof of each unknown */
+    const int64_t *outer_numbers; /* reduced unknowns that are in the matrix */
+    Rows left, right, force, multiplier;
+    double *b, *change;        /* (local,) */
+    double *reaction;          /* (owned,) */
+    double *forces, *rows;     /* (multipliers + 1,) */
+    double *r, *seen;          /* (reduced + 1,) */
+    double *rest;              /* (reduced + 1,) */
+} Solution;
+
 void use_libraries(void *, void *, void *);
 void residual(const Cells *, const Kernel *, int, double *);
+double functional(const Cells *, const Kernel *, int);
 void matrix(const Cells *, const Kernel *, int, int, double *);
 int jacobian(const Cells *, const Kernel *, int, const Projection *, int, int, double *, double *,
              const double *, double *);
@@ -60,3 +93,9 @@ void expand_inner(const Cells *, const Projection *, const double *, double *);
 void combine(int, int, const double *, const int64_t *, const double *, double *);
 void distribute(int, int, const double *, const int64_t *, const int64_t *, const double *,
                 double *);
+int turn(int, int, double *, const double *, double);
+void largest(int, const int64_t *, const int64_t *, const double *, double *);
+void before(const Solution *, const double *, const double *, double *);
+void after(const Solution *, const double *, const double *, double *);
+void relate(int, const double *, const double *, double *, double *);
+void across(int, const double *, double *);

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from mpi4py import MPI
 from petsc4py import PETSc
 
@@ -9,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from shellmb.errors import ConvergenceError
+from shellmb.system import native
 from shellmb.system.assembly import BlockSystem
 from shellmb.system.fields import Part
 
@@ -20,24 +23,38 @@ class Convergence:
 
     Args:
         system: The block system.
+
+    Attributes:
+        iterations: Number of updates measured since `begin`.
     """
 
     def __init__(self, system: BlockSystem) -> None:
         self.system = system
         self.parts = [p for f in system.fields for p in f.parts]
         dofs = [_owned(system, k, p) for k, f in enumerate(system.fields) for p in f.parts]
-        some = [k for k, d in enumerate(dofs) if len(d)]
-        self._some = np.array(some, dtype=np.int64)
-        self._dofs = np.concatenate([*(dofs[k] for k in some), np.zeros(0, np.int64)])
-        self._starts = np.cumsum([0, *(len(dofs[k]) for k in some)])[:-1].astype(np.int64)
+        module = native.cells()
+        self._lib, self._ffi = module.lib, module.ffi
+        self._entries = np.concatenate([*dofs, np.zeros(0, np.int64)]).astype(np.int64)
+        self._ends = np.cumsum([0, *(len(d) for d in dofs)]).astype(np.int64)
+        pointers = (self._ffi.from_buffer("int64_t[]", a) for a in (self._ends, self._entries))
+        self._where = (len(self.parts), *pointers)
         self._scales = np.array([p.scale for p in self.parts])
         self._bounds = np.array([p.bound for p in self.parts])
-        self._moving = np.isfinite(self._bounds)
-        self.history: list[tuple[Floats, Floats]] = []
+        # changes of all parts, and their sizes, which give way to relative changes
+        self._table = np.zeros((2, len(self.parts)))
+        self._rows = [self._pointer(row) for row in self._table]
+        # the largest relative change, how far the largest motion went, whether it went too far
+        self._found = np.zeros(3)
+        tables = (self._scales, self._bounds, self._table, self._found)
+        self._relate = (len(self.parts), *map(self._pointer, tables))
+        self.iterations = 0
+
+    def _pointer(self, array: Floats) -> Any:
+        return self._ffi.from_buffer("double[]", array)
 
     def begin(self) -> None:
         """A new solution."""
-        self.history = []
+        self.iterations = 0
 
     def measure(self, x: PETSc.Vec, dx: PETSc.Vec) -> tuple[float, float]:
         """Largest relative update of a part, and of what must not move far; on all ranks the same.
@@ -45,44 +62,36 @@ class Convergence:
         Raises:
             ConvergenceError: If the iteration diverges.
         """
-        relative, update = self._sizes(x.array_r, dx.array_r)
-        self.history.append((relative, update))
-        if not np.all(update < self._bounds):
+        self._judge(x.array_r, dx.array_r)
+        self.iterations += 1
+        largest, moved, diverged = self._found.tolist()
+        if diverged:
             raise self.error("the iteration diverged")
-        moved = np.max(update / self._scales, where=self._moving, initial=0.0)
-        return float(relative.max(initial=0.0)), float(moved)
+        return largest, moved
 
     def size(self, x: Floats, dx: Floats) -> float:
         """Largest relative change of a part; owned entries, the same on every rank."""
-        return float(self._sizes(x, dx)[0].max(initial=0.0))
+        self._judge(x, dx)
+        return float(self._found[0])
 
-    def _sizes(self, x: Floats, dx: Floats) -> tuple[Floats, Floats]:
-        """Changes of the parts, relative to their scales or own sizes, and as they are."""
-        table = np.zeros((2, len(self.parts)))
-        if len(self._some):
-            for row, values in enumerate((dx, x)):
-                entries = np.abs(values[self._dofs])
-                table[row, self._some] = np.maximum.reduceat(entries, self._starts)
-        # a NaN must win the reduction
-        table[~np.isfinite(table)] = np.inf
+    def _judge(self, x: Floats, dx: Floats) -> None:
+        """Compare changes of the parts with their scales or own sizes, whichever is larger."""
+        for values, row in zip((dx, x), self._rows, strict=True):
+            # a NaN wins, of all ranks, too
+            self._lib.largest(*self._where, self._ffi.from_buffer("double[]", values), row)
         if self.system.comm.size > 1:
-            self.system.comm.Allreduce(MPI.IN_PLACE, table, op=MPI.MAX)
-        update, size = table
-        scale = np.maximum(self._scales, size)
-        # infinite where the change is, whatever the scale
-        with np.errstate(invalid="ignore"):
-            relative = np.where(np.isfinite(update), update / scale, np.inf)
-        return relative, update
+            self.system.comm.Allreduce(MPI.IN_PLACE, self._table, op=MPI.MAX)
+        self._lib.relate(*self._relate)
 
     def error(self, reason: str) -> ConvergenceError:
         """The failure in words: the field that did not converge, and what to try."""
-        if not self.history:
+        if not self.iterations:
             return ConvergenceError(f"Newton failed: {reason}", field=None, norms={})
-        last = self.history[-1][0]
+        last = self._table[1]
         worst = int(np.argmax(last))
         part = self.parts[worst]
         return ConvergenceError(
-            f"Newton failed after {len(self.history)} iterations: {reason}; the {part.name} did "
+            f"Newton failed after {self.iterations} iterations: {reason}; the {part.name} did "
             f"not converge (last relative update {last[worst]:.1e}); try {part.advice}",
             field=part.name,
             norms={p.name: float(u) for p, u in zip(self.parts, last, strict=True)},

@@ -10,8 +10,12 @@ A node carries one director `d = D + w` (a shell) or three (a frame), and multip
   lengths and angles are exact.
 """
 
+import math
+
 import numpy as np
 import numpy.typing as npt
+
+from shellmb.system import native
 
 Floats = npt.NDArray[np.float64]
 
@@ -58,7 +62,10 @@ def tangent(d: Floats) -> Floats:
         Shape (n, 3 k, m) with m = 2 for one director, 3 for a triple.
     """
     if d.shape[1] == 3:
-        return _across(d)
+        d, out = np.ascontiguousarray(d), np.empty((len(d), 3, 2))
+        module = native.cells()
+        module.lib.across(len(d), *(module.ffi.from_buffer("double[]", a) for a in (d, out)))
+        return out
     # M Delta^T is skew, rows of M being the directors and of Delta their changes
     inverse = _inverse(d.reshape(-1, 3, 3))
     changes = np.einsum("nij,ajm->nmia", inverse, SKEW)
@@ -67,20 +74,6 @@ def tangent(d: Floats) -> Floats:
 
 # skew matrices of the three axes
 SKEW = np.array([np.cross(np.eye(3), axis) for axis in np.eye(3)])
-
-
-def _across(d: Floats) -> Floats:
-    """Two orthonormal vectors across each vector, shape (n, 3, 2)."""
-    e = d / np.linalg.norm(d, axis=1)[:, None]
-    x, y, z = e.T
-    # J. R. Frisvad's basis, as mended by T. Duff et al., J. Comput. Graph. Tech. 6 (2017) 1-8
-    sign = np.copysign(1.0, z)
-    a = -1.0 / (sign + z)
-    b = x * y * a
-    out = np.empty((len(d), 3, 2))
-    out[:, 0, 0], out[:, 1, 0], out[:, 2, 0] = 1 + sign * x * x * a, sign * b, -sign * x
-    out[:, 0, 1], out[:, 1, 1], out[:, 2, 1] = b, sign + y * y * a, -y
-    return out
 
 
 def null_space(rows: Floats, size: int) -> Floats:
@@ -126,42 +119,21 @@ def _inverse(matrices: Floats) -> Floats:
         return np.full(matrices.shape, np.nan)
 
 
-def rotated(d: Floats, change: Floats) -> Floats:
+def rotated(d: Floats, change: Floats, most: float = math.inf) -> tuple[Floats, bool]:
     """Directors after a finite rotation that agrees with a change of them to first order.
 
     Args:
         d: Orthonormal directors, shape (n, 3 k).
         change: Their change, shape (n, 3 k); what is not tangent is ignored.
+        most: Size of a change beyond which a node takes it as it is.
 
     Returns:
-        Orthonormal directors, shape (n, 3 k).
+        Directors, shape (n, 3 k), orthonormal but for those; whether there are any of those.
     """
-    if d.shape[1] == 3:
-        return _turned(d, change)
-    v, dv = d.reshape(-1, 3, 3), change.reshape(-1, 3, 3)
-    # each director sees two thirds of the rotation: sum_k d_k x (theta x d_k) = 2 theta
-    r = _cross(v, dv).sum(axis=1)[:, None, :] / 4
-    once = _cross(r, v)
-    twice = _cross(r, once)
-    out = v + 2 / (1 + (r * r).sum(axis=2, keepdims=True)) * (once + twice)
-    return orthonormal(out.reshape(d.shape), 1)
-
-
-def _turned(d: Floats, change: Floats) -> Floats:
-    """The same of single directors: with `r = d x change / 2` in closed form."""
-    across = change - np.einsum("ni,ni->n", d, change)[:, None] * d
-    quarter = np.einsum("ni,ni->n", across, across)[:, None] / 4
-    out = ((1 - quarter) * d + across) / (1 + quarter)
-    # round-off of many updates must not add up
-    return orthonormal(out)
-
-
-def _cross(a: Floats, b: Floats) -> Floats:
-    """Cross product over the last axis; NumPy's own is slow for short arrays."""
-    out = np.empty(np.broadcast_shapes(a.shape, b.shape))
-    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-        out[..., i] = a[..., j] * b[..., k] - a[..., k] * b[..., j]
-    return out
+    out, change = np.array(d, order="C"), np.ascontiguousarray(change)
+    module = native.cells()
+    pointers = (module.ffi.from_buffer("double[]", a) for a in (out, change))
+    return out, module.lib.turn(len(out), out.shape[1] // 3, *pointers, most) > 0
 
 
 def orthonormal(d: Floats, steps: int = 4) -> Floats:

@@ -82,6 +82,7 @@ class Iteration:
             self._refresh.forget()
         self.refresh.begin(key)
         self.convergence.begin()
+        self.nodes.begin()
         self.failure = None
         self.system.gather()
         self.system.update_fixed_values()

@@ -52,7 +52,35 @@ class CArrays:
         return made
 
 
-class MeshCells:
+class MeshGeometry:
+    """The cells of one mesh.
+
+    Args:
+        domain: The mesh, of Python or C++.
+
+    Attributes:
+        count: Number of cells that this rank owns.
+        places: Of each field, place of its dofs among the unknowns of a cell.
+    """
+
+    def __init__(self, domain: Any) -> None:
+        self.count = int(domain.topology.index_map(domain.topology.dim).size_local)
+        geometry = domain.geometry
+        self.geometry = np.ascontiguousarray(geometry.x[geometry.dofmaps[0][: self.count]])
+        self.places: list[Ints] = []
+
+    def struct(self, loop: FormLoop, **more: Any) -> Any:
+        """These cells for C, with `more` members."""
+        common = {
+            "cells": self.count,
+            "geometry": loop.pointer(self.geometry),
+            "geometry_size": int(np.prod(self.geometry.shape[1:])),
+            "coefficient_size": loop.coefficient_size,
+        }
+        return loop.pointer.many("Cells", [{**common, **more}])
+
+
+class MeshCells(MeshGeometry):
     """The cells of one mesh with the fields on it.
 
     The unknowns of a cell come in the order that `cells.c` wants: of all fields those that cells
@@ -64,9 +92,7 @@ class MeshCells:
         held: Which of their local dofs have given values.
 
     Attributes:
-        count: Number of cells that this rank owns.
         dofs: Place of each unknown in the concatenated local arrays, shape (cells, size).
-        places: Of each field, place of its dofs among the unknowns of a cell.
         shared: Number of unknowns that are not element-wise.
         widths: Size of each chunk, shape (2 fields,).
     """
@@ -77,9 +103,7 @@ class MeshCells:
         offsets: Sequence[int],
         held: Sequence[npt.NDArray[np.int8]],
     ) -> None:
-        domain = fields[0].function.function_space.mesh
-        self.domain = domain
-        self.count = int(domain.topology.index_map(domain.topology.dim).size_local)
+        super().__init__(fields[0].function.function_space.mesh)
         tables = [cell_dofs(f.function.function_space)[: self.count] for f in fields]
         # the element is the same in all cells: where its element-wise dofs are, too
         local = [self._elementwise(*args) for args in zip(fields, tables, held, strict=True)]
@@ -87,7 +111,6 @@ class MeshCells:
         starts = np.concatenate([[0], np.cumsum(self.widths)]).astype(np.int32)
         self.starts = starts[:-1].copy()
         self.size, self.shared = int(starts[-1]), int(starts[len(fields)])
-        self.places: list[Ints] = []
         self.dofs = np.zeros((self.count, self.size), dtype=np.int32)
         for k, (table, inner) in enumerate(zip(tables, local, strict=True)):
             place = np.empty(len(inner), dtype=np.int32)
@@ -95,25 +118,19 @@ class MeshCells:
             place[inner] = starts[len(fields) + k] + np.arange(np.sum(inner))
             self.places.append(place)
             self.dofs[:, place] = table + offsets[k]
-        geometry = domain.geometry
-        self.geometry = np.ascontiguousarray(geometry.x[geometry.dofmaps[0][: self.count]])
 
     def struct(self, loop: FormLoop, **more: Any) -> Any:
         """These cells for C, with `more` members."""
         p = loop.pointer
-        common = {
-            "cells": self.count,
+        fields = {
             "fields": len(self.places),
             "size": self.size,
             "shared": self.shared,
             "dofs": p(self.dofs),
-            "geometry": p(self.geometry),
-            "geometry_size": int(np.prod(self.geometry.shape[1:])),
-            "coefficient_size": loop.coefficient_size,
             "place": p(self.starts),
             "width": p(self.widths),
         }
-        return p.many("Cells", [{**common, **more}])
+        return super().struct(loop, **fields, **more)
 
     def _elementwise(
         self, field: Field, table: Ints, held: npt.NDArray[np.int8]
@@ -133,10 +150,10 @@ class FormLoop:
     Args:
         cells: The cells.
         forms: Forms with the number of their row field, and of a bilinear form its column field
-            (-1 of a linear form), among the fields of the mesh.
+            (-1 of a linear form), among the fields of the mesh; both -1 of a scalar form.
     """
 
-    def __init__(self, cells: MeshCells, forms: Sequence[tuple[fem.Form, int, int]]) -> None:
+    def __init__(self, cells: MeshGeometry, forms: Sequence[tuple[fem.Form, int, int]]) -> None:
         self._forms = [form for form, _, _ in forms]
         self.pointer = CArrays()
         self.coefficient_size = 1
@@ -145,7 +162,7 @@ class FormLoop:
         self.count = len(kernels)
         self.kernels = self.pointer.many("Kernel", kernels)
 
-    def _kernels(self, cells: MeshCells, form: fem.Form, row: int, column: int) -> list[Any]:
+    def _kernels(self, cells: MeshGeometry, form: fem.Form, row: int, column: int) -> list[Any]:
         bare, ufcx, pointer = form._cpp_object, form.ufcx_form, self.pointer
         values, dofs, sizes = [], [], []
         for function in bare.coefficients:
@@ -158,12 +175,14 @@ class FormLoop:
         self.coefficient_size = max(self.coefficient_size, sum(sizes))
         constants = cpp.fem.pack_constants(bare)
         self._constants.append((bare, constants))
+        one = np.zeros(1, dtype=np.int32)
+        rows, columns = (one if k < 0 else cells.places[k] for k in (row, column))
         data = {
             "constants": pointer(constants),
-            "rows": len(cells.places[row]),
-            "columns": 1 if column < 0 else len(cells.places[column]),
-            "row_place": pointer(cells.places[row]),
-            "column_place": pointer(None if column < 0 else cells.places[column]),
+            "rows": len(rows),
+            "columns": len(columns),
+            "row_place": pointer(rows),
+            "column_place": pointer(None if column < 0 else columns),
             "coefficients": len(sizes),
             "values": pointer.many("double *", values),
             "dofs": pointer.many("int *", dofs),
@@ -172,6 +191,8 @@ class FormLoop:
         found = []
         kinds = (IntegralType.cell, IntegralType.exterior_facet)
         offsets = ufcx.form_integral_offsets
+        # these two kinds come first
+        assert ufcx.form_integral_offsets[len(IntegralType.__members__)] == offsets[2]
         for kind, first, last in zip(kinds, offsets[0:2], offsets[1:3], strict=True):
             for n in range(first, last):
                 entities = np.asarray(bare.domains(kind, n - first))

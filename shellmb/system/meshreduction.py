@@ -112,8 +112,12 @@ class MeshReduction:
         self._projection["emitted"] = self.pointer(np.concatenate(where))
         self._projection["emitted_offsets"] = self.pointer(np.array(offsets, dtype=np.int32))
         self.projection = self.pointer.many("Projection", [self._projection])
-        self.entries = offsets[-1]
         return np.concatenate(rows), np.concatenate(columns)
+
+    def add_at(self, places: Int32s) -> None:
+        """From now on `assemble` adds its entries to values at these places."""
+        self._projection["places"] = self.pointer(places)
+        self.projection = self.pointer.many("Projection", [self._projection])
 
     def _layout(self) -> None:
         """Which chunks of a cell's matrix are not zero, and where what is kept of it is."""
@@ -135,7 +139,8 @@ class MeshReduction:
             E, e = fields + s, width[fields + s]
             if e == 0:
                 continue
-            inverse[s], size = size, size + e * e
+            # with the block itself behind it
+            inverse[s], size = size, size + 2 * e * e
             behind = [y for y in range(2 * fields) if (y < fields or y > E) and width[y]]
             for y in behind:
                 if full[E, y]:
@@ -154,7 +159,7 @@ class MeshReduction:
             "kept_size": size + self.multipliers * cells.shared,
         }
         self.struct = cells.struct(self.loop, **layout)
-        self._kept = np.zeros(max(1, layout["kept_size"] * cells.count))
+        self._kept = np.full(max(1, layout["kept_size"] * cells.count), np.nan)
         self._inner = np.zeros(max(1, (cells.size - cells.shared) * cells.count))
 
     def _run(self, projection: Any, first: int, last: int, values: Floats, *shift: Floats) -> None:
@@ -169,6 +174,16 @@ class MeshReduction:
     def assemble(self, values: Floats, *shift: Floats) -> None:
         """Entries of the reduced matrix; `shift` is a given change, and gets its forces."""
         self._run(self.projection, 0, self.cells.count, values, *shift)
+
+    def for_solution(self) -> dict[str, Any]:
+        """What C needs of this mesh to solve with the reduced matrix."""
+        return {
+            "cells": self.struct,
+            "projection": self.projection,
+            "kept": self.pointer(self._kept),
+            "eliminated": self.pointer(self._inner),
+            "inner": self.inner,
+        }
 
     def reduce(self, b: Floats, change: Floats) -> None:
         """Add to `change` what the element-wise equations of `b` do to the others."""

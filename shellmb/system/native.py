@@ -1,4 +1,4 @@
-"""The loops over cells in C (`cells.c`), compiled at first use as DOLFINx compiles its kernels."""
+"""The loops in C over cells and nodes, compiled at first use as DOLFINx compiles its kernels."""
 
 from __future__ import annotations
 
@@ -54,7 +54,9 @@ def _address(module: Any, name: str) -> int:
 
 
 def _build() -> ModuleType:
-    header, source = ((HERE / f"cells.{end}").read_text() for end in ("h", "c"))
+    names = ("cells.h", "cells.c", "nodes.c")
+    header, *sources = ((HERE / name).read_text() for name in names)
+    source = "\n".join(sources)
     key = "\n".join([header, source, sys.version, cffi.__version__, *COMPILER_FLAGS])
     name = f"shellmb_cells_{hashlib.sha256(key.encode()).hexdigest()[:16]}"
     where = Path(dolfinx.jit.get_options()["cache_dir"])

@@ -78,6 +78,8 @@ class DirectorNodes:
         dofs: Local dofs, shape (n, 3 k).
         multipliers: Local dofs of the multipliers, shape (n, c).
         free: Number of directions that are left, shape (n,).
+        settled: Whether finite rotations have kept the constraints since they were last found to
+            hold.
     """
 
     def __init__(self, field: Field, keep: Bools, held: Bools) -> None:
@@ -91,6 +93,8 @@ class DirectorNodes:
         self.held = self.fixed.all(axis=1)
         self.regular = ~self.fixed.any(axis=1)
         self.free = np.where(self.held, 0, self.size)
+        self.values = field.function.x.array
+        self.settled = False
         self.partial = self._partial()
 
     @property
@@ -110,7 +114,7 @@ class DirectorNodes:
 
     def now(self) -> Floats:
         """Directors of the field's state, shape (n, 3 k)."""
-        return np.asarray(self.reference + self.field.function.x.array[self.dofs])
+        return np.asarray(self.reference + self.values[self.dofs])
 
     def mean(self, fields: Sequence[Field]) -> Floats:
         """Directors at which forces act."""
@@ -171,15 +175,15 @@ class DirectorNodes:
             change: Of the values, shape (n, 3 k).
             others: New values of the fields before this one; gets those of this one.
         """
-        values = self.field.function.x.array[self.dofs]
+        values = self.values[self.dofs]
         if self.rates is not None:
             others[number] = self._allowed(values + change, others)
         elif not self.declared.linear:
             # far from the solution a linear update of all unknowns alike leads further: a rotation
             # by that much would leave the displacements behind
-            far = np.einsum("ni,ni->n", change, change) > TURN**2
-            turned = rotated(self.reference + values, change) - self.reference
-            others[number] = np.where(far[:, None], values + change, turned)
+            turned, far = rotated(self.reference + values, change, TURN)
+            self.settled = self.settled and not far
+            others[number] = turned - self.reference
 
     def nearest(self, number: int, values: Floats, others: dict[int, Floats]) -> None:
         """Values near given ones such that the constraints hold; arguments as of `moved`."""
@@ -196,18 +200,19 @@ class DirectorNodes:
         C = constraint(mean)
         return np.asarray(rates - np.einsum("nic,ncj,nj->ni", pseudo_inverse(C), C, rates))
 
-    def correction(self, fields: Sequence[Field]) -> Floats:
-        """Change that brings nodes back to their constraints, to first order.
+    def correction(self, fields: Sequence[Field]) -> Floats | None:
+        """Change that brings nodes back to their constraints, to first order; None: there is none.
 
-        Zero where only rotations have changed the directors: these keep the constraints.
+        Where only rotations have changed the directors there is none: these keep the constraints.
         """
+        if self.rates is not None or self.declared.linear or (self.settled and not self.partial):
+            return None
         out = np.zeros(self.dofs.shape)
-        if self.rates is not None or self.declared.linear:
-            return out
         d = self.now()
         g = violation(d)
         off = self.regular & (np.abs(g).max(axis=1, initial=0.0) > ROUND_OFF)
-        if np.any(off):
+        self.settled = not np.any(off)
+        if not self.settled:
             out[off] = -np.einsum("nic,nc->ni", pseudo_inverse(constraint(d[off])), g[off])
         for node, free, _ in self.partial:
             C = constraint(d[node : node + 1])[0]
@@ -250,6 +255,13 @@ class SystemNodes:
         # rates come behind the states that they belong to
         self.sets = dict(sorted(self.sets.items()))
         self.rows = {k: n.by_field[k][s.dofs] for k, s in self.sets.items()}
+        self._places = {k: s.dofs + int(n.offsets[k]) for k, s in self.sets.items()}
+        self._given = {k: self.rows[k][s.regular] for k, s in self.sets.items()}
+
+    def begin(self) -> None:
+        """The fields hold another state."""
+        for nodes in self.sets.values():
+            nodes.settled = False
 
     def multipliers(self, k: int) -> Ints:
         """Unknowns of the multipliers of a field's nodes, shape (n, c)."""
@@ -264,8 +276,9 @@ class SystemNodes:
         """
         if not self.sets:
             return
-        known, values = self._found(DirectorNodes.moved, -dx.array_r)
-        dx.array[known] = x.array_r[known] - values
+        changes, state = dx.array, x.array_r
+        for known, values in self._found(DirectorNodes.moved, -changes):
+            changes[known] = state[known] - values
 
     def normalise(self, x: PETSc.Vec) -> None:
         """Bring directors that are nearly so to unit length and right angles.
@@ -273,10 +286,10 @@ class SystemNodes:
         Args:
             x: Unknowns; changed. Functions of the start of the step hold its values.
         """
-        known, values = self._found(DirectorNodes.nearest, x.array_r)
-        x.array[known] = values
+        for known, values in self._found(DirectorNodes.nearest, x.array_r):
+            x.array[known] = values
 
-    def _found(self, take: Take, unknowns: Floats) -> tuple[Ints, Floats]:
+    def _found(self, take: Take, unknowns: Floats) -> list[tuple[Ints, Floats]]:
         """Places of owned unknowns that nodes give values to, and these values.
 
         Args:
@@ -286,15 +299,11 @@ class SystemNodes:
         local = self.full.seen(unknowns)
         values: dict[int, Floats] = {}
         for k, nodes in self.sets.items():
-            take(nodes, k, local[nodes.dofs + int(self.system.numbering.offsets[k])], values)
-        pairs = [
-            (self.rows[k][s.regular], values[k][s.regular])
-            for k, s in self.sets.items()
-            if k in values
-        ]
+            take(nodes, k, local[self._places[k]], values)
+        pairs = [(self._given[k], v[self.sets[k].regular]) for k, v in values.items()]
+        if self.full.serial:
+            return pairs
         ids = np.concatenate([*(rows.ravel() for rows, _ in pairs), np.zeros(0, np.int64)])
         given = np.concatenate([*(v.ravel() for _, v in pairs), np.zeros(0)])
-        if self.full.serial:
-            return ids, given
         known = np.flatnonzero(self.full.set(ids, np.ones(len(ids))) > 0.0)
-        return known, self.full.set(ids, given)[known]
+        return [(known, self.full.set(ids, given)[known])]

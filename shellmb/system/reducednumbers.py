@@ -249,10 +249,11 @@ class ReducedNumbers:
         system, n = self.system, self.system.numbering
         given = np.zeros(n.owned)
         given[system.fixed] = system.fixed_values() - system.x.array_r[system.fixed]
-        ids = [rows.ravel() for rows in self._rows.values()]
-        values = [nodes.correction(self.fields).ravel() for nodes in self.nodes.values()]
-        if any(np.any(v) for v in values) or not self.full.serial:
+        found = {k: nodes.correction(self.fields) for k, nodes in self.nodes.items()}
+        values = {k: v.ravel() for k, v in found.items() if v is not None}
+        if values or not self.full.serial:
+            ids = [self._rows[k].ravel() for k in values]
             all_ids = np.concatenate([*ids, np.zeros(0, np.int64)])
-            all_values = np.concatenate([*values, np.zeros(0)])
+            all_values = np.concatenate([*values.values(), np.zeros(0)])
             given += self.full.set(all_ids, all_values) * (given == 0.0)
         return self.full.seen(given)

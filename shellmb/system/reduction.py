@@ -13,7 +13,6 @@ what they are for. The solution is that of the unreduced system, multipliers inc
 
 from __future__ import annotations
 
-import itertools
 import time
 
 from mpi4py import MPI
@@ -24,8 +23,10 @@ import numpy.typing as npt
 
 from shellmb.system.linear import DirectSolver
 from shellmb.system.loops import LoopResiduals, mesh_groups
+from shellmb.system.matrix import reduced_matrix
 from shellmb.system.meshreduction import MeshReduction, SingularCell
 from shellmb.system.nodes import DirectorNodes, SystemNodes
+from shellmb.system.passes import passes
 from shellmb.system.reducednumbers import ReducedNumbers
 
 Floats = npt.NDArray[np.float64]
@@ -68,26 +69,16 @@ class Reduction:
         return int(self.A.getSize()[0])
 
     def _allocate(self) -> None:
-        comm, numbers = self.system.comm, self.numbers
+        numbers = self.numbers
         with self.system.general_position():
             self._refresh()
             numbers.update()
-            entries = [part.find_pattern() for part in self.parts]
-        rows, columns = (np.concatenate(e) for e in zip(*entries, strict=True))
-        sizes = (len(numbers.outer), PETSc.DETERMINE)
-        self.A = PETSc.Mat().createAIJ((sizes, sizes), comm=comm)
-        # a full structural diagonal: multipliers of joints have none
-        diagonal = numbers.first_outer + np.arange(len(numbers.outer))
-        self._values = np.zeros(len(rows) + len(diagonal))
-        self.A.setPreallocationCOO(
-            np.concatenate([rows, diagonal.astype(np.int32)]).astype(PETSc.IntType, copy=False),
-            np.concatenate([columns, diagonal.astype(np.int32)]).astype(PETSc.IntType, copy=False),
-        )
-        ends = np.cumsum([0, *(part.entries for part in self.parts)])
-        self._slices = [self._values[a:b] for a, b in itertools.pairwise(ends)]
+            self._matrix = reduced_matrix(numbers, self.parts)
+        self.A = self._matrix.A
         self._rhs, self._solution = self.A.createVecs()
-        local = len(self.numbers.full.wanted)
+        local = len(numbers.full.wanted)
         self._load, self._given = np.zeros(local), np.zeros(local)
+        self._passes = passes(numbers, self.parts)
 
     def _weights(self) -> Floats:
         """Forces of multipliers of size one, measured: forms may scale them as they like."""
@@ -135,10 +126,11 @@ class Reduction:
         self._given[:] = numbers.correction()
         shifted = bool(numbers.full.comm.allreduce(bool(np.any(self._given)), op=MPI.MAX))
         self._load[:] = 0.0
-        for part, values in zip(self.parts, self._slices, strict=True):
+        self._matrix.begin()
+        for part, values in zip(self.parts, self._matrix.targets, strict=True):
             # what is solved for is subtracted
             part.assemble(values, *((-self._given, self._load) if shifted else ()))
-        self.A.setValuesCOO(self._values)
+        self._matrix.end()
 
     def factorise(self, once: bool = False) -> str | None:
         """Assemble and factorise at the state that the fields hold."""
@@ -163,40 +155,13 @@ class Reduction:
             fresh: Whether the Jacobian was assembled at this very state.
         """
         start = time.perf_counter()
-        numbers = self.numbers
-        local_b = numbers.full.seen(b.array_r)
-        change = np.zeros_like(local_b)
-        for part in self.parts:
-            part.reduce(local_b, change)
         if not fresh:
-            self._given[:] = numbers.correction()
-        outer = b.array_r + numbers.full.summed(change)
-        forces = numbers.forces.transposed(outer, numbers.own)
-        if fresh:
-            outer = outer - numbers.full.summed(self._load)
-        reduced = numbers.left.transposed(outer, numbers.own)
-        r, change = numbers.left.numbers.seen(reduced), np.zeros(len(numbers.left.numbers.wanted))
-        for part in self.parts:
-            part.reduce_inner(r, change)
-        reduced = reduced + numbers.left.numbers.summed(change)
-        self._rhs.array[:] = reduced[numbers.outer]
+            self._given[:] = self.numbers.correction()
+        self._passes.before(b.array_r, self._load if fresh else None, self._rhs.array)
         before = time.perf_counter()
         reason = self.solver.solve(self._rhs, self._solution)
         after = time.perf_counter()
-        reduced[:] = 0.0
-        reduced[numbers.outer] = self._solution.array_r
-        seen = numbers.right.seen(reduced)
-        for part in self.parts:
-            part.expand_inner(r, seen)
-        x = numbers.right.times(seen) - self._given
-        rows = np.zeros(len(numbers.forces.numbers.wanted) + 1)
-        for part in self.parts:
-            part.expand(x, rows)
-        if numbers.multipliers or not numbers.full.serial:
-            forces = forces - numbers.forces.numbers.summed(rows[:-1])
-            values = numbers.multiplier_values
-            x += values.times(values.seen(forces))
-        dx.array[:] = x[numbers.own]
+        self._passes.after(self._solution.array_r, self._given, dx.array)
         self.seconds["solve"] += after - before
         self.seconds["reduction"] += before - start + time.perf_counter() - after
         return reason

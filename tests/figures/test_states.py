@@ -5,8 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from shellmb.figures.states import _lattice, read_states
+from shellmb.figures.states import _vtk_points, read_states
 from shellmb.observers.frames import Frames
+from shellmb.observers.grid import lattice
 from shellmb.scene import (
     AlongEdge,
     Beam,
@@ -26,7 +27,7 @@ from shellmb.simulate.simulation import Simulation
 
 @pytest.mark.parametrize("k", [1, 2, 3])
 def test_lattice_covers_the_cell_once(k: int) -> None:
-    pieces, around = _lattice(k)
+    pieces, around = lattice(_vtk_points(k))
     assert pieces.shape == (k * k, 4)
     # corners belong to one piece, nodes inside a side to two, those inside to four
     counts = np.bincount(pieces.ravel(), minlength=(k + 1) ** 2)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from shellmb.errors import SceneError
-from shellmb.observers.grid import _lattice
+from shellmb.observers.grid import lattice
 from shellmb.observers.history import History
 from shellmb.run.execute import execute
 from shellmb.scene import (
@@ -109,7 +109,7 @@ def test_pieces_of_a_cell_cover_it():
         square = np.array([(x, y) for x in line for y in line])
         triangle = square[square.sum(axis=1) <= 1 + 1e-9]
         for points, corners, area in ((square, 4, 1.0), (triangle, 3, 0.5)):
-            pieces, around = _lattice(points)
+            pieces, around = lattice(points)
             xy = points[pieces]
             x, y = xy[..., 0], xy[..., 1]
             areas = 0.5 * np.sum(x * np.roll(y, -1, axis=1) - y * np.roll(x, -1, axis=1), axis=1)

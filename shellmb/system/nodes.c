@@ -1,0 +1,212 @@
+/* Loops over nodes and unknowns: directors turned by finite rotations, matrices with few entries in
+ * a row, sizes of updates. Compiled together with cells.c.
+ */
+#include <math.h>
+
+/* Two orthonormal vectors across each vector, (n, 3, 2): J. R. Frisvad's basis, as mended by T. Duff
+ * et al., J. Comput. Graph. Tech. 6 (2017) 1-8. */
+void across(int n, const double *d, double *out)
+{
+    for (int i = 0; i < n; ++i, d += 3, out += 6) {
+        double size = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+        double x = d[0] / size, y = d[1] / size, z = d[2] / size;
+        double sign = copysign(1.0, z), a = -1.0 / (sign + z), b = x * y * a;
+        out[0] = 1 + sign * x * x * a;
+        out[1] = b;
+        out[2] = sign * b;
+        out[3] = sign + y * y * a;
+        out[4] = -sign * x;
+        out[5] = -y;
+    }
+}
+
+static void cross(const double *a, const double *b, double *out)
+{
+    out[0] = a[1] * b[2] - a[2] * b[1];
+    out[1] = a[2] * b[0] - a[0] * b[2];
+    out[2] = a[0] * b[1] - a[1] * b[0];
+}
+
+/* One director, by `r = d x change / 2` in closed form. */
+static void turn_vector(double *d, const double *change)
+{
+    double along = d[0] * change[0] + d[1] * change[1] + d[2] * change[2], quarter = 0.0;
+    double across[3], size = 0.0;
+    for (int i = 0; i < 3; ++i) {
+        across[i] = change[i] - along * d[i];
+        quarter += across[i] * across[i] / 4;
+    }
+    for (int i = 0; i < 3; ++i) {
+        d[i] = ((1 - quarter) * d[i] + across[i]) / (1 + quarter);
+        size += d[i] * d[i];
+    }
+    /* round-off of many updates must not add up */
+    for (int i = 0; i < 3; ++i)
+        d[i] /= sqrt(size);
+}
+
+/* Three directors; each sees two thirds of the rotation: sum_k d_k x (theta x d_k) = 2 theta. */
+static void turn_triple(double *d, const double *change)
+{
+    double r[3] = {0.0, 0.0, 0.0}, once[3], twice[3], gram[3][3], v[9], square = 0.0;
+    for (int k = 0; k < 3; ++k) {
+        cross(d + 3 * k, change + 3 * k, once);
+        for (int i = 0; i < 3; ++i)
+            r[i] += once[i] / 4;
+    }
+    for (int i = 0; i < 3; ++i)
+        square += r[i] * r[i];
+    for (int k = 0; k < 3; ++k) {
+        cross(r, d + 3 * k, once);
+        cross(r, once, twice);
+        for (int i = 0; i < 3; ++i)
+            v[3 * k + i] = d[3 * k + i] + 2 / (1 + square) * (once[i] + twice[i]);
+    }
+    /* one step of Newton's method to the nearest orthonormal triple: round-off must not add up */
+    for (int k = 0; k < 3; ++k)
+        for (int l = 0; l < 3; ++l)
+            gram[k][l] = v[3 * k] * v[3 * l] + v[3 * k + 1] * v[3 * l + 1] +
+                         v[3 * k + 2] * v[3 * l + 2];
+    for (int k = 0; k < 3; ++k)
+        for (int i = 0; i < 3; ++i)
+            d[3 * k + i] = 1.5 * v[3 * k + i] -
+                           0.5 * (gram[k][0] * v[i] + gram[k][1] * v[3 + i] + gram[k][2] * v[6 + i]);
+}
+
+/* Directors `d` of nodes, one or three each, after finite rotations that agree with `change` to
+ * first order; nodes whose change is larger than `most` take it as it is. Returns their number. */
+int turn(int nodes, int directors, double *d, const double *change, double most)
+{
+    int far = 0, n = 3 * directors;
+    for (int node = 0; node < nodes; ++node, d += n, change += n) {
+        double square = 0.0;
+        for (int i = 0; i < n; ++i)
+            square += change[i] * change[i];
+        if (square > most * most) {
+            for (int i = 0; i < n; ++i)
+                d[i] += change[i];
+            ++far;
+        } else if (directors == 1) {
+            turn_vector(d, change);
+        } else {
+            turn_triple(d, change);
+        }
+    }
+    return far;
+}
+
+/* Largest absolute value of each part, infinite if it has one that is not a number. */
+void largest(int parts, const int64_t *starts, const int64_t *entries, const double *values,
+             double *out)
+{
+    for (int part = 0; part < parts; ++part) {
+        double most = 0.0;
+        for (int64_t i = starts[part]; i < starts[part + 1]; ++i) {
+            double size = fabs(values[entries[i]]);
+            if (!(size <= most))
+                most = size == size ? size : INFINITY;
+        }
+        out[part] = most;
+    }
+}
+
+/* y_i = sum_k values_ik x_(places_ik): a matrix with few entries in each row. */
+void combine(int rows, int width, const double *values, const int64_t *places, const double *x,
+             double *y)
+{
+    for (int i = 0; i < rows; ++i) {
+        double sum = 0.0;
+        for (int k = 0; k < width; ++k)
+            sum += values[(size_t)i * width + k] * x[places[(size_t)i * width + k]];
+        y[i] = sum;
+    }
+}
+
+/* The transposed product with some of its rows. */
+void distribute(int count, int width, const double *values, const int64_t *places,
+                const int64_t *rows, const double *b, double *y)
+{
+    for (int i = 0; i < count; ++i) {
+        size_t first = (size_t)rows[i] * width;
+        for (int k = 0; k < width; ++k)
+            y[places[first + k]] += values[first + k] * b[i];
+    }
+}
+
+/* Of changes and sizes of parts, (2, parts): changes relative to the larger of sizes and scales, in
+ * place of the sizes. Of what is bounded, `found` gets the largest change over its scale, too, and
+ * whether a change reaches its bound. */
+void relate(int parts, const double *scales, const double *bounds, double *table, double *found)
+{
+    double *relative = table + parts;
+    found[0] = found[1] = found[2] = 0.0;
+    for (int part = 0; part < parts; ++part) {
+        double change = table[part], size = relative[part];
+        double scale = scales[part] > size ? scales[part] : size;
+        /* infinite where the change is, whatever the scale */
+        relative[part] = change < INFINITY ? change / scale : INFINITY;
+        if (relative[part] > found[0])
+            found[0] = relative[part];
+        if (!(change < bounds[part]))
+            found[2] = 1.0;
+        if (bounds[part] < INFINITY && change / scales[part] > found[1])
+            found[1] = change / scales[part];
+    }
+}
+
+/* From the residual to the right-hand side of the reduced system, in one process. `load`: forces
+ * of given changes, or NULL. */
+void before(const Solution *s, const double *b, const double *load, double *rhs)
+{
+    for (int i = 0; i < s->local; ++i) {
+        s->b[i] = b[s->wanted[i]];
+        s->change[i] = 0.0;
+    }
+    for (int k = 0; k < s->parts; ++k)
+        reduce(s->part[k].cells, s->part[k].kept, s->b, s->change, s->part[k].eliminated);
+    memcpy(s->reaction, b, sizeof(double) * s->owned);
+    for (int i = 0; i < s->local; ++i)
+        s->reaction[s->wanted[i]] += s->change[i];
+    memset(s->forces, 0, sizeof(double) * (s->multipliers + 1));
+    distribute(s->owned, s->force.width, s->force.values, s->force.places, s->own, s->reaction,
+               s->forces);
+    for (int i = 0; load && i < s->local; ++i)
+        s->reaction[s->wanted[i]] -= load[i];
+    size_t size = sizeof(double) * (s->reduced + 1);
+    memset(s->r, 0, size);
+    distribute(s->owned, s->left.width, s->left.values, s->left.places, s->own, s->reaction, s->r);
+    memcpy(s->seen, s->r, size);
+    memset(s->rest, 0, size);
+    for (int k = 0; k < s->parts; ++k)
+        if (s->part[k].inner)
+            reduce_inner(s->part[k].cells, s->part[k].projection, s->r, s->rest);
+    for (int i = 0; i < s->outer; ++i)
+        rhs[i] = s->seen[s->outer_numbers[i]] + s->rest[s->outer_numbers[i]];
+}
+
+/* From the solution of the reduced system to that of all unknowns; after `before`. `given`: given
+ * changes of the local dofs. */
+void after(const Solution *s, const double *solution, const double *given, double *dx)
+{
+    memset(s->seen, 0, sizeof(double) * (s->reduced + 1));
+    for (int i = 0; i < s->outer; ++i)
+        s->seen[s->outer_numbers[i]] = solution[i];
+    for (int k = 0; k < s->parts; ++k)
+        if (s->part[k].inner)
+            expand_inner(s->part[k].cells, s->part[k].projection, s->r, s->seen);
+    double *x = s->b;
+    combine(s->local, s->right.width, s->right.values, s->right.places, s->seen, x);
+    for (int i = 0; i < s->local; ++i)
+        x[i] -= given[i];
+    memset(s->rows, 0, sizeof(double) * (s->multipliers + 1));
+    for (int k = 0; k < s->parts; ++k)
+        expand(s->part[k].cells, s->part[k].projection, s->part[k].kept, s->part[k].eliminated, x,
+               s->rows);
+    for (int i = 0; i < s->multipliers; ++i)
+        s->forces[i] -= s->rows[i];
+    s->forces[s->multipliers] = 0.0;
+    combine(s->local, s->multiplier.width, s->multiplier.values, s->multiplier.places, s->forces,
+            s->change);
+    for (int i = 0; i < s->owned; ++i)
+        dx[i] = x[s->own[i]] + s->change[s->own[i]];
+}
