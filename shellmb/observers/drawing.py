@@ -131,6 +131,8 @@ def space(made: Figure, place: tuple[int, int, int], view: View) -> Axes3D:
         view: What is seen.
     """
     axes = made.add_subplot(*place, projection="3d", computed_zorder=False)
+    # neighbours must not cover one another's labels
+    axes.patch.set_visible(False)
     axes.set(xlim=(view.low[0], view.high[0]), ylim=(view.low[1], view.high[1]))
     axes.set_zlim(view.low[2], view.high[2])
     # room for the labels of a box that is as high as wide
