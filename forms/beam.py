@@ -142,6 +142,9 @@ class BeamMixed:
         D0: Bending stiffness without force, `D - B^T A^-1 B`, shape (3, 3), N m^2.
         N0: Size of the forces, by which their unknowns are of the size of strains, N.
         H: Coupling `A^-1 B`, shape (3, 3), m; None without, and then none of its terms exists.
+        held: Strains of `Gamma` that are held at zero by forces that are multipliers, as in
+            `LinearMixed`: of the others only `A_inv` is the inverse then.
+        slack: Compliance of the multipliers, 1/N; None without any.
     """
 
     A: Expr
@@ -149,6 +152,29 @@ class BeamMixed:
     D0: Expr
     N0: Expr
     H: Expr | None = None
+    held: tuple[int, ...] = ()
+    slack: Expr | None = None
+
+    def _give(self, N: Expr) -> Expr:
+        """Strain of the forces, shape (3,)."""
+        if not self.held:
+            return self.A_inv * N
+        free = [k for k in range(3) if k not in self.held]
+        strain = {k: self.slack * N[k] for k in self.held}
+        if free:
+            own = self.A_inv * ufl.as_vector([N[k] for k in free])
+            strain |= {k: own[i] for i, k in enumerate(free)}
+        return ufl.as_vector([strain[k] for k in range(3)])
+
+    def _mixed(self, held: Expr, free: Expr) -> Expr:
+        """Components of `held` where strains are held, those of `free` elsewhere, shape (3,)."""
+        if not self.held:
+            return free
+        return ufl.as_vector([held[k] if k in self.held else free[k] for k in range(3)])
+
+    def _at_state(self, elastic: Expr, N: Expr) -> Expr:
+        """Forces of a state: multipliers from its strains, shape (3,)."""
+        return N if self.slack is None else self._mixed(elastic / self.slack, N)
 
     def _elastic(self, Gamma: Expr, K: Expr) -> Expr:
         """Strain that the forces belong to, shape (3,)."""
@@ -180,23 +206,27 @@ class BeamMixed:
         N, e = self.forces(layout, span.a), strains(span.a)
         if span.a is not span.b:
             # linear: the average of the stresses is the stress of the averages
-            N = stress_average(N, self.forces(layout, span.b), span.beta)
+            last = self.forces(layout, span.b)
+            N = self._mixed(last, stress_average(N, last, span.beta))
             e = stress_average(e, strains(span.b), span.beta)
         M = self._moments(N, halves(e)[1])
         dGamma, dK = halves(variation(strains, span.mid, dq))
-        gap = self._elastic(*halves(strains(span.at))) - self.A_inv * self.forces(layout, span.at)
+        at = self._mixed(self._elastic(*halves(e)), self._elastic(*halves(strains(span.at))))
+        gap = at - self._give(self.forces(layout, span.at))
         return ufl.dot(N, dGamma) + ufl.dot(M, dK) + ufl.dot(self.forces(layout, dq), gap)
 
     def energy(self, strains: Strains, layout: Layout, q: Expr) -> Expr:
         """Mixed strain energy; equal to the strain energy where compatibility holds, J/m."""
         N, (Gamma, K) = self.forces(layout, q), halves(strains(q))
-        forces = ufl.dot(N, self._elastic(Gamma, K)) - ufl.dot(N, self.A_inv * N) / 2
+        N = self._at_state(self._elastic(Gamma, K), N)
+        forces = ufl.dot(N, self._elastic(Gamma, K)) - ufl.dot(N, self._give(N)) / 2
         return forces + ufl.dot(K, self.D0 * K) / 2
 
     def jump(self, strains: Strains, layout: Layout, a: Expr, b: Expr) -> Expr:
         """Half the work of the stress jump on the strain jump, elastic part of eq. (34), J/m."""
         N = self.forces(layout, b) - self.forces(layout, a)
         Gamma, K = halves(strains(b) - strains(a))
+        N = self._at_state(self._elastic(Gamma, K), N)
         return (ufl.dot(N, Gamma) + ufl.dot(self._moments(N, K), K)) / 2
 
     def path(self, strains: Strains, span: Interval, dq: Expr) -> Expr:
@@ -205,6 +235,9 @@ class BeamMixed:
         def stress(e: Expr) -> Expr:
             Gamma, K = halves(e)
             N = self.A * self._elastic(Gamma, K)
+            if self.held:
+                # multipliers are those of the middle, to second order
+                N = ufl.as_vector([0 * N[k] if k in self.held else N[k] for k in range(3)])
             return ufl.as_vector([*N, *self._moments(N, K)])
 
         def de(q: Expr) -> Expr:

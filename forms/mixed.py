@@ -101,17 +101,23 @@ class LinearMixed:
     """Hellinger-Reissner form of a linear section, resultants in closed form.
 
     `A_inv` and `G_inv` are the inverses of `A` and `G`. Without bending-stretching coupling `B` is
-    None and none of its terms exists.
+    None and none of its terms exists. Without transverse shear `G_inv` is None and the shear forces
+    are multipliers that hold `gam` at zero (Kirchhoff's limit); so are the membrane forces for
+    `eps` where `A_inv` is None. Multipliers are those of the sub-interval and not of its end: for
+    them compatibility is that of the averaged strains. `slack`, m/N, is a compliance by which they
+    are unique where constraints imply others, and with it the energy law is exact. What is left of
+    `A` and `G` is the share `a` that keeps hourglass modes down.
     """
 
     A: Expr
     D: Expr
     G: Expr
-    A_inv: Expr
-    G_inv: Expr
+    A_inv: Expr | None
+    G_inv: Expr | None
     N0: Expr
     a: Expr
     B: Expr | None = None
+    slack: Expr | None = None
 
     def _forces(self, e: Expr, N: Expr) -> tuple[Expr, Expr]:
         """Generalised stresses conjugate to the strains: full rule (8,) and reduced rule (8,)."""
@@ -132,7 +138,20 @@ class LinearMixed:
         n, Q = _split(N)
         if self.B is not None:
             n = n - self.B * _bending(e)
-        return ufl.as_vector([*(self.A_inv * n), *(self.G_inv * Q)])
+        stretch = self.slack * n if self.A_inv is None else self.A_inv * n
+        shear = self.slack * Q if self.G_inv is None else self.G_inv * Q
+        return ufl.as_vector([*stretch, *shear])
+
+    def _held(self, held: Expr, free: Expr) -> Expr:
+        """Components of `held` where strains are held, those of `free` elsewhere, shape (5,)."""
+        which = (self.A_inv is None,) * 3 + (self.G_inv is None,) * 2
+        if not any(which):
+            return free
+        return ufl.as_vector([held[k] if which[k] else free[k] for k in range(5)])
+
+    def _at_state(self, e: Expr, N: Expr) -> Expr:
+        """Resultants of a state: multipliers from its strains, shape (5,)."""
+        return N if self.slack is None else self._held(_membrane_shear(e) / self.slack, N)
 
     def virtual_work(self, strains: Measure, layout: Layout, span: Interval, dq: Expr) -> Density:
         """Virtual work and the weak compatibility `s(q) = psi*'(N)` at `span.at`."""
@@ -148,24 +167,31 @@ class LinearMixed:
         mean_N = (
             resultants(span.a)
             if span.a is span.b
-            else stress_average(resultants(span.a), resultants(span.b), span.beta)
+            else self._held(
+                resultants(span.b),
+                stress_average(resultants(span.a), resultants(span.b), span.beta),
+            )
         )
         full, red = self._forces(mean_e, mean_N)
         de = variation(e, span.mid, dq)
         e_at = e(span.at)
-        gap = _membrane_shear(e_at) - self._compliance(e_at, resultants(span.at))
+        s_at = self._held(_membrane_shear(mean_e), _membrane_shear(e_at))
+        gap = s_at - self._compliance(e_at, resultants(span.at))
         compatibility = (1 - self.a) * ufl.dot(resultants(dq), gap)
         return ufl.dot(full, de), ufl.dot(red, de) + compatibility
 
     def energy(self, strains: Measure, layout: Layout, q: Expr) -> Density:
         """Mixed strain energy `W(q, N)`; equal to the strain energy where compatibility holds."""
         e, N = vector(strains(q)), self.N0 * layout.part(q, "N")
+        N = self._at_state(e, N)
         full, _ = self._forces(e, N)
         s = _membrane_shear(e)
         n, Q = _split(N)
         if self.B is not None:
             n = n - self.B * _bending(e)
-        complementary = ufl.dot(n, self.A_inv * n) + ufl.dot(Q, self.G_inv * Q)
+        stretch = self.slack * n if self.A_inv is None else self.A_inv * n
+        shear = self.slack * Q if self.G_inv is None else self.G_inv * Q
+        complementary = ufl.dot(n, stretch) + ufl.dot(Q, shear)
         return ufl.dot(full, e) / 2, (1 - self.a) * (ufl.dot(N, s) - complementary / 2)
 
     def path(self, strains: Measure, span: Interval, dq: Expr) -> Density:
@@ -210,16 +236,18 @@ class LinearMixed:
     def _stress_red(self, e: Expr) -> Expr:
         """Stress of a strain in the reduced part, shape (8,)."""
         eps, gam = _split(_membrane_shear(e))
-        n, m = self.A * eps, 0 * _bending(e)
+        # multipliers are those of the middle, to second order
+        n = 0 * eps if self.A_inv is None else self.A * eps
+        m, Q = 0 * _bending(e), 0 * gam if self.G_inv is None else self.G * gam
         if self.B is not None:
             n, m = n + self.B * _bending(e), self.B * eps
-        return (1 - self.a) * ufl.as_vector([*n, *m, *(self.G * gam)])
+        return (1 - self.a) * ufl.as_vector([*n, *m, *Q])
 
     def jump(self, strains: Measure, layout: Layout, a: Expr, b: Expr) -> Density:
         """Elastic part of `c^2`, eq. (34)."""
         de = vector(strains(b)) - vector(strains(a))
         dN = self.N0 * (layout.part(b, "N") - layout.part(a, "N"))
-        full, red = self._forces(de, dN)
+        full, red = self._forces(de, self._at_state(de, dN))
         return ufl.dot(full, de) / 2, ufl.dot(red, de) / 2
 
 

@@ -1,6 +1,9 @@
 """Compiled forms: one place that says how DOLFINx compiles."""
 
 import platform
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from pathlib import Path
 
 from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
@@ -39,4 +42,30 @@ def compiled(form: Form) -> fem.Form:
     Args:
         form: Any form; its parameters are Constants, so that their values do not matter here.
     """
-    return fem.form(form, jit_options=JIT_OPTIONS)
+    made = fem.form(form, jit_options=JIT_OPTIONS)
+    for found in _WATCHING.get():
+        found.add(kernel_name(made))
+    return made
+
+
+_WATCHING: ContextVar[tuple[set[str], ...]] = ContextVar("watching", default=())
+
+
+def kernel_name(form: fem.Form) -> str:
+    """Name of a form's compiled module: forms that are alike share one.
+
+    Args:
+        form: A compiled form.
+    """
+    return str(getattr(form.module, "__name__", form.module))
+
+
+@contextmanager
+def watched() -> Iterator[set[str]]:
+    """Collects the names of the kernels that are compiled, or found in the cache, meanwhile."""
+    found: set[str] = set()
+    token = _WATCHING.set((*_WATCHING.get(), found))
+    try:
+        yield found
+    finally:
+        _WATCHING.reset(token)

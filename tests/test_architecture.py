@@ -18,7 +18,7 @@ FOLDERS["shellmb"] = ROOT / "shellmb"
 FLOW = ("scene", "build", "forms", "model", "schemes", "system", "simulate", "observers")
 RANK = {name: rank for rank, name in enumerate(("errors", "kernels", "analytic", *FLOW))}
 # what a user starts; these may import one another
-TOP = ("modes", "run", "verify", "figures", "bench", "demos", "cli")
+TOP = ("modes", "run", "verify", "figures", "bench", "effects", "demos", "study", "cli")
 RANK |= dict.fromkeys(TOP, len(RANK))
 
 FORMS_MAY_IMPORT = {"ufl", "__future__", "collections", "dataclasses", "math", "typing"}

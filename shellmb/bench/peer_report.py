@@ -9,6 +9,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from shellmb.bench.exudyn_plate import require
@@ -107,7 +108,8 @@ def _print(console: Console, found: Comparison, large: Sequence[tuple[Plate, Tip
     for name in ("code", "scheme", "mesh"):
         table.add_column(name, no_wrap=True)
     for name in ("dt [s]", "error", "own error", "cpu [s]", "wall [s]", "iterations", "factored"):
-        table.add_column(name, justify="right", no_wrap=True)
+        # in brackets there is markup otherwise
+        table.add_column(escape(name), justify="right", no_wrap=True)
     for code in (OURS, EXUDYN):
         for p in found.front(code):
             error, own = (

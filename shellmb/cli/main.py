@@ -11,8 +11,10 @@ import typer
 
 from shellmb import __version__
 from shellmb.cli.bench import bench
+from shellmb.cli.effects import effects
 from shellmb.cli.failures import failures_reported, first_rank
 from shellmb.cli.report import announce, print_list, print_modes, print_run, say
+from shellmb.cli.study import study
 from shellmb.run.loader import demos
 from shellmb.run.request import Options, Request, parse_mesh, parse_parameters
 
@@ -280,6 +282,8 @@ def figures(
 
 
 app.command()(failures_reported(bench))
+app.command()(failures_reported(effects))
+app.command()(failures_reported(study))
 
 
 def _options(

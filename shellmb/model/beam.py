@@ -1,6 +1,6 @@
 """A beam as the schemes see it: forms of `shellmb.forms` bound to a line, a section and loads."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from mpi4py import MPI
 
@@ -22,6 +22,7 @@ from shellmb.model.body import LoadFactors, PartScale, Rates
 from shellmb.model.frame import FrameBody
 from shellmb.model.loads import DistributedLoads
 from shellmb.model.rules import line_rules
+from shellmb.model.section import SLACK
 from shellmb.scene import Beam, BeamSection, FollowerLineForce, LineForce, LineMoment
 from shellmb.scene.loads import Gravity, Load
 
@@ -45,17 +46,21 @@ class BoundBeamSection:
     force: fem.Constant
 
 
-def bind_beam_section(section: BeamSection, domain: mesh.Mesh) -> BoundBeamSection:
+def bind_beam_section(beam: Beam, domain: mesh.Mesh) -> BoundBeamSection:
     """Constants of a section; without coupling of forces and moments none of its terms exists.
 
     Args:
-        section: The section.
-        domain: Line mesh.
+        beam: The beam.
+        domain: Its mesh.
     """
+    section = beam.section
     C = np.asarray(section.stiffness, dtype=float)
     A, B, D = C[:3, :3], C[:3, 3:], C[3:, 3:]
     H = np.linalg.solve(A, B)
-    coupled = np.max(np.abs(H)) > NOTHING * section.size
+    coupled = beam.coupling and np.max(np.abs(H)) > NOTHING * section.size
+    held: tuple[int, ...] = () if beam.stretching else (0,)
+    held += () if beam.transverse_shear else (1, 2)
+    free = [k for k in range(3) if k not in held]
 
     def constant(value: float | npt.NDArray[np.float64]) -> fem.Constant:
         return fem.Constant(domain, np.array(value, dtype=float, order="C"))
@@ -63,10 +68,12 @@ def bind_beam_section(section: BeamSection, domain: mesh.Mesh) -> BoundBeamSecti
     force = constant(float(np.max(np.diag(A))))
     formulation = BeamMixed(
         A=constant(A),
-        A_inv=constant(np.linalg.inv(A)),
-        D0=constant(D - B.T @ H),
+        A_inv=constant(np.linalg.inv(A[np.ix_(free, free)])),
+        D0=constant(D - B.T @ H if beam.coupling else D),
         N0=force,
         H=constant(H) if coupled else None,
+        held=held,
+        slack=constant(SLACK / float(np.max(np.diag(A)))) if held else None,
     )
     return BoundBeamSection(formulation, force)
 
@@ -110,11 +117,12 @@ class BeamModel(FrameBody):
         place = np.argsort(domain.numbers(space))
         order = place[np.argsort(np.argsort(domain.numbers(mixed.subspaces["u"])))]
         self.rules = line_rules(line, beam.degree)
-        self.section = bind_beam_section(beam.section, line)
+        self.section = bind_beam_section(beam, line)
         X = ufl.SpatialCoordinate(line)
         super().__init__(
             beam.name,
-            mixed,
+            # multipliers have no compliance by which they could be eliminated cell by cell
+            replace(mixed, elementwise=frozenset()) if beam.holds_strains else mixed,
             frames,
             order.astype(np.int32),
             X,
@@ -128,7 +136,8 @@ class BeamModel(FrameBody):
         if dynamic:
             # all of it at the nodes: frames are orthonormal there, and with another rule for the
             # mass than for its moments eccentric sections would have negative kinetic energies
-            inert = mass if beam.rotary_inertia else FrameMass(mass.m)
+            moved = mass if beam.eccentric_inertia else FrameMass(mass.m, J=mass.J)
+            inert = moved if beam.rotary_inertia else FrameMass(mass.m)
             self.masses = ((inert, self.rules.nodes),)
         self._loads = loads
         self.slenderness = slenderness = beam.section.size / domain.length

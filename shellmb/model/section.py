@@ -9,7 +9,7 @@ from ufl.core.expr import Expr
 
 from shellmb.forms.mixed import Formulation, LinearMixed, NonlinearMixed
 from shellmb.forms.shell import Mass
-from shellmb.scene import Hyperelastic, LinearSection, Section
+from shellmb.scene import Hyperelastic, LinearSection, Shell
 
 # weight of the fully integrated part, c in design section 3
 STABILISATION = {"quadrilateral": 0.1, "triangle": 1.0}
@@ -18,6 +18,10 @@ STABILISATION = {"quadrilateral": 0.1, "triangle": 1.0}
 # as it vanishes with the thickness it neither locks thin distorted meshes nor spoils the large
 # Newton steps of the mixed form
 HOURGLASS = 0.5
+
+# compliance for held strains relative to that of the section for shear: on regular meshes between
+# held edges shear constraints imply one another, and their forces would not be unique
+SLACK = 1e-5
 
 
 @dataclass(frozen=True)
@@ -35,13 +39,14 @@ class BoundSection:
     hourglass: Expr
 
 
-def bind_section(section: Section, domain: mesh.Mesh) -> BoundSection:
-    """Constants and element-wise weights of a section.
+def bind_section(shell: Shell, domain: mesh.Mesh) -> BoundSection:
+    """Constants and element-wise weights of a shell's section; what is left out is absent.
 
     Args:
-        section: The section.
-        domain: Surface mesh.
+        shell: The shell.
+        domain: Its mesh.
     """
+    section = shell.section
     cells = domain.topology.index_map(2)
     count = cells.size_local + cells.num_ghosts
     slenderness = section.thickness / domain.h(2, np.arange(count, dtype=np.int32))
@@ -63,11 +68,17 @@ def bind_section(section: Section, domain: mesh.Mesh) -> BoundSection:
             A=constant(section.A),
             D=constant(section.D),
             G=constant(section.G),
-            A_inv=constant(np.linalg.inv(section.A)),
-            G_inv=constant(np.linalg.inv(section.G)),
+            A_inv=constant(np.linalg.inv(section.A)) if shell.stretching else None,
+            G_inv=constant(np.linalg.inv(section.G)) if shell.transverse_shear else None,
             N0=N0,
             a=a,
-            B=constant(section.B) if section.coupled else None,
+            # without stretching there is nothing that bending could be coupled to
+            B=constant(section.B)
+            if section.coupled and shell.coupling and shell.stretching
+            else None,
+            slack=constant(SLACK / float(np.max(np.diag(section.G))))
+            if shell.holds_strains
+            else None,
         )
         return BoundSection(linear, constant(float(np.max(np.diag(section.G)))), N0 * b)
     assert isinstance(section, Hyperelastic)
@@ -82,17 +93,19 @@ def bind_section(section: Section, domain: mesh.Mesh) -> BoundSection:
     return BoundSection(nonlinear, N0, N0 * b)
 
 
-def bind_mass(section: Section, domain: mesh.Mesh, rotary: bool) -> Mass:
+def bind_mass(shell: Shell, domain: mesh.Mesh) -> Mass:
     """Mass coefficients of eq. (16); what is zero or left out is absent from the forms.
 
     Args:
-        section: The section.
-        domain: Surface mesh.
-        rotary: Whether the rotation of the director has inertia.
+        shell: The shell.
+        domain: Its mesh.
     """
-    m, s, inertia = section.mass
+    m, s, inertia = shell.section.mass
+    # without I* a first moment would make the kinetic energy indefinite
+    eccentric = shell.rotary_inertia and shell.eccentric_inertia
 
-    def constant(value: float) -> fem.Constant | None:
-        return fem.Constant(domain, float(value)) if rotary and value else None
+    def constant(value: float, wanted: bool) -> fem.Constant | None:
+        return fem.Constant(domain, float(value)) if wanted and value else None
 
-    return Mass(fem.Constant(domain, float(m)), constant(s), constant(inertia))
+    mass = fem.Constant(domain, float(m))
+    return Mass(mass, constant(s, eccentric), constant(inertia, shell.rotary_inertia))

@@ -1,6 +1,7 @@
 """A shell as the schemes see it: forms of `shellmb.forms` bound to a mesh, a section and loads."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
@@ -48,6 +49,9 @@ class ShellModel:
         domain = surface_mesh.mesh
         linear = isinstance(shell.section, LinearSection)
         self.mixed: MixedSpace = shell_space(domain, shell.degree, not linear)
+        if shell.holds_strains:
+            # multipliers: no compliance by which they could be eliminated cell by cell
+            self.mixed = replace(self.mixed, elementwise=self.mixed.elementwise - {"N"})
         self.layout = Layout(self.mixed.parts)
         self.director = reference_director(
             surface_mesh, self.mixed.subspaces["u"], shell.degree, shell.name
@@ -56,15 +60,14 @@ class ShellModel:
         self.surface: Surface = surface(ufl.Jacobian(domain), direction, self.director)
         self.rules = quadrature_rules(domain, shell.degree)
         self._ds = self._edge_measure(domain)
-        self.section = bind_section(shell.section, domain)
+        self.section = bind_section(shell, domain)
         jacobian = ufl.Jacobian(domain)
         self.line_strains = hourglass.line_strains(self.strains, self.surface, jacobian)
         weighed = any(isinstance(load, Gravity) for load in loads)
-        needed = dynamic or weighed
-        self.mass_of_section = (
-            bind_mass(shell.section, domain, shell.rotary_inertia) if needed else None
-        )
-        self.mass = self.mass_of_section if dynamic else None
+        # an eccentric weight turns the director whether or not its rotation has inertia
+        every = replace(shell, rotary_inertia=True, eccentric_inertia=True)
+        self.mass_of_section = bind_mass(every, domain) if weighed else None
+        self.mass = bind_mass(shell, domain) if dynamic else None
         self._loads = loads
         self.fixed: list[FixedDofs] = []
         self.links: tuple[NodeLink, ...] = ()

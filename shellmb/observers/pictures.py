@@ -36,6 +36,8 @@ class Shown:
     @property
     def time_label(self) -> str:
         """Label of the axis of time."""
+        if self.scene.path is not None:
+            return "arc length [-]"
         return "time [s]" if self.dynamic else "load parameter [-]"
 
     @property

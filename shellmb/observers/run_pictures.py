@@ -78,7 +78,7 @@ def _shape(path: Path, run: Shown) -> None:
     for k, frame in enumerate(chosen):
         axes = space(made, (1, len(chosen), k + 1), view)
         bodies(axes, run.grids, frame.displacement, view, factor)
-        unit = "t = {:.4g} s" if run.dynamic else "load parameter {:.4g}"
+        unit = "t = {:.4g} s" if run.dynamic else run.time_label.partition(" [")[0] + " {:.4g}"
         times = "" if factor == 1 else f", displacements x {factor:g}"
         title(axes, f"{run.scene.name}: {unit.format(frame.t)}{times}", view)
         places.append(axes)

@@ -16,6 +16,7 @@ from shellmb import __version__
 from shellmb.observers.constraints import Constraints
 from shellmb.observers.energy import EnergyAccount
 from shellmb.observers.history import History
+from shellmb.observers.jumps import jump_error
 from shellmb.observers.momentum import Momentum
 from shellmb.simulate.simulation import Simulation
 
@@ -45,7 +46,7 @@ def summarise(
     """
     scene, problem, steps = simulation.scene, simulation.problem, simulation.step
     dynamic = simulation.scheme.dynamic
-    jumps = [row["jump"] for row in sources.history.rows if not math.isnan(row["jump"])]
+    jumps = jump_error(sources.history.rows)
     return {
         "scene": scene.name,
         "scheme": scene.scheme_name,
@@ -71,7 +72,8 @@ def summarise(
         "joints": {j.name: sources.constraints.joints.get(j.name) for j in scene.joints},
         "linear_momentum_drift": sources.momentum.relative_drift("momentum"),
         "angular_momentum_drift": sources.momentum.relative_drift("angular momentum"),
-        "jump_max": max(jumps, default=None),
+        "jump_max": None if jumps is None else jumps["max"],
+        "jump_error": jumps,
         "versions": versions(),
         "failed": failed,
         "results": {},

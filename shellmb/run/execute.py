@@ -15,6 +15,7 @@ import pandas as pd
 from shellmb.errors import ConvergenceError, SceneError
 from shellmb.observers.checkpoint import Saved
 from shellmb.observers.energy import EnergyAccount
+from shellmb.observers.path import path_points
 from shellmb.observers.summary import summarise, write_json
 from shellmb.run.directory import refuse_used
 from shellmb.run.request import REQUEST, Request
@@ -106,7 +107,7 @@ def execute(
             scene,
             simulation,
             history.table(),
-            summarise(simulation, standard.sources, wall, failed),
+            summarise(simulation, standard.sources, wall, failed) | path_points(simulation),
             standard.sources.energy,
             directory,
         )
@@ -116,6 +117,11 @@ def execute(
                 from shellmb.observers.pictures import draw
 
                 draw(directory, result.history, frames, simulation)
+                if simulation.path is not None:
+                    from shellmb.observers.path_pictures import draw_path
+
+                    points = simulation.path.points
+                    draw_path(directory / "path.png", result.history, scene.probes, points)
     measure = results or scene.results
     if measure is not None:
         result.summary["results"] = {k: float(v) for k, v in measure(result).items()}

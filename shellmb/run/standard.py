@@ -12,6 +12,7 @@ from shellmb.observers.energy import EnergyAccount
 from shellmb.observers.history import History, Measuring
 from shellmb.observers.joints import JointForces
 from shellmb.observers.momentum import Momentum
+from shellmb.observers.path import PathRecord
 from shellmb.observers.probes import Probes
 from shellmb.observers.summary import Sources
 from shellmb.simulate.simulation import Observer
@@ -45,6 +46,7 @@ class StandardObservers:
             "momentum": momentum,
             "probes": Probes(),
             "joints": JointForces(),
+            "path": PathRecord(),
             **{f"observer {k}": o for k, o in enumerate(others)},
         }
         measuring = [o for o in self.named.values() if isinstance(o, Measuring)]

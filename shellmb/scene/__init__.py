@@ -61,6 +61,7 @@ from shellmb.scene.loads import (
     SurfaceForce,
 )
 from shellmb.scene.lookup import Body
+from shellmb.scene.paths import PathFollowing
 from shellmb.scene.probes import Probe
 from shellmb.scene.rigid import RigidBody
 from shellmb.scene.round_surfaces import Cylinder, Disc, Sphere
@@ -135,6 +136,7 @@ __all__ = [
     "Output",
     "Parametric",
     "ParametricCurve",
+    "PathFollowing",
     "Planar",
     "Ply",
     "PlyMaterial",

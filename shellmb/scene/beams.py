@@ -32,6 +32,10 @@ class Beam:
         up: Direction whose projection across the tangent is d3; None: the z axis, or where that is
             nearly tangential somewhere, another axis; along a shell, the shell's director.
         rotary_inertia: Whether the rotation of the section has inertia.
+        eccentric_inertia: Whether its first moments are taken into account, where it has such.
+        transverse_shear: Whether the section shears; False: a slender beam in Bernoulli's limit.
+        stretching: Whether it stretches along its line; False: inextensible.
+        coupling: Whether forces and moments are coupled, where the section does so.
         rigid: Whether the beam is one rigid body, of the mass and inertia of its mesh and section.
         terms: Terms added to the weak form, each a callable in UFL.
     """
@@ -43,6 +47,10 @@ class Beam:
     degree: Literal[2, 3] = 2
     up: Axis | None = None
     rotary_inertia: bool = True
+    eccentric_inertia: bool = True
+    transverse_shear: bool = True
+    stretching: bool = True
+    coupling: bool = True
     rigid: bool = False
     terms: tuple[Callable[..., Any], ...] = ()
 
@@ -74,6 +82,11 @@ class Beam:
                     f"beam '{self.name}': up is {show(self.up)}, which is tangential at xi = "
                     f"{xi[across.argmin()]:.3g}; it must have a part across the beam everywhere"
                 )
+
+    @property
+    def holds_strains(self) -> bool:
+        """Whether some strain is held at zero by forces that are multipliers."""
+        return not (self.rigid or (self.transverse_shear and self.stretching))
 
 
 @described("glue")

@@ -9,7 +9,7 @@ from pydantic import Field, InstanceOf
 
 from shellmb.errors import SceneError
 from shellmb.scene.gmsh_surfaces import GmshFile, GmshModel
-from shellmb.scene.sections import Section
+from shellmb.scene.sections import LinearSection, Section
 from shellmb.scene.surfaces import Surface
 from shellmb.scene.validate import Edge, Name, PositiveInt, Vec3, described, show, unit_vector
 
@@ -36,6 +36,12 @@ class Shell:
         direction: The material 1-direction is this vector projected on the surface; None: the x
             axis, or where that is nearly normal to some part of the surface, y or z.
         rotary_inertia: Whether the rotation of the director has inertia.
+        eccentric_inertia: Whether the first moment s* of eq. 16 is taken into account, where the
+            section has one.
+        transverse_shear: Whether it shears across its thickness; False: thin plates and shells in
+            Kirchhoff's limit.
+        stretching: Whether it stretches in its surface; False: inextensible.
+        coupling: Whether bending and stretching are coupled, where the section does so.
         strains: A strain measure in place of the usual one: ``strains(u, w, surface)`` returns
             ``ShellStrains``, as :func:`shellmb.forms.shell.shell_strains` does.
         terms: Terms added to the weak form, each a callable in UFL.
@@ -52,6 +58,10 @@ class Shell:
     distortion: Distortion = 0.0
     direction: Vec3 | None = None
     rotary_inertia: bool = True
+    eccentric_inertia: bool = True
+    transverse_shear: bool = True
+    stretching: bool = True
+    coupling: bool = True
     strains: Callable[..., Any] | None = None
     terms: tuple[Callable[..., Any], ...] = ()
     rigid: bool = False
@@ -79,6 +89,19 @@ class Shell:
             )
         if self.direction is not None:
             unit_vector(self.direction, f"shell '{self.name}': direction")
+        if not isinstance(self.section, LinearSection):
+            for what in ("transverse_shear", "stretching", "coupling"):
+                if not getattr(self, what):
+                    raise SceneError(
+                        f"shell '{self.name}': {what} is False; it must be True with a "
+                        f"{getattr(self.section, 'label', 'section')}, whose energy is of all "
+                        "strains"
+                    )
+
+    @property
+    def holds_strains(self) -> bool:
+        """Whether some strain is held at zero by forces that are multipliers."""
+        return not (self.rigid or (self.transverse_shear and self.stretching))
 
 
 @described("join")

@@ -18,6 +18,7 @@ from shellmb.scene.initial import InitialVelocity
 from shellmb.scene.joints import Joint
 from shellmb.scene.loads import Load
 from shellmb.scene.lookup import Body
+from shellmb.scene.paths import PathFollowing, check_path
 from shellmb.scene.probes import Probe
 from shellmb.scene.rigid import RigidBody
 from shellmb.scene.settings import Output, Solver, StepControl
@@ -67,6 +68,7 @@ class Scene:
         start: Where a dynamic scene starts: as it is given, or in static equilibrium under the
             loads of time 0.
         redundant: What becomes of constraints that others imply: an error, or they are dropped.
+        path: Follows the path of static equilibria through limit points; None: load steps.
 
     Raises:
         SceneError: If anything is impossible, in one sentence that tells what would be right.
@@ -97,6 +99,7 @@ class Scene:
     assemble: bool = False
     start: Literal["given", "equilibrium"] = "given"
     redundant: Literal["error", "drop"] = "error"
+    path: PathFollowing | None = None
 
     def __post_init__(self) -> None:
         """Fill in the times of a static scene and check the scene as a whole."""
@@ -107,6 +110,7 @@ class Scene:
                 steps = 1 if self.scheme_name == "linear" else STATIC_STEPS
                 object.__setattr__(self, "dt", t_end / steps)
         checks.check(self)
+        check_path(self)
 
     @property
     def scheme_name(self) -> str:
@@ -195,6 +199,9 @@ class Scene:
         chosen = {"scheme": scheme, "alpha": alpha, "dt": dt, "t_end": t_end}
         body = {"mesh": mesh, "degree": degree, "cell": cell}
         changes: dict[str, Any] = {k: v for k, v in chosen.items() if v is not None}
+        if scheme is not None and getattr(scheme, "name", scheme) != "static":
+            # only equilibria have a path
+            changes["path"] = None
         body_changes: dict[str, Any] = {k: v for k, v in body.items() if v is not None}
         if body_changes:
             changes["shells"] = tuple(replace(s, **body_changes) for s in self.shells)

@@ -33,6 +33,8 @@ class StepSize:
         self.dt = min(self.nominal, self.largest)
         self.good = 0
         self.rejected = 0
+        # the longest step tried from the current state, and whether longer ones are being tried
+        self._tried, self._leaping = 0.0, False
 
     @property
     def largest(self) -> float:
@@ -48,14 +50,32 @@ class StepSize:
         """Shrink the step after a failure at `dt`; False if it was the smallest already."""
         self.rejected += 1
         self.good = 0
-        if dt <= self.smallest * (1 + 1e-9):
+        if not self._leaping:
+            self._tried = max(self._tried, dt)
+        # what was tried before is not tried again
+        floor = self._tried if self._leaping else self.smallest
+        if dt <= floor * (1 + 1e-9):
             return False
         self.dt = max(self.settings.shrink * dt, self.smallest)
+        return not self._leaping or self.dt > floor * (1 + 1e-9)
+
+    def leap(self) -> bool:
+        """Try longer steps than any so far from this state; False if there are none.
+
+        Where the steps before ended at a singular position, a dead point say, shorter ones come
+        nearer to it and never pass it. Longer ones do. A limit on the jump forbids them.
+        """
+        if self.settings.jump_tolerance is not None or self._leaping:
+            return False
+        if not 0 < self._tried < self.largest * (1 - 1e-9):
+            return False
+        self._leaping, self.dt = True, self.largest
         return True
 
     def accept(self, jump: float | None) -> None:
         """Grow the step after success: by the jump if it controls, else after some good steps."""
         self.good += 1
+        self._tried, self._leaping = 0.0, False
         if self.settings.jump_tolerance is not None and jump is not None:
             self._follow(jump)
         elif self.good >= self.settings.patience and self.dt < self.largest:

@@ -18,6 +18,7 @@ from shellmb.schemes.base import Levels, Scheme, load_average
 from shellmb.schemes.residual import StageForms, stage_forms
 from shellmb.simulate.consistent import VelocityProjection
 from shellmb.simulate.fields import body_directors, body_field, kinematic_dofs, without_jump
+from shellmb.simulate.linear import LinearIteration
 from shellmb.simulate.predictor import Predictor
 from shellmb.system.assembly import BlockSystem
 from shellmb.system.fields import DirectorRates, Directors, Field, Part
@@ -71,11 +72,15 @@ class Problem:
         self.fields = [self._field(self._bodies[b], s) for b, s in names]
         self.system = BlockSystem(model.comm, self.fields)
         solver = model.scene.solver
-        self.iteration = Iteration(
-            self.system,
-            NewtonSettings(solver.tolerance, solver.max_iterations, solver.newton),
-            f"shellmb_{id(self)}_",
-            Reduction if solver.solve == "reduced" else None,
+        settings = NewtonSettings(solver.tolerance, solver.max_iterations, solver.newton)
+        prefix = f"shellmb_{id(self)}_"
+        reduction = Reduction if solver.solve == "reduced" else None
+        self.iteration = (
+            LinearIteration(
+                self.system, settings, prefix, reduction, lambda: model.mechanism.switches.key
+            )
+            if scheme.linear
+            else Iteration(self.system, settings, prefix, reduction)
         )
         self.newton = NEWTON[solver.backend](self.iteration)
 

@@ -17,9 +17,12 @@ from shellmb.model.model import Model, build_model
 from shellmb.scene import Scene
 from shellmb.schemes.base import Scheme
 from shellmb.schemes.registry import make_scheme
+from shellmb.simulate.arclength import ArcSize, PathSteps
 from shellmb.simulate.control import StepSize
+from shellmb.simulate.dropped import DroppedConstraints
 from shellmb.simulate.problem import Problem
 from shellmb.simulate.start import Start
+from shellmb.simulate.stepping import Stepping, TimeSteps
 
 # a remaining time below this fraction of a step is round-off, not a step
 ROUND_OFF = 1e-9
@@ -118,6 +121,8 @@ class Simulation:
         model: Bodies.
         scheme: Time scheme.
         problem: Functions and the system of one step.
+        stepping: How it gets from state to state.
+        path: The same where it follows a static path, else None.
         t: Current time, s.
         step: Number of accepted steps.
         iterations: Newton iterations of accepted steps.
@@ -133,7 +138,8 @@ class Simulation:
         assert scene.dt is not None and scene.t_end is not None
         self.t, self.t_end = 0.0, float(scene.t_end)
         self.step, self.iterations = 0, 0
-        self.size = StepSize(scene.control, float(scene.dt))
+        kind = StepSize if scene.path is None else ArcSize
+        self.size = kind(scene.control, float(scene.dt))
         self.last: StepInfo | None = None
         self.model: Model = build_model(scene, comm)
         self.problem = Problem(self.model, self.scheme)
@@ -147,6 +153,12 @@ class Simulation:
         start.velocities()
         self.problem.prepare(0.0, self.size.dt)
         self.problem.warm_up()
+        self.path: PathSteps | None = None
+        if scene.path is not None:
+            assert isinstance(self.size, ArcSize)
+            self.path = PathSteps(self.problem, scene.path, self.size)
+        self.stepping: Stepping = self.path or TimeSteps(self.problem)
+        self.dropped = DroppedConstraints(self.problem)
         self.setup_seconds = clock.perf_counter() - begin - self.problem.system.jit_seconds
         self.step_seconds = 0.0
 
@@ -165,7 +177,7 @@ class Simulation:
         begin = clock.perf_counter()
         before = self.step_seconds
         try:
-            while self.t_end - self.t > ROUND_OFF * self.size.dt:
+            while self.t_end - self.t > ROUND_OFF * self.size.dt and not self.stepping.finished:
                 self.advance(observers)
                 self.step_seconds = before + clock.perf_counter() - begin
         except BaseException as failure:
@@ -193,11 +205,10 @@ class Simulation:
             end = min([t for t in self.model.mechanism.events if t > self.t], default=self.t_end)
             remaining = end - self.t
             dt = remaining if remaining <= self.size.dt * (1 + ROUND_OFF) else self.size.dt
-            self.problem.prepare(self.t, dt)
             try:
-                iterations = self.problem.solve(dt)
+                iterations, dt = self.stepping.attempt(self.t, dt)
             except ConvergenceError as error:
-                if self.size.reject(dt):
+                if self.size.reject(dt) or (self.scheme.dynamic and self.size.leap()):
                     continue
                 raise ConvergenceError(
                     f"t = {self.t:g}, step {self.step + 1}, dt = {dt:g}: {error}",
@@ -208,11 +219,14 @@ class Simulation:
             if self.size.too_large(jump) and self.size.reject(dt):
                 continue
             break
+        self.dropped.check(self.t)
         self.last = StepInfo(self.t, dt, iterations, jump)
         for observer in observers:
             observer.solved(self)
-        self.problem.accept(dt)
+        self.stepping.accept(dt)
         self.t = end if dt == remaining else self.t + dt
+        if self.stepping.finished:
+            self.t_end = self.t
         self.step += 1
         self.iterations += iterations
         self.size.accept(jump)
@@ -245,7 +259,7 @@ class Simulation:
                 # `q` stays undeformed: the state is in the unknown
                 last = self.problem.last
                 found[f"{body}/q_{last}"] = levels.unknown[last].x.array.copy()
-        past = self.problem.predictor.arrays()
+        past = self.stepping.arrays()
         found |= {f"{PAST}{key}": array for key, array in past.items()}
         return found
 
@@ -269,8 +283,7 @@ class Simulation:
         self.size.restore(state["size"])
         self.model.mechanism.switches.restore(state["switches"])
         past = {k.removeprefix(PAST): a for k, a in arrays.items() if k.startswith(PAST)}
-        key = self.problem.key(float(state["last_dt"]))
-        self.problem.predictor.restore(past, state["past"], key)
+        self.stepping.restore(past, state["past"], float(state["last_dt"]))
 
     def state(self) -> dict[str, Any]:
         """Counters and step size, for a restart."""
@@ -281,6 +294,6 @@ class Simulation:
             "step_seconds": self.step_seconds,
             "size": self.size.state(),
             "switches": self.model.mechanism.switches.state(),
-            "past": self.problem.predictor.state(),
+            "past": self.stepping.state(),
             "last_dt": self.last.dt if self.last else 0.0,
         }

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from shellmb.errors import SceneError
+from shellmb.errors import ConvergenceError, SceneError
 from shellmb.model.joints import Component
 from shellmb.simulate.problem import Problem
 from shellmb.simulate.redundancy import find_redundant, largest_gap, refuse
@@ -66,7 +66,11 @@ class Start:
                 relaxation.equilibrium()
 
     def velocities(self) -> None:
-        """Initial velocities, made consistent with supports, drivers and joints."""
+        """Initial velocities, made consistent with supports, drivers and joints.
+
+        Raises:
+            ConvergenceError: If they cannot be, as without inertia.
+        """
         if "v" not in self.problem.scheme.rates:
             return
         for initial in self.scene.initial:
@@ -80,7 +84,23 @@ class Start:
                 v[w] += np.cross(spin, D).reshape(w.shape)
         self._given_velocities()
         if self._tied:
-            self.problem.projection.project()
+            try:
+                self.problem.projection.project()
+            except ConvergenceError as error:
+                raise ConvergenceError(
+                    f"t = 0: no velocities agree with all joints: {error}{self._inertialess()}",
+                    error.field,
+                    error.norms,
+                ) from error
+
+    def _inertialess(self) -> str:
+        """Which rigid bodies have no inertia about an axis, for a message."""
+        bodies = self.scene.rigid_bodies
+        names = [b.name for b in bodies if not np.linalg.eigvalsh(b.inertia_tensor)[0] > 0]
+        if not names:
+            return ""
+        said = ", ".join(f"'{name}'" for name in names)
+        return f"; without inertia about an axis: {said}, give inertia, or a joint that holds it"
 
     def _given_velocities(self) -> None:
         """Velocities of held dofs: zero, or that of their prescribed motion."""

@@ -1,0 +1,122 @@
+"""A scene run twice, as it is and with effects changed: results beside times."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from statistics import median
+from typing import Any
+
+from shellmb.errors import ShellmbError
+from shellmb.run.execute import Results, RunResult, execute
+from shellmb.scene import Scene
+
+
+@dataclass(frozen=True)
+class Change:
+    """A number of both runs.
+
+    Args:
+        name: Its name.
+        before: As the scene is; None where only the changed one has it.
+        after: As it was changed; None where only the scene itself has it.
+    """
+
+    name: str
+    before: float | None
+    after: float | None
+
+    @property
+    def relative(self) -> float | None:
+        """Change relative to the number before; None where that means nothing."""
+        if self.before is None or self.after is None or not self.before:
+            return None
+        value = self.after / self.before - 1
+        return value if math.isfinite(value) else None
+
+    def to_dict(self) -> dict[str, float | str | None]:
+        """Plain values."""
+        return {**vars(self), "relative": self.relative}
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Both runs.
+
+    Args:
+        results: What the scene measures, and its probes.
+        times: Steps, iterations, unknowns, and seconds.
+    """
+
+    results: tuple[Change, ...]
+    times: tuple[Change, ...]
+
+
+def compare(
+    scene: Scene,
+    changed: Scene,
+    results: Results | None = None,
+    repeat: int = 1,
+    report: Callable[[str], None] = lambda text: None,
+) -> Comparison:
+    """Run both scenes in turn; collective.
+
+    Args:
+        scene: The scene.
+        changed: The same with effects changed.
+        results: What the scene measures; None: what it says itself.
+        repeat: How often both are run; times are medians.
+        report: Is told what is going on.
+    """
+    runs: dict[str, list[RunResult]] = {"as it is": [], "changed": []}
+    for k in range(repeat):
+        for name, one in zip(runs, (scene, changed), strict=True):
+            report(f"{name}, run {k + 1} of {repeat}")
+            runs[name].append(execute(one, pictures=False))
+    first, second = runs.values()
+    measured = [_measured(run[0], results) for run in (first, second)]
+    return Comparison(_changes(*measured), _changes(_times(first), _times(second)))
+
+
+def _changes(before: dict[str, float], after: dict[str, float]) -> tuple[Change, ...]:
+    both = dict.fromkeys([*before, *after])
+    return tuple(Change(name, before.get(name), after.get(name)) for name in both)
+
+
+def _measured(run: RunResult, results: Results | None) -> dict[str, float]:
+    """The scene's results, where the changed scene still has them, and its probes."""
+    found: dict[str, float] = {}
+    measure = results or run.scene.results
+    if measure is not None:
+        try:
+            found |= {name: float(value) for name, value in measure(run).items()}
+        except ShellmbError:
+            raise
+        except Exception:
+            # results are a user's code for the scene as it was: of another one it may ask for
+            # what is not there, and then the probes tell what there is
+            pass
+    for probe in run.scene.probes:
+        values = run.history[probe.name]
+        found[f"{probe.name} at the end"] = float(values.iloc[-1])
+        found[f"{probe.name}, largest magnitude"] = float(values.abs().max())
+    return found
+
+
+def _times(runs: list[RunResult]) -> dict[str, float]:
+    """What a run took."""
+
+    def typical(value: Callable[[Any], float]) -> float:
+        return median(value(run.simulation) for run in runs)
+
+    last = runs[-1].simulation
+    steps = max(last.step, 1)
+    return {
+        "unknowns": float(last.problem.system.size),
+        "steps": float(last.step),
+        "iterations per step": last.iterations / steps,
+        "factorisations per step": last.problem.iteration.factorisations / steps,
+        "time per step [ms]": 1e3 * typical(lambda s: s.step_seconds) / steps,
+        "time of all steps [s]": typical(lambda s: s.step_seconds),
+    }

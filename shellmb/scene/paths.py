@@ -1,0 +1,100 @@
+"""Static path following: through limit points, turning points and bifurcations."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from pydantic import Field
+
+from shellmb.errors import SceneError
+from shellmb.scene.supports import Driven, Fixed
+from shellmb.scene.validate import Finite, PositiveInt, described, show
+
+if TYPE_CHECKING:
+    from shellmb.scene.scene import Scene
+
+__all__ = ["PathFollowing"]
+
+Angle = Annotated[float, Field(gt=0, lt=90, allow_inf_nan=False)]
+
+
+@described("path following")
+class PathFollowing:
+    """Follow the curve of equilibria by its arc length, the load factor being an unknown.
+
+    All loads of the scene are multiplied by the load factor, 1 being the loads as described. Time
+    is the arc length of the displacements, scaled such that it grows like the load factor at the
+    unloaded state: a structure that stays linear reaches its full load at time 1. The scene's
+    ``dt`` is the first step, ``t_end`` the longest path.
+
+    Args:
+        load_end: Load factor at whose passing the path ends before ``t_end``, upwards if it is
+            positive, downwards if negative; None: it ends at ``t_end`` only.
+        iterations: Newton iterations that a step is to need; the step is adapted to it.
+        turn: Angle between the tangents at both ends of a step beyond which the step is repeated
+            with a smaller one [degrees].
+        branches: What to do at bifurcations: ``"ignore"`` them, ``"detect"`` and locate them by the
+            inertia of the stiffness matrix, or ``"switch"`` to the other branch.
+        side: On which side of the path a branch is taken.
+        switches: Number of branches to switch to at most, one after the other.
+    """
+
+    load_end: Finite | None = None
+    iterations: PositiveInt = 5
+    turn: Angle = 30.0
+    branches: Literal["ignore", "detect", "switch"] = "detect"
+    side: Literal[1, -1] = 1
+    switches: PositiveInt = 1
+
+    def __post_init__(self) -> None:
+        """Check that the end is not the start.
+
+        Raises:
+            SceneError: If `load_end` is zero.
+        """
+        if self.load_end == 0.0:
+            raise SceneError(
+                "path following: load_end is 0; it must be another load factor, because the path "
+                "starts there"
+            )
+
+
+def check_path(scene: Scene) -> None:
+    """Check that a scene is one whose path can be followed.
+
+    Raises:
+        SceneError: Says what stands against it.
+    """
+    if scene.path is None:
+        return
+    who = f"scene '{scene.name}': path following"
+    if scene.scheme_name != "static":
+        raise SceneError(
+            f"{who} has scheme {show(scene.scheme_name)}; it must be 'static', or path must be "
+            "left out"
+        )
+    if not scene.loads:
+        raise SceneError(f"{who} has no load to follow; it must have one at least")
+    for load in scene.loads:
+        if load.time is not None:
+            raise SceneError(
+                f"{who}: a {load.label} has a function of time; it must be left out, because the "
+                "load factor multiplies all loads"
+            )
+    moved = [s.label for s in scene.supports if isinstance(s, Driven) or _moves(s)]
+    moved += [f"driver '{d.name}'" for d in scene.drivers]
+    moved += [f"lock of joint '{lock.joint}'" for lock in scene.locks]
+    moved += [f"windows of joint '{j.name}'" for j in scene.joints if j.active is not None]
+    if moved:
+        raise SceneError(
+            f"{who}: something is prescribed over time ({moved[0]}); it must be left out, because "
+            "loads are followed and there is no time"
+        )
+
+
+def _moves(support: object) -> bool:
+    """Whether a support prescribes values that change."""
+    if not isinstance(support, Fixed):
+        return False
+    given = (c for c in (*support.displacement, *support.director) if c is not None)
+    return any(callable(c) for c in given)

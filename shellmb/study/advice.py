@@ -1,0 +1,160 @@
+"""What a user wants to know: which configuration for which error, and what it takes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import exp, log
+
+from shellmb.study.points import Judged, Point, front
+
+# errors that are asked for
+TARGETS = (1e-2, 1e-3)
+# finer runs with errors larger by this factor are told
+LUCK = 1.05
+
+
+@dataclass(frozen=True)
+class Offer:
+    """What a family takes for an error.
+
+    Args:
+        family: The family.
+        point: The fastest run of it that has at most that error, as finer ones have.
+        time_s: Time for just that error, by interpolation along the family's front in logarithms;
+            that of the point where all its runs are better.
+        bound: Whether a coarser run would do: the time is an upper bound.
+    """
+
+    family: str
+    point: Point
+    time_s: float
+    bound: bool = False
+
+
+@dataclass(frozen=True)
+class Target:
+    """An error asked for.
+
+    Args:
+        error: It, relative.
+        offers: Of the families that reach it, the fastest first.
+        missing: Families that do not.
+        known: Whether the reference is known well enough to tell.
+    """
+
+    error: float
+    offers: tuple[Offer, ...]
+    missing: tuple[str, ...]
+    known: bool
+
+
+def find_targets(judged: Judged, errors: Sequence[float] = TARGETS) -> list[Target]:
+    """Offers for each error.
+
+    Args:
+        judged: The quantity.
+        errors: What is asked for.
+    """
+    return [_target(judged, error) for error in errors]
+
+
+def _target(judged: Judged, error: float) -> Target:
+    uncertainty = judged.reference.uncertainty
+    offers, missing = [], []
+    for family, points in judged.families().items():
+        offer = _offer(family, front(points, uncertainty), error, uncertainty)
+        if offer is None:
+            missing.append(family)
+        else:
+            offers.append(offer)
+    offers.sort(key=lambda o: o.time_s)
+    return Target(error, tuple(offers), tuple(missing), error >= uncertainty)
+
+
+def _offer(family: str, line: Sequence[Point], error: float, uncertainty: float) -> Offer | None:
+    for before, point in zip([None, *line], line, strict=False):
+        reached = point.bound(uncertainty)
+        if reached > error:
+            continue
+        if before is None or before.time_s <= 0 or reached <= 0:
+            return Offer(family, point, point.time_s, bound=before is None)
+        worse = before.bound(uncertainty)
+        part = log(worse / error) / log(worse / reached)
+        time = exp((1 - part) * log(before.time_s) + part * log(point.time_s))
+        return Offer(family, point, time)
+    return None
+
+
+def sentence(judged: Judged, targets: Sequence[Target]) -> str:
+    """What to choose for each error, what it takes, and what others take; honest if not reached.
+
+    Args:
+        judged: The quantity.
+        targets: Its targets, the largest error first.
+    """
+    if not judged.good:
+        return f"No run came through: nothing can be said about {judged.quantity}."
+    parts: list[str] = []
+    base: Offer | None = None
+    for target in targets:
+        asked = f"{100 * target.error:g} % error in {judged.quantity}"
+        if not target.known:
+            known = f"{100 * judged.reference.uncertainty:.2g} %"
+            parts.append(f"{asked} cannot be told: the reference is known to {known} only.")
+        elif not target.offers:
+            parts.append(f"{asked} is not reached: {_best(judged)}.")
+        else:
+            parts.append(_reached(judged, target, asked, base))
+            base = base or target.offers[0]
+    return " ".join(parts)
+
+
+def _reached(judged: Judged, target: Target, asked: str, base: Offer | None) -> str:
+    best = target.offers[0]
+    name, error = judged.name(best.point), _error(judged, best.point)
+    told = f"For {asked} choose {name} (its error is {error}): {_cost(best)}"
+    if base is not None and best.point != base.point:
+        told += f", {_times(best.time_s / base.time_s)} as much"
+    others = []
+    for offer in target.offers[1:]:
+        ratio = offer.time_s / best.time_s if best.time_s > 0 else 1.0
+        unclear = best.point.spread + offer.point.spread > 2 * (ratio - 1)
+        noise = ", within the noise" if unclear else ""
+        others.append(f"{offer.family} takes {_seconds(offer.time_s)} ({_times(ratio)}{noise})")
+    others += [f"{family} does not reach it" for family in target.missing]
+    return told + (f"; {', '.join(others)}." if others else ".")
+
+
+def _times(ratio: float) -> str:
+    return f"{ratio:.1f} times" if ratio < 10 else f"{ratio:.0f} times"
+
+
+def _cost(offer: Offer) -> str:
+    """The time, and how it is known."""
+    if offer.bound:
+        return f"at most {_seconds(offer.time_s)} (no cheaper one was run)"
+    run = _seconds(offer.point.time_s)
+    told = _seconds(offer.time_s)
+    return told if told == run else f"{told} by interpolation ({run} as run)"
+
+
+def _best(judged: Judged) -> str:
+    uncertainty = judged.reference.uncertainty
+    best = min(judged.good, key=lambda p: (p.bound(uncertainty), p.time_s))
+    took = _seconds(best.time_s)
+    return f"the best is {judged.name(best)} with {_error(judged, best)} in {took}"
+
+
+def _error(judged: Judged, point: Point) -> str:
+    if point.below:
+        return f"below {100 * judged.reference.uncertainty:.2g} %"
+    told = f"{100 * (point.error or 0.0):.2g} %"
+    # a number that has crossed the reference on its way
+    if point.credit > LUCK * (point.error or 0.0):
+        told += f", finer runs have up to {100 * point.credit:.2g} %"
+    return told
+
+
+def _seconds(time: float) -> str:
+    return f"{time:.3g} s" if time >= 0.1 else f"{1000 * time:.3g} ms"

@@ -1,0 +1,192 @@
+"""The studies that come with shellmb; their results are in `demos/studies`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from shellmb.analytic.plates import Plate, rectangle_uniform_deflection
+from shellmb.demos import loaded_plate
+from shellmb.errors import SceneError
+from shellmb.study.choice import Base
+from shellmb.study.quantity import Quantity, parse_quantity
+from shellmb.study.sweep import Sweep
+
+
+@dataclass(frozen=True)
+class Part:
+    """One scene of a bundled study, with a reference of its own.
+
+    Args:
+        title: What it is.
+        sweep: What is run.
+    """
+
+    title: str
+    sweep: Sweep
+
+
+@dataclass(frozen=True)
+class Bundled:
+    """A study that comes with shellmb.
+
+    Args:
+        name: Its name, and that of its files in `demos/studies`.
+        what: What is swept, and how far it goes, in one sentence.
+        parts: Its scenes.
+    """
+
+    name: str
+    what: str
+    parts: tuple[Part, ...]
+
+
+def _quantities(*texts: str) -> tuple[Quantity, ...]:
+    return tuple(parse_quantity(t) for t in texts)
+
+
+SCHEMES, ALPHAS = ("ep", "ed"), (0.0, 0.5, 1.0)
+
+_NAVIER = rectangle_uniform_deflection(
+    Plate(loaded_plate.E, loaded_plate.NU, loaded_plate.THICKNESS),
+    loaded_plate.SIDE,
+    loaded_plate.SIDE,
+    loaded_plate.PRESSURE,
+)
+
+BUNDLED = (
+    Bundled(
+        "static_plate",
+        "Thin square plate, simply supported, linear, against Navier's series: mesh, degree, cell.",
+        (
+            Part(
+                "square plate",
+                Sweep(
+                    Base("loaded_plate"),
+                    _quantities("deflection"),
+                    cell=("quad", "tri"),
+                    degree=(2, 3),
+                    mesh=((2, 2), (4, 4), (8, 8), (16, 16)),
+                    exact=_NAVIER,
+                ),
+            ),
+        ),
+    ),
+    Bundled(
+        "static_shell",
+        "Hemisphere with a hole, large displacements at the full load: mesh, degree, cell.",
+        (
+            Part(
+                "hemisphere",
+                Sweep(
+                    Base("hemisphere"),
+                    _quantities("outward"),
+                    cell=("quad", "tri"),
+                    degree=(2, 3),
+                    mesh=((4, 4), (6, 6), (8, 8), (12, 12)),
+                ),
+            ),
+        ),
+    ),
+    Bundled(
+        "sudden_load",
+        "Cantilever plate under a sudden load, 0.5 s, 6x2 elements: scheme, alpha, dt.",
+        (
+            Part(
+                "sudden load",
+                Sweep(
+                    Base("sudden_load"),
+                    _quantities("tip_z:l2", "tip_z:max"),
+                    scheme=SCHEMES,
+                    alpha=ALPHAS,
+                    dt=(2e-2, 1e-2, 5e-3, 2.5e-3, 1.25e-3),
+                ),
+            ),
+        ),
+    ),
+    Bundled(
+        "tumbling_plate",
+        "Free plate thrown by a pulse, first 0.04 s (of 0.2 s), 6x2 elements: scheme, alpha, dt.",
+        (
+            Part(
+                "tumbling plate",
+                Sweep(
+                    Base("tumbling_plate", t_end=0.04),
+                    _quantities("strain_energy:l2", "corner_z:l2"),
+                    scheme=SCHEMES,
+                    alpha=ALPHAS,
+                    dt=(8e-4, 4e-4, 2e-4, 1e-4),
+                    repeat=2,
+                ),
+            ),
+        ),
+    ),
+    Bundled(
+        "lateral_buckling",
+        "Section 6.1 with a bow of 0.1 mm, through the snap, 0.08 s (of 6.28 s): scheme, dt, mesh.",
+        (
+            Part(
+                "lateral buckling (6.1)",
+                Sweep(
+                    Base("lateral_buckling", (("imperfection", "1e-4"),), 0.08, "plate"),
+                    _quantities("lateral:l2", "drive.torque:mean"),
+                    scheme=SCHEMES,
+                    mesh=((6, 2), (12, 4)),
+                    dt=(4e-3, 2e-3, 1e-3),
+                    repeat=2,
+                ),
+            ),
+        ),
+    ),
+    Bundled(
+        "snap_through",
+        "Section 6.2, the way down before the snap, 0.2 s (of 2 s): scheme, dt, mesh.",
+        (
+            Part(
+                "snap-through (6.2)",
+                Sweep(
+                    Base("snap_through", (), 0.2, "shell"),
+                    _quantities("M:l2"),
+                    scheme=SCHEMES,
+                    mesh=((8, 4), (12, 6)),
+                    dt=(1e-2, 5e-3),
+                    repeat=2,
+                ),
+            ),
+        ),
+    ),
+    Bundled(
+        "slider_crank",
+        "Driven slider-crank, its driving torque over 0.2 s, coupler rigid and flexible: scheme, "
+        "alpha, dt.",
+        tuple(
+            Part(
+                f"slider-crank, {kind} coupler",
+                Sweep(
+                    Base("slider_crank", (("flexible", str(kind == "flexible")),), 0.2),
+                    _quantities("drive.torque:l2"),
+                    scheme=SCHEMES,
+                    alpha=(0.0, 1.0),
+                    dt=(8e-3, 4e-3, 2e-3, 1e-3),
+                    repeat=2,
+                ),
+            )
+            for kind in ("rigid", "flexible")
+        ),
+    ),
+)
+
+
+def find_bundled(name: str) -> tuple[Bundled, ...]:
+    """The study of that name, or all of them.
+
+    Args:
+        name: Name; "all".
+
+    Raises:
+        SceneError: If there is none of that name.
+    """
+    found = tuple(b for b in BUNDLED if name in (b.name, "all"))
+    if not found:
+        listed = ", ".join(f"'{b.name}'" for b in BUNDLED)
+        raise SceneError(f"study: bundled is '{name}'; it must be 'all' or one of {listed}")
+    return found

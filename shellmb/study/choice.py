@@ -1,0 +1,170 @@
+"""One configuration of a study: what is chosen in place of the scene's own choices."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+from shellmb.errors import SceneError
+from shellmb.run.loader import SceneModule
+from shellmb.run.request import Options
+from shellmb.scene import Beam, Scene, Shell
+
+# in this order choices are named, and vary from the slowest to the fastest in the grid
+AXES = ("scheme", "alpha", "cell", "degree", "solve", "tolerance", "mesh", "dt")
+# what a run is the more accurate for, and what its curve in the picture is drawn over
+REFINED = ("mesh", "dt")
+# choices for single bodies
+LOCAL = ("mesh", "degree", "cell")
+
+
+@dataclass(frozen=True)
+class Choice:
+    """A configuration, complete: what is None does not apply to the scene.
+
+    Args:
+        scheme: Name of the scheme.
+        alpha: Dissipation; of "ed" only.
+        cell: Cell type of the shells.
+        degree: Degree of shells and beams.
+        solve: Unknowns of the linear systems.
+        tolerance: Relative tolerance of Newton's method.
+        mesh: Elements of the shells along both sides; without shells of the beams, and 1.
+        dt: Time or load step, s.
+    """
+
+    scheme: str | None = None
+    alpha: float | None = None
+    cell: str | None = None
+    degree: int | None = None
+    solve: str | None = None
+    tolerance: float | None = None
+    mesh: tuple[int, int] | None = None
+    dt: float | None = None
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values, those that apply."""
+        return {k: v for k, v in asdict(self).items() if v is not None}
+
+    @classmethod
+    def from_dict(cls, values: Mapping[str, Any]) -> Choice:
+        """The choice from its plain values."""
+        mesh = values.get("mesh")
+        return cls(**{**values, "mesh": None if mesh is None else tuple(mesh)})
+
+    def without(self, *names: str) -> Choice:
+        """The same with some choices left out."""
+        return replace(self, **dict.fromkeys(names))
+
+    def label(self, names: tuple[str, ...] = AXES) -> str:
+        """Some of its choices in words, "ED alpha = 0.5, 8x4, dt = 0.002 s"."""
+        return ", ".join(_words(self, name) for name in AXES if name in names and _says(self, name))
+
+
+def _says(choice: Choice, name: str) -> bool:
+    # alpha is said with the scheme
+    return getattr(choice, name) is not None and not (name == "alpha" and choice.scheme)
+
+
+def _words(choice: Choice, name: str) -> str:
+    value = getattr(choice, name)
+    if name == "scheme":
+        dissipation = "" if choice.alpha is None else f" alpha = {choice.alpha:g}"
+        return (value.upper() if value in ("ep", "ed") else value) + dissipation
+    written = {
+        "alpha": f"alpha = {value}",
+        "cell": f"{value}",
+        "degree": f"degree {value}",
+        "solve": f"{value} system",
+        "tolerance": f"tolerance {value}",
+        "mesh": f"{value[0]}x{value[1]}" if name == "mesh" else "",
+        "dt": f"dt = {value:g} s" if name == "dt" else "",
+    }
+    return written[name]
+
+
+@dataclass(frozen=True)
+class Base:
+    """The scene that is swept.
+
+    Args:
+        scene: Name of a demo, or path of a Python file.
+        parameters: Values of the scene's parameters as text.
+        t_end: Time at the end, s; None: that of the scene.
+        body: The only shell or beam that gets mesh, degree and cell; None: all of them.
+    """
+
+    scene: str
+    parameters: tuple[tuple[str, str], ...] = ()
+    t_end: float | None = None
+    body: str | None = None
+
+    def build(self, module: SceneModule, choice: Choice) -> Scene:
+        """The scene with a choice.
+
+        Args:
+            module: The scene's module.
+            choice: What replaces the scene's own choices.
+
+        Raises:
+            SceneError: If it is impossible.
+        """
+        values: dict[str, Any] = choice.to_dict()
+        tolerance = values.pop("tolerance", None)
+        local: dict[str, Any] = {k: values.pop(k) for k in LOCAL if k in values}
+        if self.body is None:
+            values |= local
+        scene = Options(t_end=self.t_end, **values).apply(module.build(dict(self.parameters)))
+        if tolerance is not None:
+            scene = replace(scene, solver=replace(scene.solver, tolerance=tolerance))
+        return scene if self.body is None else _refined(scene, self.body, local)
+
+    def complete(self, module: SceneModule, choice: Choice) -> Choice:
+        """The choice with the scene's own where it has none.
+
+        Args:
+            module: The scene's module.
+            choice: What is chosen.
+
+        Raises:
+            SceneError: If the scene with it is impossible.
+        """
+        scene = self.build(module, choice)
+        found: dict[str, Any] = {
+            "scheme": scene.scheme_name,
+            "alpha": scene.alpha if scene.scheme_name == "ed" else None,
+            "solve": scene.solver.solve,
+            "tolerance": scene.solver.tolerance,
+            "dt": scene.dt,
+        }
+        meshed = [b for b in _meshed(scene) if self.body in (None, b.name)]
+        if meshed:
+            first = meshed[0]
+            found["degree"] = first.degree
+            found["cell"] = first.cell if isinstance(first, Shell) else None
+            found["mesh"] = first.mesh if isinstance(first, Shell) else (first.elements, 1)
+        return Choice(**found)
+
+
+def _meshed(scene: Scene) -> list[Shell | Beam]:
+    return [*scene.shells, *scene.beams]
+
+
+def _refined(scene: Scene, name: str, local: dict[str, Any]) -> Scene:
+    """The scene with choices for one shell or beam."""
+    if not local:
+        return scene
+    names = [b.name for b in _meshed(scene)]
+    if name not in names:
+        listed = ", ".join(f"'{n}'" for n in names) or "none"
+        raise SceneError(
+            f"study: body is '{name}'; it must be one of the scene's shells and beams: {listed}"
+        )
+    shells = tuple(replace(s, **local) if s.name == name else s for s in scene.shells)
+    beam = {"degree": local.get("degree")}
+    if local.get("mesh") is not None:
+        beam["elements"] = local["mesh"][0]
+    given: dict[str, Any] = {k: v for k, v in beam.items() if v is not None}
+    beams = tuple(replace(b, **given) if b.name == name else b for b in scene.beams)
+    return replace(scene, shells=shells, beams=beams)

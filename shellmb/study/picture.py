@@ -1,0 +1,81 @@
+"""The work-precision picture: error against time, one curve for each family."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import matplotlib as mpl
+from matplotlib.axes import Axes
+from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
+
+from shellmb.observers.drawing import STYLE, figure
+from shellmb.study.advice import TARGETS
+from shellmb.study.points import Judged, front
+
+# an error of nothing is drawn here
+LEAST = 1e-14
+MARKERS = "os^Dv<>P*X"
+
+
+def draw(studies: Sequence[tuple[str, Judged]], path: Path) -> None:
+    """Error over stepping time, one plot for each quantity, and write it as PNG.
+
+    Points are runs, lines go along what no other run of the family beats, a run being credited with
+    no less than the errors of finer ones; hollow points at the upper rim of the grey band have
+    errors that the reference cannot tell.
+
+    Args:
+        studies: Titles and quantities.
+        path: The file.
+    """
+    columns = min(len(studies), 2)
+    rows = -(-len(studies) // columns)
+    with mpl.rc_context({**STYLE, "axes.formatter.limits": (-5, 5), "savefig.dpi": 100}):
+        made = figure(6.0 * columns, 4.2 * rows)
+        grid = made.add_gridspec(rows, columns)
+        for k, (title, judged) in enumerate(studies):
+            axes = made.add_subplot(grid[k // columns, k % columns])
+            _plot(axes, judged)
+            axes.set_title(title, fontsize=10)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        made.savefig(path)
+
+
+def _plot(axes: Axes, judged: Judged) -> None:
+    uncertainty = judged.reference.uncertainty
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    # seldom more than a decade: plain numbers, and more of them than powers of ten
+    axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+    axes.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+    axes.xaxis.set_minor_formatter(NullFormatter())
+    errors = [max(p.error or 0.0, uncertainty, LEAST) for p in judged.good]
+    for k, (family, points) in enumerate(judged.families().items()):
+        colour, marker = f"C{k % 10}", MARKERS[k % len(MARKERS)]
+        line = front(points, uncertainty)
+        times = [p.time_s for p in line]
+        axes.plot(times, [max(p.bound(uncertainty), LEAST) for p in line], color=colour)
+        for below in (False, True):
+            some = [p for p in points if p.below == below]
+            axes.plot(
+                [p.time_s for p in some],
+                [max(p.error or 0.0, uncertainty, LEAST) for p in some],
+                linestyle="",
+                marker=marker,
+                markersize=5,
+                color=colour,
+                fillstyle="none" if below else "full",
+                label=family or None if not below else None,
+            )
+    if errors:
+        low, high = min(errors), max(errors)
+        axes.set_ylim(low / 3, high * 3)
+        if uncertainty > low / 3:
+            axes.axhspan(low / 3, uncertainty, color="0.85", zorder=0)
+    for target in TARGETS:
+        axes.axhline(target, color="0.5", linewidth=0.8, linestyle=":")
+    axes.set_xlabel(f"time of the steps [s] ({judged.clock})")
+    axes.set_ylabel(f"relative error of {judged.quantity}")
+    if any(judged.families()):
+        axes.legend(fontsize=8)

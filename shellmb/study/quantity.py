@@ -1,0 +1,164 @@
+"""The quantity that a study judges: a result of the scene, or a column of the history."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+from scipy.interpolate import CubicSpline
+
+from shellmb.errors import SceneError
+from shellmb.scene import Scene
+
+Floats = npt.NDArray[np.float64]
+
+# one number of a curve, and differences of whole curves
+NUMBERS = ("end", "max", "min", "mean")
+CURVES = ("l2", "sup")
+NORMS = (*NUMBERS, *CURVES)
+# points of the curve between two steps, where a largest value is looked for
+BETWEEN = 8
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """What is compared.
+
+    Args:
+        name: Name of a result, or of a column of the history.
+        norm: None for a result. Of a column: "end", "max", "min", "mean" are numbers of the curve,
+            "l2" and "sup" compare curves: the root mean square, or the largest, of their difference
+            over that of the reference.
+
+    A column is a curve: a cubic spline through its values at the ends of the steps (at their
+    middles for what is a mean over a step, as forces of joints are, which have no value at the
+    start). So what a large step leaves out between its ends is an error only as far as it is lost.
+    """
+
+    name: str
+    norm: str | None = None
+
+    def __str__(self) -> str:
+        return self.name if self.norm is None else f"{self.name}:{self.norm}"
+
+    @property
+    def is_curve(self) -> bool:
+        """Whether whole curves are compared."""
+        return self.norm in CURVES
+
+    def take(self, results: Mapping[str, float], history: pd.DataFrame) -> dict[str, Any]:
+        """What a record keeps of a run: the number, and the curve where curves are compared.
+
+        Args:
+            results: The results of the scene.
+            history: The history of the run.
+
+        Raises:
+            SceneError: If there is no such quantity.
+        """
+        if self.norm is None:
+            if self.name not in results:
+                raise SceneError(_unknown(self.name, results, history))
+            return {"value": float(results[self.name])}
+        if self.name not in history.columns:
+            raise SceneError(_unknown(self.name, results, history))
+        t, y = curve(history, self.name)
+        if self.is_curve:
+            return {"value": float(y[-1]), "t": t.tolist(), "y": y.tolist()}
+        return {"value": _number(t, y, self.norm)}
+
+    def difference(self, found: Mapping[str, Any], reference: Mapping[str, Any]) -> float:
+        """How far a run is from another one, relative to that one; absolute if that is zero.
+
+        Args:
+            found: What `take` kept of the run.
+            reference: What it kept of the other one; without a curve only numbers are compared.
+        """
+        if not self.is_curve:
+            size = abs(reference["value"]) or 1.0
+            return abs(found["value"] - reference["value"]) / size
+        t, y = np.array(reference["t"]), np.array(reference["y"])
+        own = np.array(found["t"])
+        inside = (t >= own[0] - 1e-12) & (t <= own[-1] + 1e-12)
+        t, y = t[inside], y[inside]
+        away = _spline(own, np.array(found["y"]))(t) - y
+        if self.norm == "sup":
+            return float(np.abs(away).max() / (np.abs(y).max() or 1.0))
+        size = float(np.sqrt(np.trapezoid(y**2, t))) or 1.0
+        return float(np.sqrt(np.trapezoid(away**2, t))) / size
+
+
+def parse_quantity(text: str) -> Quantity:
+    """A quantity from "NAME" or "COLUMN:NORM".
+
+    Raises:
+        SceneError: If there is no such norm.
+    """
+    name, colon, norm = text.strip().rpartition(":")
+    if not colon:
+        return Quantity(norm)
+    if norm not in NORMS or not name:
+        listed = ", ".join(NORMS)
+        raise SceneError(
+            f"study: quantity is '{text}'; it must be the name of a result, or COLUMN:NORM with "
+            f"one of the norms {listed}"
+        )
+    return Quantity(name, norm)
+
+
+def default_quantity(scene: Scene) -> Quantity:
+    """The first probe: at the end of a static scene, over time of a dynamic one.
+
+    Raises:
+        SceneError: If the scene has no probe.
+    """
+    if not scene.probes:
+        raise SceneError(
+            f"study: the scene '{scene.name}' has no probe; give --quantity, a name of its results "
+            "or COLUMN:NORM of its history"
+        )
+    return Quantity(scene.probes[0].name, "end" if scene.static else "l2")
+
+
+def curve(history: pd.DataFrame, name: str) -> tuple[Floats, Floats]:
+    """Times and values of a column; means over a step stand at its middle.
+
+    Args:
+        history: The history of a run.
+        name: Name of the column.
+    """
+    t = history["t"].to_numpy(dtype=float)
+    y = history[name].to_numpy(dtype=float)
+    if np.isnan(y[0]):
+        t, y = (t[1:] + t[:-1]) / 2, y[1:]
+    known = np.isfinite(y)
+    return t[known], y[known]
+
+
+def _spline(t: Floats, y: Floats) -> Any:
+    return CubicSpline(t, y) if len(t) > 1 else (lambda times: np.full_like(times, y[0]))
+
+
+def _number(t: Floats, y: Floats, norm: str) -> float:
+    if norm == "end" or len(t) < 2:
+        return float(y[-1])
+    if norm == "mean":
+        return float(_spline(t, y).integrate(t[0], t[-1]) / (t[-1] - t[0]))
+    steps = np.arange(BETWEEN * (len(t) - 1) + 1) / BETWEEN
+    fine = _spline(t, y)(np.interp(steps, np.arange(len(t)), t))
+    return float(fine.max() if norm == "max" else fine.min())
+
+
+def _unknown(name: str, results: Mapping[str, float], history: pd.DataFrame) -> str:
+    def listed(names: Sequence[str]) -> str:
+        return ", ".join(f"'{n}'" for n in names) or "none"
+
+    return (
+        f"study: quantity is '{name}'; it must be one of the scene's results, "
+        f"{listed([*results])}, or COLUMN:NORM with a column of the history, "
+        f"{listed(history.columns)}"
+    )

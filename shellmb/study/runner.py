@@ -1,0 +1,205 @@
+"""Runs the configurations of a study in turn, and keeps what they leave."""
+
+from __future__ import annotations
+
+import gc
+import hashlib
+import math
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from mpi4py import MPI
+
+from shellmb.errors import SceneError, ShellmbError
+from shellmb.run.execute import RunResult, execute
+from shellmb.run.loader import SceneModule, load
+from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.study.choice import Choice
+from shellmb.study.quantity import Quantity, default_quantity
+from shellmb.study.records import Record, Store
+from shellmb.study.sweep import Grid, Sweep, chain, make_grid
+
+type Tell = Callable[[str], None]
+
+
+class ProcessorTime(Silent):
+    """Processor time between the start and the end of a run.
+
+    Attributes:
+        seconds: It, s.
+    """
+
+    def __init__(self) -> None:
+        self.seconds = 0.0
+
+    def start(self, simulation: Simulation) -> None:
+        """Before the first step."""
+        self._begin = time.process_time()
+
+    def finish(self, simulation: Simulation, error: Exception | None) -> None:
+        """After the last one."""
+        self.seconds = time.process_time() - self._begin
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A study that has been run.
+
+    Args:
+        sweep: What was asked for.
+        name: Name of the scene.
+        quantities: What is judged.
+        grid: The configurations.
+        chain: Those of the reference, the finest first; empty where the exact value is given.
+        store: The records.
+    """
+
+    sweep: Sweep
+    name: str
+    quantities: tuple[Quantity, ...]
+    grid: Grid
+    chain: tuple[Choice, ...]
+    store: Store
+
+    def name_of(self, choice: Choice) -> str:
+        """A configuration in words: what is swept, mesh and step."""
+        return choice.label(self.grid.named)
+
+
+def measure(
+    sweep: Sweep,
+    folder: Path | None = None,
+    tell: Tell = lambda text: None,
+    comm: MPI.Comm = MPI.COMM_WORLD,
+) -> Measured:
+    """Run a study, or what is left of it; collective.
+
+    Each configuration is run once, coarse ones first; then the reference; then all again, round by
+    round, so that what else the machine does hits all alike.
+
+    Args:
+        sweep: What.
+        folder: Where the records are kept; None: nowhere.
+        tell: Is told what is going on.
+        comm: Communicator.
+
+    Raises:
+        SceneError: If the scene, a value or a quantity is impossible, or the folder is taken.
+    """
+    module = load(sweep.base.scene)
+    grid = make_grid(sweep, module)
+    scene = sweep.base.build(module, grid.choices[0])
+    quantities = sweep.quantities or (default_quantity(scene),)
+    finer = () if sweep.exact is not None else tuple(chain(sweep, grid))
+    for choice in finer:
+        sweep.base.build(module, choice)
+    store = Store(folder, about(sweep, module, quantities), comm)
+    plan = [(c, 0) for c in (*grid.choices, *reversed(finer))]
+    plan += [(c, k) for k in range(1, sweep.repeat) for c in grid.choices]
+    todo = [(c, k) for c, k in dict.fromkeys(plan) if store.find(c, k) is None]
+    if len(todo) < len(set(plan)):
+        tell(f"{len(set(plan)) - len(todo)} of {len(set(plan))} runs are done already")
+    for n, (choice, round_) in enumerate(todo):
+        first = store.find(choice)
+        if round_ and first is not None and first.failed:
+            continue
+        tell(f"run {n + 1} of {len(todo)}: {choice.label(grid.named)}")
+        record = run_once(sweep, module, choice, quantities, round_, comm)
+        if record.failed:
+            tell(f"failed: {record.failed}")
+        store.add(record)
+    return Measured(sweep, scene.name, quantities, grid, finer, store)
+
+
+def about(sweep: Sweep, module: SceneModule, quantities: Sequence[Quantity]) -> dict[str, Any]:
+    """What records belong to: scene with its source, parameters, end, quantities."""
+    source = Path(str(module.module.__file__)).read_bytes()
+    return {
+        "scene": module.name,
+        "source": hashlib.sha256(source).hexdigest()[:16],
+        "parameters": dict(sweep.base.parameters),
+        "t_end": sweep.base.t_end,
+        "body": sweep.base.body,
+        "quantities": [str(q) for q in quantities],
+    }
+
+
+def run_once(
+    sweep: Sweep,
+    module: SceneModule,
+    choice: Choice,
+    quantities: Sequence[Quantity],
+    round_: int,
+    comm: MPI.Comm,
+) -> Record:
+    """One run; what goes wrong in it is recorded.
+
+    Args:
+        sweep: The study.
+        module: Module of its scene.
+        choice: The configuration.
+        quantities: What is kept.
+        round_: Which repetition.
+        comm: Communicator.
+
+    Raises:
+        SceneError: If a quantity does not exist.
+    """
+    clock = ProcessorTime()
+    # what a scene measures may need the whole of its time: it is asked only where it is needed
+    asked = module.results if any(q.norm is None for q in quantities) else _nothing
+    scene = sweep.base.build(module, choice)
+    try:
+        result = execute(scene, None, [clock], comm=comm, pictures=False, results=asked)
+    except ShellmbError as error:
+        return Record(choice, round_, cpu_s=clock.seconds, failed=str(error))
+    record = _record(choice, round_, clock.seconds, result, quantities)
+    # meshes and matrices are freed collectively
+    del result
+    gc.collect()
+    comm.Barrier()
+    return record
+
+
+def _nothing(run: RunResult) -> dict[str, float]:
+    return {}
+
+
+def _record(
+    choice: Choice, round_: int, cpu_s: float, result: RunResult, quantities: Sequence[Quantity]
+) -> Record:
+    summary = result.summary
+    taken = {str(q): q.take(result.results, result.history) for q in quantities}
+    if round_:
+        # the curves are those of the first round
+        taken = {name: {"value": kept["value"]} for name, kept in taken.items()}
+    bad = [name for name, kept in taken.items() if not math.isfinite(kept["value"])]
+    return Record(
+        choice,
+        round_,
+        result.simulation.step_seconds,
+        cpu_s,
+        summary["setup_s"],
+        summary["jit_s"],
+        summary["steps"],
+        summary["rejected_steps"],
+        summary["newton_iterations"],
+        summary["unknowns"],
+        summary["jump_max"],
+        taken,
+        f"{' and '.join(bad)} is not finite" if bad else "",
+    )
+
+
+def known_quantity(record: Record, quantity: Quantity) -> dict[str, Any]:
+    """What a finished run keeps of a quantity.
+
+    Raises:
+        SceneError: If it keeps nothing of it.
+    """
+    if record.taken is None or str(quantity) not in record.taken:
+        raise SceneError(f"study: no record of '{quantity}'")
+    return record.taken[str(quantity)]

@@ -1,0 +1,219 @@
+"""What a study runs: a full grid of choices, and a chain of finer ones for its reference."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from math import prod
+from typing import Any
+
+from shellmb.errors import SceneError
+from shellmb.run.loader import SceneModule
+from shellmb.study.choice import AXES, REFINED, Base, Choice
+from shellmb.study.quantity import Quantity
+
+# what a study without a word about it does
+REPEAT, REFINE = 3, 2
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """A study as it is asked for; an empty axis keeps the scene's choice.
+
+    Args:
+        base: The scene.
+        quantities: What is judged; none: see `default_quantity`.
+        scheme: Names of schemes.
+        alpha: Dissipations of ED.
+        cell: Cell types.
+        degree: Degrees.
+        solve: "full", "reduced".
+        tolerance: Tolerances of Newton's method.
+        mesh: Elements along both sides.
+        dt: Time or load steps, s.
+        exact: The exact value of the (only) quantity; None: a finer run is the reference.
+        reference: Scheme of the finer run; None: ED with the least alpha, if there is ED.
+        refine: How much finer than the finest of the grid it is, in steps and elements per side.
+        repeat: How often each configuration is run, in turn with the others.
+
+    Raises:
+        SceneError: If a number is not possible.
+    """
+
+    base: Base
+    quantities: tuple[Quantity, ...] = ()
+    scheme: tuple[str, ...] = ()
+    alpha: tuple[float, ...] = ()
+    cell: tuple[str, ...] = ()
+    degree: tuple[int, ...] = ()
+    solve: tuple[str, ...] = ()
+    tolerance: tuple[float, ...] = ()
+    mesh: tuple[tuple[int, int], ...] = ()
+    dt: tuple[float, ...] = ()
+    exact: float | None = None
+    reference: str | None = None
+    refine: int = REFINE
+    repeat: int = REPEAT
+
+    def __post_init__(self) -> None:
+        """Check the numbers that no scene checks."""
+        for name, least in (("repeat", 1), ("refine", 2)):
+            if getattr(self, name) < least:
+                raise SceneError(
+                    f"study: {name} is {getattr(self, name)}; it must be at least {least}"
+                )
+        if self.exact is not None and (len(self.quantities) != 1 or self.quantities[0].is_curve):
+            raise SceneError(
+                f"study: exact is {self.exact:g}; it must be left out, or be the value of the one "
+                "quantity that is named, which must be a number"
+            )
+
+
+@dataclass(frozen=True)
+class Grid:
+    """The choices of a sweep.
+
+    Args:
+        choices: All that are possible, coarse ones first.
+        left_out: Others, each with the reason.
+    """
+
+    choices: tuple[Choice, ...]
+    left_out: tuple[tuple[Choice, str], ...]
+
+    def values(self, axis: str) -> list[Any]:
+        """Different values of an axis, in the order of the grid."""
+        return list(dict.fromkeys(getattr(c, axis) for c in self.choices))
+
+    @property
+    def swept(self) -> tuple[str, ...]:
+        """Axes with several values."""
+        return tuple(axis for axis in AXES if len(self.values(axis)) > 1)
+
+    @property
+    def named(self) -> tuple[str, ...]:
+        """Axes by which a configuration is called: those swept, mesh and step."""
+        return tuple(axis for axis in AXES if axis in (*self.swept, *REFINED))
+
+
+def make_grid(sweep: Sweep, module: SceneModule) -> Grid:
+    """All combinations of what is named.
+
+    Args:
+        sweep: The study.
+        module: Module of its scene.
+
+    Raises:
+        SceneError: If the scene cannot have some value, whatever the others are.
+    """
+    named = {axis: getattr(sweep, axis) for axis in AXES if getattr(sweep, axis)}
+    found: dict[Choice, None] = {}
+    left_out: list[tuple[Choice, str]] = []
+    good: set[tuple[str, Any]] = set()
+    first: dict[tuple[str, Any], str] = {}
+    for values in itertools.product(*named.values()):
+        chosen = dict(zip(named, values, strict=True))
+        try:
+            complete = sweep.base.complete(module, Choice(**chosen))
+        except SceneError as error:
+            left_out.append((Choice(**chosen), str(error)))
+            for item in chosen.items():
+                first.setdefault(item, str(error))
+            continue
+        found[complete] = None
+        good |= set(chosen.items())
+    if not found:
+        raise SceneError(left_out[0][1])
+    for item, sentence in first.items():
+        if item not in good:
+            raise SceneError(sentence)
+    if sweep.alpha and all(c.alpha is None for c in found):
+        raise SceneError(
+            f"study: alpha is {', '.join(f'{a:g}' for a in sweep.alpha)}; it must be left out "
+            "where no scheme is 'ed'"
+        )
+    return Grid(tuple(sorted(found, key=cost)), tuple(left_out))
+
+
+def cost(choice: Choice) -> float:
+    """About what a run costs, relative to others of its scene."""
+    elements = prod(choice.mesh) if choice.mesh else 1
+    stages = 3 if choice.scheme == "ed" else 1
+    return elements * stages * (choice.degree or 1) ** 2 / (choice.dt or 1.0)
+
+
+def chain(sweep: Sweep, grid: Grid) -> list[Choice]:
+    """Choices for the reference: the finest first, then the next coarser one or two.
+
+    It is finer in time and mesh if these are swept; if neither is, in time where the scene is
+    dynamic, in its mesh where it is static.
+
+    Args:
+        sweep: The study.
+        grid: Its grid.
+
+    Raises:
+        SceneError: If the reference is to have a scheme that is not in the grid.
+    """
+    best = min(_of_scheme(sweep, grid), key=_fineness)
+    directions = [axis for axis in ("mesh", "dt") if axis in grid.swept]
+    if not directions:
+        dynamic = best.scheme not in ("static", "linear")
+        directions = ["dt"] if dynamic or best.mesh is None else ["mesh"]
+    counts = [len({m[k] for m in grid.values("mesh") if m}) for k in (0, 1)]
+    # a count that is the same in all meshes stays
+    moving = [n > 1 for n in counts] if "mesh" in grid.swept else [True, True]
+    finest = replace(best, dt=min(d for d in grid.values("dt") if d))
+    if best.mesh is not None:
+        finest = replace(finest, mesh=max((m for m in grid.values("mesh") if m), key=prod))
+    members = [
+        _scaled(finest, directions, moving, factor) for factor in (sweep.refine, 1, -sweep.refine)
+    ]
+    return [m for m in members if m is not None]
+
+
+def _of_scheme(sweep: Sweep, grid: Grid) -> Sequence[Choice]:
+    if sweep.reference is None:
+        some = [c for c in grid.choices if c.scheme == "ed"]
+        return some or grid.choices
+    some = [c for c in grid.choices if c.scheme == sweep.reference]
+    if not some:
+        listed = ", ".join(f"'{s}'" for s in grid.values("scheme"))
+        raise SceneError(
+            f"study: reference is '{sweep.reference}'; it must be one of the schemes run, {listed}"
+        )
+    return some
+
+
+def _fineness(choice: Choice) -> tuple[float, ...]:
+    """The most accurate first: little dissipation, quadrilaterals, high degree, tight tolerance."""
+    return (
+        choice.alpha or 0.0,
+        float(choice.cell == "tri"),
+        -float(choice.degree or 0),
+        choice.tolerance or 0.0,
+        float(choice.solve == "full"),
+        choice.dt or 0.0,
+    )
+
+
+def _scaled(
+    choice: Choice, directions: Sequence[str], moving: Sequence[bool], factor: int
+) -> Choice | None:
+    """The choice finer by a factor, or coarser by a negative one; None if it cannot be."""
+    scaled = choice
+    if "dt" in directions and choice.dt is not None:
+        dt = choice.dt / factor if factor > 0 else choice.dt * -factor
+        scaled = replace(scaled, dt=dt)
+    if "mesh" in directions and choice.mesh is not None:
+        counts = []
+        for count, moves in zip(choice.mesh, moving, strict=True):
+            if not moves or factor > 0:
+                counts.append(count * factor if moves else count)
+            elif count % -factor:
+                return None
+            else:
+                counts.append(count // -factor)
+        scaled = replace(scaled, mesh=(counts[0], counts[1]))
+    return scaled

@@ -1,0 +1,128 @@
+"""Grids, chains of references, and what cannot be asked."""
+
+import pytest
+
+from shellmb.errors import SceneError
+from shellmb.run.loader import load
+from shellmb.study.bundled import BUNDLED, find_bundled
+from shellmb.study.choice import Base, Choice
+from shellmb.study.quantity import parse_quantity
+from shellmb.study.sweep import Sweep, chain, make_grid
+
+from .conftest import SMALL
+
+
+def grid(**chosen):
+    sweep = Sweep(Base(SMALL), **chosen)
+    return sweep, make_grid(sweep, load(SMALL))
+
+
+def test_alpha_belongs_to_ed_only():
+    _, found = grid(scheme=("ep", "ed"), alpha=(0.0, 1.0), dt=(1e-3, 5e-4))
+    pairs = {(c.scheme, c.alpha) for c in found.choices}
+    assert pairs == {("ep", None), ("ed", 0.0), ("ed", 1.0)}
+    assert len(found.choices) == 6
+    assert found.swept == ("scheme", "alpha", "dt")
+    assert [c.label(("scheme", "dt")) for c in found.choices[:2]] == [
+        "EP, dt = 0.001 s",
+        "EP, dt = 0.0005 s",
+    ]
+
+
+def test_what_the_scene_chooses_is_known():
+    _, found = grid()
+    (only,) = found.choices
+    assert only == Choice("ep", None, "quad", 2, "reduced", 1e-9, (6, 2), 1e-3)
+    assert Choice.from_dict(only.to_dict()) == only
+
+
+def test_impossible_combinations_are_left_out_with_their_reason():
+    _, found = grid(cell=("quad", "tri"), degree=(2, 3))
+    assert [(c.cell, c.degree) for c in found.choices] == [("quad", 2), ("tri", 2), ("quad", 3)]
+    ((choice, reason),) = found.left_out
+    assert (choice.cell, choice.degree) == ("tri", 3)
+    assert "must be 2 on triangles" in reason
+
+
+@pytest.mark.parametrize(
+    ("chosen", "message"),
+    [
+        ({"degree": (2, 1)}, "degree is 1"),
+        ({"alpha": (0.0, 2.0), "scheme": ("ed",)}, "alpha is 2"),
+        ({"alpha": (0.0, 1.0)}, "where no scheme is 'ed'"),
+        ({"mesh": ((0, 1), (2, 1))}, "mesh"),
+        ({"repeat": 0}, "repeat is 0; it must be at least 1"),
+        ({"refine": 1}, "refine is 1; it must be at least 2"),
+        ({"exact": 1.0}, "exact is 1"),
+        ({"exact": 1.0, "quantities": (parse_quantity("tip_z:l2"),)}, "must be a number"),
+    ],
+)
+def test_impossible_values_are_errors(chosen, message):
+    with pytest.raises(SceneError, match=message):
+        grid(**chosen)
+
+
+def test_the_reference_is_finer_in_all_that_is_swept():
+    sweep, found = grid(
+        scheme=("ep", "ed"), alpha=(0.5, 0.0), mesh=((4, 2), (8, 2)), dt=(1e-3, 5e-4)
+    )
+    fine, middle, coarse = chain(sweep, found)
+    assert (fine.scheme, fine.alpha) == ("ed", 0.0)
+    # the second count is the same in both meshes: no error of it is asked for
+    assert [(c.mesh, c.dt) for c in (fine, middle, coarse)] == [
+        ((16, 2), 2.5e-4),
+        ((8, 2), 5e-4),
+        ((4, 2), 1e-3),
+    ]
+
+
+def test_the_reference_of_other_sweeps():
+    sweep, found = grid(mesh=((3, 1), (5, 2)))
+    assert [c.mesh for c in chain(sweep, found)] == [(10, 4), (5, 2)], "5 cannot be halved"
+    sweep, found = grid(solve=("full", "reduced"))
+    assert [(c.dt, c.solve) for c in chain(sweep, found)] == [
+        (5e-4, "reduced"),
+        (1e-3, "reduced"),
+        (2e-3, "reduced"),
+    ]
+    sweep, found = grid(scheme=("static",), degree=(2, 3))
+    assert [(c.mesh, c.degree) for c in chain(sweep, found)] == [
+        ((12, 4), 3),
+        ((6, 2), 3),
+        ((3, 1), 3),
+    ]
+    sweep, found = grid(scheme=("ep", "ed"), reference="ep")
+    assert chain(sweep, found)[0].scheme == "ep"
+    sweep, found = grid(scheme=("ep",), reference="ed")
+    with pytest.raises(SceneError, match="reference is 'ed'; it must be one of the schemes run"):
+        chain(sweep, found)
+
+
+def test_single_bodies_can_be_refined():
+    base = Base("lateral_buckling", body="plate")
+    scene = base.build(load("lateral_buckling"), Choice(mesh=(3, 1)))
+    assert scene.shells[0].mesh == (3, 1)
+    beam = Base("lateral_buckling", (("model", "beam"),), body="plate")
+    assert beam.build(load("lateral_buckling"), Choice(mesh=(2, 1))).beams[0].elements == 2
+    with pytest.raises(SceneError, match="body is 'plat'; it must be one of the scene's shells"):
+        Base("lateral_buckling", body="plat").build(load("lateral_buckling"), Choice(degree=3))
+
+
+@pytest.mark.parametrize("study", BUNDLED, ids=lambda b: b.name)
+def test_bundled_studies_are_possible(study):
+    assert find_bundled(study.name) == (study,)
+    for part in study.parts:
+        module = load(part.sweep.base.scene)
+        found = make_grid(part.sweep, module)
+        assert len(found.swept) >= 2
+        if part.sweep.exact is None:
+            finer = chain(part.sweep, found)
+            assert len(finer) == 3, "three runs tell how well the reference is known"
+            for choice in finer:
+                part.sweep.base.build(module, choice)
+
+
+def test_unknown_bundled_study():
+    assert find_bundled("all") == BUNDLED
+    with pytest.raises(SceneError, match="bundled is 'statics'; it must be 'all' or one of"):
+        find_bundled("statics")

@@ -1,0 +1,58 @@
+"""Counting negative eigenvalues of sparse matrices."""
+
+from mpi4py import MPI as _MPI  # noqa: F401  (before petsc4py)
+from petsc4py import PETSc
+
+import numpy as np
+import pytest
+
+from shellmb.system.inertia import Inertia
+
+
+def matrix(values: np.ndarray) -> PETSc.Mat:
+    A = PETSc.Mat().createAIJ(values.shape, comm=PETSc.COMM_SELF)
+    A.setUp()
+    A.setValues(range(len(values)), range(len(values)), values)
+    A.assemble()
+    return A
+
+
+def symmetric(negative: int, size: int = 12) -> np.ndarray:
+    """A full matrix with so many negative eigenvalues."""
+    turned = np.linalg.qr(np.random.default_rng(1).normal(size=(size, size)))[0]
+    values = np.linspace(1.0, 2.0, size)
+    values[:negative] *= -1
+    full = turned * values @ turned.T
+    return (full + full.T) / 2
+
+
+@pytest.mark.parametrize("negative", [0, 1, 5, 12])
+def test_negative_eigenvalues(negative: int) -> None:
+    assert Inertia(matrix(symmetric(negative)), "test_inertia_").negative() == negative
+
+
+def test_values_may_change_and_the_matrix_stays_as_it_is() -> None:
+    A = matrix(symmetric(2))
+    inertia = Inertia(A, "test_inertia_twice_")
+    assert inertia.negative() == 2
+    A.shift(-1.5)
+    wanted = int(np.sum(np.linalg.eigvalsh(symmetric(2) - 1.5 * np.eye(12)) < 0))
+    assert wanted > 2
+    assert inertia.negative() == wanted
+
+
+def test_a_saddle_point() -> None:
+    """As many negative ones as constraints."""
+    full = np.zeros((6, 6))
+    full[:4, :4] = np.diag([1.0, 2.0, 3.0, 4.0])
+    full[4:, :4] = [[1.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, -1.0]]
+    full[:4, 4:] = full[4:, :4].T
+    assert Inertia(matrix(full), "test_inertia_saddle_").negative() == 2
+
+
+def test_without_symmetry_there_is_no_answer() -> None:
+    full = symmetric(1)
+    full[0, 3] += 1e-3
+    inertia = Inertia(matrix(full), "test_inertia_none_")
+    assert inertia.asymmetry() == pytest.approx(np.sqrt(2) * 1e-3 / np.linalg.norm(full), rel=1e-9)
+    assert inertia.negative() is None
