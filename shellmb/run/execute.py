@@ -62,6 +62,7 @@ def execute(
     request: Request | None = None,
     results: Results | None = None,
     saved: Saved | None = None,
+    again: bool = False,
 ) -> RunResult:
     """Run a scene.
 
@@ -74,6 +75,7 @@ def execute(
         request: How the scene was asked for, so that `shellmb resume` can build it again.
         results: Gives the `results` of the summary; None: those of the scene.
         saved: A state to go on from, see `resume`.
+        again: Whether `out` holds what a run left that was killed before its first state.
 
     Raises:
         SceneError: If the scene does not fit its meshes, or `out` holds a run already.
@@ -81,7 +83,7 @@ def execute(
     """
     begin = clock.perf_counter()
     directory = None if out is None else Path(out)
-    if directory is not None and saved is None:
+    if directory is not None and saved is None and not again:
         refuse_used(directory, comm)
     simulation = Simulation(scene, comm)
     if directory is not None:

@@ -34,7 +34,7 @@ def resume(
         scene: The scene, for runs that were not started by `shellmb run`.
 
     Raises:
-        SceneError: If the directory holds no state, or one that does not fit.
+        SceneError: If the directory holds no run, or a state that does not fit.
         ConvergenceError: If the run fails again.
     """
     module: SceneModule | None = None
@@ -42,7 +42,9 @@ def resume(
     if scene is None:
         request = read_request(out)
         scene, module = request.build()
-    saved = read_checkpoint(Path(out) / STATE, comm)
+    # killed before its first state a run has computed nothing: it begins again
+    begun = comm.bcast((Path(out) / STATE / "state.json").is_file()) or request is None
+    saved = read_checkpoint(Path(out) / STATE, comm) if begun else None
     results = module.results if module is not None else None
     return execute(
         scene,
@@ -53,4 +55,5 @@ def resume(
         request=request,
         results=results,
         saved=saved,
+        again=not begun,
     )

@@ -14,7 +14,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from shellmb.errors import SceneError
 from shellmb.observers.checkpoint import read_checkpoint
 from shellmb.run.resume import resume
 
@@ -82,10 +81,12 @@ def test_killed_run_goes_on_to_the_same_end(number: int, runs, worst) -> None:
     assert said["failed"] is None and said["steps"] == 6
 
 
-def test_killed_before_the_first_state_there_is_nothing_to_go_on_from(runs) -> None:
-    """Nothing has been computed yet, and the message says that there is no state."""
+def test_killed_before_the_first_state_a_run_begins_again(runs) -> None:
+    """Nothing has been computed yet."""
     folder, killed = runs
     out = folder / str(killed[-1][1])
     assert (out / "request.json").is_file()
-    with pytest.raises(SceneError, match="there is no state"):
-        resume(out, pictures=False)
+    assert not (out / "state" / "state.json").exists()
+    resume(out, pictures=False)
+    expected, found = _state(folder / "0"), _state(out)
+    assert all(np.array_equal(found[k], expected[k]) for k in expected)
