@@ -1,5 +1,6 @@
 """Reference directors at the nodes of a shell: unit normals, consistently oriented."""
 
+import basix
 import basix.ufl
 import numpy as np
 import ufl
@@ -22,7 +23,8 @@ def reference_director(
         name: Name of the shell, for error messages.
 
     Raises:
-        SceneError: If the normals around a node cancel (the surface is not orientable or folded).
+        SceneError: If the normals around a node cancel (the surface is not orientable or folded),
+            or an element is turned over.
     """
     director = fem.Function(nodal, name="D")
     if surface.normal is not None:
@@ -36,9 +38,44 @@ def reference_director(
             f"shell '{name}': the normals of its cells cancel at {lost} nodes; "
             "the surface must be smooth and orientable, split it at folds and join the parts"
         )
-    director.x.array[:] = (values / length[:, None]).ravel()
+    values = values / length[:, None]
+    _refuse_turned(surface, nodal, values, name)
+    director.x.array[:] = values.ravel()
     director.x.scatter_forward()
     return director
+
+
+def _refuse_turned(
+    surface: SurfaceMesh, nodal: fem.FunctionSpace, directors: np.ndarray, name: str
+) -> None:
+    """Refuse elements that are turned over: a director is on the positive side of all cells around.
+
+    Corners where an element has no normal (poles) are left out.
+    """
+    domain = surface.mesh
+    owned = domain.topology.index_map(2).size_local
+    geometry, map_ = domain.geometry, domain.geometry.cmaps[0]
+    variant = basix.LagrangeVariant(map_.variant)
+    element = basix.create_element(basix.ElementFamily.P, domain.basix_cell(), map_.degree, variant)
+    points = np.asarray(nodal.element.basix_element.points)
+    gradients = np.asarray(element.tabulate(1, points))[1:, :, :, 0]
+    x = np.asarray(geometry.x[geometry.dofmaps[0][:owned]])
+    tangents = np.einsum("kpd,cdi->kcpi", gradients, x)
+    normals = np.cross(tangents[0], tangents[1]) * surface.cell_normal_sign[:owned, None, None]
+    size = np.linalg.norm(normals, axis=2)
+    nodes = nodal.dofmap.list[:owned]
+    # beside the directors, which at an edge may be the normals of turned corners, the mean normal
+    mean = np.broadcast_to(normals.sum(axis=1)[:, None], normals.shape)
+    along = [np.einsum("cpi,cpi->cp", normals, v) for v in (directors[nodes], mean)]
+    turned = (np.minimum(*along) <= 0) & (size > 1e-6 * size.max(axis=1, initial=0.0)[:, None])
+    places = nodal.tabulate_dof_coordinates()[np.unique(nodes[turned])]
+    found = [place for part in domain.comm.allgather(places) for place in part.tolist()]
+    if found:
+        at = ", ".join(f"{v:.4g}" for v in found[0])
+        raise SceneError(
+            f"shell '{name}': an element is turned over, or the surface has no normal, at ({at}); "
+            "use a map with independent derivatives everywhere, more elements, or geometry_order=1"
+        )
 
 
 def _mean_normals(surface: SurfaceMesh, nodal: fem.FunctionSpace, degree: int) -> np.ndarray:

@@ -9,7 +9,19 @@ import pytest
 
 from shellmb.build.mesh import build_surface
 from shellmb.errors import SceneError
-from shellmb.scene import Cylinder, Disc, Isotropic, Parametric, Rectangle, Shell, Sphere, Surface
+from shellmb.model.model import build_model
+from shellmb.scene import (
+    Clamped,
+    Cylinder,
+    Disc,
+    Isotropic,
+    Parametric,
+    Rectangle,
+    Scene,
+    Shell,
+    Sphere,
+    Surface,
+)
 
 SECTION = Isotropic(E=1.0, nu=0.3, thickness=0.1)
 
@@ -247,3 +259,19 @@ def test_the_same_mesh_on_two_ranks(mpirun):
     out = mpirun(2, "-c", PARALLEL)
     for rank in (0, 1):
         assert f"{rank} shell 's': gmsh fails: division by zero" in out.splitlines()
+
+
+@pytest.mark.parametrize(
+    ("x", "order"),
+    [
+        (lambda a, b: a**4, 1),
+        (lambda a, b: a**3, 2),
+        (lambda a, b: a + 0.2 * np.sin(2 * np.pi * a) * np.sin(2 * np.pi * b), 1),
+    ],
+    ids=["no normal at an edge", "middle nodes beyond the quarter points", "folded"],
+)
+def test_elements_that_are_turned_over_are_refused(x, order):
+    surface = Parametric(lambda a, b: np.array([x(a, b), 0.5 * b, 0 * a]))
+    shell = Shell("plate", surface, SECTION, mesh=(8, 4), geometry_order=order)
+    with pytest.raises(SceneError, match="shell 'plate': an element is turned over"):
+        build_model(Scene("s", shell, supports=Clamped("left"), scheme="linear"), MPI.COMM_SELF)
