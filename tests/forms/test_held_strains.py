@@ -121,7 +121,13 @@ KINDS = {
 _MADE: dict[str, Held] = {}
 
 
-@pytest.fixture(params=KINDS)
+# what it consists of is in the others, and its forms take long to compile
+SLOW = {"beam without shear"}
+
+
+@pytest.fixture(
+    params=[pytest.param(k, marks=[pytest.mark.slow] if k in SLOW else []) for k in KINDS]
+)
 def held(request: pytest.FixtureRequest) -> Held:
     if request.param not in _MADE:
         _MADE[request.param] = Held(KINDS[request.param]())
