@@ -12,8 +12,6 @@ symmetry: the whole thin roof (`--set whole=True`) has a bifurcation before its 
 """
 
 # CI: shellmb run hinged_roof --mesh 4x4 --check
-# CI: shellmb run hinged_roof --mesh 4x4 --set plies=0/90/0 --check --no-pictures --out runs/r2
-# CI: shellmb run hinged_roof --mesh 4x4 --set plies=90/0/90 --check --no-pictures --out runs/r3
 # CI: shellmb run hinged_roof --set thickness=6.35 --set plies=90/0/90 --check --out r4
 # CI: shellmb run hinged_roof --set thickness=6.35 --set plies=0/90/0 --check --no-pictures --out r5
 # CI: shellmb run hinged_roof --set thickness=6.35 --set whole=True --check --no-pictures --out r7
