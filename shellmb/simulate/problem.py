@@ -18,7 +18,6 @@ from shellmb.schemes.base import Levels, Scheme, load_average
 from shellmb.schemes.residual import StageForms, stage_forms
 from shellmb.simulate.consistent import VelocityProjection
 from shellmb.simulate.fields import body_directors, body_field, kinematic_dofs, without_jump
-from shellmb.simulate.linear import LinearIteration
 from shellmb.simulate.predictor import Predictor
 from shellmb.system.assembly import BlockSystem
 from shellmb.system.fields import DirectorRates, Directors, Field, Part
@@ -72,21 +71,17 @@ class Problem:
         self.fields = [self._field(self._bodies[b], s) for b, s in names]
         self.system = BlockSystem(model.comm, self.fields)
         solver = model.scene.solver
-        settings = NewtonSettings(solver.tolerance, solver.max_iterations, solver.newton)
-        prefix = f"shellmb_{id(self)}_"
+        newton = "once" if scheme.linear else solver.newton
+        settings = NewtonSettings(solver.tolerance, solver.max_iterations, newton)
         reduction = Reduction if solver.solve == "reduced" else None
-        self.iteration = (
-            LinearIteration(
-                self.system, settings, prefix, reduction, lambda: model.mechanism.switches.key
-            )
-            if scheme.linear
-            else Iteration(self.system, settings, prefix, reduction)
-        )
+        self.iteration = Iteration(self.system, settings, f"shellmb_{id(self)}_", reduction)
         self.newton = NEWTON[solver.backend](self.iteration)
 
     def key(self, dt: float) -> tuple[Hashable, ...]:
         """Steps with the same one have nearly the same Jacobian, and continue one another."""
-        return (dt, *self.model.mechanism.switches.key)
+        switches = self.model.mechanism.switches.key
+        # in linear statics the length of a load step changes nothing
+        return switches if self.scheme.linear else (dt, *switches)
 
     @cached_property
     def predictor(self) -> Predictor:
@@ -224,13 +219,16 @@ class Problem:
             # behind these come the parts of a jump that have no equations: zero
             self.field(name, stage).values[: len(given)] = given
 
-    def warm_up(self) -> None:
+    def warm_up(self, dt: float) -> None:
         """Assemble once and order the factorisation, at the state the functions hold.
 
         A resumed run does the same at the same state, so that it orders its unknowns as the first
         did.
+
+        Args:
+            dt: Length of the first step, s.
         """
-        self.iteration.warm_up()
+        self.iteration.warm_up(self.key(dt))
 
     def solve(self, dt: float) -> int:
         """Solve for the unknown states; returns the number of Newton iterations.

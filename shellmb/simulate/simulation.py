@@ -152,7 +152,7 @@ class Simulation:
         start.positions()
         start.velocities()
         self.problem.prepare(0.0, self.size.dt)
-        self.problem.warm_up()
+        self.problem.warm_up(self.size.dt)
         self.path: PathSteps | None = None
         if scene.path is not None:
             assert isinstance(self.size, ArcSize)

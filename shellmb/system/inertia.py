@@ -5,12 +5,14 @@ from __future__ import annotations
 from mpi4py import MPI as _MPI  # noqa: F401  (before petsc4py)
 from petsc4py import PETSc
 
+from shellmb.system.linear import MUMPS_OPTIONS, WORKSPACE, use_mumps
+
 # difference from the transposed matrix, relative in the Frobenius norm, that round-off can make
 SYMMETRIC = 1e-9
 
 # icntl_13 = 1: the last block is factorised on one rank, else its pivots are not counted;
-# icntl_24 = 1: pivots that are zero are counted by themselves; icntl_14: as of the other systems
-OPTIONS = {"mat_mumps_icntl_13": 1, "mat_mumps_icntl_24": 1, "mat_mumps_icntl_14": 400}
+# icntl_24 = 1: pivots that are zero are counted by themselves; the workspace as of other systems
+OPTIONS = {"mat_mumps_icntl_13": 1, "mat_mumps_icntl_24": 1, WORKSPACE: MUMPS_OPTIONS[WORKSPACE]}
 
 
 class Inertia:
@@ -61,13 +63,5 @@ class Inertia:
         self._copy = self._A.copy()
         self._copy.setOption(PETSc.Mat.Option.SYMMETRIC, True)
         self._copy.setOption(PETSc.Mat.Option.SYMMETRY_ETERNAL, True)
-        pc = PETSc.PC().create(self._A.getComm())
-        pc.setOptionsPrefix(self._prefix)
-        options = PETSc.Options()
-        for key, value in OPTIONS.items():
-            options[self._prefix + key] = value
-        options["options_left"] = 0
-        pc.setType(PETSc.PC.Type.CHOLESKY)
-        pc.setFactorSolverType("mumps")
-        pc.setFromOptions()
-        self._pc = pc
+        self._pc = PETSc.PC().create(self._A.getComm())
+        use_mumps(self._pc, PETSc.PC.Type.CHOLESKY, self._prefix, OPTIONS)

@@ -26,7 +26,7 @@ class NewtonSettings:
         tolerance: Largest update of each part relative to its scale at which the iteration ends;
             the error left behind is of the square of it, convergence being quadratic.
         max_iterations: Iterations after which the step counts as failed.
-        newton: When to factorise: "full", "modified" or "auto" (`refresh`).
+        newton: When to factorise: "full", "modified", "auto" or "once" (`refresh`).
     """
 
     tolerance: float = 1e-8
@@ -120,8 +120,13 @@ class Iteration:
         update, moved = self.convergence.measure(x, dx)
         return self.refresh.converged(update, moved, self.settings.tolerance)
 
-    def warm_up(self) -> None:
-        """First assembly and factorisation: what is singular shows, later steps are alike."""
-        self.begin(None, True)
+    def warm_up(self, key: Hashable) -> None:
+        """First assembly and factorisation: what is singular shows, later steps are alike.
+
+        Args:
+            key: That of the first solution.
+        """
+        self.begin(key, not self._refresh.lasts)
         self.system.scatter(self.system.x)
-        self.linear.factorise()
+        if self.linear.factorise() is None:
+            self.refresh.factorised()

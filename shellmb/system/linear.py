@@ -13,11 +13,12 @@ from shellmb.system.assembly import BlockSystem
 # values that happen to be in the matrix, so that a resumed run orders its unknowns as the first one
 # did. icntl_14: MUMPS estimates the workspace of the factorisation from the pattern, and a saddle
 # point needs far more, in per cent
-MUMPS_OPTIONS: dict[str, int] = {"mat_mumps_icntl_14": 400, "mat_mumps_icntl_6": 0}
+WORKSPACE = "mat_mumps_icntl_14"
+MUMPS_OPTIONS: dict[str, int] = {WORKSPACE: 400, "mat_mumps_icntl_6": 0}
 
 SMALL_SYSTEM = 5000
 # of a small system the estimate is a few kilobytes, and delayed pivots may need many times that
-SMALL_OPTIONS: dict[str, int] = {"mat_mumps_icntl_14": 20_000}
+SMALL_OPTIONS: dict[str, int] = {WORKSPACE: 20_000}
 
 # of a reduced system: minimum degree orders small ones best, nested dissection large ones, and
 # scaling rows and columns once takes half the time of the iteration that is the default (measured
@@ -40,8 +41,31 @@ def mumps_options(size: int, reduced: bool) -> dict[str, int]:
     return found
 
 
-# solutions with old factors are as exact as with new ones; more iterations cost more than new ones
-KRYLOV_TOLERANCE, KRYLOV_ITERATIONS = 1e-12, 12
+def use_mumps(pc: PETSc.PC, kind: str, prefix: str, options: dict[str, int]) -> None:
+    """Make a preconditioner a factorisation by MUMPS.
+
+    Args:
+        pc: The preconditioner.
+        kind: Kind of the factorisation, of `PETSc.PC.Type`.
+        prefix: PETSc options prefix, unique per system.
+        options: Options of MUMPS.
+    """
+    database = PETSc.Options()
+    for key, value in options.items():
+        database[prefix + key] = value
+    # a system that is never factorised uses none of them, which is no reason for a warning
+    database["options_left"] = 0
+    pc.setOptionsPrefix(prefix)
+    pc.setType(kind)
+    pc.setFactorSolverType("mumps")
+    # the options stay: MUMPS reads them at each first factorisation of a structure, not here
+    pc.setFromOptions()
+
+
+# Solutions with old factors are as exact as with new ones. As factors age, iterations become more,
+# and new factors pay before a single solution costs as much as they do: after one of more than
+# `PAYING` iterations the next system gets new ones
+KRYLOV_TOLERANCE, KRYLOV_ITERATIONS, PAYING = 1e-12, 12, 6
 
 
 class DirectSolver:
@@ -60,19 +84,12 @@ class DirectSolver:
     def __init__(self, A: PETSc.Mat, prefix: str, reduced: bool = False) -> None:
         ksp = PETSc.KSP().create(A.getComm())
         ksp.setOptionsPrefix(prefix)
-        options = PETSc.Options()
-        for key, value in mumps_options(A.getSize()[0], reduced).items():
-            options[prefix + key] = value
         ksp.setType(PETSc.KSP.Type.PREONLY)
-        pc = ksp.getPC()
-        pc.setType(PETSc.PC.Type.LU)
-        pc.setFactorSolverType("mumps")
-        # a system that is never factorised uses none of them, which is no reason for a warning
-        options["options_left"] = 0
-        # the options stay: MUMPS reads them at each first factorisation of a structure, not here
+        options = mumps_options(A.getSize()[0], reduced)
+        use_mumps(ksp.getPC(), PETSc.PC.Type.LU, prefix, options)
         ksp.setFromOptions()
         self.A, self._ksp = A, ksp
-        self._factorised, self._recycled = False, False
+        self._paying, self._recycled = False, False
         self.factorisations, self.solutions = 0, 0
 
     def factorise(self, once: bool = False) -> str | None:
@@ -82,13 +99,13 @@ class DirectSolver:
             once: Whether one system will be solved with it. Of a large matrix the factors of an
                 earlier one are then kept as a preconditioner, as long as few iterations do.
         """
-        self._recycled = once and self._factorised and self.A.getSize()[0] >= SMALL_SYSTEM
+        self._recycled = once and self._paying and self.A.getSize()[0] >= SMALL_SYSTEM
         self._ksp.setOperators(self.A)
         self._ksp.getPC().setReusePreconditioner(self._recycled)
         self.factorisations += not self._recycled
         self._ksp.setUp()
         failure = self._failure()
-        self._factorised = failure is None
+        self._paying = failure is None
         return failure
 
     def solve(self, b: PETSc.Vec, x: PETSc.Vec) -> str | None:
@@ -99,7 +116,9 @@ class DirectSolver:
             ksp.setTolerances(rtol=KRYLOV_TOLERANCE, max_it=KRYLOV_ITERATIONS)
             ksp.solve(b, x)
             reached = ksp.getConvergedReason() > 0
-            self.solutions += ksp.getIterationNumber() + 1
+            iterations = ksp.getIterationNumber()
+            self.solutions += iterations + 1
+            self._paying = iterations <= PAYING
             ksp.setType(PETSc.KSP.Type.PREONLY)
             if reached:
                 return None

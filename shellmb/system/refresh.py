@@ -1,4 +1,4 @@
-"""When to factorise anew: full, modified and automatic Newton.
+"""When to factorise anew: full, modified and automatic Newton, and once where all is linear.
 
 With a Jacobian `J` of an earlier state the iteration `x <- x - J^-1 r(x)` converges to the same
 solution, linearly, each update being `rho` times the one before. It is continued as long as that
@@ -26,15 +26,20 @@ FAR = 0.02
 # error is of the square of the last update, and this is to be as good
 ERROR = 1e-6
 
+# what the system is before anything is factorised: no key is equal to it
+NOTHING: Hashable = object()
+
 
 class Refresh(Protocol):
     """Decides when to factorise, and when an iteration has converged.
 
     Attributes:
         lags: Whether factorisations of earlier states are used.
+        lasts: Whether the one made before the first solution is used in it.
     """
 
     lags: bool
+    lasts: bool
 
     def begin(self, key: Hashable) -> None:
         """A new solution; another `key` than before means that the system is another one."""
@@ -68,6 +73,7 @@ class Full:
     """A factorisation in each iteration."""
 
     lags: bool = False
+    lasts: bool = False
 
     def begin(self, key: Hashable) -> None:
         """Nothing to remember."""
@@ -93,6 +99,7 @@ class Modified:
 
     keep: bool = False
     lags: bool = True
+    lasts: bool = False
     _key: Hashable = field(default=None, init=False)
     _exists: bool = field(default=False, init=False)
     _updates: list[float] = field(default_factory=list, init=False)
@@ -143,6 +150,39 @@ class Modified:
         return False
 
 
+@dataclass
+class Once:
+    """A factorisation for as long as the system is the same one: all are linear."""
+
+    lags: bool = True
+    lasts: bool = True
+    _key: Hashable = field(default=NOTHING, init=False)
+    _wanted: bool = field(default=True, init=False)
+    _updates: int = field(default=0, init=False)
+
+    def begin(self, key: Hashable) -> None:
+        """Keep the factorisation unless the system is another one."""
+        self._wanted = key != self._key
+        self._key, self._updates = key, 0
+
+    def forget(self) -> None:
+        """The next solution begins with a factorisation."""
+        self._key = NOTHING
+
+    def wanted(self) -> bool:
+        """Whether the system changed."""
+        return self._wanted
+
+    def factorised(self) -> None:
+        """It serves from now on."""
+        self._wanted = False
+
+    def converged(self, update: float, moved: float, tolerance: float) -> bool:
+        """By the second update, which only takes out round-off: if not, nothing was linear."""
+        self._updates += 1
+        return update == 0.0 or (self._updates > 1 and update <= tolerance)
+
+
 def automatic() -> Modified:
     """A factorisation is kept over iterations and steps as long as it pays."""
     return Modified(keep=True)
@@ -152,4 +192,5 @@ REFRESH: dict[str, Callable[[], Refresh]] = {
     "full": Full,
     "modified": Modified,
     "auto": automatic,
+    "once": Once,
 }

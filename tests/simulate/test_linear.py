@@ -16,8 +16,8 @@ from shellmb.scene import (
     Solver,
     Weld,
 )
-from shellmb.simulate.linear import Once
 from shellmb.simulate.simulation import Simulation
+from shellmb.system.refresh import Once
 from shellmb.verify.solve import displacement
 
 TIP = (1.0, 0.25, 0.0)
