@@ -23,6 +23,8 @@ from dolfinx import cpp, fem  # type: ignore[attr-defined]
 from ufl import Form
 
 from shellmb.kernels import compiled
+from shellmb.system import native
+from shellmb.system.exchange import exchange
 from shellmb.system.fields import Field
 from shellmb.system.numbering import Numbering
 
@@ -92,17 +94,13 @@ class BlockSystem:
         self._compile()
         self.jit_seconds = time.perf_counter() - start
         self.residuals: Residuals = DolfinxResiduals(self.residual_forms, self.numbering)
-        everything = PETSc.IS().createGeneral(
-            n.local_to_global.astype(PETSc.IntType), comm=PETSc.COMM_SELF
-        )
-        self._local = PETSc.Vec().createSeq(len(n.local_to_global), comm=PETSc.COMM_SELF)
-        self._scatter = PETSc.Scatter().create(self.x, everything, self._local, None)
         self._rows = [
             PETSc.IS().createStride(f.size_all, int(n.offsets[k]), 1, comm=PETSc.COMM_SELF)
             for k, f in enumerate(fields)
         ]
         # views: those that DOLFINx's functions give are made anew at each call
         self._arrays = [f.function.x.array for f in fields]
+        self._exchange = exchange(n, self._arrays, self.x)
         self._owned = [self._owned_dofs(k) for k in range(len(fields))]
         self._set_fixed()
 
@@ -147,7 +145,8 @@ class BlockSystem:
         self.held = [held[n.slice(k)].astype(np.int8).copy() for k in range(len(self.fields))]
         self._no_columns = [np.zeros(0, dtype=np.int8) for _ in self.fields]
         owned = everywhere[(everywhere >= n.start) & (everywhere < n.start + n.owned)]
-        self.fixed = (owned - n.start).astype(np.int32)
+        self.fixed = owned - n.start
+        self._held_rows = (len(self.fixed), native.longs(self.fixed))
         self._diagonal = self.x.duplicate()
         self._diagonal.array[:] = 0.0
         self._diagonal.array[self.fixed] = 1.0
@@ -167,15 +166,12 @@ class BlockSystem:
 
     def scatter(self, x: PETSc.Vec) -> None:
         """Copy a vector of unknowns into the fields' functions, ghosts and linked dofs included."""
-        self._scatter.scatter(x, self._local, PETSc.InsertMode.INSERT, PETSc.ScatterMode.FORWARD)
-        values, offsets = self._local.array_r, self.numbering.offsets
-        for array, (first, last) in zip(self._arrays, itertools.pairwise(offsets), strict=True):
-            array[:] = values[first:last]
+        self._exchange.spread(x)
 
     def local_values(self, x: PETSc.Vec) -> npt.NDArray[np.float64]:
         """Entries of a vector of unknowns at all local dofs of all fields, concatenated."""
-        self._scatter.scatter(x, self._local, PETSc.InsertMode.INSERT, PETSc.ScatterMode.FORWARD)
-        return self._local.array_r.copy()
+        self._exchange.look(x)
+        return self._exchange.local.copy()
 
     def global_values(self, local: list[npt.NDArray[np.float64]]) -> npt.NDArray[np.float64]:
         """Entries of owned unknowns from one local array per field (owned entries)."""
@@ -186,14 +182,13 @@ class BlockSystem:
 
     def residual(self, x: PETSc.Vec, b: PETSc.Vec) -> None:
         """Assemble the residual at `x` into `b`. The functions must hold `x` already."""
-        local = self._local.array
+        local = self._exchange.local
         local[:] = 0.0
         self.residuals.add(local)
-        b.set(0.0)
-        self._scatter.scatter(self._local, b, PETSc.InsertMode.ADD, PETSc.ScatterMode.REVERSE)
-        entries = b.array
-        self.reactions[:] = entries[self.fixed]
-        entries[self.fixed] = x.array_r[self.fixed] - self._values[self.fixed]
+        self._exchange.collect(b)
+        unknowns, entries = native.doubles(x.array_r), native.doubles(b.array)
+        values, reactions = native.doubles(self._values), native.doubles(self.reactions)
+        native.cells().lib.hold(*self._held_rows, unknowns, values, entries, reactions)
 
     def jacobian(self, x: PETSc.Vec, A: PETSc.Mat) -> None:
         """Assemble the Jacobian into `A`. The functions must hold `x` already."""

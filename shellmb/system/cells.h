@@ -94,6 +94,12 @@ void combine(int, int, const double *, const int64_t *, const double *, double *
 void distribute(int, int, const double *, const int64_t *, const int64_t *, const double *,
                 double *);
 int turn(int, int, double *, const double *, double);
+int turn_nodes(int, int, const int64_t *, const double *, const double *, double *, double);
+void normalise(int, int, double *);
+void normalise_nodes(int, int, const int64_t *, const double *, double *);
+void spread(int, const int64_t *, double **, const int64_t *, const double *);
+void collect(int, const int64_t *, const double *, int, double *);
+void hold(int, const int64_t *, const double *, const double *, double *, double *);
 void largest(int, const int64_t *, const int64_t *, const double *, double *);
 void before(const Solution *, const double *, const double *, double *);
 void after(const Solution *, const double *, const double *, double *);

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from mpi4py import MPI
 from petsc4py import PETSc
 
@@ -32,25 +30,20 @@ class Convergence:
         self.system = system
         self.parts = [p for f in system.fields for p in f.parts]
         dofs = [_owned(system, k, p) for k, f in enumerate(system.fields) for p in f.parts]
-        module = native.cells()
-        self._lib, self._ffi = module.lib, module.ffi
+        self._lib = native.cells().lib
         self._entries = np.concatenate([*dofs, np.zeros(0, np.int64)]).astype(np.int64)
         self._ends = np.cumsum([0, *(len(d) for d in dofs)]).astype(np.int64)
-        pointers = (self._ffi.from_buffer("int64_t[]", a) for a in (self._ends, self._entries))
-        self._where = (len(self.parts), *pointers)
+        self._where = (len(self.parts), native.longs(self._ends), native.longs(self._entries))
         self._scales = np.array([p.scale for p in self.parts])
         self._bounds = np.array([p.bound for p in self.parts])
         # changes of all parts, and their sizes, which give way to relative changes
         self._table = np.zeros((2, len(self.parts)))
-        self._rows = [self._pointer(row) for row in self._table]
+        self._rows = [native.doubles(row) for row in self._table]
         # the largest relative change, how far the largest motion went, whether it went too far
         self._found = np.zeros(3)
         tables = (self._scales, self._bounds, self._table, self._found)
-        self._relate = (len(self.parts), *map(self._pointer, tables))
+        self._relate = (len(self.parts), *map(native.doubles, tables))
         self.iterations = 0
-
-    def _pointer(self, array: Floats) -> Any:
-        return self._ffi.from_buffer("double[]", array)
 
     def begin(self) -> None:
         """A new solution."""
@@ -78,7 +71,7 @@ class Convergence:
         """Compare changes of the parts with their scales or own sizes, whichever is larger."""
         for values, row in zip((dx, x), self._rows, strict=True):
             # a NaN wins, of all ranks, too
-            self._lib.largest(*self._where, self._ffi.from_buffer("double[]", values), row)
+            self._lib.largest(*self._where, native.doubles(values), row)
         if self.system.comm.size > 1:
             self.system.comm.Allreduce(MPI.IN_PLACE, self._table, op=MPI.MAX)
         self._lib.relate(*self._relate)

@@ -63,8 +63,7 @@ def tangent(d: Floats) -> Floats:
     """
     if d.shape[1] == 3:
         d, out = np.ascontiguousarray(d), np.empty((len(d), 3, 2))
-        module = native.cells()
-        module.lib.across(len(d), *(module.ffi.from_buffer("double[]", a) for a in (d, out)))
+        native.cells().lib.across(len(d), native.doubles(d), native.doubles(out))
         return out
     # M Delta^T is skew, rows of M being the directors and of Delta their changes
     inverse = _inverse(d.reshape(-1, 3, 3))
@@ -131,24 +130,19 @@ def rotated(d: Floats, change: Floats, most: float = math.inf) -> tuple[Floats, 
         Directors, shape (n, 3 k), orthonormal but for those; whether there are any of those.
     """
     out, change = np.array(d, order="C"), np.ascontiguousarray(change)
-    module = native.cells()
-    pointers = (module.ffi.from_buffer("double[]", a) for a in (out, change))
-    return out, module.lib.turn(len(out), out.shape[1] // 3, *pointers, most) > 0
+    pointers = native.doubles(out), native.doubles(change)
+    return out, native.cells().lib.turn(len(out), out.shape[1] // 3, *pointers, most) > 0
 
 
-def orthonormal(d: Floats, steps: int = 4) -> Floats:
-    """Orthonormal directors near given ones.
+def orthonormal(d: Floats) -> Floats:
+    """Orthonormal directors near given ones, by four steps of Newton's method if they are triples.
 
     Args:
         d: Directors, shape (n, 3 k).
-        steps: Steps of Newton's method to the nearest triples: each squares the error.
 
     Returns:
         Shape (n, 3 k).
     """
-    if d.shape[1] == 3:
-        return np.asarray(d / np.sqrt(np.einsum("ni,ni->n", d, d))[:, None])
-    v = d.reshape(-1, 3, 3)
-    for _ in range(steps):
-        v = 1.5 * v - 0.5 * (v @ v.transpose(0, 2, 1)) @ v
-    return np.asarray(v.reshape(d.shape))
+    out = np.array(d, order="C")
+    native.cells().lib.normalise(len(out), out.shape[1] // 3, native.doubles(out))
+    return out

@@ -296,8 +296,7 @@ class LoopResiduals:
     def add(self, local: Floats) -> None:
         """Add them to the concatenated local arrays."""
         for loop, struct in self._loops:
-            to = loop.pointer.ffi.from_buffer("double[]", local)
-            self._lib.residual(struct, loop.kernels, loop.count, to)
+            self._lib.residual(struct, loop.kernels, loop.count, native.doubles(local))
 
     def refresh(self) -> None:
         """Take the values of all constants, after they changed."""

@@ -163,10 +163,9 @@ class MeshReduction:
         self._inner = np.zeros(max(1, (cells.size - cells.shared) * cells.count))
 
     def _run(self, projection: Any, first: int, last: int, values: Floats, *shift: Floats) -> None:
-        ffi, p = self.pointer.ffi, _address
-        pair = [p(ffi, a) for a in shift] or [ffi.NULL, ffi.NULL]
-        loop, kept = self.loop, p(ffi, self._kept)
-        where = (projection, first, last, kept, p(ffi, values))
+        p, loop = native.doubles, self.loop
+        pair = map(p, shift or (None, None))
+        where = (projection, first, last, p(self._kept), p(values))
         failed = self.lib.jacobian(self.struct, loop.kernels, loop.count, *where, *pair)
         if failed:
             raise SingularCell(f"element-wise unknowns of cell {failed - 1} are undetermined")
@@ -187,27 +186,26 @@ class MeshReduction:
 
     def reduce(self, b: Floats, change: Floats) -> None:
         """Add to `change` what the element-wise equations of `b` do to the others."""
-        ffi, p = self.pointer.ffi, _address
-        kept, inner = p(ffi, self._kept), p(ffi, self._inner)
-        self.lib.reduce(self.struct, kept, p(ffi, b), p(ffi, change), inner)
+        p = native.doubles
+        self.lib.reduce(self.struct, p(self._kept), p(b), p(change), p(self._inner))
 
     def reduce_inner(self, r: Floats, change: Floats) -> None:
         """The same for what cells do not share after the projection: `r` gets parts of it."""
         if self.inner:
-            p, ffi = _address, self.pointer.ffi
-            self.lib.reduce_inner(self.struct, self.projection, p(ffi, r), p(ffi, change))
+            p = native.doubles
+            self.lib.reduce_inner(self.struct, self.projection, p(r), p(change))
 
     def expand_inner(self, r: Floats, x: Floats) -> None:
         """Fill in what cells do not share, from `r` of `reduce_inner`."""
         if self.inner:
-            p, ffi = _address, self.pointer.ffi
-            self.lib.expand_inner(self.struct, self.projection, p(ffi, r), p(ffi, x))
+            p = native.doubles
+            self.lib.expand_inner(self.struct, self.projection, p(r), p(x))
 
     def expand(self, x: Floats, rows: Floats) -> None:
         """Fill in the element-wise unknowns of `x`; add the multipliers' rows times `x`."""
-        ffi, p = self.pointer.ffi, _address
-        kept, inner = p(ffi, self._kept), p(ffi, self._inner)
-        self.lib.expand(self.struct, self.projection, kept, inner, p(ffi, x), p(ffi, rows))
+        p = native.doubles
+        kept, inner = p(self._kept), p(self._inner)
+        self.lib.expand(self.struct, self.projection, kept, inner, p(x), p(rows))
 
 
 class SingularCell(Exception):
@@ -252,7 +250,3 @@ def _keys(
 
 def _numbers(keys: Ints) -> npt.NDArray[np.int32]:
     return np.where(keys >= 0, keys % LAST, -1).astype(np.int32)
-
-
-def _address(ffi: Any, array: Floats) -> Any:
-    return ffi.from_buffer("double[]", array)

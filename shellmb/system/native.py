@@ -17,6 +17,8 @@ from mpi4py import MPI
 
 import cffi  # type: ignore[import-untyped]
 import dolfinx.jit
+import numpy as np
+import numpy.typing as npt
 import scipy.linalg.cython_blas
 import scipy.linalg.cython_lapack
 
@@ -40,6 +42,17 @@ def cells(comm: MPI.Comm = MPI.COMM_WORLD) -> Any:
     pointers += [_address(scipy.linalg.cython_lapack, name) for name in ("dgetrf", "dgetri")]
     library.use_libraries(*(module.ffi.cast("void *", p) for p in pointers))
     return module
+
+
+def doubles(array: npt.NDArray[np.float64] | None) -> Any:
+    """Pointer for C to an array's numbers, which the caller keeps alive; NULL for None."""
+    ffi = cells().ffi
+    return ffi.NULL if array is None else ffi.from_buffer("double[]", array)
+
+
+def longs(array: npt.NDArray[np.int64]) -> Any:
+    """The same of integers."""
+    return cells().ffi.from_buffer("int64_t[]", array)
 
 
 def _address(module: Any, name: str) -> int:

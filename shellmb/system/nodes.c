@@ -95,6 +95,101 @@ int turn(int nodes, int directors, double *d, const double *change, double most)
     return far;
 }
 
+/* The same in vectors of unknowns: nodes have theirs at `rows` (nodes, 3 directors), directors are
+ * `reference` + unknown. What is to be subtracted from `x`, `dx`, becomes one that turns them. */
+int turn_nodes(int nodes, int directors, const int64_t *rows, const double *reference,
+               const double *x, double *dx, double most)
+{
+    int far = 0, n = 3 * directors;
+    double d[9], change[9];
+    for (int node = 0; node < nodes; ++node, rows += n, reference += n) {
+        for (int i = 0; i < n; ++i) {
+            d[i] = reference[i] + x[rows[i]];
+            change[i] = -dx[rows[i]];
+        }
+        far += turn(1, directors, d, change, most);
+        for (int i = 0; i < n; ++i)
+            dx[rows[i]] = x[rows[i]] - (d[i] - reference[i]);
+    }
+    return far;
+}
+
+/* Vectors that are nearly orthonormal, by steps of Newton's method to the nearest triples: each
+ * squares the error. */
+static void nearest_triple(double *v)
+{
+    for (int step = 0; step < 4; ++step) {
+        double gram[3][3], old[9];
+        memcpy(old, v, sizeof(old));
+        for (int k = 0; k < 3; ++k)
+            for (int l = 0; l < 3; ++l)
+                gram[k][l] = v[3 * k] * v[3 * l] + v[3 * k + 1] * v[3 * l + 1] +
+                             v[3 * k + 2] * v[3 * l + 2];
+        for (int k = 0; k < 3; ++k)
+            for (int i = 0; i < 3; ++i)
+                v[3 * k + i] = 1.5 * old[3 * k + i] -
+                               0.5 * (gram[k][0] * old[i] + gram[k][1] * old[3 + i] +
+                                      gram[k][2] * old[6 + i]);
+    }
+}
+
+/* Directors of nodes, one or three each, that are nearly orthonormal, made so in place. */
+void normalise(int nodes, int directors, double *d)
+{
+    for (int node = 0; node < nodes; ++node, d += 3 * directors) {
+        if (directors == 3) {
+            nearest_triple(d);
+            continue;
+        }
+        double size = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+        for (int i = 0; i < 3; ++i)
+            d[i] /= size;
+    }
+}
+
+/* The same in a vector of unknowns, as of turn_nodes. */
+void normalise_nodes(int nodes, int directors, const int64_t *rows, const double *reference,
+                     double *x)
+{
+    int n = 3 * directors;
+    double d[9];
+    for (int node = 0; node < nodes; ++node, rows += n, reference += n) {
+        for (int i = 0; i < n; ++i)
+            d[i] = reference[i] + x[rows[i]];
+        normalise(1, directors, d);
+        for (int i = 0; i < n; ++i)
+            x[rows[i]] = d[i] - reference[i];
+    }
+}
+
+/* Values of unknowns to the arrays of fields; `ends` of each in what they are all together. */
+void spread(int fields, const int64_t *ends, double **arrays, const int64_t *wanted,
+            const double *x)
+{
+    int64_t i = 0;
+    for (int field = 0; field < fields; ++field)
+        for (double *to = arrays[field]; i < ends[field]; ++i)
+            *to++ = x[wanted[i]];
+}
+
+/* Sums of what local dofs add to their unknowns. */
+void collect(int count, const int64_t *wanted, const double *local, int owned, double *b)
+{
+    memset(b, 0, sizeof(double) * owned);
+    for (int i = 0; i < count; ++i)
+        b[wanted[i]] += local[i];
+}
+
+/* Rows of fixed unknowns: what holds them is kept in `reactions`, `x - values` takes its place. */
+void hold(int count, const int64_t *fixed, const double *x, const double *values, double *b,
+          double *reactions)
+{
+    for (int i = 0; i < count; ++i) {
+        reactions[i] = b[fixed[i]];
+        b[fixed[i]] = x[fixed[i]] - values[fixed[i]];
+    }
+}
+
 /* Largest absolute value of each part, infinite if it has one that is not a number. */
 void largest(int parts, const int64_t *starts, const int64_t *entries, const double *values,
              double *out)

@@ -43,10 +43,8 @@ class Passes(Protocol):
 
 def passes(numbers: ReducedNumbers, parts: Sequence[MeshReduction]) -> Passes:
     """Those of a reduction: one call each where one process has all unknowns."""
-    maps = (numbers.left, numbers.right)
-    every = np.arange(numbers.count)
-    alone = numbers.full.serial and all(np.array_equal(m.numbers.wanted, every) for m in maps)
-    return SerialPasses(numbers, parts) if alone else ParallelPasses(numbers, parts)
+    kind = SerialPasses if numbers.full.serial else ParallelPasses
+    return kind(numbers, parts)
 
 
 class ParallelPasses:
@@ -108,7 +106,6 @@ class SerialPasses:
     def __init__(self, numbers: ReducedNumbers, parts: Sequence[MeshReduction]) -> None:
         self._lib, self._arrays = native.cells().lib, CArrays()
         pointer = self._arrays
-        self._ffi = pointer.ffi
         seen = len(numbers.forces.numbers.wanted)
         local = len(numbers.full.wanted)
 
@@ -150,13 +147,10 @@ class SerialPasses:
             ],
         )
 
-    def _pointer(self, array: Floats | None) -> Any:
-        return self._ffi.NULL if array is None else self._ffi.from_buffer("double[]", array)
-
     def before(self, b: Floats, load: Floats | None, rhs: Floats) -> None:
         """Fill the right-hand side of the reduced system."""
-        self._lib.before(self._solution, *map(self._pointer, (b, load, rhs)))
+        self._lib.before(self._solution, *map(native.doubles, (b, load, rhs)))
 
     def after(self, solution: Floats, given: Floats, dx: Floats) -> None:
         """Fill in the solution for all unknowns."""
-        self._lib.after(self._solution, *map(self._pointer, (solution, given, dx)))
+        self._lib.after(self._solution, *map(native.doubles, (solution, given, dx)))

@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from shellmb.system.directornodes import Bases
 from shellmb.system.loops import MeshCells
-from shellmb.system.nodes import Bases, SystemNodes
+from shellmb.system.nodes import SystemNodes
 from shellmb.system.rowmap import RowMap
 
 Floats = npt.NDArray[np.float64]

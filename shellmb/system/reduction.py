@@ -21,11 +21,12 @@ from petsc4py import PETSc
 import numpy as np
 import numpy.typing as npt
 
+from shellmb.system.directornodes import DirectorNodes
 from shellmb.system.linear import DirectSolver
 from shellmb.system.loops import LoopResiduals, mesh_groups
 from shellmb.system.matrix import reduced_matrix
 from shellmb.system.meshreduction import MeshReduction, SingularCell
-from shellmb.system.nodes import DirectorNodes, SystemNodes
+from shellmb.system.nodes import SystemNodes
 from shellmb.system.passes import passes
 from shellmb.system.reducednumbers import ReducedNumbers
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from mpi4py import MPI
 
 import numpy as np
@@ -36,15 +34,8 @@ class RowMap:
         # place of each entry among the columns that this rank sees; what is none is the last one
         places = np.where(columns >= 0, np.searchsorted(seen, columns), len(seen))
         self.places = np.ascontiguousarray(places, dtype=np.int64)
-        module = native.cells()
-        self._lib, self._ffi = module.lib, module.ffi
-        self._pointers = (self._double(self.values), self._long(self.places))
-
-    def _double(self, array: Floats) -> Any:
-        return self._ffi.from_buffer("double[]", array)
-
-    def _long(self, array: Ints) -> Any:
-        return self._ffi.from_buffer("int64_t[]", array)
+        self._lib = native.cells().lib
+        self._pointers = (native.doubles(self.values), native.longs(self.places))
 
     def seen(self, x: Floats) -> Floats:
         """Values of the columns that this rank sees from those of the columns that it owns."""
@@ -53,7 +44,7 @@ class RowMap:
     def times(self, seen: Floats) -> Floats:
         """Product with what `seen` gives: values of all local dofs."""
         padded, out = np.append(seen, 0.0), np.empty(len(self.values))
-        pointers = (*self._pointers, self._double(padded), self._double(out))
+        pointers = (*self._pointers, native.doubles(padded), native.doubles(out))
         self._lib.combine(*self.values.shape, *pointers)
         return out
 
@@ -66,6 +57,6 @@ class RowMap:
         """
         sums = np.zeros(len(self.numbers.wanted) + 1)
         b = np.ascontiguousarray(b)
-        pointers = (*self._pointers, self._long(rows), self._double(b), self._double(sums))
+        pointers = (*self._pointers, native.longs(rows), native.doubles(b), native.doubles(sums))
         self._lib.distribute(len(rows), self.values.shape[1], *pointers)
         return self.numbers.summed(sums[:-1])

@@ -1,0 +1,214 @@
+"""The nodes of one field that carry directors: what is fixed, which bases, what holds them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from shellmb.system.directors import (
+    DEPENDENT,
+    any_pseudo_inverse,
+    constraint,
+    null_space,
+    orthonormal,
+    pseudo_inverse,
+    rotated,
+    tangent,
+    violation,
+)
+from shellmb.system.fields import DirectorRates, Field
+
+Floats = npt.NDArray[np.float64]
+Bools = npt.NDArray[np.bool_]
+
+# rotation in one update beyond which it is taken as it is, rad
+TURN = 0.1
+# violation of a constraint of directors of unit length that is none
+ROUND_OFF = 1e-13
+
+
+class Bases(NamedTuple):
+    """Tangent spaces of nodes; vectors of nodes that have fewer than others are zero.
+
+    Args:
+        right: Increments, shape (n, 3 k, m).
+        left: Test vectors, shape (n, 3 k, m).
+        forces: What makes multipliers of forces, `(C^T)^+`, shape (n, 3 k, c).
+        state: Of rates, their change with the increments of the state, shape (n, 3 k, m).
+    """
+
+    right: Floats
+    left: Floats
+    forces: Floats
+    state: Floats | None
+
+
+class _Partial(NamedTuple):
+    """A node of which some components are fixed.
+
+    Args:
+        node: Its number.
+        free: The other components, shape (3 k,).
+        size: Number of directions left.
+    """
+
+    node: int
+    free: Bools
+    size: int
+
+
+class DirectorNodes:
+    """The nodes of one field that this rank owns.
+
+    Args:
+        field: The field.
+        keep: Which of its nodes; others belong to nodes of another field.
+        held: Local dofs of the field whose values are given, as a mask.
+
+    Attributes:
+        dofs: Local dofs, shape (n, 3 k).
+        multipliers: Local dofs of the multipliers, shape (n, c).
+        free: Number of directions that are left, shape (n,).
+        settled: Whether finite rotations have kept the constraints since they were last found to
+            hold.
+    """
+
+    def __init__(self, field: Field, keep: Bools, held: Bools) -> None:
+        declared = field.directors
+        assert declared is not None
+        self.field, self.declared = field, declared
+        self.dofs, self.multipliers = declared.dofs[keep], declared.multipliers[keep]
+        self.reference = declared.reference[keep]
+        self.fixed = held[self.dofs]
+        self.size = 2 if self.dofs.shape[1] == 3 else 3
+        self.held = self.fixed.all(axis=1)
+        self.regular = ~self.fixed.any(axis=1)
+        self.free = np.where(self.held, 0, self.size)
+        self.values = field.function.x.array
+        self.settled = False
+        self.partial = self._partial()
+
+    @property
+    def rates(self) -> DirectorRates | None:
+        """The declaration, of rates only."""
+        return self.declared if isinstance(self.declared, DirectorRates) else None
+
+    def _partial(self) -> list[_Partial]:
+        """Find how many directions are left where some components are fixed."""
+        found = []
+        C = constraint(self.now())
+        for n in np.flatnonzero(~self.held & ~self.regular):
+            rows = np.concatenate([C[n], np.eye(C.shape[2])[self.fixed[n]]])
+            self.free[n] = C.shape[2] - int(np.linalg.matrix_rank(rows, tol=DEPENDENT))
+            found.append(_Partial(int(n), ~self.fixed[n], int(self.free[n])))
+        return found
+
+    def now(self) -> Floats:
+        """Directors of the field's state, shape (n, 3 k)."""
+        return np.asarray(self.reference + self.values[self.dofs])
+
+    def mean(self, fields: Sequence[Field]) -> Floats:
+        """Directors at which forces act."""
+        before = self.declared.before
+        if before is None:
+            return self.now()
+        start = self.reference + before.x.array[self.dofs]
+        if self.declared.linear:
+            return np.asarray(start)
+        end = self.field if self.rates is None else fields[self.rates.state]
+        return np.asarray((start + self.reference + end.function.x.array[self.dofs]) / 2)
+
+    def constraint_rows(self, fields: Sequence[Field]) -> Floats:
+        """Derivatives of the constraints along which forces act, where free, (n, c, 3 k)."""
+        return np.asarray(constraint(self.mean(fields)) * ~self.fixed[:, None, :])
+
+    def at(self, fields: Sequence[Field]) -> Floats:
+        """Directors that increments are tangent at."""
+        if self.declared.linear or self.rates is not None:
+            return self.mean(fields)
+        return self.now()
+
+    def bases(self, fields: Sequence[Field], found: dict[int, Bases]) -> Bases:
+        """Bases at the current state of all fields.
+
+        Args:
+            fields: All fields.
+            found: Bases of the fields before this one.
+        """
+        mean, at = self.mean(fields), self.at(fields)
+        C_mean, C_at = constraint(mean), constraint(at)
+        left = tangent(mean)
+        right = left if at is mean else tangent(at)
+        forces = pseudo_inverse(C_mean)
+        state = None
+        if self.rates is not None:
+            # C(d) b = C(b) d, and the mean directors move by half of the state's increments
+            rate = constraint(self.field.function.x.array[self.dofs])
+            state = -0.5 * forces @ (rate @ found[self.rates.state].right)
+        left[self.held], forces[self.held] = 0.0, 0.0
+        if right is not left:
+            right[self.held] = 0.0
+        for node, free, size in self.partial:
+            extra = np.eye(len(free))[~free]
+            for C, basis in ((C_mean, left), (C_at, right)):
+                basis[node] = 0.0
+                basis[node, :, :size] = null_space(np.concatenate([C[node], extra]), size)
+            # forces at fixed components hold them
+            forces[node] = 0.0
+            forces[node, free] = any_pseudo_inverse(C_mean[node][:, free])
+        return Bases(right, left, forces, state)
+
+    def moved(self, number: int, change: Floats, others: dict[int, Floats]) -> None:
+        """Values after a change, such that the constraints hold; none if they may change freely.
+
+        Args:
+            number: Number of the field.
+            change: Of the values, shape (n, 3 k).
+            others: New values of the fields before this one; gets those of this one.
+        """
+        values = self.values[self.dofs]
+        if self.rates is not None:
+            others[number] = self._allowed(values + change, others)
+        elif not self.declared.linear:
+            # far from the solution a linear update of all unknowns alike leads further: a rotation
+            # by that much would leave the displacements behind
+            turned, far = rotated(self.reference + values, change, TURN)
+            self.settled = self.settled and not far
+            others[number] = turned - self.reference
+
+    def nearest(self, number: int, values: Floats, others: dict[int, Floats]) -> None:
+        """Values near given ones such that the constraints hold; arguments as of `moved`."""
+        if self.rates is not None:
+            others[number] = self._allowed(values, others)
+        elif not self.declared.linear:
+            others[number] = orthonormal(self.reference + values) - self.reference
+
+    def _allowed(self, rates: Floats, others: dict[int, Floats]) -> Floats:
+        """Rates without what the constraints at the middle forbid."""
+        before = self.declared.before
+        assert before is not None and self.rates is not None
+        mean = self.reference + (before.x.array[self.dofs] + others[self.rates.state]) / 2
+        C = constraint(mean)
+        return np.asarray(rates - np.einsum("nic,ncj,nj->ni", pseudo_inverse(C), C, rates))
+
+    def correction(self, fields: Sequence[Field]) -> Floats | None:
+        """Change that brings nodes back to their constraints, to first order; None: there is none.
+
+        Where only rotations have changed the directors there is none: these keep the constraints.
+        """
+        if self.rates is not None or self.declared.linear or (self.settled and not self.partial):
+            return None
+        out = np.zeros(self.dofs.shape)
+        d = self.now()
+        g = violation(d)
+        off = self.regular & (np.abs(g).max(axis=1, initial=0.0) > ROUND_OFF)
+        self.settled = not np.any(off)
+        if not self.settled:
+            out[off] = -np.einsum("nic,nc->ni", pseudo_inverse(constraint(d[off])), g[off])
+        for node, free, _ in self.partial:
+            C = constraint(d[node : node + 1])[0]
+            out[node, free] = -any_pseudo_inverse(C[:, free]) @ g[node]
+        return out
