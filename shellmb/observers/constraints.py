@@ -30,6 +30,7 @@ class Constraints(Silent):
 
     def start(self, simulation: Simulation) -> None:
         """Take the errors at the start."""
+        self._nodal = list(nodal_bodies(simulation.model))
         self.accepted(simulation)
 
     def accepted(self, simulation: Simulation) -> None:
@@ -38,8 +39,9 @@ class Constraints(Silent):
             return
         model, levels = simulation.model, simulation.problem.levels
         errors = {b.name: b.constraint_error(levels[b.name].q) for b in model.bodies}
-        local = max(errors[name] for name in nodal_bodies(model)), max(errors.values())
-        director, every = (model.comm.allreduce(value, op=MPI.MAX) for value in local)
+        worst = np.array([max(errors[name] for name in self._nodal), max(errors.values())])
+        model.comm.Allreduce(MPI.IN_PLACE, worst, op=MPI.MAX)
+        director, every = worst.tolist()
         self._take_joints(simulation)
         self._now = {"director_error": director, "constraint_error": every}
         self.director_max = max(self.director_max or 0.0, director)

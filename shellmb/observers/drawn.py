@@ -15,7 +15,7 @@ from shellmb.model.model import Model
 from shellmb.model.rigid import RigidBodies
 from shellmb.model.shell import ShellModel
 from shellmb.observers.grid import Gatherer, Grid
-from shellmb.observers.nodal import NodalValues, nodal_values, reference_nodes
+from shellmb.observers.nodal import NodalValues, Nodes, nodal_values, reference_nodes
 from shellmb.simulate.simulation import Simulation
 
 Floats = npt.NDArray[np.float64]
@@ -56,7 +56,7 @@ class DrawnMesh:
     """
 
     def __init__(self, body: ShellModel | BeamModel) -> None:
-        self._body, self._gatherer = body, Gatherer(body)
+        self._body, self._gatherer, self._nodes = body, Gatherer(body), Nodes(body)
         self.grid = self._gatherer.grid
 
     def shape(self, displacement: Floats) -> Floats | None:
@@ -65,7 +65,7 @@ class DrawnMesh:
 
     def fields(self, simulation: Simulation) -> dict[str, Floats]:
         """Displacement, directors and velocity."""
-        return _given(_named(nodal_values(simulation, self._body.name), simulation), self.shape)
+        return _given(_named(self._nodes.now(simulation, self._body.name), simulation), self.shape)
 
     def cell_data(self) -> dict[str, Floats]:
         """The thickness of a shell, the size of a beam's cross-section, m."""

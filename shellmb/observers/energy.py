@@ -16,15 +16,23 @@ from dolfinx import fem
 from ufl import Form
 
 from shellmb.simulate.simulation import Silent, Simulation
-from shellmb.system.functionals import Functional
+from shellmb.system.functionals import Functionals
 
 Scalar = Callable[[], float]
 
 
 def scalar(forms: list[Form | None], comm: MPI.Comm) -> Scalar | None:
     """Sum of scalar forms over all meshes and ranks, compiled once; None if there are none."""
-    some = [form for form in forms if form is not None and not form.empty()]
-    return Functional(some, comm) if some else None
+    some = present(forms)
+    if not some:
+        return None
+    functional = Functionals([some], comm)
+    return lambda: float(functional()[0])
+
+
+def present(forms: list[Form | None]) -> list[Form]:
+    """Those of some forms that there are."""
+    return [form for form in forms if form is not None and not form.empty()]
 
 
 class EnergyAccount(Silent):
@@ -57,12 +65,11 @@ class EnergyAccount(Silent):
         """Compile the functionals and take the initial energy."""
         problem, comm = simulation.problem, simulation.model.comm
         bodies, scheme = simulation.model.bodies, simulation.scheme
-        self._kinetic = (
-            scalar([b.kinetic_energy(problem.levels[b.name].rates["v"]) for b in bodies], comm)
-            if "v" in scheme.rates
-            else None
-        )
-        self._strain = scalar([b.strain_energy(problem.state(b.name)) for b in bodies], comm)
+        kinetic: list[Form | None] = []
+        if "v" in scheme.rates:
+            kinetic = [b.kinetic_energy(problem.levels[b.name].rates["v"]) for b in bodies]
+        strain = [b.strain_energy(problem.state(b.name)) for b in bodies]
+        self._energy = Functionals([present(kinetic), present(strain)], comm)
         self._loads = scalar(self._work(simulation, "loads"), comm)
         self._terms = scalar(self._work(simulation, "terms"), comm)
         self._driven = any(fixed.moving for b in bodies for fixed in b.fixed)
@@ -115,9 +122,9 @@ class EnergyAccount(Silent):
 
     def _energies(self) -> None:
         values = self.values
-        values["kinetic_energy"] = self._kinetic() if self._kinetic else 0.0
-        values["strain_energy"] = self._strain() if self._strain else 0.0
-        values["total_energy"] = values["kinetic_energy"] + values["strain_energy"]
+        kinetic, strain = self._energy().tolist()
+        values["kinetic_energy"], values["strain_energy"] = kinetic, strain
+        values["total_energy"] = kinetic + strain
 
     def switched(self, simulation: Simulation) -> None:
         """The impact at which something begins to act dissipates kinetic energy."""

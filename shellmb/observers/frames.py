@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-import pyvista
 
 from shellmb.errors import ConvergenceError
 from shellmb.observers.drawn import drawn_parts
 from shellmb.observers.grid import Grid
+from shellmb.observers.gridfiles import GridFiles
 from shellmb.simulate.simulation import Silent, Simulation
 
 Floats = npt.NDArray[np.float64]
@@ -62,14 +61,19 @@ class Frames(Silent):
         """Gather the grids and take the first frame, or read those of the earlier run."""
         self._parts = drawn_parts(simulation.model)
         self.grids = {n: g.grid for n, g in self._parts.items() if g.grid is not None}
+        self._files: dict[str, GridFiles] = {}
+        if self.folder is not None and self.grids:
+            self.folder.mkdir(parents=True, exist_ok=True)
+            self._files = {
+                name: GridFiles(self.folder, grid, self._parts[name].cell_data())
+                for name, grid in self.grids.items()
+            }
         count = max(simulation.scene.output.frames - 1, 1)
         self._interval = simulation.t_end / count
         self._times = list(self._kept)
         if self._kept:
             self._read_back()
         else:
-            if self.folder is not None and simulation.model.comm.rank == 0:
-                self.folder.mkdir(parents=True, exist_ok=True)
             self._take(simulation)
 
     def accepted(self, simulation: Simulation) -> None:
@@ -86,9 +90,10 @@ class Frames(Silent):
         if isinstance(error, ConvergenceError) and not simulation.scheme.linear:
             if simulation.t > self._times[-1]:
                 self._take(simulation)
+        for files in self._files.values():
+            files.close()
 
     def _take(self, simulation: Simulation) -> None:
-        number = len(self._times)
         self._times.append(simulation.t)
         displacement = {}
         for name, part in self._parts.items():
@@ -96,45 +101,18 @@ class Frames(Silent):
             if part.grid is None:
                 continue
             displacement[name] = fields["displacement"]
-            if self.folder is not None:
-                self._write(part.grid, number, fields, part.cell_data())
+            if self._files:
+                self._files[name].write(self._times, fields)
         if displacement:
             self.frames.append(Frame(simulation.t, displacement))
 
-    def _file(self, name: str, number: int) -> Path:
-        assert self.folder is not None
-        return self.folder / f"{_stem(name)}_{number:04d}.vtu"
-
-    def _write(
-        self, grid: Grid, number: int, fields: dict[str, Floats], cell_data: dict[str, Floats]
-    ) -> None:
-        assert self.folder is not None
-        points = grid.nodes + fields["displacement"]
-        data = pyvista.UnstructuredGrid(grid.vtk_cells, grid.vtk_types, points)
-        data.point_data["reference"] = grid.nodes
-        for key, values in fields.items():
-            data.point_data[key] = values
-        for key, values in cell_data.items():
-            data.cell_data[key] = values
-        data.save(self._file(grid.name, number))
-        listed = [
-            {"name": self._file(grid.name, k).name, "time": t} for k, t in enumerate(self._times)
-        ]
-        series = {"file-series-version": "1.0", "files": listed}
-        (self.folder / f"{_stem(grid.name)}.vtu.series").write_text(json.dumps(series, indent=1))
-
     def _read_back(self) -> None:
         """Frames of the earlier run, for the pictures."""
-        if not self.grids:
+        if not self._files:
             return
         for number, t in enumerate(self._times):
-            displacement = {
-                name: np.asarray(
-                    pyvista.read(self._file(name, number)).point_data["displacement"], dtype=float
-                )
-                for name in self.grids
-            }
-            self.frames.append(Frame(t, displacement))
+            shapes = {name: files.displacement(number) for name, files in self._files.items()}
+            self.frames.append(Frame(t, shapes))
 
     def state(self) -> dict[str, Any]:
         """Times of the frames."""
@@ -143,8 +121,3 @@ class Frames(Silent):
     def restore(self, state: dict[str, Any]) -> None:
         """Go on behind so many frames."""
         self._kept = [float(t) for t in state["times"]]
-
-
-def _stem(name: str) -> str:
-    """Name of a file for something of that name."""
-    return name.replace(" ", "_")

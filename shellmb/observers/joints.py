@@ -55,6 +55,8 @@ class JointForces(Silent):
 
     def solved(self, simulation: Simulation) -> None:
         """Take the forces of the step."""
+        if not self._number:
+            return
         found = np.zeros((len(self._number), 6))
         for group, forms in self._groups:
             r = np.zeros(len(simulation.problem.levels[group.name].q.x.array))

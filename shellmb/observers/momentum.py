@@ -6,17 +6,20 @@ is left when that impulse is taken away (`impulse.py`).
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from functools import partial
 from typing import Any
+
+from mpi4py import MPI
 
 import numpy as np
 import numpy.typing as npt
 from dolfinx import fem
 from ufl import Form
 
-from shellmb.observers.energy import EnergyAccount, Scalar, scalar
+from shellmb.observers.energy import EnergyAccount, present
 from shellmb.observers.impulse import Impulse
 from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.system.functionals import Functionals
 
 Floats = npt.NDArray[np.float64]
 
@@ -66,7 +69,8 @@ class Momentum(Silent):
             self.drift.setdefault(kind, 0.0)
         self._sizes()
 
-    def _functionals(self, simulation: Simulation, bodies: list[Any]) -> dict[str, Scalar | None]:
+    def _functionals(self, simulation: Simulation, bodies: list[Any]) -> Functionals:
+        """Both momenta along each of the three axes."""
         linear: list[Form | None] = []
         angular: list[Form | None] = []
         for body, axis in zip(bodies, self._axes, strict=True):
@@ -74,33 +78,31 @@ class Momentum(Silent):
             q, v = levels.q, levels.rates["v"]
             linear.append(body.momentum(v, axis))
             angular.append(body.angular_momentum(q, v, axis))
-        comm = simulation.model.comm
-        return {"momentum": scalar(linear, comm), "angular momentum": scalar(angular, comm)}
+        return self._along_axes([present(linear), present(angular)], simulation.model.comm)
+
+    def _along_axes(self, kinds: list[list[Form]], comm: MPI.Comm) -> Functionals:
+        sums = [forms for forms in kinds for _ in range(3)]
+        return Functionals(sums, comm, [partial(self._point, k) for k in range(3)] * len(kinds))
+
+    def _point(self, k: int) -> None:
+        """Give the axis of all forms one direction."""
+        for axis in self._axes:
+            axis.value = np.eye(3)[k]
 
     def _total_mass(self, simulation: Simulation, bodies: list[Any]) -> float:
         """Mass, as the momentum of a unit velocity along that velocity."""
-        forms = []
+        forms: list[Form | None] = []
         for body, axis in zip(bodies, self._axes, strict=True):
             velocity = fem.Function(body.mixed.space)
             # the displacement of a body; of a place on one "u1"
             part = "u" if "u" in body.mixed.dofs else "u1"
             velocity.x.array[body.mixed.dofs[part].reshape(-1, 3)[:, 0]] = 1.0
             forms.append(body.momentum(velocity, axis))
-        return float(self._vector(scalar(forms, simulation.model.comm))[0])
-
-    def _vector(self, functional: Callable[[], float] | None) -> Floats:
-        """A functional along each of the three axes."""
-        result = np.zeros(3)
-        if functional is None:
-            return result
-        for k in range(3):
-            for axis in self._axes:
-                axis.value = np.eye(3)[k]
-            result[k] = functional()
-        return result
+        return float(self._along_axes([present(forms)], simulation.model.comm)()[0])
 
     def _take(self) -> None:
-        self.values = {kind: self._vector(f) for kind, f in self._momenta.items()}
+        found = self._momenta().reshape(2, 3)
+        self.values = {kind: found[k].copy() for k, kind in enumerate(KINDS)}
 
     def _sizes(self) -> None:
         for kind in self._expected:

@@ -149,10 +149,7 @@ def nodal_values(simulation: Simulation, name: str) -> NodalValues:
         simulation: The simulation, between two steps.
         name: Name of the body in the system.
     """
-    body = nodal_bodies(simulation.model)[name]
-    rates = simulation.problem.levels[name].rates
-    velocity = np.asarray(rates["v"].x.array) if "v" in rates else None
-    return values_of(body, state(simulation, name), velocity)
+    return Nodes(nodal_bodies(simulation.model)[name]).now(simulation, name)
 
 
 def values_of(body: NodalBody, q: Floats, velocity: Floats | None = None) -> NodalValues:
@@ -163,14 +160,44 @@ def values_of(body: NodalBody, q: Floats, velocity: Floats | None = None) -> Nod
         q: Dofs of the state.
         velocity: Dofs of its rate; None: at rest.
     """
-    X, D = reference_nodes(body)
-    dofs = body.mixed.dofs
-    v = np.zeros_like(q) if velocity is None else velocity
-    return NodalValues(
-        X,
-        q[dofs["u"]].reshape(-1, 3),
-        D,
-        D + q[dofs["w"]].reshape(D.shape),
-        v[dofs["u"]].reshape(-1, 3),
-        v[dofs["w"]].reshape(D.shape),
-    )
+    return Nodes(body).values(q, velocity)
+
+
+class Nodes:
+    """Nodes of a body whose values are asked for again and again.
+
+    Args:
+        body: The body.
+        which: Numbers of the nodes on this rank; one may stand there several times. None: all.
+    """
+
+    def __init__(self, body: NodalBody, which: npt.NDArray[np.int32] | None = None) -> None:
+        here = slice(None) if which is None else which
+        X, D = reference_nodes(body)
+        dofs = body.mixed.dofs
+        self._X, self._D = X[here], D[here]
+        self._u = dofs["u"].reshape(-1, 3)[here]
+        self._w = dofs["w"].reshape(D.shape)[here]
+
+    def values(self, q: Floats, velocity: Floats | None = None) -> NodalValues:
+        """Values at the nodes, in their order.
+
+        Args:
+            q: Dofs of the state.
+            velocity: Dofs of its rate; None: at rest.
+        """
+        v = np.zeros_like(q) if velocity is None else velocity
+        return NodalValues(
+            self._X, q[self._u], self._D, self._D + q[self._w], v[self._u], v[self._w]
+        )
+
+    def now(self, simulation: Simulation, name: str) -> NodalValues:
+        """Values at the nodes, between two steps of a simulation.
+
+        Args:
+            simulation: The simulation.
+            name: Name of the body in the system.
+        """
+        rates = simulation.problem.levels[name].rates
+        velocity = np.asarray(rates["v"].x.array) if "v" in rates else None
+        return self.values(state(simulation, name), velocity)

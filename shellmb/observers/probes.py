@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from shellmb.model.places import local_nodes
-from shellmb.observers.nodal import NodalValues, nodal_values
+from shellmb.observers.nodal import Nodes
 from shellmb.observers.resultants import RESULTANTS, Resultants, has_resultants
 from shellmb.scene import Probe, RigidBody
 from shellmb.simulate.simulation import Silent, Simulation
@@ -41,12 +41,14 @@ class _Spot:
         probe: The probe.
         body: Name of the body in the system.
         nodes: Nodes on this rank, each on one rank only; of resultants, all that this rank knows.
+        values: Their values.
         offset: Place of a rigid body's point along its directors, shape (3,), m; None at nodes.
     """
 
     probe: Probe
     body: str
     nodes: npt.NDArray[np.int32]
+    values: Nodes
     offset: Floats | None
 
 
@@ -85,13 +87,13 @@ class Probes(Silent):
             node = rigid.bodies[number]
             offset = node.directors @ (described.place(cast(Any, probe.point)) - node.center)
             here = np.flatnonzero(rigid.node_mesh.item == number).astype(np.int32)
-            return _Spot(probe, rigid.name, here, np.asarray(offset))
+            return _Spot(probe, rigid.name, here, Nodes(rigid, here), np.asarray(offset))
         body = model.meshed[described.name]
         nodes = local_nodes(body, probe.point, f"probe '{probe.name}'")
         if not has_resultants(body, probe.quantity):
             # each node counts once, on the rank that owns it
             nodes = nodes[nodes < body.mixed.subspaces["u"].dofmap.index_map.size_local]
-        return _Spot(probe, body.name, nodes, None)
+        return _Spot(probe, body.name, nodes, Nodes(body, nodes), None)
 
     def accepted(self, simulation: Simulation) -> None:
         """Take the values."""
@@ -100,12 +102,8 @@ class Probes(Silent):
     def _measure(self, simulation: Simulation) -> None:
         if not self._spots:
             return
-        bodies = {
-            name: nodal_values(simulation, name)
-            for name in dict.fromkeys(s.body for s in self._spots)
-        }
         # three components and the number of values each
-        sums = np.array([self._sum(spot, bodies[spot.body]) for spot in self._spots])
+        sums = np.array([self._sum(spot, simulation) for spot in self._spots])
         simulation.model.comm.Allreduce(MPI.IN_PLACE, sums)
         vectors = sums[:, :3] / sums[:, 3:]
         for spot, vector in zip(self._spots, vectors, strict=True):
@@ -113,12 +111,12 @@ class Probes(Silent):
             value = np.linalg.norm(vector) if part == "norm" else vector[part]
             self.values[spot.probe.name] = float(value)
 
-    def _sum(self, spot: _Spot, values: NodalValues) -> Floats:
+    def _sum(self, spot: _Spot, simulation: Simulation) -> Floats:
         quantity = spot.probe.quantity
         if quantity in RESULTANTS:
             total, count = self._resultants[spot.body].sums(spot.nodes, quantity)
             return np.append(total, count)
-        here = values.take(spot.nodes)
+        here = spot.values.now(simulation, spot.body)
         if spot.offset is not None:
             here = here.at(np.tile(spot.offset, (len(spot.nodes), 1)))
         return np.append(getattr(here, quantity).sum(axis=0), len(spot.nodes))

@@ -91,15 +91,14 @@ void matrix(const Cells *g, const Kernel *kernels, int count, int cell, double *
     free(work);
 }
 
-/* Sum of integrals over all cells. */
-double functional(const Cells *g, const Kernel *kernels, int count)
+/* Sums of integrals over all cells, each added to the entry of `sums` that it belongs `to`. */
+void functionals(const Cells *g, const Kernel *kernels, int count, const int *to, double *sums)
 {
-    double *work = malloc(sizeof(double) * (g->coefficient_size + 1)), sum = 0.0, value;
+    double *work = malloc(sizeof(double) * (g->coefficient_size + 1)), value;
     for (int cell = 0; cell < g->cells; ++cell)
         for (int k = 0; k < count; ++k)
-            tabulate(kernels + k, g, cell, work, &value, &sum, 1);
+            tabulate(kernels + k, g, cell, work, &value, sums + to[k], 1);
     free(work);
-    return sum;
 }
 
 /* Residual of all cells, added to `b` at the local dofs `g->dofs`. */

@@ -82,7 +82,7 @@ typedef struct {
 
 void use_libraries(void *, void *, void *);
 void residual(const Cells *, const Kernel *, int, double *);
-double functional(const Cells *, const Kernel *, int);
+void functionals(const Cells *, const Kernel *, int, const int *, double *);
 void matrix(const Cells *, const Kernel *, int, int, double *);
 int jacobian(const Cells *, const Kernel *, int, const Projection *, int, int, double *, double *,
              const double *, double *);

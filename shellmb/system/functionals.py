@@ -2,43 +2,73 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Any
 
 from mpi4py import MPI
 
+import numpy as np
+import numpy.typing as npt
+from dolfinx import fem
 from ufl import Form
 
 from shellmb.kernels import compiled
 from shellmb.system import native
 from shellmb.system.loops import FormLoop, MeshGeometry
 
+Floats = npt.NDArray[np.float64]
 
-class Functional:
-    """The sum of some integrals, evaluated as often as it is called.
+
+class Functionals:
+    """Several sums of integrals, evaluated together as often as they are called.
 
     DOLFINx's own `assemble_scalar` packs coefficients and constants anew each time, which takes
     most of its time on small meshes.
 
     Args:
-        forms: Forms without arguments.
+        sums: Forms without arguments that add up to each number.
         comm: Communicator of their meshes; calls are collective.
+        given: For each sum what gives its constants their values, taken once and for all; none:
+            constants have their values of the time of a call.
     """
 
-    def __init__(self, forms: Sequence[Form], comm: MPI.Comm) -> None:
+    def __init__(
+        self,
+        sums: Sequence[Sequence[Form]],
+        comm: MPI.Comm,
+        given: Sequence[Callable[[], None]] = (),
+    ) -> None:
         self._comm, self._lib = comm, native.cells().lib
-        kernels = [compiled(form) for form in forms]
-        meshes = {id(form.mesh): form.mesh for form in kernels}
-        self._loops = []
-        for key in meshes:
-            here = [form for form in kernels if id(form.mesh) == key]
-            geometry = MeshGeometry(meshes[key])
-            loop = FormLoop(geometry, [(form, -1, -1) for form in here])
-            self._loops.append((loop, geometry.struct(loop)))
+        self._values, self._fixed = np.zeros(len(sums)), bool(given)
+        kernels: dict[int, fem.Form] = {}
+        for form in (form for forms in sums for form in forms):
+            kernels.setdefault(id(form), compiled(form))
+        meshes = {id(k.mesh): k.mesh for k in kernels.values()}
+        self._loops: list[tuple[FormLoop, Any, Any]] = []
+        for key, mesh in meshes.items():
+            here = [
+                (number, kernels[id(form)])
+                for number, forms in enumerate(sums)
+                for form in forms
+                if id(kernels[id(form)].mesh) == key
+            ]
+            geometry = MeshGeometry(mesh)
+            loop = FormLoop(geometry, [(form, -1, -1) for _, form in here])
+            for place, (number, _) in enumerate(here):
+                if given:
+                    given[number]()
+                    loop.take_constants(place)
+            to = np.array([here[k][0] for k in loop.form_of], dtype=np.int32)
+            self._loops.append((loop, geometry.struct(loop), loop.pointer(to)))
 
-    def __call__(self) -> float:
-        """Its value, the same on all ranks."""
-        total = 0.0
-        for loop, cells in self._loops:
-            loop.refresh()
-            total += self._lib.functional(cells, loop.kernels, loop.count)
-        return float(self._comm.allreduce(total))
+    def __call__(self) -> Floats:
+        """Their values, the same on all ranks, shape (n,); overwritten by the next call."""
+        values = self._values
+        values[:] = 0.0
+        for loop, cells, to in self._loops:
+            if not self._fixed:
+                loop.refresh()
+            self._lib.functionals(cells, loop.kernels, loop.count, to, native.doubles(values))
+        if self._comm.size > 1:
+            self._comm.Allreduce(MPI.IN_PLACE, values)
+        return values

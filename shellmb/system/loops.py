@@ -151,6 +151,10 @@ class FormLoop:
         cells: The cells.
         forms: Forms with the number of their row field, and of a bilinear form its column field
             (-1 of a linear form), among the fields of the mesh; both -1 of a scalar form.
+
+    Attributes:
+        count: Number of kernels.
+        form_of: Number of the form that each is of.
     """
 
     def __init__(self, cells: MeshGeometry, forms: Sequence[tuple[fem.Form, int, int]]) -> None:
@@ -158,8 +162,10 @@ class FormLoop:
         self.pointer = CArrays()
         self.coefficient_size = 1
         self._constants: list[tuple[Any, Floats]] = []
-        kernels = [kernel for form in forms for kernel in self._kernels(cells, *form)]
-        self.count = len(kernels)
+        found = [self._kernels(cells, *form) for form in forms]
+        self.form_of = [n for n, some in enumerate(found) for _ in some]
+        self.count = len(self.form_of)
+        kernels = [kernel for some in found for kernel in some]
         self.kernels = self.pointer.many("Kernel", kernels)
 
     def _kernels(self, cells: MeshGeometry, form: fem.Form, row: int, column: int) -> list[Any]:
@@ -210,10 +216,15 @@ class FormLoop:
                 )
         return found
 
+    def take_constants(self, number: int) -> None:
+        """Take the values of the constants of one of the forms."""
+        form, array = self._constants[number]
+        array[:] = cpp.fem.pack_constants(form)
+
     def refresh(self) -> None:
         """Take the values of the constants, after they changed."""
-        for form, array in self._constants:
-            array[:] = cpp.fem.pack_constants(form)
+        for number in range(len(self._constants)):
+            self.take_constants(number)
 
 
 def _entities(entities: Ints, count: int, facets: bool) -> tuple[Ints | None, Ints | None]:
