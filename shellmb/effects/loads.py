@@ -8,8 +8,6 @@ from dataclasses import replace
 from shellmb.effects.effect import Change, Effect, Use, names, refuse, whole
 from shellmb.effects.parts import chosen, drop, flexible, replaced, use_of_parts
 from shellmb.scene import (
-    Driven,
-    Fixed,
     FollowerEdgeForce,
     FollowerForce,
     FollowerLineForce,
@@ -20,6 +18,7 @@ from shellmb.scene import (
     Pressure,
     Scene,
 )
+from shellmb.scene.supports import moves
 
 _GROUP = "loads"
 
@@ -51,15 +50,10 @@ def _without_dead(scene: Scene) -> Scene:
 
 
 def _prescribed(scene: Scene) -> Use:
-    found = [s for s in scene.supports if isinstance(s, Driven) or _moves(s)]
+    found = [s for s in scene.supports if moves(s)]
     if not found:
         return Use(False, "no support has a function of time")
     return Use(True, "supports: " + ", ".join(dict.fromkeys(s.label for s in found)))
-
-
-def _moves(support: object) -> bool:
-    components = (*support.displacement, *support.director) if isinstance(support, Fixed) else ()
-    return any(callable(c) for c in components)
 
 
 def _terms(scene: Scene) -> Use:
