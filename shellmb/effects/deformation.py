@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from shellmb.effects.effect import Effect, Use, fixed, names, refuse, whole
-from shellmb.effects.parts import Flexible, chosen, flexible, meshed, replaced, switch, use_of_field
+from shellmb.effects.parts import Flexible, chosen, flexible, replaced, switch, use_of_field
 from shellmb.errors import SceneError
 from shellmb.scene import Beam, Hyperelastic, LinearSection, RigidBody, Scene
 from shellmb.scene.validate import show
@@ -56,7 +56,7 @@ def _rigid(scene: Scene, part: str | None) -> Scene:
 
 
 def _soft(scene: Scene, part: str | None) -> Scene:
-    able = [b for b in meshed(scene) if b.rigid]
+    able = [b for b in scene.meshed if b.rigid]
     what = "shell or beam with rigid=True (a RigidBody has no section to be flexible with)"
     return replaced(scene, chosen(able, part, what), rigid=False)
 

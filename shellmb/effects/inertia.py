@@ -9,7 +9,7 @@ from typing import Any, cast
 import numpy as np
 
 from shellmb.effects.effect import Effect, Use, names, refuse, whole
-from shellmb.effects.parts import Fits, Flexible, meshed, switch, use_of_field
+from shellmb.effects.parts import Fits, Flexible, switch, use_of_field
 from shellmb.errors import SceneError
 from shellmb.scene import Ramp, RigidBody, Scene, StepControl
 from shellmb.scene.checks import SCHEMES
@@ -72,7 +72,7 @@ def _rotary(scene: Scene) -> Use:
     if scene.static:
         return Use(False, f"scheme={show(scene.scheme_name)}: no inertia")
     rigid = [b for b in scene.bodies if isinstance(b, RigidBody) or b.rigid]
-    if any(_turns(body) for body in meshed(scene)) or not rigid:
+    if any(_turns(body) for body in scene.meshed) or not rigid:
         return use_of_field("rotary_inertia", _turns, "no section has second moments")(scene)
     return Use(True, f"inertia of the rigid bodies {names(rigid)}")
 

@@ -15,14 +15,9 @@ Flexible = Shell | Beam
 Fits = Callable[[Flexible], bool]
 
 
-def meshed(scene: Scene) -> list[Flexible]:
-    """All shells and beams."""
-    return [*scene.shells, *scene.beams]
-
-
 def flexible(scene: Scene) -> list[Flexible]:
     """Shells and beams that are not rigid."""
-    return [body for body in meshed(scene) if not body.rigid]
+    return [body for body in scene.meshed if not body.rigid]
 
 
 def chosen(items: Iterable[Any], part: str | None, what: str) -> list[Any]:
@@ -76,7 +71,7 @@ def switch(field: str, value: bool, fits: Fits, what: str) -> Change:
     """
 
     def change(scene: Scene, part: str | None) -> Scene:
-        able = [b for b in meshed(scene) if fits(b)]
+        able = [b for b in scene.meshed if fits(b)]
         return replaced(scene, chosen(able, part, what), **{field: value})
 
     return change
