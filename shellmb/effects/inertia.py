@@ -9,7 +9,7 @@ from typing import Any, cast
 import numpy as np
 
 from shellmb.effects.effect import Effect, Use, names, refuse, whole
-from shellmb.effects.parts import Fits, Flexible, switch, use_of_field
+from shellmb.effects.parts import Fits, Flexible, switches, use_of_field
 from shellmb.errors import SceneError
 from shellmb.scene import Ramp, RigidBody, Scene, StepControl
 from shellmb.scene.checks import SCHEMES
@@ -165,8 +165,7 @@ EFFECTS = (
         _GROUP,
         "inertia of directors and sections, I* of eq. 16",
         _rotary,
-        switch("rotary_inertia", False, _turns, "shell or beam whose section has second moments"),
-        switch("rotary_inertia", True, _turns, "shell or beam whose section has second moments"),
+        *switches("rotary_inertia", _turns, "shell or beam whose section has second moments"),
     ),
     Effect(
         "eccentric_inertia",
@@ -175,11 +174,10 @@ EFFECTS = (
         _dynamic_only(
             "eccentric_inertia", _eccentric, "every section is balanced about its reference: s* = 0"
         ),
-        switch("eccentric_inertia", False, _eccentric, "section with a first moment"),
-        switch(
+        *switches(
             "eccentric_inertia",
-            True,
             _eccentric,
+            "section with a first moment",
             "section with a first moment (an offset, or plies of several densities)",
         ),
     ),
