@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import os
-import sys
 from typing import Annotated
 
 import typer
 
-from shellmb.cli.failures import first_rank
+from shellmb.cli.failures import first_rank, tell
 from shellmb.cli.options import (
     AlphaOption,
     DegreeOption,
@@ -55,7 +53,6 @@ def effects(
     results beside that of its time. PART is one body, joint or element: `--without stretching:arm`.
     Costs are differences to the scene without the effect; times are medians of rounds in turn.
     """
-    os.environ.setdefault("OMP_NUM_THREADS", "1")
     times = {"scheme": scheme, "alpha": alpha, "dt": dt, "t_end": t_end}
     elements = {"mesh": mesh, "degree": degree, "cell": cell}
     built, module = asked(scene, parameters, **times, **elements).build()
@@ -87,6 +84,4 @@ def effects(
 
 
 def _report(text: str) -> None:
-    """What is going on, beside what is printed."""
-    if first_rank():
-        print(f"effects: {text}", file=sys.stderr, flush=True)
+    tell(f"effects: {text}")

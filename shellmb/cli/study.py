@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from collections.abc import Callable
 from dataclasses import replace
@@ -11,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from shellmb.cli.failures import first_rank
+from shellmb.cli.failures import first_rank, tell
 from shellmb.cli.options import (
     Cell,
     Clock,
@@ -88,8 +87,6 @@ def study(
     run by run; a study that was stopped goes on there. Times are of the steps, set-up and
     compiling excluded, the median of several rounds in turn.
     """
-    # before the libraries load: what is compared runs on one thread
-    os.environ.setdefault("OMP_NUM_THREADS", "1")
     from shellmb.study.choice import Base
     from shellmb.study.quantity import parse_quantity
     from shellmb.study.sweep import Sweep
@@ -162,15 +159,14 @@ def _run(title: str, sweep: Sweep, folder: Path, clock: str, quiet: bool) -> lis
     from shellmb.study.report import evaluate
     from shellmb.study.runner import measure
 
-    def tell(text: str) -> None:
-        if first_rank() and not quiet:
-            print(f"{title or sweep.base.scene}: {text}", file=sys.stderr, flush=True)
+    def report(text: str) -> None:
+        if not quiet:
+            tell(f"{title or sweep.base.scene}: {text}")
 
     try:
-        measured = measure(sweep, folder, tell)
+        measured = measure(sweep, folder, report)
     except KeyboardInterrupt:
-        if first_rank():
-            print(f"stopped; the same command goes on in {folder}", file=sys.stderr, flush=True)
+        tell(f"stopped; the same command goes on in {folder}")
         raise
     return evaluate(measured, clock, title)
 
