@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from shellmb.effects.effect import Change, Effect, Use, names, refuse, whole
@@ -17,6 +17,7 @@ from shellmb.scene import (
     Load,
     Pressure,
     Scene,
+    Support,
 )
 from shellmb.scene.supports import moves
 
@@ -37,10 +38,7 @@ def _dead(scene: Scene) -> list[Load]:
 
 
 def _dead_use(scene: Scene) -> Use:
-    found = _dead(scene)
-    if not found:
-        return Use(False, "loads has no dead load")
-    return Use(True, "loads: " + ", ".join(dict.fromkeys(load.label for load in found)))
+    return _told("loads", _dead(scene), "loads has no dead load")
 
 
 def _without_dead(scene: Scene) -> Scene:
@@ -51,9 +49,14 @@ def _without_dead(scene: Scene) -> Scene:
 
 def _prescribed(scene: Scene) -> Use:
     found = [s for s in scene.supports if moves(s)]
+    return _told("supports", found, "no support has a function of time")
+
+
+def _told(where: str, found: Sequence[Load | Support], lacking: str) -> Use:
+    """Whether there are any, and of which kinds."""
     if not found:
-        return Use(False, "no support has a function of time")
-    return Use(True, "supports: " + ", ".join(dict.fromkeys(s.label for s in found)))
+        return Use(False, lacking)
+    return Use(True, f"{where}: " + ", ".join(dict.fromkeys(item.label for item in found)))
 
 
 def _terms(scene: Scene) -> Use:
