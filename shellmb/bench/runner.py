@@ -12,7 +12,9 @@ import numpy.typing as npt
 
 from shellmb.bench.bare import BareWork, direct_solver
 from shellmb.bench.record import PARTS, Round
+from shellmb.bench.restart import Restart
 from shellmb.bench.watchers import Timed, default_observers
+from shellmb.run.directory import make_directory
 from shellmb.scene import Scene
 from shellmb.simulate.simulation import Simulation
 from shellmb.system.assembly import Residuals
@@ -58,15 +60,13 @@ class Runner:
 
     def __init__(self, scene: Scene, folder: Path) -> None:
         self.simulation = Simulation(scene, MPI.COMM_WORLD)
-        if self.comm.rank == 0:
-            folder.mkdir(parents=True, exist_ok=True)
-        self.comm.Barrier()
+        make_directory(folder, self.comm)
         self._observers = Timed(default_observers(folder))
         self._observers.start(self.simulation)
         problem = self.simulation.problem
         self._iteration = problem.newton.iteration
         problem.system.residuals = self._counted = Counted(problem.system.residuals)
-        self._start = self.simulation.arrays(), self.simulation.state()
+        self._restart = Restart(self.simulation)
         self._anew = scene.scheme == "static"
         self._bare: BareWork | None = None
         # the simulation's own number goes back to zero where a static one starts anew
@@ -94,11 +94,6 @@ class Runner:
             assert self.simulation.last is not None
             self._iterations += self.simulation.last.iterations
         return total
-
-    def _restart(self) -> None:
-        """At the start again, with nothing left of what was learnt on the way."""
-        self.simulation.restore(*self._start)
-        self._iteration.refresh.forget()
 
     def round(self, steps: int) -> Round:
         """Run steps, then time their bare work; of several ranks the slowest counts.

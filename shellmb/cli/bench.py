@@ -9,6 +9,7 @@ from typing import Annotated
 
 import typer
 
+from shellmb.cli.options import Clock
 from shellmb.run.request import parse_mesh
 
 
@@ -24,13 +25,6 @@ class BenchScheme(StrEnum):
 
     ep = "ep"
     ed = "ed"
-
-
-class Clock(StrEnum):
-    """What is measured in."""
-
-    cpu = "cpu"
-    wall = "wall"
 
 
 class Peer(StrEnum):

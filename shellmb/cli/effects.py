@@ -2,21 +2,25 @@
 
 from __future__ import annotations
 
-import os
-import sys
 from typing import Annotated
 
 import typer
 
-from shellmb.cli.failures import first_rank
-from shellmb.run.request import Options, Request, parse_mesh, parse_parameters
+from shellmb.cli.failures import first_rank, tell
+from shellmb.cli.options import (
+    AlphaOption,
+    DegreeOption,
+    EndOption,
+    MeshOption,
+    SceneArgument,
+    SetOption,
+    StepOption,
+    asked,
+)
 
 
 def effects(
-    scene: Annotated[
-        str,
-        typer.Argument(metavar="SCENE", help="Name of a bundled scene, or path of a Python file."),
-    ],
+    scene: SceneArgument,
     without: Annotated[
         list[str] | None,
         typer.Option(metavar="EFFECT[:PART]", help="Run again without it; may be repeated."),
@@ -25,19 +29,15 @@ def effects(
         list[str] | None,
         typer.Option("--with", metavar="EFFECT[:PART]", help="Run again with it."),
     ] = None,
+    # scheme and cell are text: what is wrong with them the scene says, in a sentence of its own
     scheme: Annotated[str | None, typer.Option(help="Time scheme, or statics.")] = None,
-    alpha: Annotated[float | None, typer.Option(help="Dissipation of ED, from 0 to 1.")] = None,
-    dt: Annotated[float | None, typer.Option(help="Time or load step [s].")] = None,
-    t_end: Annotated[float | None, typer.Option(help="Time at the end [s].")] = None,
-    mesh: Annotated[
-        str | None, typer.Option(metavar="NxM", help="Elements of every shell along its sides.")
-    ] = None,
-    degree: Annotated[int | None, typer.Option(min=2, max=3, help="Degree of elements.")] = None,
+    alpha: AlphaOption = None,
+    dt: StepOption = None,
+    t_end: EndOption = None,
+    mesh: MeshOption = None,
+    degree: DegreeOption = None,
     cell: Annotated[str | None, typer.Option(help="quad or tri.")] = None,
-    parameters: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="NAME=VALUE", help="Parameter of the scene."),
-    ] = None,
+    parameters: SetOption = None,
     steps: Annotated[int, typer.Option(min=1, help="Steps of a round of the table.")] = 10,
     repeat: Annotated[
         int | None, typer.Option(min=1, help="Rounds of the table (3), runs compared (1).")
@@ -53,18 +53,9 @@ def effects(
     results beside that of its time. PART is one body, joint or element: `--without stretching:arm`.
     Costs are differences to the scene without the effect; times are medians of rounds in turn.
     """
-    os.environ.setdefault("OMP_NUM_THREADS", "1")
-    options = {
-        "scheme": scheme,
-        "alpha": alpha,
-        "dt": dt,
-        "t_end": t_end,
-        "mesh": None if mesh is None else parse_mesh(mesh),
-        "degree": degree,
-        "cell": cell,
-    }
-    given = Options(**{k: v for k, v in options.items() if v is not None})  # type: ignore[arg-type]
-    built, module = Request(scene, parse_parameters(parameters or []), given).build()
+    times = {"scheme": scheme, "alpha": alpha, "dt": dt, "t_end": t_end}
+    elements = {"mesh": mesh, "degree": degree, "cell": cell}
+    built, module = asked(scene, parameters, **times, **elements).build()
     said = {"without": without or [], "with": with_ or []}
 
     from shellmb.effects.registry import changed
@@ -93,6 +84,4 @@ def effects(
 
 
 def _report(text: str) -> None:
-    """What is going on, beside what is printed."""
-    if first_rank():
-        print(f"effects: {text}", file=sys.stderr, flush=True)
+    tell(f"effects: {text}")

@@ -21,6 +21,16 @@ def first_rank() -> bool:
     return not ranks or ranks[0] == "0"
 
 
+def tell(text: str) -> None:
+    """Print a line beside what a command prints, on stderr, on the first rank.
+
+    Args:
+        text: The line.
+    """
+    if first_rank():
+        print(text, file=sys.stderr, flush=True)
+
+
 def failures_reported[**P, T](command: Callable[P, T]) -> Callable[P, T]:
     """Turn the errors that a user can mend into a sentence on stderr and an exit code.
 
@@ -39,13 +49,13 @@ def failures_reported[**P, T](command: Callable[P, T]) -> Callable[P, T]:
         except typer.Exit as exit_:
             failure, code = exit_, exit_.exit_code
         except ShellmbError as error:
-            _print(f"error: {error}")
+            tell(f"error: {error}")
             failure, code = error, 2 if isinstance(error, SceneError) else 1
         except AssertionError as error:
             if error.__traceback__ is None or not _is_check(error):
                 _abort_others()
                 raise
-            _print(f"check failed: {error or 'a reference value of the scene is not met'}")
+            tell(f"check failed: {error or 'a reference value of the scene is not met'}")
             failure, code = error, 1
         except Exception:
             _abort_others()
@@ -88,11 +98,6 @@ def _is_check(error: AssertionError) -> bool:
         names.append(frame.tb_frame.f_code.co_name)
         frame = frame.tb_next
     return "check" in names
-
-
-def _print(text: str) -> None:
-    if first_rank():
-        print(text, file=sys.stderr, flush=True)
 
 
 def _abort_others() -> None:

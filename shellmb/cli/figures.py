@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
-from shellmb.cli.failures import first_rank
+from shellmb.cli.failures import first_rank, tell
 from shellmb.cli.report import say
 from shellmb.errors import SceneError
 from shellmb.figures.example import Example
@@ -33,14 +32,10 @@ def run_figures(
     if only is not None:
         examples = _with_run(examples, only)
 
-    def report(text: str) -> None:
-        if first_rank():
-            print(text, file=sys.stderr, flush=True)
-
     judged = []
     for example in examples:
         pictures = out / example.section if draw else None
-        made = make(example, runs / example.section, pictures, only, report)
+        made = make(example, runs / example.section, pictures, only, tell)
         judged += made.judged
         if first_rank() and not as_json:
             print_made(made)

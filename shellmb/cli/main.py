@@ -5,7 +5,7 @@ from __future__ import annotations
 from datetime import datetime
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, Any, Literal, cast
+from typing import Annotated, Any
 
 import typer
 
@@ -13,10 +13,24 @@ from shellmb import __version__
 from shellmb.cli.bench import bench
 from shellmb.cli.effects import effects
 from shellmb.cli.failures import failures_reported, first_rank
+from shellmb.cli.options import (
+    AlphaOption,
+    CellOption,
+    DegreeOption,
+    EndOption,
+    JsonOption,
+    MeshOption,
+    PicturesOption,
+    SceneArgument,
+    Scheme,
+    SetOption,
+    Solve,
+    StepOption,
+    asked,
+)
 from shellmb.cli.report import announce, print_list, print_modes, print_run, say
 from shellmb.cli.study import study
 from shellmb.run.loader import demos
-from shellmb.run.request import Options, Request, parse_mesh, parse_parameters
 
 HELP = """Geometrically exact shells in flexible multibody dynamics.
 
@@ -35,29 +49,6 @@ app = typer.Typer(
 )
 
 
-class Scheme(StrEnum):
-    """Time schemes that the command line knows."""
-
-    static = "static"
-    linear = "linear"
-    ep = "ep"
-    ed = "ed"
-
-
-class Cell(StrEnum):
-    """Cell types."""
-
-    quad = "quad"
-    tri = "tri"
-
-
-class Solve(StrEnum):
-    """Which unknowns the linear systems have."""
-
-    reduced = "reduced"
-    full = "full"
-
-
 class Newton(StrEnum):
     """When Newton's method factorises."""
 
@@ -73,22 +64,9 @@ class Backend(StrEnum):
     snes = "snes"
 
 
-SceneArgument = Annotated[
-    str, typer.Argument(metavar="SCENE", help="Name of a bundled scene, or path of a Python file.")
-]
-MeshOption = Annotated[
-    str | None, typer.Option(metavar="NxM", help="Elements of every shell along its two sides.")
-]
-DegreeOption = Annotated[int | None, typer.Option(min=2, max=3, help="Degree of the elements.")]
-CellOption = Annotated[Cell | None, typer.Option(help="Quadrilaterals or triangles.")]
-SetOption = Annotated[
-    list[str] | None,
-    typer.Option("--set", metavar="NAME=VALUE", help="Parameter of the scene; may be repeated."),
-]
 OutOption = Annotated[
     Path | None, typer.Option(help="Run directory; runs/SCENE-SCHEME-TIME if left out.")
 ]
-PicturesOption = Annotated[bool, typer.Option("--no-pictures", help="Draw no pictures.")]
 CheckOption = Annotated[
     bool, typer.Option("--check", help="Fail unless the scene's reference values are met.")
 ]
@@ -123,9 +101,9 @@ def list_scenes() -> None:
 def run(
     scene: SceneArgument,
     scheme: Annotated[Scheme | None, typer.Option(help="Time scheme, or statics.")] = None,
-    alpha: Annotated[float | None, typer.Option(help="Dissipation of ED, from 0 to 1.")] = None,
-    dt: Annotated[float | None, typer.Option(help="Time or load step [s].")] = None,
-    t_end: Annotated[float | None, typer.Option(help="Time at the end [s].")] = None,
+    alpha: AlphaOption = None,
+    dt: StepOption = None,
+    t_end: EndOption = None,
     mesh: MeshOption = None,
     degree: DegreeOption = None,
     cell: CellOption = None,
@@ -146,10 +124,10 @@ def run(
 
     Works under mpiexec: `mpiexec -n 2 shellmb run SCENE`.
     """
-    options = _options(mesh, degree, cell, scheme=scheme, alpha=alpha, dt=dt, t_end=t_end)
+    times = {"scheme": scheme, "alpha": alpha, "dt": dt, "t_end": t_end}
+    elements = {"mesh": mesh, "degree": degree, "cell": cell}
     solver = {"solve": solve, "newton": newton, "backend": backend}
-    options |= {name: choice.value for name, choice in solver.items() if choice is not None}
-    request = Request(scene, parse_parameters(parameters or []), Options(**options))
+    request = asked(scene, parameters, **times, **elements, **solver)
     built, module = request.build()
 
     from mpi4py import MPI
@@ -217,9 +195,7 @@ def modes(
     check: CheckOption = False,
 ) -> Any:
     """Natural frequencies and modes of a scene, rigid-body modes included."""
-    options = Options(**_options(mesh, degree, cell))
-    request = Request(scene, parse_parameters(parameters or []), options)
-    built, module = request.build()
+    built, module = asked(scene, parameters, mesh=mesh, degree=degree, cell=cell).build()
 
     from mpi4py import MPI
 
@@ -239,7 +215,7 @@ def modes(
 @app.command()
 @failures_reported
 def verify(
-    json: Annotated[bool, typer.Option("--json", help="Print a JSON list.")] = False,
+    json: JsonOption = False,
     case: Annotated[
         str | None, typer.Option(metavar="PATTERN", help="Only cases with this in their name.")
     ] = None,
@@ -268,7 +244,7 @@ def figures(
     check: Annotated[
         bool, typer.Option("--check", help="Fail unless all statements hold.")
     ] = False,
-    json: Annotated[bool, typer.Option("--json", help="Print a JSON list.")] = False,
+    json: JsonOption = False,
     no_pictures: PicturesOption = False,
 ) -> None:
     """Make the paper's figures and compare its statements with ours, from scratch or finished runs.
@@ -284,20 +260,6 @@ def figures(
 app.command()(failures_reported(bench))
 app.command()(failures_reported(effects))
 app.command()(failures_reported(study))
-
-
-def _options(
-    mesh: str | None, degree: int | None, cell: Cell | None, **others: Any
-) -> dict[str, Any]:
-    """Options as they are stored: plain values, only those given."""
-    values = {
-        "mesh": None if mesh is None else parse_mesh(mesh),
-        "degree": cast("Literal[2, 3] | None", degree),
-        "cell": cell,
-        **others,
-    }
-    plain = {k: v.value if isinstance(v, StrEnum) else v for k, v in values.items()}
-    return {k: v for k, v in plain.items() if v is not None}
 
 
 def _observers(quiet: bool) -> list[Any]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -10,7 +9,7 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 from rich.table import Table
 
-from shellmb.cli.failures import first_rank
+from shellmb.cli.failures import tell
 
 if TYPE_CHECKING:
     from shellmb.run.execute import RunResult
@@ -27,8 +26,7 @@ def announce(scene: str) -> None:
     Args:
         scene: Name of the scene.
     """
-    if first_rank():
-        print(f"{scene}: building; new kernels are compiled once", file=sys.stderr, flush=True)
+    tell(f"{scene}: building; new kernels are compiled once")
 
 
 def print_list(scenes: Mapping[str, str]) -> None:

@@ -2,17 +2,25 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from collections.abc import Callable
 from dataclasses import replace
-from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from shellmb.cli.failures import first_rank
+from shellmb.cli.failures import first_rank, tell
+from shellmb.cli.options import (
+    Cell,
+    Clock,
+    EndOption,
+    JsonOption,
+    PicturesOption,
+    Scheme,
+    SetOption,
+    Solve,
+)
 from shellmb.cli.report import print_list, say
 from shellmb.errors import SceneError
 from shellmb.run.request import parse_mesh, parse_parameters
@@ -23,15 +31,6 @@ if TYPE_CHECKING:
 
     # name of its files, folder, what was found
     type Done = tuple[str, Path, list[Finding]]
-
-ALL_SCHEMES = ("static", "linear", "ep", "ed")
-
-
-class StudyClock(StrEnum):
-    """What is measured in."""
-
-    wall = "wall"
-    cpu = "cpu"
 
 
 def _list(metavar: str, text: str) -> object:
@@ -69,20 +68,17 @@ def study(
     body: Annotated[
         str | None, typer.Option(help="The only shell or beam that gets mesh, degree, cell.")
     ] = None,
-    t_end: Annotated[float | None, typer.Option(help="Time at the end [s].")] = None,
-    parameters: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="NAME=VALUE", help="Parameter of the scene."),
-    ] = None,
-    clock: Annotated[StudyClock, typer.Option(help="Wall or processor times.")] = StudyClock.wall,
+    t_end: EndOption = None,
+    parameters: SetOption = None,
+    clock: Annotated[Clock, typer.Option(help="Wall or processor times.")] = Clock.wall,
     bundled: Annotated[
         str | None, typer.Option(metavar="NAME", help="A bundled study, `all`, or `list`.")
     ] = None,
     out: Annotated[
         Path | None, typer.Option(help="Records, numbers, picture; a study in it goes on.")
     ] = None,
-    json: Annotated[bool, typer.Option("--json", help="Print a JSON list.")] = False,
-    no_pictures: Annotated[bool, typer.Option("--no-pictures", help="Draw none.")] = False,
+    json: JsonOption = False,
+    no_pictures: PicturesOption = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Do not tell each run.")] = False,
 ) -> None:
     """What accuracy costs in time: error against time of all combinations of what is named.
@@ -91,8 +87,6 @@ def study(
     run by run; a study that was stopped goes on there. Times are of the steps, set-up and
     compiling excluded, the median of several rounds in turn.
     """
-    # before the libraries load: what is compared runs on one thread
-    os.environ.setdefault("OMP_NUM_THREADS", "1")
     from shellmb.study.choice import Base
     from shellmb.study.quantity import parse_quantity
     from shellmb.study.sweep import Sweep
@@ -100,11 +94,11 @@ def study(
     axes: dict[str, Any] = {
         "dt": _values("dt", dt, _positive),
         "mesh": _values("mesh", mesh, parse_mesh),
-        "scheme": _values("scheme", scheme, _known_scheme),
+        "scheme": _values("scheme", scheme, _one_of(*Scheme)),
         "alpha": _values("alpha", alpha, float),
         "degree": _values("degree", degree, int),
-        "cell": _values("cell", cell, _one_of("quad", "tri")),
-        "solve": _values("solve", solve, _one_of("reduced", "full")),
+        "cell": _values("cell", cell, _one_of(*Cell)),
+        "solve": _values("solve", solve, _one_of(*Solve)),
         "tolerance": _values("tolerance", tolerance, _positive),
     }
     others = {"quantity": quantity, "exact": exact, "reference": reference, "body": body}
@@ -165,15 +159,14 @@ def _run(title: str, sweep: Sweep, folder: Path, clock: str, quiet: bool) -> lis
     from shellmb.study.report import evaluate
     from shellmb.study.runner import measure
 
-    def tell(text: str) -> None:
-        if first_rank() and not quiet:
-            print(f"{title or sweep.base.scene}: {text}", file=sys.stderr, flush=True)
+    def report(text: str) -> None:
+        if not quiet:
+            tell(f"{title or sweep.base.scene}: {text}")
 
     try:
-        measured = measure(sweep, folder, tell)
+        measured = measure(sweep, folder, report)
     except KeyboardInterrupt:
-        if first_rank():
-            print(f"stopped; the same command goes on in {folder}", file=sys.stderr, flush=True)
+        tell(f"stopped; the same command goes on in {folder}")
         raise
     return evaluate(measured, clock, title)
 
@@ -229,7 +222,3 @@ def _one_of(*known: str) -> Callable[[str], str]:
         return text
 
     return convert
-
-
-def _known_scheme(text: str) -> str:
-    return _one_of(*ALL_SCHEMES)(text)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
 
@@ -86,21 +87,29 @@ def _mass(scene: Scene) -> Use:
 
 
 def _without_mass(scene: Scene, part: str | None) -> Scene:
-    some = {joint.name for joint in chosen(_massive(scene), part, "joint with a mass")}
-    joints = tuple(replace(j, mass=0.0) if j.name in some else j for j in scene.joints)
-    return replace(scene, joints=joints)
+    return _changed(scene, chosen(_massive(scene), part, "joint with a mass"), mass=0.0)
+
+
+def _at_times(scene: Scene) -> list[Joint]:
+    return [joint for joint in scene.joints if joint.active is not None]
 
 
 def _windows(scene: Scene) -> Use:
-    found = [joint for joint in scene.joints if joint.active is not None]
+    found = _at_times(scene)
     return Use(bool(found), f"active of {names(found)}" if found else "active=None of all joints")
 
 
 def _always(scene: Scene, part: str | None) -> Scene:
-    able = [joint for joint in scene.joints if joint.active is not None]
-    some = {joint.name for joint in chosen(able, part, "joint with windows of time")}
-    joints = tuple(replace(j, active=None) if j.name in some else j for j in scene.joints)
-    return replace(scene, joints=joints)
+    return _changed(
+        scene, chosen(_at_times(scene), part, "joint with windows of time"), active=None
+    )
+
+
+def _changed(scene: Scene, joints: Iterable[Joint], **values: Any) -> Scene:
+    """The scene with other values of some joints."""
+    some = {joint.name for joint in joints}
+    changed = (replace(j, **values) if j.name in some else j for j in scene.joints)
+    return replace(scene, joints=tuple(changed))
 
 
 _HOLDS: Change = drop("supports", (Support,), "support")

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from shellmb.effects.effect import Effect, Use, fixed, names, refuse, whole
-from shellmb.effects.parts import Flexible, chosen, flexible, meshed, replaced, switch, use_of_field
+from shellmb.effects.parts import Flexible, chosen, flexible, replaced, switches, use_of_field
 from shellmb.errors import SceneError
 from shellmb.scene import Beam, Hyperelastic, LinearSection, RigidBody, Scene
 from shellmb.scene.validate import show
@@ -56,7 +56,7 @@ def _rigid(scene: Scene, part: str | None) -> Scene:
 
 
 def _soft(scene: Scene, part: str | None) -> Scene:
-    able = [b for b in meshed(scene) if b.rigid]
+    able = [b for b in scene.meshed if b.rigid]
     what = "shell or beam with rigid=True (a RigidBody has no section to be flexible with)"
     return replaced(scene, chosen(able, part, what), rigid=False)
 
@@ -123,27 +123,24 @@ EFFECTS = (
         _GROUP,
         "stretching in the surface or along the line; without it inextensible",
         use_of_field("stretching", lambda body: True, _NO_BODY),
-        switch("stretching", False, _separable, _SEPARABLE),
-        switch("stretching", True, _separable, _SEPARABLE),
+        *switches("stretching", _separable, _SEPARABLE),
     ),
     Effect(
         "transverse_shear",
         _GROUP,
         "shear across the thickness; without it Kirchhoff's and Bernoulli's limit",
         use_of_field("transverse_shear", lambda body: True, _NO_BODY),
-        switch("transverse_shear", False, _separable, _SEPARABLE),
-        switch("transverse_shear", True, _separable, _SEPARABLE),
+        *switches("transverse_shear", _separable, _SEPARABLE),
     ),
     Effect(
         "coupling",
         _GROUP,
         "coupling of bending and stretching, B",
         use_of_field("coupling", _couples, "every section is symmetric about its reference: B = 0"),
-        switch("coupling", False, _couples, "section with bending-stretching coupling"),
-        switch(
+        *switches(
             "coupling",
-            True,
             _couples,
+            "section with bending-stretching coupling",
             "section that couples (an offset, or a laminate that is not symmetric)",
         ),
     ),

@@ -9,7 +9,7 @@ from typing import Any, cast
 import numpy as np
 
 from shellmb.effects.effect import Effect, Use, names, refuse, whole
-from shellmb.effects.parts import Fits, Flexible, meshed, switch, use_of_field
+from shellmb.effects.parts import Fits, Flexible, switches, use_of_field
 from shellmb.errors import SceneError
 from shellmb.scene import Ramp, RigidBody, Scene, StepControl
 from shellmb.scene.checks import SCHEMES
@@ -72,7 +72,7 @@ def _rotary(scene: Scene) -> Use:
     if scene.static:
         return Use(False, f"scheme={show(scene.scheme_name)}: no inertia")
     rigid = [b for b in scene.bodies if isinstance(b, RigidBody) or b.rigid]
-    if any(_turns(body) for body in meshed(scene)) or not rigid:
+    if any(_turns(body) for body in scene.meshed) or not rigid:
         return use_of_field("rotary_inertia", _turns, "no section has second moments")(scene)
     return Use(True, f"inertia of the rigid bodies {names(rigid)}")
 
@@ -165,8 +165,7 @@ EFFECTS = (
         _GROUP,
         "inertia of directors and sections, I* of eq. 16",
         _rotary,
-        switch("rotary_inertia", False, _turns, "shell or beam whose section has second moments"),
-        switch("rotary_inertia", True, _turns, "shell or beam whose section has second moments"),
+        *switches("rotary_inertia", _turns, "shell or beam whose section has second moments"),
     ),
     Effect(
         "eccentric_inertia",
@@ -175,11 +174,10 @@ EFFECTS = (
         _dynamic_only(
             "eccentric_inertia", _eccentric, "every section is balanced about its reference: s* = 0"
         ),
-        switch("eccentric_inertia", False, _eccentric, "section with a first moment"),
-        switch(
+        *switches(
             "eccentric_inertia",
-            True,
             _eccentric,
+            "section with a first moment",
             "section with a first moment (an offset, or plies of several densities)",
         ),
     ),

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from shellmb.effects.effect import Change, Effect, Use, names, refuse, whole
 from shellmb.effects.parts import chosen, drop, flexible, replaced, use_of_parts
 from shellmb.scene import (
-    Driven,
-    Fixed,
     FollowerEdgeForce,
     FollowerForce,
     FollowerLineForce,
@@ -19,7 +17,9 @@ from shellmb.scene import (
     Load,
     Pressure,
     Scene,
+    Support,
 )
+from shellmb.scene.supports import moves
 
 _GROUP = "loads"
 
@@ -38,10 +38,7 @@ def _dead(scene: Scene) -> list[Load]:
 
 
 def _dead_use(scene: Scene) -> Use:
-    found = _dead(scene)
-    if not found:
-        return Use(False, "loads has no dead load")
-    return Use(True, "loads: " + ", ".join(dict.fromkeys(load.label for load in found)))
+    return _told("loads", _dead(scene), "loads has no dead load")
 
 
 def _without_dead(scene: Scene) -> Scene:
@@ -51,15 +48,15 @@ def _without_dead(scene: Scene) -> Scene:
 
 
 def _prescribed(scene: Scene) -> Use:
-    found = [s for s in scene.supports if isinstance(s, Driven) or _moves(s)]
+    found = [s for s in scene.supports if moves(s)]
+    return _told("supports", found, "no support has a function of time")
+
+
+def _told(where: str, found: Sequence[Load | Support], lacking: str) -> Use:
+    """Whether there are any, and of which kinds."""
     if not found:
-        return Use(False, "no support has a function of time")
-    return Use(True, "supports: " + ", ".join(dict.fromkeys(s.label for s in found)))
-
-
-def _moves(support: object) -> bool:
-    components = (*support.displacement, *support.director) if isinstance(support, Fixed) else ()
-    return any(callable(c) for c in components)
+        return Use(False, lacking)
+    return Use(True, f"{where}: " + ", ".join(dict.fromkeys(item.label for item in found)))
 
 
 def _terms(scene: Scene) -> Use:

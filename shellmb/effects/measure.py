@@ -8,8 +8,10 @@ from statistics import median
 
 from mpi4py import MPI
 
+from shellmb.bench.restart import Restart
 from shellmb.bench.watchers import Timed
 from shellmb.kernels import watched
+from shellmb.run.directory import make_directory
 from shellmb.run.standard import StandardObservers
 from shellmb.scene import Scene
 from shellmb.simulate.simulation import ROUND_OFF, Observer, Simulation
@@ -29,10 +31,7 @@ class Stepping:
 
     def __init__(self, scene: Scene, folder: Path) -> None:
         self.simulation = Simulation(scene)
-        comm = self.simulation.model.comm
-        if comm.rank == 0:
-            folder.mkdir(parents=True, exist_ok=True)
-        comm.Barrier()
+        make_directory(folder, self.simulation.model.comm)
         standard = StandardObservers(folder)
         self._timed = {name: Timed([observer]) for name, observer in standard.named.items()}
         self._observers: list[Observer] = list(self._timed.values())
@@ -40,7 +39,7 @@ class Stepping:
         for name, observer in self._timed.items():
             with watched() as self.kernels[name]:
                 observer.start(self.simulation)
-        self._start = self.simulation.arrays(), self.simulation.state()
+        self._restart = Restart(self.simulation)
         self._seconds: list[float] = []
         self._observers_seconds: dict[str, float] = {}
         self._total = 0.0
@@ -53,9 +52,7 @@ class Stepping:
         Args:
             steps: Their number, or less if the scene is over before.
         """
-        self.simulation.restore(*self._start)
-        # nothing is left of what was learnt on the way
-        self.simulation.problem.iteration.refresh.forget()
+        self._restart()
         begin = time.process_time()
         _, done = self._advance(steps)
         spent = time.process_time() - begin

@@ -15,14 +15,9 @@ Flexible = Shell | Beam
 Fits = Callable[[Flexible], bool]
 
 
-def meshed(scene: Scene) -> list[Flexible]:
-    """All shells and beams."""
-    return [*scene.shells, *scene.beams]
-
-
 def flexible(scene: Scene) -> list[Flexible]:
     """Shells and beams that are not rigid."""
-    return [body for body in meshed(scene) if not body.rigid]
+    return [body for body in scene.meshed if not body.rigid]
 
 
 def chosen(items: Iterable[Any], part: str | None, what: str) -> list[Any]:
@@ -65,21 +60,27 @@ def replaced(scene: Scene, bodies: Iterable[Any], **changes: Any) -> Scene:
     return replace(scene, shells=shells, beams=tuple(map(changed, scene.beams)))
 
 
-def switch(field: str, value: bool, fits: Fits, what: str) -> Change:
-    """Sets a field of shells and beams.
+def switches(field: str, fits: Fits, what: str, wanted: str | None = None) -> tuple[Change, Change]:
+    """A field of shells and beams is False to leave an effect out, True to take it in.
 
     Args:
         field: Its name.
-        value: Its new value.
         fits: Which of the bodies can have it.
         what: What these are, for the error.
+        wanted: The same where there is none to take it in; None: `what`.
+
+    Returns:
+        Both changes, as `Effect` takes them.
     """
 
-    def change(scene: Scene, part: str | None) -> Scene:
-        able = [b for b in meshed(scene) if fits(b)]
-        return replaced(scene, chosen(able, part, what), **{field: value})
+    def switch(value: bool, called: str) -> Change:
+        def change(scene: Scene, part: str | None) -> Scene:
+            able = [b for b in scene.meshed if fits(b)]
+            return replaced(scene, chosen(able, part, called), **{field: value})
 
-    return change
+        return change
+
+    return switch(False, what), switch(True, wanted or what)
 
 
 def use_of_field(field: str, fits: Fits, lacking: str) -> Callable[[Scene], Use]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import gc
 import tempfile
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -125,7 +125,6 @@ def _costed(
     """The row with what the effect costs, by leaving it out where that is possible."""
     folder, steps, rounds = how
     scene, problem = base.simulation.scene, base.simulation.problem
-    values = vars(row)
     own = count_bodies(problem, effect.bodies) if effect.bodies else None
     if effect.observer is not None:
         return row
@@ -134,7 +133,7 @@ def _costed(
         report(f"without {effect.name}")
         other = Stepping(changed, folder / effect.name)
     except SceneError as error:
-        return Row(**values | {"count": own, "needed": str(error)})
+        return replace(row, count=own, needed=str(error))
     found: dict[str, Any] = {"count": total - count(other.simulation.problem)}
     if not effect.motion:
         try:
@@ -146,7 +145,7 @@ def _costed(
     del other
     # meshes and matrices are freed collectively
     gc.collect()
-    return Row(**values | found)
+    return replace(row, **found)
 
 
 def _observed(row: Row, effect: Effect, base: Stepping) -> Row:
@@ -154,4 +153,4 @@ def _observed(row: Row, effect: Effect, base: Stepping) -> Row:
     if not row.used or effect.observer is None:
         return row
     own = Count(0, 0, 0, 0, len(base.kernels[effect.observer]))
-    return Row(**vars(row) | {"count": own, "share": base.observer_share(effect.observer)})
+    return replace(row, count=own, share=base.observer_share(effect.observer))

@@ -126,16 +126,28 @@ class ConstraintGroup(Massless):
         expression = fem.Expression(self.violation(state), points, jit_options=JIT_OPTIONS)
         return state, expression, values
 
-    def violations(self, q: fem.Function) -> Floats:
-        """Values of the constraints of the local items, shape (local items, count)."""
+    def all_violations(self, q: fem.Function) -> Floats:
+        """Values of the constraints of the local items, also of those that are off.
+
+        Args:
+            q: The state.
+
+        Returns:
+            One row per local item, shape (local items, count).
+        """
         state, expression, values = self._evaluation
         state.x.array[:] = q.x.array
         values.interpolate(expression)
         rows = values.function_space.dofmap.list[:, 0]
-        found = values.x.array.reshape(-1, self.count)[rows]
+        return np.asarray(values.x.array.reshape(-1, self.count)[rows])
+
+    def violations(self, q: fem.Function) -> Floats:
+        """Those of the local items, zero where switched off, shape (local items, count)."""
+        found = self.all_violations(q)
         if self.on is not None:
+            rows = self.on.function_space.dofmap.list[:, 0]
             found = found * self.on.x.array.reshape(-1, self.count)[rows]
-        return np.asarray(found)
+        return found
 
     def constraint_error(self, q: fem.Function) -> float:
         """Largest violation on this rank, relative to the scene's length."""

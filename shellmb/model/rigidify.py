@@ -24,7 +24,7 @@ from shellmb.model.beam import BeamModel, build_beam
 from shellmb.model.glue import line_along
 from shellmb.model.places import shared_nodes
 from shellmb.model.shell import ShellModel
-from shellmb.scene import Beam, Gravity, RigidBody, Scene, Shell
+from shellmb.scene import Beam, Gravity, RigidBody, Scene
 from shellmb.scene.body_loads import FollowerForce, FollowerMoment, PointMoment
 from shellmb.scene.joints import Joint, Revolute, ShellRevolute, Weld
 from shellmb.scene.loads import Load, PointForce
@@ -158,8 +158,7 @@ def rigidified(scene: Scene, comm: MPI.Comm) -> tuple[Scene, RigidMeshes]:
     Raises:
         SceneError: If a rigid body is supported or loaded as only a flexible one can be.
     """
-    flexible: tuple[Shell | Beam, ...] = (*scene.shells, *scene.beams)
-    names = {b.name for b in flexible if b.rigid}
+    names = {b.name for b in scene.meshed if b.rigid}
     names |= {glue.beam for glue in scene.glues if glue.shell in names}
     if not names:
         return scene, {}
@@ -192,8 +191,7 @@ def rigidified(scene: Scene, comm: MPI.Comm) -> tuple[Scene, RigidMeshes]:
 
 
 def _check(scene: Scene, names: set[str]) -> None:
-    flexible: tuple[Shell | Beam, ...] = (*scene.shells, *scene.beams)
-    for body in flexible:
+    for body in scene.meshed:
         if body.name in names and body.terms:
             raise SceneError(f"{said(body)} is rigid and has terms; a rigid body must not have any")
     for support in scene.supports:

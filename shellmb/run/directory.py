@@ -25,3 +25,15 @@ def refuse_used(directory: Path, comm: MPI.Comm) -> None:
             f"out is {directory}, which exists and is not empty; give another directory, or go on "
             f"with the run in it by `shellmb resume {directory}`"
         )
+
+
+def make_directory(directory: Path, comm: MPI.Comm) -> None:
+    """Make a directory that is there for all ranks when this returns.
+
+    Args:
+        directory: It; it may be there already.
+        comm: Communicator; the call is collective.
+    """
+    if comm.rank == 0:
+        directory.mkdir(parents=True, exist_ok=True)
+    comm.Barrier()

@@ -17,7 +17,7 @@ from shellmb.observers.checkpoint import Saved
 from shellmb.observers.energy import EnergyAccount
 from shellmb.observers.path import path_points
 from shellmb.observers.summary import summarise, write_json
-from shellmb.run.directory import refuse_used
+from shellmb.run.directory import make_directory, refuse_used
 from shellmb.run.request import REQUEST, Request
 from shellmb.run.standard import STATE, SUMMARY, StandardObservers
 from shellmb.scene import Scene
@@ -133,11 +133,9 @@ def execute(
 
 
 def _prepare(directory: Path, request: Request | None, comm: MPI.Comm) -> None:
-    if comm.rank == 0:
-        directory.mkdir(parents=True, exist_ok=True)
-        if request is not None:
-            write_json(directory / REQUEST, request.to_dict())
-    comm.Barrier()
+    make_directory(directory, comm)
+    if request is not None and comm.rank == 0:
+        write_json(directory / REQUEST, request.to_dict())
 
 
 def _restore(simulation: Simulation, named: dict[str, Observer], saved: Saved) -> None:

@@ -14,6 +14,8 @@ from shellmb.scene import Scene
 
 # name in a run directory
 REQUEST = "request.json"
+# options that are of the scene's solver
+_SOLVER = ("solve", "newton", "backend", "tolerance")
 
 
 @dataclass(frozen=True)
@@ -25,12 +27,14 @@ class Options:
         alpha: Dissipation of the energy-decaying scheme.
         dt: Time step, s.
         t_end: Time at the end, s.
-        mesh: Counts of elements of every shell.
-        degree: Degree of every shell.
+        mesh: Counts of elements of every shell; the first of them also of every beam.
+        degree: Degree of every shell and beam.
         cell: Cell type of every shell.
+        body: The only shell or beam that gets mesh, degree and cell; None: all of them.
         solve: Unknowns of the linear systems.
         newton: When Newton's method factorises.
         backend: Whose Newton solver.
+        tolerance: Relative tolerance of Newton's method.
     """
 
     scheme: str | None = None
@@ -40,9 +44,11 @@ class Options:
     mesh: tuple[int, int] | None = None
     degree: Literal[2, 3] | None = None
     cell: Literal["quad", "tri"] | None = None
+    body: str | None = None
     solve: Literal["reduced", "full"] | None = None
     newton: Literal["auto", "modified", "full"] | None = None
     backend: Literal["newton", "snes"] | None = None
+    tolerance: float | None = None
 
     def apply(self, scene: Scene) -> Scene:
         """The scene with these choices.
@@ -51,7 +57,7 @@ class Options:
             SceneError: If it is impossible.
         """
         chosen = asdict(self)
-        solver = {name: chosen.pop(name) for name in ("solve", "newton", "backend")}
+        solver: dict[str, Any] = {name: chosen.pop(name) for name in _SOLVER}
         solver = {name: choice for name, choice in solver.items() if choice is not None}
         if solver:
             scene = replace(scene, solver=replace(scene.solver, **solver))

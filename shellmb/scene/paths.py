@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from pydantic import Field
 
 from shellmb.errors import SceneError
-from shellmb.scene.supports import Driven, Fixed
+from shellmb.scene.supports import moves
 from shellmb.scene.validate import Finite, PositiveInt, described, show
 
 if TYPE_CHECKING:
@@ -81,7 +81,7 @@ def check_path(scene: Scene) -> None:
                 f"{who}: a {load.label} has a function of time; it must be left out, because the "
                 "load factor multiplies all loads"
             )
-    moved = [s.label for s in scene.supports if isinstance(s, Driven) or _moves(s)]
+    moved = [s.label for s in scene.supports if moves(s)]
     moved += [f"driver '{d.name}'" for d in scene.drivers]
     moved += [f"lock of joint '{lock.joint}'" for lock in scene.locks]
     moved += [f"windows of joint '{j.name}'" for j in scene.joints if j.active is not None]
@@ -90,11 +90,3 @@ def check_path(scene: Scene) -> None:
             f"{who}: something is prescribed over time ({moved[0]}); it must be left out, because "
             "loads are followed and there is no time"
         )
-
-
-def _moves(support: object) -> bool:
-    """Whether a support prescribes values that change."""
-    if not isinstance(support, Fixed):
-        return False
-    given = (c for c in (*support.displacement, *support.director) if c is not None)
-    return any(callable(c) for c in given)

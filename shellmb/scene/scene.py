@@ -131,6 +131,11 @@ class Scene:
         """All shells, beams and rigid bodies."""
         return (*self.shells, *self.beams, *self.rigid_bodies)
 
+    @property
+    def meshed(self) -> tuple[Shell | Beam, ...]:
+        """All shells and beams."""
+        return (*self.shells, *self.beams)
+
     def body(self, name: str | None = None) -> Body:
         """The body of that name, or the only one.
 
@@ -176,6 +181,7 @@ class Scene:
         mesh: tuple[int, int] | None = None,
         degree: Literal[2, 3] | None = None,
         cell: Literal["quad", "tri"] | None = None,
+        body: str | None = None,
     ) -> Scene:
         """The same scene with some choices replaced, checked again; None keeps a choice.
 
@@ -187,26 +193,48 @@ class Scene:
             mesh: Counts of elements, of every shell; the first of them also of every beam.
             degree: Degree, of every shell and beam.
             cell: Cell type, of every shell.
+            body: The only shell or beam that gets mesh, degree and cell; None: all of them.
 
         Raises:
-            SceneError: If the new scene is impossible, or a mesh file's mesh would have to change.
+            SceneError: If the new scene is impossible, there is no such body, or a mesh file's mesh
+                would have to change.
         """
-        if mesh is not None and any(isinstance(s.surface, GmshFile) for s in self.shells):
+        chosen = {"scheme": scheme, "alpha": alpha, "dt": dt, "t_end": t_end}
+        shell = {"mesh": mesh, "degree": degree, "cell": cell}
+        beam = {"elements": mesh[0] if mesh is not None else None, "degree": degree}
+        changes, shell_changes, beam_changes = map(_given, (chosen, shell, beam))
+        if scheme is not None and getattr(scheme, "name", scheme) != "static":
+            # only equilibria have a path
+            changes["path"] = None
+        if shell_changes:
+            names = self._refined(body, mesh)
+            changes["shells"] = _changed(self.shells, names, shell_changes)
+            changes["beams"] = _changed(self.beams, names, beam_changes)
+        return replace(self, **changes)
+
+    def _refined(self, body: str | None, mesh: tuple[int, int] | None) -> set[str]:
+        """Names of the shells and beams that get a mesh, degree or cell."""
+        found = [b for b in self.meshed if body in (None, b.name)]
+        if body is not None and not found:
+            listed = lookup.listed(b.name for b in self.meshed) or "none"
+            raise SceneError(
+                f"scene '{self.name}': body is {show(body)}; it must be one of the scene's shells "
+                f"and beams: {listed}"
+            )
+        surfaces = [b.surface for b in found if isinstance(b, Shell)]
+        if mesh is not None and any(isinstance(s, GmshFile) for s in surfaces):
             raise SceneError(
                 f"scene '{self.name}': mesh is {show(mesh)}; it must be left out where a shell's "
                 "mesh is read from a file"
             )
-        chosen = {"scheme": scheme, "alpha": alpha, "dt": dt, "t_end": t_end}
-        body = {"mesh": mesh, "degree": degree, "cell": cell}
-        changes: dict[str, Any] = {k: v for k, v in chosen.items() if v is not None}
-        if scheme is not None and getattr(scheme, "name", scheme) != "static":
-            # only equilibria have a path
-            changes["path"] = None
-        body_changes: dict[str, Any] = {k: v for k, v in body.items() if v is not None}
-        if body_changes:
-            changes["shells"] = tuple(replace(s, **body_changes) for s in self.shells)
-        beam = {"elements": mesh[0] if mesh is not None else None, "degree": degree}
-        beam_changes: dict[str, Any] = {k: v for k, v in beam.items() if v is not None}
-        if beam_changes and self.beams:
-            changes["beams"] = tuple(replace(b, **beam_changes) for b in self.beams)
-        return replace(self, **changes)
+        return {b.name for b in found}
+
+
+def _given(choices: dict[str, Any]) -> dict[str, Any]:
+    return {k: v for k, v in choices.items() if v is not None}
+
+
+def _changed[B: (Shell, Beam)](
+    bodies: tuple[B, ...], names: set[str], changes: dict[str, Any]
+) -> tuple[B, ...]:
+    return tuple(replace(b, **changes) if b.name in names else b for b in bodies)

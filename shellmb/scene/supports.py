@@ -23,6 +23,7 @@ __all__ = [
     "SoftSupport",
     "Support",
     "SymmetryPlane",
+    "moves",
 ]
 
 
@@ -177,3 +178,14 @@ class Driven(Support):
                 f"driven edge: neither angle nor translation is given for {show(self.edge)}; "
                 "give one at least, or use Clamped"
             )
+
+
+def moves(support: Support) -> bool:
+    """Whether a support prescribes values that change with time.
+
+    Args:
+        support: Any support.
+    """
+    if isinstance(support, Fixed):
+        return any(callable(c) for c in (*support.displacement, *support.director))
+    return isinstance(support, Driven)

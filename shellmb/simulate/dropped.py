@@ -11,7 +11,6 @@ import numpy as np
 from dolfinx import fem
 
 from shellmb.errors import ConvergenceError
-from shellmb.kernels import JIT_OPTIONS
 from shellmb.model.joints import JointGroup
 from shellmb.simulate.problem import Problem
 
@@ -64,27 +63,16 @@ class _Watched:
     """
 
     def __init__(self, group: JointGroup, names: set[str]) -> None:
-        self.name, self._labels = group.name, group.labels
-        self._state = fem.Function(group.mixed.space)
-        space = fem.functionspace(group.nodes.mesh, ("DG", 0, (group.count,)))
-        self._values = fem.Function(space)
-        self._expression = fem.Expression(
-            group.violation(self._state),
-            space.element.interpolation_points,
-            jit_options=JIT_OPTIONS,
-        )
-        self._items = np.asarray(group.nodes.item)
+        self.name, self._group = group.name, group
         looked = np.array([label in names for label in group.labels])
-        self._counts = (~group.allowed & looked[:, None])[self._items]
+        self._counts = (~group.allowed & looked[:, None])[group.nodes.item]
 
     def worst(self, q: fem.Function) -> tuple[float, str]:
         """Largest violation of what was left out, on this rank, and the joint."""
-        self._state.x.array[:] = q.x.array
-        self._values.interpolate(self._expression)
-        rows = self._values.function_space.dofmap.list[:, 0]
-        found = np.abs(self._values.x.array.reshape(-1, self._counts.shape[1])[rows])
+        # what was left out is off for good, so that `violations` has zeros there
+        found = np.abs(self._group.all_violations(q))
         found = np.where(self._counts, found, 0.0).max(axis=1, initial=0.0)
         if not len(found):
             return 0.0, ""
         k = int(np.argmax(found))
-        return float(found[k]), self._labels[int(self._items[k])]
+        return float(found[k]), self._group.labels[int(self._group.nodes.item[k])]

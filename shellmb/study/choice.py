@@ -6,17 +6,14 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
-from shellmb.errors import SceneError
 from shellmb.run.loader import SceneModule
 from shellmb.run.request import Options
-from shellmb.scene import Beam, Scene, Shell
+from shellmb.scene import GmshFile, Scene, Shell
 
 # in this order choices are named, and vary from the slowest to the fastest in the grid
 AXES = ("scheme", "alpha", "cell", "degree", "solve", "tolerance", "mesh", "dt")
 # what a run is the more accurate for, and what its curve in the picture is drawn over
 REFINED = ("mesh", "dt")
-# choices for single bodies
-LOCAL = ("mesh", "degree", "cell")
 
 
 @dataclass(frozen=True)
@@ -110,15 +107,8 @@ class Base:
         Raises:
             SceneError: If it is impossible.
         """
-        values: dict[str, Any] = choice.to_dict()
-        tolerance = values.pop("tolerance", None)
-        local: dict[str, Any] = {k: values.pop(k) for k in LOCAL if k in values}
-        if self.body is None:
-            values |= local
-        scene = Options(t_end=self.t_end, **values).apply(module.build(dict(self.parameters)))
-        if tolerance is not None:
-            scene = replace(scene, solver=replace(scene.solver, tolerance=tolerance))
-        return scene if self.body is None else _refined(scene, self.body, local)
+        options = Options(t_end=self.t_end, body=self.body, **choice.to_dict())
+        return options.apply(module.build(dict(self.parameters)))
 
     def complete(self, module: SceneModule, choice: Choice) -> Choice:
         """The choice with the scene's own where it has none.
@@ -138,33 +128,12 @@ class Base:
             "tolerance": scene.solver.tolerance,
             "dt": scene.dt,
         }
-        meshed = [b for b in _meshed(scene) if self.body in (None, b.name)]
+        meshed = [b for b in scene.meshed if self.body in (None, b.name)]
         if meshed:
             first = meshed[0]
             found["degree"] = first.degree
             found["cell"] = first.cell if isinstance(first, Shell) else None
-            found["mesh"] = first.mesh if isinstance(first, Shell) else (first.elements, 1)
+            # of a mesh that is read from a file there is nothing to choose
+            if not any(isinstance(b, Shell) and isinstance(b.surface, GmshFile) for b in meshed):
+                found["mesh"] = first.mesh if isinstance(first, Shell) else (first.elements, 1)
         return Choice(**found)
-
-
-def _meshed(scene: Scene) -> list[Shell | Beam]:
-    return [*scene.shells, *scene.beams]
-
-
-def _refined(scene: Scene, name: str, local: dict[str, Any]) -> Scene:
-    """The scene with choices for one shell or beam."""
-    if not local:
-        return scene
-    names = [b.name for b in _meshed(scene)]
-    if name not in names:
-        listed = ", ".join(f"'{n}'" for n in names) or "none"
-        raise SceneError(
-            f"study: body is '{name}'; it must be one of the scene's shells and beams: {listed}"
-        )
-    shells = tuple(replace(s, **local) if s.name == name else s for s in scene.shells)
-    beam = {"degree": local.get("degree")}
-    if local.get("mesh") is not None:
-        beam["elements"] = local["mesh"][0]
-    given: dict[str, Any] = {k: v for k, v in beam.items() if v is not None}
-    beams = tuple(replace(b, **given) if b.name == name else b for b in scene.beams)
-    return replace(scene, shells=shells, beams=beams)

@@ -118,6 +118,17 @@ def test_options_reach_beams():
     assert only_cell.beams == (BEAM,)
 
 
+def test_options_reach_a_single_body():
+    before = scene()
+    only_beam = before.with_options(mesh=(3, 5), degree=3, cell="tri", body=BEAM.name)
+    assert (only_beam.beams[0].elements, only_beam.beams[0].degree) == (3, 3)
+    assert only_beam.shells == before.shells
+    only_shell = before.with_options(mesh=(3, 5), body=before.shells[0].name)
+    assert (only_shell.shells[0].mesh, only_shell.beams) == ((3, 5), (BEAM,))
+    with pytest.raises(SceneError, match="body is 'crank'; it must be one of the scene's shells"):
+        before.with_options(degree=3, body="crank")
+
+
 @pytest.mark.parametrize(
     ("given", "kept"),
     [

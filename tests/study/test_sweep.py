@@ -1,9 +1,12 @@
 """Grids, chains of references, and what cannot be asked."""
 
+from types import ModuleType
+
 import pytest
 
 from shellmb.errors import SceneError
-from shellmb.run.loader import load
+from shellmb.run.loader import SceneModule, load
+from shellmb.scene import Clamped, GmshFile, Isotropic, Scene, Shell
 from shellmb.study.bundled import BUNDLED, find_bundled
 from shellmb.study.choice import Base, Choice
 from shellmb.study.quantity import parse_quantity
@@ -106,6 +109,22 @@ def test_single_bodies_can_be_refined():
     assert beam.build(load("lateral_buckling"), Choice(mesh=(2, 1))).beams[0].elements == 2
     with pytest.raises(SceneError, match="body is 'plat'; it must be one of the scene's shells"):
         Base("lateral_buckling", body="plat").build(load("lateral_buckling"), Choice(degree=3))
+
+
+@pytest.mark.parametrize("body", [None, "wing"])
+def test_a_mesh_from_a_file_is_no_choice(body, tmp_path):
+    file = tmp_path / "wing.msh"
+    file.touch()
+    wing = Shell("wing", GmshFile(file), Isotropic(1.0, 0.3, 0.01, density=1.0))
+    source = ModuleType("wing")
+    source.scene = lambda: Scene("wing", wing, supports=Clamped("root"))
+    module = SceneModule("wing", source)
+    base = Base("wing", body=body)
+    complete = base.complete(module, Choice(tolerance=1e-6))
+    assert (complete.mesh, complete.degree) == (None, 2)
+    assert base.build(module, complete).solver.tolerance == 1e-6
+    with pytest.raises(SceneError, match="mesh is read from a file"):
+        base.build(module, Choice(mesh=(2, 2)))
 
 
 @pytest.mark.parametrize("study", BUNDLED, ids=lambda b: b.name)

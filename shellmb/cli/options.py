@@ -1,0 +1,79 @@
+"""Options that several commands have, and the request that they make together."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from typing import Annotated, Any
+
+import typer
+
+from shellmb.run.request import Options, Request, parse_mesh, parse_parameters
+
+
+class Scheme(StrEnum):
+    """Time schemes that the command line knows."""
+
+    static = "static"
+    linear = "linear"
+    ep = "ep"
+    ed = "ed"
+
+
+class Cell(StrEnum):
+    """Cell types."""
+
+    quad = "quad"
+    tri = "tri"
+
+
+class Solve(StrEnum):
+    """Which unknowns the linear systems have."""
+
+    reduced = "reduced"
+    full = "full"
+
+
+class Clock(StrEnum):
+    """What is measured in."""
+
+    cpu = "cpu"
+    wall = "wall"
+
+
+SceneArgument = Annotated[
+    str, typer.Argument(metavar="SCENE", help="Name of a bundled scene, or path of a Python file.")
+]
+AlphaOption = Annotated[float | None, typer.Option(help="Dissipation of ED, from 0 to 1.")]
+StepOption = Annotated[float | None, typer.Option(help="Time or load step [s].")]
+EndOption = Annotated[float | None, typer.Option(help="Time at the end [s].")]
+MeshOption = Annotated[
+    str | None, typer.Option(metavar="NxM", help="Elements of every shell along its two sides.")
+]
+DegreeOption = Annotated[int | None, typer.Option(min=2, max=3, help="Degree of the elements.")]
+CellOption = Annotated[Cell | None, typer.Option(help="Quadrilaterals or triangles.")]
+SetOption = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="NAME=VALUE", help="Parameter of the scene; may be repeated."),
+]
+PicturesOption = Annotated[bool, typer.Option("--no-pictures", help="Draw no pictures.")]
+JsonOption = Annotated[bool, typer.Option("--json", help="Print a JSON list.")]
+
+
+def asked(scene: str, parameters: list[str] | None, **options: Any) -> Request:
+    """What a command line asks for.
+
+    Args:
+        scene: Name of a bundled scene, or path of a Python file.
+        parameters: Values of the scene's parameters, each as "name=value".
+        options: Of `Options`, as they were given, the mesh as "NxM"; None: not given.
+
+    Raises:
+        SceneError: If a mesh or a parameter is not of its form.
+    """
+    if options.get("mesh") is not None:
+        options["mesh"] = parse_mesh(options["mesh"])
+    # as they are stored: plain values
+    plain: dict[str, Any] = {
+        k: v.value if isinstance(v, StrEnum) else v for k, v in options.items()
+    }
+    return Request(scene, parse_parameters(parameters or []), Options(**plain))
