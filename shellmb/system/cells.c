@@ -265,12 +265,12 @@ int jacobian(const Cells *g, const Kernel *kernels, int count, const Projection 
 {
     int n = g->size, P = g->shared, bad = 0;
     size_t square = (size_t)n * n;
-    size_t product = (size_t)P * p->columns, result = (size_t)p->rows * p->columns;
+    size_t product = (size_t)P * p->rows, result = (size_t)p->rows * p->columns;
     double *work = malloc(sizeof(double) * (g->coefficient_size + 2 * square + product + result +
                                             64 * (size_t)n + 64 +
                                             (size_t)P * p->right_width));
-    double *A = work + g->coefficient_size, *K = A + square, *KR = K + square;
-    double *LKR = KR + product, *scratch = LKR + result;
+    double *A = work + g->coefficient_size, *K = A + square, *LK = K + square;
+    double *LKR = LK + product, *scratch = LKR + result;
     int *from = malloc(sizeof(int) * 2 * ((size_t)P * p->right_width + 1));
     int *to_column = from + (size_t)P * p->right_width;
     double *to = values;
@@ -294,6 +294,21 @@ int jacobian(const Cells *g, const Kernel *kernels, int count, const Projection 
                 load[dofs[i]] += sum;
             }
         }
+        /* rows first: they are combined whole, and few are left for the columns */
+        const int *left = p->left + (size_t)cell * P * p->left_width;
+        memset(LK, 0, sizeof(double) * product);
+        for (int i = 0; i < P; ++i) {
+            const int *at = left + i * p->left_width;
+            const double *c = p->left_values + (size_t)dofs[i] * p->left_width;
+            const double *row = K + (size_t)i * n;
+            for (int q = 0; q < p->left_width; ++q) {
+                if (at[q] < 0 || c[q] == 0.0)
+                    continue;
+                double *out = LK + (size_t)at[q] * P, v = c[q];
+                for (int j = 0; j < P; ++j)
+                    out[j] += v * row[j];
+            }
+        }
         /* columns: what there is to add, listed once and done row by row */
         const int *right = p->right + (size_t)cell * P * p->right_width;
         int terms = 0;
@@ -308,27 +323,12 @@ int jacobian(const Cells *g, const Kernel *kernels, int count, const Projection 
                 }
             }
         }
-        memset(KR, 0, sizeof(double) * product);
-        for (int i = 0; i < P; ++i) {
-            const double *row = K + (size_t)i * n;
-            double *out = KR + (size_t)i * p->columns;
+        memset(LKR, 0, sizeof(double) * result);
+        for (int i = 0; i < p->rows; ++i) {
+            const double *row = LK + (size_t)i * P;
+            double *out = LKR + (size_t)i * p->columns;
             for (int q = 0; q < terms; ++q)
                 out[to_column[q]] += row[from[q]] * scratch[q];
-        }
-        /* rows */
-        const int *left = p->left + (size_t)cell * P * p->left_width;
-        memset(LKR, 0, sizeof(double) * result);
-        for (int i = 0; i < P; ++i) {
-            const int *at = left + i * p->left_width;
-            const double *c = p->left_values + (size_t)dofs[i] * p->left_width;
-            const double *row = KR + (size_t)i * p->columns;
-            for (int q = 0; q < p->left_width; ++q) {
-                if (at[q] < 0)
-                    continue;
-                double *out = LKR + (size_t)at[q] * p->columns, v = c[q];
-                for (int j = 0; j < p->columns; ++j)
-                    out[j] += v * row[j];
-            }
         }
         if (p->inner_size && eliminate_inner(p, cell, LKR, scratch)) {
             bad = cell + 1;

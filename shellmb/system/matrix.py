@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 from mpi4py import MPI
 from petsc4py import PETSc
@@ -17,6 +17,24 @@ from shellmb.system.reducednumbers import ReducedNumbers
 
 Floats = npt.NDArray[np.float64]
 Int32s = npt.NDArray[np.int32]
+
+
+class Pattern(NamedTuple):
+    """Which entries a matrix has, as its parts give them.
+
+    Args:
+        owned: Number of rows of this rank.
+        rows: Rows of the entries of each part, those of the diagonal last.
+        columns: Their columns.
+    """
+
+    owned: int
+    rows: list[Int32s]
+    columns: list[Int32s]
+
+    def ends(self) -> list[int]:
+        """Where the entries of each part begin, and where those of the last one end."""
+        return [0, *itertools.accumulate(len(rows) for rows in self.rows)]
 
 
 class ReducedMatrix(Protocol):
@@ -51,9 +69,8 @@ def reduced_matrix(numbers: ReducedNumbers, parts: Sequence[MeshReduction]) -> R
     diagonal = (numbers.first_outer + np.arange(owned)).astype(np.int32)
     rows = [*(r for r, _ in entries), diagonal]
     columns = [*(c for _, c in entries), diagonal]
-    comm = numbers.full.comm
     make = CsrMatrix if numbers.full.serial else CooMatrix
-    return make(comm, owned, rows, columns, parts)
+    return make(numbers.full.comm, Pattern(owned, rows, columns), parts)
 
 
 class CooMatrix:
@@ -61,26 +78,17 @@ class CooMatrix:
 
     Args:
         comm: Communicator.
-        owned: Number of rows of this rank.
-        rows: Rows of the entries of each part, those of the diagonal last.
-        columns: Their columns.
+        pattern: Its entries.
         parts: Reductions of all meshes.
     """
 
-    def __init__(
-        self,
-        comm: MPI.Comm,
-        owned: int,
-        rows: list[Int32s],
-        columns: list[Int32s],
-        parts: Sequence[MeshReduction],
-    ) -> None:
-        sizes = (owned, PETSc.DETERMINE)
+    def __init__(self, comm: MPI.Comm, pattern: Pattern, parts: Sequence[MeshReduction]) -> None:
+        sizes = (pattern.owned, PETSc.DETERMINE)
         self.A = PETSc.Mat().createAIJ((sizes, sizes), comm=comm)
         self.A.setPreallocationCOO(
-            *(np.concatenate(n).astype(PETSc.IntType, copy=False) for n in (rows, columns))
+            *(np.concatenate(n).astype(PETSc.IntType, copy=False) for n in pattern[1:])
         )
-        ends = np.cumsum([0, *(len(r) for r in rows)])
+        ends = pattern.ends()
         self._values = np.zeros(ends[-1])
         self.targets = [self._values[a:b] for a, b in itertools.pairwise(ends)][: len(parts)]
 
@@ -97,20 +105,12 @@ class CsrMatrix:
 
     Args:
         comm: Communicator.
-        owned: Number of rows.
-        rows: Rows of the entries of each part, those of the diagonal last.
-        columns: Their columns.
+        pattern: Its entries.
         parts: Reductions of all meshes; they get the places of their entries.
     """
 
-    def __init__(
-        self,
-        comm: MPI.Comm,
-        owned: int,
-        rows: list[Int32s],
-        columns: list[Int32s],
-        parts: Sequence[MeshReduction],
-    ) -> None:
+    def __init__(self, comm: MPI.Comm, pattern: Pattern, parts: Sequence[MeshReduction]) -> None:
+        owned, rows, columns = pattern
         keys = np.concatenate(
             [r.astype(np.int64) * owned + c for r, c in zip(rows, columns, strict=True)]
         )
@@ -127,9 +127,8 @@ class CsrMatrix:
         self.A = PETSc.Mat().createAIJWithArrays(
             (owned, owned), (starts, (keys % owned).astype(PETSc.IntType), self._values), comm=comm
         )
-        ends = np.cumsum([0, *(len(r) for r in rows)])
-        for part, (first, last) in zip(parts, itertools.pairwise(ends), strict=False):
-            part.add_at(places[first:last].copy())
+        for part, (first, last) in zip(parts, itertools.pairwise(pattern.ends()), strict=False):
+            part.add_at(places[first:last])
         self.targets = [self._values] * len(parts)
 
     def begin(self) -> None:

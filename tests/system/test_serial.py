@@ -1,0 +1,109 @@
+"""What one process does by loops in C is what several do with messages."""
+
+from mpi4py import MPI  # noqa: F401  (before dolfinx)
+
+import numpy as np
+import pytest
+
+from shellmb.scene import Clamped, EdgeForce, Isotropic, Rectangle, Scene, Shell
+from shellmb.simulate.simulation import Simulation
+from shellmb.system.directornodes import TURN
+from shellmb.system.exchange import ParallelExchange, SerialExchange
+from shellmb.system.nodes import NodeLoops
+from shellmb.system.passes import ParallelPasses, SerialPasses
+from shellmb.system.reduction import Reduction
+
+# differences are those of sums in another order
+ROUND_OFF = 1e-12
+
+
+@pytest.fixture(scope="module", params=["ep", "ed"])
+def simulation(request) -> Simulation:
+    """A plate after two steps."""
+    section = Isotropic(E=1e7, nu=0.3, thickness=0.01, density=1e3)
+    shell = Shell("plate", Rectangle(1.0, 0.5), section, mesh=(2, 1))
+    scene = Scene(
+        "plate",
+        shell,
+        Clamped("left"),
+        EdgeForce("right", (0, 0, 10.0)),
+        scheme=request.param,
+        dt=0.01,
+        t_end=1.0,
+    )
+    made = Simulation(scene)
+    for _ in range(2):
+        made.advance()
+    return made
+
+
+def some(size: int) -> np.ndarray:
+    return np.random.default_rng(size).normal(size=size)
+
+
+@pytest.mark.parametrize("loaded", [False, True])
+def test_passes(simulation, loaded) -> None:
+    reduction = simulation.problem.iteration.linear
+    assert isinstance(reduction, Reduction)
+    numbers, parts = reduction.numbers, reduction.parts
+    b, solution = some(len(numbers.own)), some(len(numbers.outer))
+    local = len(numbers.full.wanted)
+    load, given = (some(local), 1e-3 * some(local)) if loaded else (None, np.zeros(local))
+    found = []
+    for kind in (SerialPasses, ParallelPasses):
+        passes, rhs, dx = kind(numbers, parts), np.zeros(len(numbers.outer)), np.zeros(len(b))
+        passes.before(b, load, rhs)
+        passes.after(solution, given, dx)
+        found.append((rhs, dx))
+    for serial, parallel in zip(*found, strict=True):
+        assert np.abs(serial - parallel).max() <= ROUND_OFF * np.abs(parallel).max()
+
+
+def test_exchange(simulation) -> None:
+    system = simulation.problem.system
+    arrays = [np.zeros(field.size_all) for field in system.fields]
+    others = [array.copy() for array in arrays]
+    x = system.x.duplicate()
+    x.array[:] = some(len(x.array_r))
+    pair = (
+        SerialExchange(system.numbering, arrays),
+        ParallelExchange(system.numbering, others, x),
+    )
+    sums = []
+    for exchange in pair:
+        exchange.spread(x)
+        exchange.look(x)
+        sums.append(x.duplicate())
+        exchange.collect(sums[-1])
+    assert all(np.array_equal(a, b) and a.any() for a, b in zip(arrays, others, strict=True))
+    assert np.allclose(sums[0].array_r, sums[1].array_r, rtol=ROUND_OFF, atol=0.0)
+
+
+@pytest.mark.parametrize("size", [1e-3, 1.0])
+def test_turning_nodes(simulation, size) -> None:
+    """Small updates turn directors; large ones are taken as they are."""
+    nodes, system = simulation.problem.iteration.nodes, simulation.problem.system
+    x, found = system.x.copy(), []
+    change = size * some(len(x.array_r))
+    loops = nodes._loops
+    assert loops and all(isinstance(one, NodeLoops) for one in loops)
+    try:
+        for way in (loops, None):
+            nodes._loops = way
+            for of_field in nodes.sets.values():
+                of_field.settled = True
+            dx = x.duplicate()
+            dx.array[:] = change
+            nodes.turn(x, dx)
+            near = x.copy()
+            near.array[:] += 1e-2 * change
+            nodes.normalise(near)
+            settled = [of_field.settled for of_field in nodes.sets.values()]
+            found.append((dx.array_r.copy(), near.array_r.copy(), settled))
+    finally:
+        nodes._loops = loops
+    for serial, parallel in zip(*found, strict=True):
+        assert np.allclose(serial, parallel, rtol=0.0, atol=1e-14)
+    turned = np.abs(found[0][0] - change).max() > 1e-8
+    assert turned == (size < TURN)
+    assert found[0][2] == [turned] * len(nodes.sets)
