@@ -334,12 +334,15 @@ int jacobian(const Cells *g, const Kernel *kernels, int count, const Projection 
             bad = cell + 1;
             break;
         }
-        if (p->places) {
-            for (int q = p->emitted_offsets[cell]; q < p->emitted_offsets[cell + 1]; ++q)
-                values[p->places[q]] += LKR[p->emitted[q]];
-        } else if (p->emitted) {
-            for (int q = p->emitted_offsets[cell]; q < p->emitted_offsets[cell + 1]; ++q)
-                *to++ = LKR[p->emitted[q]];
+        if (p->emitted) {
+            int list = p->list[cell], length = p->emitted_offsets[list + 1];
+            length -= p->emitted_offsets[list];
+            const int *emitted = p->emitted + p->emitted_offsets[list];
+            const int *places = p->places ? p->places + p->first[cell] : NULL;
+            for (int q = 0; places && q < length; ++q)
+                values[places[q]] += LKR[emitted[q]];
+            for (int q = 0; !places && q < length; ++q)
+                *to++ = LKR[emitted[q]];
         } else {
             memcpy(to, LKR, sizeof(double) * result);
             to += result;

@@ -40,7 +40,9 @@ typedef struct {
     const int *right, *left, *multiplier;    /* (cells, shared, width) */
     const double *right_values, *left_values, *multiplier_values; /* (local dofs, width) */
     const int *multiplier_rows;              /* place in the vector of multipliers */
-    const int *emitted_offsets, *emitted;    /* entries that are not always zero */
+    /* entries that are not always zero: cells that have the same share a list */
+    const int *list, *emitted_offsets, *emitted; /* (cells,), (lists + 1,) */
+    const int64_t *first;                    /* number of the first one of each cell, (cells,) */
     const int *places;                       /* of these in all values; NULL: in their order */
     /* what no other cell shares, the last of a cell's reduced unknowns; NULL: nothing */
     const int *inner_size, *outer_rows, *outer_columns; /* (cells,) */

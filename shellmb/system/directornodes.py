@@ -139,7 +139,7 @@ class DirectorNodes:
             found: Bases of the fields before this one.
         """
         mean, at = self.mean(fields), self.at(fields)
-        C_mean, C_at = constraint(mean), constraint(at)
+        C_mean = constraint(mean)
         left = tangent(mean)
         right = left if at is mean else tangent(at)
         forces = pseudo_inverse(C_mean)
@@ -153,9 +153,10 @@ class DirectorNodes:
             right[self.held] = 0.0
         for node, free, size in self.partial:
             extra = np.eye(len(free))[~free]
-            for C, basis in ((C_mean, left), (C_at, right)):
+            for d, basis in ((mean, left), (at, right)):
+                rows = np.concatenate([constraint(d[node : node + 1])[0], extra])
                 basis[node] = 0.0
-                basis[node, :, :size] = null_space(np.concatenate([C[node], extra]), size)
+                basis[node, :, :size] = null_space(rows, size)
             # forces at fixed components hold them
             forces[node] = 0.0
             forces[node, free] = any_pseudo_inverse(C_mean[node][:, free])

@@ -94,9 +94,10 @@ class MeshReduction:
         width = self.column_numbers.shape[1]
         size = self.row_numbers.shape[1] * width
         projection = self.pointer.many("Projection", [self._projection])
-        # short integers: of 64x64 elements there are 26 million entries in ED
+        # short integers, and one list for cells that have the same entries: of 64x64 elements there
+        # are 26 million entries in ED
         none = np.zeros(0, dtype=np.int32)
-        where, rows, columns, offsets = [none], [none], [none], [0]
+        rows, columns, lists, counts = [none], [none], Lists(), []
         row_of = self.numbers.matrix_rows.astype(np.int32)
         column_of = self.numbers.matrix_columns.astype(np.int32)
         for first in range(0, self.cells.count, CHUNK):
@@ -105,12 +106,15 @@ class MeshReduction:
             self._run(projection, first, last, values)
             found = (values != 0.0).reshape(last - first, size)
             cell, entry = np.nonzero(found)
-            where.append(entry.astype(np.int32))
-            offsets += [offsets[-1] + int(c) for c in np.cumsum(found.sum(axis=1))]
+            lists.add(found)
+            counts += found.sum(axis=1).tolist()
             rows.append(row_of[self.row_numbers[first + cell, entry // width]])
             columns.append(column_of[self.column_numbers[first + cell, entry % width]])
-        self._projection["emitted"] = self.pointer(np.concatenate(where))
-        self._projection["emitted_offsets"] = self.pointer(np.array(offsets, dtype=np.int32))
+        p = self.pointer
+        self._projection["list"] = p(np.array([*lists.of_cell, 0], dtype=np.int32))
+        self._projection["emitted_offsets"] = p(np.array(lists.offsets, dtype=np.int32))
+        self._projection["emitted"] = p(np.concatenate([none, *lists.entries]))
+        self._projection["first"] = p(np.cumsum([0, *counts], dtype=np.int64))
         self.projection = self.pointer.many("Projection", [self._projection])
         return np.concatenate(rows), np.concatenate(columns)
 
@@ -206,6 +210,35 @@ class MeshReduction:
         p = native.doubles
         kept, inner = p(self._kept), p(self._inner)
         self.lib.expand(self.struct, self.projection, kept, inner, p(x), p(rows))
+
+
+class Lists:
+    """Entries of the matrices of cells that are not always zero; cells may have the same.
+
+    Attributes:
+        of_cell: Number of the list of each cell so far.
+        entries: The lists.
+        offsets: Where each begins, and where the last one ends.
+    """
+
+    def __init__(self) -> None:
+        self.of_cell: list[int] = []
+        self.entries: list[Int32s] = []
+        self.offsets = [0]
+        self._known: dict[bytes, int] = {}
+
+    def add(self, found: npt.NDArray[np.bool_]) -> None:
+        """Add cells.
+
+        Args:
+            found: Whether each entry of each cell is one, shape (cells, n).
+        """
+        for row in found:
+            number = self._known.setdefault(np.packbits(row).tobytes(), len(self.entries))
+            if number == len(self.entries):
+                self.entries.append(np.flatnonzero(row).astype(np.int32))
+                self.offsets.append(self.offsets[-1] + len(self.entries[-1]))
+            self.of_cell.append(number)
 
 
 class SingularCell(Exception):
