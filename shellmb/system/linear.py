@@ -65,7 +65,7 @@ def use_mumps(pc: PETSc.PC, kind: str, prefix: str, options: dict[str, int]) -> 
 # Solutions with old factors are as exact as with new ones. As factors age, iterations become more,
 # and new factors pay before a single solution costs as much as they do: after one of more than
 # `PAYING` iterations the next system gets new ones
-KRYLOV_TOLERANCE, KRYLOV_ITERATIONS, PAYING = 1e-12, 12, 6
+KRYLOV_TOLERANCE, KRYLOV_ITERATIONS, PAYING = 1e-12, 12, 9
 
 
 class DirectSolver:
