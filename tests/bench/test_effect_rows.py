@@ -64,10 +64,10 @@ def test_rows_of_some_effects(tmp_path: Path) -> None:
 
 
 def test_table() -> None:
-    lines = bench("--quick", "--effect", "joint_windows", "--scheme", "ed").stdout.splitlines()
+    lines = bench("--quick", "--effect", "joint_windows").stdout.splitlines()
     assert lines[0].split()[:5] == ["effect", "scheme", "mesh", "unknowns", "solved"]
     (row,) = [line.split() for line in lines if line.startswith("joint_windows")]
-    assert row[1:3] == ["ed", "-"]
+    assert row[1:3] == ["ep", "-"]
     assert any("equilibrium_start, which acts before the first step only" in line for line in lines)
 
 
