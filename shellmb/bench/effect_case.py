@@ -35,7 +35,7 @@ class Case:
     def pair(self, scheme: str, mesh: Mesh) -> tuple[Scene, Scene]:
         """The scene with the effect, and the one without it.
 
-        For observers both are the same: they are no part of a scene, but of its run.
+        For observers both are one scene: they are no part of it, but of its run.
 
         Args:
             scheme: Time scheme, where the case leaves the choice.
@@ -48,3 +48,7 @@ class Case:
         if self.instead is not None:
             return scene, self.instead(scene)
         return scene, effect.without(scene, self.part)
+
+    def size(self, mesh: Mesh) -> str:
+        """What a record says of the mesh."""
+        return f"{mesh[0]}x{mesh[1]}" if self.meshed else "-"

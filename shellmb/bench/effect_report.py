@@ -90,8 +90,9 @@ def _print(console: Console, found: Sequence[EffectRecord], plan: EffectPlan) ->
         "with / without the effect, one number where both are the same. Processor times of a step "
         f"with the observers of every run, medians of {plan.rounds} rounds of {plan.steps} steps "
         "in turn; saved: share of the step that goes without the effect, median over the rounds; "
-        "spread: width of the middle half of them. Set-up and compilation excluded. Plates as "
-        "in `shellmb bench`, mesh '-': two rigid rods.",
+        "spread: width of the middle half of them. What an observer takes is timed inside the "
+        "steps. Set-up and compilation excluded. Plates as in `shellmb bench`, mesh '-': two "
+        "rigid rods.",
         soft_wrap=True,
     )
     console.print(f"without a row: {without}.", soft_wrap=True)

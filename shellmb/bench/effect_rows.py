@@ -39,6 +39,9 @@ CASES = {name: _MADE[name] for name in EFFECTS if name in _MADE}
 # a frame is written at every tenth step, as in the demo of the plate
 FRAME = 10
 
+Sides = tuple[Side, Side]
+Pairs = list[tuple[float, float]]
+
 
 @dataclass(frozen=True)
 class EffectPlan:
@@ -78,28 +81,6 @@ class EffectPlan:
         return found
 
 
-class Unwatched(Stepping):
-    """A scene that is stepped while one of the observers does not look.
-
-    It is started, because others ask it for numbers, which then stay as they were.
-
-    Args:
-        scene: The scene.
-        folder: Where the others write.
-        observer: Name of the one that does not look.
-    """
-
-    def __init__(self, scene: Scene, folder: Path, observer: str) -> None:
-        super().__init__(scene, folder)
-        self._left_out = self._timed[observer]
-        self._observers.remove(self._left_out)
-
-    def finish(self) -> None:
-        """Close the files."""
-        super().finish()
-        self._left_out.finish(self.simulation, None)
-
-
 def measure_effects(
     plan: EffectPlan, report: Callable[[str], None] = lambda text: None
 ) -> list[EffectRecord]:
@@ -110,82 +91,86 @@ def measure_effects(
         report: Is told what is going on.
     """
     found = []
+    comm = MPI.COMM_WORLD
     for case, scheme, mesh in plan.cases():
-        report(f"{case.effect}, {case.scheme or scheme} {mesh[0]}x{mesh[1]}: with and without it")
-        found.append(_row(plan, case, scheme, mesh))
+        effect, pair = EFFECTS[case.effect], case.pair(scheme, mesh)
+        row = (effect.name, effect.group, pair[0].scheme_name, case.size(mesh))
+        report(f"{row[0]}, {row[2]} {row[3]}: with and without it")
+        with tempfile.TemporaryDirectory() as scratch:
+            folder = Path(comm.bcast(scratch))
+            if effect.observer is None:
+                sides, pairs = _compared(pair, folder, plan)
+            else:
+                sides, pairs = _observed(pair[0], effect.observer, folder, plan)
+            comm.Barrier()
+        found.append(EffectRecord(*row, *sides, *shares(pairs), plan.rounds, comm.size))
         # meshes and matrices are freed collectively
         gc.collect()
     return found
 
 
-def _row(plan: EffectPlan, case: Case, scheme: str, mesh: Mesh) -> EffectRecord:
-    effect = EFFECTS[case.effect]
-    scene, less = case.pair(scheme, mesh)
-    comm = MPI.COMM_WORLD
-    with tempfile.TemporaryDirectory() as scratch:
-        folder = Path(comm.bcast(scratch))
-        if effect.observer is None:
-            having, lacking = Stepping(scene, folder / "with"), Stepping(less, folder / "without")
-        else:
-            scene = _long(scene, WARM + plan.steps * plan.rounds)
-            having = Stepping(scene, folder / "with")
-            lacking = Unwatched(scene, folder / "without", effect.observer)
-        both = having, lacking
-        for one in both:
-            one.begin(WARM, 0)
-        before = [_factorisations(one) for one in both]
-        # scenes begin again; observers go on, because a frame or a row is written once
-        step = Stepping.round if effect.observer is None else _go_on
-        pairs = in_turn(
-            lambda: step(having, plan.steps), lambda: step(lacking, plan.steps), plan.rounds
-        )
-        own = 0 if effect.observer is None else len(having.kernels[effect.observer])
-        sides = [
-            _side(one, [pair[k] for pair in pairs], _factorisations(one) - before[k], plan)
-            for k, one in enumerate(both)
-        ]
-        for one in both:
-            one.finish()
-        comm.Barrier()
-    with_it, without = sides
-    saved, spread = shares(pairs)
-    return EffectRecord(
-        effect=effect.name,
-        group=effect.group,
-        scheme=scene.scheme_name,
-        mesh=f"{mesh[0]}x{mesh[1]}" if case.meshed else "-",
-        having=replace(with_it, kernels=with_it.kernels + own),
-        lacking=without,
-        saved=saved,
-        spread=spread,
-        rounds=plan.rounds,
-        ranks=comm.size,
+def _compared(pair: tuple[Scene, Scene], folder: Path, plan: EffectPlan) -> tuple[Sides, Pairs]:
+    """Two scenes whose first steps are run in turn."""
+    having, lacking = Stepping(pair[0], folder / "with"), Stepping(pair[1], folder / "without")
+    having.begin(WARM, 0)
+    lacking.begin(WARM, 0)
+    before = _factorisations(having), _factorisations(lacking)
+    pairs = in_turn(
+        lambda: having.round(plan.steps), lambda: lacking.round(plan.steps), plan.rounds
     )
+    # each round begins at the start again, so that the last step's number is that of its steps
+    having_times, lacking_times = zip(*pairs, strict=True)
+    done = having.simulation.step * plan.rounds, lacking.simulation.step * plan.rounds
+    sides = (
+        _side(having, having_times, before[0], done[0]),
+        _side(lacking, lacking_times, before[1], done[1]),
+    )
+    having.finish()
+    lacking.finish()
+    return sides, pairs
 
 
-def _long(scene: Scene, steps: int) -> Scene:
-    """A scene with at least so many steps, and a frame at every tenth of them."""
+def _observed(scene: Scene, observer: str, folder: Path, plan: EffectPlan) -> tuple[Sides, Pairs]:
+    """A scene, and the time that one of its observers takes in the same steps.
+
+    Steps go on from round to round: a row or a frame is written once. What most of them take is
+    less than the noise of two runs, be they as close in time as can be.
+    """
     assert scene.dt is not None
-    frames = -(-steps // FRAME)
-    return replace(scene, t_end=frames * FRAME * scene.dt, output=Output(frames=frames + 1))
-
-
-def _go_on(stepping: Stepping, steps: int) -> float:
-    """Processor time of one of the steps after those so far, s; of several ranks the slowest."""
-    begin = time.process_time()
-    stepping.begin(0, steps)
-    spent = time.process_time() - begin
-    return float(stepping.simulation.model.comm.allreduce(spent, op=MPI.MAX)) / steps
+    # a frame is written at every tenth step
+    frames = -(-(WARM + plan.steps * plan.rounds) // FRAME)
+    long = replace(scene, t_end=frames * FRAME * scene.dt, output=Output(frames=frames + 1))
+    stepping = Stepping(long, folder)
+    stepping.begin(WARM, 0)
+    before, pairs = _factorisations(stepping), []
+    for _ in range(plan.rounds):
+        begin = time.process_time()
+        stepping.begin(0, plan.steps)
+        spent = (time.process_time() - begin) / plan.steps
+        spent = float(stepping.simulation.model.comm.allreduce(spent, op=MPI.MAX))
+        pairs.append((spent, spent * (1 - (stepping.observer_share(observer) or 0.0))))
+    without = _side(stepping, [less for _, less in pairs], before, plan.steps * plan.rounds)
+    own = len(stepping.kernels[observer])
+    having = replace(
+        without, kernels=without.kernels + own, step_s=median(spent for spent, _ in pairs)
+    )
+    stepping.finish()
+    return (having, without), pairs
 
 
 def _factorisations(stepping: Stepping) -> int:
     return stepping.simulation.problem.iteration.factorisations
 
 
-def _side(
-    stepping: Stepping, times: Sequence[float], factorisations: int, plan: EffectPlan
-) -> Side:
-    """Counts of a scene, and what its steps took."""
+def _side(stepping: Stepping, times: Sequence[float], before: int, done: int) -> Side:
+    """Counts of a scene, and what its steps took.
+
+    Args:
+        stepping: The scene after all rounds.
+        times: Processor time of a step in each of them, s.
+        before: Factorisations before the first round.
+        done: Steps since then.
+    """
     simulation = stepping.simulation
     problem = simulation.problem
     made = count(problem)
@@ -197,6 +182,6 @@ def _side(
         made.integrals,
         made.kernels,
         simulation.iterations / simulation.step,
-        factorisations / (min(simulation.step, plan.steps) * plan.rounds),
+        (_factorisations(stepping) - before) / done,
         median(times),
     )
