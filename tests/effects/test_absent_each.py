@@ -64,21 +64,12 @@ NEVER = {"bending", "drilling", "material_damping"}
 # no body of their own: of the kind of the scene's other hinge; a factor in its forms; a coordinate
 SHARED = {"revolute_joint", "joint_windows", "driver"}
 
-_MADE: dict[str, Simulation] = {}
-
-
-def built(scene: Scene) -> Simulation:
-    """A scene built once: many are the same without their effect."""
-    key = repr(scene)
-    if key not in _MADE:
-        _MADE[key] = Simulation(scene)
-    return _MADE[key]
-
 
 def both(name: str) -> tuple[Simulation, Simulation]:
     """The case of an effect, with it and without it."""
     scene, less = CASES[name].pair("ep", MESH)
-    return built(scene), built(less)
+    # not kept for other tests: MPI has no more than 2048 communicators, and each mesh takes some
+    return Simulation(scene), Simulation(less)
 
 
 def needed(scene: Scene) -> set[str]:
@@ -178,13 +169,13 @@ def test_fixed_steps_are_neither_judged_nor_repeated() -> None:
     assert not lacking.size.reject(lacking.size.dt)
     assert kernels(having) == kernels(lacking)
     # without the state j there is not even a jump to look at
-    assert built(CASES["supports"].make("ep", MESH))._jump() is None
+    assert Simulation(CASES["supports"].make("ep", MESH))._jump() is None
 
 
 def test_strains_of_the_paper_have_their_own_kernels() -> None:
     having, lacking = both("own_strains")
     assert kernels(having) != kernels(lacking)
-    plain = built(CASES["supports"].make("ep", MESH))
+    plain = Simulation(CASES["supports"].make("ep", MESH))
     assert kernels(lacking) == kernels(plain)
 
 
