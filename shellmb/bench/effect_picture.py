@@ -11,6 +11,9 @@ import numpy as np
 from shellmb.bench.effect_record import EffectRecord
 from shellmb.observers.drawing import STYLE, figure
 
+# bars beyond are cut: their times are written into them [%]
+LONGEST = 200.0
+
 
 def draw(found: Sequence[EffectRecord], path: Path) -> None:
     """Bars of the time without an effect, in per cent of that with it, one colour for each group.
@@ -36,6 +39,7 @@ def draw(found: Sequence[EffectRecord], path: Path) -> None:
             text = f" {1e3 * r.having.step_s:.3g} > {1e3 * r.lacking.step_s:.3g} ms"
             axes.text(0.0, float(place), text, va="center", fontsize=6)
         axes.set_ylim(len(found) - 0.4, -0.6)
+        axes.set_xlim(0.0, min(axes.get_xlim()[1], LONGEST))
         axes.set_xlabel("time of a step without the effect, % of that with it; lines: spread")
         axes.legend(fontsize=7, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3)
         made.savefig(path)
