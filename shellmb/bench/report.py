@@ -48,7 +48,7 @@ def run_bench(plan: Plan, out: Path | None, as_json: bool, check: bool) -> bool:
         check: Whether the bars are judged.
     """
     with measured_in(plan.clock):
-        found = measure(plan, _report)
+        found = measure(plan, tell)
     judged = bars(found) if check else []
     if not first_rank():
         return all(bar.passed for bar in judged)
@@ -61,22 +61,31 @@ def run_bench(plan: Plan, out: Path | None, as_json: bool, check: bool) -> bool:
         draw(found, out / PICTURE)
     if as_json:
         say(text)
-        console = Console(stderr=True, highlight=False, width=_width(sys.stderr.isatty()))
+        console = Console(stderr=True, highlight=False, width=width(sys.stderr.isatty()))
     else:
-        console = Console(highlight=False, width=_width(sys.stdout.isatty()))
+        console = Console(highlight=False, width=width(sys.stdout.isatty()))
         _print_records(console, found, plan)
     if check:
         _print_bars(console, judged)
     return all(bar.passed for bar in judged)
 
 
-def _report(text: str) -> None:
+def tell(text: str) -> None:
+    """What is going on, beside what is printed.
+
+    Args:
+        text: A line.
+    """
     if first_rank():
         print(text, file=sys.stderr, flush=True)
 
 
-def _width(terminal: bool) -> int | None:
-    """In a file or pipe a table is as wide as it has to be."""
+def width(terminal: bool) -> int | None:
+    """Width of a table: in a file or pipe it is as wide as it has to be.
+
+    Args:
+        terminal: Whether it is printed to one.
+    """
     return None if terminal else 200
 
 

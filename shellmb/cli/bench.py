@@ -53,18 +53,40 @@ def bench(
     memory: Annotated[bool, typer.Option("--memory", help="Peak memory of all.")] = False,
     clock: Annotated[Clock, typer.Option(help="Processor or wall times.")] = Clock.wall,
     peer: Annotated[Peer | None, typer.Option(help="Compare with another code.")] = None,
+    effects: Annotated[
+        bool, typer.Option("--effects", help="A step with each effect and without it.")
+    ] = False,
+    effect: Annotated[
+        list[str] | None, typer.Option(metavar="NAME", help="Of --effects; may be repeated.")
+    ] = None,
     out: Annotated[Path | None, typer.Option(help="Folder for picture and numbers.")] = None,
     quick: Annotated[bool, typer.Option("--quick", help="A small mesh, few steps.")] = False,
     check: Annotated[bool, typer.Option("--check", help="Fail if a bar is missed.")] = False,
     json: Annotated[bool, typer.Option("--json", help="Print a JSON list.")] = False,
 ) -> None:
-    """Measure what a step costs on this machine, part by part, or against another code.
+    """Measure what a step costs on this machine, part by part, by effects, or against another code.
 
     Wall times, or with `--clock cpu` processor times: these compare on a busy machine, too, but
-    reading that clock takes a good part of a millisecond in some sandboxes.
+    reading that clock takes a good part of a millisecond in some sandboxes. `--effects` and
+    `--peer` read it once a round, and always take it.
     """
     # before the libraries load: what is compared runs on one thread
     os.environ.setdefault("OMP_NUM_THREADS", "1")
+    if effects or effect:
+        from shellmb.bench.effect_report import effect_plan_of, run_effects
+
+        refused = {"scene": scene, "limit": limit, "memory": memory, "peer": peer, "check": check}
+        by_effect = effect_plan_of(
+            quick,
+            [name for name, value in refused.items() if value],
+            effects=effect,
+            schemes=[s.value for s in scheme or []],
+            meshes=[parse_mesh(m) for m in mesh or []],
+            steps=steps,
+            rounds=repeat,
+        )
+        run_effects(by_effect, out, json)
+        return
     if peer is not None:
         from shellmb.bench.peer_report import run_peer
 

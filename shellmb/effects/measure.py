@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from pathlib import Path
 from statistics import median
 
@@ -115,12 +116,26 @@ def share(with_it: Stepping, without: Stepping, steps: int, rounds: int) -> floa
         steps: Steps of each in a round.
         rounds: Rounds; in each both are run.
     """
+    pairs = in_turn(lambda: with_it.round(steps), lambda: without.round(steps), rounds)
+    return median(1 - less / own for own, less in pairs)
+
+
+def in_turn(
+    first: Callable[[], float], second: Callable[[], float], rounds: int
+) -> list[tuple[float, float]]:
+    """What two measurements say, round by round.
+
+    Args:
+        first: One of them.
+        second: The other.
+        rounds: Their number; in each both are made.
+    """
     found = []
     for k in range(rounds):
         # what runs second finds the caches of the first: in turn that is one or the other
         if k % 2:
-            less, own = without.round(steps), with_it.round(steps)
+            other, one = second(), first()
         else:
-            own, less = with_it.round(steps), without.round(steps)
-        found.append(1 - less / own)
-    return median(found)
+            one, other = first(), second()
+        found.append((one, other))
+    return found
