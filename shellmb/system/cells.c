@@ -1,10 +1,9 @@
 /* Loops over the cells of one mesh: kernels, elimination of element-wise unknowns, projection.
  *
- * The unknowns of a cell are ordered as P_1 .. P_m, E_1 .. E_m for the m fields of the mesh: first
- * those that cells share, then the element-wise ones. A chunk is one of these 2 m sets. With K the
- * matrix of a cell, the element-wise unknowns are eliminated field after field,
+ * Of the unknowns of a cell those that cells share come first, then the element-wise ones in chunks
+ * E. With K the matrix of a cell, they are eliminated chunk after chunk,
  *
- *     K <- K - K_xE (K_EE)^-1 K_Ey        for all chunks x, y behind E,
+ *     K <- K - K_xE (K_EE)^-1 K_Ey        for all x, y that are shared or behind E,
  *
  * and what is left is projected, L^T K R, with a few coefficients per unknown (reduction.py).
  * All matrices are row-major.
@@ -51,6 +50,14 @@ static void accumulate(int m, int n, double alpha, const double *A, int lda, con
     }
 }
 
+/* y -= A^T x, of shape (m, n): row by row, which needs no sums across vectors */
+static void subtract(int m, int n, const double *A, const double *x, double *y)
+{
+    for (int i = 0; i < m; ++i)
+        for (int j = 0; j < n; ++j)
+            y[j] -= A[(size_t)i * n + j] * x[i];
+}
+
 /* Element tensors of one form over one cell, added at `place` (row-major, `stride` columns). */
 static void tabulate(const Kernel *k, const Cells *g, int cell, double *w, double *A, double *out,
                      int stride)
@@ -91,6 +98,22 @@ void matrix(const Cells *g, const Kernel *kernels, int count, int cell, double *
     free(work);
 }
 
+/* Largest entries of the matrices of all cells, shape (size, size). */
+void largest_entries(const Cells *g, const Kernel *kernels, int count, double *found)
+{
+    size_t square = (size_t)g->size * g->size;
+    double *K = malloc(sizeof(double) * (square + 1));
+    for (int cell = 0; cell < g->cells; ++cell) {
+        matrix(g, kernels, count, cell, K);
+        for (size_t i = 0; i < square; ++i) {
+            double size = K[i] < 0 ? -K[i] : K[i];
+            if (size > found[i])
+                found[i] = size;
+        }
+    }
+    free(K);
+}
+
 /* Sums of integrals over all cells, each added to the entry of `sums` that it belongs `to`. */
 void functionals(const Cells *g, const Kernel *kernels, int count, const int *to, double *sums)
 {
@@ -117,25 +140,18 @@ void residual(const Cells *g, const Kernel *kernels, int count, double *b)
     free(work);
 }
 
-static double *chunk(const Cells *g, double *K, int row, int column)
-{
-    return K + (size_t)g->place[row] * g->size + g->place[column];
-}
-
 /* Eliminate the element-wise unknowns of one cell, and keep what solutions need of them. */
 static int eliminate(const Cells *g, double *K, double *kept, double *work)
 {
-    int m = g->fields, info = 0;
+    int n = g->size, info = 0;
     int pivots[256];
-    for (int s = 0; s < m; ++s) {
-        int E = m + s, e = g->width[E];
-        if (e == 0)
-            continue;
+    for (int s = 0; s < g->chunks; ++s) {
+        int E = g->chunk_start[s], e = g->chunk_width[s];
         double *inverse = kept + g->inverse_place[s], *block = inverse + e * e;
         /* that of a linear section is the same at all states, and its inverse is there */
         int changed = 0;
         for (int i = 0; i < e; ++i) {
-            const double *row = chunk(g, K, E, E) + (size_t)i * g->size;
+            const double *row = K + (size_t)(E + i) * n + E;
             changed = changed || memcmp(block + i * e, row, sizeof(double) * e);
             if (changed)
                 memcpy(block + i * e, row, sizeof(double) * e);
@@ -151,26 +167,20 @@ static int eliminate(const Cells *g, double *K, double *kept, double *work)
                 return 1;
             }
         }
-        for (int y = 0; y < 2 * m; ++y) {
-            int after = y < m || y > E;
-            double *to = kept + g->right_place[s * 2 * m + y];
-            if (after && g->right_place[s * 2 * m + y] >= 0)
-                multiply(e, g->width[y], e, 1.0, inverse, e, chunk(g, K, E, y), g->size, 0.0, to,
-                         g->width[y]);
-        }
-        for (int x = 0; x < 2 * m; ++x) {
-            int at = g->left_place[s * 2 * m + x];
-            if (at < 0 || !(x < m || x > E))
-                continue;
-            for (int i = 0; i < g->width[x]; ++i)
-                memcpy(kept + at + i * e, chunk(g, K, x, E) + (size_t)i * g->size,
-                       sizeof(double) * e);
-            for (int y = 0; y < 2 * m; ++y) {
-                int right = g->right_place[s * 2 * m + y];
-                if (right >= 0 && (y < m || y > E))
-                    multiply(g->width[x], g->width[y], e, -1.0, chunk(g, K, x, E), g->size,
-                             kept + right, g->width[y], 1.0, chunk(g, K, x, y), g->size);
-            }
+        int first = g->right_runs[s], last = g->right_runs[s + 1];
+        for (int y = first; y < last; ++y)
+            multiply(e, g->right_width[y], e, 1.0, inverse, e,
+                     K + (size_t)E * n + g->right_start[y], n, 0.0, kept + g->right_place[y],
+                     g->right_width[y]);
+        for (int x = g->left_runs[s]; x < g->left_runs[s + 1]; ++x) {
+            int rows = g->left_width[x];
+            double *at = K + (size_t)g->left_start[x] * n, *left = kept + g->left_place[x];
+            for (int i = 0; i < rows; ++i)
+                for (int j = 0; j < e; ++j)
+                    left[j * rows + i] = at[(size_t)i * n + E + j];
+            for (int y = first; y < last; ++y)
+                multiply(rows, g->right_width[y], e, -1.0, at + E, n, kept + g->right_place[y],
+                         g->right_width[y], 1.0, at + g->right_start[y], n);
         }
     }
     return 0;
@@ -372,25 +382,20 @@ int jacobian(const Cells *g, const Kernel *kernels, int count, const Projection 
  * the element-wise ones, add what they do to the others. `inner` keeps K_EE^-1 b_E. */
 void reduce(const Cells *g, const double *kept, double *b, double *change, double *inner)
 {
-    int m = g->fields, n = g->size;
+    int n = g->size;
     double *r = malloc(sizeof(double) * n);
     for (int cell = 0; cell < g->cells; ++cell) {
         const int *dofs = g->dofs + (size_t)cell * n;
         const double *mine = kept + (size_t)cell * g->kept_size;
         for (int i = 0; i < n; ++i)
             r[i] = i < g->shared ? 0.0 : b[dofs[i]];
-        for (int s = 0; s < m; ++s) {
-            int E = m + s, e = g->width[E];
-            if (e == 0)
-                continue;
-            double *t = inner + (size_t)cell * (n - g->shared) + (g->place[E] - g->shared);
+        for (int s = 0; s < g->chunks; ++s) {
+            int E = g->chunk_start[s], e = g->chunk_width[s];
+            double *t = inner + (size_t)cell * (n - g->shared) + (E - g->shared);
             memset(t, 0, sizeof(double) * e);
-            accumulate(e, e, 1.0, mine + g->inverse_place[s], e, r + g->place[E], t);
-            for (int x = 0; x < 2 * m; ++x) {
-                int at = g->left_place[s * 2 * m + x];
-                if (at >= 0 && (x < m || x > E))
-                    accumulate(g->width[x], e, -1.0, mine + at, e, t, r + g->place[x]);
-            }
+            accumulate(e, e, 1.0, mine + g->inverse_place[s], e, r + E, t);
+            for (int x = g->left_runs[s]; x < g->left_runs[s + 1]; ++x)
+                subtract(e, g->left_width[x], mine + g->left_place[x], t, r + g->left_start[x]);
         }
         for (int i = 0; i < g->shared; ++i)
             change[dofs[i]] += r[i];
@@ -403,7 +408,7 @@ void reduce(const Cells *g, const double *kept, double *b, double *change, doubl
 void expand(const Cells *g, const Projection *p, const double *kept, const double *inner, double *x,
             double *rows)
 {
-    int m = g->fields, n = g->size, P = g->shared;
+    int n = g->size, P = g->shared;
     double *v = malloc(sizeof(double) * (n + g->multipliers + 1));
     double *out = v + n;
     for (int cell = 0; cell < g->cells; ++cell) {
@@ -411,21 +416,15 @@ void expand(const Cells *g, const Projection *p, const double *kept, const doubl
         const double *mine = kept + (size_t)cell * g->kept_size;
         for (int i = 0; i < P; ++i)
             v[i] = x[dofs[i]];
-        for (int s = m - 1; s >= 0; --s) {
-            int E = m + s, e = g->width[E];
-            if (e == 0)
-                continue;
-            const double *t = inner + (size_t)cell * (n - P) + (g->place[E] - P);
-            memcpy(v + g->place[E], t, sizeof(double) * e);
-            for (int y = 0; y < 2 * m; ++y) {
-                int at = g->right_place[s * 2 * m + y];
-                if (at >= 0 && (y < m || y > E))
-                    accumulate(e, g->width[y], -1.0, mine + at, g->width[y], v + g->place[y],
-                               v + g->place[E]);
-            }
-            for (int i = 0; i < e; ++i)
-                x[dofs[g->place[E] + i]] = v[g->place[E] + i];
+        memcpy(v + P, inner + (size_t)cell * (n - P), sizeof(double) * (n - P));
+        for (int s = g->chunks - 1; s >= 0; --s) {
+            int E = g->chunk_start[s], e = g->chunk_width[s];
+            for (int y = g->right_runs[s]; y < g->right_runs[s + 1]; ++y)
+                accumulate(e, g->right_width[y], -1.0, mine + g->right_place[y], g->right_width[y],
+                           v + g->right_start[y], v + E);
         }
+        for (int i = P; i < n; ++i)
+            x[dofs[i]] = v[i];
         if (g->multipliers == 0)
             continue;
         memset(out, 0, sizeof(double) * g->multipliers);

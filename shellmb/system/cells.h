@@ -16,18 +16,22 @@ typedef struct {
     const int *entities;       /* their local numbers */
 } Kernel;
 
-/* The cells of one mesh with the fields on it. */
+/* The cells of one mesh with the fields on it. Element-wise unknowns are eliminated chunk by chunk;
+ * a run is a piece of a row or column of blocks that is not zero behind a chunk. */
 typedef struct {
-    int cells, fields;
+    int cells;
     int size;                  /* unknowns of a cell */
     int shared;                /* those that are not element-wise; they come first */
     const int *dofs;           /* place of each unknown in the local arrays, (cells, size) */
     const double *geometry;    /* coordinates of the cells' nodes */
     int geometry_size, coefficient_size;
-    const int *place, *width;  /* first unknown and size of each chunk, (2 fields,) */
-    const int *inverse_place;  /* where a cell's kept K_EE^-1 and K_EE are, (fields,) */
-    const int *right_place;    /* K_EE^-1 K_Ey, (fields, 2 fields); -1 where it is zero */
-    const int *left_place;     /* K_xE, (fields, 2 fields); -1 where it is zero */
+    int chunks;
+    const int *chunk_start, *chunk_width;
+    const int *inverse_place;  /* where a cell's kept K_EE^-1 and K_EE are, (chunks,) */
+    const int *right_runs;     /* first run of each chunk, (chunks + 1,) */
+    const int *right_start, *right_width, *right_place; /* K_EE^-1 K_Ey */
+    const int *left_runs;
+    const int *left_start, *left_width, *left_place;    /* K_xE, transposed */
     int multiplier_place;      /* rows of the multipliers at the nodes */
     int multipliers;           /* their largest number in a cell */
     int kept_size;             /* what is kept of a cell */
@@ -86,6 +90,7 @@ void use_libraries(void *, void *, void *);
 void residual(const Cells *, const Kernel *, int, double *);
 void functionals(const Cells *, const Kernel *, int, const int *, double *);
 void matrix(const Cells *, const Kernel *, int, int, double *);
+void largest_entries(const Cells *, const Kernel *, int, double *);
 int jacobian(const Cells *, const Kernel *, int, const Projection *, int, int, double *, double *,
              const double *, double *);
 void reduce(const Cells *, const double *, double *, double *, double *);

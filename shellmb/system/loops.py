@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass
 from typing import Any
 
@@ -83,8 +84,8 @@ class MeshGeometry:
 class MeshCells(MeshGeometry):
     """The cells of one mesh with the fields on it.
 
-    The unknowns of a cell come in the order that `cells.c` wants: of all fields those that cells
-    share, then those that are element-wise.
+    The unknowns of a cell are of all fields those that cells share, then those that are
+    element-wise.
 
     Args:
         fields: Fields on this mesh.
@@ -94,7 +95,9 @@ class MeshCells(MeshGeometry):
     Attributes:
         dofs: Place of each unknown in the concatenated local arrays, shape (cells, size).
         shared: Number of unknowns that are not element-wise.
-        widths: Size of each chunk, shape (2 fields,).
+        starts: First one of each field's shared and of each field's element-wise unknowns,
+            shape (2 fields,).
+        widths: Their numbers.
     """
 
     def __init__(
@@ -119,18 +122,23 @@ class MeshCells(MeshGeometry):
             self.places.append(place)
             self.dofs[:, place] = table + offsets[k]
 
+    def arranged(self, order: npt.NDArray[np.int64]) -> MeshCells:
+        """The same cells with their unknowns in another order.
+
+        Args:
+            order: Place of each unknown in the order of these.
+        """
+        place = np.empty(self.size, dtype=np.int32)
+        place[order] = np.arange(self.size)
+        found = copy(self)
+        found.dofs = np.ascontiguousarray(self.dofs[:, order])
+        found.places = [place[own] for own in self.places]
+        return found
+
     def struct(self, loop: FormLoop, **more: Any) -> Any:
         """These cells for C, with `more` members."""
-        p = loop.pointer
-        fields = {
-            "fields": len(self.places),
-            "size": self.size,
-            "shared": self.shared,
-            "dofs": p(self.dofs),
-            "place": p(self.starts),
-            "width": p(self.widths),
-        }
-        return super().struct(loop, **fields, **more)
+        own = {"size": self.size, "shared": self.shared, "dofs": loop.pointer(self.dofs)}
+        return super().struct(loop, **own, **more)
 
     def _elementwise(
         self, field: Field, table: Ints, held: npt.NDArray[np.int8]

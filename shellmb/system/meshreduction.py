@@ -11,6 +11,7 @@ import numpy.typing as npt
 from dolfinx import fem
 
 from shellmb.system import native
+from shellmb.system.chunks import elimination, find_chunks
 from shellmb.system.loops import FormLoop, MeshCells
 from shellmb.system.reducednumbers import ReducedNumbers
 from shellmb.system.rowmap import RowMap
@@ -28,6 +29,8 @@ LAST = 1 << 40
 class MeshReduction:
     """Reduction of what is assembled over one mesh.
 
+    It is made at a state in general position, at which no entry is zero by chance.
+
     Args:
         cells: Its cells.
         jacobian: Compiled bilinear forms with the numbers of their fields on this mesh.
@@ -40,7 +43,9 @@ class MeshReduction:
         jacobian: list[tuple[fem.Form, int, int]],
         numbers: ReducedNumbers,
     ) -> None:
-        self.cells, self.numbers = cells, numbers
+        self.chunks = find_chunks(cells, jacobian)
+        self.cells, self.numbers = cells.arranged(self.chunks.order), numbers
+        cells = self.cells
         self.loop = FormLoop(cells, jacobian)
         self.lib, self.pointer = native.cells().lib, self.loop.pointer
         shared = cells.dofs[:, : cells.shared]
@@ -124,46 +129,16 @@ class MeshReduction:
         self.projection = self.pointer.many("Projection", [self._projection])
 
     def _layout(self) -> None:
-        """Which chunks of a cell's matrix are not zero, and where what is kept of it is."""
-        cells, p = self.cells, self.pointer
-        fields = len(cells.places)
-        bare = cells.struct(self.loop)
-        full = np.zeros((2 * fields, 2 * fields), dtype=bool)
-        K = np.empty((cells.size, cells.size))
-        edges = [*cells.starts, cells.size]
-        for cell in range(min(cells.count, 8)):
-            self.lib.matrix(bare, self.loop.kernels, self.loop.count, cell, p(K))
-            for x, y in np.ndindex(full.shape):
-                block = K[edges[x] : edges[x + 1], edges[y] : edges[y + 1]]
-                full[x, y] |= bool(np.any(block != 0.0))
-        inverse = np.full(fields, -1)
-        right, left = (np.full((fields, 2 * fields), -1) for _ in range(2))
-        size, width = 0, cells.widths.astype(int)
-        for s in range(fields):
-            E, e = fields + s, width[fields + s]
-            if e == 0:
-                continue
-            # with the block itself behind it
-            inverse[s], size = size, size + 2 * e * e
-            behind = [y for y in range(2 * fields) if (y < fields or y > E) and width[y]]
-            for y in behind:
-                if full[E, y]:
-                    right[s, y], size = size, size + e * width[y]
-                if full[y, E]:
-                    left[s, y], size = size, size + e * width[y]
-            for x in behind:
-                for y in behind:
-                    full[x, y] |= full[x, E] and full[E, y]
-        layout = {
-            "inverse_place": p(inverse.astype(np.int32)),
-            "right_place": p(right.astype(np.int32)),
-            "left_place": p(left.astype(np.int32)),
+        """Where what is kept of a cell is."""
+        cells = self.cells
+        members, size = elimination(self.chunks, self.pointer)
+        members |= {
             "multiplier_place": size,
             "multipliers": self.multipliers,
             "kept_size": size + self.multipliers * cells.shared,
         }
-        self.struct = cells.struct(self.loop, **layout)
-        self._kept = np.full(max(1, layout["kept_size"] * cells.count), np.nan)
+        self.struct = cells.struct(self.loop, **members)
+        self._kept = np.full(max(1, members["kept_size"] * cells.count), np.nan)
         self._inner = np.zeros(max(1, (cells.size - cells.shared) * cells.count))
 
     def _run(self, projection: Any, first: int, last: int, values: Floats, *shift: Floats) -> None:

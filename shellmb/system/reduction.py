@@ -23,7 +23,7 @@ import numpy.typing as npt
 
 from shellmb.system.directornodes import DirectorNodes
 from shellmb.system.linear import DirectSolver
-from shellmb.system.loops import LoopResiduals, mesh_groups
+from shellmb.system.loops import LoopResiduals, MeshGroup, mesh_groups
 from shellmb.system.matrix import reduced_matrix
 from shellmb.system.meshreduction import MeshReduction, SingularCell
 from shellmb.system.nodes import SystemNodes
@@ -54,8 +54,8 @@ class Reduction:
         groups = mesh_groups(system)
         system.residuals = LoopResiduals(groups)
         self.numbers = ReducedNumbers(nodes, [group.cells for group in groups])
-        self.parts = [MeshReduction(g.cells, g.jacobians(), self.numbers) for g in groups]
-        self._allocate()
+        with system.general_position():
+            self._allocate(groups)
         self.solver = DirectSolver(self.A, prefix, reduced=True)
         self.numbers.weights[:] = self._weights()
 
@@ -69,12 +69,13 @@ class Reduction:
         """Number of reduced unknowns over all ranks."""
         return int(self.A.getSize()[0])
 
-    def _allocate(self) -> None:
+    def _allocate(self, groups: list[MeshGroup]) -> None:
+        """Find out which entries are not always zero, at a state in general position."""
         numbers = self.numbers
-        with self.system.general_position():
-            self._refresh()
-            numbers.update()
-            self._matrix = reduced_matrix(numbers, self.parts)
+        self.parts = [MeshReduction(g.cells, g.jacobians(), numbers) for g in groups]
+        self._refresh()
+        numbers.update()
+        self._matrix = reduced_matrix(numbers, self.parts)
         self.A = self._matrix.A
         self._rhs, self._solution = self.A.createVecs()
         local = len(numbers.full.wanted)
