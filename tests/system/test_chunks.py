@@ -1,0 +1,77 @@
+"""Element-wise unknowns of a cell: which are eliminated together."""
+
+from mpi4py import MPI  # noqa: F401  (before dolfinx)
+
+import numpy as np
+import pytest
+
+from shellmb.scene import (
+    Beam,
+    Clamped,
+    Isotropic,
+    Line,
+    Rectangle,
+    RectangularSection,
+    Scene,
+    Shell,
+)
+from shellmb.simulate.simulation import Simulation
+from shellmb.system.chunks import Chunks, elimination
+from shellmb.system.loops import CArrays
+from shellmb.system.meshreduction import MeshReduction
+
+
+def part(scheme: str, **body: Shell | Beam) -> MeshReduction:
+    """Reduction of the mesh with element-wise unknowns."""
+    end = "left" if "shells" in body else "start"
+    scene = Scene("one", supports=Clamped(end), scheme=scheme, dt=0.1, t_end=1.0, **body)
+    return next(p for p in Simulation(scene).problem.iteration.linear.parts if p.chunks.widths)
+
+
+def plate() -> Shell:
+    section = Isotropic(E=1e7, nu=0.3, thickness=0.01, density=1e3)
+    return Shell("plate", Rectangle(1.0, 0.5), section, mesh=(2, 1))
+
+
+@pytest.mark.parametrize(("scheme", "stages"), [("ep", 1), ("ed", 2)])
+def test_membrane_and_shear_forces_of_a_plate_are_apart(scheme, stages) -> None:
+    """Three and two of them at each of four points, of both stages."""
+    assert sorted(part(scheme, shells=plate()).chunks.widths) == stages * [8] + stages * [12]
+
+
+def test_forces_of_a_beam() -> None:
+    section = RectangularSection(E=1e7, nu=0.3, width=0.1, height=0.1, density=1e3)
+    beam = Beam("beam", Line((0, 0, 0), (1, 0, 0)), section, elements=2, up=(0, 0, 1))
+    found = part("ep", beams=beam)
+    assert sum(found.chunks.widths) == found.cells.size - found.cells.shared > 0
+
+
+def test_elimination_by_runs_is_that_of_the_whole() -> None:
+    """What is kept of a cell, put together by hand, against the dense Schur complement."""
+    random = np.random.default_rng(3)
+    # two chunks behind five others; the second is seen by the first, the last of the five by none
+    pattern = np.zeros((10, 10), dtype=bool)
+    pattern[5:7, [0, 1, 5, 6, 7, 8, 9]] = True
+    pattern[[0, 1, 7, 8, 9], 5:7] = True
+    pattern[7:, [2, 3, 7, 8, 9]] = True
+    pattern[[2, 3], 7:] = True
+    pattern[:5, :5] = True
+    K = np.where(pattern, random.normal(size=(10, 10)), 0.0) + 5 * np.eye(10)
+    wanted = K[:5, :5] - K[:5, 5:] @ np.linalg.inv(K[5:, 5:]) @ K[5:, :5]
+    pointer = CArrays()
+    members, _ = elimination(Chunks(np.arange(10), [2, 3], pattern), pointer)
+    for s in range(members["chunks"]):
+        E = members["chunk_start"][s] + np.arange(members["chunk_width"][s])
+        sides = {}
+        for side in ("left", "right"):
+            runs = range(members[f"{side}_runs"][s], members[f"{side}_runs"][s + 1])
+            pieces = [
+                members[f"{side}_start"][r] + np.arange(members[f"{side}_width"][r]) for r in runs
+            ]
+            sides[side] = np.concatenate(pieces)
+        x, y = np.ix_(sides["left"], E), np.ix_(E, sides["right"])
+        K[np.ix_(sides["left"], sides["right"])] -= K[x] @ np.linalg.inv(K[np.ix_(E, E)]) @ K[y]
+    assert np.allclose(K[:5, :5], wanted, rtol=1e-12, atol=1e-12)
+    # what nothing of the first chunk sees is in none of its runs
+    first = range(members["right_runs"][0], members["right_runs"][1])
+    assert {members["right_start"][r] for r in first} == {0, 7}
