@@ -62,10 +62,10 @@ def use_mumps(pc: PETSc.PC, kind: str, prefix: str, options: dict[str, int]) -> 
     pc.setFromOptions()
 
 
-# Solutions with old factors are good enough for the steps of 32x32 elements to end in the same state
-# to 2e-14, whether the tolerance is this or a hundredth of it: the next Newton iteration squares
-# what is left. As factors age, iterations become more, and new factors pay before a single solution
-# costs as much as they do: after one of more than `PAYING` iterations the next system gets new ones
+# Steps of 32x32 elements end in the same state to 2e-14, whether the tolerance is this or a
+# hundredth of it: the next Newton iteration squares what is left. As factors age, iterations become
+# more, and new factors pay before a single solution costs as much as they do: after one of more
+# than `PAYING` iterations the next system gets new ones
 KRYLOV_TOLERANCE, KRYLOV_ITERATIONS, PAYING = 1e-10, 12, 9
 
 
