@@ -45,10 +45,25 @@ static void turn_vector(double *d, const double *change)
         d[i] /= sqrt(size);
 }
 
+/* One step of Newton's method from the triple `v` to the nearest orthonormal one: it squares the
+ * error. */
+static void nearer_triple(const double *v, double *d)
+{
+    double gram[3][3];
+    for (int k = 0; k < 3; ++k)
+        for (int l = 0; l < 3; ++l)
+            gram[k][l] = v[3 * k] * v[3 * l] + v[3 * k + 1] * v[3 * l + 1] +
+                         v[3 * k + 2] * v[3 * l + 2];
+    for (int k = 0; k < 3; ++k)
+        for (int i = 0; i < 3; ++i)
+            d[3 * k + i] = 1.5 * v[3 * k + i] -
+                           0.5 * (gram[k][0] * v[i] + gram[k][1] * v[3 + i] + gram[k][2] * v[6 + i]);
+}
+
 /* Three directors; each sees two thirds of the rotation: sum_k d_k x (theta x d_k) = 2 theta. */
 static void turn_triple(double *d, const double *change)
 {
-    double r[3] = {0.0, 0.0, 0.0}, once[3], twice[3], gram[3][3], v[9], square = 0.0;
+    double r[3] = {0.0, 0.0, 0.0}, once[3], twice[3], v[9], square = 0.0;
     for (int k = 0; k < 3; ++k) {
         cross(d + 3 * k, change + 3 * k, once);
         for (int i = 0; i < 3; ++i)
@@ -62,15 +77,8 @@ static void turn_triple(double *d, const double *change)
         for (int i = 0; i < 3; ++i)
             v[3 * k + i] = d[3 * k + i] + 2 / (1 + square) * (once[i] + twice[i]);
     }
-    /* one step of Newton's method to the nearest orthonormal triple: round-off must not add up */
-    for (int k = 0; k < 3; ++k)
-        for (int l = 0; l < 3; ++l)
-            gram[k][l] = v[3 * k] * v[3 * l] + v[3 * k + 1] * v[3 * l + 1] +
-                         v[3 * k + 2] * v[3 * l + 2];
-    for (int k = 0; k < 3; ++k)
-        for (int i = 0; i < 3; ++i)
-            d[3 * k + i] = 1.5 * v[3 * k + i] -
-                           0.5 * (gram[k][0] * v[i] + gram[k][1] * v[3 + i] + gram[k][2] * v[6 + i]);
+    /* round-off must not add up */
+    nearer_triple(v, d);
 }
 
 /* Directors `d` of nodes, one or three each, after finite rotations that agree with `change` to
@@ -114,33 +122,17 @@ int turn_nodes(int nodes, int directors, const int64_t *rows, const double *refe
     return far;
 }
 
-/* Vectors that are nearly orthonormal, by steps of Newton's method to the nearest triples: each
- * squares the error. */
-static void nearest_triple(double *v)
-{
-    for (int step = 0; step < 4; ++step) {
-        double gram[3][3], old[9];
-        memcpy(old, v, sizeof(old));
-        for (int k = 0; k < 3; ++k)
-            for (int l = 0; l < 3; ++l)
-                gram[k][l] = v[3 * k] * v[3 * l] + v[3 * k + 1] * v[3 * l + 1] +
-                             v[3 * k + 2] * v[3 * l + 2];
-        for (int k = 0; k < 3; ++k)
-            for (int i = 0; i < 3; ++i)
-                v[3 * k + i] = 1.5 * old[3 * k + i] -
-                               0.5 * (gram[k][0] * old[i] + gram[k][1] * old[3 + i] +
-                                      gram[k][2] * old[6 + i]);
-    }
-}
-
 /* Directors of nodes, one or three each, that are nearly orthonormal, made so in place. */
 void normalise(int nodes, int directors, double *d)
 {
     for (int node = 0; node < nodes; ++node, d += 3 * directors) {
-        if (directors == 3) {
-            nearest_triple(d);
-            continue;
+        for (int step = 0; directors == 3 && step < 4; ++step) {
+            double v[9];
+            memcpy(v, d, sizeof(v));
+            nearer_triple(v, d);
         }
+        if (directors == 3)
+            continue;
         double size = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
         for (int i = 0; i < 3; ++i)
             d[i] /= size;
