@@ -14,8 +14,8 @@ from rich.table import Table
 
 from shellmb.bench.effect_record import EffectRecord, to_json
 from shellmb.bench.effect_rows import NO_ROW, EffectPlan, measure_effects
-from shellmb.bench.report import tell, width
-from shellmb.cli.failures import first_rank
+from shellmb.bench.report import width
+from shellmb.cli.failures import first_rank, tell
 from shellmb.cli.report import say
 from shellmb.errors import SceneError
 

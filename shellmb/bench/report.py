@@ -15,7 +15,7 @@ from rich.table import Table
 from shellmb.bench.bars import Bar, bars
 from shellmb.bench.measure import Plan, measure, quick
 from shellmb.bench.record import PARTS, Measured, measured_in, to_json
-from shellmb.cli.failures import first_rank
+from shellmb.cli.failures import first_rank, tell
 from shellmb.cli.report import say
 from shellmb.errors import SceneError
 
@@ -68,16 +68,6 @@ def run_bench(plan: Plan, out: Path | None, as_json: bool, check: bool) -> bool:
     if check:
         _print_bars(console, judged)
     return all(bar.passed for bar in judged)
-
-
-def tell(text: str) -> None:
-    """What is going on, beside what is printed.
-
-    Args:
-        text: A line.
-    """
-    if first_rank():
-        print(text, file=sys.stderr, flush=True)
 
 
 def width(terminal: bool) -> int | None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
@@ -70,8 +69,6 @@ def bench(
     reading that clock takes a good part of a millisecond in some sandboxes. `--effects` and
     `--peer` read it once a round, and always take it.
     """
-    # before the libraries load: what is compared runs on one thread
-    os.environ.setdefault("OMP_NUM_THREADS", "1")
     if effects or effect:
         from shellmb.bench.effect_report import effect_plan_of, run_effects
 
