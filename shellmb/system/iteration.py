@@ -103,7 +103,7 @@ class Iteration:
         reason = None
         if fresh:
             reason = self.linear.factorise(once=not self.refresh.lags)
-            self.refresh.factorised()
+            self.refresh.factorised(self.linear.cost)
         reason = reason or self.linear.solve(b, dx, fresh)
         if reason is None:
             self.nodes.turn(self.system.x, dx)
@@ -129,4 +129,4 @@ class Iteration:
         self.begin(key, not self._refresh.lasts)
         self.system.scatter(self.system.x)
         if self.linear.factorise() is None:
-            self.refresh.factorised()
+            self.refresh.factorised(self.linear.cost)

@@ -65,6 +65,11 @@ class Reduction:
         return self.solver.factorisations
 
     @property
+    def cost(self) -> float:
+        """Cost of a new factorisation in iterations with an old one."""
+        return self.solver.cost
+
+    @property
     def size(self) -> int:
         """Number of reduced unknowns over all ranks."""
         return int(self.A.getSize()[0])

@@ -12,10 +12,6 @@ from collections.abc import Callable, Hashable
 from dataclasses import dataclass, field
 from typing import Protocol
 
-# cost of assembling and factorising in iterations with an old factorisation: measured between 6 and
-# 12 from 6x2 to 64x64 elements (`shellmb bench`); a number and not a measurement of each run, so
-# that a run gives the same result each time
-FACTORISATION = 8.0
 # iterations that a new factorisation needs, where convergence is quadratic
 AFRESH = 3.0
 # contraction beyond which an old factorisation is not worth another iteration
@@ -53,8 +49,12 @@ class Refresh(Protocol):
         """Whether to factorise before the next update."""
         ...
 
-    def factorised(self) -> None:
-        """The Jacobian of the current state was factorised."""
+    def factorised(self, cost: float) -> None:
+        """The Jacobian of the current state was factorised.
+
+        Args:
+            cost: What that costs, in iterations with an old factorisation.
+        """
         ...
 
     def converged(self, update: float, moved: float, tolerance: float) -> bool:
@@ -85,7 +85,7 @@ class Full:
         """Always."""
         return True
 
-    def factorised(self) -> None:
+    def factorised(self, cost: float) -> None:
         """Nothing to remember."""
 
     def converged(self, update: float, moved: float, tolerance: float) -> bool:
@@ -104,6 +104,7 @@ class Modified:
     _exists: bool = field(default=False, init=False)
     _updates: list[float] = field(default_factory=list, init=False)
     _wanted: bool = field(default=True, init=False)
+    _cost: float = field(default=0.0, init=False)
     # far from the solution not even a new factorisation lasts for two iterations
     _far: bool = field(default=False, init=False)
 
@@ -121,8 +122,9 @@ class Modified:
         """Whether the one there is does not pay any more."""
         return self._wanted
 
-    def factorised(self) -> None:
+    def factorised(self, cost: float) -> None:
         """It is that of the state before the next update."""
+        self._cost = cost
         self._wanted, self._exists = self._far, True
         self._updates = self._updates[-1:] if self._far else []
 
@@ -146,7 +148,7 @@ class Modified:
             self._wanted = True
             return False
         left = math.log(ERROR * tolerance / update) / math.log(rho)
-        self._wanted = left > FACTORISATION + AFRESH
+        self._wanted = left > self._cost + AFRESH
         return False
 
 
@@ -173,7 +175,7 @@ class Once:
         """Whether the system changed."""
         return self._wanted
 
-    def factorised(self) -> None:
+    def factorised(self, cost: float) -> None:
         """It serves from now on."""
         self._wanted = False
 

@@ -12,7 +12,7 @@ def iterate(policy: Modified, rho: float, first: float = 1e-4, moved: float = 0.
     updates, size = [], first
     for _ in range(60):
         if policy.wanted():
-            policy.factorised()
+            policy.factorised(8.0)
         updates.append(size)
         if policy.converged(size, moved, TOLERANCE):
             return updates
@@ -38,7 +38,7 @@ def test_fast_contraction_needs_one_factorisation_for_many_solutions() -> None:
 def test_another_system_is_factorised_anew() -> None:
     policy = REFRESH["auto"]()
     policy.begin("a")
-    policy.factorised()
+    policy.factorised(8.0)
     policy.begin("b")
     assert policy.wanted()
 
@@ -48,7 +48,7 @@ def test_modified_factorises_once_in_each_solution() -> None:
     for _ in range(2):
         policy.begin("a")
         assert policy.wanted()
-        policy.factorised()
+        policy.factorised(8.0)
         assert not policy.wanted()
 
 
@@ -58,6 +58,17 @@ def test_slow_contraction_asks_for_a_factorisation(rho: float) -> None:
     policy.begin("a")
     assert len(iterate(policy, rho)) <= 3
     assert policy.wanted()
+
+
+@pytest.mark.parametrize(("cost", "anew"), [(8.0, True), (30.0, False)])
+def test_costly_factorisations_are_kept_for_longer(cost: float, anew: bool) -> None:
+    policy = REFRESH["auto"]()
+    policy.begin("a")
+    policy.factorised(cost)
+    for update in (1e-4, 3e-5):
+        assert not policy.converged(update, 0.0, TOLERANCE)
+    # 1e-15 is 20 iterations away
+    assert policy.wanted() is anew
 
 
 def test_large_motion_asks_for_a_factorisation_each_time() -> None:
@@ -70,7 +81,7 @@ def test_large_motion_asks_for_a_factorisation_each_time() -> None:
 def test_round_off_ends_the_iteration() -> None:
     policy = REFRESH["auto"]()
     policy.begin("a")
-    policy.factorised()
+    policy.factorised(8.0)
     assert not policy.converged(1e-9, 0.0, TOLERANCE)
     # no contraction any more, and below the tolerance
     assert policy.converged(0.9e-9, 0.0, TOLERANCE)
@@ -79,7 +90,7 @@ def test_round_off_ends_the_iteration() -> None:
 def test_full_newton_ends_by_the_update() -> None:
     policy = REFRESH["full"]()
     policy.begin("a")
-    policy.factorised()
+    policy.factorised(8.0)
     assert policy.wanted()
     assert not policy.converged(1.1e-9, 0.0, TOLERANCE)
     assert policy.converged(0.9e-9, 0.0, TOLERANCE)

@@ -1,0 +1,20 @@
+"""What a factorisation costs, as the rule that keeps old ones is told."""
+
+from petsc4py import PETSc
+
+import numpy as np
+import pytest
+
+from shellmb.system.linear import OPERATIONS, SMALL_COST, DirectSolver
+
+
+@pytest.mark.parametrize("n", [30, 600, 1200])
+def test_cost_is_that_of_operations_per_number(n: int) -> None:
+    A = PETSc.Mat().createAIJ((n, n), nnz=n)
+    A.setValues(range(n), range(n), np.eye(n) * n + 1.0)
+    A.assemble()
+    solver = DirectSolver(A, f"cost{n}_", reduced=True)
+    assert solver.cost == SMALL_COST
+    assert solver.factorise() is None
+    # a full matrix: n^2 numbers, 2/3 n^3 operations; of 30, less than what any factorisation costs
+    assert solver.cost == pytest.approx(max(SMALL_COST, 2 / 3 * n / OPERATIONS), rel=0.02)
