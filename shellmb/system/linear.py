@@ -62,11 +62,12 @@ def use_mumps(pc: PETSc.PC, kind: str, prefix: str, options: dict[str, int]) -> 
     pc.setFromOptions()
 
 
-# Steps of 32x32 elements end in the same state to 2e-14, whether the tolerance is this or a
-# hundredth of it: the next Newton iteration squares what is left. As factors age, iterations become
-# more, and new factors pay before a single solution costs as much as they do: after one of more
-# than `PAYING` iterations the next system gets new ones
-KRYLOV_TOLERANCE, KRYLOV_ITERATIONS, PAYING = 1e-10, 12, 9
+# Three steps of 32x32 elements end in the directors of direct solutions to 1e-13 and their velocities
+# to 1e-12, with this tolerance as with a thousandth of it: the next iteration squares what is left
+KRYLOV_TOLERANCE, KRYLOV_ITERATIONS = 1e-10, 15
+# As factors age, iterations become more. New ones need `AFRESH` of them, and serve the solutions of
+# about one step; they pay before a single solution costs as much as they do
+AFRESH, SOLUTIONS = 3.0, 3.0
 
 # Cost of assembling and factorising in iterations with an old factorisation: of small systems
 # between 6 and 10; of large ones it grows as the operations of the factorisation for each number of
@@ -136,13 +137,14 @@ class DirectSolver:
         """Solve with the last factorisation; returns why that failed, if it did."""
         if self._recycled:
             ksp = self._ksp
-            ksp.setType(PETSc.KSP.Type.GMRES)
+            # flexible GMRES solves with the factors once an iteration, and not once more at the end
+            ksp.setType(PETSc.KSP.Type.FGMRES)
             ksp.setTolerances(rtol=KRYLOV_TOLERANCE, max_it=KRYLOV_ITERATIONS)
             ksp.solve(b, x)
             reached = ksp.getConvergedReason() > 0
             iterations = ksp.getIterationNumber()
-            self.solutions += iterations + 1
-            self._paying = iterations <= PAYING
+            self.solutions += iterations
+            self._paying = iterations <= AFRESH + self.cost / SOLUTIONS
             ksp.setType(PETSc.KSP.Type.PREONLY)
             if reached:
                 return None
