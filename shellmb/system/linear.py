@@ -62,8 +62,8 @@ def use_mumps(pc: PETSc.PC, kind: str, prefix: str, options: dict[str, int]) -> 
     pc.setFromOptions()
 
 
-# Three steps of 32x32 elements end in the directors of direct solutions to 1e-13 and their velocities
-# to 1e-12, with this tolerance as with a thousandth of it: the next iteration squares what is left
+# Three steps of 32x32 elements end in directors of direct solutions to 1e-13 and in velocities
+# to 1e-12, with this tolerance as with a thousandth: the next iteration squares what is left
 KRYLOV_TOLERANCE, KRYLOV_ITERATIONS = 1e-10, 15
 # As factors age, iterations become more. New ones need `AFRESH` of them, and serve the solutions of
 # about one step; they pay before a single solution costs as much as they do
