@@ -264,9 +264,8 @@ void expand_inner(const Cells *g, const Projection *p, const double *r, double *
 
 /* Jacobian of all cells, reduced.
  *
- * values: entries of the reduced matrix, to which they are added at `p->places`; if that is NULL,
- * they are given in the order of `p->emitted`; if that is NULL, too (to find the pattern), all of
- * them, cell after cell.
+ * values: of the reduced matrix, put and added together by `p->runs`; or entries in the order of
+ * `p->emitted`; or, without both (to find the pattern), all of them, cell after cell.
  * shift: given change of the local unknowns, or NULL; `load` gets K shift.
  * Returns 1 + the number of a cell whose element-wise block is singular, or 0.
  */
@@ -319,7 +318,8 @@ int jacobian(const Cells *g, const Kernel *kernels, int count, const Projection 
                     out[j] += v * row[j];
             }
         }
-        /* columns: what there is to add, listed once and done row by row */
+        /* columns: what there is to add, listed once and done for four rows at a time: sums of one
+         * alone would wait for one another */
         const int *right = p->right + (size_t)cell * P * p->right_width;
         int terms = 0;
         for (int j = 0; j < P; ++j) {
@@ -334,24 +334,42 @@ int jacobian(const Cells *g, const Kernel *kernels, int count, const Projection 
             }
         }
         memset(LKR, 0, sizeof(double) * result);
-        for (int i = 0; i < p->rows; ++i) {
+        int i = 0, n1 = p->columns;
+        for (; i + 4 <= p->rows; i += 4) {
             const double *row = LK + (size_t)i * P;
-            double *out = LKR + (size_t)i * p->columns;
-            for (int q = 0; q < terms; ++q)
-                out[to_column[q]] += row[from[q]] * scratch[q];
+            double *out = LKR + (size_t)i * n1;
+            for (int q = 0; q < terms; ++q) {
+                double c = scratch[q];
+                const double *x = row + from[q];
+                double *y = out + to_column[q];
+                y[0] += x[0] * c;
+                y[n1] += x[P] * c;
+                y[2 * n1] += x[2 * P] * c;
+                y[3 * n1] += x[3 * P] * c;
+            }
         }
+        for (; i < p->rows; ++i)
+            for (int q = 0; q < terms; ++q)
+                LKR[(size_t)i * n1 + to_column[q]] += LK[(size_t)i * P + from[q]] * scratch[q];
         if (p->inner_size && eliminate_inner(p, cell, LKR, scratch)) {
             bad = cell + 1;
             break;
         }
-        if (p->emitted) {
+        if (p->runs) {
+            const int *run = p->runs + 3 * (size_t)p->run_offsets[2 * cell];
+            const int *added = p->runs + 3 * (size_t)p->run_offsets[2 * cell + 1];
+            const int *end = p->runs + 3 * (size_t)p->run_offsets[2 * cell + 2];
+            for (; run < added; run += 3)
+                for (int q = 0; q < run[2]; ++q)
+                    values[run[1] + q] = LKR[run[0] + q];
+            for (; run < end; run += 3)
+                for (int q = 0; q < run[2]; ++q)
+                    values[run[1] + q] += LKR[run[0] + q];
+        } else if (p->emitted) {
             int list = p->list[cell], length = p->emitted_offsets[list + 1];
             length -= p->emitted_offsets[list];
             const int *emitted = p->emitted + p->emitted_offsets[list];
-            const int *places = p->places ? p->places + p->first[cell] : NULL;
-            for (int q = 0; places && q < length; ++q)
-                values[places[q]] += LKR[emitted[q]];
-            for (int q = 0; !places && q < length; ++q)
+            for (int q = 0; q < length; ++q)
                 *to++ = LKR[emitted[q]];
         } else {
             memcpy(to, LKR, sizeof(double) * result);

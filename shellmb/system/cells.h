@@ -44,10 +44,11 @@ typedef struct {
     const int *right, *left, *multiplier;    /* (cells, shared, width) */
     const double *right_values, *left_values, *multiplier_values; /* (local dofs, width) */
     const int *multiplier_rows;              /* place in the vector of multipliers */
-    /* entries that are not always zero: cells that have the same share a list */
-    const int *list, *emitted_offsets, *emitted; /* (cells,), (lists + 1,) */
-    const int64_t *first;                    /* number of the first one of each cell, (cells,) */
-    const int *places;                       /* of these in all values; NULL: in their order */
+    /* entries that are not always zero, one of two ways: in their order, cells that have the same
+     * sharing a list; or as runs (from, to, length) that follow one another in a cell's matrix and
+     * among all values, for each cell those that are the first there, then those to be added */
+    const int *list, *emitted_offsets, *emitted; /* (cells,), (lists + 1,); NULL: the other way */
+    const int *runs, *run_offsets;           /* (runs, 3), (2 cells + 1,); NULL: the other way */
     /* what no other cell shares, the last of a cell's reduced unknowns; NULL: nothing */
     const int *inner_size, *outer_rows, *outer_columns; /* (cells,) */
     const int *row_numbers, *column_numbers; /* places in what the rank sees, (cells, rows) ... */

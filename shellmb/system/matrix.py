@@ -48,10 +48,6 @@ class ReducedMatrix(Protocol):
     A: PETSc.Mat
     targets: list[Floats]
 
-    def begin(self) -> None:
-        """Before the parts fill it."""
-        ...
-
     def end(self) -> None:
         """After the last part."""
         ...
@@ -91,9 +87,8 @@ class CooMatrix:
         ends = pattern.ends()
         self._values = np.zeros(ends[-1])
         self.targets = [self._values[a:b] for a, b in itertools.pairwise(ends)][: len(parts)]
-
-    def begin(self) -> None:
-        """All entries are given anew."""
+        for part in parts:
+            part.emit()
 
     def end(self) -> None:
         """Add them up."""
@@ -121,19 +116,17 @@ class CsrMatrix:
         new[1:] = keys[1:] != keys[:-1]
         places = np.empty(len(keys), dtype=np.int32)
         places[order] = np.cumsum(new, dtype=np.int32) - np.int32(1)
+        first = np.empty_like(new)
+        first[order] = new
         keys = keys[new]
         starts = np.searchsorted(keys, owned * np.arange(owned + 1)).astype(PETSc.IntType)
         self._values = np.zeros(len(keys))
         self.A = PETSc.Mat().createAIJWithArrays(
             (owned, owned), (starts, (keys % owned).astype(PETSc.IntType), self._values), comm=comm
         )
-        for part, (first, last) in zip(parts, itertools.pairwise(pattern.ends()), strict=False):
-            part.add_at(places[first:last])
+        for part, (a, b) in zip(parts, itertools.pairwise(pattern.ends()), strict=False):
+            part.add_at(places[a:b], first[a:b])
         self.targets = [self._values] * len(parts)
-
-    def begin(self) -> None:
-        """Parts add to what is there."""
-        self._values[:] = 0.0
 
     def end(self) -> None:
         """Tell PETSc."""

@@ -15,6 +15,7 @@ from shellmb.system.chunks import elimination, find_chunks
 from shellmb.system.loops import FormLoop, MeshCells
 from shellmb.system.reducednumbers import ReducedNumbers
 from shellmb.system.rowmap import RowMap
+from shellmb.system.runs import Lists, find_runs
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -102,7 +103,7 @@ class MeshReduction:
         # short integers, and one list for cells that have the same entries: of 64x64 elements there
         # are 26 million entries in ED
         none = np.zeros(0, dtype=np.int32)
-        rows, columns, lists, counts = [none], [none], Lists(), []
+        rows, columns, lists = [none], [none], Lists()
         row_of = self.numbers.matrix_rows.astype(np.int32)
         column_of = self.numbers.matrix_columns.astype(np.int32)
         for first in range(0, self.cells.count, CHUNK):
@@ -112,20 +113,34 @@ class MeshReduction:
             found = (values != 0.0).reshape(last - first, size)
             cell, entry = np.nonzero(found)
             lists.add(found)
-            counts += found.sum(axis=1).tolist()
             rows.append(row_of[self.row_numbers[first + cell, entry // width]])
             columns.append(column_of[self.column_numbers[first + cell, entry % width]])
-        p = self.pointer
-        self._projection["list"] = p(np.array([*lists.of_cell, 0], dtype=np.int32))
-        self._projection["emitted_offsets"] = p(np.array(lists.offsets, dtype=np.int32))
-        self._projection["emitted"] = p(np.concatenate([none, *lists.entries]))
-        self._projection["first"] = p(np.cumsum([0, *counts], dtype=np.int64))
-        self.projection = self.pointer.many("Projection", [self._projection])
+        self._emitted = lists
         return np.concatenate(rows), np.concatenate(columns)
 
-    def add_at(self, places: Int32s) -> None:
-        """From now on `assemble` adds its entries to values at these places."""
-        self._projection["places"] = self.pointer(places)
+    def emit(self) -> None:
+        """From now on `assemble` gives its entries in their order."""
+        p, lists = self.pointer, self._emitted
+        self._projection["list"] = p(np.array([*lists.of_cell, 0], dtype=np.int32))
+        self._projection["emitted_offsets"] = p(np.array(lists.offsets, dtype=np.int32))
+        none = np.zeros(0, dtype=np.int32)
+        self._projection["emitted"] = p(np.concatenate([none, *lists.entries]))
+        self._complete()
+
+    def add_at(self, places: Int32s, first: npt.NDArray[np.bool_]) -> None:
+        """From now on `assemble` adds its entries up.
+
+        Args:
+            places: Place of each among the values.
+            first: Whether it is the first that comes to that place in an assembly.
+        """
+        runs, offsets = find_runs(self._emitted, places, first)
+        self._projection |= {"runs": self.pointer(runs), "run_offsets": self.pointer(offsets)}
+        self._complete()
+
+    def _complete(self) -> None:
+        """All is known."""
+        del self._emitted
         self.projection = self.pointer.many("Projection", [self._projection])
 
     def _layout(self) -> None:
@@ -185,35 +200,6 @@ class MeshReduction:
         p = native.doubles
         kept, inner = p(self._kept), p(self._inner)
         self.lib.expand(self.struct, self.projection, kept, inner, p(x), p(rows))
-
-
-class Lists:
-    """Entries of the matrices of cells that are not always zero; cells may have the same.
-
-    Attributes:
-        of_cell: Number of the list of each cell so far.
-        entries: The lists.
-        offsets: Where each begins, and where the last one ends.
-    """
-
-    def __init__(self) -> None:
-        self.of_cell: list[int] = []
-        self.entries: list[Int32s] = []
-        self.offsets = [0]
-        self._known: dict[bytes, int] = {}
-
-    def add(self, found: npt.NDArray[np.bool_]) -> None:
-        """Add cells.
-
-        Args:
-            found: Whether each entry of each cell is one, shape (cells, n).
-        """
-        for row in found:
-            number = self._known.setdefault(np.packbits(row).tobytes(), len(self.entries))
-            if number == len(self.entries):
-                self.entries.append(np.flatnonzero(row).astype(np.int32))
-                self.offsets.append(self.offsets[-1] + len(self.entries[-1]))
-            self.of_cell.append(number)
 
 
 class SingularCell(Exception):

@@ -133,7 +133,6 @@ class Reduction:
         self._given[:] = numbers.correction()
         shifted = bool(numbers.full.comm.allreduce(bool(np.any(self._given)), op=MPI.MAX))
         self._load[:] = 0.0
-        self._matrix.begin()
         for part, values in zip(self.parts, self._matrix.targets, strict=True):
             # what is solved for is subtracted
             part.assemble(values, *((-self._given, self._load) if shifted else ()))
