@@ -101,6 +101,9 @@ void expand_inner(const Cells *, const Projection *, const double *, double *);
 void combine(int, int, const double *, const int64_t *, const double *, double *);
 void distribute(int, int, const double *, const int64_t *, const int64_t *, const double *,
                 double *);
+void bases(int, const int64_t *, const double *, const double *, const double *,
+           const unsigned char *, double *, double *, double *);
+void put_rows(int, const int64_t *, const int64_t *, int, const double *, int, double *);
 int turn(int, int, double *, const double *, double);
 int turn_nodes(int, int, const int64_t *, const double *, const double *, double *, double);
 void normalise(int, int, double *);

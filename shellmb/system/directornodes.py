@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from shellmb.system import native
 from shellmb.system.directors import (
     DEPENDENT,
     any_pseudo_inverse,
@@ -90,6 +91,9 @@ class DirectorNodes:
         self.values = field.function.x.array
         self.settled = False
         self.partial = self._partial()
+        alike = self.size == 2 and not self.partial
+        midway = declared.before is not None and not declared.linear and self.rates is None
+        self._directors = DirectorBases(self) if alike and midway else None
 
     @property
     def rates(self) -> DirectorRates | None:
@@ -138,6 +142,8 @@ class DirectorNodes:
             fields: All fields.
             found: Bases of the fields before this one.
         """
+        if self._directors is not None:
+            return self._directors()
         mean, at = self.mean(fields), self.at(fields)
         C_mean = constraint(mean)
         left = tangent(mean)
@@ -213,3 +219,29 @@ class DirectorNodes:
             C = constraint(d[node : node + 1])[0]
             out[node, free] = -any_pseudo_inverse(C[:, free]) @ g[node]
         return out
+
+
+class DirectorBases:
+    """Bases of nodes with one director each, all free or held: one loop of `nodes.c`.
+
+    Args:
+        nodes: The nodes.
+    """
+
+    def __init__(self, nodes: DirectorNodes) -> None:
+        n, before = len(nodes.dofs), nodes.declared.before
+        assert before is not None
+        self._lib = native.cells().lib
+        self._bases = Bases(np.zeros((n, 3, 2)), np.zeros((n, 3, 2)), np.zeros((n, 3, 1)), None)
+        dofs, held = nodes.dofs.astype(np.int64), nodes.held.astype(np.uint8)
+        reference = np.ascontiguousarray(nodes.reference, dtype=float)
+        self._kept = dofs, held, reference, before
+        given = reference, before.x.array, nodes.values
+        right, left, forces = map(native.doubles, self._bases[:3])
+        pointers = (*map(native.doubles, given), native.bytes_of(held), left, right, forces)
+        self._arguments = (n, native.longs(dofs), *pointers)
+
+    def __call__(self) -> Bases:
+        """Those at the current state; overwritten by the next call."""
+        self._lib.bases(*self._arguments)
+        return self._bases

@@ -55,6 +55,11 @@ def longs(array: npt.NDArray[np.int64]) -> Any:
     return cells().ffi.from_buffer("int64_t[]", array)
 
 
+def bytes_of(array: npt.NDArray[np.uint8]) -> Any:
+    """The same of bytes."""
+    return cells().ffi.from_buffer("unsigned char[]", array)
+
+
 def _address(module: Any, name: str) -> int:
     """Address of a BLAS or LAPACK function that SciPy exports to Cython."""
     capsule = module.__pyx_capi__[name]

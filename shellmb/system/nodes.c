@@ -20,6 +20,36 @@ void across(int n, const double *d, double *out)
     }
 }
 
+/* Bases of nodes with one director each, `reference` + value, tangent at the mean of two values and
+ * at the second one, and the row (C^T)^+ of the mean; all zero where nodes are held. */
+void bases(int nodes, const int64_t *dofs, const double *reference, const double *before,
+           const double *now, const unsigned char *held, double *left, double *right,
+           double *forces)
+{
+    for (int n = 0; n < nodes; ++n, dofs += 3, left += 6, right += 6, forces += 3) {
+        double mean[3], d[3], square = 0.0;
+        for (int i = 0; i < 3; ++i) {
+            d[i] = reference[3 * n + i] + now[dofs[i]];
+            mean[i] = (reference[3 * n + i] + before[dofs[i]] + d[i]) / 2;
+            square += mean[i] * mean[i];
+        }
+        across(1, mean, left);
+        across(1, d, right);
+        for (int i = 0; i < 3; ++i)
+            forces[i] = held[n] ? 0.0 : mean[i] / square;
+        for (int i = 0; held[n] && i < 6; ++i)
+            left[i] = right[i] = 0.0;
+    }
+}
+
+/* Some rows of a table from rows of another one, which may be narrower. */
+void put_rows(int count, const int64_t *to, const int64_t *from, int width, const double *values,
+              int table_width, double *table)
+{
+    for (int i = 0; i < count; ++i)
+        memcpy(table + to[i] * table_width, values + from[i] * width, sizeof(double) * width);
+}
+
 static void cross(const double *a, const double *b, double *out)
 {
     out[0] = a[1] * b[2] - a[2] * b[1];

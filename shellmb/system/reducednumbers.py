@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from shellmb.system import native
 from shellmb.system.directornodes import Bases
 from shellmb.system.loops import MeshCells
 from shellmb.system.nodes import SystemNodes
@@ -47,6 +48,7 @@ class ReducedNumbers:
         self.own = np.zeros(n.owned, dtype=np.int64)
         # the first of several linked ones
         self.own[local[mine][::-1]] = mine[::-1]
+        self._lib = native.cells().lib
         self._number(cells)
 
     def _number(self, cells: list[MeshCells]) -> None:
@@ -202,13 +204,13 @@ class ReducedNumbers:
         found: dict[int, Bases] = {}
         for k, nodes in self.nodes.items():
             found[k] = nodes.bases(self.fields, found)
-        split, forces = self._split, {}
+        forces = {}
         for k, bases in found.items():
             forces[k] = bases.forces / self.of_node(self.weights, k)[:, None, :]
         self._put(self.left.values, {k: b.left for k, b in found.items()})
-        self._put(self.right.values[:, :split], {k: b.right for k, b in found.items()})
+        self._put(self.right.values, {k: b.right for k, b in found.items()})
         states = {k: b.state for k, b in found.items() if b.state is not None}
-        self._put(self.right.values[:, split:], states)
+        self._put(self.right.values, states, self._split)
         self._put(self.forces.values, forces)
 
     def of_node(self, values: npt.NDArray[Any], k: int) -> npt.NDArray[Any]:
@@ -216,23 +218,26 @@ class ReducedNumbers:
         first, shape = self._first[k], self.nodes[k].multipliers.shape
         return values[first : first + shape[0] * shape[1]].reshape(shape)
 
-    def _put(self, table: Floats, parts: dict[int, Floats]) -> None:
+    def _put(self, table: Floats, parts: dict[int, Floats], first: int = 0) -> None:
         """Give the rows of nodes' unknowns new values; all others keep theirs.
 
         Args:
             table: Rows of all local dofs.
             parts: Values by field, shape (n, 3 k, m).
+            first: Column of the first of the m.
         """
         for k, part in parts.items():
-            values = part.reshape(-1, part.shape[2])
+            values = np.ascontiguousarray(part.reshape(-1, part.shape[2]))
+            width = values.shape[1]
             if self.full.serial:
-                local, row = self._local[k]
-                table[local, : part.shape[2]] = values[row]
+                local, row = (native.longs(numbers) for numbers in self._local[k])
+                to = table.shape[1], native.doubles(table) + first
+                self._lib.put_rows(len(local), local, row, width, native.doubles(values), *to)
                 continue
             ids = self._rows[k].ravel()
             known = self.full.seen(self.full.set(ids, np.ones(len(ids)))) > 0.0
-            for q in range(part.shape[2]):
-                table[known, q] = self.full.seen(self.full.set(ids, values[:, q]))[known]
+            for q in range(width):
+                table[known, first + q] = self.full.seen(self.full.set(ids, values[:, q]))[known]
 
     @cached_property
     def _local(self) -> dict[int, tuple[Ints, Ints]]:

@@ -107,3 +107,21 @@ def test_turning_nodes(simulation, size) -> None:
     turned = np.abs(found[0][0] - change).max() > 1e-8
     assert turned == (size < TURN)
     assert found[0][2] == [turned] * len(nodes.sets)
+
+
+def test_bases_of_directors(simulation) -> None:
+    """At a state that moves, with the nodes of the clamped edge held."""
+    nodes, fields = simulation.problem.iteration.nodes, simulation.problem.system.fields
+    assert any(of_field.held.any() for of_field in nodes.sets.values())
+    for of_field in nodes.sets.values():
+        loop = of_field._directors
+        assert loop is not None
+        fast = [np.array(part) for part in of_field.bases(fields, {})[:3]]
+        try:
+            of_field._directors = None
+            slow = of_field.bases(fields, {})[:3]
+        finally:
+            of_field._directors = loop
+        for one, other in zip(fast, slow, strict=True):
+            assert one.any()
+            assert np.allclose(one, other, rtol=0.0, atol=1e-15)
