@@ -34,11 +34,12 @@ class Predictor:
     def __init__(self, nodes: SystemNodes, convergence: Convergence) -> None:
         self._nodes, self._convergence = nodes, convergence
         self._guess = nodes.system.x.duplicate()
+        self._past = np.zeros((len(WEIGHTS), nodes.system.numbering.owned))
         self.clear()
 
     def clear(self) -> None:
         """Forget the past: motion does not continue smoothly."""
-        self._states: list[Floats] = []
+        self._known = 0
         self._errors: list[float] = []
         self._key: Hashable = None
 
@@ -48,10 +49,10 @@ class Predictor:
         Args:
             key: What steps have in common that continue one another.
         """
-        if not self._states or key != self._key:
+        if not self._known or key != self._key:
             return None
         degree = int(np.argmin(self._errors)) if self._errors else 0
-        self._guess.array[:] = self._extrapolations()[degree]
+        self._guess.array[:] = WEIGHTS[degree, : self._known] @ self._past[: self._known]
         self._nodes.normalise(self._guess)
         return self._guess
 
@@ -65,20 +66,23 @@ class Predictor:
         if key != self._key:
             self.clear()
         self._key = key
-        new = np.array(x.array_r)
-        guesses = self._extrapolations()
-        for degree, guess in enumerate(guesses):
-            error = self._convergence.size(new, new - guess)
-            if degree < len(self._errors):
-                error = MEMORY * error + (1 - MEMORY) * self._errors[degree]
-                self._errors[degree] = error
-            else:
-                self._errors.append(error)
-        self._states = [new, *self._states[: len(WEIGHTS) - 1]]
+        new, known = x.array_r, self._known
+        if known:
+            guesses = WEIGHTS[:known, :known] @ self._past[:known]
+            found = self._convergence.sizes(new, new - guesses).tolist()
+            old = self._errors
+            self._errors = [
+                MEMORY * error + (1 - MEMORY) * before
+                for error, before in zip(found, old, strict=False)
+            ]
+            self._errors += found[len(old) :]
+        self._past[1:] = self._past[:-1]
+        self._past[0] = new
+        self._known = min(known + 1, len(WEIGHTS))
 
     def arrays(self) -> dict[str, Floats]:
         """What a restart needs of the past: unknowns that this rank owns."""
-        return {str(k): state for k, state in enumerate(self._states)}
+        return {str(k): self._past[k].copy() for k in range(self._known)}
 
     def state(self) -> list[float]:
         """The other part of it: how each degree has done."""
@@ -92,12 +96,7 @@ class Predictor:
             errors: As from `state`.
             key: That of the step to come.
         """
-        self._states = [arrays[str(k)] for k in range(len(arrays))]
+        self._known = len(arrays)
+        for k in range(self._known):
+            self._past[k] = arrays[str(k)]
         self._errors, self._key = list(errors), key
-
-    def _extrapolations(self) -> Floats:
-        """Of all degrees that the past allows, shape (degrees, n)."""
-        known = len(self._states)
-        if not known:
-            return np.zeros((0, 0))
-        return np.asarray(WEIGHTS[:known, :known] @ np.stack(self._states))

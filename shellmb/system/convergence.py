@@ -62,10 +62,22 @@ class Convergence:
             raise self.error("the iteration diverged")
         return largest, moved
 
-    def size(self, x: Floats, dx: Floats) -> float:
-        """Largest relative change of a part; owned entries, the same on every rank."""
-        self._judge(x, dx)
-        return float(self._found[0])
+    def sizes(self, x: Floats, changes: Floats) -> Floats:
+        """Largest relative change of a part for each of several changes, the same on every rank.
+
+        Args:
+            x: Owned entries, shape (n,).
+            changes: Changes of them, shape (k, n).
+
+        Returns:
+            Shape (k,).
+        """
+        table = np.empty((len(changes) + 1, len(self.parts)))
+        for values, row in zip((x, *changes), table, strict=True):
+            self._lib.largest(*self._where, native.doubles(values), native.doubles(row))
+        if self.system.comm.size > 1:
+            self.system.comm.Allreduce(MPI.IN_PLACE, table, op=MPI.MAX)
+        return np.asarray((table[1:] / np.maximum(table[0], self._scales)).max(axis=1))
 
     def _judge(self, x: Floats, dx: Floats) -> None:
         """Compare changes of the parts with their scales or own sizes, whichever is larger."""
