@@ -152,6 +152,8 @@ class BlockSystem:
         self._diagonal.array[self.fixed] = 1.0
         self._values = np.zeros(n.owned)
         self.reactions = np.zeros(len(self.fixed))
+        self._given = (native.doubles(self._values), native.doubles(self.reactions))
+        self._lib = native.cells().lib
 
     def update_fixed_values(self) -> None:
         """Take the values of the fixed dofs from the fields (after they changed)."""
@@ -186,9 +188,9 @@ class BlockSystem:
         local[:] = 0.0
         self.residuals.add(local)
         self._exchange.collect(b)
+        values, reactions = self._given
         unknowns, entries = native.doubles(x.array_r), native.doubles(b.array)
-        values, reactions = native.doubles(self._values), native.doubles(self.reactions)
-        native.cells().lib.hold(*self._held_rows, unknowns, values, entries, reactions)
+        self._lib.hold(*self._held_rows, unknowns, values, entries, reactions)
 
     def jacobian(self, x: PETSc.Vec, A: PETSc.Mat) -> None:
         """Assemble the Jacobian into `A`. The functions must hold `x` already."""
