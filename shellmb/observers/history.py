@@ -17,6 +17,9 @@ from shellmb.simulate.simulation import Silent, Simulation
 STEP_COLUMNS = ("step", "t", "dt", "iterations", "rejected", "jump")
 WALL = "wall_s"
 
+# wall time whose rows are written together, s: a killed process loses no more
+BATCH = 0.2
+
 
 @runtime_checkable
 class Measuring(Protocol):
@@ -30,7 +33,8 @@ class Measuring(Protocol):
 class History(Silent):
     """Collects the numbers of measuring observers after every step, and writes them to a CSV file.
 
-    It has to stand behind the observers it asks. Row 0 is the initial state.
+    It has to stand behind the observers it asks. Row 0 is the initial state. Rows of short steps
+    are written a few at a time; all are there when a run ends, however it ends.
 
     Args:
         measuring: The observers to ask.
@@ -45,6 +49,7 @@ class History(Silent):
         self.rows: list[dict[str, float]] = []
         self._kept: int | None = None
         self._file: IO[str] | None = None
+        self._written, self._time_written = 0, 0.0
 
     def start(self, simulation: Simulation) -> None:
         """Open the file; after a restart keep the rows up to it.
@@ -68,8 +73,8 @@ class History(Silent):
             draft = self._path.with_suffix(".tmp")
             self._file = draft.open("w", newline="")
             self._file.write(",".join(self.rows[0]) + "\n")
-            for row in self.rows:
-                self._write(row)
+            self._written = 0
+            self.write()
             draft.replace(self._path)
 
     def _check_names(self) -> None:
@@ -100,22 +105,27 @@ class History(Silent):
         row[WALL] = clock.perf_counter() - self._begin
         return row
 
-    def _write(self, row: dict[str, float]) -> None:
-        assert self._file is not None
+    def write(self) -> None:
+        """Write the rows that are not in the file yet."""
+        if self._file is None or self._written == len(self.rows):
+            return
         # repr keeps all digits; what a scheme does not have is left empty
-        self._file.write(",".join("" if v != v else repr(v) for v in row.values()) + "\n")
+        lines = [",".join(map(repr, row.values())) for row in self.rows[self._written :]]
+        self._file.write("\n".join(lines).replace("nan", "") + "\n")
         self._file.flush()
+        self._written, self._time_written = len(self.rows), self.rows[-1][WALL]
 
     def accepted(self, simulation: Simulation) -> None:
         """Add a row."""
         row = self._row(simulation)
         self.rows.append(row)
-        if self._file is not None:
-            self._write(row)
+        if row[WALL] - self._time_written > BATCH:
+            self.write()
 
     def finish(self, simulation: Simulation, error: Exception | None) -> None:
-        """Close the file."""
+        """Write what is left and close the file."""
         if self._file is not None:
+            self.write()
             self._file.close()
             self._file = None
 
