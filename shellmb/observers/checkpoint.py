@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import time as clock
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -47,7 +47,7 @@ class Checkpoint(Silent):
     Args:
         folder: Folder of the state.
         observers: Observers whose state is kept, by name; the checkpoint has to stand behind them.
-        first: Writes what a state counts on: the rows of the history.
+        first: Write what a state counts on, the history say.
         interval: Least time between two states, s.
     """
 
@@ -55,7 +55,7 @@ class Checkpoint(Silent):
         self,
         folder: Path,
         observers: Mapping[str, Observer],
-        first: Callable[[], None] = lambda: None,
+        first: Sequence[Callable[[], None]] = (),
         interval: float = INTERVAL,
     ) -> None:
         self._folder, self._observers, self._interval = folder, observers, interval
@@ -102,7 +102,8 @@ class Checkpoint(Silent):
             "simulation": simulation,
             "observers": observers,
         }
-        self._first()
+        for write in self._first:
+            write()
         stem = f"step-{simulation['step']:08d}"
         file = self._folder / f"{stem}-rank{self._comm.rank}.npz"
         np.savez(file, allow_pickle=False, **arrays)

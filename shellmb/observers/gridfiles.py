@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from io import SEEK_CUR, BufferedWriter
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -45,16 +44,17 @@ class GridFiles:
         # VTK's own way to a file takes four times as long as all the rest of its work
         self._writer.WriteToOutputStringOn()
         self._series: BufferedWriter | None = None
+        self._listed = 0
 
     def file(self, number: int) -> Path:
         """File of one state."""
         return self._folder / f"{self._stem}_{number:04d}.vtu"
 
-    def write(self, times: list[float], fields: Mapping[str, Floats]) -> None:
-        """Write the last state.
+    def write(self, number: int, fields: Mapping[str, Floats]) -> None:
+        """Write a state.
 
         Args:
-            times: Times of all states so far, s.
+            number: Its number.
             fields: Values at the nodes, "displacement" among them; the same names at all times.
         """
         if not self._fields:
@@ -66,12 +66,11 @@ class GridFiles:
         for changed in self._arrays:
             changed.Modified()
         if not self._writer.Write():
-            raise OSError(f"{self.file(len(times) - 1)} cannot be written")
+            raise OSError(f"{self.file(number)} cannot be written")
         written: bytes | str = self._writer.GetOutputString()
         # text only where no number makes it anything else
         content = written.encode() if isinstance(written, str) else written
-        self.file(len(times) - 1).write_bytes(content)
-        self._list(times)
+        self.file(number).write_bytes(content)
 
     def _begin(self, fields: Mapping[str, Floats]) -> None:
         """Make the arrays whose numbers change from state to state."""
@@ -87,18 +86,23 @@ class GridFiles:
         kept += [data.GetCellData().GetArray(key) for key in self._cell_data]
         self._arrays = [*by_name.values(), *kept]
 
-    def _list(self, times: list[float]) -> None:
-        """Add the last state to the list that ParaView opens; the file is complete at all times."""
+    def list(self, times: Sequence[float]) -> None:
+        """List the states for ParaView; the file is complete at all times.
+
+        Args:
+            times: Times of all states so far, s.
+        """
+        entries = [self._entry(k, times[k]) for k in range(self._listed, len(times))]
         if self._series is None:
             self._series = (self._folder / f"{self._stem}.vtu.series").open("wb")
-            entries = [self._entry(k, t) for k, t in enumerate(times)]
-            text = '{"file-series-version": "1.0", "files": [\n' + ",\n".join(entries)
+            text = '{"file-series-version": "1.0", "files": [\n'
         else:
             # over what ends the file: writing it anew takes longer than writing a state
             self._series.seek(-len(END), SEEK_CUR)
-            text = ",\n" + self._entry(len(times) - 1, times[-1])
-        self._series.write((text + END).encode())
+            text = ",\n"
+        self._series.write((text + ",\n".join(entries) + END).encode())
         self._series.flush()
+        self._listed = len(times)
 
     def _entry(self, number: int, t: float) -> str:
         return json.dumps({"name": self.file(number).name, "time": t})

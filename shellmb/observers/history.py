@@ -11,14 +11,12 @@ from typing import IO, Any, Protocol, runtime_checkable
 import pandas as pd
 
 from shellmb.errors import SceneError
+from shellmb.observers.batches import Batches
 from shellmb.simulate.simulation import Silent, Simulation
 
 # what every history begins and ends with
 STEP_COLUMNS = ("step", "t", "dt", "iterations", "rejected", "jump")
 WALL = "wall_s"
-
-# wall time whose rows are written together, s: a killed process loses no more
-BATCH = 0.2
 
 
 @runtime_checkable
@@ -34,7 +32,7 @@ class History(Silent):
     """Collects the numbers of measuring observers after every step, and writes them to a CSV file.
 
     It has to stand behind the observers it asks. Row 0 is the initial state. Rows of short steps
-    are written a few at a time; all are there when a run ends, however it ends.
+    are written several at a time (`Batches`); all are there when a run ends, however it ends.
 
     Args:
         measuring: The observers to ask.
@@ -49,7 +47,7 @@ class History(Silent):
         self.rows: list[dict[str, float]] = []
         self._kept: int | None = None
         self._file: IO[str] | None = None
-        self._written, self._time_written = 0, 0.0
+        self._written, self._batches = 0, Batches()
 
     def start(self, simulation: Simulation) -> None:
         """Open the file; after a restart keep the rows up to it.
@@ -113,13 +111,14 @@ class History(Silent):
         lines = [",".join(map(repr, row.values())) for row in self.rows[self._written :]]
         self._file.write("\n".join(lines).replace("nan", "") + "\n")
         self._file.flush()
-        self._written, self._time_written = len(self.rows), self.rows[-1][WALL]
+        self._written = len(self.rows)
+        self._batches.written()
 
     def accepted(self, simulation: Simulation) -> None:
         """Add a row."""
         row = self._row(simulation)
         self.rows.append(row)
-        if row[WALL] - self._time_written > BATCH:
+        if self._batches.due():
             self.write()
 
     def finish(self, simulation: Simulation, error: Exception | None) -> None:
