@@ -12,6 +12,7 @@ import numpy.typing as npt
 from shellmb.observers.grid import Grid
 
 Floats = npt.NDArray[np.float64]
+Array = npt.NDArray[Any]
 
 KINDS = {"float64": "Float64", "int64": "Int64", "uint8": "UInt8"}
 END = b"\n</AppendedData>\n</VTKFile>\n"
@@ -31,7 +32,7 @@ class VtuFormat:
 
     def __init__(self, grid: Grid, cell_data: Mapping[str, Floats], fields: Iterable[str]) -> None:
         cells, ends = _cells(grid.vtk_cells)
-        steady = [
+        steady: list[tuple[str, str, Array]] = [
             ("PointData", "reference", grid.nodes),
             *(("CellData", name, values) for name, values in cell_data.items()),
             ("Cells", "connectivity", cells),
@@ -39,7 +40,9 @@ class VtuFormat:
             ("Cells", "types", grid.vtk_types),
         ]
         # behind what stays the same, in the order in which `content` takes them
-        changing = [("PointData", name, grid.nodes) for name in fields]
+        changing: list[tuple[str, str, Array]] = [
+            ("PointData", name, grid.nodes) for name in fields
+        ]
         changing.append(("Points", "Points", grid.nodes))
         sections = dict.fromkeys(("PointData", "CellData", "Points", "Cells"), "")
         offset = 0
@@ -79,7 +82,7 @@ def _header(grid: Grid, sections: Mapping[str, str]) -> str:
     )
 
 
-def _block(values: npt.NDArray[Any]) -> bytes:
+def _block(values: Array) -> bytes:
     """Numbers behind the number of their bytes."""
     return values.nbytes.to_bytes(8, sys.byteorder) + values.tobytes()
 
