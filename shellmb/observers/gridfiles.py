@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from io import SEEK_CUR, BufferedWriter
+from io import BufferedWriter
 from pathlib import Path
 
 import numpy as np
@@ -34,7 +34,8 @@ class GridFiles:
         self._cell_data = dict(cell_data)
         self._format: VtuFormat | None = None
         self._series: BufferedWriter | None = None
-        self._listed = 0
+        # states in the list, and bytes before its end
+        self._listed = (0, 0)
 
     def file(self, number: int) -> Path:
         """File of one state."""
@@ -57,17 +58,16 @@ class GridFiles:
         Args:
             times: Times of all states so far, s.
         """
-        entries = [self._entry(k, times[k]) for k in range(self._listed, len(times))]
         if self._series is None:
             self._series = (self._folder / f"{self._stem}.vtu.series").open("wb")
-            text = '{"file-series-version": "1.0", "files": [\n'
-        else:
-            # over what ends the file: writing it anew takes longer than writing a state
-            self._series.seek(-len(END), SEEK_CUR)
-            text = ",\n"
-        self._series.write((text + ",\n".join(entries) + END).encode())
+        count, size = self._listed
+        text = ",\n" if count else '{"file-series-version": "1.0", "files": [\n'
+        text += ",\n".join(self._entry(k, times[k]) for k in range(count, len(times)))
+        # over what ends the file: writing it anew takes longer than writing a state
+        self._series.seek(size)
+        self._series.write((text + END).encode())
         self._series.flush()
-        self._listed = len(times)
+        self._listed = (len(times), size + len(text.encode()))
 
     def _entry(self, number: int, t: float) -> str:
         return json.dumps({"name": self.file(number).name, "time": t})

@@ -46,8 +46,10 @@ class History(Silent):
         self._measuring, self._path = list(measuring), path
         self.rows: list[dict[str, float]] = []
         self._kept: int | None = None
-        self._file: IO[str] | None = None
-        self._written, self._batches = 0, Batches()
+        self._file: IO[bytes] | None = None
+        self._batches = Batches()
+        # rows in the file, and its bytes
+        self._written = (0, 0)
 
     def start(self, simulation: Simulation) -> None:
         """Open the file; after a restart keep the rows up to it.
@@ -69,9 +71,8 @@ class History(Silent):
             assert self._path is not None
             # under its name only when complete: rows of an earlier run are not lost on the way
             draft = self._path.with_suffix(".tmp")
-            self._file = draft.open("w", newline="")
-            self._file.write(",".join(self.rows[0]) + "\n")
-            self._written = 0
+            self._file = draft.open("wb")
+            self._written = (0, self._file.write((",".join(self.rows[0]) + "\n").encode()))
             self.write()
             draft.replace(self._path)
 
@@ -105,13 +106,17 @@ class History(Silent):
 
     def write(self) -> None:
         """Write the rows that are not in the file yet."""
-        if self._file is None or self._written == len(self.rows):
+        count, size = self._written
+        if self._file is None or count == len(self.rows):
             return
         # repr keeps all digits; what a scheme does not have is left empty
-        lines = [",".join(map(repr, row.values())) for row in self.rows[self._written :]]
-        self._file.write("\n".join(lines).replace("nan", "") + "\n")
+        lines = [",".join(map(repr, row.values())) for row in self.rows[count:]]
+        text = ("\n".join(lines).replace("nan", "") + "\n").encode()
+        # in its place, as Ctrl-C may come between this and the note of it
+        self._file.seek(size)
+        self._file.write(text)
         self._file.flush()
-        self._written = len(self.rows)
+        self._written = (count + len(lines), size + len(text))
         self._batches.written()
 
     def accepted(self, simulation: Simulation) -> None:
