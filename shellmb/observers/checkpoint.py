@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import time as clock
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -47,13 +47,19 @@ class Checkpoint(Silent):
     Args:
         folder: Folder of the state.
         observers: Observers whose state is kept, by name; the checkpoint has to stand behind them.
+        first: Write what a state counts on, the history say.
         interval: Least time between two states, s.
     """
 
     def __init__(
-        self, folder: Path, observers: Mapping[str, Observer], interval: float = INTERVAL
+        self,
+        folder: Path,
+        observers: Mapping[str, Observer],
+        first: Sequence[Callable[[], None]] = (),
+        interval: float = INTERVAL,
     ) -> None:
         self._folder, self._observers, self._interval = folder, observers, interval
+        self._first = first
 
     def start(self, simulation: Simulation) -> None:
         """Take the initial state."""
@@ -62,25 +68,24 @@ class Checkpoint(Silent):
             self._folder.mkdir(parents=True, exist_ok=True)
         self._comm.Barrier()
         self._pending = False
+        self._live = simulation.live()
         self._remember(simulation)
         self._write()
 
     def _remember(self, simulation: Simulation) -> None:
-        """A copy, as a failing step spoils the functions."""
-        self._arrays = simulation.arrays()
-        self._state: dict[str, Any] = {
-            "format": FORMAT,
-            "ranks": self._comm.size,
-            "simulation": simulation.state(),
-            "observers": {name: o.state() for name, o in self._observers.items()},
-        }
+        """A copy, as a failing step spoils the functions, and a failing observer others' states."""
+        arrays = {name: array.copy() for name, array in self._live.items()}
+        observers = {name: o.state() for name, o in self._observers.items()}
+        # in one go, as Ctrl-C may come at any moment
+        self._last = arrays | simulation.past(), simulation.state(), observers
         self._pending = True
 
     def accepted(self, simulation: Simulation) -> None:
         """Remember the state and write it if the last writing is long ago."""
         self._remember(simulation)
+        due = clock.perf_counter() - self._written > self._interval
         # the first rank's clock decides for all
-        if self._comm.bcast(clock.perf_counter() - self._written > self._interval):
+        if self._comm.bcast(due) if self._comm.size > 1 else due:
             self._write()
 
     def finish(self, simulation: Simulation, error: Exception | None) -> None:
@@ -90,14 +95,22 @@ class Checkpoint(Silent):
             self._write()
 
     def _write(self) -> None:
-        step = self._state["simulation"]["step"]
-        stem = f"step-{step:08d}"
+        arrays, simulation, observers = self._last
+        state = {
+            "format": FORMAT,
+            "ranks": self._comm.size,
+            "simulation": simulation,
+            "observers": observers,
+        }
+        for write in self._first:
+            write()
+        stem = f"step-{simulation['step']:08d}"
         file = self._folder / f"{stem}-rank{self._comm.rank}.npz"
-        np.savez(file, allow_pickle=False, **self._arrays)
+        np.savez(file, allow_pickle=False, **arrays)
         self._comm.Barrier()
         if self._comm.rank == 0:
             draft = self._folder / "state.tmp"
-            draft.write_text(json.dumps({**self._state, "arrays": stem}, indent=1))
+            draft.write_text(json.dumps({**state, "arrays": stem}, indent=1))
             draft.replace(self._folder / "state.json")
             for old in self._folder.glob("step-*.npz"):
                 if not old.name.startswith(f"{stem}-"):

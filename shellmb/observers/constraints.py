@@ -30,37 +30,46 @@ class Constraints(Silent):
 
     def start(self, simulation: Simulation) -> None:
         """Take the errors at the start."""
-        self._nodal = list(nodal_bodies(simulation.model))
+        model = simulation.model
+        joints = {id(group) for group in model.mechanism.groups}
+        self._bodies = [body for body in model.bodies if id(body) not in joints]
+        self._nodal = [body.name in nodal_bodies(model) for body in self._bodies]
+        self._number = {name: k for k, name in enumerate(model.mechanism.joints)}
         self.accepted(simulation)
 
     def accepted(self, simulation: Simulation) -> None:
         """Take the errors."""
         if simulation.scheme.linear:
             return
-        model, levels = simulation.model, simulation.problem.levels
-        errors = {b.name: b.constraint_error(levels[b.name].q) for b in model.bodies}
-        worst = np.array([max(errors[name] for name in self._nodal), max(errors.values())])
-        model.comm.Allreduce(MPI.IN_PLACE, worst, op=MPI.MAX)
-        director, every = worst.tolist()
-        self._take_joints(simulation)
+        levels = simulation.problem.levels
+        director = every = 0.0
+        for body, nodal in zip(self._bodies, self._nodal, strict=True):
+            error = body.constraint_error(levels[body.name].q)
+            every = max(every, error)
+            director = max(director, error) if nodal else director
+        joints = self._of_joints(simulation) if self._number else []
+        worst = [director, max(every, *joints) if joints else every, *joints]
+        if simulation.model.comm.size > 1:
+            numbers = np.array(worst)
+            simulation.model.comm.Allreduce(MPI.IN_PLACE, numbers, op=MPI.MAX)
+            worst = numbers.tolist()
+        director, every, *joints = worst
         self._now = {"director_error": director, "constraint_error": every}
         self.director_max = max(self.director_max or 0.0, director)
         self.constraint_max = max(self.constraint_max or 0.0, every)
+        for name, value in zip(self._number, joints, strict=True):
+            self.joints[name] = max(self.joints.get(name, 0.0), value)
 
-    def _take_joints(self, simulation: Simulation) -> None:
-        mechanism, levels = simulation.model.mechanism, simulation.problem.levels
-        if not mechanism.joints:
-            return
-        number = {name: k for k, name in enumerate(mechanism.joints)}
-        worst = np.zeros(len(number))
-        for group in mechanism.groups:
-            found = np.abs(group.violations(levels[group.name].q)).max(axis=1, initial=0.0)
-            for item, value in zip(group.nodes.item, found, strict=True):
-                k = number[group.joints[item].joint.name]
-                worst[k] = max(worst[k], value / group.length)
-        simulation.model.comm.Allreduce(MPI.IN_PLACE, worst, op=MPI.MAX)
-        for name, value in zip(number, worst, strict=True):
-            self.joints[name] = max(self.joints.get(name, 0.0), float(value))
+    def _of_joints(self, simulation: Simulation) -> list[float]:
+        """Largest violation of each joint on this rank."""
+        worst = [0.0] * len(self._number)
+        for group in simulation.model.mechanism.groups:
+            q = simulation.problem.levels[group.name].q
+            found = np.abs(group.violations(q)).max(axis=1, initial=0.0) / group.length
+            for item, value in zip(group.nodes.item, found.tolist(), strict=True):
+                k = self._number[group.joints[item].joint.name]
+                worst[k] = max(worst[k], value)
+        return worst
 
     def measure(self) -> dict[str, float]:
         """Columns of the history."""

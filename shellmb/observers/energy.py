@@ -12,11 +12,13 @@ from typing import Any
 
 from mpi4py import MPI
 
+import numpy as np
 from dolfinx import fem
 from ufl import Form
 
+from shellmb.schemes.base import Levels
 from shellmb.simulate.simulation import Silent, Simulation
-from shellmb.system.functionals import Functionals
+from shellmb.system.functionals import Functionals, as_now
 
 Scalar = Callable[[], float]
 
@@ -69,11 +71,15 @@ class EnergyAccount(Silent):
         if "v" in scheme.rates:
             kinetic = [b.kinetic_energy(problem.levels[b.name].rates["v"]) for b in bodies]
         strain = [b.strain_energy(problem.state(b.name)) for b in bodies]
-        self._energy = Functionals([present(kinetic), present(strain)], comm)
-        self._loads = scalar(self._work(simulation, "loads"), comm)
-        self._terms = scalar(self._work(simulation, "terms"), comm)
+        elastic, inert = self._dissipation(simulation)
+        # material data are the same in all steps; the factors of loads and the time are not
+        ends = [present(kinetic), present(strain), present(inert)]
+        self._ends = Functionals(ends, comm, [as_now] * len(ends))
+        loads, terms = (present(self._work(simulation, kind)) for kind in ("loads", "terms"))
+        steps = [loads, terms, present(elastic)]
+        self._step = Functionals(steps, comm, [None, None, as_now])
+        self._acting = scheme.dynamic and any(steps)
         self._driven = any(fixed.moving for b in bodies for fixed in b.fixed)
-        self._dissipation(simulation)
         if self._initial is None:
             self._energies()
             self._initial = self.values["total_energy"]
@@ -106,23 +112,26 @@ class EnergyAccount(Silent):
                 forms.append(form)
         return forms
 
-    def _dissipation(self, simulation: Simulation) -> None:
-        alpha, stage = simulation.scheme.dissipation()
-        self._alpha, self._jump = alpha, None
-        if not alpha or stage is None:
-            return
-        problem, forms = simulation.problem, []
-        self._velocity_jump: dict[str, fem.Function] = {}
-        for body in simulation.model.bodies:
-            levels = problem.levels[body.name]
-            self._velocity_jump[body.name] = fem.Function(levels.q.function_space)
-            forms.append(body.jump(levels.q, levels.unknown[stage]))
-            forms.append(body.kinetic_energy(self._velocity_jump[body.name]))
-        self._jump = scalar(forms, simulation.model.comm)
+    def _dissipation(self, simulation: Simulation) -> tuple[list[Form | None], list[Form | None]]:
+        """Both parts of `c^2`, eq. (34): of the jump of states, and of that of velocities."""
+        elastic: list[Form | None] = []
+        inert: list[Form | None] = []
+        self._alpha, stage = simulation.scheme.dissipation()
+        self._jumps: list[_VelocityJump] = []
+        if self._alpha and stage is not None:
+            for body in simulation.model.bodies:
+                levels = simulation.problem.levels[body.name]
+                elastic.append(body.jump(levels.q, levels.unknown[stage]))
+                jump = _VelocityJump(levels)
+                form = body.kinetic_energy(jump.function)
+                if form is not None:
+                    inert.append(form)
+                    self._jumps.append(jump)
+        return elastic, inert
 
     def _energies(self) -> None:
         values = self.values
-        kinetic, strain = self._energy().tolist()
+        kinetic, strain, self._inert = self._ends().tolist()
         values["kinetic_energy"], values["strain_energy"] = kinetic, strain
         values["total_energy"] = kinetic + strain
 
@@ -137,26 +146,24 @@ class EnergyAccount(Silent):
         if not simulation.scheme.dynamic:
             return
         values = self.values
-        values["work_loads"] += self._loads() if self._loads else 0.0
-        values["work_terms"] += self._terms() if self._terms else 0.0
+        if self._acting:
+            loads, terms, elastic = self._step().tolist()
+            values["work_loads"] += loads
+            values["work_terms"] += terms
+            values["dissipation"] += self._alpha * elastic
         if self._driven:
             values["work_supports"] += simulation.problem.support_work()
-        if self._jump is not None:
-            dt = simulation.last.dt if simulation.last else 0.0
-            scheme: Any = simulation.scheme
-            for name, function in self._velocity_jump.items():
-                levels = simulation.problem.levels[name]
-                unknown = {k: f.x.array for k, f in levels.unknown.items()}
-                kinematic = simulation.problem.kinematic(name)
-                v, tangent = levels.rates["v"].x.array, simulation.problem.tangent_values(name)
-                jump = scheme.jump_velocity(levels.q.x.array, v, unknown, dt, tangent)
-                function.x.array[kinematic] = jump[kinematic]
-            values["dissipation"] += self._alpha * self._jump()
+        for jump in self._jumps:
+            jump.begin()
 
     def accepted(self, simulation: Simulation) -> None:
         """Take the energies and see whether the account closes."""
+        if self._jumps and simulation.last is not None:
+            for jump in self._jumps:
+                jump.end(simulation.last.dt)
         self._energies()
         values = self.values
+        values["dissipation"] += self._alpha * self._inert
         if not simulation.scheme.dynamic:
             return
         assert self._initial is not None
@@ -194,3 +201,39 @@ class EnergyAccount(Silent):
         self.values = dict(state["values"])
         self.error, self.largest = state["error"], state["largest"]
         self._initial = state["initial"]
+
+
+class _VelocityJump:
+    """Jump of a body's velocity at the start of a step, from the velocities at both ends.
+
+    Eq. (31) with `a = v_f - v_i`: `b = 2 (q_f - q_i)/dt - v_i - v_f`.
+
+    Args:
+        levels: The body's functions.
+
+    Attributes:
+        function: The jump; zero before the first step.
+    """
+
+    def __init__(self, levels: Levels) -> None:
+        self.function = fem.Function(levels.q.function_space)
+        self._jump = self.function.x.array
+        self._q, self._v = levels.q.x.array, levels.rates["v"].x.array
+        self._start, self._both = self._q.copy(), self._v.copy()
+
+    def begin(self) -> None:
+        """Remember the start of a step."""
+        np.copyto(self._start, self._q)
+        np.copyto(self._both, self._v)
+
+    def end(self, dt: float) -> None:
+        """Take the jump of a step.
+
+        Args:
+            dt: Its length, s.
+        """
+        jump, both = self._jump, self._both
+        np.subtract(self._q, self._start, out=jump)
+        jump *= 2 / dt
+        both += self._v
+        jump -= both

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from shellmb.errors import ConvergenceError
+from shellmb.observers.batches import Batches
 from shellmb.observers.drawn import drawn_parts
 from shellmb.observers.grid import Grid
 from shellmb.observers.gridfiles import GridFiles
@@ -41,7 +42,7 @@ class Frames(Silent):
     velocity, and thickness or size of the section on Lagrange cells of its own degree, and
     `NAME.vtu.series`, which ParaView opens as one thing in time. All rigid bodies are in
     `rigid_bodies_0000.vtu`, lines from their centres to their points, and all joints in
-    `joints_0000.vtu`.
+    `joints_0000.vtu`. Files of short steps are written several at a time (`Batches`).
 
     Args:
         folder: Where the files go; None: frames are kept in memory only.
@@ -56,6 +57,9 @@ class Frames(Silent):
         self.frames: list[Frame] = []
         self.grids: dict[str, Grid] = {}
         self._kept: list[float] = []
+        # numbers of frames that are not written yet, and their fields by the name of the grid
+        self._pending: list[tuple[int, dict[str, dict[str, Floats]]]] = []
+        self._batches = Batches()
 
     def start(self, simulation: Simulation) -> None:
         """Gather the grids and take the first frame, or read those of the earlier run."""
@@ -75,6 +79,7 @@ class Frames(Silent):
             self._read_back()
         else:
             self._take(simulation)
+            self.write()
 
     def accepted(self, simulation: Simulation) -> None:
         """Take a frame if it is time, and at the end."""
@@ -84,27 +89,41 @@ class Frames(Silent):
             due += 1
         if simulation.t >= (due - EARLY) * self._interval or simulation.t >= simulation.t_end:
             self._take(simulation)
+        if self._pending and self._batches.due():
+            self.write()
 
     def finish(self, simulation: Simulation, error: Exception | None) -> None:
         """After a step that did not converge add the last good state."""
         if isinstance(error, ConvergenceError) and not simulation.scheme.linear:
             if simulation.t > self._times[-1]:
                 self._take(simulation)
+        self.write()
         for files in self._files.values():
             files.close()
 
     def _take(self, simulation: Simulation) -> None:
         self._times.append(simulation.t)
-        displacement = {}
+        displacement, written = {}, {}
         for name, part in self._parts.items():
             fields = part.fields(simulation)
             if part.grid is None:
                 continue
             displacement[name] = fields["displacement"]
-            if self._files:
-                self._files[name].write(self._times, fields)
+            written[name] = fields
         if displacement:
             self.frames.append(Frame(simulation.t, displacement))
+        if self._files:
+            self._pending.append((len(self._times) - 1, written))
+
+    def write(self) -> None:
+        """Write the frames that are not in files yet."""
+        if self._pending:
+            for name, files in self._files.items():
+                for number, fields in self._pending:
+                    files.write(number, fields[name])
+                files.list(self._times)
+        self._pending.clear()
+        self._batches.written()
 
     def _read_back(self) -> None:
         """Frames of the earlier run, for the pictures."""

@@ -11,6 +11,7 @@ from typing import IO, Any, Protocol, runtime_checkable
 import pandas as pd
 
 from shellmb.errors import SceneError
+from shellmb.observers.batches import Batches
 from shellmb.simulate.simulation import Silent, Simulation
 
 # what every history begins and ends with
@@ -30,7 +31,8 @@ class Measuring(Protocol):
 class History(Silent):
     """Collects the numbers of measuring observers after every step, and writes them to a CSV file.
 
-    It has to stand behind the observers it asks. Row 0 is the initial state.
+    It has to stand behind the observers it asks. Row 0 is the initial state. Rows of short steps
+    are written several at a time (`Batches`); all are there when a run ends, however it ends.
 
     Args:
         measuring: The observers to ask.
@@ -44,7 +46,10 @@ class History(Silent):
         self._measuring, self._path = list(measuring), path
         self.rows: list[dict[str, float]] = []
         self._kept: int | None = None
-        self._file: IO[str] | None = None
+        self._file: IO[bytes] | None = None
+        self._batches = Batches()
+        # rows in the file, and its bytes
+        self._written = (0, 0)
 
     def start(self, simulation: Simulation) -> None:
         """Open the file; after a restart keep the rows up to it.
@@ -66,10 +71,9 @@ class History(Silent):
             assert self._path is not None
             # under its name only when complete: rows of an earlier run are not lost on the way
             draft = self._path.with_suffix(".tmp")
-            self._file = draft.open("w", newline="")
-            self._file.write(",".join(self.rows[0]) + "\n")
-            for row in self.rows:
-                self._write(row)
+            self._file = draft.open("wb")
+            self._written = (0, self._file.write((",".join(self.rows[0]) + "\n").encode()))
+            self.write()
             draft.replace(self._path)
 
     def _check_names(self) -> None:
@@ -100,22 +104,32 @@ class History(Silent):
         row[WALL] = clock.perf_counter() - self._begin
         return row
 
-    def _write(self, row: dict[str, float]) -> None:
-        assert self._file is not None
+    def write(self) -> None:
+        """Write the rows that are not in the file yet."""
+        count, size = self._written
+        if self._file is None or count == len(self.rows):
+            return
         # repr keeps all digits; what a scheme does not have is left empty
-        self._file.write(",".join("" if v != v else repr(v) for v in row.values()) + "\n")
+        lines = [",".join(map(repr, row.values())) for row in self.rows[count:]]
+        text = ("\n".join(lines).replace("nan", "") + "\n").encode()
+        # in its place, as Ctrl-C may come between this and the note of it
+        self._file.seek(size)
+        self._file.write(text)
         self._file.flush()
+        self._written = (count + len(lines), size + len(text))
+        self._batches.written()
 
     def accepted(self, simulation: Simulation) -> None:
         """Add a row."""
         row = self._row(simulation)
         self.rows.append(row)
-        if self._file is not None:
-            self._write(row)
+        if self._batches.due():
+            self.write()
 
     def finish(self, simulation: Simulation, error: Exception | None) -> None:
-        """Close the file."""
+        """Write what is left and close the file."""
         if self._file is not None:
+            self.write()
             self._file.close()
             self._file = None
 

@@ -24,7 +24,7 @@ from shellmb.system.functionals import Functionals
 Floats = npt.NDArray[np.float64]
 
 KINDS = {"momentum": "linear", "angular momentum": "angular"}
-COLUMNS = {"momentum": "momentum", "angular momentum": "angular_momentum"}
+COLUMNS = [f"{name}_{axis}" for name in ("momentum", "angular_momentum") for axis in "xyz"]
 
 # below this part of m v, with v from the largest kinetic energy, a momentum is as good as zero, and
 # its drift is measured by that part instead
@@ -101,8 +101,7 @@ class Momentum(Silent):
         return float(self._along_axes([present(forms)], simulation.model.comm)()[0])
 
     def _take(self) -> None:
-        found = self._momenta().reshape(2, 3)
-        self.values = {kind: found[k].copy() for k, kind in enumerate(KINDS)}
+        self.values = dict(zip(KINDS, self._momenta().reshape(2, 3).copy(), strict=True))
 
     def _sizes(self) -> None:
         for kind in self._expected:
@@ -145,11 +144,8 @@ class Momentum(Silent):
 
     def measure(self) -> dict[str, float]:
         """Columns of the history."""
-        return {
-            f"{COLUMNS[kind]}_{axis}": float(vector[k])
-            for kind, vector in self.values.items()
-            for k, axis in enumerate("xyz")
-        }
+        numbers = [number for vector in self.values.values() for number in vector.tolist()]
+        return dict(zip(COLUMNS, numbers, strict=False))
 
     def state(self) -> dict[str, Any]:
         """The sums and largest values so far."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -179,6 +180,11 @@ class Nodes:
         self._u = dofs["u"].reshape(-1, 3)[here]
         self._w = dofs["w"].reshape(D.shape)[here]
 
+    @property
+    def count(self) -> int:
+        """Their number."""
+        return len(self._X)
+
     def values(self, q: Floats, velocity: Floats | None = None) -> NodalValues:
         """Values at the nodes, in their order.
 
@@ -201,3 +207,30 @@ class Nodes:
         rates = simulation.problem.levels[name].rates
         velocity = np.asarray(rates["v"].x.array) if "v" in rates else None
         return self.values(state(simulation, name), velocity)
+
+    def reader(
+        self, simulation: Simulation, name: str, quantity: str, offsets: Floats | None = None
+    ) -> Callable[[], Floats]:
+        """Reads one quantity between two steps, shape (n, 3), and no more than it takes.
+
+        Args:
+            simulation: The simulation.
+            name: Name of the body in the system.
+            quantity: Name of one of the `NodalValues`.
+            offsets: Components along the directors of points fixed to the nodes, shape (n, 3), m;
+                None: the nodes themselves.
+        """
+        q, rates = state(simulation, name), simulation.problem.levels[name].rates
+        u, w = self._u.astype(np.intp), self._w[:, 0].astype(np.intp)
+        if offsets is not None:
+            return lambda: getattr(self.now(simulation, name).at(offsets), quantity)
+        if quantity == "displacement":
+            return lambda: q[u]
+        if quantity == "position":
+            return lambda: self._X + q[u]
+        if quantity == "director":
+            return lambda: self._D[:, 0] + q[w]
+        if quantity == "velocity" and "v" in rates:
+            v = np.asarray(rates["v"].x.array)
+            return lambda: v[u]
+        return lambda: getattr(self.now(simulation, name), quantity)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, cast
 
 from mpi4py import MPI
@@ -12,7 +14,7 @@ import numpy.typing as npt
 
 from shellmb.model.places import local_nodes
 from shellmb.observers.nodal import Nodes
-from shellmb.observers.resultants import RESULTANTS, Resultants, has_resultants
+from shellmb.observers.resultants import Resultants, has_resultants
 from shellmb.scene import Probe, RigidBody
 from shellmb.simulate.simulation import Silent, Simulation
 
@@ -33,23 +35,21 @@ UNITS = {
 }
 
 
+# sum of a probe's quantity over its nodes on this rank, shape (3,), and their number
+type Sum = Callable[[], tuple[Floats, int]]
+
+
 @dataclass(frozen=True)
 class _Spot:
-    """Where a probe is.
+    """A probe where it is.
 
     Args:
         probe: The probe.
-        body: Name of the body in the system.
-        nodes: Nodes on this rank, each on one rank only; of resultants, all that this rank knows.
-        values: Their values.
-        offset: Place of a rigid body's point along its directors, shape (3,), m; None at nodes.
+        sum: What it reads, between two steps.
     """
 
     probe: Probe
-    body: str
-    nodes: npt.NDArray[np.int32]
-    values: Nodes
-    offset: Floats | None
+    sum: Sum
 
 
 class Probes(Silent):
@@ -68,16 +68,12 @@ class Probes(Silent):
         Raises:
             SceneError: If there is no node at a probe's point.
         """
-        self._spots = [self._spot(simulation, probe) for probe in simulation.scene.probes]
-        bodies = [s.body for s in self._spots if s.probe.quantity in RESULTANTS]
-        self._resultants = {
-            name: Resultants(simulation, simulation.model.meshed[name])
-            for name in dict.fromkeys(bodies)
-        }
-        self._measure(simulation)
+        self._comm = simulation.model.comm
+        self._resultants: dict[str, Resultants] = {}
+        self._spots = [_Spot(p, self._sum(simulation, p)) for p in simulation.scene.probes]
+        self._measure()
 
-    @staticmethod
-    def _spot(simulation: Simulation, probe: Probe) -> _Spot:
+    def _sum(self, simulation: Simulation, probe: Probe) -> Sum:
         model = simulation.model
         (described,) = model.scene.bodies_of(probe)
         if described.name not in model.meshed:
@@ -87,40 +83,42 @@ class Probes(Silent):
             node = rigid.bodies[number]
             offset = node.directors @ (described.place(cast(Any, probe.point)) - node.center)
             here = np.flatnonzero(rigid.node_mesh.item == number).astype(np.int32)
-            return _Spot(probe, rigid.name, here, Nodes(rigid, here), np.asarray(offset))
+            offsets = np.tile(offset, (len(here), 1))
+            return _total(Nodes(rigid, here), simulation, rigid.name, probe.quantity, offsets)
         body = model.meshed[described.name]
         nodes = local_nodes(body, probe.point, f"probe '{probe.name}'")
-        if not has_resultants(body, probe.quantity):
-            # each node counts once, on the rank that owns it
-            nodes = nodes[nodes < body.mixed.subspaces["u"].dofmap.index_map.size_local]
-        return _Spot(probe, body.name, nodes, Nodes(body, nodes), None)
+        if has_resultants(body, probe.quantity):
+            if body.name not in self._resultants:
+                self._resultants[body.name] = Resultants(simulation, body)
+            return partial(self._resultants[body.name].sums, nodes, probe.quantity)
+        # each node counts once, on the rank that owns it
+        nodes = nodes[nodes < body.mixed.subspaces["u"].dofmap.index_map.size_local]
+        return _total(Nodes(body, nodes), simulation, body.name, probe.quantity)
 
     def accepted(self, simulation: Simulation) -> None:
         """Take the values."""
-        self._measure(simulation)
+        self._measure()
 
-    def _measure(self, simulation: Simulation) -> None:
-        if not self._spots:
-            return
-        # three components and the number of values each
-        sums = np.array([self._sum(spot, simulation) for spot in self._spots])
-        simulation.model.comm.Allreduce(MPI.IN_PLACE, sums)
-        vectors = sums[:, :3] / sums[:, 3:]
-        for spot, vector in zip(self._spots, vectors, strict=True):
+    def _measure(self) -> None:
+        sums = [spot.sum() for spot in self._spots]
+        if self._comm.size > 1 and sums:
+            table = np.array([[*total, count] for total, count in sums])
+            self._comm.Allreduce(MPI.IN_PLACE, table)
+            sums = [(row[:3], row[3]) for row in table]
+        for spot, (total, count) in zip(self._spots, sums, strict=True):
             part = spot.probe.component
-            value = np.linalg.norm(vector) if part == "norm" else vector[part]
-            self.values[spot.probe.name] = float(value)
-
-    def _sum(self, spot: _Spot, simulation: Simulation) -> Floats:
-        quantity = spot.probe.quantity
-        if quantity in RESULTANTS:
-            total, count = self._resultants[spot.body].sums(spot.nodes, quantity)
-            return np.append(total, count)
-        here = spot.values.now(simulation, spot.body)
-        if spot.offset is not None:
-            here = here.at(np.tile(spot.offset, (len(spot.nodes), 1)))
-        return np.append(getattr(here, quantity).sum(axis=0), len(spot.nodes))
+            size = np.linalg.norm(total) if part == "norm" else total[part]
+            self.values[spot.probe.name] = float(size) / count
 
     def measure(self) -> dict[str, float]:
         """Columns of the history."""
         return dict(self.values)
+
+
+def _total(
+    nodes: Nodes, simulation: Simulation, body: str, quantity: str, offsets: Floats | None = None
+) -> Sum:
+    """Sum over nodes, or over points that are fixed to them at `offsets`."""
+    read = nodes.reader(simulation, body, quantity, offsets)
+    count = nodes.count
+    return lambda: (np.add.reduce(read()), count)

@@ -59,5 +59,7 @@ class StandardObservers:
 
             self.frames = Frames(directory / FIELDS)
             self.named["frames"] = self.frames
-            self.named["checkpoint"] = Checkpoint(directory / STATE, dict(self.named))
+            self.named["checkpoint"] = Checkpoint(
+                directory / STATE, dict(self.named), [history.write, self.frames.write]
+            )
         self.sources = Sources(energy, momentum, constraints, history)

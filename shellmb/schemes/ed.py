@@ -135,9 +135,3 @@ class EnergyDecaying:
     def dissipation(self) -> tuple[float, str | None]:
         """`alpha` times the energy of the jump at j, eqs. (33), (34)."""
         return self.alpha, "j"
-
-    def jump_velocity(
-        self, q: Values, v: Values, unknown: Mapping[str, Values], dt: float, tangent: Tangent
-    ) -> Values:
-        """Jump of the velocity at the start of the step, `b`."""
-        return self._differences(q, v, unknown, dt, tangent)[1]

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import time as clock
 from collections.abc import Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import Any, Protocol
 
 from mpi4py import MPI
 
 import numpy as np
-import numpy.typing as npt
 
 from shellmb.errors import ConvergenceError
 from shellmb.model.model import Model, build_model
@@ -22,7 +22,7 @@ from shellmb.simulate.control import StepSize
 from shellmb.simulate.dropped import DroppedConstraints
 from shellmb.simulate.problem import Problem
 from shellmb.simulate.start import Start
-from shellmb.simulate.stepping import Stepping, TimeSteps
+from shellmb.simulate.stepping import Arrays, Stepping, TimeSteps
 
 # a remaining time below this fraction of a step is round-off, not a step
 ROUND_OFF = 1e-9
@@ -184,8 +184,10 @@ class Simulation:
             error = failure if isinstance(failure, Exception) else RuntimeError(repr(failure))
             raise
         finally:
-            for observer in observers:
-                observer.finish(self, error)
+            # each of them, though one may fail: others have something to write
+            with ExitStack() as last:
+                for observer in reversed(observers):
+                    last.callback(observer.finish, self, error)
 
     def advance(self, observers: Sequence[Observer] = ()) -> None:
         """One accepted step, after as many rejected ones as it takes.
@@ -248,22 +250,28 @@ class Simulation:
                     largest = max(largest, here / part.scale)
         return float(self.model.comm.allreduce(largest, op=MPI.MAX))
 
-    def arrays(self) -> dict[str, npt.NDArray[np.float64]]:
+    def arrays(self) -> Arrays:
         """State of all bodies on this rank, by name: what a restart needs."""
+        return {name: array.copy() for name, array in self.live().items()} | self.past()
+
+    def live(self) -> Arrays:
+        """The first part of it, the bodies' own arrays, which the next step changes."""
         found = {}
         for body, levels in self.problem.levels.items():
-            found[f"{body}/q"] = levels.q.x.array.copy()
+            found[f"{body}/q"] = levels.q.x.array
             for rate, function in levels.rates.items():
-                found[f"{body}/{rate}"] = function.x.array.copy()
+                found[f"{body}/{rate}"] = function.x.array
             if self.scheme.linear:
                 # `q` stays undeformed: the state is in the unknown
                 last = self.problem.last
-                found[f"{body}/q_{last}"] = levels.unknown[last].x.array.copy()
-        past = self.stepping.arrays()
-        found |= {f"{PAST}{key}": array for key, array in past.items()}
+                found[f"{body}/q_{last}"] = levels.unknown[last].x.array
         return found
 
-    def restore(self, arrays: dict[str, npt.NDArray[np.float64]], state: dict[str, Any]) -> None:
+    def past(self) -> Arrays:
+        """The other part of it, of earlier steps, which nothing changes."""
+        return {f"{PAST}{key}": array for key, array in self.stepping.arrays().items()}
+
+    def restore(self, arrays: Arrays, state: dict[str, Any]) -> None:
         """Take up a saved state.
 
         Args:
