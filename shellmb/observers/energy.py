@@ -18,7 +18,7 @@ from ufl import Form
 
 from shellmb.schemes.base import Levels
 from shellmb.simulate.simulation import Silent, Simulation
-from shellmb.system.functionals import Functionals, as_now
+from shellmb.system.functionals import Functionals
 
 Scalar = Callable[[], float]
 
@@ -72,12 +72,10 @@ class EnergyAccount(Silent):
             kinetic = [b.kinetic_energy(problem.levels[b.name].rates["v"]) for b in bodies]
         strain = [b.strain_energy(problem.state(b.name)) for b in bodies]
         elastic, inert = self._dissipation(simulation)
-        # material data are the same in all steps; the factors of loads and the time are not
-        ends = [present(kinetic), present(strain), present(inert)]
-        self._ends = Functionals(ends, comm, [as_now] * len(ends))
+        self._ends = Functionals([present(kinetic), present(strain), present(inert)], comm)
         loads, terms = (present(self._work(simulation, kind)) for kind in ("loads", "terms"))
         steps = [loads, terms, present(elastic)]
-        self._step = Functionals(steps, comm, [None, None, as_now])
+        self._step = Functionals(steps, comm)
         self._acting = scheme.dynamic and any(steps)
         self._driven = any(fixed.moving for b in bodies for fixed in b.fixed)
         if self._initial is None:

@@ -299,10 +299,6 @@ class Problem:
         path = self.system.global_values(moved)[self.system.fixed]
         return float(self.model.comm.allreduce(float(np.dot(self.system.reactions, path))))
 
-    def tangent_values(self, name: str) -> Callable[[Values, Values], Values]:
-        """`Body.tangent_values` of a body."""
-        return self._bodies[name].tangent_values
-
     def kinematic(self, name: str) -> npt.NDArray[np.int32]:
         """Dofs of a body that have velocities."""
         return self._kinematic_dofs[name]

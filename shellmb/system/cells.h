@@ -103,6 +103,7 @@ void distribute(int, int, const double *, const int64_t *, const int64_t *, cons
                 double *);
 void bases(int, const int64_t *, const double *, const double *, const double *,
            const unsigned char *, double *, double *, double *);
+void copy_pieces(int, double **, const int *, double **);
 void put_rows(int, const int64_t *, const int64_t *, int, const double *, int, double *);
 int turn(int, int, double *, const double *, double);
 int turn_nodes(int, int, const int64_t *, const double *, const double *, double *, double);

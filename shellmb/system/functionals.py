@@ -28,24 +28,24 @@ class Functionals:
     Args:
         sums: Forms without arguments that add up to each number.
         comm: Communicator of their meshes; calls are collective.
-        given: For each sum what gives its constants their values, taken once and for all (`as_now`
-            if they have them); None: they have their values of the time of a call.
+        given: For each sum what gives its constants their values, taken once and for all; none:
+            constants have their values of the time of a call.
     """
 
     def __init__(
         self,
         sums: Sequence[Sequence[Form]],
         comm: MPI.Comm,
-        given: Sequence[Callable[[], None] | None] = (),
+        given: Sequence[Callable[[], None]] = (),
     ) -> None:
         self._comm, self._alone = comm, comm.size == 1
         self._call, self._values = native.cells().lib.functionals, np.zeros(len(sums))
-        values, given = native.doubles(self._values), given or [None] * len(sums)
+        values, self._fixed = native.doubles(self._values), bool(given)
         kernels: dict[int, fem.Form] = {}
         for form in (form for forms in sums for form in forms):
             kernels.setdefault(id(form), compiled(form))
         meshes = {id(k.mesh): k.mesh for k in kernels.values()}
-        self._loops: list[tuple[FormLoop, list[int]]] = []
+        self._loops: list[FormLoop] = []
         self._arguments: list[tuple[Any, ...]] = []
         for key, mesh in meshes.items():
             here = [
@@ -56,31 +56,22 @@ class Functionals:
             ]
             geometry = MeshGeometry(mesh)
             loop = FormLoop(geometry, [(form, -1, -1) for _, form in here])
-            changing = []
             for place, (number, _) in enumerate(here):
-                give = given[number]
-                if give is None:
-                    changing.append(place)
-                else:
-                    give()
+                if given:
+                    given[number]()
                     loop.take_constants(place)
             to = loop.pointer(np.array([here[k][0] for k in loop.form_of], dtype=np.int32))
-            self._loops.append((loop, changing))
+            self._loops.append(loop)
             self._arguments.append((geometry.struct(loop), loop.kernels, loop.count, to, values))
 
     def __call__(self) -> Floats:
         """Their values, the same on all ranks, shape (n,); overwritten by the next call."""
         values = self._values
         values.fill(0.0)
-        for loop, changing in self._loops:
-            for place in changing:
-                loop.take_constants(place)
-        for arguments in self._arguments:
+        for loop, arguments in zip(self._loops, self._arguments, strict=True):
+            if not self._fixed:
+                loop.refresh()
             self._call(*arguments)
         if not self._alone:
             self._comm.Allreduce(MPI.IN_PLACE, values)
         return values
-
-
-def as_now() -> None:
-    """Constants keep the values they have."""

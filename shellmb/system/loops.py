@@ -171,6 +171,7 @@ class FormLoop:
         self.coefficient_size = 1
         self._constants: list[tuple[Any, Floats]] = []
         found = [self._kernels(cells, *form) for form in forms]
+        self._copies, self._copy = self._copied(), native.cells().lib.copy_pieces
         self.form_of = [n for n, some in enumerate(found) for _ in some]
         self.count = len(self.form_of)
         kernels = [kernel for some in found for kernel in some]
@@ -229,10 +230,30 @@ class FormLoop:
         form, array = self._constants[number]
         array[:] = cpp.fem.pack_constants(form)
 
+    def _copied(self) -> tuple[Any, ...]:
+        """Where the values of all constants are, their sizes, and where they go."""
+        pointer, sources, sizes, targets = self.pointer, [], [], []
+        for form, array in self._constants:
+            place = 0
+            for constant in form.constants:
+                # a view of what the constant keeps for as long as it lives, and it lives as long
+                values = constant.value
+                sources.append(pointer(values))
+                sizes.append(values.size)
+                targets.append(pointer(array[place:]))
+                place += values.size
+            assert place == len(array)
+        counts = pointer(np.array(sizes or [0], dtype=np.int32))
+        return (
+            len(sizes),
+            pointer.many("double *", sources),
+            counts,
+            pointer.many("double *", targets),
+        )
+
     def refresh(self) -> None:
         """Take the values of the constants, after they changed."""
-        for number in range(len(self._constants)):
-            self.take_constants(number)
+        self._copy(*self._copies)
 
 
 def _entities(entities: Ints, count: int, facets: bool) -> tuple[Ints | None, Ints | None]:

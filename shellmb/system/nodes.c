@@ -42,6 +42,13 @@ void bases(int nodes, const int64_t *dofs, const double *reference, const double
     }
 }
 
+/* Pieces of so many numbers each from one place to another. */
+void copy_pieces(int count, double **from, const int *sizes, double **to)
+{
+    for (int k = 0; k < count; ++k)
+        memcpy(to[k], from[k], sizeof(double) * sizes[k]);
+}
+
 /* Some rows of a table from rows of another one, which may be narrower. */
 void put_rows(int count, const int64_t *to, const int64_t *from, int width, const double *values,
               int table_width, double *table)
