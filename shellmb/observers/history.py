@@ -6,13 +6,14 @@ import csv
 import time as clock
 from collections.abc import Sequence
 from pathlib import Path
-from typing import IO, Any, Protocol, runtime_checkable
-
-import pandas as pd
+from typing import IO, TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 from shellmb.errors import SceneError
 from shellmb.observers.batches import Batches
 from shellmb.simulate.simulation import Silent, Simulation
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 # what every history begins and ends with
 STEP_COLUMNS = ("step", "t", "dt", "iterations", "rejected", "jump")
@@ -135,6 +136,9 @@ class History(Silent):
 
     def table(self) -> pd.DataFrame:
         """The history, one row per step and one before the first."""
+        # 40 MiB and half a second that a run without pictures does without
+        import pandas as pd
+
         return pd.DataFrame(self.rows)
 
     def state(self) -> dict[str, Any]:
