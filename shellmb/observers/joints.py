@@ -6,14 +6,14 @@ from mpi4py import MPI
 
 import numpy as np
 import numpy.typing as npt
-from dolfinx import fem
 
 from shellmb.forms.joints import KINDS
-from shellmb.kernels import compiled
 from shellmb.model.ends import EndGroup
 from shellmb.model.joints import BoundJoint, JointGroup
 from shellmb.observers.impulse import last_middle
+from shellmb.simulate.problem import Problem
 from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.system.loops import LoopResiduals, MeshCells, MeshGroup
 
 Floats = npt.NDArray[np.float64]
 
@@ -41,10 +41,7 @@ class JointForces(Silent):
     def start(self, simulation: Simulation) -> None:
         """Compile the forces and list the columns."""
         problem, mechanism = simulation.problem, simulation.model.mechanism
-        self._groups = [
-            (group, [compiled(f) for f in problem.forms[group.name][problem.last].residual])
-            for group in mechanism.groups
-        ]
+        self._groups = [(g, *_resistance(problem, g.name)) for g in mechanism.groups]
         self._number = {name: k for k, name in enumerate(mechanism.joints)}
         for name in mechanism.joints:
             for component in COMPONENTS:
@@ -58,10 +55,10 @@ class JointForces(Silent):
         if not self._number:
             return
         found = np.zeros((len(self._number), 6))
-        for group, forms in self._groups:
-            r = np.zeros(len(simulation.problem.levels[group.name].q.x.array))
-            for form in forms:
-                fem.assemble_vector(r, form)  # type: ignore[arg-type]
+        for group, residuals, r in self._groups:
+            r[:] = 0.0
+            residuals.refresh()
+            residuals.add(r)
             q = last_middle(simulation, group.name)
             for row, item in enumerate(group.nodes.item):
                 joint = group.joints[item]
@@ -79,6 +76,19 @@ class JointForces(Silent):
     def measure(self) -> dict[str, float]:
         """Columns of the history."""
         return dict(self.values)
+
+
+def _resistance(problem: Problem, name: str) -> tuple[LoopResiduals, Floats]:
+    """What assembles the virtual work of a group's forces at the end of a step, and place for it.
+
+    Args:
+        problem: The system.
+        name: Name of the group.
+    """
+    number = problem.number(name, problem.last)
+    field, system = problem.fields[number], problem.system
+    cells = MeshCells([field], [0], [system.held[number]])
+    return LoopResiduals([MeshGroup(system, [number], cells)]), np.zeros(field.size_all)
 
 
 def _force(group: JointGroup, joint: BoundJoint, row: int, q: Floats, r: Floats) -> Floats:
