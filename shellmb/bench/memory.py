@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 import tempfile
@@ -12,6 +13,8 @@ from shellmb.bench.record import Configuration
 from shellmb.errors import ShellmbError
 
 STEPS = 2
+# by these `mpiexec` tells a process that it is one of its own
+OF_MPIEXEC = ("PMI", "HYDI_", "MPI_LOCAL", "OMPI_")
 
 
 def peak_mib(kind: str, scheme: str, mesh: tuple[int, int], how: Configuration) -> float:
@@ -28,7 +31,8 @@ def peak_mib(kind: str, scheme: str, mesh: tuple[int, int], how: Configuration) 
     """
     asked = json.dumps([kind, scheme, list(mesh), how.path, how.newton])
     command = [sys.executable, "-m", "shellmb.bench.memory", asked]
-    done = subprocess.run(command, capture_output=True, text=True)
+    alone = {k: v for k, v in os.environ.items() if not k.startswith(OF_MPIEXEC)}
+    done = subprocess.run(command, capture_output=True, text=True, env=alone)
     if done.returncode != 0:
         last = (done.stderr.strip().splitlines() or ["it said nothing"])[-1]
         raise ShellmbError(f"bench: the process that measures memory failed: {last}")
