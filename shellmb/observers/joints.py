@@ -39,7 +39,7 @@ class JointForces(Silent):
         self.values: dict[str, float] = {}
 
     def start(self, simulation: Simulation) -> None:
-        """Compile the forces and list the columns."""
+        """Prepare the loops that assemble the forces, and list the columns."""
         problem, mechanism = simulation.problem, simulation.model.mechanism
         self._groups = [(g, *_resistance(problem, g.name)) for g in mechanism.groups]
         self._number = {name: k for k, name in enumerate(mechanism.joints)}
