@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from io import BufferedWriter
 from pathlib import Path
 from typing import Any
 
@@ -15,10 +14,12 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
 
 from shellmb.observers.grid import Grid
+from shellmb.observers.growingfile import GrowingFile
 
 Floats = npt.NDArray[np.float64]
 
-END = "\n]}\n"
+# what stands around the states in their list
+HEAD, END = '{"file-series-version": "1.0", "files": [\n', "\n]}\n"
 
 
 class GridFiles:
@@ -44,9 +45,7 @@ class GridFiles:
         self._writer.SetCompressorTypeToLZ4()
         # VTK's own way to a file takes four times as long as all the rest of its work
         self._writer.WriteToOutputStringOn()
-        self._series: BufferedWriter | None = None
-        # states in the list, and bytes before its end
-        self._listed = (0, 0)
+        self._series: GrowingFile | None = None
 
     def file(self, number: int) -> Path:
         """File of one state."""
@@ -95,15 +94,11 @@ class GridFiles:
             times: Times of all states so far, s.
         """
         if self._series is None:
-            self._series = (self._folder / f"{self._stem}.vtu.series").open("wb")
-        count, size = self._listed
-        text = ",\n" if count else '{"file-series-version": "1.0", "files": [\n'
-        text += ",\n".join(self._entry(k, times[k]) for k in range(count, len(times)))
-        # over what ends the file: writing it anew takes longer than writing a state
-        self._series.seek(size)
-        self._series.write((text + END).encode())
-        self._series.flush()
-        self._listed = (len(times), size + len(text.encode()))
+            # added to: writing it anew takes longer than writing a state
+            path = self._folder / f"{self._stem}.vtu.series"
+            self._series = GrowingFile(path, HEAD, ",\n", END)
+        new = range(self._series.count, len(times))
+        self._series.add([self._entry(k, times[k]) for k in new])
 
     def _entry(self, number: int, t: float) -> str:
         return json.dumps({"name": self.file(number).name, "time": t})

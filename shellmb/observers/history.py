@@ -6,10 +6,11 @@ import csv
 import time as clock
 from collections.abc import Sequence
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Any, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 from shellmb.errors import SceneError
 from shellmb.observers.batches import Batches
+from shellmb.observers.growingfile import GrowingFile
 from shellmb.simulate.simulation import Silent, Simulation
 
 if TYPE_CHECKING:
@@ -47,10 +48,8 @@ class History(Silent):
         self._measuring, self._path = list(measuring), path
         self.rows: list[dict[str, float]] = []
         self._kept: int | None = None
-        self._file: IO[bytes] | None = None
+        self._file: GrowingFile | None = None
         self._batches = Batches()
-        # rows in the file, and its bytes
-        self._written = (0, 0)
 
     def start(self, simulation: Simulation) -> None:
         """Open the file; after a restart keep the rows up to it.
@@ -72,8 +71,7 @@ class History(Silent):
             assert self._path is not None
             # under its name only when complete: rows of an earlier run are not lost on the way
             draft = self._path.with_suffix(".tmp")
-            self._file = draft.open("wb")
-            self._written = (0, self._file.write((",".join(self.rows[0]) + "\n").encode()))
+            self._file = GrowingFile(draft, ",".join(self.rows[0]) + "\n", "\n", "\n")
             self.write()
             draft.replace(self._path)
 
@@ -107,17 +105,11 @@ class History(Silent):
 
     def write(self) -> None:
         """Write the rows that are not in the file yet."""
-        count, size = self._written
-        if self._file is None or count == len(self.rows):
+        if self._file is None or self._file.count == len(self.rows):
             return
         # repr keeps all digits; what a scheme does not have is left empty
-        lines = [",".join(map(repr, row.values())) for row in self.rows[count:]]
-        text = ("\n".join(lines).replace("nan", "") + "\n").encode()
-        # in its place, as Ctrl-C may come between this and the note of it
-        self._file.seek(size)
-        self._file.write(text)
-        self._file.flush()
-        self._written = (count + len(lines), size + len(text))
+        rows = self.rows[self._file.count :]
+        self._file.add([",".join(map(repr, row.values())).replace("nan", "") for row in rows])
         self._batches.written()
 
     def accepted(self, simulation: Simulation) -> None:

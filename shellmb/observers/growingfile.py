@@ -1,0 +1,44 @@
+"""A text file that grows by items and is complete after each addition."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+
+class GrowingFile:
+    """Items with something between them, behind a head and before an end.
+
+    Args:
+        path: The file; what it held is lost.
+        head: Text before the first item.
+        between: Text between two items.
+        end: Text behind the last one.
+    """
+
+    def __init__(self, path: Path, head: str, between: str, end: str) -> None:
+        self._file = path.open("wb")
+        self._head, self._between, self._end = head, between, end
+        # items, and bytes before the end: noted together
+        self._written = (0, 0)
+
+    @property
+    def count(self) -> int:
+        """Number of items."""
+        return self._written[0]
+
+    def add(self, items: Sequence[str]) -> None:
+        """Write items behind those that are there.
+
+        Args:
+            items: At least one.
+        """
+        count, size = self._written
+        text = (self._between if count else self._head) + self._between.join(items)
+        # at its place, over the end: Ctrl-C may come between this and the note of it
+        self._file.seek(size)
+        self._file.write((text + self._end).encode())
+        self._file.flush()
+        self._written = (count + len(items), size + len(text.encode()))
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
