@@ -11,7 +11,7 @@ import numpy as np
 from shellmb.bench.effect_record import EffectRecord
 from shellmb.observers.drawing import STYLE, figure
 
-# bars beyond are cut: their times are written into them [%]
+# bars beyond are cut, and their lengths written at the cut [%]
 LONGEST = 200.0
 
 
@@ -35,11 +35,15 @@ def draw(found: Sequence[EffectRecord], path: Path) -> None:
         axes.axvline(100.0, color="k", lw=0.8)
         names = [f"{r.effect}, {r.scheme} {r.mesh}".removesuffix(" -") for r in found]
         axes.set_yticks(places, names, fontsize=7)
-        for place, r in zip(places, found, strict=True):
-            text = f" {1e3 * r.having.step_s:.3g} > {1e3 * r.lacking.step_s:.3g} ms"
-            axes.text(0.0, float(place), text, va="center", fontsize=6)
         axes.set_ylim(len(found) - 0.4, -0.6)
-        axes.set_xlim(0.0, min(axes.get_xlim()[1], LONGEST))
+        end = min(axes.get_xlim()[1], LONGEST)
+        axes.set_xlim(0.0, end)
+        for place, r in zip(map(float, places), found, strict=True):
+            text = f" {1e3 * r.having.step_s:.3g} → {1e3 * r.lacking.step_s:.3g} ms"
+            axes.text(0.0, place, text, va="center", fontsize=6)
+            share = 100 * (1 - r.saved)
+            if share > end:
+                axes.text(end, place, f"{share:.0f} % → ", va="center", ha="right", fontsize=6)
         axes.set_xlabel("time of a step without the effect, % of that with it; lines: spread")
         axes.legend(fontsize=7, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3)
         made.savefig(path)
