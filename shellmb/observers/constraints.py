@@ -33,7 +33,8 @@ class Constraints(Silent):
         model = simulation.model
         joints = {id(group) for group in model.mechanism.groups}
         self._bodies = [body for body in model.bodies if id(body) not in joints]
-        self._nodal = [body.name in nodal_bodies(model) for body in self._bodies]
+        nodal = nodal_bodies(model)
+        self._nodal = [body.name in nodal for body in self._bodies]
         self._number = {name: k for k, name in enumerate(model.mechanism.joints)}
         self.accepted(simulation)
 
@@ -42,13 +43,10 @@ class Constraints(Silent):
         if simulation.scheme.linear:
             return
         levels = simulation.problem.levels
-        director = every = 0.0
-        for body, nodal in zip(self._bodies, self._nodal, strict=True):
-            error = body.constraint_error(levels[body.name].q)
-            every = max(every, error)
-            director = max(director, error) if nodal else director
+        errors = [body.constraint_error(levels[body.name].q) for body in self._bodies]
         joints = self._of_joints(simulation) if self._number else []
-        worst = [director, max(every, *joints) if joints else every, *joints]
+        nodal = [error for error, here in zip(errors, self._nodal, strict=True) if here]
+        worst = [max(nodal, default=0.0), max([*errors, *joints], default=0.0), *joints]
         if simulation.model.comm.size > 1:
             numbers = np.array(worst)
             simulation.model.comm.Allreduce(MPI.IN_PLACE, numbers, op=MPI.MAX)

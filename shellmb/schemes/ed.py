@@ -91,17 +91,6 @@ class EnergyDecaying:
         """Row f: the mean; row j: with the first moment that eq. (30) stands for."""
         return 1.0 if stage == "f" else 4.0 - 6.0 * tau
 
-    def _differences(
-        self, q: Values, v: Values, unknown: Mapping[str, Values], dt: float, tangent: Tangent
-    ) -> tuple[Values, Values]:
-        """The velocity differences `a` and `b` of eq. (31)."""
-        both = 2 * (unknown["f"] - q) / dt - 2 * v
-        if "b" in unknown:
-            return both - unknown["b"], unknown["b"]
-        skew = -6 * (unknown["j"] - q) / dt
-        b = tangent((both - skew) / (1 + self.alpha), (q + unknown["j"]) / 2)
-        return both - b, b
-
     def prescribed(
         self, stage: str, motion: Motion, t: float, dt: float, rates: Mapping[str, Values]
     ) -> Values:
@@ -128,9 +117,14 @@ class EnergyDecaying:
         dt: float,
         tangent: Tangent,
     ) -> dict[str, Values]:
-        """Velocity at the end, eq. (31)."""
-        a, _ = self._differences(q, rates["v"], unknown, dt, tangent)
-        return {"v": rates["v"] + a}
+        """Velocity at the end, `v + a` with `a` of eq. (31)."""
+        v = rates["v"]
+        both = 2 * (unknown["f"] - q) / dt - 2 * v
+        if "b" in unknown:
+            return {"v": v + (both - unknown["b"])}
+        skew = -6 * (unknown["j"] - q) / dt
+        b = tangent((both - skew) / (1 + self.alpha), (q + unknown["j"]) / 2)
+        return {"v": v + (both - b)}
 
     def dissipation(self) -> tuple[float, str | None]:
         """`alpha` times the energy of the jump at j, eqs. (33), (34)."""

@@ -34,12 +34,13 @@ class Predictor:
     def __init__(self, nodes: SystemNodes, convergence: Convergence) -> None:
         self._nodes, self._convergence = nodes, convergence
         self._guess = nodes.system.x.duplicate()
-        self._past = np.zeros((len(WEIGHTS), nodes.system.numbering.owned))
         self.clear()
 
     def clear(self) -> None:
         """Forget the past: motion does not continue smoothly."""
-        self._known = 0
+        # the last states, the newest first; an array of its own after each step, so that who was
+        # given them may keep them
+        self._past = np.zeros((0, self._nodes.system.numbering.owned))
         self._errors: list[float] = []
         self._key: Hashable = None
 
@@ -49,10 +50,11 @@ class Predictor:
         Args:
             key: What steps have in common that continue one another.
         """
-        if not self._known or key != self._key:
+        known = len(self._past)
+        if not known or key != self._key:
             return None
         degree = int(np.argmin(self._errors)) if self._errors else 0
-        self._guess.array[:] = WEIGHTS[degree, : self._known] @ self._past[: self._known]
+        self._guess.array[:] = WEIGHTS[degree, :known] @ self._past
         self._nodes.normalise(self._guess)
         return self._guess
 
@@ -66,9 +68,9 @@ class Predictor:
         if key != self._key:
             self.clear()
         self._key = key
-        new, known = x.array_r, self._known
+        new, known = x.array_r, len(self._past)
         if known:
-            guesses = WEIGHTS[:known, :known] @ self._past[:known]
+            guesses = WEIGHTS[:known, :known] @ self._past
             found = self._convergence.sizes(new, new - guesses).tolist()
             old = self._errors
             self._errors = [
@@ -76,13 +78,11 @@ class Predictor:
                 for error, before in zip(found, old, strict=False)
             ]
             self._errors += found[len(old) :]
-        self._past[1:] = self._past[:-1]
-        self._past[0] = new
-        self._known = min(known + 1, len(WEIGHTS))
+        self._past = np.concatenate([new[None], self._past[: len(WEIGHTS) - 1]])
 
     def arrays(self) -> dict[str, Floats]:
         """What a restart needs of the past: unknowns that this rank owns."""
-        return {str(k): self._past[k].copy() for k in range(self._known)}
+        return {str(k): state for k, state in enumerate(self._past)}
 
     def state(self) -> list[float]:
         """The other part of it: how each degree has done."""
@@ -96,7 +96,6 @@ class Predictor:
             errors: As from `state`.
             key: That of the step to come.
         """
-        self._known = len(arrays)
-        for k in range(self._known):
-            self._past[k] = arrays[str(k)]
+        states = [arrays[str(k)] for k in range(len(arrays))]
+        self._past = np.reshape(states, (len(arrays), self._past.shape[1]))
         self._errors, self._key = list(errors), key

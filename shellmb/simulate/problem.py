@@ -262,7 +262,7 @@ class Problem:
         if self.scheme.dynamic:
             self.predictor.accept(self.system.x, self.key(dt))
         for name, levels in self.levels.items():
-            kinematic = self.kinematic(name)
+            kinematic = self._kinematic_dofs[name]
             unknown = {s: f.x.array for s, f in levels.unknown.items()}
             rates = {k: f.x.array for k, f in levels.rates.items()}
             tangent = self._bodies[name].tangent_values
@@ -298,7 +298,3 @@ class Problem:
             moved.append(levels.unknown[stage].x.array - start.x.array)
         path = self.system.global_values(moved)[self.system.fixed]
         return float(self.model.comm.allreduce(float(np.dot(self.system.reactions, path))))
-
-    def kinematic(self, name: str) -> npt.NDArray[np.int32]:
-        """Dofs of a body that have velocities."""
-        return self._kinematic_dofs[name]

@@ -334,23 +334,23 @@ int jacobian(const Cells *g, const Kernel *kernels, int count, const Projection 
             }
         }
         memset(LKR, 0, sizeof(double) * result);
-        int i = 0, n1 = p->columns;
+        int i = 0, width = p->columns;
         for (; i + 4 <= p->rows; i += 4) {
             const double *row = LK + (size_t)i * P;
-            double *out = LKR + (size_t)i * n1;
+            double *out = LKR + (size_t)i * width;
             for (int q = 0; q < terms; ++q) {
                 double c = scratch[q];
                 const double *x = row + from[q];
                 double *y = out + to_column[q];
                 y[0] += x[0] * c;
-                y[n1] += x[P] * c;
-                y[2 * n1] += x[2 * P] * c;
-                y[3 * n1] += x[3 * P] * c;
+                y[width] += x[P] * c;
+                y[2 * width] += x[2 * P] * c;
+                y[3 * width] += x[3 * P] * c;
             }
         }
         for (; i < p->rows; ++i)
             for (int q = 0; q < terms; ++q)
-                LKR[(size_t)i * n1 + to_column[q]] += LK[(size_t)i * P + from[q]] * scratch[q];
+                LKR[(size_t)i * width + to_column[q]] += LK[(size_t)i * P + from[q]] * scratch[q];
         if (p->inner_size && eliminate_inner(p, cell, LKR, scratch)) {
             bad = cell + 1;
             break;

@@ -77,7 +77,12 @@ class Convergence:
             self._lib.largest(*self._where, native.doubles(values), native.doubles(row))
         if self.system.comm.size > 1:
             self.system.comm.Allreduce(MPI.IN_PLACE, table, op=MPI.MAX)
-        return np.asarray((table[1:] / np.maximum(table[0], self._scales)).max(axis=1))
+        found = np.empty(len(changes))
+        for k, row in enumerate(table[1:]):
+            self._table[:] = row, table[0]
+            self._lib.relate(*self._relate)
+            found[k] = self._found[0]
+        return found
 
     def _judge(self, x: Floats, dx: Floats) -> None:
         """Compare changes of the parts with their scales or own sizes, whichever is larger."""

@@ -38,15 +38,15 @@ class Functionals:
         comm: MPI.Comm,
         given: Sequence[Callable[[], None]] = (),
     ) -> None:
-        self._comm, self._alone = comm, comm.size == 1
-        self._call, self._values = native.cells().lib.functionals, np.zeros(len(sums))
-        values, self._fixed = native.doubles(self._values), bool(given)
+        self._comm, self._lib = comm, native.cells().lib
+        self._values, self._fixed = np.zeros(len(sums)), bool(given)
+        values = native.doubles(self._values)
         kernels: dict[int, fem.Form] = {}
         for form in (form for forms in sums for form in forms):
             kernels.setdefault(id(form), compiled(form))
         meshes = {id(k.mesh): k.mesh for k in kernels.values()}
-        self._loops: list[FormLoop] = []
-        self._arguments: list[tuple[Any, ...]] = []
+        # each with the arguments of its call
+        self._loops: list[tuple[FormLoop, tuple[Any, ...]]] = []
         for key, mesh in meshes.items():
             here = [
                 (number, kernels[id(form)])
@@ -61,17 +61,17 @@ class Functionals:
                     given[number]()
                     loop.take_constants(place)
             to = loop.pointer(np.array([here[k][0] for k in loop.form_of], dtype=np.int32))
-            self._loops.append(loop)
-            self._arguments.append((geometry.struct(loop), loop.kernels, loop.count, to, values))
+            arguments = geometry.struct(loop), loop.kernels, loop.count, to, values
+            self._loops.append((loop, arguments))
 
     def __call__(self) -> Floats:
         """Their values, the same on all ranks, shape (n,); overwritten by the next call."""
         values = self._values
-        values.fill(0.0)
-        for loop, arguments in zip(self._loops, self._arguments, strict=True):
+        values[:] = 0.0
+        for loop, arguments in self._loops:
             if not self._fixed:
                 loop.refresh()
-            self._call(*arguments)
-        if not self._alone:
+            self._lib.functionals(*arguments)
+        if self._comm.size > 1:
             self._comm.Allreduce(MPI.IN_PLACE, values)
         return values

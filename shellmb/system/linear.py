@@ -65,9 +65,9 @@ def use_mumps(pc: PETSc.PC, kind: str, prefix: str, options: dict[str, int]) -> 
 # Three steps of 32x32 elements end in directors of direct solutions to 1e-13 and in velocities
 # to 1e-12, with this tolerance as with a thousandth: the next iteration squares what is left
 KRYLOV_TOLERANCE, KRYLOV_ITERATIONS = 1e-10, 15
-# As factors age, iterations become more. New ones need `AFRESH` of them, and serve the solutions of
-# about one step; they pay before a single solution costs as much as they do
-AFRESH, SOLUTIONS = 3.0, 3.0
+# As factors age, iterations become more. With young ones a solution takes `YOUNG` of them, and they
+# serve about one step; new ones pay before a single solution costs as much as they do
+YOUNG, SOLUTIONS = 3.0, 3.0
 
 # Cost of assembling and factorising in iterations with an old factorisation: of small systems
 # between 6 and 10; of large ones it grows as the operations of the factorisation for each number of
@@ -144,7 +144,7 @@ class DirectSolver:
             reached = ksp.getConvergedReason() > 0
             iterations = ksp.getIterationNumber()
             self.solutions += iterations
-            self._paying = iterations <= AFRESH + self.cost / SOLUTIONS
+            self._paying = iterations <= YOUNG + self.cost / SOLUTIONS
             ksp.setType(PETSc.KSP.Type.PREONLY)
             if reached:
                 return None

@@ -171,7 +171,7 @@ class FormLoop:
         self.coefficient_size = 1
         self._constants: list[tuple[Any, Floats]] = []
         found = [self._kernels(cells, *form) for form in forms]
-        self._copies, self._copy = self._copied(), native.cells().lib.copy_pieces
+        self._lib, self._pieces = native.cells().lib, self._constant_pieces()
         self.form_of = [n for n, some in enumerate(found) for _ in some]
         self.count = len(self.form_of)
         kernels = [kernel for some in found for kernel in some]
@@ -230,30 +230,26 @@ class FormLoop:
         form, array = self._constants[number]
         array[:] = cpp.fem.pack_constants(form)
 
-    def _copied(self) -> tuple[Any, ...]:
-        """Where the values of all constants are, their sizes, and where they go."""
+    def _constant_pieces(self) -> tuple[Any, ...]:
+        """Number of all constants, where their values are, their sizes, and where they go."""
         pointer, sources, sizes, targets = self.pointer, [], [], []
         for form, array in self._constants:
             place = 0
             for constant in form.constants:
-                # a view of what the constant keeps for as long as it lives, and it lives as long
+                # a view of the constant's own numbers, which keeps it alive
                 values = constant.value
                 sources.append(pointer(values))
                 sizes.append(values.size)
                 targets.append(pointer(array[place:]))
                 place += values.size
             assert place == len(array)
-        counts = pointer(np.array(sizes or [0], dtype=np.int32))
-        return (
-            len(sizes),
-            pointer.many("double *", sources),
-            counts,
-            pointer.many("double *", targets),
-        )
+        lengths = pointer(np.array(sizes or [0], dtype=np.int32))
+        start, end = (pointer.many("double *", places) for places in (sources, targets))
+        return len(sizes), start, lengths, end
 
     def refresh(self) -> None:
         """Take the values of the constants, after they changed."""
-        self._copy(*self._copies)
+        self._lib.copy_pieces(*self._pieces)
 
 
 def _entities(entities: Ints, count: int, facets: bool) -> tuple[Ints | None, Ints | None]:

@@ -15,14 +15,12 @@ from shellmb.system.chunks import elimination, find_chunks
 from shellmb.system.loops import FormLoop, MeshCells
 from shellmb.system.reducednumbers import ReducedNumbers
 from shellmb.system.rowmap import RowMap
-from shellmb.system.runs import Lists, find_runs
+from shellmb.system.runs import CHUNK, Lists, find_runs
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 Int32s = npt.NDArray[np.int32]
 
-# cells at a time when the pattern is looked for: their matrices are kept meanwhile
-CHUNK = 64
 # added to what is to be behind all else
 LAST = 1 << 40
 

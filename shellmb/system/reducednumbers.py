@@ -204,14 +204,12 @@ class ReducedNumbers:
         found: dict[int, Bases] = {}
         for k, nodes in self.nodes.items():
             found[k] = nodes.bases(self.fields, found)
-        forces = {}
-        for k, bases in found.items():
-            forces[k] = bases.forces / self.of_node(self.weights, k)[:, None, :]
         self._put(self.left.values, {k: b.left for k, b in found.items()})
         self._put(self.right.values, {k: b.right for k, b in found.items()})
         states = {k: b.state for k, b in found.items() if b.state is not None}
         self._put(self.right.values, states, self._split)
-        self._put(self.forces.values, forces)
+        weights = {k: self.of_node(self.weights, k)[:, None, :] for k in found}
+        self._put(self.forces.values, {k: b.forces / weights[k] for k, b in found.items()})
 
     def of_node(self, values: npt.NDArray[Any], k: int) -> npt.NDArray[Any]:
         """The part of an array of this rank's multipliers that a field's nodes have, (n, c)."""

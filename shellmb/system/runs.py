@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 Int32s = npt.NDArray[np.int32]
 
-# cells whose entries are looked at together
+# cells at a time when the pattern is looked for: their matrices are kept meanwhile
 CHUNK = 64
 
 
