@@ -20,8 +20,8 @@ from shellmb.schemes.base import at_state
 from shellmb.simulate.fields import body_field
 from shellmb.simulate.simulation import Simulation
 from shellmb.system.assembly import BlockSystem
+from shellmb.system.direct import MUMPS_OPTIONS
 from shellmb.system.fields import Field
-from shellmb.system.linear import MUMPS_OPTIONS
 
 # a mode below this fraction of the first elastic eigenvalue is a rigid-body motion
 RIGID = 1e-5

@@ -13,7 +13,8 @@ import numpy as np
 
 from shellmb.simulate.problem import Problem
 from shellmb.system import native
-from shellmb.system.linear import DirectSolver, Linear, Unreduced
+from shellmb.system.direct import DirectSolver, Purpose
+from shellmb.system.linear import Linear, Unreduced
 from shellmb.system.loops import FormLoop, LoopResiduals, mesh_groups
 from shellmb.system.reduction import Reduction
 
@@ -29,7 +30,7 @@ class Bare:
         residual: Kernels of all residuals over all cells.
         jacobian: Kernels of all blocks over all cells.
         factor: Factorisation.
-        solve: Solution with it.
+        solve: Solution with it; of large systems an iteration of Krylov's method.
     """
 
     residual: float
@@ -92,14 +93,17 @@ class BareWork:
         def factorise() -> None:
             # PETSc would keep the factors of an unchanged matrix
             solver.A.stateIncrease()
-            solver.factorise()
+            solver.factorise(Purpose.LAGGED)
 
-        return Bare(
-            _alone(comm, lambda: self._residuals.add(self._local)),
-            _alone(comm, self._kernels),
-            _alone(comm, factorise),
-            _alone(comm, lambda: solver.solve(b, x)),
-        )
+        def solve() -> None:
+            solver.solve(b, x)
+
+        work = (lambda: self._residuals.add(self._local), self._kernels, factorise)
+        residual, jacobian, factor = (_alone(comm, part) for part in work)
+        before = solver.solutions
+        solve()
+        # with factors of single precision it may take more than one solution with them
+        return Bare(residual, jacobian, factor, _alone(comm, solve) / (solver.solutions - before))
 
 
 def direct_solver(linear: Linear) -> DirectSolver:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from mpi4py import MPI as _MPI  # noqa: F401  (before petsc4py)
 from petsc4py import PETSc
 
-from shellmb.system.linear import MUMPS_OPTIONS, WORKSPACE, use_mumps
+from shellmb.system.direct import MUMPS_OPTIONS, WORKSPACE, use_mumps
 
 # difference from the transposed matrix, relative in the Frobenius norm, that round-off can make
 SYMMETRIC = 1e-9

@@ -11,6 +11,7 @@ from petsc4py import PETSc
 from shellmb.errors import ConvergenceError
 from shellmb.system.assembly import BlockSystem
 from shellmb.system.convergence import Convergence
+from shellmb.system.direct import Purpose
 from shellmb.system.linear import Linear, Unreduced
 from shellmb.system.nodes import SystemNodes
 from shellmb.system.refresh import REFRESH, Full, Refresh
@@ -64,7 +65,7 @@ class Iteration:
         self.convergence = Convergence(system)
         self._refresh: Refresh = REFRESH[settings.newton]()
         self._full = Full()
-        self.lags = self._refresh.lags
+        self.lags = self._refresh.purpose is not Purpose.ONE
         self.refresh = self._refresh
         self.failure: ConvergenceError | None = None
         self.residual_seconds = 0.0
@@ -102,7 +103,7 @@ class Iteration:
         fresh = self.refresh.wanted()
         reason = None
         if fresh:
-            reason = self.linear.factorise(once=not self.refresh.lags)
+            reason = self.linear.factorise(self.refresh.purpose)
             self.refresh.factorised(self.linear.cost)
         reason = reason or self.linear.solve(b, dx, fresh)
         if reason is None:
@@ -128,5 +129,5 @@ class Iteration:
         """
         self.begin(key, not self._refresh.lasts)
         self.system.scatter(self.system.x)
-        if self.linear.factorise() is None:
+        if self.linear.factorise(self._refresh.purpose) is None:
             self.refresh.factorised(self.linear.cost)

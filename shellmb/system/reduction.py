@@ -21,8 +21,8 @@ from petsc4py import PETSc
 import numpy as np
 import numpy.typing as npt
 
+from shellmb.system.direct import DirectSolver, Purpose
 from shellmb.system.directornodes import DirectorNodes
-from shellmb.system.linear import DirectSolver
 from shellmb.system.loops import LoopResiduals, MeshGroup, mesh_groups
 from shellmb.system.matrix import reduced_matrix
 from shellmb.system.meshreduction import MeshReduction, SingularCell
@@ -138,7 +138,7 @@ class Reduction:
             part.assemble(values, *((-self._given, self._load) if shifted else ()))
         self._matrix.end()
 
-    def factorise(self, once: bool = False) -> str | None:
+    def factorise(self, purpose: Purpose = Purpose.EXACT) -> str | None:
         """Assemble and factorise at the state that the fields hold."""
         start = time.perf_counter()
         try:
@@ -147,7 +147,7 @@ class Reduction:
             return str(failure)
         self.jacobians += 1
         middle = time.perf_counter()
-        reason = self.solver.factorise(once)
+        reason = self.solver.factorise(purpose)
         self.seconds["jacobian"] += middle - start
         self.seconds["factor"] += time.perf_counter() - middle
         return reason

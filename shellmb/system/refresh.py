@@ -12,6 +12,8 @@ from collections.abc import Callable, Hashable
 from dataclasses import dataclass, field
 from typing import Protocol
 
+from shellmb.system.direct import Purpose
+
 # iterations that a new factorisation needs, where convergence is quadratic
 AFRESH = 3.0
 # contraction beyond which an old factorisation is not worth another iteration
@@ -30,11 +32,11 @@ class Refresh(Protocol):
     """Decides when to factorise, and when an iteration has converged.
 
     Attributes:
-        lags: Whether factorisations of earlier states are used.
+        purpose: What factorisations are for: those of one exact solution are not kept.
         lasts: Whether the one made before the first solution is used in it.
     """
 
-    lags: bool
+    purpose: Purpose
     lasts: bool
 
     def begin(self, key: Hashable) -> None:
@@ -72,7 +74,7 @@ class Refresh(Protocol):
 class Full:
     """A factorisation in each iteration."""
 
-    lags: bool = False
+    purpose: Purpose = Purpose.ONE
     lasts: bool = False
 
     def begin(self, key: Hashable) -> None:
@@ -98,7 +100,7 @@ class Modified:
     """One factorisation in each solution, and more where that one does not contract."""
 
     keep: bool = False
-    lags: bool = True
+    purpose: Purpose = Purpose.LAGGED
     lasts: bool = False
     _key: Hashable = field(default=None, init=False)
     _exists: bool = field(default=False, init=False)
@@ -156,7 +158,7 @@ class Modified:
 class Once:
     """A factorisation for as long as the system is the same one: all are linear."""
 
-    lags: bool = True
+    purpose: Purpose = Purpose.EXACT
     lasts: bool = True
     _key: Hashable = field(default=NOTHING, init=False)
     _wanted: bool = field(default=True, init=False)

@@ -1,11 +1,12 @@
 """What a factorisation costs, as the rule that keeps old ones is told."""
 
+from mpi4py import MPI  # noqa: F401 (before petsc4py)
 from petsc4py import PETSc
 
 import numpy as np
 import pytest
 
-from shellmb.system.linear import OPERATIONS, SMALL_COST, DirectSolver
+from shellmb.system.direct import OPERATIONS, SMALL_COST, DirectSolver
 
 
 @pytest.mark.parametrize("n", [30, 600, 1200])
