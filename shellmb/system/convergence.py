@@ -108,6 +108,15 @@ class Convergence:
         )
 
 
+def unknown_scales(system: BlockSystem) -> Floats:
+    """Scale of the part of each unknown that this rank owns; one where there is none."""
+    scales = np.ones(system.numbering.owned)
+    for k, f in enumerate(system.fields):
+        for part in f.parts:
+            scales[_owned(system, k, part)] = part.scale
+    return scales
+
+
 def _owned(system: BlockSystem, field: int, part: Part) -> npt.NDArray[np.int64]:
     """Places of a part's unknowns among those that this rank owns."""
     n = system.numbering

@@ -7,6 +7,11 @@ from enum import Enum
 
 from petsc4py import PETSc
 
+import numpy as np
+import numpy.typing as npt
+
+Floats = npt.NDArray[np.float64]
+
 # icntl_6 = 0: the analysis, done once per structure, depends on the pattern alone and not on the
 # values that happen to be in the matrix, so that a resumed run orders its unknowns as the first one
 # did. icntl_14: MUMPS estimates the workspace of the factorisation from the pattern, and a saddle
@@ -60,17 +65,17 @@ def use_mumps(pc: PETSc.PC, kind: str, prefix: str, options: Mapping[str, int | 
     pc.setFromOptions()
 
 
-# Factors of single precision of a large system take half the time and memory, solutions with them
-# two thirds of the time. Krylov iterations with the matrix itself, which is of double precision,
-# make these as exact as is asked: two or three where inertia bounds the condition. Three steps of
-# 32x32 elements end in directors of direct solutions to 1e-13 and in velocities to 1e-12, with this
+# With factors of an earlier matrix flexible GMRES solves to this residual. Three steps of 32x32
+# elements end in directors of direct solutions to 1e-13 and in velocities to 1e-12, with this
 # tolerance as with a thousandth of it: the next iteration squares what is left
 KRYLOV_TOLERANCE, KRYLOV_ITERATIONS = 1e-10, 15
-# with factors of single precision of this very matrix; beyond, it is too ill-conditioned for them
-SINGLE_ITERATIONS = 5
-# a matrix of an earlier state contracts by no more than a hundredth: solutions that are better than
-# that need no iterations
-LAGGED_TOLERANCE, LAGGED_ITERATIONS = 1e-3, 2
+
+# Factors of single precision of a large system take half the time and memory, solutions with them
+# two thirds of the time (ED, 32x32 and 64x64 elements). Refinement with the matrix itself, which is
+# of double precision, makes them exact to the tolerance: errors and not residuals are looked at,
+# as those of soft modes hardly show in forces. Beyond this contraction the matrix is too
+# ill-conditioned for it
+REFINED_TOLERANCE, REFINEMENTS, CONTRACTION = 1e-10, 6, 0.02
 
 # As factors age, iterations become more. With young ones a solution takes `YOUNG` of them, and they
 # serve about one step; new ones pay before a single solution costs as much as they do
@@ -97,12 +102,14 @@ class DirectSolver:
 
     Factors of large reduced systems are of single precision as long as that serves: not for any
     number of exact solutions, and of a matrix that is singular or too ill-conditioned for it no
-    more after the first one.
+    more after the first one (mixed precision refinement: Langou et al., Exploiting the performance
+    of 32 bit floating point arithmetic in obtaining 64 bit accuracy, SC 2006).
 
     Args:
         A: The matrix.
         prefix: PETSc options prefix, unique per system.
-        reduced: Whether it is that of a reduced system.
+        scales: Of a reduced system, sizes of the unknowns that this rank owns, by which errors are
+            judged; None: it is not a reduced one.
 
     Attributes:
         single: Whether factors are of single precision.
@@ -110,17 +117,22 @@ class DirectSolver:
         solutions: Number of solutions with factors so far, each Krylov iteration being one.
     """
 
-    def __init__(self, A: PETSc.Mat, prefix: str, reduced: bool = False) -> None:
+    def __init__(self, A: PETSc.Mat, prefix: str, scales: Floats | None = None) -> None:
         ksp = PETSc.KSP().create(A.getComm())
         ksp.setOptionsPrefix(prefix)
         ksp.setType(PETSc.KSP.Type.PREONLY)
         self.A, self._ksp, self._prefix = A, ksp, prefix
+        reduced = scales is not None
         self._options = mumps_options(A.getSize()[0], reduced)
         self._large = A.getSize()[0] >= SMALL_SYSTEM
         self._use(single=reduced and self._large)
+        if self.single:
+            self._rest, self._change, self._scaled = (A.createVecRight() for _ in range(3))
+            self._units = self._rest.duplicate()
+            self._units.array[:] = 1.0 / np.asarray(scales)
         ksp.setFromOptions()
         self._purpose = Purpose.EXACT
-        # whether old factors pay, whether those there are old, and whether they do without Krylov
+        # whether old factors pay, whether those there are old, and whether they do by themselves
         self._paying, self._recycled, self._enough = False, False, False
         self._work: float | None = None
         self.factorisations, self.solutions = 0, 0
@@ -177,9 +189,9 @@ class DirectSolver:
     def solve(self, b: PETSc.Vec, x: PETSc.Vec) -> str | None:
         """Solve with the last factorisation; returns why that failed, if it did."""
         while not self._enough:
-            if self._iterate(b, x):
+            if self._iterate(b, x) if self._recycled else self._refine(b, x):
                 return None
-            # old factors are made anew; if new ones fail, in double precision
+            # old factors are made anew; new ones in double precision
             if not self._recycled:
                 self._use(single=False)
             failure = self._factorise(recycled=False)
@@ -187,27 +199,54 @@ class DirectSolver:
                 return failure
             # the next matrix will be as far from this one
             self._paying = False
-        self._ksp.solve(b, x)
-        self.solutions += 1
+        self._direct(b, x)
         return self._failure()
 
+    def _direct(self, b: PETSc.Vec, x: PETSc.Vec) -> None:
+        self._ksp.solve(b, x)
+        self.solutions += 1
+
     def _iterate(self, b: PETSc.Vec, x: PETSc.Vec) -> bool:
-        """Solve by Krylov iterations with the factors; whether that succeeds."""
-        ksp, lagged = self._ksp, self._purpose is Purpose.LAGGED
-        most = LAGGED_ITERATIONS if lagged else SINGLE_ITERATIONS
-        tolerance = LAGGED_TOLERANCE if lagged else KRYLOV_TOLERANCE
+        """Solve by Krylov iterations with factors of an earlier matrix; whether that succeeds."""
+        ksp = self._ksp
         # flexible GMRES solves with the factors once an iteration, and not once more at the end
         ksp.setType(PETSc.KSP.Type.FGMRES)
-        ksp.setTolerances(rtol=tolerance, max_it=KRYLOV_ITERATIONS if self._recycled else most)
+        ksp.setTolerances(rtol=KRYLOV_TOLERANCE, max_it=KRYLOV_ITERATIONS)
         ksp.solve(b, x)
         reached = ksp.getConvergedReason() > 0
         iterations = ksp.getIterationNumber()
         ksp.setType(PETSc.KSP.Type.PREONLY)
         self.solutions += iterations
         self._paying = iterations <= YOUNG + self.cost / SOLUTIONS
-        # what one iteration does, a solution with the factors does alone
-        self._enough = lagged and reached and iterations == 1
-        return reached
+        return bool(reached)
+
+    def _refine(self, b: PETSc.Vec, x: PETSc.Vec) -> bool:
+        """Solve by refinement with factors of single precision; whether they are good enough."""
+        rest, change = self._rest, self._change
+        self._direct(b, x)
+        size = before = self._size(x)
+        for _ in range(REFINEMENTS):
+            if size == 0.0:
+                return True
+            self.A.mult(x, rest)
+            rest.aypx(-1.0, b)
+            self._direct(rest, change)
+            x.axpy(1.0, change)
+            found = self._size(change)
+            if not found <= CONTRACTION * before:
+                return False
+            # iterations that contract by less themselves need no refinement from now on
+            self._enough = self._purpose is Purpose.LAGGED
+            # the error left contracts as the last one did
+            if self._enough or found * found <= REFINED_TOLERANCE * size * before:
+                return True
+            before = found
+        return False
+
+    def _size(self, x: PETSc.Vec) -> float:
+        """Largest of some values of the unknowns, each in its unit."""
+        self._scaled.pointwiseMult(x, self._units)
+        return float(self._scaled.norm(PETSc.NormType.INFINITY))
 
     def _failure(self) -> str | None:
         pc = self._ksp.getPC()

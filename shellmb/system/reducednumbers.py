@@ -211,6 +211,20 @@ class ReducedNumbers:
         weights = {k: self.of_node(self.weights, k)[:, None, :] for k in found}
         self._put(self.forces.values, {k: b.forces / weights[k] for k, b in found.items()})
 
+    def scales(self, unknowns: Floats) -> Floats:
+        """Means of those of the unknowns that each reduced one in the matrix is part of.
+
+        Args:
+            unknowns: Scales of the unknowns that this rank owns.
+        """
+        places, seen = self.left.places[self.own], self.left.numbers
+        each = np.broadcast_to(unknowns[:, None], places.shape)
+        found = [
+            seen.summed(np.bincount(places.ravel(), values.ravel(), len(seen.wanted) + 1)[:-1])
+            for values in (each, np.ones(places.shape))
+        ]
+        return np.asarray((found[0] / found[1])[self.outer])
+
     def of_node(self, values: npt.NDArray[Any], k: int) -> npt.NDArray[Any]:
         """The part of an array of this rank's multipliers that a field's nodes have, (n, c)."""
         first, shape = self._first[k], self.nodes[k].multipliers.shape

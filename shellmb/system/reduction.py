@@ -21,6 +21,7 @@ from petsc4py import PETSc
 import numpy as np
 import numpy.typing as npt
 
+from shellmb.system.convergence import unknown_scales
 from shellmb.system.direct import DirectSolver, Purpose
 from shellmb.system.directornodes import DirectorNodes
 from shellmb.system.loops import LoopResiduals, MeshGroup, mesh_groups
@@ -56,7 +57,8 @@ class Reduction:
         self.numbers = ReducedNumbers(nodes, [group.cells for group in groups])
         with system.general_position():
             self._allocate(groups)
-        self.solver = DirectSolver(self.A, prefix, reduced=True)
+        scales = self.numbers.scales(unknown_scales(system))
+        self.solver = DirectSolver(self.A, prefix, scales)
         self.numbers.weights[:] = self._weights()
 
     @property
