@@ -1,0 +1,99 @@
+"""Runs with factors of single precision end where those of double precision do."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+from mpi4py import MPI  # noqa: F401  (before dolfinx)
+
+import pytest
+
+from shellmb.observers.energy import EnergyAccount
+from shellmb.scene import (
+    Clamped,
+    EdgeForce,
+    Gravity,
+    Isotropic,
+    Rectangle,
+    RigidBody,
+    Scene,
+    Shell,
+    ShellRevolute,
+)
+from shellmb.simulate.simulation import Simulation
+from shellmb.system import direct
+from shellmb.system.reduction import Reduction
+
+RUBBER = Isotropic(E=2e6, nu=0.3, thickness=0.02, density=500.0)
+
+
+def plate(**scheme: Any) -> Scene:
+    shell = Shell("plate", Rectangle(1.0, 0.5), RUBBER, mesh=(3, 2))
+    force = EdgeForce("right", (1.0, 2.0, 8.0))
+    return Scene("plate", shell, supports=Clamped("left"), loads=force, **scheme)
+
+
+def hinged(**scheme: Any) -> Scene:
+    """A plate with a rod on a hinge: multipliers stay in the reduced system."""
+    shell = Shell("plate", Rectangle(1.0, 0.5), RUBBER, mesh=(2, 1))
+    return Scene(
+        "hinged",
+        shell,
+        rigid_bodies=RigidBody("rod", 0.5, (1e-3, 2e-2, 2e-2), position=(1.3, 0.25, 0)),
+        joints=ShellRevolute("hinge", "rod", "plate", at=(1.0, 0.25, 0)),
+        supports=Clamped("left", body="plate"),
+        loads=Gravity(),
+        **scheme,
+    )
+
+
+class End:
+    """The end of a run: all unknowns, the error of the energy account, the solver."""
+
+    def __init__(self, scene: Scene) -> None:
+        energy = EnergyAccount()
+        self.simulation = Simulation(scene)
+        self.simulation.run([energy])
+        iteration = self.simulation.problem.iteration
+        assert isinstance(iteration.linear, Reduction)
+        self.solver, self._convergence = iteration.linear.solver, iteration.convergence
+        self.unknowns = self.simulation.problem.system.x.array_r.copy()
+        self.energy_error = energy.relative_error or 0.0
+
+    def difference(self, other: End) -> float:
+        """Of the unknowns, relative to the scales of the parts."""
+        change = (other.unknowns - self.unknowns)[None]
+        return float(self._convergence.sizes(self.unknowns, change)[0])
+
+
+@pytest.mark.parametrize("make", [plate, hinged])
+@pytest.mark.parametrize("scheme", ["ep", "ed"])
+@pytest.mark.parametrize("newton", ["full", "auto"])
+def test_motions_are_the_same(
+    monkeypatch: pytest.MonkeyPatch, make: Any, scheme: str, newton: str
+) -> None:
+    scene = make(scheme=scheme, dt=2e-3, t_end=0.02)
+    scene = replace(scene, solver=replace(scene.solver, newton=newton))
+    double = End(scene)
+    assert not double.solver.single
+    monkeypatch.setattr(direct, "SMALL_SYSTEM", 0)
+    single = End(scene)
+    assert single.solver.single
+    # round-off of ten steps, of forces times the condition number
+    assert double.difference(single) < 1e-10
+    assert single.energy_error < 1e-12
+
+
+def test_statics_fall_back_to_double_precision(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Thin and without inertia: soft modes are lost in single precision."""
+    thin = replace(RUBBER, thickness=2e-4)
+    scene = plate(scheme="static", dt=0.5, t_end=1.0)
+    shell = replace(scene.shells[0], section=thin)
+    force = EdgeForce("right", (1e-6, 2e-6, 8e-6))
+    scene = replace(scene, shells=(shell,), loads=(force,))
+    double = End(scene)
+    monkeypatch.setattr(direct, "SMALL_SYSTEM", 0)
+    single = End(scene)
+    assert not single.solver.single
+    assert double.difference(single) < 1e-8
