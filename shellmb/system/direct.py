@@ -115,6 +115,7 @@ class DirectSolver:
         single: Whether factors are of single precision.
         factorisations: Their number so far.
         solutions: Number of solutions with factors so far, each Krylov iteration being one.
+        contraction: By what factor the last refinement made errors smaller; None: there was none.
     """
 
     def __init__(self, A: PETSc.Mat, prefix: str, scales: Floats | None = None) -> None:
@@ -132,6 +133,7 @@ class DirectSolver:
             self._units.array[:] = 1.0 / np.asarray(scales)
         ksp.setFromOptions()
         self._purpose = Purpose.EXACT
+        self.contraction: float | None = None
         # whether old factors pay, whether those there are old, and whether they do by themselves
         self._paying, self._recycled, self._enough = False, False, False
         self._work: float | None = None
@@ -233,7 +235,8 @@ class DirectSolver:
             self._direct(rest, change)
             x.axpy(1.0, change)
             found = self._size(change)
-            if not found <= CONTRACTION * before:
+            self.contraction = found / before
+            if not self.contraction <= CONTRACTION:
                 return False
             # iterations that contract by less themselves need no refinement from now on
             self._enough = self._purpose is Purpose.LAGGED

@@ -9,6 +9,8 @@ from mpi4py import MPI  # noqa: F401  (before dolfinx)
 
 import pytest
 
+from shellmb.bench.record import Configuration
+from shellmb.bench.scenes import plate as bench_plate
 from shellmb.observers.energy import EnergyAccount
 from shellmb.scene import (
     Clamped,
@@ -23,6 +25,7 @@ from shellmb.scene import (
 )
 from shellmb.simulate.simulation import Simulation
 from shellmb.system import direct
+from shellmb.system.direct import DirectSolver
 from shellmb.system.reduction import Reduction
 
 RUBBER = Isotropic(E=2e6, nu=0.3, thickness=0.02, density=500.0)
@@ -83,6 +86,26 @@ def test_motions_are_the_same(
     # round-off of ten steps, of forces times the condition number
     assert double.difference(single) < 1e-10
     assert single.energy_error < 1e-12
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("newton", ["full", "auto"])
+def test_large_plates(monkeypatch: pytest.MonkeyPatch, newton: str) -> None:
+    """Ten steps of 32x32 elements with ED, 30380 reduced unknowns."""
+    scene = bench_plate("dynamic", "ed", (32, 32), Configuration("reduced", newton))
+    scene = replace(scene, t_end=10 * (scene.dt or 0.0))
+    single = End(scene)
+    assert single.solver.single
+    # 1e-3 as measured
+    assert single.solver.contraction is not None and single.solver.contraction < 0.01
+    use = DirectSolver._use
+    monkeypatch.setattr(DirectSolver, "_use", lambda self, single: use(self, single=False))
+    double = End(scene)
+    assert not double.solver.single
+    # round-off of ten steps, of forces times the condition number
+    assert double.difference(single) < 1e-10
+    displacements = [e.simulation.problem.levels["plate"].q.x.array for e in (single, double)]
+    assert abs(displacements[0] - displacements[1]).max() < 1e-13
 
 
 def test_statics_fall_back_to_double_precision(monkeypatch: pytest.MonkeyPatch) -> None:
