@@ -71,8 +71,7 @@ class End:
 
 
 @pytest.mark.parametrize("make", [plate, hinged])
-@pytest.mark.parametrize("scheme", ["ep", "ed"])
-@pytest.mark.parametrize("newton", ["full", "auto"])
+@pytest.mark.parametrize(("scheme", "newton"), [("ep", "full"), ("ep", "auto"), ("ed", "auto")])
 def test_motions_are_the_same(
     monkeypatch: pytest.MonkeyPatch, make: Any, scheme: str, newton: str
 ) -> None:
