@@ -197,9 +197,9 @@ class BlockSystem:
         self._assemble(A, self.jacobians, self._no_columns)
         A.setDiagonal(self._diagonal, PETSc.InsertMode.ADD)
 
-    def missing(self) -> Floats:
-        """What the fixed unknowns lack of their given values, aligned with `fixed`."""
-        return np.asarray(self._values[self.fixed] - self.x.array_r[self.fixed])
+    def fixed_values(self) -> Floats:
+        """Given values of the fixed unknowns, aligned with `fixed`."""
+        return np.asarray(self._values[self.fixed])
 
     @cached_property
     def A(self) -> PETSc.Mat:

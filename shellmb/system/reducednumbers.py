@@ -263,28 +263,15 @@ class ReducedNumbers:
         return found
 
     def correction(self) -> Floats:
-        """Given changes of the local unknowns: of fixed ones, and back to constraints.
-
-        The array may be overwritten by the next call.
-        """
-        system, missing = self.system, self.system.missing()
+        """Given changes of the local unknowns: of fixed ones, and back to constraints."""
+        system, n = self.system, self.system.numbering
+        given = np.zeros(n.owned)
+        given[system.fixed] = system.fixed_values() - system.x.array_r[system.fixed]
         found = {k: nodes.correction(self.fields) for k, nodes in self.nodes.items()}
         values = {k: v.ravel() for k, v in found.items() if v is not None}
-        if self.full.serial and not values:
-            dofs, of, given = self._fixed_dofs
-            given[dofs] = missing[of]
-            return given
-        given = np.zeros(system.numbering.owned)
-        given[system.fixed] = missing
-        ids = [self._rows[k].ravel() for k in values]
-        all_ids = np.concatenate([*ids, np.zeros(0, np.int64)])
-        all_values = np.concatenate([*values.values(), np.zeros(0)])
-        given += self.full.set(all_ids, all_values) * (given == 0.0)
+        if values or not self.full.serial:
+            ids = [self._rows[k].ravel() for k in values]
+            all_ids = np.concatenate([*ids, np.zeros(0, np.int64)])
+            all_values = np.concatenate([*values.values(), np.zeros(0)])
+            given += self.full.set(all_ids, all_values) * (given == 0.0)
         return self.full.seen(given)
-
-    @cached_property
-    def _fixed_dofs(self) -> tuple[Ints, Ints, Floats]:
-        """Fixed local dofs, which of the fixed unknowns they are, and place for changes."""
-        wanted, fixed = self.full.wanted, self.system.fixed
-        dofs = np.flatnonzero(np.isin(wanted, fixed))
-        return dofs, np.searchsorted(fixed, wanted[dofs]), np.zeros(len(wanted))
