@@ -48,22 +48,22 @@ ONES = np.ones(SMALL_SYSTEM)
 BEAM = {-2: 1.0, -1: -4.0, 0: 6.0, 1: -4.0, 2: 1.0}
 
 
-def test_single_precision_solves_as_exactly_as_asked() -> None:
-    """Its own error is some 1e-7: two solutions leave its square."""
-    solver = DirectSolver(band(SMALL_SYSTEM, FIRM), "firm_", ONES)
-    assert solver.factorise(Purpose.ONE) is None
-    for count in (2, 4):
-        assert error(solver) < REFINED_TOLERANCE
-        assert solver.solutions == count
-    assert solver.single and solver.factorisations == 1
-
-
-def test_lagged_iterations_need_one_solution_each() -> None:
-    """And the first one another, to see whether that is so."""
-    solver = DirectSolver(band(SMALL_SYSTEM, FIRM), "lagged_", ONES)
-    assert solver.factorise(Purpose.LAGGED) is None
-    for count in (2, 3):
-        assert error(solver) < CONTRACTION
+@pytest.mark.parametrize(
+    ("purpose", "bound", "counts"),
+    [
+        # an error of some 1e-7: two solutions leave its square
+        (Purpose.ONE, REFINED_TOLERANCE, (2, 4)),
+        # one solution each, and the first time another, to see whether that is enough
+        (Purpose.LAGGED, CONTRACTION, (2, 3)),
+    ],
+)
+def test_single_precision_solves_as_exactly_as_asked(
+    purpose: Purpose, bound: float, counts: tuple[int, int]
+) -> None:
+    solver = DirectSolver(band(SMALL_SYSTEM, FIRM), f"firm_{purpose.name}_", ONES)
+    assert solver.factorise(purpose) is None
+    for count in counts:
+        assert error(solver) < bound
         assert solver.solutions == count
     assert solver.single and solver.factorisations == 1
 
@@ -82,7 +82,8 @@ def test_any_number_of_exact_solutions_takes_double_precision() -> None:
 )
 def test_others_are_factorised_in_double_precision(n: int, scales: Floats | None) -> None:
     solver = DirectSolver(band(n, FIRM), f"double{n}_", scales)
-    assert solver.factorise() is None
+    # a purpose that single precision serves
+    assert solver.factorise(Purpose.LAGGED) is None
     # backward stable: some units of round-off
     assert not solver.single and error(solver) < 1e-14
     assert solver.solutions == 1
