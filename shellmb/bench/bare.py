@@ -30,7 +30,7 @@ class Bare:
         residual: Kernels of all residuals over all cells.
         jacobian: Kernels of all blocks over all cells.
         factor: Factorisation.
-        solve: Solution with it; of large systems an iteration of Krylov's method.
+        solve: Solution with it; with full Newton on large systems an iteration of Krylov's method.
     """
 
     residual: float

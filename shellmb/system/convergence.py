@@ -28,8 +28,8 @@ class Convergence:
 
     def __init__(self, system: BlockSystem) -> None:
         self.system = system
-        self.parts = [p for f in system.fields for p in f.parts]
-        dofs = [_owned(system, k, p) for k, f in enumerate(system.fields) for p in f.parts]
+        found = _owned_parts(system)
+        self.parts, dofs = [part for part, _ in found], [entries for _, entries in found]
         self._lib = native.cells().lib
         self._entries = np.concatenate([*dofs, np.zeros(0, np.int64)]).astype(np.int64)
         self._ends = np.cumsum([0, *(len(d) for d in dofs)]).astype(np.int64)
@@ -111,14 +111,16 @@ class Convergence:
 def unknown_scales(system: BlockSystem) -> Floats:
     """Scale of the part of each unknown that this rank owns; one where there is none."""
     scales = np.ones(system.numbering.owned)
-    for k, f in enumerate(system.fields):
-        for part in f.parts:
-            scales[_owned(system, k, part)] = part.scale
+    for part, entries in _owned_parts(system):
+        scales[entries] = part.scale
     return scales
 
 
-def _owned(system: BlockSystem, field: int, part: Part) -> npt.NDArray[np.int64]:
-    """Places of a part's unknowns among those that this rank owns."""
-    n = system.numbering
-    numbers = n.by_field[field][part.dofs] - n.start
-    return np.asarray(numbers[(numbers >= 0) & (numbers < n.owned)])
+def _owned_parts(system: BlockSystem) -> list[tuple[Part, npt.NDArray[np.int64]]]:
+    """All parts, each with the places of its unknowns among those that this rank owns."""
+    n, found = system.numbering, []
+    for k, f in enumerate(system.fields):
+        for part in f.parts:
+            numbers = n.by_field[k][part.dofs] - n.start
+            found.append((part, numbers[(numbers >= 0) & (numbers < n.owned)]))
+    return found

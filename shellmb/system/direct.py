@@ -227,9 +227,9 @@ class DirectSolver:
         rest, change = self._rest, self._change
         self._direct(b, x)
         size = before = self._size(x)
+        if size == 0.0:
+            return True
         for _ in range(REFINEMENTS):
-            if size == 0.0:
-                return True
             self.A.mult(x, rest)
             rest.aypx(-1.0, b)
             self._direct(rest, change)
