@@ -32,7 +32,7 @@ That neither locks nor, in one dimension, leaves any spurious mode. With indepen
 the energy is the same, but Newton's method no longer rolls a beam up in one load step.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -127,6 +127,38 @@ def beam_strains(u: Expr, w: Expr, ref: Line) -> Expr:
     return ufl.as_vector([*stretch_and_shear(u, w, ref), *twist_and_curvature(w, ref)])
 
 
+def beam_slope(
+    ref: Line, c: Expr | None, states: Sequence[tuple[Expr, Expr, Expr]], du: Expr, dw: Expr
+) -> Expr:
+    """Change of the strains, taken at `c` times the reference and weighted states, shape (6,).
+
+    Args:
+        ref: Reference line.
+        c: Share of the reference; None: none.
+        states: Weight, displacement and changes of directors of each state.
+        du: Change of the displacement.
+        dw: Changes of the directors.
+    """
+    x1, d, ds = 0 * du, [0 * du] * 3, [0 * du] * 3
+    if c is not None:
+        x1 = c * ref.t
+        d = [c * D for D in vectors(ref.D)]
+        ds = [c * D for D in vectors(along(ref.D, ref.t))]
+    for weight, u, w in states:
+        x1 = x1 + weight * along(u, ref.t)
+        d = [a + weight * b for a, b in zip(d, vectors(w), strict=True)]
+        ds = [a + weight * b for a, b in zip(ds, vectors(along(w, ref.t)), strict=True)]
+    u1, c_, cs = along(du, ref.t), vectors(dw), vectors(along(dw, ref.t))
+
+    def half(a: int, b: int) -> Expr:
+        """Change of `d_a' . d_b / 2`."""
+        return (ufl.dot(ds[a], c_[b]) + ufl.dot(cs[a], d[b])) / 2
+
+    stretch = [ufl.dot(dk, u1) + ufl.dot(ck, x1) for dk, ck in zip(d, c_, strict=True)]
+    turns = [half(a, b) - half(b, a) for a, b in ((1, 2), (2, 0), (0, 1))]
+    return ufl.as_vector([*stretch, *turns])
+
+
 def halves(e: Expr) -> tuple[Expr, Expr]:
     """`Gamma` and `K` of the strains, or forces and moments of the resultants."""
     return ufl.as_vector([e[0], e[1], e[2]]), ufl.as_vector([e[3], e[4], e[5]])
@@ -189,6 +221,14 @@ class BeamMixed:
         """Forces along the directors, shape (3,), N."""
         return self.N0 * layout.part(q, "N")
 
+    def stress(self, e: Expr, N: Expr) -> tuple[Expr, ...]:
+        """What acts on `Gamma` and `K`, shape (6,); linear in strains and forces."""
+        return (ufl.as_vector([*N, *self._moments(N, halves(e)[1])]),)
+
+    def gap(self, e: Expr, N: Expr) -> Expr:
+        """Strains less those of the forces, shape (3,)."""
+        return self._elastic(*halves(e)) - self._give(N)
+
     def resultants(self, strains: Strains, layout: Layout, q: Expr) -> tuple[Expr, Expr]:
         """Forces and moments along the directors, shapes (3,), N and N m."""
         N = self.forces(layout, q)
@@ -217,7 +257,11 @@ class BeamMixed:
 
     def energy(self, strains: Strains, layout: Layout, q: Expr) -> Expr:
         """Mixed strain energy; equal to the strain energy where compatibility holds, J/m."""
-        N, (Gamma, K) = self.forces(layout, q), halves(strains(q))
+        return self.stored(strains(q), self.forces(layout, q))
+
+    def stored(self, e: Expr, N: Expr) -> Expr:
+        """The same of any strains and forces."""
+        Gamma, K = halves(e)
         N = self._at_state(self._elastic(Gamma, K), N)
         forces = ufl.dot(N, self._elastic(Gamma, K)) - ufl.dot(N, self._give(N)) / 2
         return forces + ufl.dot(K, self.D0 * K) / 2

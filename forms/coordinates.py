@@ -91,3 +91,67 @@ def distance_gap(a: Place, b: Place, l: Expr, size: Expr) -> Expr:  # noqa: E741
     """`(l^2 - |x2 - x1|^2) / (2 size)`, near `l = size` the difference of the lengths, m."""
     gap = b.x - a.x
     return (l**2 - ufl.dot(gap, gap)) / (2 * size)
+
+
+# Gauss points on [-1, 1] with their weights on a step
+_GAUSS = (
+    (-0.8611363115940526, 0.1739274225687269),
+    (-0.3399810435848563, 0.3260725774312731),
+    (0.3399810435848563, 0.3260725774312731),
+    (0.8611363115940526, 0.1739274225687269),
+)
+# squares of changes of a cosine or sine below this leave no digits of the correction
+_TINY = 1e-16
+
+
+def angle_moments(start: Expr, end: Expr, bow: Expr) -> tuple[Expr, Expr]:
+    """Discrete gradient of the angle over a step that is quadratic in time (`forms.path`).
+
+    With the moments `T_0, T_1` of its gradient along the path of cosine and sine, projected on
+    linear functions of time, `T_0 . (end - start) + T_1 . bow` is the increment of the angle, by a
+    correction that is far below the order of the scheme.
+
+    Args:
+        start: Cosine and sine at the start, shape (2,).
+        end: The same at the end.
+        bow: Their bow, `e_i + e_f - 2 <e>`.
+    """
+    chord = end - start
+    first, second = 0 * start, 0 * start
+    for g, weight in _GAUSS:
+        tau = (1 + g) / 2
+        a = start + tau * chord + 3 * (tau**2 - tau) * bow
+        slope = perpendicular(a) / ufl.dot(a, a)
+        first, second = first + weight * slope, second + 3 * g * weight * slope
+    defect = increment(start, end) - ufl.dot(first, chord) - ufl.dot(second, bow)
+    ratio = defect / (ufl.dot(chord, chord) + ufl.dot(bow, bow) + _TINY)
+    return first + ratio * chord, second + ratio * bow
+
+
+def perpendicular(a: Expr) -> Expr:
+    """A vector of the plane turned by a right angle."""
+    return ufl.as_vector([-a[1], a[0]])
+
+
+def swing_moment(start: Expr, end: Expr, rates: Expr, alpha: Expr) -> tuple[Expr, Expr]:
+    """What the force of the rate of an angle has beyond that of a quadratic constraint.
+
+    The rate is `a x a'` of cosine and sine `a`. Forces `J_m.Da` with the mean of both ends, as of a
+    quadratic constraint, work on `a_m x (..)` instead of it; the vector works the difference on the
+    chord, and the number times the discrete gradient of the angle makes up for `alpha`.
+
+    Args:
+        start: Cosine and sine at the start, shape (2,).
+        end: The same at the end.
+        rates: `(1 + alpha) a'_f + (1 - alpha) a'_i`, times the step.
+        alpha: Dissipation.
+
+    Returns:
+        The vector and the number.
+    """
+    angle = increment(start, end)
+    sine = start[0] * end[1] - start[1] * end[0]
+    near = ufl.lt(abs(angle), SMALL_TANGENT)
+    series = -(angle**2) / 6 + angle**4 / 120
+    share = ufl.conditional(near, series, sine / ufl.conditional(near, 1.0, angle) - 1)
+    return -perpendicular(rates) / 4, alpha * share

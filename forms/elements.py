@@ -15,6 +15,7 @@ symbol      name                                                   unit
 """
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import ufl
 from ufl.core.expr import Expr
@@ -80,3 +81,54 @@ def spring_force(U: Potential, a: Expr, b: Expr, beta: Expr | float, size: Expr)
 def spring_jump(U: Potential, a: Expr, b: Expr) -> Expr:
     """Half the work of the force jump on the jump of the extension, eq. (34)."""
     return (slope(U, b) - slope(U, a)) * (b - a) / 2
+
+
+class Stretch(NamedTuple):
+    """Extension of a spring over a step that is quadratic in time (`forms.path`).
+
+    Args:
+        start: At the start.
+        chord: Its change.
+        bow: `e_i + e_f - 2 <e>`, twice the bow of the path.
+    """
+
+    start: Expr
+    chord: Expr
+    bow: Expr
+
+
+def linear_forces(k: Expr, e: Stretch, alpha: Expr) -> tuple[Expr, Expr]:
+    """Force of a linear spring, `S_0 + S_1 P1` of eq. (Q3)."""
+    mean = e.start + (e.chord - e.bow) / 2
+    return k * mean, k * (e.chord + alpha * e.bow) / 2
+
+
+def spring_forces(U: Potential, e: Stretch, alpha: Expr, size: Expr) -> tuple[Expr, Expr]:
+    """The same of any spring; with it the energy law (Q5) is exact.
+
+    The slopes along the path, projected on linear functions of time, and the small correction that
+    makes their work the change of the energy.
+
+    Args:
+        U: Energy.
+        e: Extension.
+        alpha: Dissipation.
+        size: Size of the coordinate.
+    """
+    first, second = 0 * e.start, 0 * e.start
+    for g, weight in GAUSS:
+        tau = (1 + g) / 2
+        force = slope(U, e.start + tau * e.chord + 3 * (tau**2 - tau) * e.bow)
+        first, second = first + weight * force, second + 3 * g * weight * force
+    energy = ufl.as_ufl(U(e.start + e.chord)) - ufl.as_ufl(U(e.start))
+    defect = energy - first * e.chord - second * e.bow
+    ratio = defect / (e.chord**2 + e.bow**2 + (SMALL_INCREMENT**2 * size) ** 2)
+    damping = alpha / 2 * stiffness(U, e) * e.bow
+    return first + ratio * e.chord, second + ratio * e.bow + damping
+
+
+def stiffness(U: Potential, e: Stretch) -> Expr:
+    """What the dissipation of a spring is measured by: its stiffness, where that is positive."""
+    middle = ufl.variable(e.start + e.chord / 2)
+    k = ufl.diff(ufl.diff(ufl.as_ufl(U(middle)), middle), middle)
+    return ufl.conditional(ufl.gt(k, 0), k, 0 * e.start)

@@ -30,6 +30,7 @@ from ufl.core.expr import Expr
 
 from .discrete import stress_average, variation
 from .mixed import Interval, Measure
+from .state import Layout
 from .surface import Surface, unit
 
 Pair = tuple[Expr, Expr]
@@ -44,16 +45,33 @@ def line_strains(strains: Measure, surf: Surface, jacobian: Expr) -> Callable[[E
         jacobian: Jacobian of the reference surface, shape (3, 2).
     """
 
-    def measure(q: Expr) -> Expr:
-        eps = strains(q).eps
-        lines = []
-        for k in range(2):
-            line = unit(jacobian[:, k])
-            c, s = ufl.dot(line, surf.e1), ufl.dot(line, surf.e2)
-            lines.append(c * c * eps[0] + s * s * eps[1] + c * s * eps[2])
-        return ufl.as_vector(lines)
+    return lambda q: lines(strains(q).eps, surf, jacobian)
 
-    return measure
+
+def lines(eps: Expr, surf: Surface, jacobian: Expr) -> Expr:
+    """Components of a membrane strain along the two coordinate lines, shape (2,)."""
+    found = []
+    for k in range(2):
+        line = unit(jacobian[:, k])
+        c, s = ufl.dot(line, surf.e1), ufl.dot(line, surf.e2)
+        found.append(c * c * eps[0] + s * s * eps[1] + c * s * eps[2])
+    return ufl.as_vector(found)
+
+
+class LineSection:
+    """The two line strains as a section of stiffness one without resultants."""
+
+    def forces(self, layout: Layout, q: Expr) -> Expr:
+        """There are none."""
+        return ufl.as_vector([0, 0])
+
+    def stress(self, e: Expr, N: Expr) -> tuple[Expr, ...]:
+        """Each is one strain, in a rule of its own."""
+        return ufl.as_vector([e[0], 0]), ufl.as_vector([0, e[1]])
+
+    def gap(self, e: Expr, N: Expr) -> Expr:
+        """Nothing has to agree."""
+        return ufl.as_vector([0, 0])
 
 
 def virtual_work(measure: Callable[[Expr], Expr], span: Interval, dq: Expr) -> Pair:

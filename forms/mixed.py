@@ -142,6 +142,18 @@ class LinearMixed:
         shear = self.slack * Q if self.G_inv is None else self.G_inv * Q
         return ufl.as_vector([*stretch, *shear])
 
+    def forces(self, layout: Layout, q: Expr) -> Expr:
+        """Membrane and shear forces that a state holds, shape (5,), N/m."""
+        return self.N0 * layout.part(q, "N")
+
+    def stress(self, e: Expr, N: Expr) -> tuple[Expr, ...]:
+        """Generalised stresses for the full and the reduced rule, shape (8,) each."""
+        return self._forces(e, N)
+
+    def gap(self, e: Expr, N: Expr) -> Expr:
+        """Strains less those of the resultants, in the reduced rule, shape (5,)."""
+        return (1 - self.a) * (_membrane_shear(e) - self._compliance(e, N))
+
     def _held(self, held: Expr, free: Expr) -> Expr:
         """Components of `held` where strains are held, those of `free` elsewhere, shape (5,)."""
         which = (self.A_inv is None,) * 3 + (self.G_inv is None,) * 2
@@ -182,7 +194,10 @@ class LinearMixed:
 
     def energy(self, strains: Measure, layout: Layout, q: Expr) -> Density:
         """Mixed strain energy `W(q, N)`; equal to the strain energy where compatibility holds."""
-        e, N = vector(strains(q)), self.N0 * layout.part(q, "N")
+        return self.stored(vector(strains(q)), self.forces(layout, q))
+
+    def stored(self, e: Expr, N: Expr) -> Density:
+        """The same of any strains, shape (8,), and resultants, shape (5,)."""
         N = self._at_state(e, N)
         full, _ = self._forces(e, N)
         s = _membrane_shear(e)

@@ -16,6 +16,7 @@ symbol       name                                           unit      equation
 ===========  =============================================  ========  ==========
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import ufl
@@ -82,6 +83,73 @@ def shell_strains(u: Expr, w: Expr, surf: Surface) -> ShellStrains:
     """All strains of eq. (9). Each is quadratic in `(u, w)`, which is what eq. (20) needs."""
     return ShellStrains(
         membrane_strain(u, surf), bending_strain(u, w, surf), shear_strain(u, w, surf)
+    )
+
+
+class Tangents(NamedTuple):
+    """What strains of the next order are taken along: derivatives of position and director.
+
+    Args:
+        x1: Derivative of the position along `e1`, shape (3,).
+        x2: The same along `e2`.
+        d: Director, shape (3,).
+        d1: Its derivative along `e1`, 1/m.
+        d2: The same along `e2`.
+    """
+
+    x1: Expr
+    x2: Expr
+    d: Expr
+    d1: Expr
+    d2: Expr
+
+
+def reference_tangents(surf: Surface) -> Tangents:
+    """Those of the reference configuration."""
+    e1, e2 = surf.e1, surf.e2
+    return Tangents(e1, e2, surf.D, along(surf.D, e1), along(surf.D, e2))
+
+
+def tangents(u: Expr, w: Expr, surf: Surface) -> Tangents:
+    """Those of a displacement and a director change, without the reference."""
+    e1, e2 = surf.e1, surf.e2
+    return Tangents(along(u, e1), along(u, e2), w, along(w, e1), along(w, e2))
+
+
+def combined(parts: Sequence[tuple[Expr, Tangents]]) -> Tangents:
+    """Weighted sum."""
+    (weight, first), *others = parts
+    total = [weight * part for part in first]
+    for weight, tangent in others:
+        total = [a + weight * b for a, b in zip(total, tangent, strict=True)]
+    return Tangents(*total)
+
+
+def strain_change(at: Tangents, du: Expr, dw: Expr, surf: Surface) -> ShellStrains:
+    """Change of the strains of eq. (9) for a change of displacement and director, eq. (20).
+
+    It is linear in both: at the reference it is their linear part, at a displacement alone their
+    bilinear part (`forms.path`).
+
+    Args:
+        at: Where.
+        du: Change of the displacement.
+        dw: Change of the director.
+        surf: Reference surface.
+    """
+    u1, u2, w, w1, w2 = tangents(du, dw, surf)
+    dot = ufl.dot
+    x1, x2, d, d1, d2 = at
+    return ShellStrains(
+        ufl.as_vector([dot(x1, u1), dot(x2, u2), dot(x1, u2) + dot(x2, u1)]),
+        ufl.as_vector(
+            [
+                dot(x1, w1) + dot(d1, u1),
+                dot(x2, w2) + dot(d2, u2),
+                dot(x1, w2) + dot(x2, w1) + dot(d1, u2) + dot(d2, u1),
+            ]
+        ),
+        ufl.as_vector([dot(x1, w) + dot(d, u1), dot(x2, w) + dot(d, u2)]),
     )
 
 

@@ -17,6 +17,8 @@ class Scheme(StrEnum):
     linear = "linear"
     ep = "ep"
     ed = "ed"
+    ep4 = "ep4"
+    ed3 = "ed3"
 
 
 class Cell(StrEnum):

@@ -1,5 +1,6 @@
 """A beam as the schemes see it: forms of `shellmb.forms` bound to a line, a section and loads."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from mpi4py import MPI
@@ -18,9 +19,11 @@ from shellmb.forms import loads as load_forms
 from shellmb.forms.beam import BeamMixed, Line, LinePoint
 from shellmb.forms.frame import FrameMass, momenta
 from shellmb.forms.mixed import Interval
-from shellmb.model.body import LoadFactors, PartScale, Rates
+from shellmb.forms.path import Measure, Path, Step, bow_of
+from shellmb.model.body import LoadFactors, PartScale, Rates, Term
 from shellmb.model.frame import FrameBody
 from shellmb.model.loads import DistributedLoads
+from shellmb.model.pathterms import path_terms
 from shellmb.model.rules import line_rules
 from shellmb.model.section import SLACK
 from shellmb.scene import Beam, BeamSection, FollowerLineForce, LineForce, LineMoment
@@ -175,6 +178,31 @@ class BeamModel(FrameBody):
     def path(self, span: Interval, dq: Expr) -> Form | None:
         """Third-order part of the mean force over a sub-interval."""
         return self.section.formulation.path(self.strains, span, dq) * self.rules.reduced
+
+    @property
+    def strain_measure(self) -> Measure:
+        """Strains by their derivative."""
+        layout = self.layout
+
+        def slope(c: Expr | None, pairs: Sequence[tuple[Expr, Expr]], dq: Expr) -> Expr:
+            states = [(w, layout.part(q, "u"), layout.part(q, "w")) for w, q in pairs]
+            du, dw = layout.part(dq, "u"), layout.part(dq, "w")
+            return beam_forms.beam_slope(self.line, c, states, du, dw)
+
+        return Measure(slope)
+
+    def along(self, step: Step, k: int, dq: Expr, trial: Expr) -> tuple[Form | None, list[Term]]:
+        """Internal forces over a step, and the constraints of the frames."""
+        terms = path_terms(
+            self.section.formulation, self.layout, self.strain_measure, step, k, dq, trial,
+            lambda densities: densities[0] * self.rules.reduced,
+        )
+        return self.frame_row(step.path, k, dq), terms
+
+    def lost(self, path: Path, bow: Expr) -> Form | None:
+        """Elastic energy of the bow of the strains, J."""
+        e, formulation = bow_of(self.strain_measure, path), self.section.formulation
+        return formulation.stored(e, formulation.forces(self.layout, bow)) * self.rules.reduced
 
     def strain_energy(self, q: Expr) -> Form | None:
         """Strain energy, J."""

@@ -1,6 +1,6 @@
 """What the schemes see of a body: spaces, virtual work, energies; nothing else."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple, Protocol
 
@@ -12,6 +12,7 @@ from ufl.core.expr import Expr
 
 from shellmb.build.spaces import MixedSpace
 from shellmb.forms.mixed import Interval
+from shellmb.forms.path import Path, Step
 
 TimeFunction = Callable[[float], float]
 Dofs = npt.NDArray[np.int32]
@@ -77,6 +78,21 @@ class Rates(NamedTuple):
     chord: Expr
 
 
+class Term(NamedTuple):
+    """A form of a residual whose derivatives are given with it.
+
+    It is taken at functions that follow from the unknown ones, which a derivative by these would
+    not see; written by hand its parts share kernels.
+
+    Args:
+        residual: The form.
+        derivatives: Its derivatives by the unknown states, by the number of their row.
+    """
+
+    residual: Form
+    derivatives: Mapping[int, Form]
+
+
 class LoadFactors(Protocol):
     """The loads of a body with the time factors of one stage of a scheme."""
 
@@ -119,6 +135,29 @@ class Body(Protocol):
 
     def path(self, span: Interval, dq: Expr) -> Form | None:
         """What the mean internal force over the path has beyond `internal`; None if nothing."""
+        ...
+
+    def along(self, step: Step, k: int, dq: Expr, trial: Expr) -> tuple[Form | None, list[Term]]:
+        """Internal and constraint forces over a step that is quadratic in time (`forms.path`).
+
+        Args:
+            step: The step.
+            k: Row, 0 for P0 and 1 for P1.
+            dq: Virtual displacement.
+            trial: Direction of derivatives.
+
+        Returns:
+            Virtual work as a function of the unknown states, and terms with their derivatives.
+        """
+        ...
+
+    def lost(self, path: Path, bow: Expr) -> Form | None:
+        """Elastic energy of the bow of the strains, `bow.C bow/2` of eq. (Q5).
+
+        Args:
+            path: The step.
+            bow: State that holds the bow of the resultants, `N_i + N_f - 2 <N>`.
+        """
         ...
 
     def inertia(self, rate: Expr, dq: Expr) -> Form | None:
@@ -196,6 +235,14 @@ class Massless:
 
     def path(self, span: Interval, dq: Expr) -> Form | None:
         """No internal forces."""
+        return None
+
+    def along(self, step: Step, k: int, dq: Expr, trial: Expr) -> tuple[Form | None, list[Term]]:
+        """No internal forces."""
+        return None, []
+
+    def lost(self, path: Path, bow: Expr) -> Form | None:
+        """No strains."""
         return None
 
     def inertia(self, rate: Expr, dq: Expr) -> Form | None:

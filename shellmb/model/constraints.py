@@ -14,9 +14,10 @@ from shellmb.build.nodes import NodeMesh, constant_vector, set_constants
 from shellmb.build.spaces import MixedSpace
 from shellmb.forms.discrete import variation
 from shellmb.forms.mixed import Interval
+from shellmb.forms.path import ConstraintRow, Step, constraint_row
 from shellmb.forms.state import Layout
 from shellmb.kernels import JIT_OPTIONS
-from shellmb.model.body import Massless, NodeLink, PartScale
+from shellmb.model.body import Massless, NodeLink, PartScale, Term
 
 Floats = npt.NDArray[np.float64]
 
@@ -93,23 +94,48 @@ class ConstraintGroup(Massless):
         value = self.layout.part(q, name)
         return [value] if self.count == 1 else [value[k] for k in range(self.count)]
 
-    def _sum(self, multiplier: Expr, rows: Expr, test: Expr, work: Expr) -> Form:
-        """`mu . work + dmu . rows`, each with its switch."""
+    def _sum(
+        self,
+        multiplier: Expr,
+        rows: Expr,
+        test: Expr,
+        work: Expr,
+        other: tuple[Expr, Expr] | None = None,
+    ) -> Form:
+        """`mu . work + dmu . rows`, each with its switch; `other` multipliers act, too.
+
+        Args:
+            multiplier: State that holds the multipliers.
+            rows: The constraints.
+            test: Direction.
+            work: What the multipliers act on.
+            other: State that holds other multipliers, and what these act on.
+        """
         mu, dmu = self._part(multiplier, "mu"), self._part(test, "mu")
         total = 0.0 * mu[0]
         for k in range(self.count):
+            acting = mu[k] * work[k] + dmu[k] * rows[k]
+            if other is not None:
+                acting = acting + self._part(other[0], "mu")[k] * other[1][k]
             if self.on is None:
-                total = total + mu[k] * work[k] + dmu[k] * rows[k]
+                total = total + acting
             else:
                 on = self.on if self.count == 1 else self.on[k]
-                total = total + on * (mu[k] * work[k] + dmu[k] * rows[k])
-                total = total + (1 - on) * dmu[k] * mu[k]
+                total = total + on * acting + (1 - on) * dmu[k] * mu[k]
         return self._force * total * ufl.dx
 
     def internal(self, span: Interval, dq: Expr) -> Form:
         """Constraints at the end of the sub-interval, forces along the mid-point gradient."""
         work = variation(self.violation, span.mid, dq)
         return self._sum(span.unknown, self.violation(span.at), dq, work)
+
+    def along(self, step: Step, k: int, dq: Expr, trial: Expr) -> tuple[Form | None, list[Term]]:
+        """Constraints and their rates at the end of a step, with two multipliers each."""
+        return self._row(constraint_row(self.violation, step.path, k, dq), dq), []
+
+    def _row(self, row: ConstraintRow, dq: Expr) -> Form:
+        own, other = row.multipliers
+        return self._sum(own, row.value, dq, row.own, (other, row.other))
 
     def velocity_constraint(self, v: Expr, mid: Expr, dv: Expr) -> Form:
         """Velocities do not violate the constraints, with the impulses for that."""

@@ -18,9 +18,10 @@ from shellmb.build.nodes import constant_vector, node_mesh, node_space, set_cons
 from shellmb.errors import SceneError
 from shellmb.forms import elements as forms
 from shellmb.forms.mixed import Interval
+from shellmb.forms.path import Path, Step
 from shellmb.forms.state import Layout
 from shellmb.kernels import JIT_OPTIONS
-from shellmb.model.body import Massless, Rates
+from shellmb.model.body import Massless, Rates, Term
 from shellmb.model.coordinates import Coordinate, gathered, scalar_links
 from shellmb.scene import Scene
 from shellmb.scene import elements as scene_elements
@@ -156,6 +157,27 @@ class Springs(ElementGroup):
         else:
             force = forms.spring_force(self._potential, a, b, span.beta, self.size)
         return force * self.x(dq) * ufl.dx
+
+    def _stretch(self, path: Path) -> forms.Stretch:
+        return forms.Stretch(
+            self._extension(path.start), self.x(path.chord), 2 * self.x(path.bow)
+        )
+
+    def along(self, step: Step, k: int, dq: Expr, trial: Expr) -> tuple[Form | None, list[Term]]:
+        """Force over a step, linear in time."""
+        e, alpha = self._stretch(step.path), step.path.alpha
+        if self.law is None:
+            first, second = forms.linear_forces(self.parameter, e, alpha)
+        else:
+            first, second = forms.spring_forces(self._potential, e, alpha, self.size)
+        force = first if k == 0 else second / 3
+        return force * self.x(dq) * ufl.dx, []
+
+    def lost(self, path: Path, bow: Expr) -> Form | None:
+        """Energy of the bow of the extension, J."""
+        e = self._stretch(path)
+        stiffness = self.parameter if self.law is None else forms.stiffness(self._potential, e)
+        return stiffness * e.bow**2 / 2 * ufl.dx(self.nodes.mesh)
 
     def strain_energy(self, q: Expr) -> Form:
         """Energy of the springs, J."""

@@ -13,6 +13,7 @@ from shellmb.build.spaces import MixedSpace
 from shellmb.forms import frame
 from shellmb.forms.frame import FrameMass, Vectors
 from shellmb.forms.mixed import Interval
+from shellmb.forms.path import Path, constraint_row
 from shellmb.forms.state import Layout
 from shellmb.model.body import FixedDofs, NodeLink, PartScale
 
@@ -79,6 +80,16 @@ class FrameBody:
         violation = frame.orthonormality(layout.part(span.at, "w"), self.frames)
         work = ufl.dot(layout.part(span.unknown, "lam"), change)
         return self.force * (work + ufl.dot(layout.part(dq, "lam"), violation)) * self.nodes
+
+    def frame_row(self, path: Path, k: int, dq: Expr) -> Form:
+        """Orthonormality and its rate at the end of a step, eq. (Q4)."""
+        layout = self.layout
+        row = constraint_row(
+            lambda q: frame.orthonormality(layout.part(q, "w"), self.frames), path, k, dq
+        )
+        own, other = (layout.part(q, "lam") for q in row.multipliers)
+        work = ufl.dot(own, row.own) + ufl.dot(other, row.other)
+        return self.force * (work + ufl.dot(layout.part(dq, "lam"), row.value)) * self.nodes
 
     def velocity_constraint(self, v: Expr, mid: Expr, dv: Expr) -> Form | None:
         """Velocities `v` do not violate the constraints at `mid`, with the impulses for that."""

@@ -16,7 +16,8 @@ from shellmb.build.nodes import NodeMesh, constant_vector, node_mesh, node_space
 from shellmb.forms.frame import PAIRS, FrameMass
 from shellmb.forms.loads import dead_force
 from shellmb.forms.mixed import Interval
-from shellmb.model.body import Dofs, FixedDofs, LoadFactors, PartScale, Rates, TimeFunction
+from shellmb.forms.path import Path, Step
+from shellmb.model.body import Dofs, FixedDofs, LoadFactors, PartScale, Rates, Term, TimeFunction
 from shellmb.model.ends import End
 from shellmb.model.frame import FrameBody
 from shellmb.scene.loads import Gravity
@@ -140,6 +141,14 @@ class RigidBodies(FrameBody):
     def internal(self, span: Interval, dq: Expr) -> Form:
         """Nothing but the constraints: the frames stay orthonormal."""
         return self.constraint_work(span, dq)
+
+    def along(self, step: Step, k: int, dq: Expr, trial: Expr) -> tuple[Form | None, list[Term]]:
+        """Nothing but the constraints."""
+        return self.frame_row(step.path, k, dq), []
+
+    def lost(self, path: Path, bow: Expr) -> Form | None:
+        """No strains."""
+        return None
 
     def path(self, span: Interval, dq: Expr) -> Form | None:
         """No elastic forces."""

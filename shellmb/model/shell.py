@@ -1,6 +1,6 @@
 """A shell as the schemes see it: forms of `shellmb.forms` bound to a mesh, a section and loads."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cached_property
 
@@ -16,14 +16,16 @@ from shellmb.build.mesh import SurfaceMesh
 from shellmb.build.spaces import MixedSpace, shell_space
 from shellmb.forms import hourglass
 from shellmb.forms import shell as shell_forms
-from shellmb.forms.mixed import Density, Interval, LinearMixed
+from shellmb.forms.mixed import Density, Interval, LinearMixed, vector
+from shellmb.forms.path import Measure, Path, Step, bow_of, constraint_row, measure
 from shellmb.forms.shell import Mass, ShellStrains
 from shellmb.forms.state import Layout
 from shellmb.forms.surface import Surface, surface
 from shellmb.forms.terms import Point
-from shellmb.model.body import FixedDofs, LoadFactors, NodeLink, PartScale, Rates
+from shellmb.model.body import FixedDofs, LoadFactors, NodeLink, PartScale, Rates, Term
 from shellmb.model.direction import direction_1
 from shellmb.model.loads import ShellLoads
+from shellmb.model.pathterms import path_terms
 from shellmb.model.rules import quadrature_rules
 from shellmb.model.section import bind_mass, bind_section
 from shellmb.scene import LinearSection, Shell
@@ -155,6 +157,67 @@ class ShellModel:
         form = self._integrate(work) + constraint * self.rules.nodes
         if self.rules.lines is not None:
             form += self._hourglass(hourglass.virtual_work(self.line_strains, span, dq))
+        return form
+
+    @property
+    def strain_measure(self) -> Measure:
+        """Strains of shape (8,) by their derivative."""
+        if self.shell.strains is not None:
+            return measure(lambda q: vector(self.strains(q)))
+        surf = self.surface
+
+        def slope(c: Expr | None, pairs: Sequence[tuple[Expr, Expr]], dq: Expr) -> Expr:
+            states = [(w, shell_forms.tangents(*self.velocities(q), surf)) for w, q in pairs]
+            if c is not None:
+                states.append((c, shell_forms.reference_tangents(surf)))
+            at = shell_forms.combined(states)
+            return vector(shell_forms.strain_change(at, *self.velocities(dq), surf))
+
+        return Measure(slope)
+
+    def along(self, step: Step, k: int, dq: Expr, trial: Expr) -> tuple[Form | None, list[Term]]:
+        """Internal forces over a step, and the constraints of the directors."""
+        section, strain = self.section.formulation, self.strain_measure
+        if not isinstance(section, LinearMixed):
+            raise NotImplementedError("nonlinear section")
+        terms = path_terms(
+            section, self.layout, strain, step, k, dq, trial,
+            lambda densities: self._integrate((densities[0], densities[1])),
+        )
+        if self.rules.lines is not None:
+            lines = path_terms(
+                hourglass.LineSection(), self.layout, self._lines, step, k, dq, trial,
+                lambda densities: self._hourglass((densities[0], densities[1])),
+            )
+            terms = [_both(a, b) for a, b in zip(terms, lines, strict=True)]
+        layout, D = self.layout, self.director
+        row = constraint_row(
+            lambda q: ufl.as_vector([shell_forms.director_constraint(layout.part(q, "w"), D)]),
+            step.path, k, dq,
+        )
+        own, other = (layout.part(q, "lam") for q in row.multipliers)
+        work = own * row.own[0] + other * row.other[0] + layout.part(dq, "lam") * row.value[0]
+        return self.section.force * work * self.rules.nodes, terms
+
+    @property
+    def _lines(self) -> Measure:
+        """Membrane strains along the coordinate lines of the element, for the hourglass control."""
+        strain, jacobian = self.strain_measure, ufl.Jacobian(self.mixed.space.mesh)
+        return Measure(
+            lambda c, pairs, dq: hourglass.lines(strain.slope(c, pairs, dq), self.surface, jacobian)
+        )
+
+    def lost(self, path: Path, bow: Expr) -> Form | None:
+        """Elastic energy of the bow of the strains, J."""
+        section = self.section.formulation
+        assert isinstance(section, LinearMixed)
+        stored = section.stored(
+            bow_of(self.strain_measure, path), section.forces(self.layout, bow)
+        )
+        form = self._integrate(stored)
+        if self.rules.lines is not None:
+            e = bow_of(self._lines, path)
+            form += self._hourglass((e[0] ** 2 / 2, e[1] ** 2 / 2))
         return form
 
     def path(self, span: Interval, dq: Expr) -> Form | None:
@@ -329,3 +392,8 @@ class ShellModel:
     ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.intp]]:
         """Reference directors and where their changes are in a state, both of shape (n, 3)."""
         return self.reference_directors(), self.mixed.dofs["w"].reshape(-1, 3).astype(np.intp)
+
+
+def _both(a: Term, b: Term) -> Term:
+    """The sum of two terms as one."""
+    return Term(a.residual + b.residual, {c: f + b.derivatives[c] for c, f in a.derivatives.items()})

@@ -93,21 +93,15 @@ class EnergyAccount(Silent):
             return forms
         for body in simulation.model.bodies:
             levels = simulation.problem.levels[body.name]
-            start = levels.q
+            moved = simulation.scheme.moved(levels.q, levels.push, levels.unknown)
             for name, stage in simulation.problem.forms[body.name].items():
-                if stage.stage is None:
-                    continue
-                span, end = stage.stage.span, levels.unknown[name]
-                moved = end - start
-                start = end
-                if kind == "loads":
+                for sample in stage.samples:
                     form = (
-                        None if stage.loads is None else stage.loads.virtual_work(span.mid, moved)
+                        sample.of_loads(moved[name])
+                        if kind == "loads"
+                        else sample.of_terms(body, moved[name])
                     )
-                else:
-                    time = simulation.problem.time(body.name)
-                    form = body.extra(span.mid, stage.stage.rates, moved, time)
-                forms.append(form)
+                    forms.append(form)
         return forms
 
     def _dissipation(self, simulation: Simulation) -> tuple[list[Form | None], list[Form | None]]:
@@ -116,6 +110,14 @@ class EnergyAccount(Silent):
         inert: list[Form | None] = []
         self._alpha, stage = simulation.scheme.dissipation()
         self._jumps: list[_VelocityJump] = []
+        if self._alpha and simulation.problem.paths:
+            # of the bow of strains and of velocities, eq. (Q5)
+            for body in simulation.model.bodies:
+                made = simulation.problem.paths[body.name]
+                path = made.path
+                bow = 2 * (path.rate + path.start - path.end) / (1 + path.alpha)
+                kinetic = body.kinetic_energy(path.shake / made.dt)
+                elastic += [body.lost(path, bow), None if kinetic is None else 4 * kinetic]
         if self._alpha and stage is not None:
             for body in simulation.model.bodies:
                 levels = simulation.problem.levels[body.name]

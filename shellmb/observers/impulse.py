@@ -35,8 +35,7 @@ def last_middle(simulation: Simulation, body: str) -> Floats:
     end = levels.unknown[problem.last].x.array
     if not scheme.dynamic:
         return np.asarray(end)
-    stages = scheme.stages
-    before = levels.unknown[stages[-2]] if len(stages) > 1 else levels.q
+    before = levels.unknown["j"] if "j" in levels.unknown else levels.q
     return np.asarray((before.x.array + end) / 2)
 
 
@@ -69,12 +68,11 @@ class Impulse:
         """Virtual work of loads and added terms in the last stage."""
         problem = simulation.problem
         last = problem.forms[body.name][problem.last]
-        assert last.stage is not None
-        stage = last.stage
         dq = ufl.TestFunction(body.mixed.space)
         work = [
-            None if last.loads is None else last.loads.virtual_work(stage.span.mid, dq),
-            body.extra(stage.span.mid, stage.rates, dq, problem.time(body.name)),
+            form
+            for sample in last.samples
+            for form in (sample.of_loads(dq), sample.of_terms(body, dq))
         ]
         return [compiled(form) for form in work if form is not None and not form.empty()]
 

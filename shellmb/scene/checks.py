@@ -27,6 +27,8 @@ SCHEMES = {
     "linear": (False, False),
     "ep": (True, False),
     "ed": (True, True),
+    "ep4": (True, False),
+    "ed3": (True, False),
 }
 
 

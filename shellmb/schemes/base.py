@@ -23,6 +23,9 @@ Values = npt.NDArray[np.float64]
 Motion = Callable[[float], Values]
 Tangent = Callable[[Values, Values], Values]
 
+# name of the unknown state at the end of a step, in all schemes
+END = "f"
+
 # three Gauss points on [0, 1]: time averages of loads exact to degree 5, beyond the order of any
 # scheme here
 GAUSS_TIMES = np.array([0.5 - np.sqrt(15) / 10, 0.5, 0.5 + np.sqrt(15) / 10])
@@ -38,6 +41,7 @@ class Levels:
         rates: Rates at the start of the step that the scheme keeps ("v", say).
         unknown: Unknown state of each stage, by its name; and "b", the unknown jump of velocities,
             of bodies whose jump is coupled to that of others.
+        push: Velocity at the start times the step, for schemes that are quadratic in time.
         tangent: Takes a jump of velocities and a state, and returns the jump without what the
             constraints at the nodes forbid at that state; for bodies without an unknown jump.
     """
@@ -46,6 +50,7 @@ class Levels:
     rates: Mapping[str, fem.Function]
     unknown: Mapping[str, fem.Function]
     tangent: Callable[[Expr, Expr], Expr] = lambda b, mid: b
+    push: fem.Function | None = None
 
 
 @dataclass(frozen=True)
@@ -102,7 +107,7 @@ class Scheme(Protocol):
         title: What it is, in words.
         order: Order of accuracy in time, 0 for statics.
         dynamic: Whether there are velocities.
-        stages: Names of the stages; the last one is the state at the end of the step.
+        stages: Names of the stages; `END` is the state at the end of the step.
         rates: Names of the rates that it keeps from step to step.
         conserves: Any of "energy", "momentum", "angular momentum".
         linear: Whether the equations are linear in the unknowns.
@@ -157,6 +162,18 @@ class Scheme(Protocol):
         """Rates at the end of the step; `tangent` is that of `Levels` for arrays."""
         ...
 
+    def moved(
+        self, q: Values, push: Values | None, unknown: Mapping[str, Values]
+    ) -> dict[str, Values]:
+        """What the forces of each row work on over a step, for arrays and expressions alike.
+
+        Args:
+            q: State at the start.
+            push: As of `Levels`.
+            unknown: States of the stages.
+        """
+        ...
+
     def dissipation(self) -> tuple[float, str | None]:
         """Factor alpha of eq. (33) and the stage whose jump from the start counts; (0, None)."""
         ...
@@ -170,25 +187,3 @@ def interval(a: Expr, b: Expr, beta: Expr | float = 0.0) -> Interval:
 def at_state(q: Expr) -> Interval:
     """A single state, as in statics."""
     return Interval(a=q, b=q, mid=q, at=q, unknown=q, beta=0.0)
-
-
-def load_average(
-    scheme: Scheme, stage: str, function: Callable[[float], float], t: float, dt: float
-) -> float:
-    """Average of a function of time over a step with the weights of a stage.
-
-    Args:
-        scheme: The scheme.
-        stage: Name of the stage.
-        function: Function of time.
-        t: Start of the step, s.
-        dt: Its length, s.
-    """
-    if not scheme.dynamic:
-        return float(function(t + dt))
-    return float(
-        sum(
-            weight * scheme.load_weight(stage, tau) * function(t + tau * dt)
-            for tau, weight in zip(GAUSS_TIMES, GAUSS_WEIGHTS, strict=True)
-        )
-    )

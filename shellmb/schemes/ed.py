@@ -8,7 +8,7 @@ from dolfinx import fem
 from ufl.core.expr import Expr
 
 from shellmb.forms.discrete import mean
-from shellmb.schemes.base import JumpStage, Levels, Motion, Stage, Tangent, Values, interval
+from shellmb.schemes.base import END, JumpStage, Levels, Motion, Stage, Tangent, Values, interval
 
 
 @dataclass(frozen=True)
@@ -125,6 +125,19 @@ class EnergyDecaying:
         skew = -6 * (unknown["j"] - q) / dt
         b = tangent((both - skew) / (1 + self.alpha), (q + unknown["j"]) / 2)
         return {"v": v + (both - b)}
+
+    def moved(
+        self, q: Values, push: Values | None, unknown: Mapping[str, Values]
+    ) -> dict[str, Values]:
+        """The two sub-intervals, and half of a jump that is prescribed."""
+        return {
+            "j": unknown["j"] - q,
+            END: unknown[END] - unknown["j"],
+            # the impulses that hold a prescribed jump work on half of it: with the equation of
+            # the jump the kinetic energy changes by the work of the rows j and f, less
+            # `alpha b.Mb/2`, plus `b.M defect/2`
+            **({"b": unknown["b"] / 2} if "b" in unknown else {}),
+        }
 
     def dissipation(self) -> tuple[float, str | None]:
         """`alpha` times the energy of the jump at j, eqs. (33), (34)."""

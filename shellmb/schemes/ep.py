@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from dolfinx import fem
 
-from shellmb.schemes.base import JumpStage, Levels, Motion, Stage, Tangent, Values, interval
+from shellmb.schemes.base import END, JumpStage, Levels, Motion, Stage, Tangent, Values, interval
 
 
 @dataclass(frozen=True)
@@ -58,6 +58,12 @@ class EnergyPreserving:
     ) -> dict[str, Values]:
         """Velocity at the end, eq. (23)."""
         return {"v": 2 * (unknown["f"] - q) / dt - rates["v"]}
+
+    def moved(
+        self, q: Values, push: Values | None, unknown: Mapping[str, Values]
+    ) -> dict[str, Values]:
+        """The step."""
+        return {END: unknown[END] - q}
 
     def dissipation(self) -> tuple[float, str | None]:
         """Nothing is dissipated."""

@@ -6,6 +6,7 @@ from shellmb.errors import SceneError
 from shellmb.schemes.base import Scheme
 from shellmb.schemes.ed import EnergyDecaying
 from shellmb.schemes.ep import EnergyPreserving
+from shellmb.schemes.quadratic import QuadraticInTime, energy_decaying_3
 from shellmb.schemes.static import Linear, Static
 
 SCHEMES: dict[str, Callable[[float], Scheme]] = {
@@ -13,6 +14,8 @@ SCHEMES: dict[str, Callable[[float], Scheme]] = {
     "linear": lambda alpha: Linear(),
     "ep": lambda alpha: EnergyPreserving(),
     "ed": lambda alpha: EnergyDecaying(alpha),
+    "ep4": lambda alpha: QuadraticInTime(),
+    "ed3": energy_decaying_3,
 }
 
 

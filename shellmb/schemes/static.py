@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from dolfinx import fem
 
-from shellmb.schemes.base import JumpStage, Levels, Motion, Stage, Tangent, Values, at_state
+from shellmb.schemes.base import END, JumpStage, Levels, Motion, Stage, Tangent, Values, at_state
 
 
 @dataclass(frozen=True)
@@ -49,6 +49,12 @@ class Static:
     ) -> dict[str, Values]:
         """There are no rates."""
         return {}
+
+    def moved(
+        self, q: Values, push: Values | None, unknown: Mapping[str, Values]
+    ) -> dict[str, Values]:
+        """The load step."""
+        return {END: unknown[END] - q}
 
     def dissipation(self) -> tuple[float, str | None]:
         """Nothing is dissipated."""

@@ -84,3 +84,8 @@ def without_jump(body: Body) -> list[Dofs]:
     linked = np.concatenate([*(link.dofs for link in body.links), NONE])
     idle = sorted(body.mixed.parts.keys() - body.jump_parts)
     return [d for d in (body.mixed.dofs[p] for p in idle) if not np.isin(d, linked).any()]
+
+
+def resultant_dofs(body: Body) -> Dofs:
+    """Local dofs of resultants that belong to the strains of a state."""
+    return np.concatenate([NONE, *(body.mixed.dofs[p] for p in sorted(body.mixed.elementwise))])

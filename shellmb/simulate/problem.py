@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Hashable
+from collections.abc import Hashable
 from dataclasses import replace
 from functools import cached_property
 
@@ -14,13 +14,28 @@ from dolfinx import fem
 from shellmb.errors import ConvergenceError
 from shellmb.model.body import Body, TimeFunction
 from shellmb.model.model import Model
-from shellmb.schemes.base import Levels, Scheme, load_average
+from shellmb.schemes.base import END, Levels, Scheme
+from shellmb.schemes.pathforms import PathForms
+from shellmb.schemes.quadratic import RATE, QuadraticInTime
 from shellmb.schemes.residual import StageForms, stage_forms
 from shellmb.simulate.consistent import VelocityProjection
-from shellmb.simulate.fields import body_directors, body_field, kinematic_dofs, without_jump
+from shellmb.simulate.fields import (
+    body_directors,
+    body_field,
+    kinematic_dofs,
+    resultant_dofs,
+    without_jump,
+)
 from shellmb.simulate.predictor import Predictor
 from shellmb.system.assembly import BlockSystem
-from shellmb.system.fields import DirectorRates, Directors, Field, Part
+from shellmb.system.fields import (
+    DirectorPath,
+    DirectorRates,
+    Directors,
+    Field,
+    Part,
+    ResidualTerm,
+)
 from shellmb.system.iteration import Iteration, NewtonSettings
 from shellmb.system.newton import NEWTON
 from shellmb.system.reduction import Reduction
@@ -46,6 +61,7 @@ class Problem:
         forms: Residuals by body name and stage.
         system: The block system.
         iteration: What Newton's method iterates.
+        paths: Steps of the bodies by their name, for schemes that are quadratic in time.
         load_factor: Factor of all loads, where it is an unknown; None: loads depend on time.
         jit_seconds: Time spent compiling.
     """
@@ -57,6 +73,7 @@ class Problem:
         self.forms: dict[str, dict[str, StageForms]] = {}
         self._dt: list[fem.Constant] = []
         self._time: list[fem.Constant] = []
+        self.paths: dict[str, PathForms] = {}
         for body in model.bodies:
             self._add(body)
         names = [
@@ -68,8 +85,12 @@ class Problem:
         self._index = {key: k for k, key in enumerate(names)}
         self._bodies = {b.name: b for b in model.bodies}
         self._kinematic_dofs = {b.name: kinematic_dofs(b) for b in model.bodies}
+        self._resultant_dofs = {b.name: resultant_dofs(b) for b in model.bodies}
         self.fields = [self._field(self._bodies[b], s) for b, s in names]
-        self.system = BlockSystem(model.comm, self.fields)
+        followers = [
+            p.states.follow for n, p in self.paths.items() if any(f.terms for f in self.forms[n].values())
+        ]
+        self.system = BlockSystem(model.comm, self.fields, followers)
         solver = model.scene.solver
         newton = "once" if scheme.linear else solver.newton
         settings = NewtonSettings(solver.tolerance, solver.max_iterations, newton)
@@ -101,12 +122,17 @@ class Problem:
             {rate: function(rate) for rate in self.scheme.rates},
             {stage: function(f"q_{stage}") for stage in stages},
             body.tangent,
+            function("push") if isinstance(self.scheme, QuadraticInTime) else None,
         )
         dt, time = fem.Constant(space.mesh, 1.0), fem.Constant(space.mesh, 0.0)
         self._dt.append(dt)
         self._time.append(time)
         self.levels[body.name] = levels
-        self.forms[body.name] = stage_forms(body, self.scheme, levels, dt, time)
+        if isinstance(self.scheme, QuadraticInTime):
+            made = self.paths[body.name] = PathForms(body, self.scheme, levels, dt)
+            self.forms[body.name] = made.forms()
+        else:
+            self.forms[body.name] = stage_forms(body, self.scheme, levels, dt)
 
     def _field(self, body: Body, stage: str) -> Field:
         jump = stage == JUMP
@@ -131,13 +157,26 @@ class Problem:
             f"{body.name}{suffix}",
             without_jump(body) if jump else (),
         )
-        return replace(field, directors=self._directors(body, stage))
+        columns = [self._index[body.name, s] for s in self.scheme.stages]
+        terms = tuple(
+            ResidualTerm(t.residual, {columns[c]: f for c, f in t.derivatives.items()})
+            for t in self.forms[body.name][stage].terms
+        )
+        return replace(field, directors=self._directors(body, stage), terms=terms)
 
     def _directors(self, body: Body, stage: str) -> Directors | None:
         """The directors of a stage, with the start of its sub-interval."""
         declared, levels = body_directors(body), self.levels[body.name]
         if declared is None:
             return None
+        if levels.push is not None:
+            numbers = {
+                key: self._index[body.name, s]
+                for key, s in (("state", END), ("rate", RATE))
+                if s != stage
+            }
+            more = {"before": levels.q, "push": levels.push, "alpha": self.scheme.dissipation()[0]}
+            return DirectorPath(**vars(declared) | more | numbers)
         found = self.forms[body.name][stage].stage
         if found is None:
             # jumps of velocities are tangent at the middle of the first sub-interval
@@ -166,7 +205,7 @@ class Problem:
     @property
     def last(self) -> str:
         """Name of the stage at the end of a step."""
-        return self.scheme.stages[-1]
+        return END
 
     def start_factor(self, t: float, function: TimeFunction | None) -> float:
         """Factor of a load at a time: its time function, or the default of the scheme."""
@@ -183,10 +222,13 @@ class Problem:
         for constant, middle in zip(self._dt, self._time, strict=True):
             constant.value = dt  # type: ignore[assignment]
             middle.value = t + (dt / 2 if self.scheme.dynamic else dt)  # type: ignore[assignment]
+        for levels in self.levels.values():
+            if levels.push is not None:
+                np.multiply(levels.rates["v"].x.array, dt, out=levels.push.x.array)
         for name, stages in self.forms.items():
             for stage, forms in stages.items():
-                if forms.loads is not None:
-                    forms.loads.update(self._average(stage, t, dt))
+                for sample in forms.samples:
+                    sample.update(t, dt, self.start_factor)
                 self._prescribe(name, stage, t, dt)
         self._start_from_state()
 
@@ -196,15 +238,11 @@ class Problem:
             return
         for levels in self.levels.values():
             for stage, unknown in levels.unknown.items():
-                unknown.x.array[:] = 0.0 if stage == JUMP else levels.q.x.array
-
-    def _average(self, stage: str, t: float, dt: float) -> Callable[[TimeFunction | None], float]:
-        def average(function: TimeFunction | None) -> float:
-            return load_average(
-                self.scheme, stage, lambda time: self.start_factor(time, function), t, dt
-            )
-
-        return average
+                if stage == RATE:
+                    assert levels.push is not None
+                    unknown.x.array[:] = levels.push.x.array
+                else:
+                    unknown.x.array[:] = 0.0 if stage == JUMP else levels.q.x.array
 
     def _prescribe(self, name: str, stage: str, t: float, dt: float) -> None:
         levels, values = self.levels[name], []
@@ -213,7 +251,7 @@ class Problem:
                 rates = {k: f.x.array[fixed.dofs] for k, f in levels.rates.items()}
                 values.append(self.scheme.prescribed(stage, fixed.value, t, dt, rates))
             else:
-                values.append(fixed.value(t))
+                values.append(fixed.value(t) * (stage != RATE))
         if values:
             given = np.concatenate(values)
             # behind these come the parts of a jump that have no equations: zero
@@ -269,8 +307,15 @@ class Problem:
             new = self.scheme.advance(levels.q.x.array, rates, unknown, dt, tangent)
             for key, values in new.items():
                 levels.rates[key].x.array[kinematic] = values[kinematic]
-            if not self.scheme.linear:
-                levels.q.x.array[:] = unknown[self.last]
+            if self.scheme.linear:
+                continue
+            if isinstance(self.scheme, QuadraticInTime):
+                dofs = self._resultant_dofs[name]
+                start = levels.q.x.array[dofs]
+                ends = self.scheme.resultants(start, {s: u[dofs] for s, u in unknown.items()})
+            levels.q.x.array[:] = unknown[self.last]
+            if isinstance(self.scheme, QuadraticInTime):
+                levels.q.x.array[dofs] = ends
 
     @cached_property
     def projection(self) -> VelocityProjection:
@@ -283,18 +328,11 @@ class Problem:
 
     def support_work(self) -> float:
         """Work of the forces that hold or move the fixed dofs, over the step just solved, J."""
-        moved = []
-        for name, stage in self._index:
-            levels = self.levels[name]
-            if stage == JUMP:
-                # the impulses that hold a prescribed jump work on half of it: with the equation of
-                # the jump the kinetic energy changes by the work of the rows j and f, less
-                # `alpha b.Mb/2`, plus `b.M defect/2`
-                moved.append(levels.unknown[stage].x.array / 2)
-                continue
-            order = self.scheme.stages
-            before = order.index(stage)
-            start = levels.q if before == 0 else levels.unknown[order[before - 1]]
-            moved.append(levels.unknown[stage].x.array - start.x.array)
+        found = {}
+        for name, levels in self.levels.items():
+            push = None if levels.push is None else levels.push.x.array
+            unknown = {stage: f.x.array for stage, f in levels.unknown.items()}
+            found[name] = self.scheme.moved(levels.q.x.array, push, unknown)
+        moved = [found[name][stage] for name, stage in self._index]
         path = self.system.global_values(moved)[self.system.fixed]
         return float(self.model.comm.allreduce(float(np.dot(self.system.reactions, path))))

@@ -8,7 +8,7 @@ motion reaches its neighbours within the same Newton step.
 
 import itertools
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import cached_property
 from typing import Protocol
@@ -81,10 +81,13 @@ class BlockSystem:
         residuals: What assembles the residuals.
         jit_seconds: Time spent compiling (or finding in the cache) the kernels.
         reactions: Residual at the fixed unknowns before they were replaced, aligned with `fixed`.
+        followers: Give functions that follow the fields' ones their values.
     """
 
-    def __init__(self, comm: MPI.Comm, fields: list[Field]) -> None:
-        self.comm, self.fields = comm, fields
+    def __init__(
+        self, comm: MPI.Comm, fields: list[Field], followers: Sequence[Callable[[], None]] = ()
+    ) -> None:
+        self.comm, self.fields, self.followers = comm, fields, followers
         self.numbering = Numbering(comm, fields)
         n = self.numbering
         sizes = (n.owned, PETSc.DETERMINE)
@@ -118,8 +121,12 @@ class BlockSystem:
 
     def _compile(self) -> None:
         fields = self.fields
-        self.residual_forms = [[compiled(form) for form in f.residual] for f in fields]
+        self.residual_forms = [[compiled(form) for form in f.forms] for f in fields]
         self.jacobians: BlockForms = {}
+        for i, f in enumerate(fields):
+            for term in f.terms:
+                for j, form in term.derivatives.items():
+                    self.jacobians.setdefault((i, j), []).append(compiled(form))
         for i, j in itertools.product(range(len(fields)), repeat=2):
             function = fields[j].function
             trial = ufl.TrialFunction(function.function_space)
@@ -169,6 +176,8 @@ class BlockSystem:
     def scatter(self, x: PETSc.Vec) -> None:
         """Copy a vector of unknowns into the fields' functions, ghosts and linked dofs included."""
         self._exchange.spread(x)
+        for follow in self.followers:
+            follow()
 
     def local_values(self, x: PETSc.Vec) -> npt.NDArray[np.float64]:
         """Entries of a vector of unknowns at all local dofs of all fields, concatenated."""
@@ -269,7 +278,7 @@ class BlockSystem:
     @contextmanager
     def general_position(self) -> Iterator[None]:
         """For a moment, states and parameters are such that nothing is zero by chance."""
-        residuals = [form for f in self.fields for form in f.residual]
+        residuals = [form for f in self.fields for form in f.forms]
         # in the order of the forms and not of a set, so that each run finds the same entries
         functions = dict.fromkeys(c for form in residuals for c in form.coefficients())
         arrays = [c.x.array for c in functions if isinstance(c, fem.Function)]

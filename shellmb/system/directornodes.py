@@ -20,7 +20,8 @@ from shellmb.system.directors import (
     tangent,
     violation,
 )
-from shellmb.system.fields import DirectorRates, Field
+from shellmb.system.directorpath import Half, PathDirectors, partial_bases, path_bases
+from shellmb.system.fields import DirectorPath, DirectorRates, Field
 
 Floats = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
@@ -39,12 +40,16 @@ class Bases(NamedTuple):
         left: Test vectors, shape (n, 3 k, m).
         forces: What makes multipliers of forces, `(C^T)^+`, shape (n, 3 k, c).
         state: Of rates, their change with the increments of the state, shape (n, 3 k, m).
+        left_other: Over a path, tests of the field in the equations of the other one.
+        forces_other: Over a path, what makes multipliers of the other field of forces.
     """
 
     right: Floats
     left: Floats
     forces: Floats
     state: Floats | None
+    left_other: Floats | None = None
+    forces_other: Floats | None = None
 
 
 class _Partial(NamedTuple):
@@ -92,7 +97,8 @@ class DirectorNodes:
         self.settled = False
         self.partial = self._partial()
         alike = self.size == 2 and not self.partial
-        midway = declared.before is not None and not declared.linear and self.rates is None
+        midway = declared.before is not None and not declared.linear
+        midway = midway and self.rates is None and self.path is None
         self._directors = DirectorBases(self) if alike and midway else None
 
     @property
@@ -100,10 +106,28 @@ class DirectorNodes:
         """The declaration, of rates only."""
         return self.declared if isinstance(self.declared, DirectorRates) else None
 
+    @property
+    def path(self) -> DirectorPath | None:
+        """The declaration, of a step that is quadratic in time only."""
+        return self.declared if isinstance(self.declared, DirectorPath) else None
+
+    @property
+    def state(self) -> int | None:
+        """Number of the field whose directors these are the rates of; None: they are no rates."""
+        if self.path is not None:
+            return self.path.state if self.path.state >= 0 else None
+        return None if self.rates is None else self.rates.state
+
+    @property
+    def partner(self) -> int | None:
+        """Number of the other field of a path; None otherwise."""
+        return None if self.path is None else max(self.path.state, self.path.rate)
+
     def _partial(self) -> list[_Partial]:
         """Find how many directions are left where some components are fixed."""
         found = []
-        C = constraint(self.now())
+        # of rates: as of directors, whose values they do not have yet
+        C = constraint(self.reference if self.state is not None else self.now())
         for n in np.flatnonzero(~self.held & ~self.regular):
             rows = np.concatenate([C[n], np.eye(C.shape[2])[self.fixed[n]]])
             self.free[n] = C.shape[2] - int(np.linalg.matrix_rank(rows, tol=DEPENDENT))
@@ -114,8 +138,22 @@ class DirectorNodes:
         """Directors of the field's state, shape (n, 3 k)."""
         return np.asarray(self.reference + self.values[self.dofs])
 
+    def along(self, fields: Sequence[Field]) -> PathDirectors:
+        """Directors over a step that is quadratic in time."""
+        path = self.path
+        assert path is not None and path.before is not None and path.push is not None
+        own, other = self.values, fields[max(path.state, path.rate)].function.x.array
+        end, rate = (own, other) if path.state < 0 else (other, own)
+        start, end = (self.reference + q[self.dofs] for q in (path.before.x.array, end))
+        return PathDirectors(
+            start, path.push.x.array[self.dofs], end, rate[self.dofs], path.alpha
+        )
+
     def mean(self, fields: Sequence[Field]) -> Floats:
         """Directors at which forces act."""
+        if self.path is not None:
+            along = self.along(fields)
+            return along.mean if self.path.state < 0 else along.middle
         before = self.declared.before
         if before is None:
             return self.now()
@@ -144,6 +182,8 @@ class DirectorNodes:
         """
         if self._directors is not None:
             return self._directors()
+        if self.path is not None:
+            return self._path_bases(fields)
         mean, at = self.mean(fields), self.at(fields)
         C_mean = constraint(mean)
         left = tangent(mean)
@@ -168,6 +208,21 @@ class DirectorNodes:
             forces[node, free] = any_pseudo_inverse(C_mean[node][:, free])
         return Bases(right, left, forces, state)
 
+    def _path_bases(self, fields: Sequence[Field]) -> Bases:
+        """Bases of a step that is quadratic in time."""
+        path = self.along(fields)
+        which = 0 if self.state is None else 1
+        # a copy: what is held or partial is another
+        half = Half(*(part.copy() for part in path_bases(path)[which]))
+        for part in half:
+            part[self.held] = 0.0
+        for node, free, size in self.partial:
+            one = PathDirectors(*(q[node : node + 1] for q in path[:4]), path.alpha)
+            for part, values in zip(half, partial_bases(one, free, size)[which], strict=True):
+                part[node] = values
+        state = None if which == 0 else half.right_other
+        return Bases(half.right, half.left, half.forces, state, half.left_other, half.forces_other)
+
     def moved(self, number: int, change: Floats, others: dict[int, Floats]) -> None:
         """Values after a change, such that the constraints hold; none if they may change freely.
 
@@ -177,7 +232,7 @@ class DirectorNodes:
             others: New values of the fields before this one; gets those of this one.
         """
         values = self.values[self.dofs]
-        if self.rates is not None:
+        if self.state is not None:
             others[number] = self._allowed(values + change, others)
         elif not self.declared.linear:
             # far from the solution a linear update of all unknowns alike leads further: a rotation
@@ -188,17 +243,19 @@ class DirectorNodes:
 
     def nearest(self, number: int, values: Floats, others: dict[int, Floats]) -> None:
         """Values near given ones such that the constraints hold; arguments as of `moved`."""
-        if self.rates is not None:
+        if self.state is not None:
             others[number] = self._allowed(values, others)
         elif not self.declared.linear:
             others[number] = orthonormal(self.reference + values) - self.reference
 
     def _allowed(self, rates: Floats, others: dict[int, Floats]) -> Floats:
-        """Rates without what the constraints at the middle forbid."""
-        before = self.declared.before
-        assert before is not None and self.rates is not None
-        mean = self.reference + (before.x.array[self.dofs] + others[self.rates.state]) / 2
-        C = constraint(mean)
+        """Rates without what the constraints forbid, at the middle or at the end of a path."""
+        before, state = self.declared.before, self.state
+        assert before is not None and state is not None
+        at = self.reference + others[state]
+        if self.path is None:
+            at = (at + self.reference + before.x.array[self.dofs]) / 2
+        C = constraint(at)
         return np.asarray(rates - np.einsum("nic,ncj,nj->ni", pseudo_inverse(C), C, rates))
 
     def correction(self, fields: Sequence[Field]) -> Floats | None:
@@ -208,6 +265,8 @@ class DirectorNodes:
         """
         if self.rates is not None or self.declared.linear or (self.settled and not self.partial):
             return None
+        if self.state is not None:
+            return self._rate_correction(fields) if self.partial else None
         out = np.zeros(self.dofs.shape)
         d = self.now()
         g = violation(d)
@@ -218,6 +277,15 @@ class DirectorNodes:
         for node, free, _ in self.partial:
             C = constraint(d[node : node + 1])[0]
             out[node, free] = -any_pseudo_inverse(C[:, free]) @ g[node]
+        return out
+
+
+    def _rate_correction(self, fields: Sequence[Field]) -> Floats:
+        """The same of rates at the end of a path: nodes that are free all obey their constraints."""
+        out, path = np.zeros(self.dofs.shape), self.along(fields)
+        for node, free, _ in self.partial:
+            C = constraint(path.end[node : node + 1])[0]
+            out[node, free] = -any_pseudo_inverse(C[:, free]) @ (C @ path.rate[node])
         return out
 
 

@@ -4,7 +4,9 @@ The system layer knows no shells: a field is a function space with an unknown fu
 """
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -83,6 +85,33 @@ class DirectorRates(Directors):
     state: int = -1
 
 
+@dataclass(frozen=True)
+class DirectorPath(Directors):
+    """Directors at the end of a step that is quadratic in time, or their velocities times the step.
+
+    Both fields have it, that of the velocities with `state`. Forces act along the path, whose
+    states are combinations of `before`, `push` and the two unknown ones (eq. Q4).
+
+    Args:
+        push: Velocity at the start times the step.
+        alpha: Dissipation.
+        state: Number of the field that has the directors; -1 in that field itself.
+        rate: Number of the field that has the velocities; -1 in that field itself.
+    """
+
+    push: fem.Function | None = None
+    alpha: float = 0.0
+    state: int = -1
+    rate: int = -1
+
+
+class ResidualTerm(NamedTuple):
+    """A form of a residual with its derivatives, by the number of the unknown field."""
+
+    residual: Form
+    derivatives: Mapping[int, Form]
+
+
 @dataclass
 class Field:
     """One field of unknowns.
@@ -99,6 +128,7 @@ class Field:
         links: Dofs that belong to other fields.
         elementwise: Local dofs that are coupled to others of their cell only.
         directors: Nodes whose values are constrained node by node.
+        terms: More forms of the residual, at functions that follow the unknown ones.
     """
 
     name: str
@@ -110,6 +140,12 @@ class Field:
     links: tuple[Link, ...] = ()
     elementwise: Dofs = field(default_factory=lambda: np.zeros(0, dtype=np.int32))
     directors: Directors | None = None
+    terms: tuple[ResidualTerm, ...] = ()
+
+    @property
+    def forms(self) -> list[Form]:
+        """All forms of the residual."""
+        return [*self.residual, *(term.residual for term in self.terms)]
 
     @property
     def size_local(self) -> int:

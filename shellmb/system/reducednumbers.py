@@ -75,20 +75,25 @@ class ReducedNumbers:
             ids[np.arange(nodes.size) < nodes.free[:, None]] = numbers[first : first + count]
             directions[k], first = ids, first + count
         width = max([1, *(s.size for s in self.nodes.values())])
-        rates = any(s.rates is not None for s in self.nodes.values())
         columns = np.pad(columns, ((0, 0), (0, width - 1)), constant_values=NONE)
         left = self._columns(columns, directions)
-        states = {k: directions[s.rates.state] for k, s in self.nodes.items() if s.rates}
+        states = {k: directions[s.state] for k, s in self.nodes.items() if s.state is not None}
+        partners = {
+            k: directions[s.partner] for k, s in self.nodes.items() if s.partner is not None
+        }
         nothing = np.full_like(columns, NONE)
-        extra = self._columns(nothing, states) if rates else left[:, :0]
+        rows, more = (
+            np.concatenate([left, self._columns(nothing, numbers)], axis=1) if numbers else left
+            for numbers in (partners, states)
+        )
         self._split = width
         comm = self.system.comm
-        self.left = RowMap(comm, left, self.count)
-        self.right = RowMap(comm, np.concatenate([left, extra], axis=1), self.count)
+        self.left = RowMap(comm, rows, self.count)
+        self.right = RowMap(comm, more, self.count)
         ones = np.where(columns >= 0, 1.0, 0.0)
         ones[:, 1:] = 0.0
         ones = self._seen(ones)
-        self.left.values[:] = ones
+        self.left.values[:, :width] = ones
         self.right.values[:, :width] = ones
         self._number_multipliers()
         self._number_outer(cells)
@@ -139,7 +144,14 @@ class ReducedNumbers:
             numbers[k][nodes.held] = NONE
         width = max([1, *(s.multipliers.shape[1] for s in self.nodes.values())])
         nothing = np.full((n.owned, width), NONE)
-        self.forces = RowMap(comm, self._columns(nothing, numbers), self.multipliers)
+        columns = self._columns(nothing, numbers)
+        partners = {
+            k: numbers[s.partner] for k, s in self.nodes.items() if s.partner is not None
+        }
+        if partners:
+            columns = np.concatenate([columns, self._columns(nothing, partners)], axis=1)
+        self._split_forces = width
+        self.forces = RowMap(comm, columns, self.multipliers)
         rows = self._columns(
             nothing[:, :1],
             {k: ids.reshape(-1, 1) for k, ids in numbers.items()},
@@ -210,6 +222,19 @@ class ReducedNumbers:
         self._put(self.right.values, states, self._split)
         weights = {k: self.of_node(self.weights, k)[:, None, :] for k in found}
         self._put(self.forces.values, {k: b.forces / weights[k] for k, b in found.items()})
+        others = {k: b.left_other for k, b in found.items() if b.left_other is not None}
+        self._put(self.left.values, others, self._split)
+        forces = {
+            k: b.forces_other / weights[self._partner(k)]
+            for k, b in found.items()
+            if b.forces_other is not None
+        }
+        self._put(self.forces.values, forces, self._split_forces)
+
+    def _partner(self, k: int) -> int:
+        partner = self.nodes[k].partner
+        assert partner is not None
+        return partner
 
     def scales(self, unknowns: Floats) -> Floats:
         """Means of those of the unknowns that each reduced one in the matrix is part of.

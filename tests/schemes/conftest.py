@@ -17,7 +17,7 @@ from shellmb.simulate.simulation import Silent, Simulation
 
 # wave speed one: with dt = 0.1 the step resolves the elements' own frequencies, about 20 rad/s
 SOFT = Isotropic(E=1.0, nu=0.3, thickness=0.2, density=1.0)
-ALPHAS = {"ed": (0.0, 0.5, 1.0)}
+ALPHAS = {"ed": (0.0, 0.5, 1.0), "ed3": (0.5, 1.0)}
 # every dynamic scheme of the registry with every dissipation that is to be tested
 DYNAMIC = [
     (name, alpha)

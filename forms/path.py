@@ -1,0 +1,267 @@
+"""A step over which the state is quadratic in time, and quadratic measures along it.
+
+With the mean `x` of the path, its chord `D = q_f - q_i` and its bow `z` (the coefficient of the
+second Legendre polynomial) the path is
+
+    q(tau) = x + D (tau - 1/2) + z (6 tau^2 - 6 tau + 1),     q'(tau) = D + 6 z P1,   P1 = 2 tau - 1
+
+A measure `e(q) = lin(q) + quad(q, q)/2` (strains, constraints) then has in closed form
+
+    <e>             = lin(x) + [quad(x, x) + quad(D, D)/12 + quad(z, z)/5]/2
+    e_f - e_i       = lin(D) + quad(x + z, D)
+    bow, e_i + e_f - 2<e> = 2 lin(z) + 2 quad(x, z) + 4/5 quad(z, z) + quad(D, D)/6
+
+and forces that act on it through a stress linear in time, `S_0 + S_1 P1`, have as means with `P0`
+and with `P1`
+
+    P0:  S_0.[lin(dq) + quad(x, dq)] + S_1.quad(D, dq)/6                                        (Q2)
+    P1:  S_0.quad(D, dq)/6 + S_1.[lin(dq) + quad(x + 2z/5, dq)]/3
+
+`<.>` is the integral over a step. So a row is a sum of `stress of a moment . slope`, a moment is
+`lin` and `quad` of the three states with some weights, a slope `lin` and `quad` with one of them
+being the direction, and so are their derivatives. The weights are Constants, which the scheme gives
+(`shellmb/schemes/weights.py`): the forms of a body know no scheme, and one kernel serves all rows.
+
+===========  =====================================================================  ====
+symbol       name                                                                   eq.
+===========  =====================================================================  ====
+`x, D, z`    mean, chord and bow of the path                                        -
+`S_0, S_1`   stress `C E_0`, `C E_1` of the moments below                           (Q3)
+`E_0`        `<e>`                                                                  (Q3)
+`E_1`        `(e_f - e_i)/2 + alpha/2 (e_i + e_f - 2 <e>)`                          (Q3)
+`P0, P1`     test functions of the two rows, 1 and `2 tau - 1`                      (Q2)
+===========  =====================================================================  ====
+"""
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import ufl
+from ufl.core.expr import Expr
+
+from .discrete import variation
+
+# pairs of the states x, D, z in the order of a moment's weights
+PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
+
+
+class Slope(NamedTuple):
+    """Derivative of a measure, `c lin(dq) + quad(y, dq)` with `y = sum_a w_a s_a`.
+
+    Args:
+        c: Share of the reference configuration.
+        weights: Those of the states x, D, z.
+    """
+
+    c: Expr
+    weights: tuple[Expr, Expr, Expr]
+
+
+class Moment(NamedTuple):
+    """A moment of a measure over the step, `sum_a l_a lin(s_a) + sum_ab w_ab quad(s_a, s_b)`.
+
+    Args:
+        linear: Weights `l` of the states x, D, z.
+        products: Weights `w` of their pairs, in the order of `PAIRS`.
+        held: State that holds the resultants that belong to it.
+    """
+
+    linear: tuple[Expr, ...]
+    products: tuple[Expr, ...]
+    held: Expr
+
+
+class Change(NamedTuple):
+    """Derivative of a pair with respect to one of the unknown states.
+
+    Args:
+        moment: Derivative of the moment.
+        share: Share of that state's resultants in those of the moment.
+        turn: Weight of that state in the slope: the stress acts on second derivatives, too.
+    """
+
+    moment: Slope
+    share: Expr
+    turn: Expr
+
+
+class Pair(NamedTuple):
+    """A stress of one moment and what it acts on in one row.
+
+    Args:
+        moment: The moment.
+        slope: What its stress acts on.
+        own: One where the moment is the row's own, whose compatibility it demands; else zero.
+        changes: Derivatives by the unknown states.
+    """
+
+    moment: Moment
+    slope: Slope
+    own: Expr
+    changes: tuple[Change, ...]
+
+
+class Path(NamedTuple):
+    """A step, its states as expressions.
+
+    Args:
+        start: State at the start, `q_i`.
+        end: Unknown state at the end, `q_f`; its resultants and multipliers are those of P0.
+        push: Velocity at the start times the step, `h v_i`.
+        rate: Unknown velocity at the end times the step; its resultants are those of P1.
+        alpha: Dissipation.
+    """
+
+    start: Expr
+    end: Expr
+    push: Expr
+    rate: Expr
+    alpha: Expr
+
+    @property
+    def chord(self) -> Expr:
+        """`D = q_f - q_i`."""
+        return self.end - self.start
+
+    @property
+    def bow(self) -> Expr:
+        """`z`, by eq. (Q1)."""
+        a = self.alpha
+        return ((1 + a) * self.rate - (1 - a) * self.push - 2 * a * self.chord) / 12
+
+    @property
+    def middle(self) -> Expr:
+        """`(q_i + q_f)/2`."""
+        return (self.start + self.end) / 2
+
+    @property
+    def mean(self) -> Expr:
+        """`x`."""
+        return self.middle - self.bow
+
+    @property
+    def swing(self) -> Expr:
+        """What the second multiplier's force turns with in row P0, eq. (Q4)."""
+        a = self.alpha
+        return ((1 - a) * self.push + (1 + a) * self.rate) / 4
+
+    @property
+    def acceleration(self) -> tuple[Expr, Expr]:
+        """What the inertia sees in the rows P0 and P1, times the square of the step, eq. (Q2)."""
+        return self.rate - self.push, self.rate + self.push - 2 * self.chord
+
+    @property
+    def moved(self) -> tuple[Expr, Expr]:
+        """What forces of the rows P0 and P1 work on: the chord, and six times the bow."""
+        return self.chord, 6 * self.bow
+
+    @property
+    def shake(self) -> Expr:
+        """Second coefficient of the velocity times the step, `h v_2`: what alpha damps, (Q5)."""
+        return (self.push + self.rate) / 2 - self.chord
+
+    def at(self, tau: Expr) -> Expr:
+        """State at a time in [0, 1]."""
+        return self.mean + (tau - 0.5) * self.chord + (6 * tau**2 - 6 * tau + 1) * self.bow
+
+    def velocity(self, tau: Expr) -> Expr:
+        """Its rate, times the step."""
+        return self.chord + 6 * (2 * tau - 1) * self.bow
+
+
+class Measure(NamedTuple):
+    """A measure of the state that is at most quadratic, by its derivative.
+
+    Args:
+        slope: `c lin(dq) + sum_a w_a quad(s_a, dq)` from `c`, pairs `(w_a, s_a)` and `dq`; `c` is
+            None where there is no linear part.
+    """
+
+    slope: Callable[[Expr | None, Sequence[tuple[Expr, Expr]], Expr], Expr]
+
+    def at(self, slope: Slope, states: Sequence[Expr], dq: Expr) -> Expr:
+        """Derivative at the weighted states."""
+        return self.slope(slope.c, tuple(zip(slope.weights, states, strict=True)), dq)
+
+    def moment(self, m: Moment, states: Sequence[Expr]) -> Expr:
+        """Moment over the step."""
+        total = None
+        for b, state in enumerate(states):
+            pairs = [
+                (w, states[a]) for (a, other), w in zip(PAIRS, m.products, strict=True) if other == b
+            ]
+            part = self.slope(m.linear[b], pairs, state)
+            total = part if total is None else total + part
+        return total
+
+    def quad(self, a: Expr, b: Expr) -> Expr:
+        """Bilinear part."""
+        return self.slope(None, ((1, a),), b)
+
+
+def measure(function: Callable[[Expr], Expr]) -> Measure:
+    """A quadratic measure from its value as a function of the state."""
+
+    def slope(c: Expr | None, pairs: Sequence[tuple[Expr, Expr]], dq: Expr) -> Expr:
+        y = sum((w * s for w, s in pairs[1:]), pairs[0][0] * pairs[0][1]) if pairs else 0 * dq
+        lin = variation(function, 0 * dq, dq)
+        total = variation(function, y, dq) - lin
+        return total if c is None else total + c * lin
+
+    return Measure(slope)
+
+
+def bow_of(strain: Measure, path: Path) -> Expr:
+    """Bow of a measure, `e_i + e_f - 2 <e>`, in closed form."""
+    x, D, z = path.mean, path.chord, path.bow
+    return strain.slope(2, ((2, x), (0.8, z)), z) + strain.quad(D, D) / 6
+
+
+class ConstraintRow(NamedTuple):
+    """Constraints in one of the rows, eq. (Q4), all of shape (n,).
+
+    Args:
+        own: What the multipliers of the row itself act on.
+        other: What those of the other row act on.
+        value: What the row demands to vanish at the end: their value, or their rate times the step.
+        multipliers: States that hold the row's own multipliers and those of the other row.
+    """
+
+    own: Expr
+    other: Expr
+    value: Expr
+    multipliers: tuple[Expr, Expr]
+
+
+def constraint_row(
+    function: Callable[[Expr], Expr], path: Path, k: int, dq: Expr
+) -> ConstraintRow:
+    """Forces of quadratic constraints that do no work, and the constraints, eq. (Q4).
+
+    Args:
+        function: The constraints as a function of the state.
+        path: The step.
+        k: Row, 0 for P0 and 1 for P1.
+        dq: Direction.
+    """
+    quad = measure(function).quad
+    if k == 0:
+        mean, swing = variation(function, path.mean, dq), quad(path.swing, dq)
+        return ConstraintRow(mean, swing, function(path.end), (path.end, path.rate))
+    middle, chord = variation(function, path.middle, dq), quad(path.chord, dq) / 6
+    value = variation(function, path.end, path.rate)
+    return ConstraintRow(middle, chord, value, (path.rate, path.end))
+
+
+class Step(NamedTuple):
+    """A step as bodies see it: its states as expressions, and what rows of mixed sections need.
+
+    Args:
+        path: The states as expressions.
+        states: Mean, chord and bow of the path as functions that the scheme fills.
+        pairs: Both pairs of a moment and a slope in the rows P0 and P1.
+    """
+
+    path: Path
+    states: tuple[Expr, Expr, Expr]
+    pairs: tuple[tuple[Pair, Pair], tuple[Pair, Pair]]

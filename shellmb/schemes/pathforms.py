@@ -1,0 +1,136 @@
+"""Residuals of a body for a step that is quadratic in time, eqs. (Q2)-(Q4)."""
+
+
+import numpy as np
+import ufl
+from dolfinx import fem
+from ufl.core.expr import Expr
+
+from shellmb.forms.path import Change, Moment, Pair, Path, Slope, Step
+from shellmb.model.body import Body, Rates
+from shellmb.schemes.base import Levels
+from shellmb.schemes.quadratic import QuadraticInTime
+from shellmb.schemes.residual import Sample, StageForms, acting, averaged
+from shellmb.schemes.weights import SLOPES, UNKNOWN, SlopeWeights, moments, path_states
+
+
+class PathStates:
+    """Mean, chord and bow of a body's path as functions, which follow the unknown ones.
+
+    Args:
+        scheme: The scheme.
+        levels: The body's functions.
+    """
+
+    def __init__(self, scheme: QuadraticInTime, levels: Levels) -> None:
+        space = levels.q.function_space
+        self._weights = path_states(scheme.alpha)
+        assert levels.push is not None
+        sources = (levels.q, levels.push, *levels.unknown.values())
+        self._sources = [f.x.array for f in sources]
+        self.functions = tuple(fem.Function(space, name=n) for n in ("mean", "chord", "bow"))
+        self._arrays = [f.x.array for f in self.functions]
+
+    def follow(self) -> None:
+        """Take the values of the unknown states."""
+        for weights, array in zip(self._weights, self._arrays, strict=True):
+            np.dot(weights, self._sources, out=array)
+
+
+class PathForms:
+    """Makes the residuals of one body.
+
+    Args:
+        body: The body.
+        scheme: The scheme.
+        levels: The body's functions.
+        dt: Length of the step.
+
+    Attributes:
+        path: The step.
+        states: Functions that must follow the unknown ones.
+        dt: Length of the step.
+    """
+
+    def __init__(
+        self, body: Body, scheme: QuadraticInTime, levels: Levels, dt: fem.Constant
+    ) -> None:
+        self._body, self._scheme, self._levels, self.dt = body, scheme, levels, dt
+        self._mesh = levels.q.function_space.mesh
+        self.path: Path = scheme.path(levels)
+        self.states = PathStates(scheme, levels)
+        mean, chord, bow = self.states.functions
+        pairs = self._pairs(0), self._pairs(1)
+        self._step = Step(self.path, (mean, chord, bow), pairs)
+
+    def _constants(self, values: object) -> tuple[Expr, ...]:
+        array = np.atleast_1d(np.asarray(values, dtype=float))
+        constant = fem.Constant(self._mesh, array)
+        return tuple(constant[k] for k in range(len(array)))
+
+    def _slope(self, weights: SlopeWeights) -> Slope:
+        (c,), (x, D, z) = self._constants(weights.c), self._constants(weights.weights)
+        return Slope(c, (x, D, z))
+
+    def _pairs(self, row: int) -> tuple[Pair, Pair]:
+        """Both stresses in one row, with their derivatives."""
+        alpha = self._scheme.alpha
+        states, found = path_states(alpha), []
+        held = tuple(self._levels.unknown.values())
+        for k, (moment, slope) in enumerate(zip(moments(alpha), SLOPES[row], strict=True)):
+            changes = []
+            for c, column in enumerate(UNKNOWN):
+                share = states[:, column]
+                (own,) = self._constants(float(c == k))
+                (turn,) = self._constants(float(slope.weights @ share))
+                changes.append(Change(self._slope(moment.by(share)), own, turn))
+            linear, products = (self._constants(w) for w in moment)
+            (own,) = self._constants(float(k == row))
+            found.append(
+                Pair(Moment(linear, products, held[k]), self._slope(slope), own, tuple(changes))
+            )
+        return found[0], found[1]
+
+    def forms(self) -> dict[str, StageForms]:
+        """Residuals of both rows, by the name of their stage."""
+        body, result = self._body, {}
+        for k, (stage, unknown) in enumerate(self._levels.unknown.items()):
+            space = unknown.function_space
+            dq, trial = ufl.TestFunction(space), ufl.TrialFunction(space)
+            form, terms = body.along(self._step, k, dq, trial)
+            inertia = body.inertia(self.path.acceleration[k] / self.dt**2, dq)
+            samples = self._samples(stage)
+            parts = [f for f in (inertia, form) if f is not None]
+            parts += acting(body, samples, dq)
+            result[stage] = StageForms(None, tuple(parts), samples, tuple(terms))
+        return result
+
+    def _samples(self, stage: str) -> tuple[Sample, ...]:
+        """Loads and added terms: at Gauss' points in time, or as a mean if the state is nothing."""
+        body, path = self._body, self.path
+        dq = ufl.TestFunction(self._levels.q.function_space)
+        time = fem.Constant(self._mesh, 0.0)
+        whole = Sample(
+            path.at(0.5), self._rates(path.velocity(0.5)), body.loads(),
+            averaged(self._scheme, stage), time, 0.5,
+        )
+        forms = [whole.of_loads(dq), whole.of_terms(body, dq)]
+        unknown = set(self._levels.unknown.values())
+        if forms[1] is None and not any(
+            unknown & set(form.coefficients()) for form in forms if form is not None
+        ):
+            return () if forms[0] is None else (whole,)
+        found = []
+        for tau, weight in averaged(self._scheme, stage):
+            (place,) = self._constants(tau)
+            found.append(
+                Sample(
+                    path.at(place), self._rates(path.velocity(place)), body.loads(),
+                    ((tau, weight),), fem.Constant(self._mesh, 0.0), tau,
+                    fem.Constant(self._mesh, weight),
+                )
+            )
+        return tuple(found)
+
+    def _rates(self, velocity: Expr) -> Rates:
+        return Rates(velocity / self.dt, velocity / self.dt)
