@@ -44,6 +44,7 @@ def variation(measure: Callable[[Expr], Expr], q: Expr, dq: Expr) -> Expr:
     carriers = [
         *ufl.algorithms.extract_coefficients(q),
         *ufl.algorithms.extract_arguments(dq),
+        *ufl.algorithms.extract_coefficients(dq),
     ]
     space = next(f.ufl_function_space() for f in carriers if f.ufl_shape == q.ufl_shape)
     z = ufl.Coefficient(space)

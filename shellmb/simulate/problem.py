@@ -222,15 +222,43 @@ class Problem:
         for constant, middle in zip(self._dt, self._time, strict=True):
             constant.value = dt  # type: ignore[assignment]
             middle.value = t + (dt / 2 if self.scheme.dynamic else dt)  # type: ignore[assignment]
-        for levels in self.levels.values():
-            if levels.push is not None:
-                np.multiply(levels.rates["v"].x.array, dt, out=levels.push.x.array)
+        if self.paths:
+            self._push(dt)
         for name, stages in self.forms.items():
             for stage, forms in stages.items():
                 for sample in forms.samples:
                     sample.update(t, dt, self.start_factor)
                 self._prescribe(name, stage, t, dt)
         self._start_from_state()
+
+    def _push(self, dt: float) -> None:
+        """Velocities at the start times the step, at linked nodes, too."""
+        system, found = self.system, []
+        for name, stage in self._index:
+            levels = self.levels[name]
+            assert levels.push is not None
+            if stage == RATE:
+                np.multiply(levels.rates["v"].x.array, dt, out=levels.push.x.array)
+            found.append(levels.push.x.array)
+        for k, linked in self._linked.items():
+            found[k][linked] = np.nan
+        # nodes that are linked take those of their body
+        values = system.global_values(found, known=True)
+        vector = system.x.duplicate()
+        vector.array[:] = values
+        local = system.local_values(vector)
+        for k, linked in self._linked.items():
+            found[k][linked] = local[system.numbering.slice(k)][linked]
+
+    @cached_property
+    def _linked(self) -> dict[int, npt.NDArray[np.int32]]:
+        """Dofs of velocities that are linked to those of other bodies, by number of the field."""
+        found = {}
+        for (name, stage), k in self._index.items():
+            dofs = [link.dofs for link in self._bodies[name].links if len(link.dofs)]
+            if stage == RATE and dofs:
+                found[k] = np.concatenate(dofs)
+        return found
 
     def _start_from_state(self) -> None:
         """The first guess is the state at the start of the step; velocities do not jump."""

@@ -184,10 +184,20 @@ class BlockSystem:
         self._exchange.look(x)
         return self._exchange.local.copy()
 
-    def global_values(self, local: list[npt.NDArray[np.float64]]) -> npt.NDArray[np.float64]:
-        """Entries of owned unknowns from one local array per field (owned entries)."""
+    def global_values(
+        self, local: list[npt.NDArray[np.float64]], known: bool = False
+    ) -> npt.NDArray[np.float64]:
+        """Entries of owned unknowns from one local array per field (owned entries).
+
+        Args:
+            local: The arrays.
+            known: Whether entries that are not a number are to be taken from another field.
+        """
         out = np.zeros(self.numbering.owned)
         for values, (dofs, numbers) in zip(local, self._owned, strict=True):
+            if known:
+                some = ~np.isnan(values[dofs])
+                dofs, numbers = dofs[some], numbers[some]
             out[numbers] = values[dofs]
         return out
 

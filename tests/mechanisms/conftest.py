@@ -42,17 +42,18 @@ class ConstraintWork(Silent):
     def solved(self, simulation: Simulation) -> None:
         for body, stages in self._groups:
             levels = simulation.problem.levels[body.name]
-            start, total = levels.q.x.array, 0.0
+            push = None if levels.push is None else levels.push.x.array
+            unknown = {stage: f.x.array for stage, f in levels.unknown.items()}
+            moved = simulation.scheme.moved(levels.q.x.array, push, unknown)
+            total = 0.0
             for stage, forms in stages.items():
-                end = levels.unknown[stage].x.array
-                force = np.zeros_like(end)
+                force = np.zeros_like(levels.q.x.array)
                 for form in forms:
                     fem.assemble_vector(force, form)
                 # rows of the multipliers are equations, not forces
                 force[body.mixed.dofs["mu"]] = 0.0
-                work = force * (end - start)
+                work = force * moved[stage]
                 total += float(work.sum())
-                start = end
                 self.exchanged = max(self.exchanged, float(np.abs(work).max()))
             self.worst = max(self.worst, abs(total))
 
