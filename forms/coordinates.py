@@ -151,7 +151,7 @@ def swing_moment(start: Expr, end: Expr, rates: Expr, alpha: Expr) -> tuple[Expr
     """
     angle = increment(start, end)
     sine = start[0] * end[1] - start[1] * end[0]
-    near = ufl.lt(abs(angle), SMALL_TANGENT)
+    near = ufl.lt(angle**2, SMALL_TANGENT**2)
     series = -(angle**2) / 6 + angle**4 / 120
     share = ufl.conditional(near, series, sine / ufl.conditional(near, 1.0, angle) - 1)
     return -perpendicular(rates) / 4, alpha * share

@@ -44,7 +44,6 @@ def line_strains(strains: Measure, surf: Surface, jacobian: Expr) -> Callable[[E
         surf: Local basis in which its components are.
         jacobian: Jacobian of the reference surface, shape (3, 2).
     """
-
     return lambda q: lines(strains(q).eps, surf, jacobian)
 
 

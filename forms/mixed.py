@@ -29,7 +29,7 @@ from typing import NamedTuple, Protocol
 import ufl
 from ufl.core.expr import Expr
 
-from .discrete import discrete_gradient, gradient, stress_average, variation
+from .discrete import stress_average, variation
 from .shell import ShellStrains
 from .state import Layout
 
@@ -82,16 +82,17 @@ def vector(strains: ShellStrains) -> Expr:
     return ufl.as_vector([*strains.eps, *strains.kap, *strains.gam])
 
 
-def _membrane_shear(e: Expr) -> Expr:
+def membrane_shear(e: Expr) -> Expr:
     """The strains conjugate to the resultants, (eps, gam), shape (5,)."""
     return ufl.as_vector([e[k] for k in (0, 1, 2, 6, 7)])
 
 
-def _bending(e: Expr) -> Expr:
+def bending(e: Expr) -> Expr:
+    """The bending strains, shape (3,)."""
     return ufl.as_vector([e[k] for k in (3, 4, 5)])
 
 
-def _split(N: Expr) -> tuple[Expr, Expr]:
+def split(N: Expr) -> tuple[Expr, Expr]:
     """Membrane and shear part of a vector of resultants."""
     return ufl.as_vector([N[0], N[1], N[2]]), ufl.as_vector([N[3], N[4]])
 
@@ -121,9 +122,9 @@ class LinearMixed:
 
     def _forces(self, e: Expr, N: Expr) -> tuple[Expr, Expr]:
         """Generalised stresses conjugate to the strains: full rule (8,) and reduced rule (8,)."""
-        eps, gam = _split(_membrane_shear(e))
-        kap = _bending(e)
-        n, Q = _split(N)
+        eps, gam = split(membrane_shear(e))
+        kap = bending(e)
+        n, Q = split(N)
         n_full, m_full, m_red = self.A * eps, self.D * kap, 0 * kap
         if self.B is not None:
             n_full = n_full + self.B * kap
@@ -135,9 +136,9 @@ class LinearMixed:
 
     def _compliance(self, e: Expr, N: Expr) -> Expr:
         """Strains (eps, gam) that belong to the resultants, shape (5,)."""
-        n, Q = _split(N)
+        n, Q = split(N)
         if self.B is not None:
-            n = n - self.B * _bending(e)
+            n = n - self.B * bending(e)
         stretch = self.slack * n if self.A_inv is None else self.A_inv * n
         shear = self.slack * Q if self.G_inv is None else self.G_inv * Q
         return ufl.as_vector([*stretch, *shear])
@@ -152,7 +153,7 @@ class LinearMixed:
 
     def gap(self, e: Expr, N: Expr) -> Expr:
         """Strains less those of the resultants, in the reduced rule, shape (5,)."""
-        return (1 - self.a) * (_membrane_shear(e) - self._compliance(e, N))
+        return (1 - self.a) * (membrane_shear(e) - self._compliance(e, N))
 
     def _held(self, held: Expr, free: Expr) -> Expr:
         """Components of `held` where strains are held, those of `free` elsewhere, shape (5,)."""
@@ -163,7 +164,7 @@ class LinearMixed:
 
     def _at_state(self, e: Expr, N: Expr) -> Expr:
         """Resultants of a state: multipliers from its strains, shape (5,)."""
-        return N if self.slack is None else self._held(_membrane_shear(e) / self.slack, N)
+        return N if self.slack is None else self._held(membrane_shear(e) / self.slack, N)
 
     def virtual_work(self, strains: Measure, layout: Layout, span: Interval, dq: Expr) -> Density:
         """Virtual work and the weak compatibility `s(q) = psi*'(N)` at `span.at`."""
@@ -187,7 +188,7 @@ class LinearMixed:
         full, red = self._forces(mean_e, mean_N)
         de = variation(e, span.mid, dq)
         e_at = e(span.at)
-        s_at = self._held(_membrane_shear(mean_e), _membrane_shear(e_at))
+        s_at = self._held(membrane_shear(mean_e), membrane_shear(e_at))
         gap = s_at - self._compliance(e_at, resultants(span.at))
         compatibility = (1 - self.a) * ufl.dot(resultants(dq), gap)
         return ufl.dot(full, de), ufl.dot(red, de) + compatibility
@@ -200,10 +201,10 @@ class LinearMixed:
         """The same of any strains, shape (8,), and resultants, shape (5,)."""
         N = self._at_state(e, N)
         full, _ = self._forces(e, N)
-        s = _membrane_shear(e)
-        n, Q = _split(N)
+        s = membrane_shear(e)
+        n, Q = split(N)
         if self.B is not None:
-            n = n - self.B * _bending(e)
+            n = n - self.B * bending(e)
         stretch = self.slack * n if self.A_inv is None else self.A_inv * n
         shear = self.slack * Q if self.G_inv is None else self.G_inv * Q
         complementary = ufl.dot(n, stretch) + ufl.dot(Q, shear)
@@ -237,7 +238,7 @@ class LinearMixed:
 
     def resultants(self, strains: Measure, layout: Layout, q: Expr) -> Expr:
         """Resultants N/m and moments N of a state, accurate at the points of the reduced rule."""
-        n, Q = _split(self.N0 * layout.part(q, "N"))
+        n, Q = split(self.N0 * layout.part(q, "N"))
         kap = strains(q).kap
         m = self.D * kap
         if self.B is not None:
@@ -246,16 +247,16 @@ class LinearMixed:
 
     def _stress_full(self, e: Expr) -> Expr:
         """Fully integrated stress of a strain, shape (8,)."""
-        return self._forces(e, 0 * _membrane_shear(e))[0]
+        return self._forces(e, 0 * membrane_shear(e))[0]
 
     def _stress_red(self, e: Expr) -> Expr:
         """Stress of a strain in the reduced part, shape (8,)."""
-        eps, gam = _split(_membrane_shear(e))
+        eps, gam = split(membrane_shear(e))
         # multipliers are those of the middle, to second order
         n = 0 * eps if self.A_inv is None else self.A * eps
-        m, Q = 0 * _bending(e), 0 * gam if self.G_inv is None else self.G * gam
+        m, Q = 0 * bending(e), 0 * gam if self.G_inv is None else self.G * gam
         if self.B is not None:
-            n, m = n + self.B * _bending(e), self.B * eps
+            n, m = n + self.B * bending(e), self.B * eps
         return (1 - self.a) * ufl.as_vector([*n, *m, *Q])
 
     def jump(self, strains: Measure, layout: Layout, a: Expr, b: Expr) -> Density:
@@ -264,102 +265,3 @@ class LinearMixed:
         dN = self.N0 * (layout.part(b, "N") - layout.part(a, "N"))
         full, red = self._forces(de, self._at_state(de, dN))
         return ufl.dot(full, de) / 2, ufl.dot(red, de) / 2
-
-
-@dataclass(frozen=True)
-class NonlinearMixed:
-    """Hu-Washizu form for any strain energy density `psi(strains)`, eq. (21).
-
-    The assumed strains `S` stand for (eps, gam) in the reduced part, the resultants `N` tie them
-    to the
-    displacements. `N` is the average stress of the sub-interval, so it needs no value of its own
-    at the start.
-
-    Args:
-        psi: Strain energy per area as a function of `ShellStrains`, J/m^2.
-        N0: Scale of the resultants, N/m.
-        a: Fully integrated fraction per element.
-        thickness: Length that makes curvatures comparable with strains, m.
-    """
-
-    psi: Callable[[ShellStrains], Expr]
-    N0: Expr
-    a: Expr
-    thickness: Expr
-
-    def _psi(self, e: Expr) -> Expr:
-        eps, gam = _split(_membrane_shear(e))
-        return self.psi(ShellStrains(eps, _bending(e), gam))
-
-    def _pure_bending(self, e: Expr) -> Expr:
-        zero = 0 * e[0]
-        return self._psi(ufl.as_vector([zero, zero, zero, e[3], e[4], e[5], zero, zero]))
-
-    def _psi_full(self, e: Expr) -> Expr:
-        return self.a * self._psi(e) + (1 - self.a) * self._pure_bending(e)
-
-    def _psi_red(self, e: Expr) -> Expr:
-        return (1 - self.a) * (self._psi(e) - self._pure_bending(e))
-
-    def _assumed(self, strains: Measure, layout: Layout, q: Expr) -> Expr:
-        """Strain vector with (eps, gam) replaced by the assumed strains, shape (8,)."""
-        S, kap = layout.part(q, "S"), strains(q).kap
-        return ufl.as_vector([S[0], S[1], S[2], *kap, S[3], S[4]])
-
-    def _average(self, psi: Callable[[Expr], Expr], a: Expr, b: Expr, beta: Expr | float) -> Expr:
-        if a is b:
-            return gradient(psi, a)
-        h = self.thickness
-        one = h / h
-        weight = ufl.as_vector([one, one, one, h, h, h, one, one])
-        jump = (gradient(psi, b) - gradient(psi, a)) / 2
-        return discrete_gradient(psi, a, b, weight) + beta * jump
-
-    def virtual_work(self, strains: Measure, layout: Layout, span: Interval, dq: Expr) -> Density:
-        """Virtual work, stress equation (test `S`) and compatibility `s(q) = S` (test `N`)."""
-
-        def e(q: Expr) -> Expr:
-            return vector(strains(q))
-
-        def s(q: Expr) -> Expr:
-            return self._assumed(strains, layout, q)
-
-        static = span.a is span.b
-        e_a, s_a = e(span.a), s(span.a)
-        e_b, s_b = (e_a, s_a) if static else (e(span.b), s(span.b))
-        full = self._average(self._psi_full, e_a, e_b, span.beta)
-        red = self._average(self._psi_red, s_a, s_b, span.beta)
-        de = variation(e, span.mid, dq)
-        N = (1 - self.a) * self.N0 * layout.part(span.unknown, "N")
-        dN = (1 - self.a) * self.N0 * layout.part(dq, "N")
-        dS = layout.part(dq, "S")
-        gap = _membrane_shear(e(span.at)) - layout.part(span.at, "S")
-        reduced = (
-            ufl.dot(_membrane_shear(red), dS)
-            + ufl.dot(_bending(red), _bending(de))
-            + ufl.dot(N, _membrane_shear(de) - dS)
-            + ufl.dot(dN, gap)
-        )
-        return ufl.dot(full, de), reduced
-
-    def energy(self, strains: Measure, layout: Layout, q: Expr) -> Density:
-        """Strain energy, its reduced part at the assumed strains."""
-        return (
-            self._psi_full(vector(strains(q))),
-            self._psi_red(self._assumed(strains, layout, q)),
-        )
-
-    def jump(self, strains: Measure, layout: Layout, a: Expr, b: Expr) -> Density:
-        """Half the work of the stress jump on the strain jump (eq. 34 for any material)."""
-        pairs = (
-            (self._psi_full, vector(strains(a)), vector(strains(b))),
-            (self._psi_red, self._assumed(strains, layout, a), self._assumed(strains, layout, b)),
-        )
-        full, red = (
-            ufl.dot(gradient(psi, q1) - gradient(psi, q0), q1 - q0) / 2 for psi, q0, q1 in pairs
-        )
-        return full, red
-
-    def resultants(self, strains: Measure, layout: Layout, q: Expr) -> Expr:
-        """Resultants N/m and moments N of a state, accurate at the points of the reduced rule."""
-        return gradient(self._psi, self._assumed(strains, layout, q))

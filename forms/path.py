@@ -34,9 +34,11 @@ symbol       name                                                               
 """
 
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import ufl
+from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
+from ufl.algorithms.apply_derivatives import apply_derivatives
 from ufl.core.expr import Expr
 
 from .discrete import variation
@@ -160,11 +162,11 @@ class Path(NamedTuple):
         """Second coefficient of the velocity times the step, `h v_2`: what alpha damps, (Q5)."""
         return (self.push + self.rate) / 2 - self.chord
 
-    def at(self, tau: Expr) -> Expr:
+    def at(self, tau: Any) -> Expr:
         """State at a time in [0, 1]."""
         return self.mean + (tau - 0.5) * self.chord + (6 * tau**2 - 6 * tau + 1) * self.bow
 
-    def velocity(self, tau: Expr) -> Expr:
+    def velocity(self, tau: Any) -> Expr:
         """Its rate, times the step."""
         return self.chord + 6 * (2 * tau - 1) * self.bow
 
@@ -177,7 +179,7 @@ class Measure(NamedTuple):
             None where there is no linear part.
     """
 
-    slope: Callable[[Expr | None, Sequence[tuple[Expr, Expr]], Expr], Expr]
+    slope: Callable[[Any, Sequence[tuple[Any, Expr]], Expr], Expr]
 
     def at(self, slope: Slope, states: Sequence[Expr], dq: Expr) -> Expr:
         """Derivative at the weighted states."""
@@ -185,14 +187,12 @@ class Measure(NamedTuple):
 
     def moment(self, m: Moment, states: Sequence[Expr]) -> Expr:
         """Moment over the step."""
-        total = None
+        parts = []
         for b, state in enumerate(states):
-            pairs = [
-                (w, states[a]) for (a, other), w in zip(PAIRS, m.products, strict=True) if other == b
-            ]
-            part = self.slope(m.linear[b], pairs, state)
-            total = part if total is None else total + part
-        return total
+            weighed = zip(PAIRS, m.products, strict=True)
+            pairs = [(w, states[a]) for (a, other), w in weighed if other == b]
+            parts.append(self.slope(m.linear[b], pairs, state))
+        return sum(parts[1:], parts[0])
 
     def quad(self, a: Expr, b: Expr) -> Expr:
         """Bilinear part."""
@@ -209,6 +209,21 @@ def measure(function: Callable[[Expr], Expr]) -> Measure:
         return total if c is None else total + c * lin
 
     return Measure(slope)
+
+
+def is_quadratic(function: Callable[[Expr], Expr], state: Any) -> bool:
+    """Whether a measure is at most quadratic: whether its third derivative vanishes.
+
+    Args:
+        function: The measure.
+        state: A function of the state's space.
+    """
+    space = state.ufl_function_space()
+    z, dz = ufl.Coefficient(space), ufl.Coefficient(space)
+    found = function(z)
+    for _ in range(3):
+        found = apply_derivatives(apply_algebra_lowering(ufl.derivative(found, z, dz)))
+    return dz not in ufl.algorithms.extract_coefficients(found)
 
 
 def bow_of(strain: Measure, path: Path) -> Expr:
@@ -233,9 +248,7 @@ class ConstraintRow(NamedTuple):
     multipliers: tuple[Expr, Expr]
 
 
-def constraint_row(
-    function: Callable[[Expr], Expr], path: Path, k: int, dq: Expr
-) -> ConstraintRow:
+def constraint_row(function: Callable[[Expr], Expr], path: Path, k: int, dq: Expr) -> ConstraintRow:
     """Forces of quadratic constraints that do no work, and the constraints, eq. (Q4).
 
     Args:

@@ -138,8 +138,11 @@ def strain_change(at: Tangents, du: Expr, dw: Expr, surf: Surface) -> ShellStrai
         surf: Reference surface.
     """
     u1, u2, w, w1, w2 = tangents(du, dw, surf)
-    dot = ufl.dot
     x1, x2, d, d1, d2 = at
+
+    def dot(a: Expr, b: Expr) -> Expr:
+        return ufl.dot(a, b)
+
     return ShellStrains(
         ufl.as_vector([dot(x1, u1), dot(x2, u2), dot(x1, u2) + dot(x2, u1)]),
         ufl.as_vector(

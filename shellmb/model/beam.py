@@ -19,7 +19,7 @@ from shellmb.forms import loads as load_forms
 from shellmb.forms.beam import BeamMixed, Line, LinePoint
 from shellmb.forms.frame import FrameMass, momenta
 from shellmb.forms.mixed import Interval
-from shellmb.forms.path import Measure, Path, Step, bow_of
+from shellmb.forms.path import Measure, Step, bow_of
 from shellmb.model.body import LoadFactors, PartScale, Rates, Term
 from shellmb.model.frame import FrameBody
 from shellmb.model.loads import DistributedLoads
@@ -194,14 +194,20 @@ class BeamModel(FrameBody):
     def along(self, step: Step, k: int, dq: Expr, trial: Expr) -> tuple[Form | None, list[Term]]:
         """Internal forces over a step, and the constraints of the frames."""
         terms = path_terms(
-            self.section.formulation, self.layout, self.strain_measure, step, k, dq, trial,
+            self.section.formulation,
+            self.layout,
+            self.strain_measure,
+            step,
+            k,
+            dq,
+            trial,
             lambda densities: densities[0] * self.rules.reduced,
         )
         return self.frame_row(step.path, k, dq), terms
 
-    def lost(self, path: Path, bow: Expr) -> Form | None:
+    def lost(self, step: Step, bow: Expr) -> Form | None:
         """Elastic energy of the bow of the strains, J."""
-        e, formulation = bow_of(self.strain_measure, path), self.section.formulation
+        e, formulation = bow_of(self.strain_measure, step.path), self.section.formulation
         return formulation.stored(e, formulation.forces(self.layout, bow)) * self.rules.reduced
 
     def strain_energy(self, q: Expr) -> Form | None:

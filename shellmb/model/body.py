@@ -12,7 +12,7 @@ from ufl.core.expr import Expr
 
 from shellmb.build.spaces import MixedSpace
 from shellmb.forms.mixed import Interval
-from shellmb.forms.path import Path, Step
+from shellmb.forms.path import Step
 
 TimeFunction = Callable[[float], float]
 Dofs = npt.NDArray[np.int32]
@@ -151,11 +151,11 @@ class Body(Protocol):
         """
         ...
 
-    def lost(self, path: Path, bow: Expr) -> Form | None:
+    def lost(self, step: Step, bow: Expr) -> Form | None:
         """Elastic energy of the bow of the strains, `bow.C bow/2` of eq. (Q5).
 
         Args:
-            path: The step.
+            step: The step.
             bow: State that holds the bow of the resultants, `N_i + N_f - 2 <N>`.
         """
         ...
@@ -241,7 +241,7 @@ class Massless:
         """No internal forces."""
         return None, []
 
-    def lost(self, path: Path, bow: Expr) -> Form | None:
+    def lost(self, step: Step, bow: Expr) -> Form | None:
         """No strains."""
         return None
 

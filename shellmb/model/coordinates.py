@@ -207,9 +207,7 @@ class CoordinateGroup(ConstraintGroup):
             states = path.end, path.rate
             return ConstraintRow(as_row(x - row(moments)), as_row(-turned), value, states)
         turned = ufl.dot(normal, variation(self._angle, path.middle, dq)) + row(swing)
-        value = as_row(
-            self.layout.part(path.rate, "x") - ufl.dot(forms.perpendicular(a_f), rate_f)
-        )
+        value = as_row(self.layout.part(path.rate, "x") - ufl.dot(forms.perpendicular(a_f), rate_f))
         states = path.rate, path.end
         return ConstraintRow(as_row(x - turned), as_row(-row(moments)), value, states)
 

@@ -159,9 +159,7 @@ class Springs(ElementGroup):
         return force * self.x(dq) * ufl.dx
 
     def _stretch(self, path: Path) -> forms.Stretch:
-        return forms.Stretch(
-            self._extension(path.start), self.x(path.chord), 2 * self.x(path.bow)
-        )
+        return forms.Stretch(self._extension(path.start), self.x(path.chord), 2 * self.x(path.bow))
 
     def along(self, step: Step, k: int, dq: Expr, trial: Expr) -> tuple[Form | None, list[Term]]:
         """Force over a step, linear in time."""
@@ -173,9 +171,9 @@ class Springs(ElementGroup):
         force = first if k == 0 else second / 3
         return force * self.x(dq) * ufl.dx, []
 
-    def lost(self, path: Path, bow: Expr) -> Form | None:
+    def lost(self, step: Step, bow: Expr) -> Form | None:
         """Energy of the bow of the extension, J."""
-        e = self._stretch(path)
+        e = self._stretch(step.path)
         stiffness = self.parameter if self.law is None else forms.stiffness(self._potential, e)
         return stiffness * e.bow**2 / 2 * ufl.dx(self.nodes.mesh)
 

@@ -44,3 +44,9 @@ def path_terms(
         )
         for pair in step.pairs[k]
     ]
+
+
+def together(a: Term, b: Term) -> Term:
+    """The sum of two terms as one."""
+    derivatives = {c: form + b.derivatives[c] for c, form in a.derivatives.items()}
+    return Term(a.residual + b.residual, derivatives)

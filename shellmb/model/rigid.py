@@ -16,7 +16,7 @@ from shellmb.build.nodes import NodeMesh, constant_vector, node_mesh, node_space
 from shellmb.forms.frame import PAIRS, FrameMass
 from shellmb.forms.loads import dead_force
 from shellmb.forms.mixed import Interval
-from shellmb.forms.path import Path, Step
+from shellmb.forms.path import Step
 from shellmb.model.body import Dofs, FixedDofs, LoadFactors, PartScale, Rates, Term, TimeFunction
 from shellmb.model.ends import End
 from shellmb.model.frame import FrameBody
@@ -146,7 +146,7 @@ class RigidBodies(FrameBody):
         """Nothing but the constraints."""
         return self.frame_row(step.path, k, dq), []
 
-    def lost(self, path: Path, bow: Expr) -> Form | None:
+    def lost(self, step: Step, bow: Expr) -> Form | None:
         """No strains."""
         return None
 

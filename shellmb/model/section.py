@@ -7,7 +7,8 @@ import numpy.typing as npt
 from dolfinx import fem, mesh
 from ufl.core.expr import Expr
 
-from shellmb.forms.mixed import Formulation, LinearMixed, NonlinearMixed
+from shellmb.forms.mixed import Formulation, LinearMixed
+from shellmb.forms.mixed_nonlinear import NonlinearMixed
 from shellmb.forms.shell import Mass
 from shellmb.scene import Hyperelastic, LinearSection, Shell
 

@@ -1,6 +1,6 @@
 """A shell as the schemes see it: forms of `shellmb.forms` bound to a mesh, a section and loads."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 from functools import cached_property
 
@@ -16,16 +16,16 @@ from shellmb.build.mesh import SurfaceMesh
 from shellmb.build.spaces import MixedSpace, shell_space
 from shellmb.forms import hourglass
 from shellmb.forms import shell as shell_forms
-from shellmb.forms.mixed import Density, Interval, LinearMixed, vector
-from shellmb.forms.path import Measure, Path, Step, bow_of, constraint_row, measure
+from shellmb.forms.mixed import Density, Interval, LinearMixed
+from shellmb.forms.path import Step
 from shellmb.forms.shell import Mass, ShellStrains
 from shellmb.forms.state import Layout
 from shellmb.forms.surface import Surface, surface
 from shellmb.forms.terms import Point
+from shellmb.model import shellpath
 from shellmb.model.body import FixedDofs, LoadFactors, NodeLink, PartScale, Rates, Term
 from shellmb.model.direction import direction_1
 from shellmb.model.loads import ShellLoads
-from shellmb.model.pathterms import path_terms
 from shellmb.model.rules import quadrature_rules
 from shellmb.model.section import bind_mass, bind_section
 from shellmb.scene import LinearSection, Shell
@@ -128,7 +128,7 @@ class ShellModel:
         numbers = list(self.surface_mesh.edges)
         return self._ds(tuple(numbers.index(name) for name in names))
 
-    def _hourglass(self, pair: tuple[Expr, Expr]) -> Form:
+    def hourglass(self, pair: tuple[Expr, Expr]) -> Form:
         """Difference of the finer rules and the reduced rule of a pair of densities."""
         assert self.rules.lines is not None
         first, second = (self.section.hourglass * density for density in pair)
@@ -141,7 +141,8 @@ class ShellModel:
         u, w = self.layout.displacement(q), self.layout.director_change(q)
         return measure(u, w, self.surface)
 
-    def _integrate(self, density: Density) -> Form:
+    def integrate(self, density: Density) -> Form:
+        """Integral of densities for the full and the reduced rule."""
         return density[0] * self.rules.full + density[1] * self.rules.reduced
 
     def internal(self, span: Interval, dq: Expr) -> Form:
@@ -154,77 +155,24 @@ class ShellModel:
         constraint = lam * ufl.dot(d_mid, layout.part(dq, "w")) + dlam * (
             shell_forms.director_constraint(layout.part(span.at, "w"), D)
         )
-        form = self._integrate(work) + constraint * self.rules.nodes
+        form = self.integrate(work) + constraint * self.rules.nodes
         if self.rules.lines is not None:
-            form += self._hourglass(hourglass.virtual_work(self.line_strains, span, dq))
+            form += self.hourglass(hourglass.virtual_work(self.line_strains, span, dq))
         return form
-
-    @property
-    def strain_measure(self) -> Measure:
-        """Strains of shape (8,) by their derivative."""
-        if self.shell.strains is not None:
-            return measure(lambda q: vector(self.strains(q)))
-        surf = self.surface
-
-        def slope(c: Expr | None, pairs: Sequence[tuple[Expr, Expr]], dq: Expr) -> Expr:
-            states = [(w, shell_forms.tangents(*self.velocities(q), surf)) for w, q in pairs]
-            if c is not None:
-                states.append((c, shell_forms.reference_tangents(surf)))
-            at = shell_forms.combined(states)
-            return vector(shell_forms.strain_change(at, *self.velocities(dq), surf))
-
-        return Measure(slope)
 
     def along(self, step: Step, k: int, dq: Expr, trial: Expr) -> tuple[Form | None, list[Term]]:
         """Internal forces over a step, and the constraints of the directors."""
-        section, strain = self.section.formulation, self.strain_measure
-        if not isinstance(section, LinearMixed):
-            raise NotImplementedError("nonlinear section")
-        terms = path_terms(
-            section, self.layout, strain, step, k, dq, trial,
-            lambda densities: self._integrate((densities[0], densities[1])),
-        )
-        if self.rules.lines is not None:
-            lines = path_terms(
-                hourglass.LineSection(), self.layout, self._lines, step, k, dq, trial,
-                lambda densities: self._hourglass((densities[0], densities[1])),
-            )
-            terms = [_both(a, b) for a, b in zip(terms, lines, strict=True)]
-        layout, D = self.layout, self.director
-        row = constraint_row(
-            lambda q: ufl.as_vector([shell_forms.director_constraint(layout.part(q, "w"), D)]),
-            step.path, k, dq,
-        )
-        own, other = (layout.part(q, "lam") for q in row.multipliers)
-        work = own * row.own[0] + other * row.other[0] + layout.part(dq, "lam") * row.value[0]
-        return self.section.force * work * self.rules.nodes, terms
+        return shellpath.along(self, step, k, dq, trial)
 
-    @property
-    def _lines(self) -> Measure:
-        """Membrane strains along the coordinate lines of the element, for the hourglass control."""
-        strain, jacobian = self.strain_measure, ufl.Jacobian(self.mixed.space.mesh)
-        return Measure(
-            lambda c, pairs, dq: hourglass.lines(strain.slope(c, pairs, dq), self.surface, jacobian)
-        )
-
-    def lost(self, path: Path, bow: Expr) -> Form | None:
+    def lost(self, step: Step, bow: Expr) -> Form | None:
         """Elastic energy of the bow of the strains, J."""
-        section = self.section.formulation
-        assert isinstance(section, LinearMixed)
-        stored = section.stored(
-            bow_of(self.strain_measure, path), section.forces(self.layout, bow)
-        )
-        form = self._integrate(stored)
-        if self.rules.lines is not None:
-            e = bow_of(self._lines, path)
-            form += self._hourglass((e[0] ** 2 / 2, e[1] ** 2 / 2))
-        return form
+        return shellpath.lost(self, step, bow)
 
     def path(self, span: Interval, dq: Expr) -> Form | None:
         """Third-order part of the mean force over a sub-interval; None for nonlinear materials."""
         if not isinstance(self.section.formulation, LinearMixed):
             return None
-        return self._integrate(self.section.formulation.path(self.strains, span, dq))
+        return self.integrate(self.section.formulation.path(self.strains, span, dq))
 
     def velocities(self, v: Expr) -> tuple[Expr, Expr]:
         """Velocity of the surface and of the director in a rate of the state."""
@@ -328,9 +276,9 @@ class ShellModel:
 
     def strain_energy(self, q: Expr) -> Form:
         """Strain energy, J."""
-        form = self._integrate(self.section.formulation.energy(self.strains, self.layout, q))
+        form = self.integrate(self.section.formulation.energy(self.strains, self.layout, q))
         if self.rules.lines is not None:
-            form += self._hourglass(hourglass.energy(self.line_strains, q))
+            form += self.hourglass(hourglass.energy(self.line_strains, q))
         return form
 
     def kinetic_energy(self, v: Expr) -> Form | None:
@@ -342,9 +290,9 @@ class ShellModel:
 
     def jump(self, a: Expr, b: Expr) -> Form:
         """Elastic part of `c^2` in eq. (34), J."""
-        form = self._integrate(self.section.formulation.jump(self.strains, self.layout, a, b))
+        form = self.integrate(self.section.formulation.jump(self.strains, self.layout, a, b))
         if self.rules.lines is not None:
-            form += self._hourglass(hourglass.jump(self.line_strains, a, b))
+            form += self.hourglass(hourglass.jump(self.line_strains, a, b))
         return form
 
     def momentum(self, v: Expr, axis: Expr) -> Form | None:
@@ -392,8 +340,3 @@ class ShellModel:
     ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.intp]]:
         """Reference directors and where their changes are in a state, both of shape (n, 3)."""
         return self.reference_directors(), self.mixed.dofs["w"].reshape(-1, 3).astype(np.intp)
-
-
-def _both(a: Term, b: Term) -> Term:
-    """The sum of two terms as one."""
-    return Term(a.residual + b.residual, {c: f + b.derivatives[c] for c, f in a.derivatives.items()})

@@ -117,7 +117,7 @@ class EnergyAccount(Silent):
                 path = made.path
                 bow = 2 * (path.rate + path.start - path.end) / (1 + path.alpha)
                 kinetic = body.kinetic_energy(path.shake / made.dt)
-                elastic += [body.lost(path, bow), None if kinetic is None else 4 * kinetic]
+                elastic += [body.lost(made.step, bow), None if kinetic is None else 4 * kinetic]
         if self._alpha and stage is not None:
             for body in simulation.model.bodies:
                 levels = simulation.problem.levels[body.name]

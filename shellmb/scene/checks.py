@@ -13,6 +13,7 @@ from shellmb.scene.joints import GROUND
 from shellmb.scene.loads import SurfaceForce
 from shellmb.scene.lookup import Body, bodies_of, find_shell, kind_of, listed, said
 from shellmb.scene.places import check_edges, check_point, edges_of, finite_in_time, points_of
+from shellmb.scene.sections import Hyperelastic
 from shellmb.scene.supports import Driven, Fixed
 from shellmb.scene.validate import edge_names, show
 
@@ -31,6 +32,9 @@ SCHEMES = {
     "ed3": (True, False),
 }
 
+# those that are quadratic in time
+QUADRATIC = ("ep4", "ed3")
+
 
 def check(scene: Scene) -> None:
     """Check the whole scene.
@@ -40,6 +44,7 @@ def check(scene: Scene) -> None:
     """
     _names(scene)
     _scheme(scene)
+    _quadratic(scene)
     _targets(scene)
     _time_functions(scene)
     _surface_forces(scene)
@@ -92,6 +97,27 @@ def _scheme(scene: Scene) -> None:
             f"scene '{scene.name}': jump_tolerance is {show(scene.control.jump_tolerance)}; "
             f"it must be left out, because scheme '{scene.scheme_name}' has no jump as 'ed' has"
         )
+
+
+def _quadratic(scene: Scene) -> None:
+    """What the schemes that are quadratic in time cannot do."""
+    scheme = scene.scheme_name
+    if scheme not in QUADRATIC:
+        return
+    bodies: list[Any] = [*scene.shells, *scene.beams]
+    for body in bodies:
+        who = f"{type(body).__name__.lower()} '{body.name}'"
+        if not body.rigid and not body.rotary_inertia:
+            raise SceneError(
+                f"{who}: rotary_inertia is False; with scheme '{scheme}' directors have "
+                "velocities and must have inertia: leave it True, or use scheme 'ep' or 'ed'"
+            )
+    for shell in scene.shells:
+        if isinstance(shell.section, Hyperelastic) and not shell.rigid:
+            raise SceneError(
+                f"shell '{shell.name}': its section is Hyperelastic; with scheme '{scheme}' it "
+                "must be linear (Isotropic, Laminate, ..), or use scheme 'ep' or 'ed'"
+            )
 
 
 def _targets(scene: Scene) -> None:

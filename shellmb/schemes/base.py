@@ -8,7 +8,7 @@ and, to be tested, one line in `registry.py`.
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -162,9 +162,7 @@ class Scheme(Protocol):
         """Rates at the end of the step; `tangent` is that of `Levels` for arrays."""
         ...
 
-    def moved(
-        self, q: Values, push: Values | None, unknown: Mapping[str, Values]
-    ) -> dict[str, Values]:
+    def moved(self, q: Any, push: Any, unknown: Mapping[str, Any]) -> dict[str, Any]:
         """What the forces of each row work on over a step, for arrays and expressions alike.
 
         Args:

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from dolfinx import fem
@@ -126,9 +127,7 @@ class EnergyDecaying:
         b = tangent((both - skew) / (1 + self.alpha), (q + unknown["j"]) / 2)
         return {"v": v + (both - b)}
 
-    def moved(
-        self, q: Values, push: Values | None, unknown: Mapping[str, Values]
-    ) -> dict[str, Values]:
+    def moved(self, q: Any, push: Any, unknown: Mapping[str, Any]) -> dict[str, Any]:
         """The two sub-intervals, and half of a jump that is prescribed."""
         return {
             "j": unknown["j"] - q,

@@ -1,6 +1,5 @@
 """Residuals of a body for a step that is quadratic in time, eqs. (Q2)-(Q4)."""
 
-
 import numpy as np
 import ufl
 from dolfinx import fem
@@ -48,6 +47,7 @@ class PathForms:
 
     Attributes:
         path: The step.
+        step: The same with what rows of mixed sections need.
         states: Functions that must follow the unknown ones.
         dt: Length of the step.
     """
@@ -61,7 +61,7 @@ class PathForms:
         self.states = PathStates(scheme, levels)
         mean, chord, bow = self.states.functions
         pairs = self._pairs(0), self._pairs(1)
-        self._step = Step(self.path, (mean, chord, bow), pairs)
+        self.step = Step(self.path, (mean, chord, bow), pairs)
 
     def _constants(self, values: object) -> tuple[Expr, ...]:
         array = np.atleast_1d(np.asarray(values, dtype=float))
@@ -97,7 +97,7 @@ class PathForms:
         for k, (stage, unknown) in enumerate(self._levels.unknown.items()):
             space = unknown.function_space
             dq, trial = ufl.TestFunction(space), ufl.TrialFunction(space)
-            form, terms = body.along(self._step, k, dq, trial)
+            form, terms = body.along(self.step, k, dq, trial)
             inertia = body.inertia(self.path.acceleration[k] / self.dt**2, dq)
             samples = self._samples(stage)
             parts = [f for f in (inertia, form) if f is not None]
@@ -111,8 +111,12 @@ class PathForms:
         dq = ufl.TestFunction(self._levels.q.function_space)
         time = fem.Constant(self._mesh, 0.0)
         whole = Sample(
-            path.at(0.5), self._rates(path.velocity(0.5)), body.loads(),
-            averaged(self._scheme, stage), time, 0.5,
+            path.at(0.5),
+            self._rates(path.velocity(0.5)),
+            body.loads(),
+            averaged(self._scheme, stage),
+            time,
+            0.5,
         )
         forms = [whole.of_loads(dq), whole.of_terms(body, dq)]
         unknown = set(self._levels.unknown.values())
@@ -125,8 +129,12 @@ class PathForms:
             (place,) = self._constants(tau)
             found.append(
                 Sample(
-                    path.at(place), self._rates(path.velocity(place)), body.loads(),
-                    ((tau, weight),), fem.Constant(self._mesh, 0.0), tau,
+                    path.at(place),
+                    self._rates(path.velocity(place)),
+                    body.loads(),
+                    ((tau, weight),),
+                    fem.Constant(self._mesh, 0.0),
+                    tau,
                     fem.Constant(self._mesh, weight),
                 )
             )

@@ -37,7 +37,9 @@ class Sample:
     tau: float
     weight: fem.Constant | None = None
 
-    def update(self, t: float, dt: float, factor: Callable[[float, TimeFunction | None], float]) -> None:
+    def update(
+        self, t: float, dt: float, factor: Callable[[float, TimeFunction | None], float]
+    ) -> None:
         """Set times and factors for a step.
 
         Args:

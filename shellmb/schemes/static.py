@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from dolfinx import fem
 
@@ -50,9 +51,7 @@ class Static:
         """There are no rates."""
         return {}
 
-    def moved(
-        self, q: Values, push: Values | None, unknown: Mapping[str, Values]
-    ) -> dict[str, Values]:
+    def moved(self, q: Any, push: Any, unknown: Mapping[str, Any]) -> dict[str, Any]:
         """The load step."""
         return {END: unknown[END] - q}
 

@@ -134,8 +134,9 @@ class PathSteps:
         self._problem.load_factor = factor
         for stages in self._problem.forms.values():
             for forms in stages.values():
-                if forms.loads is not None:
-                    forms.loads.update(lambda function: factor)
+                for sample in forms.samples:
+                    if sample.loads is not None:
+                        sample.loads.update(lambda function: factor)
         self._problem.system.residuals.refresh()
 
     def _size_of(self, change: Floats) -> float:

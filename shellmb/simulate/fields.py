@@ -87,5 +87,6 @@ def without_jump(body: Body) -> list[Dofs]:
 
 
 def resultant_dofs(body: Body) -> Dofs:
-    """Local dofs of resultants that belong to the strains of a state."""
-    return np.concatenate([NONE, *(body.mixed.dofs[p] for p in sorted(body.mixed.elementwise))])
+    """Local dofs of resultants that belong to the strains of a state, of linear sections."""
+    linear = "N" in body.mixed.elementwise and "S" not in body.mixed.parts
+    return body.mixed.dofs["N"] if linear else NONE

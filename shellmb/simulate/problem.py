@@ -27,6 +27,7 @@ from shellmb.simulate.fields import (
     without_jump,
 )
 from shellmb.simulate.predictor import Predictor
+from shellmb.simulate.pushes import Pushes
 from shellmb.system.assembly import BlockSystem
 from shellmb.system.fields import (
     DirectorPath,
@@ -88,7 +89,9 @@ class Problem:
         self._resultant_dofs = {b.name: resultant_dofs(b) for b in model.bodies}
         self.fields = [self._field(self._bodies[b], s) for b, s in names]
         followers = [
-            p.states.follow for n, p in self.paths.items() if any(f.terms for f in self.forms[n].values())
+            p.states.follow
+            for n, p in self.paths.items()
+            if any(f.terms for f in self.forms[n].values())
         ]
         self.system = BlockSystem(model.comm, self.fields, followers)
         solver = model.scene.solver
@@ -223,7 +226,7 @@ class Problem:
             constant.value = dt  # type: ignore[assignment]
             middle.value = t + (dt / 2 if self.scheme.dynamic else dt)  # type: ignore[assignment]
         if self.paths:
-            self._push(dt)
+            self._pushes.take(dt)
         for name, stages in self.forms.items():
             for stage, forms in stages.items():
                 for sample in forms.samples:
@@ -231,34 +234,12 @@ class Problem:
                 self._prescribe(name, stage, t, dt)
         self._start_from_state()
 
-    def _push(self, dt: float) -> None:
-        """Velocities at the start times the step, at linked nodes, too."""
-        system, found = self.system, []
-        for name, stage in self._index:
-            levels = self.levels[name]
-            assert levels.push is not None
-            if stage == RATE:
-                np.multiply(levels.rates["v"].x.array, dt, out=levels.push.x.array)
-            found.append(levels.push.x.array)
-        for k, linked in self._linked.items():
-            found[k][linked] = np.nan
-        # nodes that are linked take those of their body
-        values = system.global_values(found, known=True)
-        vector = system.x.duplicate()
-        vector.array[:] = values
-        local = system.local_values(vector)
-        for k, linked in self._linked.items():
-            found[k][linked] = local[system.numbering.slice(k)][linked]
-
     @cached_property
-    def _linked(self) -> dict[int, npt.NDArray[np.int32]]:
-        """Dofs of velocities that are linked to those of other bodies, by number of the field."""
-        found = {}
-        for (name, stage), k in self._index.items():
-            dofs = [link.dofs for link in self._bodies[name].links if len(link.dofs)]
-            if stage == RATE and dofs:
-                found[k] = np.concatenate(dofs)
-        return found
+    def _pushes(self) -> Pushes:
+        """Velocities at the start times the step."""
+        fields = [(self.levels[name], stage == RATE) for name, stage in self._index]
+        links = [self._bodies[name].links for name, _ in self._index]
+        return Pushes(self.system, fields, links)
 
     def _start_from_state(self) -> None:
         """The first guess is the state at the start of the step; velocities do not jump."""

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from shellmb.system import native
+from shellmb.system.directorpath import Half, PathDirectors, partial_bases, path_bases
 from shellmb.system.directors import (
     DEPENDENT,
     any_pseudo_inverse,
@@ -20,7 +21,6 @@ from shellmb.system.directors import (
     tangent,
     violation,
 )
-from shellmb.system.directorpath import Half, PathDirectors, partial_bases, path_bases
 from shellmb.system.fields import DirectorPath, DirectorRates, Field
 
 Floats = npt.NDArray[np.float64]
@@ -145,9 +145,7 @@ class DirectorNodes:
         own, other = self.values, fields[max(path.state, path.rate)].function.x.array
         end, rate = (own, other) if path.state < 0 else (other, own)
         start, end = (self.reference + q[self.dofs] for q in (path.before.x.array, end))
-        return PathDirectors(
-            start, path.push.x.array[self.dofs], end, rate[self.dofs], path.alpha
-        )
+        return PathDirectors(start, path.push.x.array[self.dofs], end, rate[self.dofs], path.alpha)
 
     def mean(self, fields: Sequence[Field]) -> Floats:
         """Directors at which forces act."""
@@ -217,7 +215,7 @@ class DirectorNodes:
         for part in half:
             part[self.held] = 0.0
         for node, free, size in self.partial:
-            one = PathDirectors(*(q[node : node + 1] for q in path[:4]), path.alpha)
+            one = path.of(node)
             for part, values in zip(half, partial_bases(one, free, size)[which], strict=True):
                 part[node] = values
         state = None if which == 0 else half.right_other
@@ -279,9 +277,8 @@ class DirectorNodes:
             out[node, free] = -any_pseudo_inverse(C[:, free]) @ g[node]
         return out
 
-
     def _rate_correction(self, fields: Sequence[Field]) -> Floats:
-        """The same of rates at the end of a path: nodes that are free all obey their constraints."""
+        """The same of rates at the end of a path; of nodes that are free, rotations keep it."""
         out, path = np.zeros(self.dofs.shape), self.along(fields)
         for node, free, _ in self.partial:
             C = constraint(path.end[node : node + 1])[0]

@@ -9,9 +9,9 @@ The forces of the multipliers of both rows act along the columns of (eq. Q4)
 
     G = [ C(x)^T, C(s)^T; C(D)^T/6, C(m)^T ]
 
-with the mean `x`, the swing `s`, the chord `D` and the middle `m` of the path. Tests are the columns
-of `Y` with `G^T Y = 0`: those of single directors at `x` and at `m`, corrected along `C(x)^+` and
-`C(m)^+`.
+with the mean `x`, the swing `s`, the chord `D` and the middle `m` of the path. Tests are the
+columns of `Y` with `G^T Y = 0`: those of single directors at `x` and at `m`, corrected along
+`C(x)^+` and `C(m)^+`.
 """
 
 from typing import NamedTuple
@@ -60,6 +60,12 @@ class PathDirectors(NamedTuple):
     end: Floats
     rate: Floats
     alpha: float
+
+    def of(self, node: int) -> "PathDirectors":
+        """Those of one node."""
+        one = slice(node, node + 1)
+        states = self.start[one], self.push[one], self.end[one], self.rate[one]
+        return PathDirectors(*states, self.alpha)
 
     @property
     def middle(self) -> Floats:
@@ -160,7 +166,11 @@ def _null(rows: Floats, size: int) -> Floats:
 
 def _solve(matrices: Floats, *sides: Floats) -> list[Floats]:
     """Solutions; NaN if a matrix has none, as of iterates far away."""
+    count = len(matrices)
     try:
-        return [np.linalg.solve(matrices, np.broadcast_to(b, (len(matrices), *b.shape[1:]))) for b in sides]
+        return [
+            np.linalg.solve(matrices, np.broadcast_to(b, (len(matrices), *b.shape[1:])))
+            for b in sides
+        ]
     except np.linalg.LinAlgError:
-        return [np.full((len(matrices), *b.shape[1:]), np.nan) for b in sides]
+        return [np.full((count, *b.shape[1:]), np.nan) for b in sides]

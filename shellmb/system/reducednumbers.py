@@ -145,9 +145,7 @@ class ReducedNumbers:
         width = max([1, *(s.multipliers.shape[1] for s in self.nodes.values())])
         nothing = np.full((n.owned, width), NONE)
         columns = self._columns(nothing, numbers)
-        partners = {
-            k: numbers[s.partner] for k, s in self.nodes.items() if s.partner is not None
-        }
+        partners = {k: numbers[s.partner] for k, s in self.nodes.items() if s.partner is not None}
         if partners:
             columns = np.concatenate([columns, self._columns(nothing, partners)], axis=1)
         self._split_forces = width

@@ -1,0 +1,99 @@
+"""A shell over a step that is quadratic in time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import ufl
+from ufl import Form
+from ufl.core.expr import Expr
+
+from shellmb.errors import SceneError
+from shellmb.forms import hourglass
+from shellmb.forms import shell as shell_forms
+from shellmb.forms.mixed import LinearMixed, vector
+from shellmb.forms.path import Measure, Step, bow_of, constraint_row, is_quadratic, measure
+from shellmb.model.body import Term
+from shellmb.model.pathterms import path_terms, together
+
+if TYPE_CHECKING:
+    from shellmb.model.shell import ShellModel
+
+
+def strain_measure(shell: ShellModel) -> Measure:
+    """Strains of shape (8,) by their derivative."""
+    if shell.shell.strains is not None:
+        return measure(lambda q: vector(shell.strains(q)))
+    surf = shell.surface
+
+    def slope(c: Expr | None, pairs: Sequence[tuple[Expr, Expr]], dq: Expr) -> Expr:
+        states = [(w, shell_forms.tangents(*shell.velocities(q), surf)) for w, q in pairs]
+        if c is not None:
+            states.append((c, shell_forms.reference_tangents(surf)))
+        at = shell_forms.combined(states)
+        return vector(shell_forms.strain_change(at, *shell.velocities(dq), surf))
+
+    return Measure(slope)
+
+
+def along(
+    shell: ShellModel, step: Step, k: int, dq: Expr, trial: Expr
+) -> tuple[Form | None, list[Term]]:
+    """Internal forces, and the constraints of the directors; arguments as of `Body.along`.
+
+    Raises:
+        SceneError: If a strain measure of the user is not quadratic.
+    """
+    section, layout = shell.section.formulation, shell.layout
+    # scenes with other sections are refused before they are built (`scene.checks`)
+    assert isinstance(section, LinearMixed)
+    own = shell.shell.strains
+    if own is not None and not is_quadratic(lambda q: vector(shell.strains(q)), step.path.end):
+        raise SceneError(
+            f"shell '{shell.name}': strains is {getattr(own, '__name__', own)}, which is not "
+            "quadratic in displacement and director; with schemes that are quadratic in time it "
+            "must be, or use scheme 'ep' or 'ed'"
+        )
+    strain = strain_measure(shell)
+    terms = path_terms(
+        section,
+        *(layout, strain, step, k, dq, trial),
+        lambda densities: shell.integrate((densities[0], densities[1])),
+    )
+    if shell.rules.lines is not None:
+        lines = path_terms(
+            hourglass.LineSection(),
+            *(layout, _lines(shell, strain), step, k, dq, trial),
+            lambda densities: shell.hourglass((densities[0], densities[1])),
+        )
+        terms = [together(*pair) for pair in zip(terms, lines, strict=True)]
+
+    def constraint(q: Expr) -> Expr:
+        w = layout.part(q, "w")
+        return ufl.as_vector([shell_forms.director_constraint(w, shell.director)])
+
+    row = constraint_row(constraint, step.path, k, dq)
+    first, second = (layout.part(q, "lam") for q in row.multipliers)
+    work = first * row.own[0] + second * row.other[0] + layout.part(dq, "lam") * row.value[0]
+    return shell.section.force * work * shell.rules.nodes, terms
+
+
+def _lines(shell: ShellModel, strain: Measure) -> Measure:
+    """Membrane strains along the coordinate lines of the element, for the hourglass control."""
+    jacobian = ufl.Jacobian(shell.mixed.space.mesh)
+    return Measure(
+        lambda c, pairs, dq: hourglass.lines(strain.slope(c, pairs, dq), shell.surface, jacobian)
+    )
+
+
+def lost(shell: ShellModel, step: Step, bow: Expr) -> Form | None:
+    """Elastic energy of the bow of the strains, J; arguments as of `Body.lost`."""
+    section, strain = shell.section.formulation, strain_measure(shell)
+    assert isinstance(section, LinearMixed)
+    resultants = section.forces(shell.layout, bow)
+    form = shell.integrate(section.stored(bow_of(strain, step.path), resultants))
+    if shell.rules.lines is not None:
+        e = bow_of(_lines(shell, strain), step.path)
+        form += shell.hourglass((e[0] ** 2 / 2, e[1] ** 2 / 2))
+    return form
