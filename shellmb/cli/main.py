@@ -1,4 +1,4 @@
-"""The commands. What is heavy is imported only after a scene has been found to be possible."""
+"""The commands. What is heavy is imported only when a command needs it."""
 
 from __future__ import annotations
 
@@ -30,7 +30,6 @@ from shellmb.cli.options import (
 )
 from shellmb.cli.report import announce, print_list, print_modes, print_run, say
 from shellmb.cli.study import study
-from shellmb.run.loader import demos
 
 HELP = """Geometrically exact shells in flexible multibody dynamics.
 
@@ -92,6 +91,8 @@ def _main(
 @app.command(name="list")
 def list_scenes() -> None:
     """List the bundled scenes, one line each."""
+    from shellmb.run.loader import demos
+
     if first_rank():
         print_list(demos())
 

@@ -6,9 +6,6 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rich.console import Console
-from rich.table import Table
-
 from shellmb.cli.failures import tell
 
 if TYPE_CHECKING:
@@ -42,6 +39,9 @@ def print_list(scenes: Mapping[str, str]) -> None:
 
 def print_run(result: RunResult) -> None:
     """The numbers of a run that say whether to trust it, and its results."""
+    from rich.console import Console
+    from rich.table import Table
+
     summary = result.summary
     table = Table.grid(padding=(0, 2))
     table.add_column()
@@ -82,6 +82,9 @@ def print_modes(frequencies: Sequence[float], rigid: int, directory: Path) -> No
         rigid: How many of them, the first ones, are rigid-body motions.
         directory: Where everything about them is.
     """
+    from rich.console import Console
+    from rich.table import Table
+
     table = Table("mode", "frequency [Hz]", box=None)
     for column in table.columns:
         column.justify = "right"

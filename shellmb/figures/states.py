@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-import pyvista
 
+from shellmb.observers import vtufile
 from shellmb.observers.drawn import JOINTS, LINE, VERTEX
 from shellmb.observers.frames import Frame
 from shellmb.observers.grid import Grid, lattice
@@ -64,20 +65,17 @@ def read_states(directory: Path) -> States:
     for series in sorted((directory / FIELDS).glob("*.vtu.series")):
         name = series.name.removesuffix(".vtu.series")
         for file in json.loads(series.read_text())["files"]:
-            data = pyvista.read(series.parent / file["name"])
-            assert isinstance(data, pyvista.UnstructuredGrid)
+            data = vtufile.read(series.parent / file["name"])
             if name not in grids:
                 grids[name] = _grid(name, data)
-            moved = np.asarray(data.point_data["displacement"], dtype=float)
-            displacement.setdefault(float(file["time"]), {})[name] = moved
+            displacement.setdefault(float(file["time"]), {})[name] = data["displacement"]
     return States(grids, [Frame(t, displacement[t]) for t in sorted(displacement)])
 
 
-def _grid(name: str, data: pyvista.UnstructuredGrid) -> Grid:
-    nodes = np.asarray(data.point_data["reference"], dtype=float)
-    types = np.asarray(data.celltypes)
-    vtk = np.asarray(data.cells, dtype=np.int64)
-    cells = list(_split(vtk))
+def _grid(name: str, data: dict[str, npt.NDArray[Any]]) -> Grid:
+    nodes, types = data["reference"], data["types"]
+    cells = np.split(data["connectivity"], data["offsets"][:-1])
+    vtk = np.concatenate([part for nodes_of in cells for part in ([len(nodes_of)], nodes_of)])
     if types[0] == QUADRILATERAL:
         every = np.array(cells)
         pieces, around = lattice(_vtk_points(round(every.shape[1] ** 0.5) - 1))
@@ -100,15 +98,6 @@ def _grid(name: str, data: pyvista.UnstructuredGrid) -> Grid:
         width=1.5,
         hollow=name.rstrip("_") == JOINTS,
     )
-
-
-def _split(vtk: Ints) -> Iterator[Ints]:
-    """Nodes of each cell, from a row of counts and nodes."""
-    first = 0
-    while first < len(vtk):
-        behind = first + 1 + int(vtk[first])
-        yield vtk[first + 1 : behind]
-        first = behind
 
 
 def _vtk_points(k: int) -> Floats:

@@ -9,10 +9,8 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-import pyvista
-from vtkmodules.util.numpy_support import vtk_to_numpy
-from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
 
+from shellmb.observers import vtufile
 from shellmb.observers.grid import Grid
 from shellmb.observers.growingfile import GrowingFile
 
@@ -34,17 +32,9 @@ class GridFiles:
     def __init__(self, folder: Path, grid: Grid, cell_data: Mapping[str, Floats]) -> None:
         self._folder, self._grid = folder, grid
         self._stem = grid.name.replace(" ", "_")
-        data = pyvista.UnstructuredGrid(grid.vtk_cells, grid.vtk_types, grid.nodes.copy())
-        self._data, self._cell_data = data, dict(cell_data)
-        self._fields: dict[str, Floats] = {}
-        self._writer = vtkXMLUnstructuredGridWriter()
-        self._writer.SetInputDataObject(data)
-        self._writer.SetDataModeToAppended()
-        # raw numbers, lightly compressed: half the time of pyvista's `save`
-        self._writer.EncodeAppendedDataOff()
-        self._writer.SetCompressorTypeToLZ4()
-        # VTK's own way to a file takes four times as long as all the rest of its work
-        self._writer.WriteToOutputStringOn()
+        self._cell_data = dict(cell_data)
+        self._content = bytearray()
+        self._arrays: dict[str, Floats] = {}
         self._series: GrowingFile | None = None
 
     def file(self, number: int) -> Path:
@@ -58,34 +48,27 @@ class GridFiles:
             number: Its number.
             fields: Values at the nodes, "displacement" among them; the same names at all times.
         """
-        if not self._fields:
-            self._begin(fields)
-        np.add(self._grid.nodes, fields["displacement"], out=self._points)
+        if not self._arrays:
+            fixed = {"reference": self._grid.nodes}
+            self._content, self._arrays = vtufile.block(
+                self._grid.nodes, self._cells(), fixed | dict(fields), self._cell_data
+            )
+        np.add(self._grid.nodes, fields["displacement"], out=self._arrays["Points"])
         for key, values in fields.items():
-            self._fields[key][:] = values
-        # VTK remembers the ranges of numbers, of those that stay the same, too, and writes them
-        for changed in self._arrays:
-            changed.Modified()
-        if not self._writer.Write():
-            raise OSError(f"{self.file(number)} cannot be written")
-        written: bytes | str = self._writer.GetOutputString()
-        # text only where no number makes it anything else
-        content = written.encode() if isinstance(written, str) else written
-        self.file(number).write_bytes(content)
+            self._arrays[key][...] = values
+        self.file(number).write_bytes(self._content)
 
-    def _begin(self, fields: Mapping[str, Floats]) -> None:
-        """Make the arrays whose numbers change from state to state."""
-        data, points = self._data, self._data.GetPoints()
-        for key, values in {"reference": self._grid.nodes, **fields}.items():
-            data.point_data[key] = values.copy()
-        for key, values in self._cell_data.items():
-            data.cell_data[key] = values
-        by_name = {key: data.GetPointData().GetArray(key) for key in fields}
-        self._points = _numbers(points.GetData())
-        self._fields = {key: _numbers(array) for key, array in by_name.items()}
-        kept = [data.GetPointData().GetArray("reference"), points.GetData(), points]
-        kept += [data.GetCellData().GetArray(key) for key in self._cell_data]
-        self._arrays = [*by_name.values(), *kept]
+    def _cells(self) -> dict[str, npt.NDArray[Any]]:
+        """The nodes of all cells in a row, where those of each end, and what they are."""
+        row, types = self._grid.vtk_cells, self._grid.vtk_types
+        counts, ends = np.zeros(len(row), dtype=bool), np.zeros(len(types), dtype=np.int64)
+        place = 0
+        for k in range(len(types)):
+            counts[place] = True
+            place += 1 + int(row[place])
+            # without the counts so far
+            ends[k] = place - k - 1
+        return {"connectivity": row[~counts], "offsets": ends, "types": types}
 
     def list(self, times: Sequence[float]) -> None:
         """List the states for ParaView; the file is complete at all times.
@@ -105,16 +88,10 @@ class GridFiles:
 
     def displacement(self, number: int) -> Floats:
         """Displacements of a state that was written, shape (n, 3), m."""
-        return np.asarray(pyvista.read(self.file(number)).point_data["displacement"], dtype=float)
+        return vtufile.read(self.file(number))["displacement"]
 
     def close(self) -> None:
         """Close the list."""
         if self._series is not None:
             self._series.close()
             self._series = None
-
-
-def _numbers(array: Any) -> Floats:
-    """The numbers of one of VTK's arrays."""
-    found: Floats = vtk_to_numpy(array)  # type: ignore[no-untyped-call]
-    return found
