@@ -28,7 +28,7 @@ from shellmb.cli.options import (
     StepOption,
     asked,
 )
-from shellmb.cli.report import announce, print_list, print_modes, print_run, say
+from shellmb.cli.report import announced, print_list, print_modes, print_run, say
 from shellmb.cli.study import study
 
 HELP = """Geometrically exact shells in flexible multibody dynamics.
@@ -135,17 +135,16 @@ def run(
 
     from shellmb.run.execute import execute
 
-    if not quiet:
-        announce(built.name)
     name = f"{module.name}-{built.scheme_name}"
-    result = execute(
-        built,
-        MPI.COMM_WORLD.bcast(out or default_directory(name)),
-        _observers(quiet),
-        pictures=not no_pictures,
-        request=request,
-        results=module.results,
-    )
+    with announced(built.name, quiet):
+        result = execute(
+            built,
+            MPI.COMM_WORLD.bcast(out or default_directory(name)),
+            _observers(quiet),
+            pictures=not no_pictures,
+            request=request,
+            results=module.results,
+        )
     if not quiet and first_rank():
         print_run(result)
     if check and module.check is not None:
@@ -167,12 +166,11 @@ def resume(
     from shellmb.run.request import read_request
 
     built, _ = read_request(directory).build()
-    if not quiet:
-        announce(built.name)
 
     from shellmb.run.resume import resume as go_on
 
-    result = go_on(directory, _observers(quiet), pictures=not no_pictures)
+    with announced(built.name, quiet):
+        result = go_on(directory, _observers(quiet), pictures=not no_pictures)
     if not quiet and first_rank():
         print_run(result)
     return result

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import time as clock
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,18 +14,39 @@ if TYPE_CHECKING:
     from shellmb.run.execute import RunResult
 
 
+# a line about kernels at most that often [s]
+PATIENCE = 2.0
+
+
 def say(text: str) -> None:
     """Print a line as it is."""
     print(text)
 
 
-def announce(scene: str) -> None:
+@contextmanager
+def announced(scene: str, quiet: bool) -> Iterator[None]:
     """Say on stderr what happens before the first step, as it may take a minute.
 
     Args:
         scene: Name of the scene.
+        quiet: Say nothing.
     """
+    if quiet:
+        yield
+        return
+    from shellmb.kernels import told
+
     tell(f"{scene}: building; new kernels are compiled once")
+    last = clock.monotonic()
+
+    def tell_now(number: int, count: int) -> None:
+        nonlocal last
+        if clock.monotonic() - last > PATIENCE:
+            last = clock.monotonic()
+            tell(f"{scene}: kernel {number} of {count}")
+
+    with told(tell_now):
+        yield
 
 
 def print_list(scenes: Mapping[str, str]) -> None:

@@ -16,7 +16,7 @@ def loaded(arguments):
     except SystemExit as ended:
         assert not ended.code, ended.code
     return sorted({name.partition(".")[0] for name in sys.modules} | {
-        name for name in sys.modules if name in ("scipy.linalg", "dolfinx.io.gmsh")
+        name for name in sys.modules if name == "scipy.linalg"
     })
 
 found = [loaded(["--help"]), loaded(sys.argv[1:])]
@@ -25,7 +25,7 @@ open("loaded.json", "w").write(json.dumps(found))
 """
 # of a mesh of gmsh's, of pictures, of tables as a data frame, of modes
 RUN = {"gmsh", "vtkmodules", "pyvista", "matplotlib", "imageio", "PIL", "pandas", "scipy.linalg"}
-RUN |= {"slepc4py", "dolfinx.io.gmsh"}
+RUN |= {"slepc4py"}
 HELP = {"numpy", "pydantic", "mpi4py", "ufl", "basix", "dolfinx", "petsc4py", "scipy"}
 
 
