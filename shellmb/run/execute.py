@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import importlib
 import time as clock
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -54,10 +56,11 @@ class RunResult:
     @cached_property
     def history(self) -> pd.DataFrame:
         """The history, one row per step and one before the first."""
-        # a second that a run without pictures does without, see `column`
-        import pandas as pd
-
-        return pd.DataFrame(self.rows)
+        # half a second that most runs do without (see `column`); on a stack of its own, as a cycle
+        # that an import leaves must not hold the simulation (`observers.pictures.draw` says why)
+        with ThreadPoolExecutor(max_workers=1) as thread:
+            pandas = thread.submit(importlib.import_module, "pandas").result()
+        return pandas.DataFrame(self.rows)
 
     def column(self, name: str) -> npt.NDArray[np.float64]:
         """A column of the history, shape (rows,).
