@@ -48,8 +48,8 @@ def scene(load: float = FORCE) -> Scene:
 def results(run: Any) -> dict[str, float]:
     """Displacements of the loaded points."""
     return {
-        "outward": float(run.history["outward"].iloc[-1]),
-        "inward": -float(run.history["inward"].iloc[-1]),
+        "outward": float(run.column("outward")[-1]),
+        "inward": -float(run.column("inward")[-1]),
         "iterations": float(run.simulation.iterations),
     }
 

@@ -52,7 +52,7 @@ def results(run):
     side = shell.surface.length
     plate = Plate(E, NU, shell.section.thickness)
     exact = rectangle_uniform_deflection(plate, side, side, load.force[2])
-    found = float(run.history["middle"].iloc[-1])
+    found = float(run.column("middle")[-1])
     return {"deflection": found, "relative_error": abs(found / exact - 1)}
 
 

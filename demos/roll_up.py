@@ -46,7 +46,7 @@ def scene(thickness: float = 0.1, turns: float = 1.0) -> Scene:
 
 def results(run: Any) -> dict[str, float]:
     """Distance of the tip from where the exact circle closes, and the iterations it took."""
-    u, w = float(run.history["tip_u"].iloc[-1]), float(run.history["tip_w"].iloc[-1])
+    u, w = float(run.column("tip_u")[-1]), float(run.column("tip_w")[-1])
     return {
         "tip_u": u,
         "tip_w": w,

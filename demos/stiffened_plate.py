@@ -156,7 +156,7 @@ def measured(comm: Any, **choices: Any) -> dict[str, float]:
 def results(run: Any) -> dict[str, float]:
     """Deflections, and by how much beam and strip differ for each width and on a coarser mesh."""
     comm = run.simulation.model.comm
-    found = {name: float(run.history[name].iloc[-1]) for name in ("tip", "corner")}
+    found = {name: float(run.column(name)[-1]) for name in ("tip", "corner")}
     for b, elements in ((WIDTHS[-1], 8), *((b, 16) for b in WIDTHS)):
         beam, strip = (
             measured(comm, stiffener=kind, width=b, elements=elements) for kind in ("beam", "strip")

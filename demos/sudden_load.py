@@ -45,10 +45,10 @@ def scene(force: float = 2.0, thickness: float = 2e-3, dt: float = 1e-3, t_end: 
 
 def results(run):
     """Largest deflection of the tip and what the account says."""
-    tip = run.history["tip_z"]
+    tip = run.column("tip_z")
     return {
         "peak_tip_deflection": float(tip.max()),
-        "time_of_peak": float(run.history["t"][tip.argmax()]),
+        "time_of_peak": float(run.column("t")[tip.argmax()]),
         "energy_balance_error": run.summary["energy_balance_error"],
     }
 

@@ -14,6 +14,11 @@ import pytest
 # before numpy is imported by any test: threads of BLAS would fight with the other worker
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
+# byte code is kept, also where the environment says otherwise: workers and the processes that tests
+# start would each compile all of their Python anew, which takes longer than to import it
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+sys.dont_write_bytecode = False
+
 
 def pytest_configure(config: pytest.Config) -> None:
     try:

@@ -15,8 +15,6 @@ import numpy as np
 import numpy.typing as npt
 import ufl
 
-from shellmb.build.gmsh_mesh import gmsh_mesh
-from shellmb.build.normals import map_normals
 from shellmb.build.raw import Floats, RawMesh, cell_cross, vertex_count
 from shellmb.build.structured import structured_mesh
 from shellmb.errors import SceneError, ShellmbError
@@ -135,6 +133,9 @@ def _on_first_rank(shell: Shell, comm: MPI.Comm) -> RawMesh:
 
 def _raw(shell: Shell) -> RawMesh:
     if isinstance(shell.surface, GmshFile | GmshModel):
+        # gmsh takes a second to load
+        from shellmb.build.gmsh_mesh import gmsh_mesh
+
         return gmsh_mesh(shell)
     return structured_mesh(shell)
 
@@ -144,6 +145,8 @@ def _normal(surface: Surface) -> Callable[[Floats], Floats] | None:
     if isinstance(surface, GmshFile | GmshModel):
         return None
     if type(surface).normal is Surface.normal:
+        from shellmb.build.normals import map_normals
+
         return map_normals(surface)
     return surface.normal  # type: ignore[return-value]
 

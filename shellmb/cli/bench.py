@@ -9,7 +9,6 @@ from typing import Annotated
 import typer
 
 from shellmb.cli.options import Clock
-from shellmb.run.request import parse_mesh
 
 
 class BenchScene(StrEnum):
@@ -69,6 +68,8 @@ def bench(
     reading that clock takes a good part of a millisecond in some sandboxes. `--effects` and
     `--peer` read it once a round, and always take it.
     """
+    from shellmb.run.request import parse_mesh
+
     if effects or effect:
         from shellmb.bench.effect_report import effect_plan_of, run_effects
 

@@ -1,4 +1,4 @@
-"""The commands. What is heavy is imported only after a scene has been found to be possible."""
+"""The commands. What is heavy is imported only when a command needs it."""
 
 from __future__ import annotations
 
@@ -28,9 +28,8 @@ from shellmb.cli.options import (
     StepOption,
     asked,
 )
-from shellmb.cli.report import announce, print_list, print_modes, print_run, say
+from shellmb.cli.report import announced, print_list, print_modes, print_run, say
 from shellmb.cli.study import study
-from shellmb.run.loader import demos
 
 HELP = """Geometrically exact shells in flexible multibody dynamics.
 
@@ -92,6 +91,8 @@ def _main(
 @app.command(name="list")
 def list_scenes() -> None:
     """List the bundled scenes, one line each."""
+    from shellmb.run.loader import demos
+
     if first_rank():
         print_list(demos())
 
@@ -134,17 +135,16 @@ def run(
 
     from shellmb.run.execute import execute
 
-    if not quiet:
-        announce(built.name)
     name = f"{module.name}-{built.scheme_name}"
-    result = execute(
-        built,
-        MPI.COMM_WORLD.bcast(out or default_directory(name)),
-        _observers(quiet),
-        pictures=not no_pictures,
-        request=request,
-        results=module.results,
-    )
+    with announced(built.name, quiet):
+        result = execute(
+            built,
+            MPI.COMM_WORLD.bcast(out or default_directory(name)),
+            _observers(quiet),
+            pictures=not no_pictures,
+            request=request,
+            results=module.results,
+        )
     if not quiet and first_rank():
         print_run(result)
     if check and module.check is not None:
@@ -166,12 +166,11 @@ def resume(
     from shellmb.run.request import read_request
 
     built, _ = read_request(directory).build()
-    if not quiet:
-        announce(built.name)
 
     from shellmb.run.resume import resume as go_on
 
-    result = go_on(directory, _observers(quiet), pictures=not no_pictures)
+    with announced(built.name, quiet):
+        result = go_on(directory, _observers(quiet), pictures=not no_pictures)
     if not quiet and first_rank():
         print_run(result)
     return result

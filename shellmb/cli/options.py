@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from enum import StrEnum
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from shellmb.run.request import Options, Request, parse_mesh, parse_parameters
+if TYPE_CHECKING:
+    from shellmb.run.request import Request
 
 
 class Scheme(StrEnum):
@@ -72,6 +73,8 @@ def asked(scene: str, parameters: list[str] | None, **options: Any) -> Request:
     Raises:
         SceneError: If a mesh or a parameter is not of its form.
     """
+    from shellmb.run.request import Options, Request, parse_mesh, parse_parameters
+
     if options.get("mesh") is not None:
         options["mesh"] = parse_mesh(options["mesh"])
     # as they are stored: plain values

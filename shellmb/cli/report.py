@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import time as clock
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
-
-from rich.console import Console
-from rich.table import Table
 
 from shellmb.cli.failures import tell
 
@@ -15,18 +14,39 @@ if TYPE_CHECKING:
     from shellmb.run.execute import RunResult
 
 
+# a line about kernels at most that often [s]
+PATIENCE = 2.0
+
+
 def say(text: str) -> None:
     """Print a line as it is."""
     print(text)
 
 
-def announce(scene: str) -> None:
+@contextmanager
+def announced(scene: str, quiet: bool) -> Iterator[None]:
     """Say on stderr what happens before the first step, as it may take a minute.
 
     Args:
         scene: Name of the scene.
+        quiet: Say nothing.
     """
+    if quiet:
+        yield
+        return
+    from shellmb.kernels import told
+
     tell(f"{scene}: building; new kernels are compiled once")
+    last = clock.monotonic()
+
+    def tell_now(number: int, count: int) -> None:
+        nonlocal last
+        if clock.monotonic() - last > PATIENCE:
+            last = clock.monotonic()
+            tell(f"{scene}: kernel {number} of {count}")
+
+    with told(tell_now):
+        yield
 
 
 def print_list(scenes: Mapping[str, str]) -> None:
@@ -42,6 +62,9 @@ def print_list(scenes: Mapping[str, str]) -> None:
 
 def print_run(result: RunResult) -> None:
     """The numbers of a run that say whether to trust it, and its results."""
+    from rich.console import Console
+    from rich.table import Table
+
     summary = result.summary
     table = Table.grid(padding=(0, 2))
     table.add_column()
@@ -82,6 +105,9 @@ def print_modes(frequencies: Sequence[float], rigid: int, directory: Path) -> No
         rigid: How many of them, the first ones, are rigid-body motions.
         directory: Where everything about them is.
     """
+    from rich.console import Console
+    from rich.table import Table
+
     table = Table("mode", "frequency [Hz]", box=None)
     for column in table.columns:
         column.justify = "right"

@@ -23,7 +23,6 @@ from shellmb.cli.options import (
 )
 from shellmb.cli.report import print_list, say
 from shellmb.errors import SceneError
-from shellmb.run.request import parse_mesh, parse_parameters
 
 if TYPE_CHECKING:
     from shellmb.study.report import Finding
@@ -87,6 +86,7 @@ def study(
     run by run; a study that was stopped goes on there. Times are of the steps, set-up and
     compiling excluded, the median of several rounds in turn.
     """
+    from shellmb.run.request import parse_mesh, parse_parameters
     from shellmb.study.choice import Base
     from shellmb.study.quantity import parse_quantity
     from shellmb.study.sweep import Sweep

@@ -6,15 +6,12 @@ import csv
 import time as clock
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
+from typing import Any, Protocol, runtime_checkable
 
 from shellmb.errors import SceneError
 from shellmb.observers.batches import Batches
 from shellmb.observers.growingfile import GrowingFile
 from shellmb.simulate.simulation import Silent, Simulation
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 # what every history begins and ends with
 STEP_COLUMNS = ("step", "t", "dt", "iterations", "rejected", "jump")
@@ -125,13 +122,6 @@ class History(Silent):
             self.write()
             self._file.close()
             self._file = None
-
-    def table(self) -> pd.DataFrame:
-        """The history, one row per step and one before the first."""
-        # 40 MiB and half a second that a run without pictures does without
-        import pandas as pd
-
-        return pd.DataFrame(self.rows)
 
     def state(self) -> dict[str, Any]:
         """Number of rows."""

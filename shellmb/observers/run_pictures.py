@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
-import imageio.v3 as imageio
 import matplotlib as mpl
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
+from mpl_toolkits.mplot3d.axes3d import Axes3D
+from PIL import Image
 
 from shellmb.observers.curves import joint_plots, legend, line
 from shellmb.observers.drawing import (
@@ -22,6 +24,7 @@ from shellmb.observers.drawing import (
     title,
     view_of,
 )
+from shellmb.observers.frames import Frame
 from shellmb.observers.pictures import Shown
 from shellmb.observers.probes import UNITS
 
@@ -37,6 +40,9 @@ ENERGIES = {
 
 # an animation takes about this long [s]
 DURATION = 5.0
+
+# light enough in all channels to be meant white
+NEARLY_WHITE = 250
 
 
 def draw_run(directory: Path, run: Shown) -> None:
@@ -174,20 +180,49 @@ def _animation(path: Path, run: Shown) -> None:
     shown = max(states, key=lambda s: max(float(np.abs(u).max()) for u in s.values()))
     factor = enlargement(run.grids, shown)
     view = view_of(run.grids, states, factor)
-    images = []
     made = figure(6.4, 4.8)
     made.set_dpi(100)
     axes = space(made, (1, 1, 1), view)
     colour_bar(made, [axes], view)
     times = "" if factor == 1 else f", displacements x {factor:g}"
-    for frame in run.frames:
-        while axes.collections:
-            axes.collections[0].remove()
+
+    def show(frame: Frame) -> None:
         bodies(axes, run.grids, frame.displacement, view, factor)
         title(axes, f"t = {frame.t:.4f} s{times}", view)
-        made.canvas.draw()
-        # once is enough, and most of the work otherwise
-        made.set_layout_engine("none")
-        images.append(np.asarray(made.canvas.buffer_rgba())[..., :3].copy())  # type: ignore[attr-defined]
+
+    # once with all of it for the places, then what stays the same, kept for all frames
+    show(run.frames[0])
+    canvas: Any = made.canvas
+    canvas.draw()
+    made.set_layout_engine("none")
+    _clear(axes)
+    canvas.draw()
+    background = canvas.copy_from_bbox(made.bbox)
+    images = []
+    for frame in run.frames:
+        show(frame)
+        canvas.restore_region(background)
+        for part in sorted(axes.collections, key=lambda part: part.get_zorder()):
+            part.do_3d_projection()
+            axes.draw_artist(part)
+        axes.draw_artist(axes.title)
+        images.append(Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3].copy()))
+        _clear(axes)
+    # finding colours is most of the work: those of two frames serve for all
+    largest = int(np.argmax([max(np.abs(u).max() for u in s.values()) for s in states]))
+    pair = np.concatenate([np.asarray(images[k]) for k in (0, largest)])
+    colours = Image.fromarray(pair).quantize(256)
+    table = np.array(colours.getpalette()).reshape(-1, 3)
+    # means of nearly white are a grey background
+    table[table.min(axis=1) >= NEARLY_WHITE] = 255
+    colours.putpalette(table.ravel().tolist())
+    first, *rest = (i.quantize(palette=colours, dither=Image.Dither.NONE) for i in images)
     delay = 1000 * max(0.05, DURATION / len(images))
-    imageio.imwrite(path, np.stack(images), duration=delay, loop=0)
+    first.save(path, save_all=True, append_images=rest, duration=delay, loop=0)
+
+
+def _clear(axes: Axes3D) -> None:
+    """Take bodies and title away."""
+    while axes.collections:
+        axes.collections[0].remove()
+    axes.set_title("")

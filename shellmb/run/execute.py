@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import importlib
 import time as clock
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mpi4py import MPI
 
-import pandas as pd
+import numpy as np
+import numpy.typing as npt
 
 from shellmb.errors import ConvergenceError, SceneError
 from shellmb.observers.checkpoint import Saved
@@ -23,6 +27,9 @@ from shellmb.run.standard import STATE, SUMMARY, StandardObservers
 from shellmb.scene import Scene
 from shellmb.simulate.simulation import PAST, Observer, Simulation
 
+if TYPE_CHECKING:
+    import pandas as pd
+
 type Results = Callable[[RunResult], dict[str, float]]
 
 
@@ -33,7 +40,7 @@ class RunResult:
     Args:
         scene: The scene.
         simulation: The simulation at its end.
-        history: The history, one row per step and one before the first.
+        rows: The history, one row per step and one before the first.
         summary: The summary.
         energy: The energy account.
         out: The run directory, if there is one.
@@ -41,10 +48,27 @@ class RunResult:
 
     scene: Scene
     simulation: Simulation
-    history: pd.DataFrame
+    rows: list[dict[str, float]]
     summary: dict[str, Any]
     energy: EnergyAccount
     out: Path | None
+
+    @cached_property
+    def history(self) -> pd.DataFrame:
+        """The history, one row per step and one before the first."""
+        # half a second that most runs do without (see `column`); on a stack of its own, as a cycle
+        # that an import leaves must not hold the simulation (`observers.pictures.draw` says why)
+        with ThreadPoolExecutor(max_workers=1) as thread:
+            pandas = thread.submit(importlib.import_module, "pandas").result()
+        return pandas.DataFrame(self.rows)
+
+    def column(self, name: str) -> npt.NDArray[np.float64]:
+        """A column of the history, shape (rows,).
+
+        Args:
+            name: Its name.
+        """
+        return np.array([row[name] for row in self.rows], dtype=float)
 
     @property
     def results(self) -> dict[str, float]:
@@ -108,7 +132,7 @@ def execute(
         result = RunResult(
             scene,
             simulation,
-            history.table(),
+            history.rows,
             summarise(simulation, standard.sources, wall, failed) | path_points(simulation),
             standard.sources.energy,
             directory,

@@ -22,7 +22,7 @@ import ufl
 from dolfinx import cpp, fem  # type: ignore[attr-defined]
 from ufl import Form
 
-from shellmb.kernels import compiled
+from shellmb.kernels import compile_all, compiled
 from shellmb.system import native
 from shellmb.system.exchange import exchange
 from shellmb.system.fields import Field
@@ -121,12 +121,12 @@ class BlockSystem:
 
     def _compile(self) -> None:
         fields = self.fields
-        self.residual_forms = [[compiled(form) for form in f.forms] for f in fields]
-        self.jacobians: BlockForms = {}
-        for i, f in enumerate(fields):
-            for term in f.terms:
-                for j, form in term.derivatives.items():
-                    self.jacobians.setdefault((i, j), []).append(compiled(form))
+        derivatives: list[tuple[tuple[int, int], Form]] = [
+            ((i, j), form)
+            for i, f in enumerate(fields)
+            for term in f.terms
+            for j, form in term.derivatives.items()
+        ]
         for i, j in itertools.product(range(len(fields)), repeat=2):
             function = fields[j].function
             trial = ufl.TrialFunction(function.function_space)
@@ -137,7 +137,14 @@ class BlockSystem:
                     ufl.derivative(form, function, trial)
                 )
                 if not derivative.empty():
-                    self.jacobians.setdefault((i, j), []).append(compiled(derivative))
+                    derivatives.append(((i, j), derivative))
+        # all at once: they are compiled side by side
+        residuals = [form for f in fields for form in f.forms]
+        made = iter(compile_all([*residuals, *(form for _, form in derivatives)]))
+        self.residual_forms = [[next(made) for _ in f.forms] for f in fields]
+        self.jacobians: BlockForms = {}
+        for place, _ in derivatives:
+            self.jacobians.setdefault(place, []).append(next(made))
 
     def _set_fixed(self) -> None:
         """Find the fixed unknowns, on whatever field and rank they were named."""

@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 from dolfinx import fem
-from scipy.sparse.csgraph import connected_components
 
 from shellmb.system import native
 from shellmb.system.loops import CArrays, FormLoop, MeshCells
@@ -51,11 +50,10 @@ def find_chunks(cells: MeshCells, jacobian: list[tuple[fem.Form, int, int]]) -> 
         here = np.arange(first, first + width)
         others = np.setdiff1d(np.arange(n), here)
         block = pattern[np.ix_(here, here)]
-        count, label = connected_components(block, directed=False)
         # those that see the same of the others are eliminated at once: fewer, larger products
         alike: dict[bytes, list[Ints]] = {}
-        for k in range(count):
-            own = here[label == k]
+        for part in _connected(block):
+            own = here[part]
             seen = pattern[np.ix_(own, others)].any(axis=0) | pattern[np.ix_(others, own)].any(1)
             alike.setdefault(seen.tobytes(), []).append(own)
         chunks += [np.sort(np.concatenate(some)) for some in alike.values()]
@@ -67,6 +65,20 @@ def find_chunks(cells: MeshCells, jacobian: list[tuple[fem.Form, int, int]]) -> 
         shared = np.lexsort([shared, *(-key.astype(int) for key in keys)])
     order = np.concatenate([shared, *chunks]).astype(np.int64)
     return Chunks(order, [len(c) for c in chunks], pattern[np.ix_(order, order)])
+
+
+def _connected(block: Bools) -> list[Bools]:
+    """Which unknowns of a block hang together, a marker for each part; SciPy's loads too much."""
+    parts: list[Bools] = []
+    both, left = block | block.T, np.ones(len(block), dtype=bool)
+    while left.any():
+        part = np.zeros(len(block), dtype=bool)
+        part[np.argmax(left)] = True
+        while not np.array_equal(grown := part | both[part].any(axis=0), part):
+            part = grown
+        parts.append(part)
+        left &= ~part
+    return parts
 
 
 def _pattern(cells: MeshCells, jacobian: list[tuple[fem.Form, int, int]]) -> Bools:

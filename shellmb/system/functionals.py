@@ -12,7 +12,7 @@ import numpy.typing as npt
 from dolfinx import fem
 from ufl import Form
 
-from shellmb.kernels import compiled
+from shellmb.kernels import compile_all
 from shellmb.system import native
 from shellmb.system.loops import FormLoop, MeshGeometry
 
@@ -41,9 +41,9 @@ class Functionals:
         self._comm, self._lib = comm, native.cells().lib
         self._values, self._fixed = np.zeros(len(sums)), bool(given)
         values = native.doubles(self._values)
-        kernels: dict[int, fem.Form] = {}
-        for form in (form for forms in sums for form in forms):
-            kernels.setdefault(id(form), compiled(form))
+        different = {id(form): form for forms in sums for form in forms}
+        made = compile_all(list(different.values()))
+        kernels: dict[int, fem.Form] = dict(zip(different, made, strict=True))
         meshes = {id(k.mesh): k.mesh for k in kernels.values()}
         # each with the arguments of its call
         self._loops: list[tuple[FormLoop, tuple[Any, ...]]] = []

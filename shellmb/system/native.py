@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import hashlib
+import importlib.machinery
 import importlib.util
 import os
 import sys
@@ -19,8 +20,6 @@ import cffi  # type: ignore[import-untyped]
 import dolfinx.jit
 import numpy as np
 import numpy.typing as npt
-import scipy.linalg.cython_blas
-import scipy.linalg.cython_lapack
 
 from shellmb.kernels import COMPILER_FLAGS
 
@@ -38,8 +37,9 @@ def cells(comm: MPI.Comm = MPI.COMM_WORLD) -> Any:
     comm.barrier()
     module = module or _build()
     library = module.lib
-    pointers = [_address(scipy.linalg.cython_blas, "dgemm")]
-    pointers += [_address(scipy.linalg.cython_lapack, name) for name in ("dgetrf", "dgetri")]
+    pointers = [_address(_of_scipy("cython_blas"), "dgemm")]
+    lapack = _of_scipy("cython_lapack")
+    pointers += [_address(lapack, name) for name in ("dgetrf", "dgetri")]
     library.use_libraries(*(module.ffi.cast("void *", p) for p in pointers))
     return module
 
@@ -58,6 +58,25 @@ def longs(array: npt.NDArray[np.int64]) -> Any:
 def bytes_of(array: npt.NDArray[np.uint8]) -> Any:
     """The same of bytes."""
     return cells().ffi.from_buffer("unsigned char[]", array)
+
+
+def _of_scipy(name: str) -> ModuleType:
+    """A module of `scipy.linalg` without the package, which takes as long to import as DOLFINx.
+
+    Where the package is loaded already, or later, it has the same module.
+    """
+    full = f"scipy.linalg.{name}"
+    if full in sys.modules:
+        return sys.modules[full]
+    scipy = importlib.util.find_spec("scipy")
+    folders = [str(Path(at, "linalg")) for at in (scipy and scipy.submodule_search_locations) or ()]
+    spec = importlib.machinery.PathFinder.find_spec(full, folders)
+    if spec is None or spec.loader is None:
+        raise ImportError(f"there is no {full}; SciPy is incomplete")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[full] = module
+    spec.loader.exec_module(module)
+    return module
 
 
 def _address(module: Any, name: str) -> int:

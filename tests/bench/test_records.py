@@ -1,12 +1,11 @@
 """What `shellmb bench` measures: the records, their consistency, the bars."""
 
 import json
-import subprocess
-import sys
 import time
 from dataclasses import fields, replace
 
 import pytest
+from typer.testing import CliRunner
 
 from shellmb.bench.bars import EXPONENT, Bar, bars, exponents
 from shellmb.bench.memory import peak_mib
@@ -23,6 +22,7 @@ from shellmb.bench.record import (
     typical,
 )
 from shellmb.bench.watchers import default_observers
+from shellmb.cli import app
 from shellmb.run.execute import execute
 from shellmb.run.request import Request
 from shellmb.simulate.simulation import Simulation
@@ -53,9 +53,8 @@ FIELDS = [
 @pytest.fixture(scope="module")
 def records():
     """Of a quick run, by scene, scheme and way to solve; stdout is parsed whole."""
-    command = [sys.executable, "-m", "shellmb.cli", "bench", "--quick", "--json"]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=240)
-    assert done.returncode == 0, done.stderr
+    done = CliRunner().invoke(app, ["bench", "--quick", "--json"])
+    assert done.exit_code == 0, done.stderr
     found = json.loads(done.stdout)
     return {(r["scene"], r["scheme"], r["path"], r["newton"]): r for r in found}
 

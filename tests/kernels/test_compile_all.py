@@ -1,0 +1,62 @@
+"""Forms compiled side by side are those that DOLFINx finds in its cache."""
+
+from mpi4py import MPI
+
+import dolfinx.mesh
+import numpy as np
+import pytest
+import ufl
+from dolfinx import fem
+from ffcx.codegeneration import jit
+
+from shellmb import compiler, kernels
+
+
+@pytest.fixture
+def forms(tmp_path, monkeypatch):
+    """A linear and a bilinear form and a number, and a cache of their own."""
+    options = kernels.JIT_OPTIONS | {"cache_dir": str(tmp_path / "cache")}
+    monkeypatch.setattr(kernels, "JIT_OPTIONS", options)
+    mesh = dolfinx.mesh.create_unit_interval(MPI.COMM_SELF, 3)
+    space = fem.functionspace(mesh, ("Lagrange", 1))
+    test, trial = ufl.TestFunction(space), ufl.TrialFunction(space)
+    size = fem.Constant(mesh, 3.0)
+    return [size * ufl.dx(mesh), test * ufl.dx, size * trial * test * ufl.dx, test * ufl.dx]
+
+
+def test_dolfinx_compiles_nothing_again(forms, monkeypatch):
+    def never(*_, **__):
+        raise AssertionError("a form was not found under the name that DOLFINx gives it")
+
+    monkeypatch.setattr(jit, "_compile_objects", never)
+    told = []
+    with kernels.told(lambda *numbers: told.append(numbers)):
+        number, vector, matrix, again = kernels.compile_all(forms)
+    # of two that are alike one is compiled
+    assert told == [(1, 3), (2, 3), (3, 3)]
+    assert kernels.kernel_name(vector) == kernels.kernel_name(again)
+    assert fem.assemble_scalar(number) == pytest.approx(3.0)
+    ones = np.ones(4)
+    assert fem.assemble_vector(vector).array @ ones == pytest.approx(1.0)
+    assert ones @ fem.assemble_matrix(matrix).to_dense() @ ones == pytest.approx(3.0)
+    with kernels.told(lambda *numbers: told.append(numbers)):
+        kernels.compile_all(forms)
+    assert len(told) == 3, "they are in the cache now"
+
+
+def test_what_fails_is_said_and_does_not_block_the_cache(forms, monkeypatch):
+    monkeypatch.setenv("CC", "gcc --no-such-option")
+    with pytest.raises(RuntimeError, match="could not be compiled") as failure:
+        kernels.compile_all(forms)
+    assert "no-such-option" in str(failure.value.__cause__)
+    monkeypatch.delenv("CC")
+    number, *_ = kernels.compile_all(forms)
+    assert fem.assemble_scalar(number) == pytest.approx(3.0)
+
+
+def test_the_largest_comes_first(forms, monkeypatch):
+    written = []
+    monkeypatch.setattr(compiler, "_run_compiler", lambda file, flags: None)
+    monkeypatch.setattr(compiler, "_write_code", lambda form, *_: written.append(form))
+    compiler.compile_new(forms, kernels.JIT_OPTIONS, lambda *_: None)
+    assert [len(form.arguments()) for form in written] == [2, 1, 0]
