@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from shellmb.errors import SceneError
-from shellmb.scene import checks_multibody
+from shellmb.scene import checks_effect, checks_multibody
 from shellmb.scene.joints import GROUND
 from shellmb.scene.loads import SurfaceForce
 from shellmb.scene.lookup import Body, bodies_of, find_shell, kind_of, listed, said
@@ -42,6 +42,7 @@ def check(scene: Scene) -> None:
     _time_functions(scene)
     _surface_forces(scene)
     checks_multibody.check(scene)
+    checks_effect.check(scene)
 
 
 def _names(scene: Scene) -> None:

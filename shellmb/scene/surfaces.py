@@ -103,6 +103,12 @@ class Rectangle(Surface):
 class Parametric(Surface):
     """Any smooth surface over the unit square; its normal is ``X_,xi x X_,eta``.
 
+    It is never closed: where the map puts ``left`` and ``right`` (or ``bottom`` and ``top``) on the
+    same line it is slit, as an annular plate cut open. Each lip has its own nodes, edge and corner
+    points, which can move apart; a node inside a lip has no name. What is to close must be a
+    :class:`Cylinder`, :class:`Sphere` or :class:`Disc` of 360 degrees, or a user's own
+    :class:`Surface` with ``closed = True``.
+
     Args:
         map: Vectorised ``map(xi, eta) -> array (3, n)`` of positions [m] for ``xi``, ``eta`` of
             shape (n,) in [0, 1].
