@@ -99,8 +99,8 @@ def _weights(scene: Scene) -> None:
         light = [body for body in bodies_of(scene, load) if not _mass(body) > 0]
         if len(light) == len(bodies_of(scene, load)):
             raise SceneError(
-                f"{said(load)}: {' and '.join(map(said, light))} has no mass that it could pull "
-                "at; give its section a density, or leave the load out"
+                f"{said(load)}: it pulls at {', '.join(map(said, light))}, whose mass is 0; give "
+                "its section a density, or leave the load out"
             )
         # rigid links without mass are common, sections without density are forgotten
         forgotten = [body.name for body in light if not isinstance(body, RigidBody)]

@@ -4,15 +4,19 @@ A table of wrong descriptions with the sentence of each; what is found when the 
 here, what needs the meshes in `test_bound_inputs.py`.
 """
 
+import warnings
+
 import numpy as np
 import pytest
 
-from shellmb.errors import SceneError
+from shellmb.errors import SceneError, ShellmbWarning
 from shellmb.scene import (
     Cylinder,
+    Driven,
     EdgeForce,
     Fixed,
     Gravity,
+    InitialVelocity,
     Isotropic,
     Laminate,
     Lock,
@@ -29,7 +33,9 @@ from shellmb.scene import (
     Solver,
     StepControl,
     Table,
+    Weld,
 )
+from shellmb.scene.checks_effect import check_begin
 from shellmb.scene.supports import Clamped
 
 STEEL = Isotropic(E=2e11, nu=0.3, thickness=0.01, density=7800)
@@ -45,6 +51,10 @@ def shell(**changes):
 
 def scene(*shells, **changes):
     return Scene("s", shells or PLATE, **({"supports": HELD} | changes))
+
+
+LIGHT = Shell("light", SQUARE, Isotropic(E=2e11, nu=0.3, thickness=0.01))
+MOVING = {"scheme": "ep", "dt": 0.1, "t_end": 1.0}
 
 
 def raising(t):
@@ -140,14 +150,129 @@ NO_NUMBERS = {
     "number": lambda: scene(loads=Gravity(time=lambda t: 1 / int(t))),
 }
 
-BAD = {**NO_NUMBERS}
+# what would be left out of the solution without a word
+NO_EFFECT = {
+    "gravity: it pulls at shell 'light', whose mass is 0; give its section a density, or leave the "
+    "load out": lambda: scene(LIGHT, loads=Gravity()),
+    "gravity: it pulls at shell 'light', rigid body 'link', whose mass is 0; give its section a "
+    "density, or leave the load out": lambda: scene(
+        LIGHT,
+        rigid_bodies=RigidBody("link", 0, (0, 0, 0)),
+        joints=Weld("weld", "link", "ground"),
+        loads=Gravity(),
+    ),
+    "gravity: it pulls at shell 'light', whose mass is 0; give its section a density, or leave the "
+    "load out ": lambda: scene(
+        PLATE,
+        LIGHT,
+        supports=[Clamped("left", body=name) for name in ("plate", "light")],
+        loads=Gravity(body="light"),
+    ),
+    "initial velocity: linear is (1.0, 0.0, 0.0) and spin (0.0, 0.0, 0.0); it must be left out, "
+    "because scheme 'static' has no velocities as 'ep' and 'ed' have": lambda: scene(
+        initial=InitialVelocity((1, 0, 0))
+    ),
+    "initial velocity: linear is (0.0, 0.0, 0.0) and spin (0.0, 0.0, 2.0); it must be left out, "
+    "because scheme 'linear' has no velocities as 'ep' and 'ed' have": lambda: scene(
+        initial=InitialVelocity(spin=(0, 0, 2)), scheme="linear"
+    ),
+    "scene 's': start is 'equilibrium'; it must be left out, because scheme 'static' seeks "
+    "equilibria anyway": lambda: scene(start="equilibrium"),
+    "shell 'plate': nothing supports it, so it can move rigidly; a scene that starts in "
+    "equilibrium must support every shell or join it to one that is supported": lambda: scene(
+        supports=(), start="equilibrium", **MOVING
+    ),
+    "scene 's': alpha is 0.5; it must be left out, because scheme 'ep' does not take a dissipation "
+    "from the scene as 'ed' does": lambda: scene(alpha=0.5, **MOVING),
+    "scene 's': alpha is 0.5; it must be left out, because scheme 'static' does not take a "
+    "dissipation from the scene as 'ed' does": lambda: scene(alpha=0.5),
+    "scene 's': dt is 2.0; it must be at most t_end, which is 0.5": lambda: scene(
+        scheme="ep", dt=2.0, t_end=0.5
+    ),
+    "scene 's': dt is 2.0; it must be at most t_end, which is 1.0": lambda: scene(dt=2.0),
+    "scene 's': min_dt is 0.2; it must be at most dt, which is 0.1": lambda: scene(
+        control=StepControl(min_dt=0.2), **MOVING
+    ),
+}
+# supports that would hit a body at the first step; statics moves them there
+IMPACTS = {
+    "fixed components: displacement[2] is 0.1 at t = 0; with scheme 'ep' it must begin at 0, where "
+    "the body is, or the scene must have start='equilibrium'": Fixed("left", (0, 0, 0.1)),
+    "driven edge: angle is 0.2 at t = 0; with scheme 'ep' it must begin at 0, where the body is, "
+    "or the scene must have start='equilibrium'": Driven("left", angle=lambda t: 0.2 + t),
+    "driven edge: translation is (1, 0, 0) at t = 0; with scheme 'ep' it must begin at 0, where "
+    "the body is, or the scene must have start='equilibrium'": Driven(
+        "left", translation=lambda t: (1, 0, 0)
+    ),
+}
+
+BAD = {**NO_NUMBERS, **NO_EFFECT}
 
 
 @pytest.mark.parametrize("message", BAD)
 def test_refused(message):
     with pytest.raises(SceneError) as caught:
         BAD[message]()
+    assert str(caught.value) == message.rstrip()
+
+
+@pytest.mark.parametrize("message", IMPACTS)
+def test_impacts_of_supports(message):
+    impact = scene(supports=IMPACTS[message], **MOVING)
+    with pytest.raises(SceneError) as caught:
+        check_begin(impact)
     assert str(caught.value) == message
+    check_begin(scene(supports=IMPACTS[message]))
+    check_begin(scene(supports=IMPACTS[message], start="equilibrium", **MOVING))
+
+
+@pytest.mark.parametrize("core", [1.0, 1e-1, 1e-2, 1e-5])
+def test_a_soft_core_with_a_factor_is_doubted(core):
+    """By the layers' shear flexibility: the core's in the limit, which the factor does not see."""
+    faces, soft = 7e10, core * 2.7e10
+    skin = PlyMaterial(faces, faces, 0.3, 2.7e10, 2.7e10, 2.7e10)
+    middle = PlyMaterial(core * faces, core * faces, 0.3, soft, soft, soft)
+    plies = (Ply(skin, 1e-3), Ply(middle, 2e-2), Ply(skin, 1e-3))
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        section = Laminate(plies)
+    energy = Laminate(plies, shear_correction="energy")
+    ratio = section.G[0, 0] / energy.G[0, 0]
+    assert [str(w.message) for w in caught] == (
+        []
+        if core >= 0.1
+        else [
+            f"laminate: shear_correction is 0.8333, with which it is {ratio:.2g} times as stiff "
+            "against transverse shear as its plies in equilibrium are; it should be 'energy', "
+            "unless the factor belongs to these plies"
+        ]
+    )
+    assert all(w.category is ShellmbWarning for w in caught)
+    if core == 1e-5:
+        # thin faces: shear force over the core alone, G (d^2 / c), d between the faces' middles
+        assert energy.G[0, 0] == pytest.approx(soft * 0.021**2 / 0.02, rel=1e-2)
+        assert ratio > 1e3
+
+
+def test_usual_laminates_are_not_doubted():
+    for stacking in ("[0]", "[0/90]s", "[45/-45]4", "[0/90/45/-45/45/-45]s"):
+        Laminate.from_stacking(CARBON, 1e-4, stacking)
+
+
+def test_weight_of_a_part_without_mass_is_doubted():
+    held = [Clamped("left", body=name) for name in ("plate", "light")]
+    with pytest.warns(ShellmbWarning, match="gravity: it does not pull at 'light', which has no"):
+        scene(PLATE, LIGHT, supports=held, loads=Gravity())
+
+
+def test_a_new_scheme_leaves_out_what_it_cannot_have():
+    moving = scene(scheme="ed", dt=0.1, t_end=1, alpha=0.5, initial=InitialVelocity((0, 0, 1)))
+    assert moving.with_options(scheme="ep").alpha == 1.0
+    static = moving.with_options(scheme="static")
+    assert (static.initial, static.alpha) == ((), 1.0)
+    # a load step longer than the new end is the default one
+    assert scene(t_end=1.0, scheme="linear").with_options(t_end=0.5).dt == 0.5
+    assert scene(dt=0.25).with_options(t_end=0.1).dt == pytest.approx(0.01)
 
 
 def test_numbers_of_numpy_are_numbers():
