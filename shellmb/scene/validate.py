@@ -96,7 +96,7 @@ def _place(value: Any) -> str | tuple[str, ...] | tuple[float, float, float]:
     if isinstance(value, str) and value:
         return value
     if isinstance(value, Sequence) and value and all(isinstance(v, str) and v for v in value):
-        return tuple(value)
+        return _once(value)
     try:
         return _vector(value)
     except ValueError:
@@ -105,11 +105,18 @@ def _place(value: Any) -> str | tuple[str, ...] | tuple[float, float, float]:
         ) from None
 
 
+def _once(names: Sequence[str]) -> tuple[str, ...]:
+    """Names of edges; a load would act twice on one that is named twice."""
+    if len(set(names)) < len(names):
+        raise ValueError("it must name each edge once")
+    return tuple(names)
+
+
 def _edge(value: Any) -> str | tuple[str, ...]:
     if isinstance(value, str) and value:
         return value
     if isinstance(value, Sequence) and value and all(isinstance(v, str) and v for v in value):
-        return tuple(value)
+        return _once(value)
     raise ValueError("it must be the name of an edge or a tuple of such names")
 
 

@@ -4,6 +4,7 @@ A table of wrong descriptions with the sentence of each; what is found when the 
 here, what needs the meshes in `test_bound_inputs.py`.
 """
 
+import math
 import warnings
 
 import numpy as np
@@ -20,6 +21,7 @@ from shellmb.scene import (
     Isotropic,
     Laminate,
     Lock,
+    Parametric,
     PathFollowing,
     Ply,
     PlyMaterial,
@@ -32,6 +34,7 @@ from shellmb.scene import (
     Shell,
     Solver,
     StepControl,
+    SurfaceForce,
     Table,
     Weld,
 )
@@ -206,7 +209,29 @@ IMPACTS = {
     ),
 }
 
-BAD = {**NO_NUMBERS, **NO_EFFECT}
+FUNCTIONS = {
+    "surface force: force fails (IndexError: index 3 is out of bounds for axis 0 with size 3); it "
+    "must be written for an array of positions": lambda: scene(loads=SurfaceForce(lambda x: x[3])),
+    "surface force: force fails (ZeroDivisionError: division by zero); it must be written for an "
+    "array of positions": lambda: scene(loads=SurfaceForce(lambda x: 1 / 0)),
+    "parametric surface: map fails (KeyError: 'radius'); it must be written for arrays xi and "
+    "eta": lambda: Parametric(lambda xi, eta: {}["radius"]).position(np.zeros(3), np.zeros(3)),
+    "parametric surface: map fails (only 0-dimensional arrays can be converted to Python scalars); "
+    "it must be written for arrays xi and eta": lambda: Parametric(
+        lambda xi, eta: (math.cos(xi), eta, 0 * eta)
+    ).position(np.zeros(3), np.zeros(3)),
+    "edge force: edge is ('left', 'left'); it must name each edge once": lambda: EdgeForce(
+        ("left", "left"), (0, 0, 1)
+    ),
+    "clamped edge: edge is ('left', 'top', 'left'); it must name each edge once": lambda: Clamped(
+        ("left", "top", "left")
+    ),
+    "fixed components: where is ('left', 'left'); it must name each edge once": lambda: Fixed(
+        ["left", "left"], (0, 0, 0)
+    ),
+}
+
+BAD = {**NO_NUMBERS, **NO_EFFECT, **FUNCTIONS}
 
 
 @pytest.mark.parametrize("message", BAD)

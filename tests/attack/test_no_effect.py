@@ -127,8 +127,8 @@ NOTHING = "there is nothing to check, because it defines no"
         (
             ("run", "--alpha", "0.5", "--scheme", "static"),
             "",
-            "scene 'soft': alpha is 0.5; it must be left out, because scheme 'static' does not take a "
-            "dissipation from the scene as 'ed' does",
+            "scene 'soft': alpha is 0.5; it must be left out, because scheme 'static' does not "
+            "take a dissipation from the scene as 'ed' does",
         ),
         (
             ("run", "--t-end", "0.05"),
