@@ -149,7 +149,7 @@ class Prescribed:
             ]
             if found:
                 made.append(_planes(found))
-        self._directors(sampled)
+        self._directors()
         return made
 
     def _resolved(self, body: str, dof: int) -> Dof:
@@ -208,7 +208,7 @@ class Prescribed:
             )
         return False
 
-    def _directors(self, sampled: Sequence[Floats]) -> None:
+    def _directors(self) -> None:
         """Multipliers of directors that are given have nothing left to do; lengths must be one.
 
         Raises:
