@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["ConvergenceError", "SceneError", "ShellmbError"]
+__all__ = ["ConvergenceError", "SceneError", "ShellmbError", "ShellmbWarning"]
 
 
 class ShellmbError(Exception):
@@ -14,6 +14,13 @@ class SceneError(ShellmbError):
 
     It is deliberately no :class:`ValueError`: pydantic would catch that inside a validator and
     wrap it, while this one reaches the user as it was raised.
+    """
+
+
+class ShellmbWarning(UserWarning):
+    """Something possible that is hardly meant, or whose result is to be doubted, in one sentence.
+
+    Emitted by :func:`warnings.warn`; the commands show it as a line of its own.
     """
 
 

@@ -12,7 +12,7 @@ from dolfinx.io.gmsh import cell_perm_array
 from dolfinx.mesh import CellType
 
 from shellmb.build.orient import oriented
-from shellmb.build.raw import Cell, Floats, Ints, RawMesh, facets
+from shellmb.build.raw import Cell, Ints, RawMesh, facets
 from shellmb.errors import SceneError
 from shellmb.scene import GmshFile, GmshModel, Shell
 
@@ -133,7 +133,7 @@ def _extract(model: Any, shell: Shell) -> RawMesh:
         order=order,
         normals=oriented(x, cells, cell, shell.name),
         edges=_edges(model, used, facets(cells, cell)),
-        points=_points(model, tags, coordinates, used),
+        points=_points(model, used),
     )
 
 
@@ -209,13 +209,12 @@ def _edges(model: Any, used: Ints, cell_facets: Ints) -> dict[str, Ints]:
     return edges
 
 
-def _points(model: Any, tags: Any, coordinates: Floats, used: Ints) -> dict[str, Floats]:
+def _points(model: Any, used: Ints) -> dict[str, int]:
     """Each physical point that is a node of the shell; a group with several is left out."""
-    where = dict(zip((int(t) for t in tags), coordinates, strict=True))
-    own = {int(t) for t in used}
+    own = {int(tag): number for number, tag in enumerate(used)}
     points = {}
     for name, entities in _groups(model, 0).items():
         nodes = [int(t) for e in entities for t in model.mesh.getNodes(0, e)[0]]
         if len(nodes) == 1 and nodes[0] in own:
-            points[name] = where[nodes[0]].copy()
+            points[name] = own[nodes[0]]
     return points

@@ -34,6 +34,8 @@ class SurfaceMesh:
         mesh: Mesh with tdim 2 and gdim 3.
         edges: Local indices of the facets (owned and ghost) of each named edge, sorted.
         points: Position of each named point, shape (3,) [m].
+        vertices: Local indices of the vertex (owned or ghost) at each named point: one, or none on
+            ranks that do not hold it.
         normal: Exact unit normals, (3, n) at positions (3, n); None where unknown.
         cell_normal_sign: For each local cell (owned and ghost) the sign with which
             ``cross(J[:, 0], J[:, 1])`` points to the positive side of the surface.
@@ -44,6 +46,7 @@ class SurfaceMesh:
     mesh: dolfinx.mesh.Mesh
     edges: dict[str, npt.NDArray[np.int32]]
     points: dict[str, Floats]
+    vertices: dict[str, npt.NDArray[np.int32]]
     normal: Callable[[Floats], Floats] | None
     cell_normal_sign: npt.NDArray[np.int8]
     length: float
@@ -105,7 +108,8 @@ def build_surface(shell: Shell, comm: MPI.Comm) -> SurfaceMesh:
         name=shell.name,
         mesh=mesh,
         edges=_local_edges(raw, mesh),
-        points=raw.points,
+        points={name: raw.x[node].copy() for name, node in raw.points.items()},
+        vertices=_local_vertices(raw, mesh),
         normal=_normal(shell.surface),
         cell_normal_sign=_signs(raw, mesh),
         length=float(np.linalg.norm(raw.x.max(axis=0) - raw.x.min(axis=0))),
@@ -190,6 +194,17 @@ def _local_edges(raw: RawMesh, mesh: dolfinx.mesh.Mesh) -> dict[str, npt.NDArray
         name: every[np.isin(keys, np.sort(edge, axis=1) @ np.array([count, 1]))]
         for name, edge in raw.edges.items()
     }
+
+
+def _local_vertices(raw: RawMesh, mesh: dolfinx.mesh.Mesh) -> dict[str, npt.NDArray[np.int32]]:
+    """Vertices of the named points by the input numbers of their nodes, as edges are found."""
+    index = mesh.topology.index_map(0)
+    every = np.arange(index.size_local + index.num_ghosts, dtype=np.int32)
+    if not len(every):
+        return {name: every for name in raw.points}
+    nodes = dolfinx.mesh.entities_to_geometry(mesh, 0, every)[:, 0]
+    numbers = mesh.geometry.input_global_indices[nodes]
+    return {name: every[numbers == node] for name, node in raw.points.items()}
 
 
 def _signs(raw: RawMesh, mesh: dolfinx.mesh.Mesh) -> npt.NDArray[np.int8]:

@@ -29,7 +29,7 @@ class RawMesh:
         order: Order of the geometry, 1 or 2.
         normals: A vector on the positive side of each cell, shape (c, 3).
         edges: The vertices of the facets of each named edge, shape (m, 2).
-        points: Position of each named point, shape (3,) [m].
+        points: Node of each named point, a vertex of its cells.
     """
 
     x: Floats
@@ -38,7 +38,7 @@ class RawMesh:
     order: int
     normals: Floats
     edges: dict[str, Ints]
-    points: dict[str, Floats]
+    points: dict[str, int]
 
 
 def vertex_count(cell: Cell) -> int:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from shellmb.build.layout import Layout, distorted, polar, square
-from shellmb.build.raw import Floats, Ints, RawMesh, boundary_facets, cell_cross, vertex_count
-from shellmb.scene import Shell
+from shellmb.build.raw import Ints, RawMesh, boundary_facets, cell_cross, vertex_count
+from shellmb.scene import Shell, Surface
 
 __all__ = ["structured_mesh"]
 
@@ -42,13 +42,21 @@ def structured_mesh(shell: Shell) -> RawMesh:
         order=order,
         normals=cell_cross(corners) if normals is None else normals.T,
         edges=_edges(layout, surface.edges or (), surface.pole),
-        points={name: _point(shell, name) for name in surface.points or ()},
+        points={name: _corner(layout, surface, name) for name in surface.points or ()},
     )
 
 
-def _point(shell: Shell, name: str) -> Floats:
-    xi, eta = CORNERS[name]
-    return shell.surface.position(np.array([xi]), np.array([eta]))[:, 0]
+def _corner(layout: Layout, surface: Surface, name: str) -> int:
+    """The node at the parameters of a corner."""
+    xi, eta = layout.parameters(layout.plane).T
+    away = np.abs(xi - CORNERS[name][0])
+    if surface.closed:
+        # one line has both parameters
+        away = np.minimum(away, 1 - away)
+    if surface.pole and CORNERS[name][1] == 0.0:
+        # where every xi is as good as another
+        away = np.zeros_like(xi)
+    return int(np.argmin(away + np.abs(eta - CORNERS[name][1])))
 
 
 def _edges(layout: Layout, names: tuple[str, ...], pole: bool) -> dict[str, Ints]:

@@ -5,12 +5,14 @@ from __future__ import annotations
 import functools
 import os
 import sys
-from collections.abc import Callable
-from typing import cast
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any, cast
 
 import typer
 
-from shellmb.errors import SceneError, ShellmbError
+from shellmb.errors import SceneError, ShellmbError, ShellmbWarning
 
 RANK_VARIABLES = ("PMI_RANK", "PMIX_RANK", "OMPI_COMM_WORLD_RANK")
 
@@ -31,6 +33,25 @@ def tell(text: str) -> None:
         print(text, file=sys.stderr, flush=True)
 
 
+@contextmanager
+def warnings_told() -> Iterator[None]:
+    """Each of the project's warnings as one line on stderr, and once; others as ever."""
+    told: set[str] = set()
+    with warnings.catch_warnings():
+        usual = warnings.showwarning
+
+        def show(message: Any, category: type[Warning], *place: Any, **more: Any) -> None:
+            if not issubclass(category, ShellmbWarning):
+                usual(message, category, *place, **more)
+            elif str(message) not in told:
+                told.add(str(message))
+                tell(f"warning: {message}")
+
+        warnings.simplefilter("always", ShellmbWarning)
+        warnings.showwarning = show
+        yield
+
+
 def failures_reported[**P, T](command: Callable[P, T]) -> Callable[P, T]:
     """Turn the errors that a user can mend into a sentence on stderr and an exit code.
 
@@ -45,7 +66,8 @@ def failures_reported[**P, T](command: Callable[P, T]) -> Callable[P, T]:
         failure: Exception | None = None
         code = 0
         try:
-            made = command(*args, **kwargs)
+            with warnings_told():
+                made = command(*args, **kwargs)
         except typer.Exit as exit_:
             failure, code = exit_, exit_.exit_code
         except ShellmbError as error:

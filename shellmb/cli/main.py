@@ -130,6 +130,8 @@ def run(
     solver = {"solve": solve, "newton": newton, "backend": backend}
     request = asked(scene, parameters, **times, **elements, **solver)
     built, module = request.build()
+    if check:
+        module.require_check(module.results or built.results, "results(run)")
 
     from mpi4py import MPI
 
@@ -195,6 +197,8 @@ def modes(
 ) -> Any:
     """Natural frequencies and modes of a scene, rigid-body modes included."""
     built, module = asked(scene, parameters, mesh=mesh, degree=degree, cell=cell).build()
+    if check:
+        module.require_check(module.mode_results, "mode_results(modes)")
 
     from mpi4py import MPI
 

@@ -54,7 +54,8 @@ def _statics(scene: Scene) -> Scene:
             "the scene has initial velocities, which only inertia carries; it must have none"
         )
     # a time step is no load step
-    return replace(scene, scheme="static", dt=None, control=StepControl(), start="given")
+    lost: dict[str, Any] = {"control": StepControl(), "start": "given", "alpha": 1.0}
+    return replace(scene, scheme="static", dt=None, **lost)
 
 
 def _dynamics(scene: Scene) -> Scene:

@@ -26,6 +26,7 @@ from shellmb.model.loads import DistributedLoads
 from shellmb.model.pathterms import path_terms
 from shellmb.model.rules import line_rules
 from shellmb.model.section import SLACK
+from shellmb.model.written import virtual_work
 from shellmb.scene import Beam, BeamSection, FollowerLineForce, LineForce, LineMoment
 from shellmb.scene.loads import Gravity, Load
 
@@ -232,7 +233,8 @@ class BeamModel(FrameBody):
         v, dw_dt = (None, None) if rates is None else self._motion(rates.now)
         du, dw = self._motion(dq)
         point = LinePoint(u, w, v, dw_dt, du, dw, self.line, time)
-        return sum(term(point) for term in self.beam.terms) * self.rules.full
+        work = virtual_work(self.beam.terms, point, dq, f"beam '{self.name}'")
+        return work * self.rules.full
 
 
 class BeamLoads(DistributedLoads):

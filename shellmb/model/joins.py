@@ -67,6 +67,11 @@ def _coincide(a: Nodes, b: Nodes, first: ShellModel, who: str) -> None:
         raise SceneError(
             f"{who}: the edges have {len(a.x)} and {len(b.x)} nodes; they must have the same nodes"
         )
+    steps = np.linalg.norm(np.diff(a.x, axis=0), axis=1)
+    if float(np.min(steps, initial=np.inf)) < ON_NODE * first.surface_mesh.length:
+        raise SceneError(
+            f"{who}: edges of '{first.name}' lie on each other; it must be joined along one of them"
+        )
     gap = float(np.max(np.linalg.norm(a.x - b.x, axis=1)))
     if gap > 2 * ON_NODE * first.surface_mesh.length:
         raise SceneError(f"{who}: nodes of the two edges are {gap:.3g} apart; they must coincide")

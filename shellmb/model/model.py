@@ -16,22 +16,29 @@ from shellmb.model.body import Body, NodeLink
 from shellmb.model.constraints import ConstraintGroup
 from shellmb.model.finder import Finder, RigidPlaces
 from shellmb.model.glue import glue_beams, line_along
+from shellmb.model.idle import refuse_idle_loads
 from shellmb.model.joins import join_shells
 from shellmb.model.joints import Component
 from shellmb.model.mechanism import Mechanism, build_mechanism
 from shellmb.model.nodal import NodalConstraint
 from shellmb.model.places import local_nodes
+from shellmb.model.plausible import doubt_thickness
 from shellmb.model.pointloads import point_loads
+from shellmb.model.prescribed import Prescribed
 from shellmb.model.rigid import GROUND, RigidBodies, RigidNode, ground_node
 from shellmb.model.rigidify import RigidMeshes, rigidified
 from shellmb.model.shell import ShellModel
-from shellmb.model.supports import Supported
+from shellmb.model.supports import SupportRows
 from shellmb.scene import Beam, RigidBody, Scene, Shell
 from shellmb.scene.elements import PointElement
 from shellmb.scene.loads import Gravity, Load
 
 Ints = npt.NDArray[np.int64]
 Floats = npt.NDArray[np.float64]
+
+# times, in parts of the run, at which what supports prescribe is compared: its ends, and times
+# that no period falls on
+COMPARED = (0.0, 0.137, 0.371, 0.618, 0.863, 1.0)
 
 
 @dataclass
@@ -126,6 +133,7 @@ def build_model(scene: Scene, comm: MPI.Comm, dropped: Collection[Component] = (
     for beam in scene.beams:
         line = lines[beam.name].line if beam.name in lines else None
         model.beams[beam.name] = build_beam(beam, comm, _loads_of(scene, beam), dynamic, line)
+    doubt_thickness(comm, model.shells, model.beams)
     model.length = _length(scene, model)
     force = _force(scene, model)
     nodes = [_rigid_node(body, model.length) for body in scene.rigid_bodies]
@@ -143,7 +151,8 @@ def build_model(scene: Scene, comm: MPI.Comm, dropped: Collection[Component] = (
     if model.rigid is not None:
         model.bodies.append(model.rigid)
     model.bodies += kinks
-    _support(scene, model)
+    prescribed = _support(scene, model)
+    refuse_idle_loads(scene, model.meshed, prescribed)
     model.bodies += glue_beams(scene, comm, model.beams, model.shells, lines, dropped)
     find = Finder(model.meshed, _rigid_places(scene, model))
     model.mechanism = build_mechanism(scene, comm, find, force, model.length, dropped)
@@ -252,17 +261,22 @@ def _rigid_places(scene: Scene, model: Model) -> dict[str, RigidPlaces]:
     return places
 
 
-def _support(scene: Scene, model: Model) -> None:
-    supported = {name: Supported(body) for name, body in model.meshed.items()}
+def _support(scene: Scene, model: Model) -> Prescribed:
+    """Hold and move bodies; what all supports prescribe is looked through at once."""
+    assert scene.t_end is not None
+    shells: list[Body] = list(model.shells.values())
+    times = [part * scene.t_end for part in COMPARED]
+    linear = scene.scheme_name == "linear"
+    prescribed = Prescribed(_aliases(shells, model.comm), times, linear)
     for support in scene.supports:
         for body in scene.bodies_of(support):
-            supported[body.name].add(support)
-    for item in supported.values():
-        model.bodies += item.constraints()
+            SupportRows(support, model.meshed[body.name], body, prescribed).collect()
+    model.bodies += prescribed.settle()
+    return prescribed
 
 
-def _resolve_links(bodies: list[Body], comm: MPI.Comm) -> None:
-    """Let every link point to a dof that is not linked itself (three shells at one edge, say)."""
+def _aliases(bodies: list[Body], comm: MPI.Comm) -> dict[tuple[str, int], tuple[str, int]]:
+    """Body and global dof of all linked dofs, with those that they are linked to; collective."""
     alias: dict[tuple[str, int], tuple[str, int]] = {}
     for body in bodies:
         index_map = body.mixed.space.dofmap.index_map
@@ -273,6 +287,12 @@ def _resolve_links(bodies: list[Body], comm: MPI.Comm) -> None:
         }
         for part in comm.allgather(local):
             alias.update(part)
+    return alias
+
+
+def _resolve_links(bodies: list[Body], comm: MPI.Comm) -> None:
+    """Let every link point to a dof that is not linked itself (three shells at one edge, say)."""
+    alias = _aliases(bodies, comm)
     for body in bodies:
         resolved: dict[str, tuple[list[int], list[int]]] = {}
         for link in body.links:

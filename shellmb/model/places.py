@@ -1,5 +1,6 @@
 """Nodes of shells and beams found by edge, name or coordinates, the same on every rank."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -67,7 +68,12 @@ def local_nodes(body: Meshed, where: Place, who: str) -> npt.NDArray[np.int32]:
     """
     mesh = body.domain
     if isinstance(where, str) and where in mesh.points:
-        return _node_at(body, mesh.points[where], who)
+        if isinstance(mesh, LineMesh):
+            return _node_at(body, mesh.points[where], who)
+        # a vertex and no place: where a surface is slit another one lies on it
+        vertices = mesh.vertices[where]
+        space = body.mixed.subspaces["u"]
+        return np.asarray(fem.locate_dofs_topological(space, 0, vertices), dtype=np.int32)
     if isinstance(mesh, LineMesh) and isinstance(where, str):
         known = ", ".join(f"'{name}'" for name in mesh.points)
         raise SceneError(f"{who}: beam '{body.name}' has no point '{where}'; it has {known}")
@@ -89,12 +95,28 @@ def _node_at(body: Meshed, point: npt.NDArray[np.float64], who: str) -> npt.NDAr
         min(zip(distance, map(tuple, nodes), strict=True), default=(np.inf, ())), op=_least
     )
     if nearest[0] > ON_NODE * body.domain.length:
-        shown, found = (f"({', '.join(f'{c:g}' for c in p)})" for p in (point, nearest[1]))
         raise SceneError(
-            f"{who}: {_kind(body)} '{body.name}' has no node at {shown}; "
-            f"the nearest one is at {found}"
+            f"{who}: {_kind(body)} '{body.name}' has no node at {shown(point)}; "
+            f"the nearest one is at {shown(nearest[1])}"
         )
-    return np.flatnonzero(distance <= ON_NODE * body.domain.length).astype(np.int32)
+    here = np.flatnonzero(distance <= ON_NODE * body.domain.length).astype(np.int32)
+    owned = body.mixed.subspaces["u"].dofmap.index_map.size_local
+    count = comm.allreduce(int(np.sum(here < owned)))
+    if count > 1:
+        close = ON_NODE * body.domain.length
+        names = [n for n, x in body.domain.points.items() if np.linalg.norm(x - point) <= close]
+        known = f", {' or '.join(map(repr, names))}" if names else ""
+        raise SceneError(
+            f"{who}: {_kind(body)} '{body.name}' has {count} nodes at {shown(point)}, because it "
+            f"is slit there and its edges lie on each other; give the name of a point{known}, or "
+            "of an edge where one is possible"
+        )
+    return here
+
+
+def shown(point: Iterable[float]) -> str:
+    """A point or vector for a message; the round-off of a position is no digit of it."""
+    return f"({', '.join(f'{round(float(c), 12) + 0.0:g}' for c in point)})"
 
 
 def _kind(body: Meshed) -> str:

@@ -9,7 +9,8 @@ from ufl.core.expr import Expr
 
 from shellmb.forms.mixed import Formulation, LinearMixed
 from shellmb.forms.mixed_nonlinear import NonlinearMixed
-from shellmb.forms.shell import Mass
+from shellmb.forms.shell import Mass, ShellStrains
+from shellmb.model.written import resists_all, written
 from shellmb.scene import Hyperelastic, LinearSection, Shell
 
 # weight of the fully integrated part, c in design section 3
@@ -84,9 +85,11 @@ def bind_section(shell: Shell, domain: mesh.Mesh) -> BoundSection:
         return BoundSection(linear, constant(float(np.max(np.diag(section.G)))), N0 * b)
     assert isinstance(section, Hyperelastic)
     parameters = {name: constant(value) for name, value in section.parameters.items()}
-    energy, N0 = section.energy, constant(section.stiffness)
+    N0, who = constant(section.stiffness), f"shell '{shell.name}': energy"
+    strains = ShellStrains(*(constant(np.zeros(size)) for size in (3, 3, 2)))
+    resists_all(section.energy, strains, parameters, who)
     nonlinear = NonlinearMixed(
-        psi=lambda strains: energy(strains, parameters),
+        psi=lambda strains: written(section.energy, (strains, parameters), who),
         N0=N0,
         a=a,
         thickness=constant(section.thickness),

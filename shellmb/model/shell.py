@@ -28,6 +28,7 @@ from shellmb.model.direction import direction_1
 from shellmb.model.loads import ShellLoads
 from shellmb.model.rules import quadrature_rules
 from shellmb.model.section import bind_mass, bind_section
+from shellmb.model.written import virtual_work
 from shellmb.scene import LinearSection, Shell
 from shellmb.scene.loads import Gravity, Load
 
@@ -268,7 +269,8 @@ class ShellModel:
         v, dw_dt = (None, None) if rates is None else self.velocities(rates.now)
         du, dw = self.velocities(dq)
         point = Point(u, w, v, dw_dt, du, dw, self.surface, self.mass, time)
-        return sum(term(point) for term in self.shell.terms) * self.rules.full
+        work = virtual_work(self.shell.terms, point, dq, f"shell '{self.name}'")
+        return work * self.rules.full
 
     def resultants(self, q: Expr) -> Expr:
         """Membrane forces N/m, bending moments N, shear forces N/m of a state, shape (8,)."""

@@ -1,198 +1,128 @@
-"""Supports as fixed dofs, or as nodal constraints where a direction is not axis-parallel."""
+"""Supports as equations for nodal vectors, which `shellmb.model.prescribed` fixes."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 from dolfinx import fem, mesh
 
 from shellmb.errors import SceneError
-from shellmb.model.body import FixedDofs
-from shellmb.model.nodal import NodalConstraint, plane
-from shellmb.model.places import ON_NODE, Meshed, Nodes, Place, local_nodes, part_dofs, shared_nodes
+from shellmb.model.places import ON_NODE, Nodes, Place, shared_nodes
+from shellmb.model.prescribed import Prescribed, Rows, Supportable
 from shellmb.model.shell import ShellModel
 from shellmb.scene import supports as scene_supports
+from shellmb.scene.lookup import said
 from shellmb.scene.supports import Support
+from shellmb.scene.validate import show
 
 Floats = npt.NDArray[np.float64]
-
-# directions closer than this to an axis or to one another count as parallel
-PARALLEL = 1e-9
+Values = Callable[[float], Floats]
 
 
-@dataclass
-class _Planes:
-    """Planes that one part of one shell is held in, collected over all supports."""
-
-    nodes: dict[tuple[int, int, int], list[Floats]] = field(default_factory=dict)
-    dofs: list[npt.NDArray[np.int64]] = field(default_factory=list)
-    normals: list[Floats] = field(default_factory=list)
-
-    def add(self, key: tuple[int, int, int], normal: Floats) -> bool:
-        """Remember a direction at a node; False if the node is already held along it."""
-        held = self.nodes.setdefault(key, [])
-        if held:
-            basis = np.linalg.qr(np.array(held).T)[0]
-            if np.linalg.norm(normal - basis @ (basis.T @ normal)) < 1e-6:
-                return False
-        held.append(normal)
-        return True
-
-
-class Supportable(Meshed, Protocol):
-    """A shell or a beam, whose dofs can be fixed."""
-
-    fixed: list[FixedDofs]
-
-    @property
-    def force_size(self) -> float:
-        """Size of its resultants, N."""
-        ...
-
-
-class Supported:
-    """Collects the supports of one shell or beam.
+class SupportRows:
+    """The equations of one support on one body.
 
     Args:
-        body: The body; its `fixed` list is filled.
+        support: The support.
+        body: The body.
+        described: Its description in the scene.
+        prescribed: Collects the equations.
     """
 
-    def __init__(self, body: Supportable) -> None:
-        self.body = body
-        self._planes = {"u": _Planes(), "w": _Planes()}
+    def __init__(
+        self, support: Support, body: Supportable, described: Any, prescribed: Prescribed
+    ) -> None:
+        self._support, self._body, self._described = support, body, described
+        self._prescribed = prescribed
+        where = getattr(support, "edge", None) or getattr(support, "where", None)
+        label = said(support)
+        self._who = f"{label} {show(where)}" if "edge" in label else f"{label} at {show(where)}"
 
-    def add(self, support: Support) -> None:
-        """Apply one support.
+    def collect(self) -> None:
+        """Collect them.
 
         Raises:
-            SceneError: If its edge or point does not exist.
+            SceneError: If the support's edge or point does not exist.
         """
-        who = type(support).__name__
-        match support:
+        match support := self._support:
             case scene_supports.Clamped():
-                self._hold(support.edge, "u", who)
-                self._hold(support.edge, "w", who)
+                self._hold(support.edge, "u")
+                self._hold(support.edge, "w")
             case scene_supports.Hinged():
-                self._hold(support.edge, "u", who)
+                self._hold(support.edge, "u")
             case scene_supports.SoftSupport():
-                self._plane(support.edge, "u", support.axis, who)
+                self._plane(support.edge, "u", support.axis)
             case scene_supports.HardSupport():
-                self._plane(support.edge, "u", support.axis, who)
-                self._along_edge(support.edge, who)
+                self._plane(support.edge, "u", support.axis)
+                self._along_edge(support.edge)
             case scene_supports.SymmetryPlane():
-                self._plane(support.edge, "u", support.normal, who)
-                self._plane(support.edge, "w", support.normal, who)
+                self._plane(support.edge, "u", support.normal)
+                self._plane(support.edge, "w", support.normal)
             case scene_supports.Fixed():
-                self._components(support.where, "u", support.displacement, who)
-                self._components(support.where, "w", support.director, who)
+                self._components(support.where, "u", support.displacement)
+                self._components(support.where, "w", support.director)
             case scene_supports.Driven():
-                self._drive(support, who)
+                self._drive(support)
             case _:
-                raise NotImplementedError(f"no form for {who}")
+                raise NotImplementedError(f"no form for {type(support).__name__}")
 
-    def constraints(self) -> list[NodalConstraint]:
-        """Constraints for the planes that are not axis-parallel, one body for each part."""
-        made = []
-        for part, planes in self._planes.items():
-            if not planes.dofs:
-                continue
-            body = self.body
-            dofs, normals = np.array(planes.dofs), np.array(planes.normals)
-            kind = "displacement" if part == "u" else "director"
-            name = f"{kind} plane of '{body.name}'"
-            scale = body.force_size * (1.0 if part == "u" else body.domain.length)
-            vector = (body.name, dofs, np.zeros((len(dofs), 3)))
-            comm = body.domain.mesh.comm
-            made.append(plane(name, comm, vector, normals, scale))
-        return made
+    def _nodes(self, where: Place) -> Nodes:
+        return shared_nodes(self._body, where, said(self._support))
 
-    def _fix(
-        self,
-        dofs: npt.NDArray[np.int32],
-        value: Callable[[float], Floats] | None = None,
+    def _add(
+        self, nodes: Nodes, part: str, normals: Floats, value: Values | None = None, each: int = 1
     ) -> None:
-        zeros = np.zeros(len(dofs))
-        self.body.fixed.append(FixedDofs(dofs, value or (lambda t: zeros), value is not None))
+        """Add `each` rows for every node, those of a node one after the other."""
 
-    def _hold(self, where: Place, part: str, who: str) -> None:
-        """All components zero; the director's multiplier has nothing left to do and goes too."""
-        if self.body.mixed.parts[part][1] > 3:
-            # all directors of a beam at once
-            nodes = local_nodes(self.body, where, who)
-            self._fix(part_dofs(self.body, nodes, part).ravel())
-        else:
-            for axis in np.eye(3):
-                self._plane(where, part, tuple(axis), who)
-        if part == "w":
-            nodes = local_nodes(self.body, where, who)
-            self._fix(part_dofs(self.body, nodes, "lam").ravel())
+        def repeated(array: npt.NDArray[Any]) -> npt.NDArray[Any]:
+            return np.repeat(array, each, axis=0)
 
-    def _plane(self, where: Place, part: str, normal: tuple[float, ...], who: str) -> None:
-        direction = np.asarray(normal, dtype=float)
+        self._prescribed.add(
+            Rows(
+                self._who,
+                self._body,
+                self._described,
+                part,
+                repeated(nodes.x),
+                repeated(nodes.dofs[part]),
+                normals,
+                value,
+                repeated(nodes.dofs["lam"]),
+                repeated(nodes.director),
+            )
+        )
+
+    def _hold(self, where: Place, part: str, value: Values | None = None) -> None:
+        """All components, of a beam those of all its directors."""
+        nodes, size = self._nodes(where), self._body.mixed.parts[part][1]
+        normals = np.tile(np.eye(size), (len(nodes.x), 1))
+        self._add(nodes, part, normals, value, each=size)
+
+    def _plane(self, where: Place, part: str, normal: tuple[float, ...]) -> None:
+        nodes, direction = self._nodes(where), np.asarray(normal, dtype=float)
         direction = direction / np.linalg.norm(direction)
-        names = where if isinstance(where, tuple) and isinstance(where[0], str) else (where,)
-        for name in names:
-            shared = shared_nodes(self.body, name, who)
-            self._planes_at(shared, part, np.tile(direction, (len(shared.x), 1)))
+        self._add(nodes, part, np.tile(direction, (len(nodes.x), 1)))
 
-    def _planes_at(self, shared: Nodes, part: str, normals: Floats) -> None:
-        """Hold nodes in planes: by their components where axis-parallel, else by a multiplier."""
-        planes = self._planes[part]
-        size = ON_NODE * self.body.domain.length
-        index_map = self.body.mixed.space.dofmap.index_map
-        fixed: list[int] = []
-        for x, dofs, normal in zip(shared.x, shared.dofs[part], normals, strict=True):
-            a, b, c = (int(v) for v in np.round(x / size))
-            if not planes.add((a, b, c), normal):
-                continue
-            axis = int(np.argmax(np.abs(normal)))
-            if 1 - abs(normal[axis]) < PARALLEL:
-                fixed.append(int(dofs[axis]))
-            else:
-                planes.dofs.append(dofs)
-                planes.normals.append(normal)
-        local = index_map.global_to_local(np.array(fixed, dtype=np.int64))
-        self._fix(np.asarray(local[local >= 0], dtype=np.int32))
-
-    def _shell(self, who: str) -> ShellModel:
-        if not isinstance(self.body, ShellModel):
-            raise SceneError(f"{who}: '{self.body.name}' is no shell; it must be one")
-        return self.body
-
-    def _along_edge(self, edge: str | tuple[str, ...], who: str) -> None:
+    def _along_edge(self, edge: str | tuple[str, ...]) -> None:
         """The director does not lean along the edge."""
+        body, who = self._body, said(self._support)
+        if not isinstance(body, ShellModel):
+            raise SceneError(f"{who}: '{body.name}' is no shell; it must be one")
         for name in (edge,) if isinstance(edge, str) else edge:
-            shared = shared_nodes(self.body, name, who)
-            self._planes_at(shared, "w", edge_tangents(self._shell(who), name, shared.x, who))
+            nodes = self._nodes(name)
+            self._add(nodes, "w", edge_tangents(body, name, nodes.x, who))
 
-    def _components(self, where: Place, part: str, components: tuple, who: str) -> None:
-        if all(c is None for c in components):
-            return
-        shared = shared_nodes(self.body, where, who)
-        local = local_nodes(self.body, where, who)
+    def _components(self, where: Place, part: str, components: tuple[Any, ...]) -> None:
         for axis, component in enumerate(components):
             if component is None:
                 continue
-            if not callable(component) and component == 0:
-                self._planes_at(shared, part, np.tile(np.eye(3)[axis], (len(shared.x), 1)))
-                continue
-            dofs = part_dofs(self.body, local, part)[:, axis].copy()
-            # a prescribed motion wins over a component held at zero before
-            for x in shared.x:
-                size = ON_NODE * self.body.domain.length
-                a, b, c = (int(v) for v in np.round(x / size))
-                self._planes[part].add((a, b, c), np.eye(3)[axis])
-            self._fix(dofs, _uniform(component, len(dofs)))
-        if part == "w" and all(c is not None for c in components):
-            self._fix(part_dofs(self.body, local, "lam").ravel())
+            nodes = self._nodes(where)
+            value = _uniform(component, len(nodes.x)) if callable(component) or component else None
+            self._add(nodes, part, np.tile(np.eye(3)[axis], (len(nodes.x), 1)), value)
 
-    def _drive(self, support: scene_supports.Driven, who: str) -> None:
-        body = self.body
-        nodes = local_nodes(body, support.edge, who)
-        X = body.mixed.nodes("u")[nodes]
-        D = body.node_directors()[nodes]
+    def _drive(self, support: scene_supports.Driven) -> None:
+        nodes = self._nodes(support.edge)
         origin = np.asarray(support.origin, dtype=float)
         axis = np.asarray(support.axis, dtype=float)
         axis = axis / np.linalg.norm(axis)
@@ -205,15 +135,13 @@ class Supported:
 
         def displacement(t: float) -> Floats:
             shift = np.asarray(support.translation(t)) if support.translation else np.zeros(3)
-            return (turned(X - origin, t) + shift).ravel()
+            return (turned(nodes.x - origin, t) + shift).ravel()
 
-        self._fix(part_dofs(body, nodes, "u").ravel(), displacement)
-        rows = D.reshape(-1, 3)
-        self._fix(part_dofs(body, nodes, "w").ravel(), lambda t: turned(rows, t).ravel())
-        self._fix(part_dofs(body, nodes, "lam").ravel())
+        self._hold(support.edge, "u", displacement)
+        self._hold(support.edge, "w", lambda t: turned(nodes.director, t).ravel())
 
 
-def _uniform(component: Any, count: int) -> Callable[[float], Floats]:
+def _uniform(component: Any, count: int) -> Values:
     if callable(component):
         return lambda t: np.full(count, float(component(t)))
     return lambda t: np.full(count, float(component))

@@ -57,6 +57,23 @@ class SceneModule:
         """Assertions on the results, if there are any."""
         return getattr(self.module, "check", None)
 
+    def require_check(self, measured: Callable[..., Any] | None, what: str) -> None:
+        """Refuse to check a scene that says nothing to be checked, before it is run.
+
+        Args:
+            measured: What gives the results to be checked.
+            what: How it is called, for the error.
+
+        Raises:
+            SceneError: If the scene has no check, or no such results.
+        """
+        if self.check is None or measured is None:
+            missing = "check(results)" if self.check is None else what
+            raise SceneError(
+                f"scene '{self.name}': there is nothing to check, because it defines no {missing}; "
+                "--check must be left out"
+            )
+
     @property
     def parameters(self) -> dict[str, inspect.Parameter]:
         """Parameters of the scene."""

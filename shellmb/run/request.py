@@ -11,6 +11,7 @@ from typing import Any, Literal
 from shellmb.errors import SceneError
 from shellmb.run.loader import SceneModule, load
 from shellmb.scene import Scene
+from shellmb.scene.checks_effect import check_alpha
 
 # name in a run directory
 REQUEST = "request.json"
@@ -64,7 +65,8 @@ class Options:
         if self.scheme in ("static", "linear") and not scene.static and self.dt is None:
             # a time step is no load step: take the default one
             end = scene.t_end if self.t_end is None else self.t_end
-            scene = replace(scene, scheme=self.scheme, dt=None, t_end=end)
+            lost: dict[str, Any] = {"dt": None, "start": "given", "alpha": 1.0}
+            scene = replace(scene, scheme=self.scheme, t_end=end, **lost)
             chosen["scheme"] = None
         return scene.with_options(**chosen)
 
@@ -90,7 +92,10 @@ class Request:
             SceneError: If anything about it is wrong.
         """
         module = load(self.scene)
-        return self.options.apply(module.build(self.parameters)), module
+        scene = self.options.apply(module.build(self.parameters))
+        if self.options.alpha is not None:
+            check_alpha(scene, self.options.alpha)
+        return scene, module
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values; the path of a file becomes absolute."""

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from pydantic import BeforeValidator
 
 from shellmb.errors import SceneError
-from shellmb.scene.validate import Finite, NonNegative, Positive, described, show
+from shellmb.scene.validate import Finite, NonNegative, Positive, described, numbers, show
 
 __all__ = ["BeamMass", "BeamSection", "GeneralSection"]
 
@@ -54,7 +54,7 @@ class BeamSection:
 
 def _stiffness(value: Any) -> Matrix:
     try:
-        array = np.array(value, dtype=float)
+        array = numbers(value)
     except (TypeError, ValueError):
         array = np.zeros(0)
     array = np.diag(array) if array.shape == (6,) else array

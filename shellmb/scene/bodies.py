@@ -11,7 +11,16 @@ from shellmb.errors import SceneError
 from shellmb.scene.gmsh_surfaces import GmshFile, GmshModel
 from shellmb.scene.sections import LinearSection, Section
 from shellmb.scene.surfaces import Surface
-from shellmb.scene.validate import Edge, Name, PositiveInt, Vec3, described, show, unit_vector
+from shellmb.scene.validate import (
+    Edge,
+    Name,
+    PositiveInt,
+    Untrue,
+    Vec3,
+    described,
+    show,
+    unit_vector,
+)
 
 __all__ = ["Join", "Shell"]
 
@@ -54,7 +63,7 @@ class Shell:
     mesh: tuple[PositiveInt, PositiveInt] = (8, 8)
     degree: Literal[2, 3] = 2
     cell: Literal["quad", "tri"] = "quad"
-    geometry_order: Literal[1, 2] | None = None
+    geometry_order: Annotated[Literal[1, 2] | None, Untrue] = None
     distortion: Distortion = 0.0
     direction: Vec3 | None = None
     rotary_inertia: bool = True

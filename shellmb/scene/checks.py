@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from shellmb.errors import SceneError
-from shellmb.scene import checks_multibody
+from shellmb.scene import checks_effect, checks_multibody
 from shellmb.scene.joints import GROUND
 from shellmb.scene.loads import SurfaceForce
 from shellmb.scene.lookup import Body, bodies_of, find_shell, kind_of, listed, said
 from shellmb.scene.places import check_edges, check_point, edges_of, finite_in_time, points_of
 from shellmb.scene.sections import Hyperelastic
 from shellmb.scene.supports import Driven, Fixed
-from shellmb.scene.validate import edge_names, show
+from shellmb.scene.validate import edge_names, in_words, show
 
 if TYPE_CHECKING:
     from shellmb.scene.scene import Scene
@@ -49,6 +49,7 @@ def check(scene: Scene) -> None:
     _time_functions(scene)
     _surface_forces(scene)
     checks_multibody.check(scene)
+    checks_effect.check(scene)
 
 
 def _names(scene: Scene) -> None:
@@ -179,7 +180,13 @@ def _surface_forces(scene: Scene) -> None:
             continue
         s = np.linspace(0.05, 0.95, 7)
         x = surface.position(s, s[::-1].copy())
-        value = np.asarray(load.force(x), dtype=float)
+        try:
+            value = np.asarray(load.force(x), dtype=float)
+        except Exception as error:
+            raise SceneError(
+                f"surface force: force fails ({in_words(error)}); it must be written for an array "
+                "of positions"
+            ) from error
         if value.shape != x.shape:
             raise SceneError(
                 f"surface force: force gives an array of shape {value.shape} for positions of "

@@ -50,9 +50,9 @@ def check(scene: Scene) -> None:
     for support in scene.supports:
         if isinstance(support, Fixed):
             _directors(scene, support)
-    if scene.static:
+    if scene.static or scene.start == "equilibrium":
         _supported(scene)
-    else:
+    if not scene.static:
         _massive(scene)
 
 
@@ -212,7 +212,8 @@ def _directors(scene: Scene, support: Fixed) -> None:
 
 
 def _supported(scene: Scene) -> None:
-    """In statics every group of connected bodies needs a support or a joint to the ground."""
+    """In equilibrium every group of connected bodies needs a support or a joint to the ground."""
+    what = "a static scene" if scene.static else "a scene that starts in equilibrium"
     group = {name: name for name in (GROUND, *(b.name for b in scene.bodies))}
     pairs = [(join.first, join.second) for join in scene.joins]
     pairs += [(joint.first, joint.second) for joint in scene.joints]
@@ -227,7 +228,7 @@ def _supported(scene: Scene) -> None:
             continue
         how = "shell or join" if len(scene.shells) == len(scene.bodies) else "body or connect"
         raise SceneError(
-            f"{said(body)}: nothing supports it, so it can move rigidly; a static scene must "
+            f"{said(body)}: nothing supports it, so it can move rigidly; {what} must "
             f"support every {how} it to one that is supported"
         )
 

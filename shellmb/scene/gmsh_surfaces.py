@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
+
+from pydantic import Field
 
 from shellmb.errors import SceneError
 from shellmb.scene.surfaces import Surface
@@ -25,7 +27,7 @@ class GmshFile(Surface):
         group: Name of the physical surface; None where there is one only.
     """
 
-    path: Path
+    path: Annotated[Path, Field(strict=False)]  # a text names a file, too
     group: Name | None = None
 
     edges = None

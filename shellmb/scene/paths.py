@@ -8,7 +8,7 @@ from pydantic import Field
 
 from shellmb.errors import SceneError
 from shellmb.scene.supports import moves
-from shellmb.scene.validate import Finite, PositiveInt, described, show
+from shellmb.scene.validate import Finite, PositiveInt, Untrue, described, show
 
 if TYPE_CHECKING:
     from shellmb.scene.scene import Scene
@@ -43,7 +43,7 @@ class PathFollowing:
     iterations: PositiveInt = 5
     turn: Angle = 30.0
     branches: Literal["ignore", "detect", "switch"] = "detect"
-    side: Literal[1, -1] = 1
+    side: Annotated[Literal[1, -1], Untrue] = 1
     switches: PositiveInt = 1
 
     def __post_init__(self) -> None:

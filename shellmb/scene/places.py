@@ -10,7 +10,7 @@ from shellmb.errors import SceneError
 from shellmb.scene.beams import Beam
 from shellmb.scene.bodies import Shell
 from shellmb.scene.lookup import Body, listed, said
-from shellmb.scene.validate import edge_names, show
+from shellmb.scene.validate import edge_names, in_words, show
 
 __all__ = ["check_edges", "check_point", "edges_of", "finite_in_time", "points_of"]
 
@@ -70,8 +70,12 @@ def finite_in_time(function: Any, t_end: float, who: str, size: int) -> None:
     wanted = "a finite number" if size == 1 else f"{size} finite numbers"
     for t in (0.0, t_end / 2, t_end):
         try:
-            value = np.asarray(function(t), dtype=float)
-        except (TypeError, ValueError) as error:
-            raise SceneError(f"{who} fails at t = {t:g} ({error}); it must give {wanted}") from None
-        if value.size != size or not np.isfinite(value).all():
-            raise SceneError(f"{who} gives {show(value)} at t = {t:g}; it must give {wanted}")
+            given = function(t)
+            value = np.asarray(given)
+        except Exception as error:
+            raise SceneError(
+                f"{who} fails at t = {t:g} ({in_words(error)}); it must give {wanted}"
+            ) from error
+        # a truth value may switch something, a text is no number
+        if not (value.dtype.kind in "biuf" and value.size == size and np.isfinite(value).all()):
+            raise SceneError(f"{who} gives {show(given)} at t = {t:g}; it must give {wanted}")

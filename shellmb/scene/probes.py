@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal
 
-from shellmb.scene.validate import Name, Place, described
+from shellmb.scene.validate import Name, Place, Untrue, described
 
 __all__ = ["Probe"]
 
@@ -43,5 +43,5 @@ class Probe:
     name: Name
     point: Place
     quantity: Quantity = "displacement"
-    component: Literal[0, 1, 2, "norm"] = 2
+    component: Annotated[Literal[0, 1, 2, "norm"], Untrue] = 2
     body: Name | None = None

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pydantic import BeforeValidator
 
 from shellmb.errors import SceneError
-from shellmb.scene.validate import Matrix3, Name, NonNegative, Vec3, described, show
+from shellmb.scene.validate import Matrix3, Name, NonNegative, Vec3, described, numbers, show
 
 __all__ = ["RigidBody", "rotation_matrix"]
 
@@ -38,7 +38,7 @@ def rotation_matrix(vector: Any) -> Matrix:
 def _vector_or_matrix(value: Any) -> Any:
     """Told apart here, so that an error speaks of both."""
     try:
-        array = np.asarray(value, dtype=float)
+        array = numbers(value)
     except (TypeError, ValueError):
         array = np.zeros(0)
     if array.shape not in ((3,), (3, 3)) or not np.isfinite(array).all():

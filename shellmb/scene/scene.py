@@ -122,9 +122,7 @@ class Scene:
     @property
     def static(self) -> bool:
         """Whether the scene has no velocities."""
-        if isinstance(self.scheme, str):
-            return not checks.SCHEMES.get(self.scheme, (True, True))[0]
-        return not getattr(self.scheme, "dynamic", True)
+        return is_static(self.scheme)
 
     @property
     def bodies(self) -> tuple[Body, ...]:
@@ -185,6 +183,10 @@ class Scene:
     ) -> Scene:
         """The same scene with some choices replaced, checked again; None keeps a choice.
 
+        What a new scheme cannot have is left out: the path of a static scene, initial velocities
+        and the start of a dynamic one, the dissipation. A load step that exceeds a new end becomes
+        the default one.
+
         Args:
             scheme: Scheme.
             alpha: Dissipation.
@@ -203,9 +205,10 @@ class Scene:
         shell = {"mesh": mesh, "degree": degree, "cell": cell}
         beam = {"elements": mesh[0] if mesh is not None else None, "degree": degree}
         changes, shell_changes, beam_changes = map(_given, (chosen, shell, beam))
-        if scheme is not None and getattr(scheme, "name", scheme) != "static":
-            # only equilibria have a path
-            changes["path"] = None
+        new = changes.get("scheme", self.scheme)
+        changes |= _lost(new)
+        if dt is None and is_static(new) and t_end is not None and t_end < (self.dt or 0.0):
+            changes["dt"] = None
         if shell_changes:
             names = self._refined(body, mesh)
             changes["shells"] = _changed(self.shells, names, shell_changes)
@@ -228,6 +231,26 @@ class Scene:
                 "mesh is read from a file"
             )
         return {b.name for b in found}
+
+
+def is_static(scheme: Any) -> bool:
+    """Whether a scheme, or that of a name, has no velocities."""
+    if isinstance(scheme, str):
+        return not checks.SCHEMES.get(scheme, (True, True))[0]
+    return not getattr(scheme, "dynamic", True)
+
+
+def _lost(scheme: Any) -> dict[str, Any]:
+    """What a scheme cannot have, with what is left of it."""
+    lost: dict[str, Any] = {}
+    if getattr(scheme, "name", scheme) != "static":
+        # only equilibria have a path
+        lost["path"] = None
+    if is_static(scheme):
+        lost |= {"initial": (), "start": "given"}
+    if scheme != "ed":
+        lost["alpha"] = 1.0
+    return lost
 
 
 def _given(choices: dict[str, Any]) -> dict[str, Any]:

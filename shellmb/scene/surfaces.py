@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shellmb.errors import SceneError
-from shellmb.scene.validate import Positive, Vec3, described, show, unit_vector
+from shellmb.scene.validate import Positive, Vec3, described, in_words, show, unit_vector
 
 __all__ = ["Parametric", "Rectangle", "Surface"]
 
@@ -103,6 +103,12 @@ class Rectangle(Surface):
 class Parametric(Surface):
     """Any smooth surface over the unit square; its normal is ``X_,xi x X_,eta``.
 
+    It is never closed: where the map puts ``left`` and ``right`` (or ``bottom`` and ``top``) on the
+    same line it is slit, as an annular plate cut open. Each lip has its own nodes, edge and corner
+    points, which can move apart; a node inside a lip has no name. What is to close must be a
+    :class:`Cylinder`, :class:`Sphere` or :class:`Disc` of 360 degrees, or a user's own
+    :class:`Surface` with ``closed = True``.
+
     Args:
         map: Vectorised ``map(xi, eta) -> array (3, n)`` of positions [m] for ``xi``, ``eta`` of
             shape (n,) in [0, 1].
@@ -114,9 +120,15 @@ class Parametric(Surface):
         """Reference positions, shape (3, n).
 
         Raises:
-            SceneError: If the map returns another shape or a number that is not finite.
+            SceneError: If the map fails, returns another shape or a number that is not finite.
         """
-        x = np.asarray(self.map(xi, eta), dtype=float)
+        try:
+            x = np.asarray(self.map(xi, eta), dtype=float)
+        except Exception as error:
+            raise SceneError(
+                f"parametric surface: map fails ({in_words(error)}); it must be written for arrays "
+                "xi and eta"
+            ) from error
         if x.shape != (3, xi.size):
             raise SceneError(
                 f"parametric surface: map returns an array of shape {x.shape} for {xi.size} "

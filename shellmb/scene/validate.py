@@ -25,10 +25,14 @@ __all__ = [
     "Positive",
     "PositiveInt",
     "Spot",
+    "Untrue",
     "Vec3",
     "Windows",
     "described",
     "edge_names",
+    "in_words",
+    "number",
+    "numbers",
     "show",
     "unit_vector",
 ]
@@ -39,10 +43,47 @@ def _plain(value: Any) -> Any:
     return value.tolist() if isinstance(value, np.generic | np.ndarray) else value
 
 
+def _tuples(value: Any) -> Any:
+    """A plain value, with tuples for lists, also within lists and tuples."""
+    value = _plain(value)
+    return tuple(_tuples(v) for v in value) if type(value) in (list, tuple) else value
+
+
+def number(value: Any) -> float:
+    """``value`` as a float; truth values and texts are no numbers.
+
+    Raises:
+        ValueError: If it is none.
+    """
+    if isinstance(value, bool | np.bool_ | str | bytes):
+        raise ValueError("it must be a number")
+    return float(value)
+
+
+def _untrue(value: Any) -> Any:
+    """For choices among numbers: Python counts True as 1."""
+    if isinstance(value, bool):
+        raise ValueError("it must be a number")
+    return value
+
+
+def numbers(value: Any) -> np.ndarray:
+    """Numbers in rows and columns, each as :func:`number` takes it.
+
+    Raises:
+        ValueError: If something is no number, or rows differ in length.
+        TypeError: The same.
+    """
+    array = np.asarray(_plain(value), dtype=object)
+    return np.array([number(v) for v in array.ravel()], dtype=float).reshape(array.shape)
+
+
 def _vector(value: Any) -> tuple[float, float, float]:
     value = _plain(value)
     try:
-        x, y, z = (float(c) for c in value)
+        if isinstance(value, str | bytes | dict | set | frozenset):
+            raise TypeError("it has no order of components")
+        x, y, z = (number(c) for c in value)
     except (TypeError, ValueError):
         raise ValueError("it must be a vector of three numbers") from None
     if not all(math.isfinite(c) for c in (x, y, z)):
@@ -55,7 +96,7 @@ def _place(value: Any) -> str | tuple[str, ...] | tuple[float, float, float]:
     if isinstance(value, str) and value:
         return value
     if isinstance(value, Sequence) and value and all(isinstance(v, str) and v for v in value):
-        return tuple(value)
+        return _once(value)
     try:
         return _vector(value)
     except ValueError:
@@ -64,11 +105,18 @@ def _place(value: Any) -> str | tuple[str, ...] | tuple[float, float, float]:
         ) from None
 
 
+def _once(names: Sequence[str]) -> tuple[str, ...]:
+    """Names of edges; a load would act twice on one that is named twice."""
+    if len(set(names)) < len(names):
+        raise ValueError("it must name each edge once")
+    return tuple(names)
+
+
 def _edge(value: Any) -> str | tuple[str, ...]:
     if isinstance(value, str) and value:
         return value
     if isinstance(value, Sequence) and value and all(isinstance(v, str) and v for v in value):
-        return tuple(value)
+        return _once(value)
     raise ValueError("it must be the name of an edge or a tuple of such names")
 
 
@@ -105,7 +153,7 @@ def _windows(value: Any) -> tuple[tuple[float, float], ...] | None:
         return None
     try:
         single = isinstance(value[0], int | float)
-        pairs = tuple((float(a), float(b)) for a, b in ([value] if single else value))
+        pairs = tuple((number(a), number(b)) for a, b in ([value] if single else value))
     except (TypeError, ValueError, IndexError, KeyError):
         raise ValueError("it must be a pair (start, end) of times, or several pairs") from None
     last = -math.inf
@@ -116,10 +164,11 @@ def _windows(value: Any) -> tuple[tuple[float, float], ...] | None:
     return pairs
 
 
-Finite = Annotated[float, BeforeValidator(_plain), Field(allow_inf_nan=False)]
-Positive = Annotated[float, BeforeValidator(_plain), Field(gt=0, allow_inf_nan=False)]
-NonNegative = Annotated[float, BeforeValidator(_plain), Field(ge=0, allow_inf_nan=False)]
-PositiveInt = Annotated[int, BeforeValidator(_plain), Field(gt=0)]
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+PositiveInt = Annotated[int, Field(gt=0)]
+Untrue = BeforeValidator(_untrue)
 Name = Annotated[str, Field(min_length=1)]
 Vec3 = Annotated[tuple[float, float, float], BeforeValidator(_vector)]
 Axis = Annotated[Vec3, AfterValidator(_nonzero)]
@@ -159,6 +208,12 @@ def show(value: Any) -> str:
     return text if len(text) <= 60 else text[:57] + "..."
 
 
+def in_words(error: Exception) -> str:
+    """What an error of a user's function says; some say little without their kind."""
+    text = str(error)
+    return text if isinstance(error, TypeError | ValueError) else f"{type(error).__name__}: {text}"
+
+
 _BOUNDS = {
     "greater_than": ("greater than", "gt"),
     "greater_than_equal": ("at least", "ge"),
@@ -173,6 +228,7 @@ _KINDS = {
     "int_parsing": "it must be a whole number",
     "int_from_float": "it must be a whole number",
     "string_type": "it must be a text",
+    "tuple_type": "it must be a tuple",
     "string_too_short": "it must not be empty",
     "callable_type": "it must be a function",
     "bool_type": "it must be True or False",
@@ -190,7 +246,7 @@ def _requirement(error: Any) -> str:
         return str(context["error"])
     if kind == "literal_error":
         return f"it must be {context['expected']}"
-    if kind in ("is_instance_of", "dataclass_type"):
+    if kind in ("is_instance_of", "dataclass_type", "dataclass_exact_type"):
         words = context.get("class") or context.get("class_name")
         return f"it must be {'an' if words[0] in 'AEIOU' else 'a'} {words.lower()}"
     return str(_KINDS.get(kind, error["msg"].replace("Input should", "it should")))
@@ -239,12 +295,15 @@ def described[T](label: str) -> Callable[[type[T]], type[T]]:
     """
 
     def decorate(cls: type[T]) -> type[T]:
-        config = ConfigDict(arbitrary_types_allowed=True, extra="forbid")
+        # strict: neither texts nor truth values are numbers, and numbers are no truth values
+        config = ConfigDict(arbitrary_types_allowed=True, extra="forbid", strict=True)
         made: Any = pydantic_dataclass(frozen=True, config=config)(cls)
         checked_init = made.__init__
 
         @functools.wraps(checked_init)
         def init(self: Any, *args: Any, **kwargs: Any) -> None:
+            args = tuple(_tuples(value) for value in args)
+            kwargs = {name: _tuples(value) for name, value in kwargs.items()}
             try:
                 checked_init(self, *args, **kwargs)
             except ValidationError as failure:

@@ -15,7 +15,7 @@ import ufl
 from dolfinx import fem
 
 from shellmb.errors import ConvergenceError
-from shellmb.model.body import LoadFactors, TimeFunction
+from shellmb.model.body import LoadFactors, Rates, TimeFunction
 from shellmb.model.model import Model
 from shellmb.schemes.base import Levels, at_state
 from shellmb.simulate.fields import body_field
@@ -55,6 +55,10 @@ class Relaxation:
                 body.inertia(weight * (unknown - q), test),
                 body.internal(at_state(unknown), test),
             ]
+            # what the user's terms and motors do to a body at rest
+            rest, time = fem.Function(space), fem.Constant(space.mesh, 0.0)
+            extra = body.extra(unknown, Rates(rest, rest), test, time)
+            forms.append(None if extra is None else -extra)
             loads = body.loads()
             if loads is not None:
                 self._loads.append(loads)

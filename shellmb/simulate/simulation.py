@@ -15,6 +15,7 @@ import numpy as np
 from shellmb.errors import ConvergenceError
 from shellmb.model.model import Model, build_model
 from shellmb.scene import Scene
+from shellmb.scene.checks_effect import check_begin
 from shellmb.schemes.base import Scheme
 from shellmb.schemes.registry import make_scheme
 from shellmb.simulate.arclength import ArcSize, PathSteps
@@ -117,6 +118,9 @@ class Simulation:
         scene: The scene.
         comm: Communicator.
 
+    Raises:
+        SceneError: If it cannot be built, or cannot begin as it is described.
+
     Attributes:
         model: Bodies.
         scheme: Time scheme.
@@ -133,6 +137,7 @@ class Simulation:
 
     def __init__(self, scene: Scene, comm: MPI.Comm = MPI.COMM_WORLD) -> None:
         begin = clock.perf_counter()
+        check_begin(scene)
         self.scene = scene
         self.scheme: Scheme = make_scheme(scene.scheme, scene.alpha)
         assert scene.dt is not None and scene.t_end is not None

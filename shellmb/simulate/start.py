@@ -48,10 +48,10 @@ class Start:
             SceneError: If a joint is open and the scene does not ask to close it.
             ConvergenceError: If the joints cannot be closed, or there is no equilibrium.
         """
-        if not self._tied:
-            return
-        q = {name: levels.q for name, levels in self.problem.levels.items()}
-        name, gap = largest_gap(self.model, q)
+        name, gap = "", 0.0
+        if self._tied:
+            q = {name: levels.q for name, levels in self.problem.levels.items()}
+            name, gap = largest_gap(self.model, q)
         wanted = self.scene.start == "equilibrium" and self.problem.scheme.dynamic
         if gap > OPEN and not self.scene.assemble:
             raise SceneError(

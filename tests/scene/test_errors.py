@@ -87,7 +87,7 @@ BAD = {
     "most": lambda: Cylinder(1, 1, (0, 400)),
     "sphere: polar is (10.0, 180.0); it must begin at 0 or more and end below 180 "
     "degrees": lambda: Sphere(1, (10, 180)),
-    "disc: radius is nan; it must be greater than 0": lambda: Disc(NAN),
+    "disc: radius is nan; it must be a finite number": lambda: Disc(NAN),
     "gmsh file: path is 'nowhere.msh'; there is no such file": lambda: GmshFile("nowhere.msh"),
     "gmsh model: build is 3; it must be a function": lambda: GmshModel(3),
     "shell 'a': mesh[0] is 0; it must be greater than 0": lambda: Shell(
@@ -178,7 +178,7 @@ BAD = {
     "scene 's': dt is 0; it must be greater than 0": lambda: made_of(
         PLATE, scheme="ep", dt=0, t_end=1
     ),
-    "scene 's': dt is nan; it must be greater than 0": lambda: made_of(
+    "scene 's': dt is nan; it must be a finite number": lambda: made_of(
         PLATE, scheme="ep", dt=NAN, t_end=1
     ),
     "scene 's': dt is inf; it must be a finite number": lambda: made_of(

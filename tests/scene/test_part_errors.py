@@ -108,7 +108,7 @@ BAD = {
     ),
     "tubular section: thickness is 1.0; it must be less than the radius 1.0, or use "
     "CircularSection": lambda: TubularSection(1, 0.3, 1, 1),
-    "general section: stiffness is [1, 2]; it must be 6 by 6 finite numbers, or the 6 of a "
+    "general section: stiffness is (1, 2); it must be 6 by 6 finite numbers, or the 6 of a "
     "diagonal": lambda: GeneralSection([1, 2]),
     "general section: stiffness is 'stiff'; it must be 6 by 6 finite numbers, or the 6 of a "
     "diagonal": lambda: GeneralSection("stiff"),

@@ -1,0 +1,46 @@
+"""Doubts about bodies that are possible but hardly meant; warnings, on the first rank."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from mpi4py import MPI
+
+from shellmb.errors import ShellmbWarning
+from shellmb.scene.lookup import said
+
+if TYPE_CHECKING:
+    from shellmb.model.beam import BeamModel
+    from shellmb.model.shell import ShellModel
+
+
+def doubt_thickness(
+    comm: MPI.Comm, shells: Mapping[str, ShellModel], beams: Mapping[str, BeamModel]
+) -> None:
+    """Warn of shells thicker and beams wider than they are long: mostly mistakes of units.
+
+    Args:
+        comm: Communicator.
+        shells: Shells by name.
+        beams: Beams by name.
+    """
+    if comm.rank != 0:
+        return
+    sizes = [
+        (shell.shell, "thickness", shell.shell.section.thickness, shell.surface_mesh.length)
+        for shell in shells.values()
+    ]
+    sizes += [
+        (beam.beam, "size of its section", beam.beam.section.size, beam.domain.length)  # type: ignore[misc]
+        for beam in beams.values()
+    ]
+    for body, what, size, length in sizes:
+        if size > length:
+            warnings.warn(
+                f"{said(body)}: the {what} is {size:.4g} m and it is {length:.4g} m long; the "
+                "theory is for thin bodies, so check the units",
+                ShellmbWarning,
+                stacklevel=3,
+            )

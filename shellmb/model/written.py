@@ -1,0 +1,118 @@
+"""Functions that users write in UFL: what they return is looked at before it is compiled."""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import ufl
+from ufl.algorithms import expand_derivatives
+from ufl.algorithms.analysis import extract_arguments
+from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
+from ufl.algorithms.check_arities import ArityMismatch, check_integrand_arity
+from ufl.constantvalue import ScalarValue, Zero
+from ufl.core.expr import Expr
+from ufl.corealg.traversal import traverse_unique_terminals
+
+from shellmb.errors import SceneError
+from shellmb.scene.validate import in_words, show
+
+
+def written(function: Callable[..., Any], arguments: Sequence[Any], who: str) -> Expr:
+    """The scalar that a user's function returns.
+
+    Args:
+        function: The function.
+        arguments: What it is called with.
+        who: What it is, for errors, as in ``"shell 'plate': energy"``.
+
+    Raises:
+        SceneError: If it fails, or returns something else than a number or a scalar of UFL.
+    """
+    try:
+        value = function(*arguments)
+    except Exception as error:
+        raise SceneError(
+            f"{who} {show(function)} fails ({in_words(error)}); it must be written with operators "
+            "and functions of UFL"
+        ) from error
+    try:
+        expression = ufl.as_ufl(value)
+    except (TypeError, ValueError):
+        expression = None
+    if expression is None or isinstance(value, bool) or expression.ufl_shape:
+        raise SceneError(
+            f"{who} {show(function)} returns {_said(value)}; it must return a scalar of UFL"
+        )
+    return expression
+
+
+def resists_all(
+    energy: Callable[..., Any], strains: Any, parameters: Mapping[str, Expr], who: str
+) -> None:
+    """Refuse an energy that some strain does not enter: nothing would resist it.
+
+    Args:
+        energy: The user's function.
+        strains: A named tuple of strains, each a coefficient or constant of its own.
+        parameters: Second argument of the energy.
+        who: What it is, for the error.
+
+    Raises:
+        SceneError: Names the strains, or says what else is wrong with the function.
+    """
+    value = written(energy, (strains, parameters), who)
+    used = set(traverse_unique_terminals(value))
+    missing = [name for name, strain in strains._asdict().items() if strain not in used]
+    if missing:
+        raise SceneError(
+            f"{who} {show(energy)} does not depend on {' and '.join(missing)}; it must resist all "
+            "strains"
+        )
+
+
+def virtual_work(terms: Sequence[Callable[..., Any]], point: Any, dq: Expr, who: str) -> Expr:
+    """Sum of a user's terms.
+
+    Args:
+        terms: Functions of a point of a shell or a beam.
+        point: The point.
+        dq: Variation of the state; where it is no test function but a motion, work is meant.
+        who: The body, for errors.
+
+    Raises:
+        SceneError: If a term fails, or is no virtual work: linear in the variation.
+    """
+    tested = bool(extract_arguments(dq))
+    found = []
+    for term in terms:
+        value = written(term, (point,), f"{who}: term")
+        if tested and not _linear(value):
+            raise SceneError(
+                f"{who}: term {show(term)} returns {_said(value)}, which is not linear in the "
+                "variation; it must be a virtual work, as ufl.dot(force, point.du)"
+            )
+        found.append(value)
+    return sum(found[1:], found[0])
+
+
+def _linear(value: Expr) -> bool:
+    """Whether an expression is linear in the test function, or zero."""
+    lowered = expand_derivatives(apply_algebra_lowering(value))
+    if isinstance(lowered, Zero) or lowered == 0:
+        return True
+    arguments = extract_arguments(lowered)
+    if not arguments:
+        return False
+    try:
+        check_integrand_arity(lowered, tuple(arguments))
+    except ArityMismatch:
+        return False
+    return True
+
+
+def _said(value: Any) -> str:
+    """What was returned; expressions of UFL are too long to be shown."""
+    if isinstance(value, ScalarValue):
+        return str(value)
+    if isinstance(value, Expr):
+        return f"an expression of shape {value.ufl_shape}" if value.ufl_shape else "an expression"
+    return show(value)
