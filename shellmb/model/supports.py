@@ -11,10 +11,20 @@ from dolfinx import fem, mesh
 from shellmb.errors import SceneError
 from shellmb.model.body import FixedDofs
 from shellmb.model.nodal import NodalConstraint, plane
-from shellmb.model.places import ON_NODE, Meshed, Nodes, Place, local_nodes, part_dofs, shared_nodes
+from shellmb.model.places import (
+    ON_NODE,
+    Meshed,
+    Nodes,
+    Place,
+    local_nodes,
+    part_dofs,
+    said_point,
+    shared_nodes,
+)
 from shellmb.model.shell import ShellModel
 from shellmb.scene import supports as scene_supports
 from shellmb.scene.supports import Support
+from shellmb.scene.validate import show
 
 Floats = npt.NDArray[np.float64]
 
@@ -29,6 +39,7 @@ class _Planes:
     nodes: dict[tuple[int, int, int], list[Floats]] = field(default_factory=dict)
     dofs: list[npt.NDArray[np.int64]] = field(default_factory=list)
     normals: list[Floats] = field(default_factory=list)
+    x: list[Floats] = field(default_factory=list)
 
     def add(self, key: tuple[int, int, int], normal: Floats) -> bool:
         """Remember a direction at a node; False if the node is already held along it."""
@@ -83,6 +94,7 @@ class Supported:
                 self._along_edge(support.edge, who)
             case scene_supports.SymmetryPlane():
                 self._plane(support.edge, "u", support.normal, who)
+                self._crosses(support, who)
                 self._plane(support.edge, "w", support.normal, who)
             case scene_supports.Fixed():
                 self._components(support.where, "u", support.displacement, who)
@@ -105,7 +117,7 @@ class Supported:
             scale = body.force_size * (1.0 if part == "u" else body.domain.length)
             vector = (body.name, dofs, np.zeros((len(dofs), 3)))
             comm = body.domain.mesh.comm
-            made.append(plane(name, comm, vector, normals, scale))
+            made.append(plane(name, comm, vector, normals, scale, np.array(planes.x)))
         return made
 
     def _fix(
@@ -153,6 +165,7 @@ class Supported:
             else:
                 planes.dofs.append(dofs)
                 planes.normals.append(normal)
+                planes.x.append(x)
         local = index_map.global_to_local(np.array(fixed, dtype=np.int64))
         self._fix(np.asarray(local[local >= 0], dtype=np.int32))
 
@@ -160,6 +173,19 @@ class Supported:
         if not isinstance(self.body, ShellModel):
             raise SceneError(f"{who}: '{self.body.name}' is no shell; it must be one")
         return self.body
+
+    def _crosses(self, support: scene_supports.SymmetryPlane, who: str) -> None:
+        """A director along the normal of its plane cannot stay in it."""
+        normal = np.asarray(support.normal) / np.linalg.norm(support.normal)
+        shared = shared_nodes(self.body, support.edge, who)
+        along = np.abs(np.abs(shared.directors[:, 0] @ normal) - 1) < PARALLEL
+        if isinstance(self.body, ShellModel) and along.any():
+            at = said_point(shared.x[int(np.argmax(along))], self.body.domain.length)
+            raise SceneError(
+                f"{who}: normal is {show(support.normal)}; it must not be the normal of the shell "
+                f"'{self.body.name}' itself, as it is at {at}: a shell crosses its planes of "
+                "symmetry"
+            )
 
     def _along_edge(self, edge: str | tuple[str, ...], who: str) -> None:
         """The director does not lean along the edge."""
