@@ -108,7 +108,7 @@ class Motions:
         body, nodes, X, D = self.model.nodes_of(name)
         frame, turns = self.frames[name], np.eye(3)
         u = body.mixed.dofs["u"].reshape(-1, 3)[nodes]
-        w = body.mixed.dofs["w"].reshape(len(body.mixed.dofs["u"]) // 3, -1)[nodes]
+        w = body.mixed.dofs["w"].reshape(-1, body.mixed.parts["w"][1])[nodes]
         moves = np.zeros((*u.shape, 6))
         moves[:, :, :3] = frame.size * turns
         moves[:, :, 3:] = np.cross(turns, (X - frame.middle)[:, None]).transpose(0, 2, 1)

@@ -86,8 +86,8 @@ def inner_rows(model: Model, unknowns: Unknowns, given: Given, touched: Ints) ->
         if reference is None:
             continue
         numbers = unknowns.numbers[body.name]
-        w = numbers[body.mixed.dofs["w"]].reshape(len(reference), -1)
-        lam = numbers[body.mixed.dofs["lam"]].reshape(len(reference), -1)
+        w = numbers[body.mixed.dofs["w"]].reshape(reference.shape)
+        lam = numbers[body.mixed.dofs["lam"]].reshape(-1, body.mixed.parts["lam"][1])
         tied = np.isin(w, touched).any(axis=1) | given.has(w).any(axis=1)
         # nodes are looked at by the rank and the body that have their multipliers
         owned = body.mixed.space.dofmap.index_map.size_local
@@ -128,7 +128,7 @@ def _states(numbers: Ints, given: Given) -> Floats:
     states = np.zeros((given.values.shape[1], len(flat)))
     here = given.has(flat)
     states[:, here] = given.values[given.place(flat[here])].T
-    return states.reshape(-1, *numbers.shape)
+    return states.reshape(len(states), *numbers.shape)
 
 
 def _row(

@@ -1,6 +1,7 @@
 """Static scenes in which something can move freely: the motion is named before any step."""
 
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 from mpi4py import MPI
@@ -345,3 +346,22 @@ def run_modes():
 def test_motions_in_words(motions: Any, said: str) -> None:
     frame = Frame(np.array([1.0, 0.0, 0.0]), 2.0)
     assert describe(frame, np.asarray(motions, dtype=float)) == said
+
+
+TWO_RANKS = """
+from test_mechanisms_static import FREE, MPI, Scene, SceneError, sound_model
+
+for case in ("a kinked join", "a rod about a shell's director", "a foundation along z"):
+    options, said = FREE[case]
+    try:
+        sound_model(Scene("s", **options), MPI.COMM_WORLD)
+    except SceneError as error:
+        found = MPI.COMM_WORLD.gather(said in str(error))
+        print(*(found or []), end=" ")
+"""
+
+
+@pytest.mark.mpi
+def test_all_ranks_say_the_same(mpirun) -> None:
+    source = f"import sys; sys.path.insert(0, {str(Path(__file__).parent)!r})\n{TWO_RANKS}"
+    assert mpirun(2, "-c", source).split() == ["True"] * 6
