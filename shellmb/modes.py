@@ -13,12 +13,13 @@ from dolfinx import fem
 from ufl import Form
 
 from shellmb.errors import ConvergenceError, SceneError
-from shellmb.model.model import Model, build_model
+from shellmb.model.model import Model
 from shellmb.scene import Scene
 from shellmb.scene.loads import FollowerEdgeForce, FollowerSurfaceForce, Gravity, Pressure
 from shellmb.schemes.base import at_state
 from shellmb.simulate.fields import body_field
 from shellmb.simulate.simulation import Simulation
+from shellmb.simulate.sound import sound_model
 from shellmb.system.assembly import BlockSystem
 from shellmb.system.direct import MUMPS_OPTIONS
 from shellmb.system.fields import Field
@@ -79,14 +80,15 @@ def natural_modes(
         loaded: Whether the modes are those of the static equilibrium under the scene's loads.
 
     Raises:
-        SceneError: If a body has no mass, or `count` is not positive.
+        SceneError: If a body has no mass, `count` is not positive, or constraints contradict one
+            another.
         ConvergenceError: If the static state or the eigenproblem does not converge, or there are
             fewer modes than wanted.
     """
     if count < 1:
         raise SceneError(f"modes: count is {count}; it must be at least 1")
     moving = scene.with_options(scheme="ep", dt=scene.dt or 1.0, t_end=scene.t_end or 1.0)
-    model = build_model(moving, comm)
+    model, _ = sound_model(moving, comm)
     state = Simulation(scene.with_options(scheme="static"), comm) if loaded else None
     if state is not None:
         state.run()
@@ -184,7 +186,13 @@ def _solve(
     for key, option in MUMPS_OPTIONS.items():
         options[f"{prefix}st_{key}"] = option
     solver.setFromOptions()
-    solver.solve()
+    try:
+        solver.solve()
+    except PETSc.Error as error:
+        raise ConvergenceError(
+            f"modes: the matrix of the eigenproblem has no factors (PETSc error {error.ierr}); it "
+            "must be regular: look for bodies without stiffness and mass"
+        ) from error
     if solver.getConverged() < count:
         raise ConvergenceError(
             f"modes: {solver.getConverged()} of {count} modes converged; ask for fewer, or refine"

@@ -50,6 +50,18 @@ class FixedDofs:
     value: Callable[[float], npt.NDArray[np.float64]]
     moving: bool
 
+    def rate(self, h: float) -> Values:
+        """Rates at the time 0, shape (n,).
+
+        Args:
+            h: Step of the difference, s.
+        """
+        if not self.moving:
+            return np.zeros(len(self.dofs))
+        # one-sided, of fourth order: the motion need not be defined before the start
+        weights = np.array([-25, 48, -36, 16, -3]) / (12 * h)
+        return np.asarray(np.dot(weights, [self.value(k * h) for k in range(5)]))
+
 
 @dataclass(frozen=True)
 class NodeLink:

@@ -1,6 +1,6 @@
 """Constraints at nodes, a group per kind: what joints, kinks and planes have in common."""
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable
 from functools import cached_property
 
 import numpy as np
@@ -17,12 +17,14 @@ from shellmb.forms.mixed import Interval
 from shellmb.forms.path import ConstraintRow, Step, constraint_row
 from shellmb.forms.state import Layout
 from shellmb.kernels import JIT_OPTIONS
-from shellmb.model.body import Massless, NodeLink, PartScale, Term
+from shellmb.model.body import Dofs, FixedDofs, Massless, NodeLink, PartScale, Term
 
 Floats = npt.NDArray[np.float64]
 
 # a multiplier below this part of the group's force counts as zero
 SMALL_FORCE = 1e-3
+# step of differences of constraints that are not quadratic: both of their errors are some 1e-11
+SMALL_STEP = 1e-5
 
 
 class ConstraintGroup(Massless):
@@ -41,7 +43,10 @@ class ConstraintGroup(Massless):
     Attributes:
         labels: Name of each item, for messages and results.
         allowed: Constraints that may act at all, shape (items, count): not the redundant ones.
+        quadratic: Whether they are at most quadratic in the state.
     """
+
+    quadratic = True
 
     def __init__(
         self,
@@ -78,17 +83,17 @@ class ConstraintGroup(Massless):
         assert self.on is not None
         set_constants(self.on, self.nodes, (on & self.allowed).astype(float))
 
-    def drop(self, dropped: Collection[tuple[str, int]]) -> None:
-        """Leave redundant constraints out for good; a group that has some must be `switched`.
+    def drop(self, item: int, component: int) -> None:
+        """Leave a constraint that others imply out for good: its multiplier is held at zero.
 
         Args:
-            dropped: Labels, and which of the constraints of each; those of other groups, too.
+            item: Which item.
+            component: Which of its constraints.
         """
-        for label, component in dropped:
-            if label in self.labels:
-                self.allowed[self.labels.index(label), component] = False
-        if self.on is not None:
-            self.switch(np.ones_like(self.allowed))
+        self.allowed[item, component] = False
+        rows = self.mixed.dofs["mu"].reshape(-1, self.count)[self.nodes.item == item]
+        zeros = np.zeros(len(rows))
+        self.fixed.append(FixedDofs(rows[:, component], lambda t: zeros, False))
 
     def _part(self, q: Expr, name: str) -> list[Expr]:
         value = self.layout.part(q, name)
@@ -152,6 +157,13 @@ class ConstraintGroup(Massless):
         expression = fem.Expression(self.violation(state), points, jit_options=JIT_OPTIONS)
         return state, expression, values
 
+    def _evaluate(self, array: Floats) -> Floats:
+        state, expression, values = self._evaluation
+        state.x.array[:] = array
+        values.interpolate(expression)
+        rows = values.function_space.dofmap.list[:, 0]
+        return np.array(values.x.array.reshape(-1, self.count)[rows])
+
     def all_violations(self, q: fem.Function) -> Floats:
         """Values of the constraints of the local items, also of those that are off.
 
@@ -161,19 +173,48 @@ class ConstraintGroup(Massless):
         Returns:
             One row per local item, shape (local items, count).
         """
-        state, expression, values = self._evaluation
-        state.x.array[:] = q.x.array
-        values.interpolate(expression)
-        rows = values.function_space.dofmap.list[:, 0]
-        return np.asarray(values.x.array.reshape(-1, self.count)[rows])
+        return self._evaluate(q.x.array)
 
-    def violations(self, q: fem.Function) -> Floats:
-        """Those of the local items, zero where switched off, shape (local items, count)."""
-        found = self.all_violations(q)
+    @property
+    def acting(self) -> npt.NDArray[np.bool_]:
+        """Which constraints of the local items act now, shape (local items, count)."""
+        acting = self.allowed[self.nodes.item]
         if self.on is not None:
             rows = self.on.function_space.dofmap.list[:, 0]
-            found = found * self.on.x.array.reshape(-1, self.count)[rows]
-        return found
+            acting = acting & (self.on.x.array.reshape(-1, self.count)[rows] > 0)
+        return acting
+
+    def violations(self, q: fem.Function) -> Floats:
+        """Those of the local items, zero where they do not act, shape (local items, count)."""
+        return np.where(self.acting, self.all_violations(q), 0.0)
+
+    def gradients(self, length: float) -> tuple[Floats, Dofs]:
+        """Derivatives of the constraints at the reference, without a compiled form.
+
+        Of quadratic constraints differences are exact.
+
+        Args:
+            length: Size of the scene, m.
+
+        Returns:
+            Derivatives, shape (local items, count, columns), and the local dofs they are along,
+            shape (local items, columns).
+        """
+        sizes = {p: n for p, (_, n) in self.mixed.parts.items() if p != "mu"}
+        dofs = np.hstack([self.mixed.dofs[p].reshape(-1, n) for p, n in sizes.items()])
+        small = 1.0 if self.quadratic else SMALL_STEP
+        unit = {p: length if p.startswith("u") else 1.0 for p in sizes}
+        steps = [small * unit[p] for p, n in sizes.items() for _ in range(n)]
+        columns = []
+        for step, column in zip(steps, dofs.T, strict=True):
+            state = np.zeros_like(self._evaluation[0].x.array)
+            state[column] = step
+            columns.append((self._evaluate(state) - self._evaluate(-state)) / (2 * step))
+        return np.stack(columns, axis=2), dofs
+
+    def gaps(self, states: npt.NDArray[np.float64]) -> Floats:
+        """Largest violations of the local items over local states, shape (states, local dofs)."""
+        return np.asarray(np.max([np.abs(self._evaluate(s)) for s in states], axis=0))
 
     def constraint_error(self, q: fem.Function) -> float:
         """Largest violation on this rank, relative to the scene's length."""

@@ -108,6 +108,9 @@ class CoordinateGroup(ConstraintGroup):
         length: Size of the scene, m.
     """
 
+    # an angle enters by its sine and cosine
+    quadratic = False
+
     def __init__(
         self, comm: MPI.Comm, items: Sequence[BoundCoordinate], force: float, length: float
     ) -> None:
@@ -156,6 +159,11 @@ class CoordinateGroup(ConstraintGroup):
 
     def _angle(self, q: Expr) -> Expr:
         return forms.cosine_sine(*self._places(q))
+
+    def drop(self, item: int, component: int) -> None:
+        """Leave out the driver of a coordinate that others drive in the same way."""
+        here = self.mixed.dofs["x"][self.nodes.item == item]
+        self.fixed = [f for f in self.fixed if not np.isin(f.dofs, here).any()]
 
     def internal(self, span: Interval, dq: Expr) -> Form:
         """The equation at the end of the sub-interval, its force along a discrete gradient."""

@@ -29,6 +29,9 @@ from shellmb.scene.elements import Element, JointElement
 
 Floats = npt.NDArray[np.float64]
 
+# a change of force below this part of the force is round-off
+ROUND_OFF = 1e-9
+
 
 @dataclass(frozen=True)
 class BoundElement:
@@ -119,8 +122,10 @@ class ElementGroup(Massless):
         time = fem.Constant(self.nodes.mesh, 0.0)
         values = self._constant(zeros, "force")
         points = values.function_space.element.interpolation_points
-        # a law may be a plain number
-        force = ufl.as_ufl(self.force(x, rate, time)) + 0 * x
+        force = ufl.as_ufl(self.force(x, rate, time))
+        if not ufl.domain.extract_domains(force):
+            # a law may be a plain number, and an expression needs a mesh
+            force = force + self._constant(zeros, "nothing")
         return x, rate, time, fem.Expression(force, points, jit_options=JIT_OPTIONS), values
 
     def forces(self, x: Floats, rate: Floats, t: float) -> Floats:
@@ -133,6 +138,22 @@ class ElementGroup(Massless):
         rows = values.function_space.dofmap.list[:, 0]
         return gathered(self.nodes, values.x.array[rows])
 
+    def holds(self, step: float) -> npt.NDArray[np.bool_]:
+        """Which elements answer a motion at the start by a force, shape (items,); collective.
+
+        Args:
+            step: Motion, relative to what is large for the coordinate.
+        """
+        size = np.array([item.coordinate.size for item in self.items])
+
+        def slope(h: float) -> tuple[Floats, Floats]:
+            plus, minus = (self.forces(sign * h * size, 0.0 * size, 0.0) for sign in (1, -1))
+            return np.abs(plus - minus) / h, np.maximum(np.abs(plus), np.abs(minus)) / h
+
+        (near, force), (far, _) = slope(step / 10), slope(step)
+        # a force that grows with a power of the motion has no slope
+        return (near > far / 2) & (near > ROUND_OFF * force)
+
 
 class Springs(ElementGroup):
     """Springs: linear ones, or all that share a potential."""
@@ -140,6 +161,12 @@ class Springs(ElementGroup):
     def _potential(self, e: Expr) -> Expr:
         law = self.law or forms.linear_potential(self.parameter)
         return ufl.as_ufl(law(e))
+
+    def holds(self, step: float) -> npt.NDArray[np.bool_]:
+        """As of all; linear ones do always."""
+        if self.law is not None:
+            return super().holds(step)
+        return np.array([item.parameter > 0 for item in self.items])
 
     def _extension(self, q: Expr) -> Expr:
         return self.x(q) - self.rest
@@ -202,6 +229,10 @@ class Dampers(ElementGroup):
 
     def _resistance(self, rate: Expr) -> Expr:
         return self.parameter * rate if self.law is None else ufl.as_ufl(self.law(rate))
+
+    def holds(self, step: float) -> npt.NDArray[np.bool_]:
+        """None: they resist motion in time."""
+        return np.zeros(len(self.items), dtype=bool)
 
     def extra(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
         """Work of the resistance; none in statics."""

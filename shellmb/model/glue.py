@@ -8,7 +8,7 @@ fewer unknowns, the beam's third director is the shell's.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from mpi4py import MPI
@@ -26,7 +26,6 @@ from shellmb.forms.state import Layout
 from shellmb.model.beam import BeamModel
 from shellmb.model.body import FixedDofs, NodeLink
 from shellmb.model.constraints import ConstraintGroup
-from shellmb.model.joints import Component
 from shellmb.model.links import node_links
 from shellmb.model.places import shared_nodes
 from shellmb.model.shell import ShellModel
@@ -169,7 +168,6 @@ class ShellRevolutes(ConstraintGroup):
         nodes: Numbers of the nodes along each line that have the joint.
         force: Size of the multipliers, N m.
         turns: Whether frames and shells have rotary inertia, and so jumps of directors' velocities.
-        dropped: Redundant constraints that are left out.
     """
 
     def __init__(
@@ -180,7 +178,6 @@ class ShellRevolutes(ConstraintGroup):
         nodes: Sequence[Ints],
         force: float,
         turns: bool,
-        dropped: Collection[Component],
     ) -> None:
         mesh = node_mesh(comm, sum(len(k) for k in nodes))
         mixed = node_space(mesh, {"d1": 3, "d2": 3, "E3": 3, "mu": 2})
@@ -217,12 +214,10 @@ class ShellRevolutes(ConstraintGroup):
             for g, k in zip(glued, nodes, strict=True)
             for n in k
         ]
-        some = {label for label, _ in dropped} & set(labels)
-        super().__init__(name, mesh, mixed, tuple(links), violation, force, switched=bool(some))
+        super().__init__(name, mesh, mixed, tuple(links), violation, force)
         self.labels = labels
         if not turns:
             self.jump_parts = frozenset()
-        self.drop(dropped)
 
     def velocity_constraint(self, v: Expr, mid: Expr, dv: Expr) -> Form | None:  # type: ignore[override]
         """As of all; directors without inertia follow, and constrain nothing."""
@@ -235,7 +230,6 @@ def glue_beams(
     beams: Mapping[str, BeamModel],
     shells: Mapping[str, ShellModel],
     lines: Mapping[str, ShellLine],
-    dropped: Collection[Component] = (),
 ) -> list[ShellRevolutes]:
     """Glue beams to shells; the supports of both must be there already. Collective.
 
@@ -245,7 +239,6 @@ def glue_beams(
         beams: Beams by name; their links and fixed dofs are filled in.
         shells: Shells by name.
         lines: Lines by name of the beam that runs along it.
-        dropped: Redundant constraints that are left out.
 
     Returns:
         The constraints of eq. (35), in one group for all beams that share their kernels.
@@ -278,7 +271,6 @@ def glue_beams(
             [k for _, k in items],
             max(g.beam.force_size * g.beam.beam.section.size for g, _ in items),
             turns,
-            dropped,
         )
         for turns, items in groups.items()
     ]

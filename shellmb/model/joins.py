@@ -58,6 +58,7 @@ def join_shells(
         (first.name, a.dofs["w"], a.director),
         (second.name, b.dofs["w"], b.director),
         scale,
+        a.x,
     )
     return links, constraint
 

@@ -1,6 +1,6 @@
 """Joints of a scene as groups of constraints: all of one kind share a mesh and its kernels."""
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -28,8 +28,6 @@ from shellmb.scene.loads import Gravity
 
 Floats = npt.NDArray[np.float64]
 FindEnd = Callable[[str, Any, str], End]
-# a joint's name and the number of one of its constraints
-Component = tuple[str, int]
 
 
 @dataclass(frozen=True)
@@ -122,7 +120,7 @@ class JointGroup(ConstraintGroup):
         joints: The joints.
         force: Size of joint forces, N.
         length: Size of the scene, m.
-        switched: Whether some of them act at times only, or are dropped as redundant.
+        switched: Whether some of them act at times only.
     """
 
     def __init__(
@@ -161,7 +159,6 @@ def joint_groups(
     force: float,
     length: float,
     switched: frozenset[str],
-    dropped: Collection[Component] = (),
 ) -> list[JointGroup]:
     """Groups of joints of one kind.
 
@@ -171,16 +168,13 @@ def joint_groups(
         force: Size of joint forces, N.
         length: Size of the scene, m.
         switched: Names of the joints that do not act always.
-        dropped: Constraints that are left out because others imply them.
     """
-    switched = switched | {name for name, _ in dropped}
     keys = dict.fromkeys(joint.key for joint in joints)
     groups = []
     for key in keys:
         members = [joint for joint in joints if joint.key == key]
         some = any(joint.joint.name in switched for joint in members)
         groups.append(JointGroup(comm, members, force, length, some))
-        groups[-1].drop(dropped)
     return groups
 
 

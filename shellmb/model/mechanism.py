@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -32,7 +32,6 @@ from shellmb.model.elements import (
 from shellmb.model.finder import Finder
 from shellmb.model.joints import (
     BoundJoint,
-    Component,
     JointGroup,
     PointMasses,
     bind_joint,
@@ -149,7 +148,6 @@ def build_mechanism(
     find: Finder,
     force: float,
     length: float,
-    dropped: Collection[Component] = (),
 ) -> Mechanism:
     """Bind the joints of a scene, and what acts on them.
 
@@ -159,7 +157,6 @@ def build_mechanism(
         find: Places on bodies by name.
         force: Size of joint forces, N.
         length: Size of the scene, m.
-        dropped: Redundant constraints that are left out.
 
     Raises:
         SceneError: If a place does not exist, a joint does not fit its bodies, or what acts on it
@@ -169,16 +166,16 @@ def build_mechanism(
     for joint in scene.joints:
         made.joints[joint.name] = bind_joint(joint, find)
     switched = frozenset(j.name for j in scene.joints if j.active is not None)
-    made.groups = joint_groups(comm, list(made.joints.values()), force, length, switched, dropped)
+    made.groups = joint_groups(comm, list(made.joints.values()), force, length, switched)
     needed = _coordinates(scene, made, find, length)
     made.coordinate_groups, made.table = coordinate_groups(comm, needed, force, length)
-    screws = _screws(scene, comm, made, force, length, dropped)
+    screws = _screws(scene, comm, made, force, length)
     elements = [bind_element(e, made.table[coordinate_of(scene, e)]) for e in scene.elements]
     check_at_rest(scene, elements)
     made.element_groups = element_groups(comm, elements)
-    _drive(scene, made, dropped)
+    _drive(scene, made)
     switches = _windows(scene, [*made.groups, *screws])
-    locks = _locks(scene, comm, made, force, length, dropped)
+    locks = _locks(scene, comm, made, force, length)
     made.lock_groups = [lock.group for lock in locks]
     made.switches = Switches([*switches, *locks])
     made.bodies += [*made.groups, *_masses(scene, comm, made), *made.coordinate_groups]
@@ -228,7 +225,6 @@ def _screws(
     made: Mechanism,
     force: float,
     length: float,
-    dropped: Collection[Component],
 ) -> list[TiedCoordinates]:
     """Translation in proportion to rotation, for all screws."""
     screws = [joint for joint in scene.joints if isinstance(joint, Screw)]
@@ -241,13 +237,10 @@ def _screws(
     ]
     ratios = [joint.pitch / (2 * np.pi) for joint in screws]
     switched = any(joint.active is not None for joint in screws)
-    switched = switched or any((label, 0) in dropped for label in labels)
-    group = TiedCoordinates(comm, labels, pairs, ratios, force, length, switched)
-    group.drop(dropped)
-    return [group]
+    return [TiedCoordinates(comm, labels, pairs, ratios, force, length, switched)]
 
 
-def _drive(scene: Scene, made: Mechanism, dropped: Collection[Component]) -> None:
+def _drive(scene: Scene, made: Mechanism) -> None:
     """Prescribe the coordinates of drivers.
 
     Raises:
@@ -264,9 +257,6 @@ def _drive(scene: Scene, made: Mechanism, dropped: Collection[Component]) -> Non
                     "0, because it counts from the given positions, or use assemble=True"
                 )
             made.drivers[f"{driver.name}.{EFFORT[kind]}"] = coordinate
-            if (f"{driver.joint}.{kind}", 0) in dropped:
-                # others move the joint as the driver does
-                continue
             dofs = coordinate.local()
             coordinate.group.fixed.append(FixedDofs(dofs, _motion(motion, len(dofs)), True))
 
@@ -293,7 +283,6 @@ def _locks(
     made: Mechanism,
     force: float,
     length: float,
-    dropped: Collection[Component],
 ) -> list[Locks]:
     """Groups of locks, of rotations and of translations."""
     assert scene.t_end is not None
@@ -306,7 +295,6 @@ def _locks(
         group = HeldCoordinates(
             comm, kind, labels, coordinates, force * length / coordinates[0].size
         )
-        group.drop(dropped)
         found.append(Locks(group, [lock.windows for lock in locks], scene.t_end))
     return found
 

@@ -1,6 +1,6 @@
 """The model: all bodies of a scene, bound to meshes, joined, supported and loaded."""
 
-from collections.abc import Collection
+import itertools
 from dataclasses import dataclass, field
 from typing import cast
 
@@ -18,7 +18,6 @@ from shellmb.model.finder import Finder, RigidPlaces
 from shellmb.model.glue import glue_beams, line_along
 from shellmb.model.idle import refuse_idle_loads
 from shellmb.model.joins import join_shells
-from shellmb.model.joints import Component
 from shellmb.model.mechanism import Mechanism, build_mechanism
 from shellmb.model.nodal import NodalConstraint
 from shellmb.model.places import local_nodes
@@ -106,13 +105,12 @@ class Model:
         return bool(self.scene.supports) or (self.rigid is not None and GROUND in self.rigid.index)
 
 
-def build_model(scene: Scene, comm: MPI.Comm, dropped: Collection[Component] = ()) -> Model:
+def build_model(scene: Scene, comm: MPI.Comm) -> Model:
     """Mesh the bodies and bind supports, loads and joints to them.
 
     Args:
         scene: A validated scene.
         comm: Communicator of all meshes.
-        dropped: Redundant constraints of joints that are left out.
 
     Raises:
         SceneError: If something the scene names does not exist on the meshes.
@@ -153,9 +151,9 @@ def build_model(scene: Scene, comm: MPI.Comm, dropped: Collection[Component] = (
     model.bodies += kinks
     prescribed = _support(scene, model)
     refuse_idle_loads(scene, model.meshed, prescribed)
-    model.bodies += glue_beams(scene, comm, model.beams, model.shells, lines, dropped)
+    model.bodies += glue_beams(scene, comm, model.beams, model.shells, lines)
     find = Finder(model.meshed, _rigid_places(scene, model))
-    model.mechanism = build_mechanism(scene, comm, find, force, model.length, dropped)
+    model.mechanism = build_mechanism(scene, comm, find, force, model.length)
     _turnable(model)
     model.bodies += model.mechanism.bodies
     model.bodies += point_loads(scene, comm, find)
@@ -276,33 +274,48 @@ def _support(scene: Scene, model: Model) -> Prescribed:
 
 
 def _aliases(bodies: list[Body], comm: MPI.Comm) -> dict[tuple[str, int], tuple[str, int]]:
-    """Body and global dof of all linked dofs, with those that they are linked to; collective."""
+    """Body and global dof of all linked dofs, with those that they are linked to; collective.
+
+    Links may say the same twice, as where each of three shells is joined to both others.
+    """
     alias: dict[tuple[str, int], tuple[str, int]] = {}
     for body in bodies:
         index_map = body.mixed.space.dofmap.index_map
-        local = {
-            (body.name, int(g)): (link.body, int(target))
+        local = [
+            ((body.name, int(g)), (link.body, int(target)))
             for link in body.links
             for g, target in zip(index_map.local_to_global(link.dofs), link.targets, strict=True)
-        }
-        for part in comm.allgather(local):
-            alias.update(part)
+        ]
+        for pair in itertools.chain(*comm.allgather(local)):
+            here, there = (_end(alias, dof) for dof in pair)
+            if here != there:
+                alias[here] = there
     return alias
+
+
+def _end(alias: dict[tuple[str, int], tuple[str, int]], dof: tuple[str, int]) -> tuple[str, int]:
+    """The dof that a dof is linked to in the end."""
+    while dof in alias:
+        dof = alias[dof]
+    return dof
 
 
 def _resolve_links(bodies: list[Body], comm: MPI.Comm) -> None:
     """Let every link point to a dof that is not linked itself (three shells at one edge, say)."""
     alias = _aliases(bodies, comm)
+    linked: dict[str, list[int]] = {}
+    for name, number in alias:
+        linked.setdefault(name, []).append(number)
     for body in bodies:
         resolved: dict[str, tuple[list[int], list[int]]] = {}
-        for link in body.links:
-            for dof, target in zip(link.dofs, link.targets, strict=True):
-                end = (link.body, int(target))
-                while end in alias:
-                    end = alias[end]
-                dofs, targets = resolved.setdefault(end[0], ([], []))
-                dofs.append(int(dof))
-                targets.append(end[1])
+        index_map = body.mixed.space.dofmap.index_map
+        count = index_map.size_local + index_map.num_ghosts
+        numbers = index_map.local_to_global(np.arange(count, dtype=np.int32))
+        for dof in np.flatnonzero(np.isin(numbers, linked.get(body.name, []))):
+            name, target = _end(alias, (body.name, int(numbers[dof])))
+            dofs, targets = resolved.setdefault(name, ([], []))
+            dofs.append(int(dof))
+            targets.append(target)
         # numbering links is collective: every rank has a link to the same bodies, if an empty one
         names = sorted(set().union(*comm.allgather(set(resolved))))
         body.links = tuple(_as_link(name, *resolved.get(name, ([], []))) for name in names)

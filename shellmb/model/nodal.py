@@ -14,6 +14,7 @@ from shellmb.forms import nodal as nodal_forms
 from shellmb.forms.state import Layout
 from shellmb.model.constraints import ConstraintGroup
 from shellmb.model.links import node_links
+from shellmb.model.places import said_point
 
 Ints = npt.NDArray[np.int64]
 Floats = npt.NDArray[np.float64]
@@ -30,6 +31,7 @@ class NodalConstraint(ConstraintGroup):
         constraint: Function of the nodal vectors and of the data, a scalar.
         data: Values that the constraint needs at each node, shape (n, m).
         scale: Size of the multiplier's force, N.
+        x: Positions of the nodes, for messages, shape (n, 3), m.
     """
 
     def __init__(
@@ -40,6 +42,7 @@ class NodalConstraint(ConstraintGroup):
         constraint: Callable[[dict[str, Expr], Expr], Expr],
         data: Floats,
         scale: float,
+        x: Floats,
     ) -> None:
         nodes = node_mesh(comm, len(data))
         mixed = node_space(nodes, {**dict.fromkeys(parts, 3), "mu": 1})
@@ -59,6 +62,8 @@ class NodalConstraint(ConstraintGroup):
             return ufl.as_vector([constraint(values, constants)])
 
         super().__init__(name, nodes, mixed, links, violation, scale)
+        size = float(np.max(np.abs(x))) or 1.0
+        self.labels = [f"{name} at {said_point(node, size)}" for node in x]
 
 
 def kink(
@@ -67,6 +72,7 @@ def kink(
     first: tuple[str, Ints, Floats],
     second: tuple[str, Ints, Floats],
     scale: float,
+    x: Floats,
 ) -> NodalConstraint:
     """The angle between the directors of two shells is locked at each node of their common edge."""
     angle = np.sum(first[2] * second[2], axis=1, keepdims=True)
@@ -77,11 +83,17 @@ def kink(
         lambda q, data: nodal_forms.locked_kink(q["d1"], q["d2"], data),
         angle,
         scale,
+        x,
     )
 
 
 def plane(
-    name: str, comm: MPI.Comm, vector: tuple[str, Ints, Floats], normals: Floats, scale: float
+    name: str,
+    comm: MPI.Comm,
+    vector: tuple[str, Ints, Floats],
+    normals: Floats,
+    scale: float,
+    x: Floats,
 ) -> NodalConstraint:
     """A nodal vector (a change from the reference) stays in the plane with the given normal."""
     shell, dofs, _ = vector
@@ -92,4 +104,5 @@ def plane(
         lambda q, data: nodal_forms.in_plane(q["q"], data),
         normals,
         scale,
+        x,
     )

@@ -127,6 +127,11 @@ def _least(a: tuple, b: tuple) -> tuple:
     return min(a, b)
 
 
+def said_point(x: npt.NDArray[np.float64], size: float) -> str:
+    """A position for messages; what is round-off of a scene of that size is zero."""
+    return f"({', '.join(f'{c:g}' for c in np.where(np.abs(x) < ON_NODE * size, 0.0, x))})"
+
+
 def part_dofs(body: Meshed, nodes: npt.NDArray[np.int32], part: str) -> npt.NDArray[np.int32]:
     """Local dofs of a part at nodes, shape (n, size)."""
     size = body.mixed.parts[part][1]

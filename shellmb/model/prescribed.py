@@ -300,4 +300,5 @@ def _planes(found: Sequence[tuple[Rows, int]]) -> NodalConstraint:
     scale = body.force_size * (1.0 if part == "u" else body.domain.length)
     vector = (body.name, dofs, np.zeros((len(dofs), 3)))
     name = f"{kind} plane of '{body.name}'"
-    return plane(name, body.domain.mesh.comm, vector, normals, scale)
+    x = np.array([r.x[k] for r, k in found])
+    return plane(name, body.domain.mesh.comm, vector, normals, scale, x)

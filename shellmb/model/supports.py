@@ -8,7 +8,7 @@ import numpy.typing as npt
 from dolfinx import fem, mesh
 
 from shellmb.errors import SceneError
-from shellmb.model.places import ON_NODE, Nodes, Place, shared_nodes
+from shellmb.model.places import ON_NODE, Nodes, Place, said_point, shared_nodes
 from shellmb.model.prescribed import Prescribed, Rows, Supportable
 from shellmb.model.shell import ShellModel
 from shellmb.scene import supports as scene_supports
@@ -18,6 +18,9 @@ from shellmb.scene.validate import show
 
 Floats = npt.NDArray[np.float64]
 Values = Callable[[float], Floats]
+
+# directions closer than this to one another count as parallel
+PARALLEL = 1e-9
 
 
 class SupportRows:
@@ -58,6 +61,7 @@ class SupportRows:
                 self._along_edge(support.edge)
             case scene_supports.SymmetryPlane():
                 self._plane(support.edge, "u", support.normal)
+                self._crosses(support)
                 self._plane(support.edge, "w", support.normal)
             case scene_supports.Fixed():
                 self._components(support.where, "u", support.displacement)
@@ -66,6 +70,20 @@ class SupportRows:
                 self._drive(support)
             case _:
                 raise NotImplementedError(f"no form for {type(support).__name__}")
+
+    def _crosses(self, support: scene_supports.SymmetryPlane) -> None:
+        """A director along the normal of its plane cannot stay in it."""
+        body = self._body
+        normal = np.asarray(support.normal) / np.linalg.norm(support.normal)
+        shared = self._nodes(support.edge)
+        along = np.abs(np.abs(shared.directors[:, 0] @ normal) - 1) < PARALLEL
+        if isinstance(body, ShellModel) and along.any():
+            at = said_point(shared.x[int(np.argmax(along))], body.domain.length)
+            raise SceneError(
+                f"{self._who}: normal is {show(support.normal)}; it must not be the normal of the "
+                f"shell '{body.name}' itself, as it is at {at}: a shell crosses its planes of "
+                "symmetry"
+            )
 
     def _nodes(self, where: Place) -> Nodes:
         return shared_nodes(self._body, where, said(self._support))

@@ -220,6 +220,8 @@ def _supported(scene: Scene) -> None:
     pairs += [(glue.beam, glue.shell) for glue in scene.glues]
     pairs += [(e.first, e.second) for e in scene.elements if isinstance(e, PointElement)]
     pairs += [(body.name, GROUND) for s in scene.supports for body in bodies_of(scene, s)]
+    # an elastic foundation, say; whether terms hold all motions is found out later
+    pairs += [(body.name, GROUND) for body in scene.meshed if body.terms]
     for first, second in pairs:
         old, new = group[first], group[second]
         group = {name: new if g == old else g for name, g in group.items()}

@@ -13,7 +13,7 @@ from mpi4py import MPI
 import numpy as np
 
 from shellmb.errors import ConvergenceError
-from shellmb.model.model import Model, build_model
+from shellmb.model.model import Model
 from shellmb.scene import Scene
 from shellmb.scene.checks_effect import check_begin
 from shellmb.schemes.base import Scheme
@@ -22,6 +22,7 @@ from shellmb.simulate.arclength import ArcSize, PathSteps
 from shellmb.simulate.control import StepSize
 from shellmb.simulate.dropped import DroppedConstraints
 from shellmb.simulate.problem import Problem
+from shellmb.simulate.sound import sound_model
 from shellmb.simulate.start import Start
 from shellmb.simulate.stepping import Arrays, Stepping, TimeSteps
 
@@ -123,6 +124,7 @@ class Simulation:
 
     Attributes:
         model: Bodies.
+        redundant: Constraints that are left out because others imply them.
         scheme: Time scheme.
         problem: Functions and the system of one step.
         stepping: How it gets from state to state.
@@ -146,14 +148,10 @@ class Simulation:
         kind = StepSize if scene.path is None else ArcSize
         self.size = kind(scene.control, float(scene.dt))
         self.last: StepInfo | None = None
-        self.model: Model = build_model(scene, comm)
+        self.model: Model
+        self.model, self.redundant = sound_model(scene, comm)
         self.problem = Problem(self.model, self.scheme)
         start = Start(self.problem, self.size.dt)
-        dropped = start.redundant()
-        if dropped:
-            self.model = build_model(scene, comm, dropped)
-            self.problem = Problem(self.model, self.scheme)
-            start = Start(self.problem, self.size.dt)
         start.positions()
         start.velocities()
         self.problem.prepare(0.0, self.size.dt)

@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from shellmb.errors import ConvergenceError, SceneError
-from shellmb.model.joints import Component
 from shellmb.simulate.problem import Problem
-from shellmb.simulate.redundancy import find_redundant, largest_gap, refuse
+from shellmb.simulate.redundancy import RATE_STEP, largest_gap
 from shellmb.simulate.relaxation import Relaxation
 
 # a joint is open if its ends are apart by more than this part of the scene's length
@@ -26,20 +25,6 @@ class Start:
         self.problem, self.model, self.scene = problem, problem.model, problem.model.scene
         self._dt = dt
         self._tied = any(body.coupled for body in self.model.bodies)
-
-    def redundant(self) -> set[Component]:
-        """Redundant constraints that are to be dropped.
-
-        Raises:
-            SceneError: If constraints are redundant and the scene does not drop them, or if they
-                contradict one another; names the joints.
-        """
-        if not self._tied or not self.scene.joints or not self.problem.scheme.dynamic:
-            return set()
-        self._given_velocities()
-        found = find_redundant(self.model, self.problem.projection)
-        refuse(found, self.scene.redundant == "drop")
-        return {(item.joint, item.component) for item in found}
 
     def positions(self) -> None:
         """Close the joints, and find the equilibrium to start from, where the scene asks.
@@ -106,12 +91,7 @@ class Start:
         """Velocities of held dofs: zero, or that of their prescribed motion."""
         if "v" not in self.problem.scheme.rates:
             return
-        # one-sided, of fourth order: the motion need not be defined before the start
-        h = 1e-3 * self._dt
-        weights = np.array([-25, 48, -36, 16, -3]) / (12 * h)
         for body in self.model.bodies:
             v = self.problem.levels[body.name].rates["v"].x.array
             for fixed in body.fixed:
-                v[fixed.dofs] = 0.0
-                if fixed.moving:
-                    v[fixed.dofs] = np.dot(weights, [fixed.value(k * h) for k in range(5)])
+                v[fixed.dofs] = fixed.rate(RATE_STEP * self._dt)

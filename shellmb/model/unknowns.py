@@ -1,0 +1,103 @@
+"""Numbers of the nodal unknowns of all bodies, linked ones once, and which of them are given.
+
+The look-throughs before a run ask this and need no block system, and so no compiled residual.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from mpi4py import MPI
+
+import numpy as np
+import numpy.typing as npt
+
+from shellmb.model.body import Body
+
+Ints = npt.NDArray[np.int64]
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Given:
+    """Unknowns with given values, the same on all ranks.
+
+    Args:
+        numbers: Their numbers, ascending and perhaps repeated, shape (n,).
+        rates: Their rates at the start, shape (n,).
+        values: Their values at the times asked for, shape (n, times).
+    """
+
+    numbers: Ints
+    rates: Floats
+    values: Floats
+
+    def has(self, numbers: Ints) -> npt.NDArray[np.bool_]:
+        """Which of some unknowns are given."""
+        return np.isin(numbers, self.numbers)
+
+    def place(self, numbers: Ints) -> Ints:
+        """Where they are in the list; all of them must be given."""
+        return np.searchsorted(self.numbers, numbers)
+
+    def repeated(self) -> tuple[Ints, Floats]:
+        """Unknowns given twice, and by how much their values differ most, shape (times,) each."""
+        same = np.flatnonzero(self.numbers[1:] == self.numbers[:-1])
+        return self.numbers[same], self.values[same + 1] - self.values[same]
+
+
+NOT_GIVEN = Given(np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros((0, 1)))
+
+
+class Unknowns:
+    """Numbers of all unknowns of a model; those that are linked have the number of their target.
+
+    Args:
+        bodies: The bodies, their links resolved.
+        comm: Communicator.
+
+    Attributes:
+        numbers: By the body's name the number of every local dof (owned and ghost).
+        linked: By the body's name which of them are another body's.
+    """
+
+    def __init__(self, bodies: Sequence[Body], comm: MPI.Comm) -> None:
+        self._bodies, self._comm = bodies, comm
+        self.numbers: dict[str, Ints] = {}
+        self.linked: dict[str, npt.NDArray[np.bool_]] = {}
+        maps = {body.name: body.mixed.space.dofmap.index_map for body in bodies}
+        ends = np.cumsum([0, *(m.size_global for m in maps.values())])
+        first = {name: int(end) for name, end in zip(maps, ends, strict=False)}
+        for body in bodies:
+            index_map = maps[body.name]
+            count = index_map.size_local + index_map.num_ghosts
+            numbers = index_map.local_to_global(np.arange(count, dtype=np.int32)) + first[body.name]
+            linked = np.zeros(count, dtype=bool)
+            for link in body.links:
+                numbers[link.dofs] = first[link.body] + link.targets
+                linked[link.dofs] = True
+            self.numbers[body.name], self.linked[body.name] = numbers, linked
+
+    def given(self, times: Sequence[float], h: float) -> Given:
+        """What supports and drivers prescribe, and what is held; collective.
+
+        Args:
+            times: Times at which values are wanted, s.
+            h: Step of the difference that gives the rates at the time 0, s.
+        """
+        numbers, rates, values = [np.zeros(0, np.int64)], [np.zeros(0)], [np.zeros((0, len(times)))]
+        for body in self._bodies:
+            for fixed in body.fixed:
+                numbers.append(self.numbers[body.name][fixed.dofs])
+                rates.append(fixed.rate(h))
+                still = [] if fixed.moving else [fixed.value(0.0)] * len(times)
+                values.append(np.array(still or [fixed.value(t) for t in times]).T)
+        mine = (np.concatenate(numbers), np.concatenate(rates), np.concatenate(values))
+        every = self._comm.allgather(mine)
+        found, speeds, histories = (np.concatenate([part[k] for part in every]) for k in range(3))
+        # ghosts are named by several ranks, always alike
+        rows = np.column_stack([found, speeds, histories])
+        _, first = np.unique(rows, axis=0, return_index=True)
+        order = first[np.argsort(found[first], kind="stable")]
+        return Given(found[order], speeds[order], histories[order])
