@@ -48,6 +48,7 @@ class Model:
         mechanism: Joints, and what drives and resists them.
         length: Characteristic length of the scene, m.
         rigid_meshes: Meshes of the shells and beams that are rigid, by name: they have no unknowns.
+        planes: Planes that are not axis-parallel and hold nodes; among `bodies`, too.
     """
 
     scene: Scene
@@ -59,6 +60,7 @@ class Model:
     mechanism: Mechanism = field(default_factory=Mechanism)
     length: float = 1.0
     rigid_meshes: RigidMeshes = field(default_factory=dict)
+    planes: list[NodalConstraint] = field(default_factory=list)
 
     @property
     def meshed(self) -> dict[str, ShellModel | BeamModel]:
@@ -258,7 +260,8 @@ def _support(scene: Scene, model: Model) -> None:
         for body in scene.bodies_of(support):
             supported[body.name].add(support)
     for item in supported.values():
-        model.bodies += item.constraints()
+        model.planes += item.constraints()
+    model.bodies += model.planes
 
 
 def _resolve_links(bodies: list[Body], comm: MPI.Comm) -> None:
