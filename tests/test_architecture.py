@@ -15,7 +15,7 @@ FOLDERS = {"shellmb.forms": ROOT / "forms", "shellmb.demos": ROOT / "demos"}
 FOLDERS["shellmb"] = ROOT / "shellmb"
 
 # a layer imports only layers of a smaller rank, and itself
-FLOW = ("scene", "build", "forms", "model", "schemes", "system", "simulate", "observers")
+FLOW = ("scene", "build", "forms", "model", "schemes", "system", "simulate", "observers", "watches")
 RANK = {name: rank for rank, name in enumerate(("errors", "kernels", "analytic", *FLOW))}
 # what a user starts; these may import one another
 TOP = ("modes", "run", "verify", "figures", "bench", "effects", "demos", "study", "cli")

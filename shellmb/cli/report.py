@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from shellmb.cli.failures import tell
@@ -58,6 +59,7 @@ def print_run(result: RunResult) -> None:
     add("energy balance error", _power(summary["energy_balance_error"]))
     add("director length error", _power(summary["director_max"]))
     add("constraint error", _power(summary["constraint_max"]))
+    add("dissipated by the scheme", _share(summary["dissipated_share"]))
     add("linear momentum drift", _power(summary["linear_momentum_drift"]))
     add("angular momentum drift", _power(summary["angular_momentum_drift"]))
     if summary["wall_per_step_s"] is not None:
@@ -67,11 +69,17 @@ def print_run(result: RunResult) -> None:
         add(name, value)
     console = Console(highlight=False)
     console.print(table)
+    for caution in result.warnings:
+        console.print(f"[bold yellow]warning:[/] {escape(caution.says)}", soft_wrap=True)
     say(f"written to {result.out}")
 
 
 def _power(value: float | None) -> str | None:
     return None if value is None else f"{value:.1e}"
+
+
+def _share(value: float | None) -> str | None:
+    return f"{value:.2%}" if value else None
 
 
 def print_modes(frequencies: Sequence[float], rigid: int, directory: Path) -> None:

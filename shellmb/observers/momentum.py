@@ -137,7 +137,7 @@ class Momentum(Silent):
         if not self._dynamic:
             return
         self._take()
-        explained = sum(self._impulses.values())
+        explained = np.sum(list(self._impulses.values()), axis=0)
         for row, kind in enumerate(KINDS):
             left = self.values[kind] - self._initial[kind] - explained[row]
             self.drift[kind] = max(self.drift[kind], float(np.linalg.norm(left)))

@@ -8,7 +8,7 @@ import numpy as np
 
 from shellmb.model.beam import BeamModel
 from shellmb.model.shell import ShellModel
-from shellmb.scene import LinearSection
+from shellmb.scene import Hyperelastic, LinearSection
 
 
 @dataclass(frozen=True)
@@ -27,12 +27,17 @@ class Stiffness:
 def stiffness_of(body: ShellModel | BeamModel) -> Stiffness:
     """Stiffness of a body with mass, in its stiffest direction."""
     if isinstance(body, ShellModel):
-        description, section = body.shell, body.shell.section
-        linear = isinstance(section, LinearSection)
-        stiffness = np.max(np.diag(section.A)) if linear else section.stiffness
-        extent = body.domain.length**2
-    else:
-        description, section = body.beam, body.beam.section
-        stiffness, extent = section.stiffness[0, 0], body.domain.length
-    speed = float(np.sqrt(stiffness / section.mass[0])) if description.stretching else np.inf
-    return Stiffness(speed, float(stiffness * extent))
+        shell, section = body.shell, body.shell.section
+        if isinstance(section, LinearSection):
+            stiffness = float(np.max(np.diag(section.A)))
+        else:
+            assert isinstance(section, Hyperelastic)
+            stiffness = section.stiffness
+        return _stiffness(stiffness, section.mass[0], shell.stretching, body.domain.length**2)
+    axial = float(body.beam.section.stiffness[0, 0])
+    return _stiffness(axial, body.beam.section.mass[0], body.beam.stretching, body.domain.length)
+
+
+def _stiffness(stiffness: float, mass: float, stretching: bool, extent: float) -> Stiffness:
+    speed = float(np.sqrt(stiffness / mass)) if stretching and mass > 0 else np.inf
+    return Stiffness(speed, stiffness * extent)

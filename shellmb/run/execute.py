@@ -22,6 +22,8 @@ from shellmb.run.request import REQUEST, Request
 from shellmb.run.standard import STATE, SUMMARY, StandardObservers
 from shellmb.scene import Scene
 from shellmb.simulate.simulation import PAST, Observer, Simulation
+from shellmb.watches.base import Caution
+from shellmb.watches.registry import cautions
 
 type Results = Callable[[RunResult], dict[str, float]]
 
@@ -37,6 +39,7 @@ class RunResult:
         summary: The summary.
         energy: The energy account.
         out: The run directory, if there is one.
+        warnings: What the run says against itself; those of the summary, too.
     """
 
     scene: Scene
@@ -45,6 +48,7 @@ class RunResult:
     summary: dict[str, Any]
     energy: EnergyAccount
     out: Path | None
+    warnings: tuple[Caution, ...] = ()
 
     @property
     def results(self) -> dict[str, float]:
@@ -105,14 +109,11 @@ def execute(
     finally:
         wall = clock.perf_counter() - begin
         started = bool(history.rows)
-        result = RunResult(
-            scene,
-            simulation,
-            history.table(),
-            summarise(simulation, standard.sources, wall, failed) | path_points(simulation),
-            standard.sources.energy,
-            directory,
-        )
+        found = tuple(cautions(standard.watches, simulation) if started else ())
+        summary = summarise(simulation, standard.sources, wall, failed)
+        summary |= path_points(simulation) | {"warnings": [c.to_dict() for c in found]}
+        account, table = standard.sources.energy, history.table()
+        result = RunResult(scene, simulation, table, summary, account, directory, found)
         if started and directory is not None and comm.rank == 0:
             write_json(directory / SUMMARY, result.summary)
             if pictures and frames is not None:

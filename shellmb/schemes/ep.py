@@ -5,7 +5,17 @@ from dataclasses import dataclass
 
 from dolfinx import fem
 
-from shellmb.schemes.base import JumpStage, Levels, Motion, Stage, Tangent, Values, interval
+from shellmb.schemes.base import (
+    LINEAR_PATH,
+    JumpStage,
+    Levels,
+    Motion,
+    Rotations,
+    Stage,
+    Tangent,
+    Values,
+    interval,
+)
 
 
 @dataclass(frozen=True)
@@ -23,6 +33,7 @@ class EnergyPreserving:
     rates: tuple[str, ...] = ("v",)
     conserves: frozenset[str] = frozenset({"energy", "momentum", "angular momentum"})
     linear: bool = False
+    rotations: Rotations = LINEAR_PATH
 
     def expand(self, levels: Levels, dt: fem.Constant) -> dict[str, Stage]:
         """Eq. (23) gives `v_f = 2 (q_f - q_i)/dt - v_i`; `(v_f - v_i)/dt` is the rate."""

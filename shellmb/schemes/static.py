@@ -5,7 +5,17 @@ from dataclasses import dataclass
 
 from dolfinx import fem
 
-from shellmb.schemes.base import JumpStage, Levels, Motion, Stage, Tangent, Values, at_state
+from shellmb.schemes.base import (
+    LINEAR_PATH,
+    JumpStage,
+    Levels,
+    Motion,
+    Rotations,
+    Stage,
+    Tangent,
+    Values,
+    at_state,
+)
 
 
 @dataclass(frozen=True)
@@ -20,6 +30,7 @@ class Static:
     rates: tuple[str, ...] = ()
     conserves: frozenset[str] = frozenset()
     linear: bool = False
+    rotations: Rotations = LINEAR_PATH
 
     def expand(self, levels: Levels, dt: fem.Constant) -> dict[str, Stage]:
         """All forces at the unknown state."""
