@@ -11,7 +11,7 @@ from mpi4py import MPI
 import numpy as np
 
 from shellmb.errors import SceneError
-from shellmb.model.body import Body, FixedDofs, TimeFunction
+from shellmb.model.body import Body, FixedDofs, PrescribedTurn, TimeFunction
 from shellmb.model.constraints import ConstraintGroup
 from shellmb.model.coordinates import (
     BoundCoordinate,
@@ -268,7 +268,11 @@ def _drive(scene: Scene, made: Mechanism, dropped: Collection[Component]) -> Non
                 # others move the joint as the driver does
                 continue
             dofs = coordinate.local()
-            coordinate.group.fixed.append(FixedDofs(dofs, _motion(motion, len(dofs)), True))
+            turn = PrescribedTurn(f"driver '{driver.name}'", motion, unknown=True)
+            fixed = FixedDofs(
+                dofs, _motion(motion, len(dofs)), True, turn if kind == "rotation" else None
+            )
+            coordinate.group.fixed.append(fixed)
 
 
 def _motion(motion: TimeFunction, count: int) -> Any:

@@ -9,7 +9,7 @@ import numpy.typing as npt
 from dolfinx import fem, mesh
 
 from shellmb.errors import SceneError
-from shellmb.model.body import FixedDofs
+from shellmb.model.body import FixedDofs, PrescribedTurn
 from shellmb.model.nodal import NodalConstraint, plane
 from shellmb.model.places import ON_NODE, Meshed, Nodes, Place, local_nodes, part_dofs, shared_nodes
 from shellmb.model.shell import ShellModel
@@ -112,9 +112,11 @@ class Supported:
         self,
         dofs: npt.NDArray[np.int32],
         value: Callable[[float], Floats] | None = None,
+        turn: PrescribedTurn | None = None,
     ) -> None:
         zeros = np.zeros(len(dofs))
-        self.body.fixed.append(FixedDofs(dofs, value or (lambda t: zeros), value is not None))
+        moving = value is not None
+        self.body.fixed.append(FixedDofs(dofs, value or (lambda t: zeros), moving, turn))
 
     def _hold(self, where: Place, part: str, who: str) -> None:
         """All components zero; the director's multiplier has nothing left to do and goes too."""
@@ -207,7 +209,11 @@ class Supported:
             shift = np.asarray(support.translation(t)) if support.translation else np.zeros(3)
             return (turned(X - origin, t) + shift).ravel()
 
-        self._fix(part_dofs(body, nodes, "u").ravel(), displacement)
+        turn = None
+        if support.angle:
+            who = f"the support Driven({support.edge!r}) of '{body.name}'"
+            turn = PrescribedTurn(who, support.angle, unknown=False)
+        self._fix(part_dofs(body, nodes, "u").ravel(), displacement, turn)
         rows = D.reshape(-1, 3)
         self._fix(part_dofs(body, nodes, "w").ravel(), lambda t: turned(rows, t).ravel())
         self._fix(part_dofs(body, nodes, "lam").ravel())
