@@ -9,6 +9,7 @@ multipliers of planes that are not axis-parallel.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from mpi4py import MPI
@@ -99,6 +100,7 @@ class Impulse:
         ]
         self._held = model.supported
         self._total = self._system.x.duplicate()
+        self._numbers = self._system.numbering.local_to_global.astype(PETSc.IntType)
 
     @staticmethod
     def _acting(simulation: Simulation, body: Body) -> list[fem.Form]:
@@ -117,43 +119,52 @@ class Impulse:
     def of_step(self, simulation: Simulation) -> Exchange:
         """What the step just solved exchanged; collective."""
         assert simulation.last is not None
-        middles = [last_middle(simulation, carrier.name) for carrier in self._carriers]
-        sums, numbering = np.zeros(13), self._system.numbering
-        if self._forms:
-            local = np.zeros(len(numbering.local_to_global))
-            for k, form in self._forms:
-                fem.assemble_vector(local[numbering.slice(k)], form)  # type: ignore[arg-type]
-            self._total.set(0.0)
-            sums[:6], sums[12] = self._resultant(local, middles)
-        if self._held:
-            # what is left of the equations of fixed unknowns is what holds them
-            self._total.set(0.0)
-            self._total.array[self._system.fixed] = self._system.reactions
-            local = np.zeros(len(numbering.local_to_global))
-            for k, residuals, r in self._planes:
-                r[:] = 0.0
-                residuals.refresh()
-                residuals.add(r)
-                # on the left-hand side they resist
-                local[numbering.slice(k)] -= r
-            sums[6:12], gross = self._resultant(local, middles)
+        sums = np.zeros(13)
+        forces = [self._loads(), self._supports()]
+        for carrier in self._carriers:
+            q = last_middle(simulation, carrier.name)
+            found, gross = carrier.resultants(q, [f for f in forces if f is not None])
+            rows = [k for k, f in enumerate(forces) if f is not None]
+            sums[:12].reshape(2, 6)[rows] += found
             sums[12] += gross
-        simulation.model.comm.Allreduce(MPI.IN_PLACE, sums)
+        if simulation.model.comm.size > 1:
+            simulation.model.comm.Allreduce(MPI.IN_PLACE, sums)
         sums *= simulation.last.dt
         return Exchange(sums[:6].reshape(2, 3), sums[6:12].reshape(2, 3), float(sums[12]))
 
-    def _resultant(self, local: Floats, middles: list[Floats]) -> tuple[Floats, float]:
-        """Resultant of local nodal forces and of those in `_total`, on this rank."""
-        if np.any(local) or self._system.comm.size > 1:
-            numbers = self._system.numbering.local_to_global.astype(PETSc.IntType)
-            self._total.setValues(numbers, local, addv=PETSc.InsertMode.ADD)
+    def _loads(self) -> Floats | None:
+        """Nodal forces of loads and added terms on this rank; None without any."""
+        if not self._forms:
+            return None
+        local = np.zeros(len(self._numbers))
+        for k, form in self._forms:
+            fem.assemble_vector(local[self._system.numbering.slice(k)], form)  # type: ignore[arg-type]
+        self._total.set(0.0)
+        return self._gathered(local)
+
+    def _supports(self) -> Floats | None:
+        """Nodal forces of all that holds something on this rank; None without any."""
+        if not self._held:
+            return None
+        # what is left of the equations of fixed unknowns is what holds them
+        self._total.set(0.0)
+        self._total.array[self._system.fixed] = self._system.reactions
+        if not self._planes:
+            return self._system.local_values(self._total)
+        local = np.zeros(len(self._numbers))
+        for k, residuals, r in self._planes:
+            r[:] = 0.0
+            residuals.refresh()
+            residuals.add(r)
+            # on the left-hand side they resist
+            local[self._system.numbering.slice(k)] -= r
+        return self._gathered(local)
+
+    def _gathered(self, local: Floats) -> Floats:
+        """Sums of local nodal forces over all that share a node, added to those in `_total`."""
+        self._total.setValues(self._numbers, local, addv=PETSc.InsertMode.ADD)
         self._total.assemble()
-        forces, found, gross = self._system.local_values(self._total), np.zeros(6), 0.0
-        for carrier, q in zip(self._carriers, middles, strict=True):
-            resultant, size = carrier.resultant(q, forces)
-            found += resultant
-            gross += size
-        return found, gross
+        return self._system.local_values(self._total)
 
 
 class _Carrier:
@@ -174,25 +185,33 @@ class _Carrier:
         links = [link.dofs for link in body.links]
         self._elsewhere = np.concatenate([*links, ghosts]).astype(np.int32)
 
-    def resultant(self, q: Floats, forces: Floats) -> tuple[Floats, float]:
-        """Force and moment about the origin of nodal forces, shape (6,), and their gross size.
+    def resultants(self, q: Floats, forces: Sequence[Floats]) -> tuple[Floats, float]:
+        """Force and moment about the origin of several sets of forces, and their gross size.
 
         Args:
             q: Dofs of the state at which they act.
-            forces: Nodal forces of the whole system on this rank.
+            forces: Nodal forces of the whole system on this rank, of each set.
+
+        Returns:
+            Resultants of shape (n, 6), and the sum of the sizes of all forces on positions.
         """
-        r = forces[self._where].copy()
-        r[self._elsewhere] = 0.0
-        if not np.any(r):
-            return np.zeros(6), 0.0
-        at, dofs = self._nodes.values(q), self._dofs
-        force = r[dofs["u"]].reshape(-1, 3)
-        moment = np.cross(at.position, force).sum(axis=0)
-        couples = np.cross(at.directors, r[dofs["w"]].reshape(at.directors.shape))
-        moment += couples.sum(axis=(0, 1))
-        if "bubble" in dofs:
-            # it turns with the body, and does not move with it
-            bubble, share = (a[dofs["bubble"]].reshape(-1, 3) for a in (q, r))
-            moment += np.cross(bubble, share).sum(axis=0)
-        size = float(np.linalg.norm(force, axis=1).sum())
-        return np.concatenate([force.sum(axis=0), moment]), size
+        found, gross, dofs = np.zeros((len(forces), 6)), 0.0, self._dofs
+        x, d = self._nodes.places(q)
+        for row, values in enumerate(forces):
+            r = values[self._where].copy()
+            r[self._elsewhere] = 0.0
+            force, couples = r[dofs["u"]].reshape(-1, 3), r[dofs["w"]].reshape(-1, 3)
+            products = x.T @ force + d.reshape(-1, 3).T @ couples
+            if "bubble" in dofs:
+                # it turns with the body, and does not move with it
+                bubble, share = (a[dofs["bubble"]].reshape(-1, 3) for a in (q, r))
+                products += bubble.T @ share
+            found[row, :3], found[row, 3:] = force.sum(axis=0), axial(products)
+            gross += float(np.sqrt(np.einsum("ni,ni->n", force, force)).sum())
+        return found, gross
+
+
+def axial(products: Floats) -> Floats:
+    """`sum a x b` of the matrix `sum a b`."""
+    m = products
+    return np.array([m[1, 2] - m[2, 1], m[2, 0] - m[0, 2], m[0, 1] - m[1, 0]])

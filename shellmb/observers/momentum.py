@@ -107,10 +107,10 @@ class Momentum(Silent):
         self.values = dict(zip(KINDS, self._momenta().reshape(2, 3).copy(), strict=True))
 
     def _sizes(self) -> None:
-        for row, kind in enumerate(KINDS):
-            found = [self.values[kind], *(impulse[row] for impulse in self._impulses.values())]
-            sizes = np.linalg.norm(found, axis=1)
-            self._largest[kind] = max(self._largest[kind], float(np.max(sizes)))
+        found = np.array([list(self.values.values()), *self._impulses.values()])
+        sizes = np.sqrt((found**2).sum(axis=2)).max(axis=0).tolist()
+        for kind, size in zip(KINDS, sizes, strict=True):
+            self._largest[kind] = max(self._largest[kind], size)
         self._kinetic = max(self._kinetic, self.account.values["kinetic_energy"])
 
     def switched(self, simulation: Simulation) -> None:
@@ -137,7 +137,8 @@ class Momentum(Silent):
         if not self._dynamic:
             return
         self._take()
-        explained = np.sum(list(self._impulses.values()), axis=0)
+        first, *others = self._impulses.values()
+        explained = sum(others, start=first)
         for row, kind in enumerate(KINDS):
             left = self.values[kind] - self._initial[kind] - explained[row]
             self.drift[kind] = max(self.drift[kind], float(np.linalg.norm(left)))

@@ -18,11 +18,13 @@ import numpy as np
 import numpy.typing as npt
 
 from shellmb.model.rigid import GROUND, RigidBodies
+from shellmb.observers.impulse import axial
 from shellmb.observers.nodal import Nodes, nodal_bodies
 from shellmb.simulate.simulation import Silent, Simulation
 
 Floats = npt.NDArray[np.float64]
 
+UNIT = np.eye(3)
 # of the diagonal, so that what does not turn at all has a fit, too
 TINY = 1e-12
 
@@ -135,12 +137,12 @@ class _Flexible:
             start: Dofs of the body at the start of the step.
             end: Those at its end.
         """
-        at, change = self._nodes.values((start + end) / 2), self._nodes.changes(end - start)
-        x, dx = at.position, change[0]
-        d, dd = at.directors.reshape(-1, 3), change[1].reshape(-1, 3)
+        (x, d), (dx, dd) = self._nodes.places((start + end) / 2), self._nodes.changes(end - start)
+        chord = _chord(dd)
+        d, dd = d.reshape(-1, 3), dd.reshape(-1, 3)
         squares = np.concatenate([x.T @ x, x.T @ dx, d.T @ d, d.T @ dd]).ravel()
         sums = np.concatenate([[len(x)], x.sum(axis=0), dx.sum(axis=0), squares])
-        return sums, _chord(change[1])
+        return sums, chord
 
 
 class _Frames:
@@ -190,12 +192,12 @@ def _fit(sums: Floats) -> tuple[float, float]:
     count, x, dx = sums[0], sums[1:4], sums[4:7]
     xx, xdx, dd, ddd = sums[7:].reshape(4, 3, 3)
     xx, xdx = xx - np.outer(x, x) / count, xdx - np.outer(x, dx) / count
-    size = np.trace(xx) / count
+    size = (xx[0, 0] + xx[1, 1] + xx[2, 2]) / count
     if not size > 0:
         return 0.0, 0.0
     inertia = _inertia(xx) / size + _inertia(dd)
-    inertia += TINY * np.trace(inertia) * np.eye(3)
-    spin = np.linalg.solve(inertia, _axial(xdx) / size + _axial(ddd))
+    inertia += TINY * inertia.max() * UNIT
+    spin = np.linalg.solve(inertia, axial(xdx) / size + axial(ddd))
     tangent = float(np.linalg.norm(spin))
     axis = spin / tangent if tangent > 0 else np.zeros(3)
     radius = float(np.sqrt(axis @ _inertia(xx) @ axis / count))
@@ -204,10 +206,4 @@ def _fit(sums: Floats) -> tuple[float, float]:
 
 def _inertia(squares: Floats) -> Floats:
     """`sum (r.r I - r r)` of `sum r r`."""
-    return np.asarray(np.trace(squares) * np.eye(3) - squares)
-
-
-def _axial(products: Floats) -> Floats:
-    """`sum a x b` of `sum a b`."""
-    skew = products - products.T
-    return np.array([skew[1, 2], skew[2, 0], skew[0, 1]])
+    return np.asarray((squares[0, 0] + squares[1, 1] + squares[2, 2]) * UNIT - squares)
