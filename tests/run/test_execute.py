@@ -41,7 +41,9 @@ KEYS = {
     "director_max",
     "linear_momentum_drift",
     "angular_momentum_drift",
+    "dissipated_share",
     "versions",
+    "warnings",
     "results",
 }
 
