@@ -16,7 +16,8 @@ class Stiffness:
     """How stiff a shell is in its surface, or a beam along its line.
 
     Args:
-        wave_speed: Speed of longitudinal waves, m/s; infinite where nothing stretches.
+        wave_speed: Speed of longitudinal waves, m/s; infinite where nothing stretches, 0 without
+            mass.
         unit_energy: Strain energy at a uniform strain of one, J, to an order of magnitude.
     """
 
@@ -39,5 +40,7 @@ def stiffness_of(body: ShellModel | BeamModel) -> Stiffness:
 
 
 def _stiffness(stiffness: float, mass: float, stretching: bool, extent: float) -> Stiffness:
-    speed = float(np.sqrt(stiffness / mass)) if stretching and mass > 0 else np.inf
+    if not mass > 0:
+        return Stiffness(0.0, stiffness * extent)
+    speed = float(np.sqrt(stiffness / mass)) if stretching else np.inf
     return Stiffness(speed, stiffness * extent)

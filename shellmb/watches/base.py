@@ -8,6 +8,7 @@ from typing import Any, Protocol
 
 from shellmb.observers.summary import Sources
 from shellmb.scene.lookup import said
+from shellmb.schemes.base import Scheme
 from shellmb.schemes.registry import SCHEMES
 from shellmb.simulate.simulation import Observer, Simulation
 
@@ -61,8 +62,17 @@ def said_of(simulation: Simulation, name: str) -> str:
     return named.get(name, f"the {name}")
 
 
-def rigid_with_stiff() -> str:
-    """The options of the dynamic schemes that stiff bodies can spin under, for an advice."""
-    made = {name: make(1.0) for name, make in SCHEMES.items()}
-    fit = [n for n, s in made.items() if s.dynamic and s.rotations.stiff_loss == 0]
-    return " or ".join(f"--scheme {name}" for name in fit)
+def remedies(scheme: Scheme, *others: str) -> str:
+    """What to do, as a list in words.
+
+    Args:
+        scheme: The scheme of the run; if stiff bodies cannot spin under it, those under which they
+            can come first.
+        others: What else helps.
+    """
+    found = list(others)
+    if scheme.rotations.stiff_loss > 0:
+        made = {name: make(1.0) for name, make in SCHEMES.items()}
+        fit = [name for name, s in made.items() if s.dynamic and s.rotations.stiff_loss == 0]
+        found = [f"--scheme {name}" for name in fit] + found
+    return " or ".join(filter(None, [", ".join(found[:-1]), found[-1]]))

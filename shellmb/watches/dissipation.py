@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from shellmb.observers.summary import Sources
 from shellmb.simulate.simulation import Silent, Simulation
-from shellmb.watches.base import Caution, said_of
+from shellmb.watches.base import Caution, remedies, said_of
 
 # what is dissipated should be noise: frequencies that the step does not resolve
 BOUND = 0.05
@@ -39,5 +39,6 @@ class Dissipation(Silent):
             BOUND,
             f"the scheme dissipates {share:.0%} of the energy that was there or was put in, "
             f"{part:.0%} of it in {said_of(simulation, worst)}: motion that the step does not "
-            "resolve; compare with a smaller step, or a smaller alpha, before you trust the rest",
+            f"resolve; before you trust the rest, compare with "
+            f"{remedies(simulation.scheme, 'a smaller step', 'a smaller alpha')}",
         )

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from shellmb.observers.momentum import KINDS
 from shellmb.observers.summary import Sources
 from shellmb.simulate.simulation import Silent, Simulation
-from shellmb.watches.base import Caution, rigid_with_stiff, said_of
+from shellmb.watches.base import Caution, remedies, said_of
 
 # what a scheme conserves it keeps as well as Newton's method solves, which over 100 000 steps adds
 # up to some 1e-9; of what it does not conserve, one per cent is an error that shows in results
@@ -45,5 +45,5 @@ class Drift(Silent):
                     f"; {said_of(simulation, fastest)} turns most, by up to {largest:.2g} rad in a "
                     "step"
                 )
-            says += f": use a smaller step, or {rigid_with_stiff()}"
+            says += f": use {remedies(simulation.scheme, 'a smaller step')}"
             yield Caution(f"{which} momentum", fastest, drift, bound, says)

@@ -20,7 +20,7 @@ import numpy as np
 from shellmb.observers.sizes import stiffness_of
 from shellmb.observers.summary import Sources
 from shellmb.simulate.simulation import Silent, Simulation
-from shellmb.watches.base import Caution, rigid_with_stiff, said_of
+from shellmb.watches.base import Caution, remedies, said_of
 
 HALF_STIFF = 40.0
 # as of a drift that shows (`drift.OTHERS`)
@@ -58,7 +58,7 @@ class StiffSpin(Silent):
             return
         for name, speed in self._speed.items():
             turn = self._turning.turns[name]
-            if turn.radius > 0:
+            if turn.radius > 0 and speed > 0:
                 soft = turn.radius / (speed * simulation.last.dt)
                 self._lost[name] += loss * turn.mean**2 / (1 + HALF_STIFF * soft**2)
 
@@ -70,6 +70,7 @@ class StiffSpin(Silent):
             turn = self._turning.turns[name]
             # what it loses in each step adds up by and by
             share = 1 - float(np.exp(-lost))
+            step = f"a step of about {turn.dt * BOUND / lost:.1g} s"
             yield Caution(
                 self.name,
                 name,
@@ -79,8 +80,7 @@ class StiffSpin(Silent):
                 f"by {turn.total:.2g} rad in all, up to {turn.largest:.2g} rad in a step: "
                 f"{simulation.scheme.title} falsifies its spin, or what drives it, by about "
                 f"{share:.0%}, and forces along it are wrong, even in sign; use "
-                f"{rigid_with_stiff()}, rigid=True, or a step of about "
-                f"{turn.dt * BOUND / lost:.1g} s",
+                f"{remedies(simulation.scheme, 'rigid=True', step)}",
             )
 
     def state(self) -> dict[str, Any]:
