@@ -79,7 +79,7 @@ def _power(value: float | None) -> str | None:
 
 
 def _share(value: float | None) -> str | None:
-    return f"{value:.2%}" if value else None
+    return f"{100 * value:.2g} %" if value else None
 
 
 def print_modes(frequencies: Sequence[float], rigid: int, directory: Path) -> None:

@@ -2,7 +2,7 @@
 
 A free plate 4 x 0.3 x 0.02 m that spins about its normal with 10 rad/s keeps its angular momentum;
 driven at one edge it pulls at it with `m w^2 r`. ED balances energy and linear momentum to
-round-off in both, and is wrong by 30 per cent in a few turns (`Rotations.stiff_loss`).
+round-off in both, and is wrong by 27 per cent after three turns (`Rotations.stiff_loss`).
 """
 
 import numpy as np
@@ -62,7 +62,7 @@ def test_ed_says_that_a_stiff_plate_does_not_spin_in_it(driven, alpha, worst) ->
         assert part in caution.says
     assert [c["watch"] for c in result.summary["warnings"]] == list(found)
     if alpha == 1.0:
-        # measured: 5.6 and 5.7 per cent of the free plate's spin in 60 steps, by either number
+        # half a turn takes some per cent of it, three turns more than a quarter
         drift = result.summary["angular_momentum_drift"]
         assert found["angular momentum"].value == drift > 0.03
         if not driven:
