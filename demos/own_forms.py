@@ -107,6 +107,13 @@ class Newmark:
     conserves: frozenset[str] = frozenset()
     linear: bool = False
 
+    @property
+    def rotations(self) -> Any:
+        """Those of positions that are linear in a step."""
+        from shellmb.schemes.base import LINEAR_PATH
+
+        return LINEAR_PATH
+
     def expand(self, levels: Any, dt: Any) -> dict[str, Any]:
         """Acceleration at the end from the displacement at the end."""
         from shellmb.schemes.base import Stage, at_state

@@ -63,6 +63,7 @@ def print_list(scenes: Mapping[str, str]) -> None:
 def print_run(result: RunResult) -> None:
     """The numbers of a run that say whether to trust it, and its results."""
     from rich.console import Console
+    from rich.markup import escape
     from rich.table import Table
 
     summary = result.summary
@@ -81,6 +82,7 @@ def print_run(result: RunResult) -> None:
     add("energy balance error", _power(summary["energy_balance_error"]))
     add("director length error", _power(summary["director_max"]))
     add("constraint error", _power(summary["constraint_max"]))
+    add("dissipated by the scheme", _share(summary["dissipated_share"]))
     add("linear momentum drift", _power(summary["linear_momentum_drift"]))
     add("angular momentum drift", _power(summary["angular_momentum_drift"]))
     if summary["wall_per_step_s"] is not None:
@@ -90,11 +92,17 @@ def print_run(result: RunResult) -> None:
         add(name, value)
     console = Console(highlight=False)
     console.print(table)
+    for caution in result.warnings:
+        console.print(f"[bold yellow]warning:[/] {escape(caution.says)}", soft_wrap=True)
     say(f"written to {result.out}")
 
 
 def _power(value: float | None) -> str | None:
     return None if value is None else f"{value:.1e}"
+
+
+def _share(value: float | None) -> str | None:
+    return f"{100 * value:.2g} %" if value else None
 
 
 def print_modes(frequencies: Sequence[float], rigid: int, directory: Path) -> None:

@@ -37,6 +37,21 @@ class PartScale:
 
 
 @dataclass(frozen=True)
+class PrescribedTurn:
+    """A rotation that is prescribed over time.
+
+    Args:
+        who: What prescribes it, for messages.
+        angle: The angle over time, rad.
+        unknown: Whether the angle is itself the unknown that is fixed.
+    """
+
+    who: str
+    angle: TimeFunction
+    unknown: bool
+
+
+@dataclass(frozen=True)
 class FixedDofs:
     """Dofs whose values are given, perhaps as functions of time.
 
@@ -44,11 +59,13 @@ class FixedDofs:
         dofs: Local dofs in the body's mixed space (owned and ghost).
         value: Function of time giving their values, shape (n,).
         moving: Whether the values change in time.
+        turn: The rotation that the values are of; None: they are of none.
     """
 
     dofs: Dofs
     value: Callable[[float], npt.NDArray[np.float64]]
     moving: bool
+    turn: PrescribedTurn | None = None
 
     def rate(self, h: float) -> Values:
         """Rates at the time 0, shape (n,).

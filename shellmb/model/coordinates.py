@@ -20,7 +20,8 @@ from shellmb.forms import coordinates as forms
 from shellmb.forms.discrete import variation
 from shellmb.forms.joints import Place
 from shellmb.forms.mixed import Interval
-from shellmb.forms.path import ConstraintRow, Path, Step, bow_of, measure
+from shellmb.forms.path import Step
+from shellmb.forms.turning import turning_row
 from shellmb.kernels import JIT_OPTIONS
 from shellmb.model.body import Dofs, NodeLink, PartScale, Term
 from shellmb.model.constraints import ConstraintGroup
@@ -181,43 +182,9 @@ class CoordinateGroup(ConstraintGroup):
         """The equation and its rate at the end of a step, two forces without work for both."""
         if self.kind != "rotation":
             return super().along(step, k, dq, trial)
-        return self._row(self._turning_row(step.path, k, dq), dq), []
-
-    def _turning_row(self, path: Path, k: int, dq: Expr) -> ConstraintRow:
-        """Eq. (Q4) for an angle: cosine and sine are quadratic, the angle is not.
-
-        Its forces are those of a stress on cosine and sine (`forms.coordinates.angle_moments`).
-        """
-        quad = measure(self._angle).quad
-        a_i, a_f = self._angle(path.start), self._angle(path.end)
-        rate_i = variation(self._angle, path.start, path.push)
-        rate_f = variation(self._angle, path.end, path.rate)
-        moments = forms.angle_moments(a_i, a_f, bow_of(measure(self._angle), path))
-        alpha = path.alpha
-        rates = (1 + alpha) * rate_f + (1 - alpha) * rate_i
-        extra, share = forms.swing_moment(a_i, a_f, rates, alpha)
-        swing = (extra + share * moments[0], share * moments[1])
-
-        def row(stress: tuple[Expr, Expr]) -> Expr:
-            """Stress on cosine and sine, linear in time, in this row (Q2)."""
-            chord = quad(path.chord, dq) / 6
-            if k == 0:
-                mean = variation(self._angle, path.mean, dq)
-                return ufl.dot(stress[0], mean) + ufl.dot(stress[1], chord)
-            late = variation(self._angle, path.mean + 0.4 * path.bow, dq) / 3
-            return ufl.dot(stress[0], chord) + ufl.dot(stress[1], late)
-
-        normal = forms.perpendicular((a_i + a_f) / 2)
-        x = self.layout.part(dq, "x")
-        if k == 0:
-            turned = ufl.dot(normal, quad(path.swing, dq)) + row(swing)
-            value = self._gap(path.end)
-            states = path.end, path.rate
-            return ConstraintRow(as_row(x - row(moments)), as_row(-turned), value, states)
-        turned = ufl.dot(normal, variation(self._angle, path.middle, dq)) + row(swing)
-        value = as_row(self.layout.part(path.rate, "x") - ufl.dot(forms.perpendicular(a_f), rate_f))
-        states = path.rate, path.end
-        return ConstraintRow(as_row(x - turned), as_row(-row(moments)), value, states)
+        x = self.layout.part
+        row = turning_row(self._angle, x, self._gap(step.path.end), step.path, k, dq)
+        return self._row(row, dq), []
 
     def velocity_constraint(self, v: Expr, mid: Expr, dv: Expr) -> Form:
         """The rate of the coordinate is that of the places, with the impulse for that."""

@@ -11,7 +11,7 @@ from mpi4py import MPI
 import numpy as np
 
 from shellmb.errors import SceneError
-from shellmb.model.body import Body, FixedDofs, TimeFunction
+from shellmb.model.body import Body, FixedDofs, PrescribedTurn, TimeFunction
 from shellmb.model.constraints import ConstraintGroup
 from shellmb.model.coordinates import (
     BoundCoordinate,
@@ -258,7 +258,11 @@ def _drive(scene: Scene, made: Mechanism) -> None:
                 )
             made.drivers[f"{driver.name}.{EFFORT[kind]}"] = coordinate
             dofs = coordinate.local()
-            coordinate.group.fixed.append(FixedDofs(dofs, _motion(motion, len(dofs)), True))
+            turn = PrescribedTurn(f"driver '{driver.name}'", motion, unknown=True)
+            fixed = FixedDofs(
+                dofs, _motion(motion, len(dofs)), True, turn if kind == "rotation" else None
+            )
+            coordinate.group.fixed.append(fixed)
 
 
 def _motion(motion: TimeFunction, count: int) -> Any:

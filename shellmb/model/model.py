@@ -54,6 +54,7 @@ class Model:
         mechanism: Joints, and what drives and resists them.
         length: Characteristic length of the scene, m.
         rigid_meshes: Meshes of the shells and beams that are rigid, by name: they have no unknowns.
+        planes: Planes that are not axis-parallel and hold nodes; among `bodies`, too.
     """
 
     scene: Scene
@@ -65,6 +66,7 @@ class Model:
     mechanism: Mechanism = field(default_factory=Mechanism)
     length: float = 1.0
     rigid_meshes: RigidMeshes = field(default_factory=dict)
+    planes: list[NodalConstraint] = field(default_factory=list)
 
     @property
     def meshed(self) -> dict[str, ShellModel | BeamModel]:
@@ -269,7 +271,8 @@ def _support(scene: Scene, model: Model) -> Prescribed:
     for support in scene.supports:
         for body in scene.bodies_of(support):
             SupportRows(support, model.meshed[body.name], body, prescribed).collect()
-    model.bodies += prescribed.settle()
+    model.planes += prescribed.settle()
+    model.bodies += model.planes
     return prescribed
 
 

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from shellmb.errors import SceneError
-from shellmb.model.body import FixedDofs
+from shellmb.model.body import FixedDofs, PrescribedTurn
 from shellmb.model.nodal import NodalConstraint, plane
 from shellmb.model.places import Meshed, shown
 from shellmb.scene.lookup import said
@@ -61,6 +61,7 @@ class Rows:
         value: Function of time that gives the values, shape (n,); None: zero.
         lam: Global dofs of the multipliers of the node's directors, shape (n, m).
         directors: Reference director of the node of a shell, shape (n, 3).
+        turn: The rotation that the values are of; None: they are of none.
     """
 
     support: str
@@ -73,6 +74,7 @@ class Rows:
     value: Callable[[float], Floats] | None
     lam: Ints
     directors: Floats
+    turn: PrescribedTurn | None = None
 
 
 @dataclass
@@ -276,10 +278,15 @@ def _fix(rows: Rows, new: Ints, axes: Ints, signs: Floats) -> None:
         _append(rows.body, dofs, None)
         return
     value = rows.value
-    _append(rows.body, dofs, lambda t: signs * value(t)[new])
+    _append(rows.body, dofs, lambda t: signs * value(t)[new], rows.turn)
 
 
-def _append(body: Supportable, dofs: Ints, value: Callable[[float], Floats] | None) -> None:
+def _append(
+    body: Supportable,
+    dofs: Ints,
+    value: Callable[[float], Floats] | None,
+    turn: PrescribedTurn | None = None,
+) -> None:
     """Fix global dofs on the ranks that hold them, owned or ghost."""
     if not len(dofs):
         return
@@ -287,7 +294,8 @@ def _append(body: Supportable, dofs: Ints, value: Callable[[float], Floats] | No
     here = local >= 0
     zeros = np.zeros(int(np.sum(here)))
     given = (lambda t: zeros) if value is None else (lambda t: np.asarray(value(t))[here])
-    body.fixed.append(FixedDofs(np.asarray(local[here], dtype=np.int32), given, value is not None))
+    found = np.asarray(local[here], dtype=np.int32)
+    body.fixed.append(FixedDofs(found, given, value is not None, turn))
 
 
 def _planes(found: Sequence[tuple[Rows, int]]) -> NodalConstraint:

@@ -8,6 +8,7 @@ import numpy.typing as npt
 from dolfinx import fem, mesh
 
 from shellmb.errors import SceneError
+from shellmb.model.body import PrescribedTurn
 from shellmb.model.places import ON_NODE, Nodes, Place, said_point, shared_nodes
 from shellmb.model.prescribed import Prescribed, Rows, Supportable
 from shellmb.model.shell import ShellModel
@@ -38,6 +39,7 @@ class SupportRows:
     ) -> None:
         self._support, self._body, self._described = support, body, described
         self._prescribed = prescribed
+        self._turn: PrescribedTurn | None = None
         where = getattr(support, "edge", None) or getattr(support, "where", None)
         label = said(support)
         self._who = f"{label} {show(where)}" if "edge" in label else f"{label} at {show(where)}"
@@ -108,6 +110,7 @@ class SupportRows:
                 value,
                 repeated(nodes.dofs["lam"]),
                 repeated(nodes.director),
+                self._turn,
             )
         )
 
@@ -155,7 +158,11 @@ class SupportRows:
             shift = np.asarray(support.translation(t)) if support.translation else np.zeros(3)
             return (turned(nodes.x - origin, t) + shift).ravel()
 
+        if support.angle:
+            who = f"the support Driven({support.edge!r}) of '{self._body.name}'"
+            self._turn = PrescribedTurn(who, support.angle, unknown=False)
         self._hold(support.edge, "u", displacement)
+        self._turn = None
         self._hold(support.edge, "w", lambda t: turned(nodes.director, t).ravel())
 
 

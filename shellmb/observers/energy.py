@@ -13,13 +13,21 @@ from typing import Any
 from mpi4py import MPI
 
 import numpy as np
+import numpy.typing as npt
 from dolfinx import fem
 from ufl import Form
 
+from shellmb.observers.sizes import stiffness_of
 from shellmb.schemes.base import Levels
 from shellmb.simulate.simulation import Silent, Simulation
 from shellmb.system.functionals import Functionals
 
+# strains, and motions relative to the scene, below which an energy account cannot close to 1e-8:
+# round-off of 1e-16 in strains is an energy of 1e-12 of theirs, and forces that are in balance
+# work on round-off of 1e-16 in positions
+ROUND_OFF_STRAIN, ROUND_OFF_MOTION = 1e-10, 1e-6
+
+Floats = npt.NDArray[np.float64]
 Scalar = Callable[[], float]
 
 
@@ -45,6 +53,10 @@ class EnergyAccount(Silent):
             work of loads, of added terms, of prescribed motions, and dissipation.
         error: Largest violation of the energy law so far, J.
         largest: Largest energy seen so far, J.
+        exchanged: Largest energy, work of one kind, or dissipation so far, J.
+        floor: Energy below which there is round-off only, J.
+        dissipated: What the scheme has dissipated so far in each body of the system, J; beside
+            it, `dissipation` counts what impacts take at which something begins to act.
     """
 
     NAMES = (
@@ -60,7 +72,9 @@ class EnergyAccount(Silent):
 
     def __init__(self) -> None:
         self.values = dict.fromkeys(self.NAMES, 0.0)
-        self.error, self.largest = 0.0, 0.0
+        self.error = self.largest = self.exchanged = self.floor = 0.0
+        self.dissipated: dict[str, float] = {}
+        self._there = 0.0
         self._initial: float | None = None
 
     def start(self, simulation: Simulation) -> None:
@@ -72,16 +86,23 @@ class EnergyAccount(Silent):
             kinetic = [b.kinetic_energy(problem.levels[b.name].rates["v"]) for b in bodies]
         strain = [b.strain_energy(problem.state(b.name)) for b in bodies]
         elastic, inert = self._dissipation(simulation)
-        self._ends = Functionals([present(kinetic), present(strain), present(inert)], comm)
+        self._ends = Functionals([present(kinetic), present(strain), *inert.values()], comm)
         loads, terms = (present(self._work(simulation, kind)) for kind in ("loads", "terms"))
-        steps = [loads, terms, present(elastic)]
+        steps = [loads, terms, *elastic.values()]
+        self._names = tuple(inert)
         self._step = Functionals(steps, comm)
         self._acting = scheme.dynamic and any(steps)
+        for name in self._names:
+            self.dissipated.setdefault(name, 0.0)
+        self._scales = _reaction_scales(simulation)
+        stiff = [stiffness_of(body) for body in simulation.model.meshed.values()]
+        at_rest = ROUND_OFF_STRAIN**2 * sum(s.unit_energy for s in stiff)
+        self.floor = max(self.floor, at_rest)
         self._driven = any(fixed.moving for b in bodies for fixed in b.fixed)
         if self._initial is None:
             self._energies()
             self._initial = self.values["total_energy"]
-            self.largest = abs(self._initial)
+            self._sizes()
 
     def _work(self, simulation: Simulation, kind: str) -> list[Form | None]:
         """Virtual work of each stage in the direction in which the state moves over it.
@@ -104,10 +125,10 @@ class EnergyAccount(Silent):
                     forms.append(form)
         return forms
 
-    def _dissipation(self, simulation: Simulation) -> tuple[list[Form | None], list[Form | None]]:
-        """Both parts of `c^2`, eq. (34): of the jump of states, and of that of velocities."""
-        elastic: list[Form | None] = []
-        inert: list[Form | None] = []
+    def _dissipation(self, simulation: Simulation) -> tuple[dict[str, list[Form]], ...]:
+        """Both parts of `c^2`, eq. (34), by body: of the jump of states, and of velocities."""
+        elastic: dict[str, list[Form]] = {}
+        inert: dict[str, list[Form]] = {}
         self._alpha, stage = simulation.scheme.dissipation()
         self._jumps: list[_VelocityJump] = []
         if self._alpha and simulation.problem.paths:
@@ -117,21 +138,25 @@ class EnergyAccount(Silent):
                 path = made.path
                 bow = 2 * (path.rate + path.start - path.end) / (1 + path.alpha)
                 kinetic = body.kinetic_energy(path.shake / made.dt)
-                elastic += [body.lost(made.step, bow), None if kinetic is None else 4 * kinetic]
+                four = None if kinetic is None else 4 * kinetic
+                lost = present([body.lost(made.step, bow), four])
+                if lost:
+                    elastic[body.name], inert[body.name] = lost, []
         if self._alpha and stage is not None:
             for body in simulation.model.bodies:
                 levels = simulation.problem.levels[body.name]
-                elastic.append(body.jump(levels.q, levels.unknown[stage]))
                 jump = _VelocityJump(levels)
                 form = body.kinetic_energy(jump.function)
                 if form is not None:
-                    inert.append(form)
                     self._jumps.append(jump)
+                parts = present([body.jump(levels.q, levels.unknown[stage])]), present([form])
+                if any(parts):
+                    elastic[body.name], inert[body.name] = parts
         return elastic, inert
 
     def _energies(self) -> None:
         values = self.values
-        kinetic, strain, self._inert = self._ends().tolist()
+        kinetic, strain, *self._inert = self._ends().tolist()
         values["kinetic_energy"], values["strain_energy"] = kinetic, strain
         values["total_energy"] = kinetic + strain
 
@@ -141,18 +166,30 @@ class EnergyAccount(Silent):
         self._energies()
         self.values["dissipation"] += before - self.values["kinetic_energy"]
 
+    def _reach(self, simulation: Simulation) -> float:
+        """Largest work of a reaction on what is a large motion for its unknown, J."""
+        reactions, comm = simulation.problem.system.reactions, simulation.model.comm
+        reach = float(np.max(np.abs(reactions) * self._scales, initial=0.0))
+        return reach if comm.size == 1 else comm.allreduce(reach, op=MPI.MAX)
+
+    def _dissipate(self, parts: list[float]) -> None:
+        for name, part in zip(self._names, parts, strict=True):
+            self.dissipated[name] += self._alpha * part
+            self.values["dissipation"] += self._alpha * part
+
     def solved(self, simulation: Simulation) -> None:
         """Add the work and the dissipation of the step."""
         if not simulation.scheme.dynamic:
             return
         values = self.values
         if self._acting:
-            loads, terms, elastic = self._step().tolist()
+            loads, terms, *elastic = self._step().tolist()
             values["work_loads"] += loads
             values["work_terms"] += terms
-            values["dissipation"] += self._alpha * elastic
+            self._dissipate(elastic)
         if self._driven:
             values["work_supports"] += simulation.problem.support_work()
+        self.floor = max(self.floor, ROUND_OFF_MOTION * self._reach(simulation))
         for jump in self._jumps:
             jump.begin()
 
@@ -163,7 +200,7 @@ class EnergyAccount(Silent):
                 jump.end(simulation.last.dt)
         self._energies()
         values = self.values
-        values["dissipation"] += self._alpha * self._inert
+        self._dissipate(self._inert)
         if not simulation.scheme.dynamic:
             return
         assert self._initial is not None
@@ -176,12 +213,25 @@ class EnergyAccount(Silent):
             + values["dissipation"]
         )
         self.error = max(self.error, abs(values["energy_balance"]))
+        self._sizes()
+
+    def _sizes(self) -> None:
+        values = self.values
         self.largest = max(self.largest, abs(values["total_energy"]))
+        ports = ("work_loads", "work_terms", "work_supports", "dissipation")
+        self.exchanged = max(self.exchanged, self.largest, *(abs(values[p]) for p in ports))
+        self._there = max(self._there, values["total_energy"] + values["dissipation"])
 
     @property
-    def relative_error(self) -> float | None:
-        """Largest violation of the energy law relative to the largest energy; None at rest."""
-        return self.error / self.largest if self.largest > 0 else None
+    def relative_error(self) -> float:
+        """Largest violation of the energy law relative to the energy that was exchanged."""
+        return self.error / max(self.exchanged, self.floor) if self.error > 0 else 0.0
+
+    @property
+    def dissipated_share(self) -> float:
+        """What the scheme has dissipated, of the energy at the start and all that was put in."""
+        lost = sum(self.dissipated.values())
+        return lost / max(self._there, self.floor) if lost > 0 else 0.0
 
     def measure(self) -> dict[str, float]:
         """Columns of the history."""
@@ -193,6 +243,10 @@ class EnergyAccount(Silent):
             "values": dict(self.values),
             "error": self.error,
             "largest": self.largest,
+            "exchanged": self.exchanged,
+            "floor": self.floor,
+            "there": self._there,
+            "dissipated": dict(self.dissipated),
             "initial": self._initial,
         }
 
@@ -200,7 +254,26 @@ class EnergyAccount(Silent):
         """Take up saved sums."""
         self.values = dict(state["values"])
         self.error, self.largest = state["error"], state["largest"]
+        self.exchanged, self.floor = state["exchanged"], state["floor"]
+        self._there, self.dissipated = state["there"], dict(state["dissipated"])
         self._initial = state["initial"]
+
+
+def _reaction_scales(simulation: Simulation) -> Floats:
+    """What is a large motion for each fixed unknown, so that reactions times it are energies.
+
+    In the order of the system's reactions; what is fixed in other stages counts nothing.
+    """
+    problem, numbering = simulation.problem, simulation.problem.system.numbering
+    scales = np.zeros(numbering.owned)
+    for body in simulation.model.bodies:
+        numbers = numbering.by_field[problem.number(body.name, problem.last)] - numbering.start
+        for part in body.parts:
+            if part.name in body.kinematic:
+                here = numbers[body.mixed.dofs[part.name].ravel()]
+                here = here[(here >= 0) & (here < numbering.owned)]
+                scales[here] = np.maximum(scales[here], part.scale)
+    return scales[problem.system.fixed]
 
 
 class _VelocityJump:

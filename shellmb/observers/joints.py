@@ -10,10 +10,8 @@ import numpy.typing as npt
 from shellmb.forms.joints import KINDS
 from shellmb.model.ends import EndGroup
 from shellmb.model.joints import BoundJoint, JointGroup
-from shellmb.observers.impulse import last_middle
-from shellmb.simulate.problem import Problem
+from shellmb.observers.impulse import last_middle, resistance
 from shellmb.simulate.simulation import Silent, Simulation
-from shellmb.system.loops import LoopResiduals, MeshCells, MeshGroup
 
 Floats = npt.NDArray[np.float64]
 
@@ -41,7 +39,7 @@ class JointForces(Silent):
     def start(self, simulation: Simulation) -> None:
         """Prepare the loops that assemble the forces, and list the columns."""
         problem, mechanism = simulation.problem, simulation.model.mechanism
-        self._groups = [(g, *_resistance(problem, g.name)) for g in mechanism.groups]
+        self._groups = [(g, *resistance(problem, g.name)) for g in mechanism.groups]
         self._number = {name: k for k, name in enumerate(mechanism.joints)}
         for name in mechanism.joints:
             for component in COMPONENTS:
@@ -76,19 +74,6 @@ class JointForces(Silent):
     def measure(self) -> dict[str, float]:
         """Columns of the history."""
         return dict(self.values)
-
-
-def _resistance(problem: Problem, name: str) -> tuple[LoopResiduals, Floats]:
-    """What assembles the virtual work of a group's forces at the end of a step, and place for it.
-
-    Args:
-        problem: The system.
-        name: Name of the group.
-    """
-    number = problem.number(name, problem.last)
-    field, system = problem.fields[number], problem.system
-    cells = MeshCells([field], [0], [system.held[number]])
-    return LoopResiduals([MeshGroup(system, [number], cells)]), np.zeros(field.size_all)
 
 
 def _force(group: JointGroup, joint: BoundJoint, row: int, q: Floats, r: Floats) -> Floats:

@@ -1,7 +1,8 @@
-"""Linear and angular momentum, and how well the scheme conserves them.
+"""Linear and angular momentum, and how well the scheme balances them.
 
-Without supports the change of a momentum over a step is the impulse of the loads; the drift is what
-is left when that impulse is taken away (`impulse.py`).
+The change of a momentum over a step is the impulse of loads and supports (`impulse.py`); the drift
+is what is left when that impulse is taken away. It is round-off where a scheme conserves the
+momentum, and the error of the scheme where it does not.
 """
 
 from __future__ import annotations
@@ -26,29 +27,32 @@ Floats = npt.NDArray[np.float64]
 KINDS = {"momentum": "linear", "angular momentum": "angular"}
 COLUMNS = [f"{name}_{axis}" for name in ("momentum", "angular_momentum") for axis in "xyz"]
 
-# below this part of m v, with v from the largest kinetic energy, a momentum is as good as zero, and
-# its drift is measured by that part instead
+# below this part of m v, with v from the largest kinetic energy, and of the impulses of single
+# nodes, a momentum is as good as zero, and its drift is measured by that part instead: of forces
+# that cancel one another round-off remains
 SMALL = 1e-3
 
 
 class Momentum(Silent):
-    """Momenta about the origin, and their drift where nothing but loads can change them.
+    """Momenta about the origin, what was exchanged of them, and their drift.
 
     Args:
         account: The energy account, for the scale of a momentum that is zero.
 
     Attributes:
         values: "momentum" and "angular momentum", kg m/s and kg m^2/s, each of shape (3,).
-        drift: Largest drift so far of those that should be conserved, in the same units.
+        drift: Largest drift so far, in the same units; empty in statics.
     """
 
     def __init__(self, account: EnergyAccount) -> None:
         self.account = account
         self.values: dict[str, Floats] = {}
         self.drift: dict[str, float] = {}
-        self._expected: dict[str, Floats] = {}
-        self._largest: dict[str, float] = {}
-        self._kinetic = 0.0
+        self._initial: dict[str, Floats] = {}
+        # impulses so far of loads, of supports, and of impacts at which something begins to act
+        self._impulses = dict.fromkeys(("loads", "supports", "impacts"), np.zeros((2, 3)))
+        self._largest = dict.fromkeys(KINDS, 0.0)
+        self._gross = self._kinetic = 0.0
 
     def start(self, simulation: Simulation) -> None:
         """Compile the functionals and take the initial momenta."""
@@ -58,14 +62,13 @@ class Momentum(Silent):
         bodies: list[Any] = [b for b in simulation.model.bodies if hasattr(b, "momentum")]
         self._axes = [fem.Constant(b.mixed.space.mesh, np.zeros(3)) for b in bodies]
         self._length = simulation.model.length
+        self._held = simulation.model.supported
         self._momenta = self._functionals(simulation, bodies)
-        free = not simulation.model.supported
-        conserved = [k for k in KINDS if free and k in simulation.scheme.conserves]
-        self._impulse = Impulse(simulation) if conserved else None
-        self._mass = self._total_mass(simulation, bodies) if conserved else 0.0
+        self._impulse = Impulse(simulation)
+        self._mass = self._total_mass(simulation, bodies)
         self._take()
-        for kind in conserved:
-            self._expected.setdefault(kind, self.values[kind].copy())
+        for kind in KINDS:
+            self._initial.setdefault(kind, self.values[kind].copy())
             self.drift.setdefault(kind, 0.0)
         self._sizes()
 
@@ -104,43 +107,57 @@ class Momentum(Silent):
         self.values = dict(zip(KINDS, self._momenta().reshape(2, 3).copy(), strict=True))
 
     def _sizes(self) -> None:
-        for kind in self._expected:
-            size = float(np.linalg.norm(self.values[kind]))
-            self._largest[kind] = max(self._largest.get(kind, 0.0), size)
+        found = np.array([list(self.values.values()), *self._impulses.values()])
+        sizes = np.sqrt((found**2).sum(axis=2)).max(axis=0).tolist()
+        for kind, size in zip(KINDS, sizes, strict=True):
+            self._largest[kind] = max(self._largest[kind], size)
         self._kinetic = max(self._kinetic, self.account.values["kinetic_energy"])
+
+    def switched(self, simulation: Simulation) -> None:
+        """The impact at which something begins to act: on ground it changes the momenta."""
+        if not self._dynamic or not self._held:
+            # the impact of one body on another changes nothing
+            return
+        before = np.array([self.values[kind] for kind in KINDS])
+        self._take()
+        change = np.array([self.values[kind] for kind in KINDS]) - before
+        self._impulses["impacts"] = self._impulses["impacts"] + change
 
     def solved(self, simulation: Simulation) -> None:
         """Add the impulses of the step."""
-        if not self._dynamic or not self._expected or simulation.last is None:
+        if not self._dynamic:
             return
-        assert self._impulse is not None
-        for kind, impulse in self._impulse.of_step(simulation).items():
-            if kind in self._expected:
-                self._expected[kind] += impulse
+        step = self._impulse.of_step(simulation)
+        self._impulses["loads"] = self._impulses["loads"] + step.loads
+        self._impulses["supports"] = self._impulses["supports"] + step.supports
+        self._gross += step.gross
 
     def accepted(self, simulation: Simulation) -> None:
         """Take the momenta and see what is left unexplained."""
         if not self._dynamic:
             return
         self._take()
-        for kind, expected in self._expected.items():
-            drift = float(np.linalg.norm(self.values[kind] - expected))
-            self.drift[kind] = max(self.drift[kind], drift)
+        first, *others = self._impulses.values()
+        explained = sum(others, start=first)
+        for row, kind in enumerate(KINDS):
+            left = self.values[kind] - self._initial[kind] - explained[row]
+            self.drift[kind] = max(self.drift[kind], float(np.linalg.norm(left)))
         self._sizes()
 
     def relative_drift(self, kind: str) -> float | None:
-        """Largest drift relative to the largest momentum; None where it is not conserved.
+        """Largest drift relative to what was there or was exchanged; None in statics.
 
         Args:
             kind: "momentum" or "angular momentum".
         """
         if kind not in self.drift:
             return None
-        size = float(np.sqrt(2 * self._mass * self._kinetic))
+        size = float(np.sqrt(2 * self._mass * max(self._kinetic, self.account.floor)))
+        size += self._gross
         if kind == "angular momentum":
             size *= self._length
         scale = max(self._largest[kind], SMALL * size)
-        return self.drift[kind] / scale if scale > 0 else 0.0
+        return self.drift[kind] / scale if self.drift[kind] > 0 else 0.0
 
     def measure(self) -> dict[str, float]:
         """Columns of the history."""
@@ -150,14 +167,17 @@ class Momentum(Silent):
     def state(self) -> dict[str, Any]:
         """The sums and largest values so far."""
         return {
-            "expected": {kind: vector.tolist() for kind, vector in self._expected.items()},
+            "initial": {kind: vector.tolist() for kind, vector in self._initial.items()},
+            "impulses": {name: rows.tolist() for name, rows in self._impulses.items()},
             "drift": dict(self.drift),
             "largest": dict(self._largest),
             "kinetic": self._kinetic,
+            "gross": self._gross,
         }
 
     def restore(self, state: dict[str, Any]) -> None:
         """Take up saved sums."""
-        self._expected = {kind: np.array(vector) for kind, vector in state["expected"].items()}
+        self._initial = {kind: np.array(vector) for kind, vector in state["initial"].items()}
+        self._impulses = {name: np.array(rows) for name, rows in state["impulses"].items()}
         self.drift, self._largest = dict(state["drift"]), dict(state["largest"])
-        self._kinetic = float(state["kinetic"])
+        self._kinetic, self._gross = float(state["kinetic"]), float(state["gross"])

@@ -197,6 +197,22 @@ class Nodes:
             self._X, q[self._u], self._D, self._D + q[self._w], v[self._u], v[self._w]
         )
 
+    def places(self, q: Floats) -> tuple[Floats, Floats]:
+        """Positions (n, 3) and directors (n, m, 3) alone.
+
+        Args:
+            q: Dofs of the state.
+        """
+        return self._X + q[self._u], self._D + q[self._w]
+
+    def changes(self, change: Floats) -> tuple[Floats, Floats]:
+        """Changes of positions (n, 3) and directors (n, m, 3) for one of the state.
+
+        Args:
+            change: Dofs of the change.
+        """
+        return change[self._u], change[self._w]
+
     def now(self, simulation: Simulation, name: str) -> NodalValues:
         """Values at the nodes, between two steps of a simulation.
 

@@ -18,6 +18,7 @@ from shellmb.observers.energy import EnergyAccount
 from shellmb.observers.history import History
 from shellmb.observers.jumps import jump_error
 from shellmb.observers.momentum import Momentum
+from shellmb.observers.turning import Turning
 from shellmb.simulate.simulation import Simulation
 
 PACKAGES = {"dolfinx": "dolfinx-solver-real", "ufl": "fenics-ufl", "ffcx": "fenics-ffcx"}
@@ -31,6 +32,7 @@ class Sources:
     momentum: Momentum
     constraints: Constraints
     history: History
+    turning: Turning
 
 
 def summarise(
@@ -70,12 +72,14 @@ def summarise(
         "constraint_max": sources.constraints.constraint_max,
         "director_max": sources.constraints.director_max,
         "joints": {j.name: sources.constraints.joints.get(j.name) for j in scene.joints},
+        "dissipated_share": sources.energy.dissipated_share if dynamic else None,
         "linear_momentum_drift": sources.momentum.relative_drift("momentum"),
         "angular_momentum_drift": sources.momentum.relative_drift("angular momentum"),
         "jump_max": None if jumps is None else jumps["max"],
         "jump_error": jumps,
         "versions": versions(),
         "failed": failed,
+        "warnings": [],
         "results": {},
     }
 

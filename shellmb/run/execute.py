@@ -26,6 +26,8 @@ from shellmb.run.request import REQUEST, Request
 from shellmb.run.standard import STATE, SUMMARY, StandardObservers
 from shellmb.scene import Scene
 from shellmb.simulate.simulation import PAST, Observer, Simulation
+from shellmb.watches.base import Caution
+from shellmb.watches.registry import cautions
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -44,6 +46,7 @@ class RunResult:
         summary: The summary.
         energy: The energy account.
         out: The run directory, if there is one.
+        warnings: What the run says against itself; those of the summary, too.
     """
 
     scene: Scene
@@ -52,6 +55,7 @@ class RunResult:
     summary: dict[str, Any]
     energy: EnergyAccount
     out: Path | None
+    warnings: tuple[Caution, ...] = ()
 
     @cached_property
     def history(self) -> pd.DataFrame:
@@ -129,14 +133,11 @@ def execute(
     finally:
         wall = clock.perf_counter() - begin
         started = bool(history.rows)
-        result = RunResult(
-            scene,
-            simulation,
-            history.rows,
-            summarise(simulation, standard.sources, wall, failed) | path_points(simulation),
-            standard.sources.energy,
-            directory,
-        )
+        found = tuple(cautions(standard.watches, simulation) if started else ())
+        summary = summarise(simulation, standard.sources, wall, failed)
+        summary |= path_points(simulation) | {"warnings": [c.to_dict() for c in found]}
+        account = standard.sources.energy
+        result = RunResult(scene, simulation, history.rows, summary, account, directory, found)
         if started and directory is not None and comm.rank == 0:
             write_json(directory / SUMMARY, result.summary)
             if pictures and frames is not None:

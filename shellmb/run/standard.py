@@ -15,7 +15,9 @@ from shellmb.observers.momentum import Momentum
 from shellmb.observers.path import PathRecord
 from shellmb.observers.probes import Probes
 from shellmb.observers.summary import Sources
+from shellmb.observers.turning import Turning
 from shellmb.simulate.simulation import Observer
+from shellmb.watches.registry import watches
 
 if TYPE_CHECKING:
     from shellmb.observers.frames import Frames
@@ -34,16 +36,18 @@ class StandardObservers:
     Attributes:
         named: All of them in their order, by the names under which their states are saved.
         sources: Those that the summary asks.
+        watches: Those that say when the run is wrong.
         frames: The one that writes fields, if there is one.
     """
 
     def __init__(self, directory: Path | None, others: Sequence[Observer] = ()) -> None:
         energy, constraints = EnergyAccount(), Constraints()
-        momentum = Momentum(energy)
+        momentum, turning = Momentum(energy), Turning()
         self.named: dict[str, Observer] = {
             "energy": energy,
             "constraints": constraints,
             "momentum": momentum,
+            "turning": turning,
             "probes": Probes(),
             "joints": JointForces(),
             "path": PathRecord(),
@@ -52,6 +56,10 @@ class StandardObservers:
         measuring = [o for o in self.named.values() if isinstance(o, Measuring)]
         history = History(measuring, None if directory is None else directory / HISTORY)
         self.named["history"] = history
+        self.sources = Sources(energy, momentum, constraints, history, turning)
+        # behind the observers that they ask
+        self.watches = watches(self.sources)
+        self.named |= {f"watch of {watch.name}": watch for watch in self.watches}
         self.frames: Frames | None = None
         if directory is not None:
             # VTK and matplotlib are only loaded where something is written
@@ -62,4 +70,3 @@ class StandardObservers:
             self.named["checkpoint"] = Checkpoint(
                 directory / STATE, dict(self.named), [history.write, self.frames.write]
             )
-        self.sources = Sources(energy, momentum, constraints, history)

@@ -6,7 +6,18 @@ from typing import Any
 
 from dolfinx import fem
 
-from shellmb.schemes.base import END, JumpStage, Levels, Motion, Stage, Tangent, Values, interval
+from shellmb.schemes.base import (
+    END,
+    LINEAR_PATH,
+    JumpStage,
+    Levels,
+    Motion,
+    Rotations,
+    Stage,
+    Tangent,
+    Values,
+    interval,
+)
 
 
 @dataclass(frozen=True)
@@ -24,6 +35,7 @@ class EnergyPreserving:
     rates: tuple[str, ...] = ("v",)
     conserves: frozenset[str] = frozenset({"energy", "momentum", "angular momentum"})
     linear: bool = False
+    rotations: Rotations = LINEAR_PATH
 
     def expand(self, levels: Levels, dt: fem.Constant) -> dict[str, Stage]:
         """Eq. (23) gives `v_f = 2 (q_f - q_i)/dt - v_i`; `(v_f - v_i)/dt` is the rate."""

@@ -6,7 +6,18 @@ from typing import Any
 
 from dolfinx import fem
 
-from shellmb.schemes.base import END, JumpStage, Levels, Motion, Stage, Tangent, Values, at_state
+from shellmb.schemes.base import (
+    END,
+    LINEAR_PATH,
+    JumpStage,
+    Levels,
+    Motion,
+    Rotations,
+    Stage,
+    Tangent,
+    Values,
+    at_state,
+)
 
 
 @dataclass(frozen=True)
@@ -21,6 +32,7 @@ class Static:
     rates: tuple[str, ...] = ()
     conserves: frozenset[str] = frozenset()
     linear: bool = False
+    rotations: Rotations = LINEAR_PATH
 
     def expand(self, levels: Levels, dt: fem.Constant) -> dict[str, Stage]:
         """All forces at the unknown state."""

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from shellmb.simulate.problem import Problem
+from shellmb.simulate.turns import PrescribedTurns
 
 Arrays = dict[str, npt.NDArray[np.float64]]
 
@@ -75,7 +76,7 @@ class TimeSteps:
     """
 
     def __init__(self, problem: Problem) -> None:
-        self._problem = problem
+        self._problem, self._turns = problem, PrescribedTurns(problem)
 
     @property
     def finished(self) -> bool:
@@ -84,6 +85,7 @@ class TimeSteps:
 
     def attempt(self, t: float, dt: float) -> Attempt:
         """Solve for the state at `t + dt`."""
+        self._turns.check(t, dt)
         self._problem.prepare(t, dt)
         return Attempt(self._problem.solve(dt), dt)
 

@@ -45,7 +45,6 @@ from shellmb.scene import (
     SymmetryPlane,
     Weld,
 )
-from shellmb.simulate.motions import Frame, describe
 from shellmb.simulate.simulation import Simulation
 from shellmb.simulate.sound import sound_model
 
@@ -329,23 +328,6 @@ def run_modes():
     from shellmb.modes import natural_modes
 
     return lambda scene: natural_modes(scene, count=5).rigid
-
-
-@pytest.mark.parametrize(
-    ("motions", "said"),
-    [
-        (np.eye(6), "move freely"),
-        (np.eye(6)[:, :0], ""),
-        (np.eye(6)[:, :3], "translate along x, y and z"),
-        ([[0], [0], [1], [0], [0], [0]], "translate along z"),
-        ([[0], [3], [4], [0], [0], [0]], "translate along (0, 0.6, 0.8)"),
-        # the middle moves along y where the body turns about z through a point at its left
-        ([[0], [0.5], [0], [0], [0], [1]], "turn about z through (0, 0, 0)"),
-    ],
-)
-def test_motions_in_words(motions: Any, said: str) -> None:
-    frame = Frame(np.array([1.0, 0.0, 0.0]), 2.0)
-    assert describe(frame, np.asarray(motions, dtype=float)) == said
 
 
 TWO_RANKS = """

@@ -179,7 +179,8 @@ def test_momenta_of_a_free_chain(scheme):
     result = execute(scene)
     assert result.summary["linear_momentum_drift"] < 1e-12
     angular = result.summary["angular_momentum_drift"]
-    assert angular is None if scheme == "ed" else angular < 1e-12
+    # ED does not conserve it: the error of the scheme, and that is reported
+    assert 1e-12 < angular < 1e-2 if scheme == "ed" else angular < 1e-12
     mass = 0.7 + 1000.0 * 0.05 * 0.03
     last = result.history.iloc[-1]
     impulse = np.array([1, 2, -mass * G]) * 1e-2

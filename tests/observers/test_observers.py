@@ -39,8 +39,9 @@ def test_impulse_of_point_forces_explains_the_momenta(scheme):
     # the mean of the ramp over its first half is 1/2
     impulse = [result.history[f"momentum_{axis}"].iloc[-1] for axis in "xyz"]
     assert np.allclose(impulse, np.array(force) * 7.5e-3, rtol=1e-10)
+    # ED does not conserve it: the error of the scheme, and that is reported
     angular = result.summary["angular_momentum_drift"]
-    assert angular is None if scheme == "ed" else angular < 1e-11
+    assert 1e-11 < angular < 1e-2 if scheme == "ed" else angular < 1e-11
     jump = result.history["jump"].iloc[1:]
     assert jump.notna().all() if scheme == "ed" else jump.isna().all()
 

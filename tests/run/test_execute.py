@@ -41,7 +41,9 @@ KEYS = {
     "director_max",
     "linear_momentum_drift",
     "angular_momentum_drift",
+    "dissipated_share",
     "versions",
+    "warnings",
     "results",
 }
 
@@ -101,7 +103,9 @@ def test_directory_is_complete(tmp_path):
     assert summary["results"] == {"tip": result.history["tip_z"].iloc[-1]}
     assert summary["energy_balance_error"] < 1e-12
     assert summary["director_max"] < 1e-14
-    assert summary["linear_momentum_drift"] is None
+    # with what the clamped edge holds the balance closes in a supported scene, too
+    assert summary["linear_momentum_drift"] < 1e-10
+    assert summary["angular_momentum_drift"] < 1e-10
 
     table = rows(out)
     assert [int(row["step"]) for row in table] == [0, 1, 2, 3, 4, 5]

@@ -18,7 +18,16 @@ from shellmb.scene import (
     Solver,
     Table,
 )
-from shellmb.schemes.base import Levels, Motion, Stage, Tangent, Values, at_state
+from shellmb.schemes.base import (
+    LINEAR_PATH,
+    Levels,
+    Motion,
+    Rotations,
+    Stage,
+    Tangent,
+    Values,
+    at_state,
+)
 from shellmb.schemes.ed import EnergyDecaying
 from shellmb.schemes.registry import SCHEMES
 from shellmb.simulate.simulation import Simulation
@@ -129,6 +138,7 @@ class BackwardEuler:
     rates: tuple[str, ...] = ("v",)
     conserves: frozenset[str] = frozenset({"momentum"})
     linear: bool = False
+    rotations: Rotations = LINEAR_PATH
 
     def expand(self, levels: Levels, dt: Any) -> dict[str, Stage]:
         q, v, qf = levels.q, levels.rates["v"], levels.unknown["f"]

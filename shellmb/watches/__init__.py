@@ -1,0 +1,4 @@
+"""What a run watches to say when it is wrong: one file per idea, all of them in `registry`."""
+
+# before dolfinx and petsc4py, whichever module of this package is imported first
+from mpi4py import MPI as _MPI  # noqa: F401

@@ -1,0 +1,78 @@
+"""What a watch is: an observer with a bound, and a sentence for when it is passed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from typing import Any, Protocol
+
+from shellmb.observers.summary import Sources
+from shellmb.scene.lookup import said
+from shellmb.schemes.base import Scheme
+from shellmb.schemes.registry import SCHEMES
+from shellmb.simulate.simulation import Observer, Simulation
+
+
+@dataclass(frozen=True)
+class Caution:
+    """A warning at the end of a run.
+
+    Args:
+        watch: Name of the watch that gives it.
+        body: Name of the body that it is about; None: the scene as a whole.
+        value: The number that is out of proportion.
+        bound: What it must not pass.
+        says: The sentence: the body, the number, and what to do.
+    """
+
+    watch: str
+    body: str | None
+    value: float
+    bound: float
+    says: str
+
+    def to_dict(self) -> dict[str, Any]:
+        """As `summary.json` has it."""
+        return asdict(self)
+
+
+class Watch(Observer, Protocol):
+    """Watches one thing over a run. What it finds is the same on all ranks.
+
+    A new one is a class with these members, made from the observers of a run, and a line in
+    `registry.WATCHES`. It asks the scheme for what it declares, never for its name.
+
+    Attributes:
+        name: Its name in `summary.json`.
+    """
+
+    @property
+    def name(self) -> str: ...  # noqa: D102
+
+    def __init__(self, sources: Sources) -> None: ...
+
+    def cautions(self, simulation: Simulation) -> Iterator[Caution]:
+        """What is wrong with the run so far; nothing where it does not apply."""
+        ...
+
+
+def said_of(simulation: Simulation, name: str) -> str:
+    """What messages call a body of the system, as "shell 'wing'"; "the rigid bodies" together."""
+    named = {body.name: said(body) for body in simulation.scene.bodies}
+    return named.get(name, f"the {name}")
+
+
+def remedies(scheme: Scheme, *others: str) -> str:
+    """What to do, as a list in words.
+
+    Args:
+        scheme: The scheme of the run; if stiff bodies cannot spin under it, those under which they
+            can come first.
+        others: What else helps.
+    """
+    found = list(others)
+    if scheme.rotations.stiff_loss > 0:
+        made = {name: make(1.0) for name, make in SCHEMES.items()}
+        fit = [name for name, s in made.items() if s.dynamic and s.rotations.stiff_loss == 0]
+        found = [f"--scheme {name}" for name in fit] + found
+    return " or ".join(filter(None, [", ".join(found[:-1]), found[-1]]))

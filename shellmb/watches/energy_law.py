@@ -1,0 +1,58 @@
+"""The energy account does not close."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from shellmb.observers.summary import Sources
+from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.watches.base import Caution
+
+# Newton's method stops at 1e-9 of its unknowns, and the account of a healthy run closes to 1e-10
+# and better, over 100 000 steps, too: what is beyond this is a force that is not in the account
+BOUND = 1e-8
+
+
+class EnergyLaw(Silent):
+    """Watches whether "energy change = work - dissipation" holds, and where it breaks.
+
+    Args:
+        sources: The observers of the run.
+    """
+
+    name = "energy law"
+
+    def __init__(self, sources: Sources) -> None:
+        self._account = sources.energy
+        self._before, self._worst, self._t = 0.0, 0.0, 0.0
+
+    def accepted(self, simulation: Simulation) -> None:
+        """See what the step adds to the violation."""
+        now = self._account.values["energy_balance"]
+        if abs(now - self._before) > self._worst:
+            self._worst, self._t = abs(now - self._before), simulation.t
+        self._before = now
+
+    def cautions(self, simulation: Simulation) -> Iterator[Caution]:
+        """Whether the account is off."""
+        error = self._account.relative_error
+        if simulation.scheme.dynamic and error > BOUND:
+            yield Caution(
+                self.name,
+                None,
+                error,
+                BOUND,
+                f"the energy account is off by {error:.1e} of the energy that was exchanged, most "
+                f"of it in the step to t = {self._t:g} s; it must close to {BOUND:.0e}: use a "
+                "smaller step or a smaller Solver(tolerance=...), and look at what the scene adds "
+                "of its own (terms, strains, energies, a scheme)",
+            )
+
+    def state(self) -> dict[str, Any]:
+        """The worst step so far."""
+        return {"before": self._before, "worst": self._worst, "t": self._t}
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Take it up."""
+        self._before, self._worst, self._t = state["before"], state["worst"], state["t"]

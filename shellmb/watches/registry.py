@@ -1,0 +1,36 @@
+"""All watches. Every run has each of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from shellmb.observers.summary import Sources
+from shellmb.simulate.simulation import Simulation
+from shellmb.watches.base import Caution, Watch
+from shellmb.watches.dissipation import Dissipation
+from shellmb.watches.drift import Drift
+from shellmb.watches.energy_law import EnergyLaw
+from shellmb.watches.large_turns import LargeTurns
+from shellmb.watches.stiff_spin import StiffSpin
+
+# what is nearest to the cause comes first
+WATCHES: tuple[type[Watch], ...] = (LargeTurns, StiffSpin, Drift, Dissipation, EnergyLaw)
+
+
+def watches(sources: Sources) -> list[Watch]:
+    """One of each.
+
+    Args:
+        sources: The observers of the run.
+    """
+    return [kind(sources) for kind in WATCHES]
+
+
+def cautions(watching: Sequence[Watch], simulation: Simulation) -> list[Caution]:
+    """What they have to say.
+
+    Args:
+        watching: The watches of a run.
+        simulation: The simulation, at its end.
+    """
+    return [caution for watch in watching for caution in watch.cautions(simulation)]
