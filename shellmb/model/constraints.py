@@ -15,7 +15,7 @@ from shellmb.build.spaces import MixedSpace
 from shellmb.forms.discrete import variation
 from shellmb.forms.mixed import Interval
 from shellmb.forms.state import Layout
-from shellmb.kernels import JIT_OPTIONS
+from shellmb.kernels import compiled_expression
 from shellmb.model.body import Massless, NodeLink, PartScale
 
 Floats = npt.NDArray[np.float64]
@@ -123,7 +123,7 @@ class ConstraintGroup(Massless):
         shape = (self.count,)
         values = fem.Function(fem.functionspace(self.nodes.mesh, ("DG", 0, shape)))
         points = values.function_space.element.interpolation_points
-        expression = fem.Expression(self.violation(state), points, jit_options=JIT_OPTIONS)
+        expression = compiled_expression(self.violation(state), points)
         return state, expression, values
 
     def all_violations(self, q: fem.Function) -> Floats:

@@ -19,7 +19,7 @@ from shellmb.errors import SceneError
 from shellmb.forms import elements as forms
 from shellmb.forms.mixed import Interval
 from shellmb.forms.state import Layout
-from shellmb.kernels import JIT_OPTIONS
+from shellmb.kernels import compiled_expression
 from shellmb.model.body import Massless, Rates
 from shellmb.model.coordinates import Coordinate, gathered, scalar_links
 from shellmb.scene import Scene
@@ -120,7 +120,7 @@ class ElementGroup(Massless):
         points = values.function_space.element.interpolation_points
         # a law may be a plain number
         force = ufl.as_ufl(self.force(x, rate, time)) + 0 * x
-        return x, rate, time, fem.Expression(force, points, jit_options=JIT_OPTIONS), values
+        return x, rate, time, compiled_expression(force, points), values
 
     def forces(self, x: Floats, rate: Floats, t: float) -> Floats:
         """Forces [N] or moments [N m] at given coordinates and rates, (items,); collective."""
