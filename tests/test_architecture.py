@@ -16,7 +16,10 @@ FOLDERS["shellmb"] = ROOT / "shellmb"
 
 # a layer imports only layers of a smaller rank, and itself
 FLOW = ("scene", "build", "forms", "model", "schemes", "system", "simulate", "observers")
-RANK = {name: rank for rank, name in enumerate(("errors", "locks", "kernels", "analytic", *FLOW))}
+RANK = {
+    name: rank
+    for rank, name in enumerate(("errors", "locks", "stopping", "kernels", "analytic", *FLOW))
+}
 # what a user starts; these may import one another
 TOP = ("modes", "run", "verify", "figures", "bench", "effects", "demos", "study", "cli")
 RANK |= dict.fromkeys(TOP, len(RANK))

@@ -15,6 +15,7 @@ from shellmb.observers.momentum import Momentum
 from shellmb.observers.path import PathRecord
 from shellmb.observers.probes import Probes
 from shellmb.observers.summary import Sources
+from shellmb.run.stop import Stop
 from shellmb.simulate.simulation import Observer
 
 if TYPE_CHECKING:
@@ -59,7 +60,10 @@ class StandardObservers:
 
             self.frames = Frames(directory / FIELDS)
             self.named["frames"] = self.frames
-            self.named["checkpoint"] = Checkpoint(
-                directory / STATE, dict(self.named), [history.write, self.frames.write]
+            checkpoint = Checkpoint(
+                directory / STATE, dict(self.named), {"history": history, "frames": self.frames}
             )
+            self.named["checkpoint"] = checkpoint
+        # behind all that write
+        self.named["stop"] = Stop()
         self.sources = Sources(energy, momentum, constraints, history)
