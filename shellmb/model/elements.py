@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 from typing import Any
 
 from mpi4py import MPI
@@ -25,6 +26,7 @@ from shellmb.model.coordinates import Coordinate, gathered, scalar_links
 from shellmb.scene import Scene
 from shellmb.scene import elements as scene_elements
 from shellmb.scene.elements import Element, JointElement
+from shellmb.scene.validate import show
 
 Floats = npt.NDArray[np.float64]
 
@@ -138,7 +140,7 @@ class Springs(ElementGroup):
 
     def _potential(self, e: Expr) -> Expr:
         law = self.law or forms.linear_potential(self.parameter)
-        return ufl.as_ufl(law(e))
+        return _scalar(law(e), law)
 
     def _extension(self, q: Expr) -> Expr:
         return self.x(q) - self.rest
@@ -181,7 +183,7 @@ class Dampers(ElementGroup):
     """
 
     def _resistance(self, rate: Expr) -> Expr:
-        return self.parameter * rate if self.law is None else ufl.as_ufl(self.law(rate))
+        return self.parameter * rate if self.law is None else _scalar(self.law(rate), self.law)
 
     def extra(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
         """Work of the resistance; none in statics."""
@@ -206,7 +208,23 @@ class Motors(ElementGroup):
     def force(self, x: Expr, rate: Expr, time: Expr) -> Expr:
         """What the motor exerts."""
         assert self.law is not None
-        return ufl.as_ufl(self.law(x, rate, time))
+        return _scalar(self.law(x, rate, time), self.law)
+
+
+def _scalar(value: Any, law: Callable[..., Any]) -> Expr:
+    """What a user's law gives, if that is a number or a scalar of UFL."""
+    try:
+        made = ufl.as_ufl(value)
+    except (TypeError, ValueError):
+        made = None
+    if made is None or made.ufl_shape:
+        code = getattr(law, "__code__", None)
+        where = "" if code is None else f"{Path(code.co_filename).name}, line {code.co_firstlineno}"
+        given = show(value) if made is None else f"an expression of shape {made.ufl_shape}"
+        raise SceneError(
+            f"law {show(law)} ({where}) returns {given}; it must return a scalar of UFL"
+        )
+    return made
 
 
 _KINDS: dict[str, type[ElementGroup]] = {"spring": Springs, "damper": Dampers, "motor": Motors}

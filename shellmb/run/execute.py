@@ -22,6 +22,7 @@ from shellmb.observers.summary import summarise, write_json
 from shellmb.run.blame import user_frame
 from shellmb.run.directory import claimed, written
 from shellmb.run.loader import is_file_name
+from shellmb.run.memory import check_memory
 from shellmb.run.request import REQUEST, Request
 from shellmb.run.results import Results, measured
 from shellmb.run.standard import STATE, SUMMARY, StandardObservers
@@ -130,6 +131,7 @@ def carry_out(
     """
     begin = clock.perf_counter()
     # a signal that comes to one of several ranks is taken up by all of them, behind a step
+    check_memory(scene, comm)
     with STOPPING.deferred(_say) if comm.size > 1 else nullcontext():
         simulation = Simulation(scene, comm)
     if directory is not None and request is not None and comm.rank == 0:

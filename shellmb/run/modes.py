@@ -13,6 +13,7 @@ from shellmb.modes import Modes, natural_modes
 from shellmb.observers.drawn import drawn_bodies
 from shellmb.observers.summary import versions, write_json
 from shellmb.run.directory import claimed, written
+from shellmb.run.memory import check_memory
 from shellmb.run.results import measured
 from shellmb.run.standard import SUMMARY
 from shellmb.scene import Scene
@@ -49,6 +50,7 @@ def find_modes(
     """
     directory, begin = Path(out), clock.perf_counter()
     with claimed(directory, comm, new=True), written(directory, comm):
+        check_memory(scene, comm)
         modes = natural_modes(scene, comm, count, loaded)
         wall = clock.perf_counter() - begin
         summary: dict[str, Any] = {

@@ -23,8 +23,8 @@ class StopAt(Silent):
             raise Stopped(15)
 
 
-@pytest.fixture(scope="session")
-def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+@pytest.fixture(name="made", scope="session")
+def make(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A run directory of a run that was stopped in the middle."""
     out = tmp_path_factory.mktemp("made") / "run"
     request = Request(str(SCENE))
@@ -34,7 +34,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return out
 
 
-@pytest.fixture
-def run(made: Path, tmp_path: Path) -> Path:
+@pytest.fixture(name="run")
+def copy(made: Path, tmp_path: Path) -> Path:
     """A copy of it."""
     return Path(shutil.copytree(made, tmp_path / "run"))
