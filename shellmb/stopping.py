@@ -34,6 +34,7 @@ class Stopping:
     def __init__(self) -> None:
         self.asked: int | None = None
         self._deferred: Callable[[str], None] | None = None
+        self._ours: set[int] = set()
 
     @contextmanager
     def caught(self) -> Iterator[None]:
@@ -46,13 +47,20 @@ class Stopping:
             for number in SIGNALS:
                 if signal.getsignal(number) in (signal.SIG_DFL, signal.default_int_handler):
                     before[number] = signal.signal(number, self._come)
+        self._ours |= before.keys()
         try:
             yield
         finally:
+            self._ours -= before.keys()
             for number, handler in before.items():
                 signal.signal(number, handler)
             if before:
                 self.asked = None
+
+    def renew(self) -> None:
+        """Take the signals back from PETSc, which takes them for itself when it is loaded."""
+        for number in self._ours:
+            signal.signal(number, self._come)
 
     @contextmanager
     def deferred(self, tell: Callable[[str], None]) -> Iterator[None]:

@@ -132,6 +132,7 @@ def carry_out(
     begin = clock.perf_counter()
     # a signal that comes to one of several ranks is taken up by all of them, behind a step
     check_memory(scene, comm)
+    STOPPING.renew()
     with STOPPING.deferred(_say) if comm.size > 1 else nullcontext():
         simulation = Simulation(scene, comm)
     if directory is not None and request is not None and comm.rank == 0:

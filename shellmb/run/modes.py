@@ -17,6 +17,7 @@ from shellmb.run.memory import check_memory
 from shellmb.run.results import measured
 from shellmb.run.standard import SUMMARY
 from shellmb.scene import Scene
+from shellmb.stopping import STOPPING
 
 
 def find_modes(
@@ -51,6 +52,7 @@ def find_modes(
     directory, begin = Path(out), clock.perf_counter()
     with claimed(directory, comm, new=True), written(directory, comm):
         check_memory(scene, comm)
+        STOPPING.renew()
         modes = natural_modes(scene, comm, count, loaded)
         wall = clock.perf_counter() - begin
         summary: dict[str, Any] = {
