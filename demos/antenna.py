@@ -298,9 +298,9 @@ def results(run: Any) -> dict[str, float]:
     t = history["t"].to_numpy()
     open_ = {hinge: opening(history, hinge) for hinge in HINGES}
     found = {
-        "energy_balance_error": float(summary["energy_balance_error"]),
-        "constraint_max": float(summary["constraint_max"]),
-        "rejected_steps": float(summary["rejected_steps"]),
+        "energy_balance_error": summary["energy_balance_error"],
+        "constraint_max": summary["constraint_max"],
+        "rejected_steps": summary["rejected_steps"],
         "t_end": float(t[-1]),
         "least_opening": min(float(x[-1]) for x in open_.values()),
         "largest_opening": max(float(x.max()) for x in open_.values()),

@@ -266,7 +266,7 @@ def results(run: Any) -> dict[str, float]:
     found["imperfection"] = float(bow[1, 0])
     found["dissipates"] = float(run.scene.scheme_name == "ed" and run.scene.alpha > 0)
     for name in ("energy_balance_error", "constraint_max", "rejected_steps"):
-        found[name] = float(run.summary[name])
+        found[name] = run.summary[name]
     return found
 
 

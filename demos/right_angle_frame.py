@@ -81,7 +81,7 @@ def results(run: Any) -> dict[str, float]:
     history, reference = run.history, tables.read("right_angle_frame")
     t = history["t"].to_numpy()
     then = reference[reference["t_s"] <= t[-1] * (1 + 1e-9)]
-    measured = {"energy_balance_error": float(run.summary["energy_balance_error"])}
+    measured = {"energy_balance_error": run.summary["energy_balance_error"]}
     for point in POINTS:
         column = f"{point}_uz"
         found, wanted = history[column].to_numpy(), then[column].to_numpy()

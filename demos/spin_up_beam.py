@@ -89,7 +89,7 @@ def results(run: Any) -> dict[str, float]:
     difference = np.interp(then["t_s"], t, across) - then["transverse"]
     steady = t > SPIN_UP
     return {
-        "energy_balance_error": float(run.summary["energy_balance_error"]),
+        "energy_balance_error": run.summary["energy_balance_error"],
         "deflection_min": float(np.min(across)),
         "deflection_difference": float(np.max(np.abs(difference))) / size,
         "stretch": float(np.mean(along[steady])) if steady.any() else math.nan,

@@ -13,6 +13,7 @@ import subprocess
 import sysconfig
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +27,8 @@ import numpy as np
 from dolfinx import default_scalar_type, jit
 from ffcx.codegeneration import jit as files
 from ufl import Form
+
+from shellmb.locks import FileLock
 
 Tell = Callable[[int, int], None]
 
@@ -48,20 +51,17 @@ def compile_new(forms: Sequence[Form], jit_options: Mapping[str, Any], tell: Tel
     salt = files._compute_option_signature(options)
     salt += files._compilation_signature(flags, chosen["cffi_debug"])
     names = {"libffcx_forms_" + ffcx.naming.compute_signature([f], salt): f for f in forms}
-    new = [name for name in names if not (folder / f"{name}.c").exists()]
+    new = [name for name in names if not (folder / f"{name}.c.cached").exists()]
     # the largest first, so that its compiler is not the one that all wait for in the end
     new.sort(key=lambda name: -_size(names[name]))
     cores = len(os.sched_getaffinity(0))
     started: dict[Path, Future[None]] = {}
-    with ThreadPoolExecutor(max_workers=cores) as pool:
+    with ExitStack() as locks, ThreadPoolExecutor(max_workers=cores) as pool:
         try:
             for number, name in enumerate(new, start=1):
                 tell(number, len(new))
                 file = folder / f"{name}.c"
-                try:
-                    # whoever makes this file compiles it
-                    file.open("x").close()
-                except FileExistsError:
+                if not _ours(file, locks):
                     continue
                 started[file] = Future()
                 _write_code(names[name], name, file, options)
@@ -75,6 +75,25 @@ def compile_new(forms: Sequence[Form], jit_options: Mapping[str, Any], tell: Tel
                 if not file.with_suffix(".c.cached").exists():
                     file.unlink(missing_ok=True)
             raise
+
+
+def _ours(file: Path, locks: ExitStack) -> bool:
+    """Whether a module is ours to compile: nobody else does, and nobody has.
+
+    Args:
+        file: Its code. What a killed process has left there is removed.
+        locks: Gets the lock, if it is ours.
+    """
+    lock = FileLock(file.with_suffix(".lock"))
+    if not lock.acquire():
+        # whoever needs it waits for it later (`kernels.compiled`)
+        return False
+    locks.callback(lock.release)
+    if file.with_suffix(".c.cached").exists():
+        return False
+    file.unlink(missing_ok=True)
+    file.open("x").close()
+    return True
 
 
 def _size(form: Form) -> int:

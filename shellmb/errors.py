@@ -2,7 +2,14 @@
 
 from __future__ import annotations
 
-__all__ = ["ConvergenceError", "SceneError", "ShellmbError", "ShellmbWarning"]
+__all__ = [
+    "ConvergenceError",
+    "RunError",
+    "SceneError",
+    "ShellmbError",
+    "ShellmbWarning",
+    "Stopped",
+]
 
 
 class ShellmbError(Exception):
@@ -39,3 +46,29 @@ class ConvergenceError(ShellmbError):
         super().__init__(message)
         self.field = field
         self.norms = norms or {}
+
+
+class RunError(ShellmbError):
+    """Something outside the mechanics ended a run: a full disk, or a user's function that raises.
+
+    Args:
+        message: What happened, and what is left.
+        alone: Whether other ranks may not know and go on.
+    """
+
+    def __init__(self, message: str, alone: bool = False) -> None:
+        super().__init__(message)
+        self.alone = alone
+
+
+class Stopped(KeyboardInterrupt):
+    """Ctrl-C, or SIGTERM; all ranks together where a run was stopped between two steps.
+
+    Args:
+        signal: Number of the signal.
+        message: What is left, and how to go on.
+    """
+
+    def __init__(self, signal: int, message: str = "nothing is left of it") -> None:
+        super().__init__(message)
+        self.signal = signal

@@ -16,7 +16,7 @@ FOLDERS["shellmb"] = ROOT / "shellmb"
 
 # a layer imports only layers of a smaller rank, and itself
 FLOW = ("scene", "build", "forms", "model", "schemes", "system", "simulate", "observers", "watches")
-FIRST = ("errors", "compiler", "kernels", "analytic")
+FIRST = ("errors", "locks", "stopping", "compiler", "kernels", "analytic")
 RANK = {name: rank for rank, name in enumerate((*FIRST, *FLOW))}
 # what a user starts; these may import one another
 TOP = ("modes", "run", "verify", "figures", "bench", "effects", "demos", "study", "cli")

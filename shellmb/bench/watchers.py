@@ -64,7 +64,7 @@ class Timed(Silent):
             observer.accepted(simulation)
         self.seconds += time.perf_counter() - begin
 
-    def finish(self, simulation: Simulation, error: Exception | None) -> None:
+    def finish(self, simulation: Simulation, error: BaseException | None) -> None:
         """After the last step."""
         for observer in self.observers:
             observer.finish(simulation, error)

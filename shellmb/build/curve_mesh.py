@@ -15,6 +15,7 @@ import ufl
 from dolfinx import fem
 from dolfinx.graph import adjacencylist
 
+from shellmb.build.extent import check_extent
 from shellmb.build.raw import Floats, Ints
 from shellmb.errors import SceneError
 from shellmb.scene.curves import Curve
@@ -112,6 +113,7 @@ def build_line(
     ends = np.arange(elements)[:, None]
     xi = np.append(((ends + _element_nodes(degree)[:-1]) / elements).ravel(), 1.0)
     x = curve.position(xi if order == degree else np.linspace(0, 1, elements + 1)).T
+    check_extent(np.abs(np.diff(x, axis=0)).max(axis=1), "m", f"beam '{name}'")
     tangents = _unit(curve.tangent(xi).T)
     if up is None:
         third = _transported(curve, xi, tangents)

@@ -8,7 +8,7 @@ from dolfinx import fem, la
 
 from shellmb.build.mesh import SurfaceMesh
 from shellmb.errors import SceneError
-from shellmb.kernels import JIT_OPTIONS
+from shellmb.kernels import compiled_expression
 
 
 def reference_director(
@@ -90,7 +90,7 @@ def _mean_normals(surface: SurfaceMesh, nodal: fem.FunctionSpace, degree: int) -
     normal = normal / ufl.sqrt(ufl.dot(normal, normal))
     function = fem.Function(broken)
     points = broken.element.interpolation_points
-    function.interpolate(fem.Expression(normal, points, jit_options=JIT_OPTIONS))
+    function.interpolate(compiled_expression(normal, points))
     per_node = function.x.array.reshape(-1, 3)
     owned = domain.topology.index_map(2).size_local
     total = la.vector(nodal.dofmap.index_map, nodal.dofmap.index_map_bs)

@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 import ufl
 
+from shellmb.build.extent import check_extent
 from shellmb.build.raw import Floats, RawMesh, cell_cross, vertex_count
 from shellmb.build.structured import structured_mesh
 from shellmb.errors import SceneError, ShellmbError
@@ -103,6 +104,8 @@ def build_surface(shell: Shell, comm: MPI.Comm) -> SurfaceMesh:
         SceneError: On every rank alike, if the surface cannot be meshed as described.
     """
     raw = _on_first_rank(shell, comm)
+    corners = raw.x[raw.cells[:, : vertex_count(raw.cell)]]
+    check_extent(np.abs(cell_cross(corners)).max(axis=1), "m^2", f"shell '{shell.name}'")
     mesh = _distribute(raw, comm)
     return SurfaceMesh(
         name=shell.name,

@@ -4,16 +4,23 @@ from __future__ import annotations
 
 import functools
 import os
+import signal
 import sys
+import time
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any, cast
 
 import typer
 
-from shellmb.errors import SceneError, ShellmbError, ShellmbWarning
+from shellmb.errors import RunError, SceneError, ShellmbError, ShellmbWarning, Stopped
+from shellmb.run.blame import in_words, user_frame
+from shellmb.stopping import EXIT, STOPPING, several_ranks
 
+# how long a rank that fails waits for the first one to say so [s]
+PATIENCE = 2.0
 RANK_VARIABLES = ("PMI_RANK", "PMIX_RANK", "OMPI_COMM_WORLD_RANK")
 
 
@@ -52,42 +59,102 @@ def warnings_told() -> Iterator[None]:
         yield
 
 
+class FailedCheck(ShellmbError):
+    """A reference value of a scene that is not met."""
+
+
+def run_check(check: Callable[[dict[str, float]], None], results: dict[str, float]) -> None:
+    """Hold results against the reference values of a scene.
+
+    Args:
+        check: The scene's function.
+        results: The results.
+
+    Raises:
+        FailedCheck: If one is not met.
+        RunError: If the function itself fails; what was run is saved.
+    """
+    try:
+        check(results)
+    except AssertionError as error:
+        frame = user_frame(error)
+        place = "" if frame is None else f" ({Path(frame.filename).name}, line {frame.lineno})"
+        said = str(error) or f"a reference value of the scene is not met{place}"
+        raise FailedCheck(f"check failed: {said}") from error
+    except Exception as error:
+        raise RunError(
+            f"check() of the scene fails: {in_words(error)}; all else is finished and saved"
+        ) from error
+
+
 def failures_reported[**P, T](command: Callable[P, T]) -> Callable[P, T]:
     """Turn the errors that a user can mend into a sentence on stderr and an exit code.
 
-    2: an impossible scene or option; 1: no convergence, or a failed check. A bug keeps its
-    traceback. On several ranks the process ends here (`_end_together`), with what the command
-    returns, or its error, still alive.
+    2: an impossible scene or option; 1: no convergence, a failed check, a full disk, or a user's
+    function that raises; 128 and its number: a signal. A bug keeps its traceback. On several ranks
+    the process ends here (`_end_together`), with what the command returns, or its error, still
+    alive.
     """
 
     @functools.wraps(command)
     def wrapped(*args: P.args, **kwargs: P.kwargs) -> T:
         made: T | None = None
-        failure: Exception | None = None
+        failure: BaseException | None = None
         code = 0
-        try:
-            with warnings_told():
+        with STOPPING.caught(), warnings_told():
+            try:
                 made = command(*args, **kwargs)
-        except typer.Exit as exit_:
-            failure, code = exit_, exit_.exit_code
-        except ShellmbError as error:
-            tell(f"error: {error}")
-            failure, code = error, 2 if isinstance(error, SceneError) else 1
-        except AssertionError as error:
-            if error.__traceback__ is None or not _is_check(error):
-                _abort_others()
-                raise
-            tell(f"check failed: {error or 'a reference value of the scene is not met'}")
-            failure, code = error, 1
-        except Exception:
-            _abort_others()
-            raise
+            except typer.Exit as exit_:
+                failure, code = exit_, exit_.exit_code
+            except BaseException as error:
+                sentence, code = _sentence(error)
+                if not sentence:
+                    _abort_others()
+                    raise
+                failure = error
+                if _may_be_alone(error):
+                    _end_alone(sentence, code)
+                tell(sentence)
         _end_together(code)
         if failure is not None:
             raise typer.Exit(code) from None
         return cast("T", made)
 
     return wrapped
+
+
+def _sentence(error: BaseException) -> tuple[str, int]:
+    """What a user is told of an error, and the exit code; nothing of a bug."""
+    if isinstance(error, KeyboardInterrupt) or STOPPING.asked is not None:
+        # a compiler that gets the signal, too, fails in its own way
+        number = getattr(error, "signal", STOPPING.asked) or signal.SIGINT
+        said = str(error) if isinstance(error, Stopped) else "nothing is left of it"
+        return f"error: stopped by {signal.Signals(number).name}: {said}", EXIT + number
+    if isinstance(error, FailedCheck):
+        return str(error), 1
+    if isinstance(error, ShellmbError):
+        return f"error: {error}", 2 if isinstance(error, SceneError) else 1
+    if isinstance(error, MemoryError):
+        return f"error: the scene does not fit the memory ({error}); take coarser meshes", 1
+    if isinstance(error, Exception) and user_frame(error) is not None:
+        notes = "; ".join(["", *getattr(error, "__notes__", [])])
+        return f"error: a function of the scene fails: {in_words(error)}{notes}", 1
+    return "", 1
+
+
+def _may_be_alone(error: BaseException) -> bool:
+    """Whether the other ranks may not have met with the same."""
+    alone = not isinstance(error, ShellmbError | KeyboardInterrupt)
+    return several_ranks() and (alone or getattr(error, "alone", False))
+
+
+def _end_alone(sentence: str, code: int) -> None:
+    """End all ranks, of which others may wait for this one; if all come here, the first speaks."""
+    MPI = sys.modules["mpi4py.MPI"]
+    if not first_rank():
+        time.sleep(PATIENCE)
+    print(sentence, file=sys.stderr, flush=True)
+    MPI.COMM_WORLD.Abort(code)
 
 
 def _end_together(code: int) -> None:
@@ -100,11 +167,9 @@ def _end_together(code: int) -> None:
     Args:
         code: Exit code.
     """
-    if "mpi4py.MPI" not in sys.modules:
+    if not several_ranks():
         return
     MPI = sys.modules["mpi4py.MPI"]
-    if MPI.COMM_WORLD.size == 1:
-        return
     sys.stdout.flush()
     sys.stderr.flush()
     MPI.COMM_WORLD.Barrier()
@@ -112,24 +177,11 @@ def _end_together(code: int) -> None:
     os._exit(code)
 
 
-def _is_check(error: AssertionError) -> bool:
-    """Whether an assertion is one of a scene's `check`, and no bug of ours."""
-    frame = error.__traceback__
-    names = []
-    while frame is not None:
-        names.append(frame.tb_frame.f_code.co_name)
-        frame = frame.tb_next
-    return "check" in names
-
-
 def _abort_others() -> None:
     """A bug on one rank would let the others wait for ever."""
-    if "mpi4py.MPI" not in sys.modules:
-        return
-    MPI = sys.modules["mpi4py.MPI"]
-    if MPI.COMM_WORLD.size > 1:
+    if several_ranks():
         import traceback
 
         traceback.print_exc()
         sys.stderr.flush()
-        MPI.COMM_WORLD.Abort(1)
+        sys.modules["mpi4py.MPI"].COMM_WORLD.Abort(1)

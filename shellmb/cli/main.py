@@ -12,7 +12,7 @@ import typer
 from shellmb import __version__
 from shellmb.cli.bench import bench
 from shellmb.cli.effects import effects
-from shellmb.cli.failures import failures_reported, first_rank
+from shellmb.cli.failures import failures_reported, first_rank, run_check
 from shellmb.cli.options import (
     AlphaOption,
     CellOption,
@@ -37,7 +37,8 @@ SCENE is the name of a bundled scene (see `shellmb list`) or the path of a Pytho
 a function `scene() -> Scene`. Every run leaves a directory with summary.json, history.csv, fields
 for ParaView, pictures, and the last good state.
 
-Exit codes: 0 success, 1 no convergence or a failed check, 2 an impossible scene or option.
+Exit codes: 0 success; 1 no convergence, a failed check, a full disk, or a function of the scene
+that fails; 2 an impossible scene or option; 130 stopped by Ctrl-C, 143 by SIGTERM.
 """
 
 app = typer.Typer(
@@ -150,7 +151,7 @@ def run(
     if not quiet and first_rank():
         print_run(result)
     if check and module.check is not None:
-        module.check(result.results)
+        run_check(module.check, result.results)
     return result
 
 
@@ -158,21 +159,36 @@ def run(
 @failures_reported
 def resume(
     directory: Annotated[Path, typer.Argument(metavar="RUN_DIR", help="Directory of a run.")],
+    scene: Annotated[
+        str | None, typer.Argument(metavar="[SCENE]", help="The scene's file, if it has one.")
+    ] = None,
+    trust: Annotated[
+        bool, typer.Option("--trust", help="Execute the file that RUN_DIR names as its scene.")
+    ] = False,
     no_pictures: PicturesOption = False,
     quiet: QuietOption = False,
 ) -> Any:
     """Go on with a run from its last good state.
 
-    The scene is built again with the same options, on the same number of ranks.
+    The scene is built again with the same options, on the same number of ranks; it has to be the
+    same scene. A file is executed only if it is named here, or trusted.
     """
     from shellmb.run.request import read_request
 
-    built, _ = read_request(directory).build()
+    # a bad scene says so before anything heavy is loaded
+    request = read_request(directory).trusted(scene, trust)
+    built, _ = request.build()
 
     from shellmb.run.resume import resume as go_on
 
     with announced(built.name, quiet):
-        result = go_on(directory, _observers(quiet), pictures=not no_pictures)
+        result = go_on(
+            directory,
+            _observers(quiet),
+            pictures=not no_pictures,
+            scene_file=scene,
+            trust=trust,
+        )
     if not quiet and first_rank():
         print_run(result)
     return result
@@ -211,7 +227,7 @@ def modes(
     if not quiet and first_rank():
         print_modes(found.frequencies.tolist(), found.rigid, directory)
     if check and module.check is not None:
-        module.check(results)
+        run_check(module.check, results)
     return found
 
 

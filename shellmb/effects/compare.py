@@ -9,7 +9,8 @@ from statistics import median
 from typing import Any
 
 from shellmb.errors import ShellmbError
-from shellmb.run.execute import Results, RunResult, execute
+from shellmb.run.execute import RunResult, execute
+from shellmb.run.results import Results
 from shellmb.scene import Scene
 
 

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import gc
-import json
-import shutil
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Literal
@@ -17,16 +15,15 @@ from shellmb.errors import ConvergenceError, SceneError
 from shellmb.figures.example import FinishedRun, Run
 from shellmb.observers.history import read_history
 from shellmb.observers.progress import ProgressReport
-from shellmb.run.execute import execute
+from shellmb.run.execute import INTERRUPTED, execute
 from shellmb.run.request import REQUEST, Options, Request, read_request
 from shellmb.run.resume import resume
-from shellmb.run.standard import HISTORY, STATE, SUMMARY
+from shellmb.run.standard import HISTORY, SUMMARY
+from shellmb.run.tables import Damaged, read_table
 from shellmb.scene import Scene
 
 State = Literal["new", "stopped", "finished"]
 
-# what a summary says of a run that the user stopped
-INTERRUPTED = "KeyboardInterrupt"
 # a time this near to the end, relative to it, is the end
 END = 1e-9
 
@@ -58,7 +55,7 @@ def finish(run: Run, directory: Path, comm: MPI.Comm = MPI.COMM_WORLD) -> Finish
     """
     request = request_of(run)
     scene, module = request.build()
-    state = comm.bcast(_state(run, request, directory) if comm.rank == 0 else None)
+    state = comm.bcast(_state_or_error(run, request, directory) if comm.rank == 0 else None)
     if isinstance(state, SceneError):
         raise state
     try:
@@ -82,22 +79,36 @@ def finish(run: Run, directory: Path, comm: MPI.Comm = MPI.COMM_WORLD) -> Finish
     return read_run(run.name, scene, directory)
 
 
-def _state(run: Run, request: Request, directory: Path) -> State | SceneError:
-    """What there is of a run; errors are given back, for all ranks."""
+def _state_or_error(run: Run, request: Request, directory: Path) -> State | SceneError:
+    try:
+        return _state(run, request, directory)
+    except SceneError as error:
+        return error
+
+
+def _state(run: Run, request: Request, directory: Path) -> State:
+    """What there is of a run."""
     if not directory.exists() or not any(directory.iterdir()):
         return "new"
-    if not (directory / REQUEST).is_file() or read_request(directory) != request:
-        return SceneError(
+    # a bundled scene is defined by the package: what is stored of it are its name and settings
+    if not (directory / REQUEST).is_file() or read_request(directory).request != request:
+        raise SceneError(
             f"figures: {directory} is not of the run '{run.name}' as it is defined now; remove it, "
             "or give another directory by --from"
         )
-    if not (directory / SUMMARY).is_file():
-        if (directory / STATE / "state.json").is_file():
-            return "stopped"
-        # killed before its first state was written: nothing is lost
-        shutil.rmtree(directory)
-        return "new"
-    return "finished" if _ended(run, json.loads((directory / SUMMARY).read_text())) else "stopped"
+    # killed before its first state was written it is stopped, too: it goes on from the beginning
+    if not (directory / SUMMARY).is_file() or not _ended(run, _summary(directory)):
+        return "stopped"
+    return "finished"
+
+
+def _summary(directory: Path) -> dict[str, Any]:
+    try:
+        return read_table(directory / SUMMARY)
+    except Damaged as error:
+        raise SceneError(
+            f"figures: {error}; remove it, and `shellmb figures` makes it again from the state"
+        ) from None
 
 
 def _ended(run: Run, summary: Mapping[str, Any]) -> bool:
@@ -114,6 +125,6 @@ def read_run(name: str, scene: Scene, directory: Path) -> FinishedRun:
         scene: The scene that was run.
         directory: The run directory.
     """
-    summary = json.loads((directory / SUMMARY).read_text())
+    summary = _summary(directory)
     history = pd.DataFrame(read_history(directory / HISTORY))
     return FinishedRun(name, scene, history, summary, directory)

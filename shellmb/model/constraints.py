@@ -16,7 +16,7 @@ from shellmb.forms.discrete import variation
 from shellmb.forms.mixed import Interval
 from shellmb.forms.path import ConstraintRow, Step, constraint_row
 from shellmb.forms.state import Layout
-from shellmb.kernels import JIT_OPTIONS
+from shellmb.kernels import compiled_expression
 from shellmb.model.body import Dofs, FixedDofs, Massless, NodeLink, PartScale, Term
 
 Floats = npt.NDArray[np.float64]
@@ -154,7 +154,7 @@ class ConstraintGroup(Massless):
         shape = (self.count,)
         values = fem.Function(fem.functionspace(self.nodes.mesh, ("DG", 0, shape)))
         points = values.function_space.element.interpolation_points
-        expression = fem.Expression(self.violation(state), points, jit_options=JIT_OPTIONS)
+        expression = compiled_expression(self.violation(state), points)
         return state, expression, values
 
     def _evaluate(self, array: Floats) -> Floats:

@@ -22,7 +22,7 @@ from shellmb.forms.joints import Place
 from shellmb.forms.mixed import Interval
 from shellmb.forms.path import Step
 from shellmb.forms.turning import turning_row
-from shellmb.kernels import JIT_OPTIONS
+from shellmb.kernels import compiled_expression
 from shellmb.model.body import Dofs, NodeLink, PartScale, Term
 from shellmb.model.constraints import ConstraintGroup
 from shellmb.model.ends import End, end_pair
@@ -207,7 +207,7 @@ class CoordinateGroup(ConstraintGroup):
             # the equation is that of the squares
             excess = excess * self._start / (self._start + self.layout.part(q, "x"))
         points = values.function_space.element.interpolation_points
-        return q, v, fem.Expression(excess, points, jit_options=JIT_OPTIONS), values
+        return q, v, compiled_expression(excess, points), values
 
     def refresh(self, q: fem.Function, v: fem.Function) -> None:
         """Give the coordinates the rates that their places have.

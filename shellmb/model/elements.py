@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 from typing import Any
 
 from mpi4py import MPI
@@ -18,14 +19,15 @@ from shellmb.build.nodes import constant_vector, node_mesh, node_space, set_cons
 from shellmb.errors import SceneError
 from shellmb.forms import elements as forms
 from shellmb.forms.mixed import Interval
-from shellmb.forms.path import Path, Step
+from shellmb.forms.path import Step
 from shellmb.forms.state import Layout
-from shellmb.kernels import JIT_OPTIONS
+from shellmb.kernels import compiled_expression
 from shellmb.model.body import Massless, Rates, Term
 from shellmb.model.coordinates import Coordinate, gathered, scalar_links
 from shellmb.scene import Scene
 from shellmb.scene import elements as scene_elements
 from shellmb.scene.elements import Element, JointElement
+from shellmb.scene.validate import show
 
 Floats = npt.NDArray[np.float64]
 
@@ -126,7 +128,7 @@ class ElementGroup(Massless):
         if not ufl.domain.extract_domains(force):
             # a law may be a plain number, and an expression needs a mesh
             force = force + self._constant(zeros, "nothing")
-        return x, rate, time, fem.Expression(force, points, jit_options=JIT_OPTIONS), values
+        return x, rate, time, compiled_expression(force, points), values
 
     def forces(self, x: Floats, rate: Floats, t: float) -> Floats:
         """Forces [N] or moments [N m] at given coordinates and rates, (items,); collective."""
@@ -160,7 +162,7 @@ class Springs(ElementGroup):
 
     def _potential(self, e: Expr) -> Expr:
         law = self.law or forms.linear_potential(self.parameter)
-        return ufl.as_ufl(law(e))
+        return _scalar(law(e), law)
 
     def holds(self, step: float) -> npt.NDArray[np.bool_]:
         """As of all; linear ones do always."""
@@ -185,12 +187,13 @@ class Springs(ElementGroup):
             force = forms.spring_force(self._potential, a, b, span.beta, self.size)
         return force * self.x(dq) * ufl.dx
 
-    def _stretch(self, path: Path) -> forms.Stretch:
+    def _stretch(self, step: Step) -> forms.Stretch:
+        path = step.path
         return forms.Stretch(self._extension(path.start), self.x(path.chord), 2 * self.x(path.bow))
 
     def along(self, step: Step, k: int, dq: Expr, trial: Expr) -> tuple[Form | None, list[Term]]:
         """Force over a step, linear in time."""
-        e, alpha = self._stretch(step.path), step.path.alpha
+        e, alpha = self._stretch(step), step.path.alpha
         if self.law is None:
             first, second = forms.linear_forces(self.parameter, e, alpha)
         else:
@@ -200,7 +203,7 @@ class Springs(ElementGroup):
 
     def lost(self, step: Step, bow: Expr) -> Form | None:
         """Energy of the bow of the extension, J."""
-        e = self._stretch(step.path)
+        e = self._stretch(step)
         stiffness = self.parameter if self.law is None else forms.stiffness(self._potential, e)
         return stiffness * e.bow**2 / 2 * ufl.dx(self.nodes.mesh)
 
@@ -228,7 +231,7 @@ class Dampers(ElementGroup):
     """
 
     def _resistance(self, rate: Expr) -> Expr:
-        return self.parameter * rate if self.law is None else ufl.as_ufl(self.law(rate))
+        return self.parameter * rate if self.law is None else _scalar(self.law(rate), self.law)
 
     def holds(self, step: float) -> npt.NDArray[np.bool_]:
         """None: they resist motion in time."""
@@ -257,7 +260,23 @@ class Motors(ElementGroup):
     def force(self, x: Expr, rate: Expr, time: Expr) -> Expr:
         """What the motor exerts."""
         assert self.law is not None
-        return ufl.as_ufl(self.law(x, rate, time))
+        return _scalar(self.law(x, rate, time), self.law)
+
+
+def _scalar(value: Any, law: Callable[..., Any]) -> Expr:
+    """What a user's law gives, if that is a number or a scalar of UFL."""
+    try:
+        made = ufl.as_ufl(value)
+    except (TypeError, ValueError):
+        made = None
+    if made is None or made.ufl_shape:
+        code = getattr(law, "__code__", None)
+        where = "" if code is None else f"{Path(code.co_filename).name}, line {code.co_firstlineno}"
+        given = show(value) if made is None else f"an expression of shape {made.ufl_shape}"
+        raise SceneError(
+            f"law {show(law)} ({where}) returns {given}; it must return a scalar of UFL"
+        )
+    return made
 
 
 _KINDS: dict[str, type[ElementGroup]] = {"spring": Springs, "damper": Dampers, "motor": Motors}

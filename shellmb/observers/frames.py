@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import logging
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,6 +19,8 @@ from shellmb.observers.gridfiles import GridFiles
 from shellmb.simulate.simulation import Silent, Simulation
 
 Floats = npt.NDArray[np.float64]
+
+_log = logging.getLogger(__name__)
 
 # a time this fraction of the interval before that of a frame is the frame's
 EARLY = 1e-6
@@ -57,6 +61,7 @@ class Frames(Silent):
         self.frames: list[Frame] = []
         self.grids: dict[str, Grid] = {}
         self._kept: list[float] = []
+        self._sums: dict[str, str] = {}
         # numbers of frames that are not written yet, and their fields by the name of the grid
         self._pending: list[tuple[int, dict[str, dict[str, Floats]]]] = []
         self._batches = Batches()
@@ -92,14 +97,18 @@ class Frames(Silent):
         if self._pending and self._batches.due():
             self.write()
 
-    def finish(self, simulation: Simulation, error: Exception | None) -> None:
+    def finish(self, simulation: Simulation, error: BaseException | None) -> None:
         """After a step that did not converge add the last good state."""
-        if isinstance(error, ConvergenceError) and not simulation.scheme.linear:
-            if simulation.t > self._times[-1]:
-                self._take(simulation)
-        self.write()
-        for files in self._files.values():
-            files.close()
+        try:
+            if isinstance(error, ConvergenceError) and not simulation.scheme.linear:
+                if simulation.t > self._times[-1]:
+                    self._take(simulation)
+            self.write()
+        finally:
+            # what cannot be written is lost
+            self._pending.clear()
+            for files in self._files.values():
+                files.close()
 
     def _take(self, simulation: Simulation) -> None:
         self._times.append(simulation.t)
@@ -126,17 +135,41 @@ class Frames(Silent):
         self._batches.written()
 
     def _read_back(self) -> None:
-        """Frames of the earlier run, for the pictures."""
+        """Frames of the earlier run, for the pictures; a run does without those that are lost."""
         if not self._files:
             return
+        lost = []
         for number, t in enumerate(self._times):
-            shapes = {name: files.displacement(number) for name, files in self._files.items()}
-            self.frames.append(Frame(t, shapes))
+            found = {}
+            for name, files in self._files.items():
+                shape = files.displacement(number, self._sums)
+                if shape is None:
+                    lost.append(files.file(number).name)
+                else:
+                    found[name] = shape
+            if len(found) == len(self._files):
+                self.frames.append(Frame(t, found))
+        for files in self._files.values():
+            files.list(self._times)
+        if lost:
+            _log.warning(
+                "resume: lost or damaged in %s, and left out of the pictures: %s",
+                self.folder,
+                ", ".join(lost),
+            )
 
     def state(self) -> dict[str, Any]:
         """Times of the frames."""
         return {"times": list(self._times)}
 
+    def sealed(self, state: Mapping[str, Any]) -> dict[str, Any]:
+        """A saved state with the checksums of the files of its frames, on rank 0."""
+        sums: dict[str, str] = {}
+        for files in self._files.values():
+            sums |= files.checksums(len(state["times"]))
+        return {**state, "sha256": sums}
+
     def restore(self, state: dict[str, Any]) -> None:
         """Go on behind so many frames."""
         self._kept = [float(t) for t in state["times"]]
+        self._sums = dict(state["sha256"])

@@ -16,6 +16,7 @@ from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader, vtkXMLUnstructured
 
 from shellmb.observers.grid import Grid
 from shellmb.observers.growingfile import GrowingFile
+from shellmb.observers.seal import checksum
 
 Floats = npt.NDArray[np.float64]
 
@@ -47,6 +48,7 @@ class GridFiles:
         # VTK's own way to a file takes four times as long as all the rest of its work
         self._writer.WriteToOutputStringOn()
         self._series: GrowingFile | None = None
+        self._sums: dict[int, str] = {}
 
     def file(self, number: int) -> Path:
         """File of one state."""
@@ -73,6 +75,7 @@ class GridFiles:
         # text only where no number makes it anything else
         content = written.encode() if isinstance(written, str) else written
         self.file(number).write_bytes(content)
+        self._sums[number] = checksum(content)
 
     def _begin(self, fields: Mapping[str, Floats]) -> None:
         """Make the arrays whose numbers change from state to state."""
@@ -92,22 +95,45 @@ class GridFiles:
         """List the states for ParaView; the file is complete at all times.
 
         Args:
-            times: Times of all states so far, s.
+            times: Times of all states so far, s; of lost ones, too.
         """
         if self._series is None:
             # added to: writing it anew takes longer than writing a state
             path = self._folder / f"{self._stem}.vtu.series"
             self._series = GrowingFile(path, HEAD, ",\n", END)
-        new = range(self._series.count, len(times))
-        self._series.add([self._entry(k, times[k]) for k in new])
+        known = [k for k in range(len(times)) if k in self._sums]
+        new = known[self._series.count :]
+        if new:
+            self._series.add([self._entry(k, times[k]) for k in new])
 
     def _entry(self, number: int, t: float) -> str:
         return json.dumps({"name": self.file(number).name, "time": t})
 
-    def displacement(self, number: int) -> Floats:
-        """Displacements of a state that was written, shape (n, 3), m."""
+    def checksums(self, count: int) -> dict[str, str]:
+        """Checksums of the first states, by the names of their files.
+
+        Args:
+            count: How many.
+        """
+        return {self.file(k).name: s for k, s in self._sums.items() if k < count}
+
+    def displacement(self, number: int, sums: Mapping[str, str]) -> Floats | None:
+        """Displacements of a state that was written, shape (n, 3), m; None if its file is lost.
+
+        Args:
+            number: Its number.
+            sums: Checksums of all files by their names.
+        """
+        file = self.file(number)
+        try:
+            content = file.read_bytes()
+        except OSError:
+            return None
+        if checksum(content) != sums.get(file.name):
+            return None
+        self._sums[number] = sums[file.name]
         reader = vtkXMLUnstructuredGridReader()
-        reader.SetFileName(str(self.file(number)))
+        reader.SetFileName(str(file))
         reader.Update()
         return _numbers(reader.GetOutput().GetPointData().GetArray("displacement")).copy()
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import csv
+import hashlib
 import time as clock
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
 
@@ -16,6 +16,7 @@ from shellmb.simulate.simulation import Silent, Simulation
 # what every history begins and ends with
 STEP_COLUMNS = ("step", "t", "dt", "iterations", "rejected", "jump")
 WALL = "wall_s"
+INTEGERS = {"step", "iterations", "rejected"}
 
 
 @runtime_checkable
@@ -46,6 +47,9 @@ class History(Silent):
         self.rows: list[dict[str, float]] = []
         self._kept: int | None = None
         self._file: GrowingFile | None = None
+        self._refused: OSError | None = None
+        # checksum of the first lines of the file, how many they are, and those behind them
+        self._sum, self._summed, self._lines = hashlib.sha256(), 0, list[str]()
         self._batches = Batches()
 
     def start(self, simulation: Simulation) -> None:
@@ -57,7 +61,7 @@ class History(Silent):
         self._begin = clock.perf_counter()
         writes = self._path is not None and simulation.model.comm.rank == 0
         if self._kept is not None and self._path is not None:
-            read = read_history(self._path)[: self._kept] if writes else None
+            read = read_rows(self._path.read_text(), self._kept) if writes else None
             self.rows = simulation.model.comm.bcast(read)
             self._begin -= self.rows[-1][WALL]
         first = not self.rows
@@ -68,7 +72,9 @@ class History(Silent):
             assert self._path is not None
             # under its name only when complete: rows of an earlier run are not lost on the way
             draft = self._path.with_suffix(".tmp")
-            self._file = GrowingFile(draft, ",".join(self.rows[0]) + "\n", "\n", "\n")
+            head = ",".join(self.rows[0])
+            self._lines.append(head)
+            self._file = GrowingFile(draft, f"{head}\n", "\n", "\n")
             self.write()
             draft.replace(self._path)
 
@@ -76,6 +82,11 @@ class History(Silent):
         seen = {*STEP_COLUMNS, WALL}
         for observer in self._measuring:
             for name in observer.measure():
+                if not name.isprintable() or any(sign in name for sign in ',;"'):
+                    raise SceneError(
+                        f"history: a column is named {name!r}; it must be without commas, "
+                        "semicolons, quotes and line breaks"
+                    )
                 if name in seen:
                     raise SceneError(
                         f"history: two columns are named '{name}'; a probe or observer needs a "
@@ -101,13 +112,31 @@ class History(Silent):
         return row
 
     def write(self) -> None:
-        """Write the rows that are not in the file yet."""
+        """Write the rows that are not in the file yet.
+
+        Raises:
+            OSError: If they cannot be, or could not be when the file was closed: no state may count
+                on them.
+        """
+        if self._refused is not None:
+            raise self._refused
         if self._file is None or self._file.count == len(self.rows):
             return
         # repr keeps all digits; what a scheme does not have is left empty
         rows = self.rows[self._file.count :]
-        self._file.add([",".join(map(repr, row.values())).replace("nan", "") for row in rows])
+        lines = [",".join(map(repr, row.values())).replace("nan", "") for row in rows]
+        self._file.add(lines)
+        self._lines += lines
         self._batches.written()
+
+    def sealed(self, state: Mapping[str, Any]) -> dict[str, Any]:
+        """A saved state with the checksum of so many rows and the head, on rank 0."""
+        new = state["rows"] + 1 - self._summed
+        for line in self._lines[:new]:
+            self._sum.update(f"{line}\n".encode())
+        del self._lines[:new]
+        self._summed += new
+        return {**state, "sha256": self._sum.hexdigest()}
 
     def accepted(self, simulation: Simulation) -> None:
         """Add a row."""
@@ -116,12 +145,18 @@ class History(Silent):
         if self._batches.due():
             self.write()
 
-    def finish(self, simulation: Simulation, error: Exception | None) -> None:
+    def finish(self, simulation: Simulation, error: BaseException | None) -> None:
         """Write what is left and close the file."""
         if self._file is not None:
-            self.write()
-            self._file.close()
-            self._file = None
+            file = self._file
+            try:
+                self.write()
+            except OSError as refused:
+                self._refused = refused
+                raise
+            finally:
+                self._file = None
+                file.close()
 
     def state(self) -> dict[str, Any]:
         """Number of rows."""
@@ -137,11 +172,46 @@ def read_history(path: Path) -> list[dict[str, float]]:
 
     Args:
         path: The file.
+
+    Raises:
+        SceneError: If it is no history, or damaged.
     """
-    integers = {"step", "iterations", "rejected"}
+    try:
+        text = path.read_text()
+        return read_rows(text, len(text.splitlines()) - 1)
+    except (OSError, ValueError) as error:
+        raise SceneError(f"{path} is no history of a run: {error}") from None
 
-    def number(name: str, text: str) -> float:
-        return int(text) if name in integers else float(text or "nan")
 
-    with path.open(newline="") as file:
-        return [{k: number(k, v) for k, v in row.items()} for row in csv.DictReader(file)]
+def read_rows(text: str, count: int) -> list[dict[str, float]]:
+    """The first rows of a history.
+
+    Args:
+        text: What is in the file.
+        count: How many.
+
+    Raises:
+        ValueError: If they are not there, are no numbers, or are not in the order of time; says
+            which row.
+    """
+    head, *lines = text.split("\n")
+    names = head.split(",")
+    if names[: len(STEP_COLUMNS)] != list(STEP_COLUMNS) or names[-1] != WALL:
+        raise ValueError("its head is not that of a history")
+    rows: list[dict[str, float]] = []
+    for number, line in enumerate(lines[:count]):
+        try:
+            values = line.split(",")
+            row = {k: _number(k, v) for k, v in zip(names, values, strict=True)}
+        except ValueError:
+            raise ValueError(f"row {number} is not whole") from None
+        if rows and not (row["step"] == rows[-1]["step"] + 1 and row["t"] > rows[-1]["t"]):
+            raise ValueError(f"row {number} does not follow the one before it in time")
+        rows.append(row)
+    if len(rows) < count:
+        raise ValueError(f"it has {len(rows)} rows and not {count}")
+    return rows
+
+
+def _number(name: str, text: str) -> float:
+    return int(text) if name in INTEGERS else float(text or "nan")

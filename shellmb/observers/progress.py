@@ -77,7 +77,7 @@ class ProgressReport(Silent):
             self._tenth, self._last = tenth, now
             self._line(f"{self._status(simulation)}, {now - self._begin:.1f} s")
 
-    def finish(self, simulation: Simulation, error: Exception | None) -> None:
+    def finish(self, simulation: Simulation, error: BaseException | None) -> None:
         """Take the bar away."""
         if self._bar is not None:
             self._bar.stop()

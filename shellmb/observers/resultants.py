@@ -7,11 +7,10 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 import ufl
-from dolfinx import fem
 from ufl.core.expr import Expr
 
 from shellmb.build.spaces import MixedSpace
-from shellmb.kernels import JIT_OPTIONS
+from shellmb.kernels import compiled_expression
 from shellmb.model.beam import BeamModel
 from shellmb.simulate.simulation import Simulation
 
@@ -53,7 +52,7 @@ class Resultants:
         found = body.resultants(simulation.problem.state(body.name))
         vector = _joined(found) if isinstance(found, tuple) else found
         self._size = int(vector.ufl_shape[0])
-        self._expression = fem.Expression(vector, points, jit_options=JIT_OPTIONS)
+        self._expression = compiled_expression(vector, points)
         # values at the nodes of an element from those at its points
         at = np.asarray(nodes.element.interpolation_points)
         table = np.asarray(inner.element.basix_element.tabulate(0, at))

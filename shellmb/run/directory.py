@@ -2,11 +2,30 @@
 
 from __future__ import annotations
 
+import errno
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from mpi4py import MPI
 
-from shellmb.errors import SceneError
+from shellmb.errors import RunError, SceneError
+from shellmb.locks import FileLock
+from shellmb.run.blame import user_frame
+
+# name in a run directory
+LOCK = "lock"
+# what a system says when it does not let a file be written
+REFUSALS = {
+    errno.EACCES,
+    errno.EDQUOT,
+    errno.EFBIG,
+    errno.EIO,
+    errno.ENOENT,
+    errno.ENOSPC,
+    errno.EPERM,
+    errno.EROFS,
+}
 
 
 def refuse_used(directory: Path, comm: MPI.Comm) -> None:
@@ -19,12 +38,80 @@ def refuse_used(directory: Path, comm: MPI.Comm) -> None:
     Raises:
         SceneError: If it exists and is not empty.
     """
-    used = comm.bcast(directory.exists() and (not directory.is_dir() or any(directory.iterdir())))
-    if used:
+    if comm.bcast(_is_used(directory)):
         raise SceneError(
             f"out is {directory}, which exists and is not empty; give another directory, or go on "
             f"with the run in it by `shellmb resume {directory}`"
         )
+
+
+def _is_used(directory: Path) -> bool:
+    if not directory.is_dir():
+        return directory.exists()
+    return any(path.name != LOCK for path in directory.iterdir())
+
+
+@contextmanager
+def claimed(directory: Path, comm: MPI.Comm, new: bool) -> Iterator[None]:
+    """A run directory that only this run writes, there for all ranks, until the run ends.
+
+    Args:
+        directory: It; made where it is not there, and removed again where nothing was written.
+        comm: Communicator; the call is collective.
+        new: Whether it has to be empty.
+
+    Raises:
+        SceneError: If it cannot be written, is of another run, or another run is writing it.
+    """
+    lock = FileLock(directory / LOCK)
+    missing = [path for path in (directory, *directory.parents) if not path.exists()]
+    wrong = None
+    if comm.rank == 0:
+        try:
+            directory.mkdir(parents=True, exist_ok=True)
+            if not lock.acquire():
+                wrong = (
+                    f"out is {directory}, in which another run is writing ({lock.owner}); wait "
+                    "for its end, or give another directory"
+                )
+        except FileExistsError:
+            wrong = f"out is {directory}, which is no directory; give another name"
+        except OSError as error:
+            wrong = f"out is {directory}, which cannot be written ({error.strerror}); give another"
+    wrong = comm.bcast(wrong)
+    if wrong is not None:
+        raise SceneError(wrong)
+    try:
+        if new:
+            refuse_used(directory, comm)
+        yield
+    finally:
+        lock.release()
+        if comm.rank == 0:
+            _remove_empty(missing)
+
+
+@contextmanager
+def written(directory: Path | None, comm: MPI.Comm) -> Iterator[None]:
+    """Where files of a run are written: what the system refuses ends it with a sentence.
+
+    Args:
+        directory: The run directory, if there is one.
+        comm: Communicator of the run.
+
+    Raises:
+        RunError: If there is no space left, or something else of the kind.
+    """
+    try:
+        yield
+    except OSError as error:
+        if directory is None or error.errno not in REFUSALS or user_frame(error) is not None:
+            raise
+        raise RunError(
+            f"{directory} cannot be written ({error.strerror}); the last state that was written "
+            "is whole: make room, and `shellmb resume` goes on from it",
+            alone=comm.size > 1,
+        ) from error
 
 
 def make_directory(directory: Path, comm: MPI.Comm) -> None:
@@ -37,3 +124,10 @@ def make_directory(directory: Path, comm: MPI.Comm) -> None:
     if comm.rank == 0:
         directory.mkdir(parents=True, exist_ok=True)
     comm.Barrier()
+
+
+def _remove_empty(made: list[Path]) -> None:
+    for path in made:
+        if not path.is_dir() or any(path.iterdir()):
+            return
+        path.rmdir()

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import importlib
+import logging
 import time as clock
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import nullcontext
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -16,23 +18,31 @@ from mpi4py import MPI
 import numpy as np
 import numpy.typing as npt
 
-from shellmb.errors import ConvergenceError, SceneError
+from shellmb.errors import ConvergenceError, RunError, SceneError, ShellmbError, Stopped
 from shellmb.observers.checkpoint import Saved
 from shellmb.observers.energy import EnergyAccount
 from shellmb.observers.path import path_points
 from shellmb.observers.summary import summarise, write_json
-from shellmb.run.directory import make_directory, refuse_used
+from shellmb.run.blame import user_frame
+from shellmb.run.directory import claimed, written
+from shellmb.run.loader import is_file_name
+from shellmb.run.memory import check_memory
 from shellmb.run.request import REQUEST, Request
+from shellmb.run.results import Results, measured
 from shellmb.run.standard import STATE, SUMMARY, StandardObservers
 from shellmb.scene import Scene
 from shellmb.simulate.simulation import PAST, Observer, Simulation
+from shellmb.stopping import STOPPING
 from shellmb.watches.base import Caution
 from shellmb.watches.registry import cautions
 
 if TYPE_CHECKING:
     import pandas as pd
 
-type Results = Callable[[RunResult], dict[str, float]]
+# what a summary says of a run that a signal has ended
+INTERRUPTED = "KeyboardInterrupt"
+
+_log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -89,78 +99,160 @@ def execute(
     pictures: bool = True,
     request: Request | None = None,
     results: Results | None = None,
-    saved: Saved | None = None,
-    again: bool = False,
 ) -> RunResult:
     """Run a scene.
 
     Args:
         scene: The scene.
-        out: Directory to write; None: nothing is written.
+        out: Directory to write, which no other run writes meanwhile; None: nothing is written.
         observers: More observers; the numbers of those that measure enter the history.
         comm: Communicator.
         pictures: Whether pictures are drawn, where anything is written.
         request: How the scene was asked for, so that `shellmb resume` can build it again.
         results: Gives the `results` of the summary; None: those of the scene.
-        saved: A state to go on from, see `resume`.
-        again: Whether `out` holds what a run left that was killed before its first state.
 
     Raises:
-        SceneError: If the scene does not fit its meshes, or `out` holds a run already.
+        SceneError: If the scene does not fit its meshes, or `out` cannot be written or holds a run
+            already.
         ConvergenceError: If a step fails at the smallest step size; what was computed is written.
+        RunError: If `out` cannot be written any more, or the function `results` raises.
+        Stopped: If a signal ended the run between two steps.
+    """
+    directory = None if out is None else Path(out)
+    with nullcontext() if directory is None else claimed(directory, comm, new=True):
+        return carry_out(
+            scene,
+            directory,
+            observers,
+            comm=comm,
+            pictures=pictures,
+            request=request,
+            results=results,
+        )
+
+
+def carry_out(
+    scene: Scene,
+    directory: Path | None,
+    observers: Sequence[Observer] = (),
+    *,
+    comm: MPI.Comm,
+    pictures: bool,
+    request: Request | None,
+    results: Results | None,
+    saved: Saved | None = None,
+) -> RunResult:
+    """Run a scene, or go on with it, in a directory that is this run's.
+
+    Args:
+        scene: The scene.
+        directory: Directory to write, see `claimed`; None: nothing is written.
+        observers: More observers.
+        comm: Communicator.
+        pictures: Whether pictures are drawn.
+        request: How the scene was asked for.
+        results: Gives the `results` of the summary.
+        saved: A state to go on from.
+
+    Raises:
+        SceneError, ConvergenceError, RunError, Stopped: As `execute`.
     """
     begin = clock.perf_counter()
-    directory = None if out is None else Path(out)
-    if directory is not None and saved is None and not again:
-        refuse_used(directory, comm)
-    simulation = Simulation(scene, comm)
-    if directory is not None:
-        _prepare(directory, request, comm)
+    # a signal that comes to one of several ranks is taken up by all of them, behind a step
+    check_memory(scene, comm)
+    STOPPING.renew()
+    with STOPPING.deferred(_say) if comm.size > 1 else nullcontext():
+        simulation = Simulation(scene, comm)
+    if directory is not None and request is not None and comm.rank == 0:
+        with written(directory, comm):
+            write_json(directory / REQUEST, request.to_dict())
     standard = StandardObservers(directory, observers)
     if saved is not None:
         _restore(simulation, standard.named, saved)
 
-    history, frames = standard.sources.history, standard.frames
-    failed: str | None = None
+    failure: BaseException | None = None
     try:
-        simulation.run(list(standard.named.values()))
-    except BaseException as failure:
-        failed = str(failure) or type(failure).__name__
-        if isinstance(failure, ConvergenceError) and directory is not None:
-            message = f"{failure}; the last good state is in {directory / STATE}"
-            raise ConvergenceError(message, failure.field, failure.norms) from failure
-        raise
-    finally:
-        wall = clock.perf_counter() - begin
-        started = bool(history.rows)
-        found = tuple(cautions(standard.watches, simulation) if started else ())
-        summary = summarise(simulation, standard.sources, wall, failed)
-        summary |= path_points(simulation) | {"warnings": [c.to_dict() for c in found]}
-        account = standard.sources.energy
-        result = RunResult(scene, simulation, history.rows, summary, account, directory, found)
-        if started and directory is not None and comm.rank == 0:
-            write_json(directory / SUMMARY, result.summary)
-            if pictures and frames is not None:
-                from shellmb.observers.pictures import draw
-
-                draw(directory, result.history, frames, simulation)
-                if simulation.path is not None:
-                    from shellmb.observers.path_pictures import draw_path
-
-                    points = simulation.path.points
-                    draw_path(directory / "path.png", result.history, scene.probes, points)
+        with STOPPING.deferred(_say), written(directory, comm):
+            simulation.run(list(standard.named.values()))
+    except BaseException as error:
+        failure = error
+    result = _result(simulation, standard, directory, clock.perf_counter() - begin, failure)
+    try:
+        with written(directory, comm):
+            _write(result, standard, pictures and not isinstance(failure, Stopped))
+    except RunError as error:
+        # what came first counts
+        failure = failure or error
+    if failure is not None:
+        raise _with_state(failure, directory, request, simulation) from failure.__cause__
     measure = results or scene.results
     if measure is not None:
-        result.summary["results"] = {k: float(v) for k, v in measure(result).items()}
+        result.summary["results"] = measured(measure, result, comm)
         if directory is not None and comm.rank == 0:
-            write_json(directory / SUMMARY, result.summary)
+            with written(directory, comm):
+                write_json(directory / SUMMARY, result.summary)
     return result
 
 
-def _prepare(directory: Path, request: Request | None, comm: MPI.Comm) -> None:
-    make_directory(directory, comm)
-    if request is not None and comm.rank == 0:
-        write_json(directory / REQUEST, request.to_dict())
+def _say(line: str) -> None:
+    if MPI.COMM_WORLD.rank == 0:
+        _log.warning(line)
+
+
+def _result(
+    simulation: Simulation,
+    standard: StandardObservers,
+    directory: Path | None,
+    wall: float,
+    failure: BaseException | None,
+) -> RunResult:
+    failed = None if failure is None else str(failure) or type(failure).__name__
+    if isinstance(failure, KeyboardInterrupt):
+        failed = INTERRUPTED
+    rows = standard.sources.history.rows
+    found = tuple(cautions(standard.watches, simulation) if rows else ())
+    summary = summarise(simulation, standard.sources, wall, failed)
+    summary |= path_points(simulation) | {"warnings": [c.to_dict() for c in found]}
+    energy = standard.sources.energy
+    return RunResult(simulation.scene, simulation, rows, summary, energy, directory, found)
+
+
+def _write(result: RunResult, standard: StandardObservers, pictures: bool) -> None:
+    """Write summary and pictures, on the first rank, of what has begun."""
+    directory, simulation, frames = result.out, result.simulation, standard.frames
+    if directory is None or simulation.model.comm.rank != 0 or not result.rows:
+        return
+    write_json(directory / SUMMARY, result.summary)
+    if pictures and frames is not None:
+        from shellmb.observers.pictures import draw
+
+        draw(directory, result.history, frames, simulation)
+        if simulation.path is not None:
+            from shellmb.observers.path_pictures import draw_path
+
+            points = simulation.path.points
+            draw_path(directory / "path.png", result.history, result.scene.probes, points)
+
+
+def _with_state(
+    failure: BaseException, directory: Path | None, request: Request | None, simulation: Simulation
+) -> BaseException:
+    """The failure, with a word on what is left and how to go on."""
+    if directory is None:
+        return failure
+    if user_frame(failure) is not None and not isinstance(failure, ShellmbError):
+        failure.add_note(f"the last good state is in {directory / STATE}")
+    if isinstance(failure, ConvergenceError):
+        message = f"{failure}; the last good state is in {directory / STATE}"
+        return ConvergenceError(message, failure.field, failure.norms)
+    if isinstance(failure, Stopped):
+        scene = f" {request.scene}" if request is not None and is_file_name(request.scene) else ""
+        return Stopped(
+            failure.signal,
+            f"t = {simulation.t:g}, step {simulation.step}; `shellmb resume {directory}{scene}` "
+            "goes on from there",
+        )
+    return failure
 
 
 def _restore(simulation: Simulation, named: dict[str, Observer], saved: Saved) -> None:

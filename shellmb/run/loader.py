@@ -14,7 +14,6 @@ import importlib.util
 import inspect
 import pkgutil
 import sys
-import traceback
 import types
 import typing
 from collections.abc import Callable, Mapping
@@ -24,7 +23,8 @@ from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
-from shellmb.errors import SceneError
+from shellmb.errors import SceneError, ShellmbError
+from shellmb.run.blame import in_words, user_frame
 from shellmb.scene import Scene
 
 DEMOS = "shellmb.demos"
@@ -89,7 +89,23 @@ class SceneModule:
             SceneError: If a parameter is unknown, a value does not fit, or the scene is impossible.
         """
         converted = {name: self._convert(name, text) for name, text in (values or {}).items()}
-        scene = self.module.scene(**converted)
+        needed = [
+            name
+            for name, p in self.parameters.items()
+            if p.default is p.empty and p.kind not in (p.VAR_POSITIONAL, p.VAR_KEYWORD)
+        ]
+        for name in needed:
+            if name not in converted:
+                raise SceneError(
+                    f"scene '{self.name}': its parameter '{name}' has no default; give it one, or "
+                    f"a value by --set {name}=VALUE"
+                )
+        try:
+            scene = self.module.scene(**converted)
+        except ShellmbError:
+            raise
+        except (Exception, SystemExit) as error:
+            raise SceneError(f"scene '{self.name}': scene() fails: {in_words(error)}") from error
         if not isinstance(scene, Scene):
             raise SceneError(
                 f"scene '{self.name}': its function scene() returns a {type(scene).__name__}; "
@@ -103,7 +119,13 @@ class SceneModule:
             listed = ", ".join(f"'{n}'" for n in known)
             has = f"its parameters are {listed}" if known else "it has no parameters"
             raise SceneError(f"scene '{self.name}': there is no parameter '{name}'; {has}")
-        hint = typing.get_type_hints(self.module.scene).get(name)
+        try:
+            hint = typing.get_type_hints(self.module.scene).get(name)
+        except Exception as error:
+            raise SceneError(
+                f"scene '{self.name}': the types of its parameters cannot be told: "
+                f"{in_words(error)}"
+            ) from error
         if hint is None:
             default = known[name].default
             plain = default is None or default is inspect.Parameter.empty
@@ -139,6 +161,15 @@ def demos() -> dict[str, str]:
     return found
 
 
+def is_file_name(name: str) -> bool:
+    """Whether a scene is named by the path of a file.
+
+    Args:
+        name: What a user calls it.
+    """
+    return name.endswith(".py") or "/" in name
+
+
 def load(name: str) -> SceneModule:
     """A scene by the name of a demo or the path of a Python file.
 
@@ -148,7 +179,7 @@ def load(name: str) -> SceneModule:
     Raises:
         SceneError: If there is no such scene, or its file does not define one.
     """
-    if name.endswith(".py") or "/" in name:
+    if is_file_name(name):
         loaded = SceneModule(Path(name).stem, _module_of_file(Path(name)))
     elif name in (known := demos()):
         loaded = SceneModule(name, importlib.import_module(f"{DEMOS}.{name}"))
@@ -176,11 +207,13 @@ def _module_of_file(path: Path) -> types.ModuleType:
     try:
         spec.loader.exec_module(module)
     except SyntaxError as error:
-        raise SceneError(f"{path.name}, line {error.lineno}: {error.msg}") from None
-    except (ImportError, NameError, AttributeError, TypeError) as error:
-        frames = [f for f in traceback.extract_tb(error.__traceback__) if f.filename == str(path)]
-        line = frames[-1].lineno if frames else "?"
-        raise SceneError(f"{path.name}, line {line}: {error}") from None
+        file = path.name if error.filename is None else Path(error.filename).name
+        raise SceneError(f"{file}, line {error.lineno}: {error.msg}") from None
+    except ShellmbError:
+        raise
+    except (Exception, SystemExit) as error:
+        where = "" if user_frame(error) is not None else f"{path.name}: "
+        raise SceneError(f"{where}{in_words(error)}") from None
     finally:
         sys.path.remove(str(path.parent))
     return module

@@ -5,14 +5,19 @@ from __future__ import annotations
 import time as clock
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from mpi4py import MPI
 
 from shellmb.modes import Modes, natural_modes
 from shellmb.observers.drawn import drawn_bodies
 from shellmb.observers.summary import versions, write_json
-from shellmb.run.directory import refuse_used
+from shellmb.run.directory import claimed, written
+from shellmb.run.memory import check_memory
+from shellmb.run.results import measured
+from shellmb.run.standard import SUMMARY
 from shellmb.scene import Scene
+from shellmb.stopping import STOPPING
 
 
 def find_modes(
@@ -40,45 +45,56 @@ def find_modes(
         The modes and the results.
 
     Raises:
-        SceneError: If a body has no mass, or `out` is not empty.
+        SceneError: If a body has no mass, or `out` is not empty or cannot be written.
         ConvergenceError: If the static state or the modes do not converge.
+        RunError: If the function `results` raises, or the disk is full.
     """
     directory, begin = Path(out), clock.perf_counter()
-    refuse_used(directory, comm)
-    modes = natural_modes(scene, comm, count, loaded)
-    measured = {k: float(v) for k, v in results(modes).items()} if results is not None else {}
-    wall = clock.perf_counter() - begin
+    with claimed(directory, comm, new=True), written(directory, comm):
+        check_memory(scene, comm)
+        STOPPING.renew()
+        modes = natural_modes(scene, comm, count, loaded)
+        wall = clock.perf_counter() - begin
+        summary: dict[str, Any] = {
+            "scene": scene.name,
+            "loaded": loaded,
+            "frequencies_hz": modes.frequencies,
+            "omega_rad_per_s": modes.omega,
+            "rigid_modes": modes.rigid,
+            "unknowns": modes.unknowns,
+            "elements": modes.model.elements,
+            "ranks": comm.size,
+            "wall_s": wall,
+            "versions": versions(),
+            "results": {},
+        }
+        _write(directory, modes, summary, pictures, comm)
+        if results is not None:
+            summary["results"] = measured(results, modes, comm, "mode_results")
+            if comm.rank == 0:
+                write_json(directory / SUMMARY, summary)
+    return modes, summary["results"]
+
+
+def _write(
+    directory: Path, modes: Modes, summary: dict[str, Any], pictures: bool, comm: MPI.Comm
+) -> None:
     drawn = drawn_bodies(modes.model)
     shapes = [
         {name: part.shape(shape[name]) for name, part in drawn.items()} for shape in modes.shapes
     ]
     if comm.rank != 0:
-        return modes, measured
-    directory.mkdir(parents=True, exist_ok=True)
+        return
     lines = [
         f"{k},{float(f)!r},{float(w)!r}"
         for k, (f, w) in enumerate(zip(modes.frequencies, modes.omega, strict=True), start=1)
     ]
     header = "mode,frequency_hz,omega_rad_per_s"
     (directory / "modes.csv").write_text("\n".join([header, *lines]) + "\n")
-    summary = {
-        "scene": scene.name,
-        "loaded": loaded,
-        "frequencies_hz": modes.frequencies,
-        "omega_rad_per_s": modes.omega,
-        "rigid_modes": modes.rigid,
-        "unknowns": modes.unknowns,
-        "elements": modes.model.elements,
-        "ranks": comm.size,
-        "wall_s": wall,
-        "versions": versions(),
-        "results": measured,
-    }
-    write_json(directory / "summary.json", summary)
+    write_json(directory / SUMMARY, summary)
     if pictures:
         from shellmb.observers.mode_pictures import draw_modes
 
         grids = {name: g.grid for name, g in drawn.items() if g.grid is not None}
         full = [{n: v for n, v in shape.items() if v is not None} for shape in shapes]
         draw_modes(directory / "modes.png", grids, full, list(modes.frequencies), modes.rigid)
-    return modes, measured

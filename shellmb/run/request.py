@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
+
+from pydantic import ConfigDict, TypeAdapter, ValidationError
 
 from shellmb.errors import SceneError
-from shellmb.run.loader import SceneModule, load
+from shellmb.observers.seal import checksum, is_sealed, sealed
+from shellmb.run.loader import SceneModule, demos, is_file_name, load
+from shellmb.run.tables import Damaged, first_error, read_table
 from shellmb.scene import Scene
 from shellmb.scene.checks_effect import check_alpha
 
@@ -37,6 +40,9 @@ class Options:
         backend: Whose Newton solver.
         tolerance: Relative tolerance of Newton's method.
     """
+
+    # where one is read from a file
+    __pydantic_config__: ClassVar = ConfigDict(extra="forbid")
 
     scheme: str | None = None
     alpha: float | None = None
@@ -98,21 +104,78 @@ class Request:
         return scene, module
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain values; the path of a file becomes absolute."""
-        is_file = self.scene.endswith(".py") or "/" in self.scene
-        return {
-            "scene": str(Path(self.scene).resolve()) if is_file else self.scene,
-            "parameters": dict(self.parameters),
-            "options": {k: v for k, v in asdict(self.options).items() if v is not None},
-        }
+        """Plain values with their checksum; the path of a file is absolute, with its own."""
+        file = Path(self.scene).resolve() if is_file_name(self.scene) else None
+        return sealed(
+            {
+                "scene": self.scene if file is None else str(file),
+                "scene_sha256": None if file is None else checksum(file.read_bytes()),
+                "parameters": dict(self.parameters),
+                "options": {k: v for k, v in asdict(self.options).items() if v is not None},
+            }
+        )
 
     @classmethod
     def from_dict(cls, values: Mapping[str, Any]) -> Request:
-        """The request from its plain values."""
-        options = dict(values["options"])
-        if "mesh" in options:
-            options["mesh"] = tuple(options["mesh"])
-        return cls(values["scene"], values["parameters"], Options(**options))
+        """The request from its plain values.
+
+        Raises:
+            pydantic.ValidationError: If they are none.
+        """
+        stored = _STORED.validate_python({k: values[k] for k in _FIELDS if k in values})
+        return cls(stored.scene, stored.parameters, stored.options)
+
+
+@dataclass(frozen=True)
+class StoredRequest:
+    """What a run directory says of how its scene was asked for.
+
+    Args:
+        request: It.
+        unchanged: Whether the file is as the run wrote it.
+        scene_sha256: Checksum of the scene's file when the run began; None for a bundled scene.
+    """
+
+    request: Request
+    unchanged: bool
+    scene_sha256: str | None
+
+    def trusted(self, given: str | None, trust: bool) -> Request:
+        """The request with a scene that may be executed.
+
+        A run directory may be anybody's, and what it names is a program.
+
+        Args:
+            given: The scene as the user names it now.
+            trust: Whether the user trusts what the directory names.
+
+        Raises:
+            SceneError: If the scene is a file that the user has not named, or another scene.
+        """
+        named = self.request.scene
+        if given is not None:
+            if is_file_name(given) != is_file_name(named):
+                raise SceneError(
+                    f"resume: the run is of the scene '{named}' and not of '{given}'; name that one"
+                )
+            return replace(self.request, scene=given)
+        if is_file_name(named) and not trust:
+            raise SceneError(
+                f"resume: the run directory names {named}, a program to be executed; give its path "
+                "behind the directory, or --trust if the directory is yours"
+            )
+        return self.request
+
+    def same_file(self, request: Request) -> bool:
+        """Whether the scene's file is the one that the run began with.
+
+        Args:
+            request: The request that names it now.
+        """
+        if not is_file_name(request.scene):
+            return self.scene_sha256 is None
+        file = Path(request.scene)
+        return file.is_file() and checksum(file.read_bytes()) == self.scene_sha256
 
 
 def parse_mesh(text: str) -> tuple[int, int]:
@@ -142,14 +205,14 @@ def parse_parameters(items: list[str]) -> dict[str, str]:
     return values
 
 
-def read_request(out: Path | str) -> Request:
+def read_request(out: Path | str) -> StoredRequest:
     """How the scene of a run directory was asked for.
 
     Args:
         out: The run directory.
 
     Raises:
-        SceneError: If the directory does not say.
+        SceneError: If the directory does not say, or not in a form that can be used.
     """
     file = Path(out) / REQUEST
     if not file.is_file():
@@ -157,4 +220,31 @@ def read_request(out: Path | str) -> Request:
             f"resume: there is no {file}; give a directory made by `shellmb run`, or resume it "
             "from Python with the scene"
         )
-    return Request.from_dict(json.loads(file.read_text()))
+    try:
+        values = read_table(file)
+        request = Request.from_dict(values)
+    except ValidationError as error:
+        raise SceneError(_lost(f"{file} is damaged ({first_error(error)})")) from None
+    except Damaged as error:
+        raise SceneError(_lost(str(error))) from None
+    if not is_file_name(request.scene) and request.scene not in demos():
+        raise SceneError(_lost(f"{file} names the scene '{request.scene}', which is none"))
+    return StoredRequest(request, is_sealed(values), values.get("scene_sha256"))
+
+
+def _lost(what: str) -> str:
+    return (
+        f"resume: {what}; the state may be whole: go on from Python with "
+        "`shellmb.run.resume.resume(directory, scene=...)`"
+    )
+
+
+@dataclass(frozen=True)
+class _Stored:
+    scene: str
+    parameters: dict[str, str]
+    options: Options
+
+
+_STORED = TypeAdapter(_Stored)
+_FIELDS = ("scene", "parameters", "options")

@@ -16,6 +16,7 @@ from shellmb.observers.path import PathRecord
 from shellmb.observers.probes import Probes
 from shellmb.observers.summary import Sources
 from shellmb.observers.turning import Turning
+from shellmb.run.stop import Stop
 from shellmb.simulate.simulation import Observer
 from shellmb.watches.registry import watches
 
@@ -67,6 +68,9 @@ class StandardObservers:
 
             self.frames = Frames(directory / FIELDS)
             self.named["frames"] = self.frames
-            self.named["checkpoint"] = Checkpoint(
-                directory / STATE, dict(self.named), [history.write, self.frames.write]
+            checkpoint = Checkpoint(
+                directory / STATE, dict(self.named), {"history": history, "frames": self.frames}
             )
+            self.named["checkpoint"] = checkpoint
+        # behind all that write
+        self.named["stop"] = Stop()

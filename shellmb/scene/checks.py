@@ -12,6 +12,7 @@ from shellmb.scene import checks_effect, checks_multibody
 from shellmb.scene.joints import GROUND
 from shellmb.scene.loads import SurfaceForce
 from shellmb.scene.lookup import Body, bodies_of, find_shell, kind_of, listed, said
+from shellmb.scene.names import check_names
 from shellmb.scene.places import check_edges, check_point, edges_of, finite_in_time, points_of
 from shellmb.scene.sections import Hyperelastic
 from shellmb.scene.supports import Driven, Fixed
@@ -70,6 +71,7 @@ def _names(scene: Scene) -> None:
                     f"scene '{scene.name}': {count} {what} are named '{name}'; "
                     "each must have a name of its own"
                 )
+    check_names(scene)
 
 
 def _scheme(scene: Scene) -> None:

@@ -55,7 +55,7 @@ class Observer(Protocol):
         """A step is accepted: `levels.q` and `levels.rates` are the new state."""
         ...
 
-    def finish(self, simulation: Simulation, error: Exception | None) -> None:
+    def finish(self, simulation: Simulation, error: BaseException | None) -> None:
         """After the last step, or after the failure `error`."""
         ...
 
@@ -83,7 +83,7 @@ class Silent:
     def accepted(self, simulation: Simulation) -> None:
         """Nothing to do."""
 
-    def finish(self, simulation: Simulation, error: Exception | None) -> None:
+    def finish(self, simulation: Simulation, error: BaseException | None) -> None:
         """Nothing to do."""
 
     def state(self) -> dict[str, Any]:
@@ -174,7 +174,7 @@ class Simulation:
         Raises:
             ConvergenceError: If a step fails at the smallest step size; names time, step, field.
         """
-        error: Exception | None = None
+        error: BaseException | None = None
         for observer in observers:
             observer.start(self)
         begin = clock.perf_counter()
@@ -184,7 +184,7 @@ class Simulation:
                 self.advance(observers)
                 self.step_seconds = before + clock.perf_counter() - begin
         except BaseException as failure:
-            error = failure if isinstance(failure, Exception) else RuntimeError(repr(failure))
+            error = failure
             raise
         finally:
             # each of them, though one may fail: others have something to write

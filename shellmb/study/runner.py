@@ -39,7 +39,7 @@ class ProcessorTime(Silent):
         """Before the first step."""
         self._begin = time.process_time()
 
-    def finish(self, simulation: Simulation, error: Exception | None) -> None:
+    def finish(self, simulation: Simulation, error: BaseException | None) -> None:
         """After the last one."""
         self.seconds = time.process_time() - self._begin
 

@@ -138,7 +138,7 @@ def test_run_prints_a_log_and_a_table(tmp_path):
     assert "step 5, t = 0.005" in result.stderr
     assert "iterations per step" in result.stdout
     assert "written to one" in result.stdout
-    again = within("resume", "one", "--no-pictures", cwd=tmp_path)
+    again = within("resume", "one", SMALL, "--no-pictures", cwd=tmp_path)
     assert again.exit_code == 0, again.stderr
     assert "written to one" in again.stdout
 
@@ -165,7 +165,7 @@ def test_two_ranks_give_the_same_and_one_prints(tmp_path, mpirun):
     assert two["results"]["tip"] == pytest.approx(one["results"]["tip"], rel=1e-10)
     assert two["angular_momentum_drift"] < 1e-12
     assert one["warnings"] == two["warnings"] == []
-    wrong = within("resume", "two", cwd=tmp_path)
+    wrong = within("resume", "two", "--trust", cwd=tmp_path)
     assert wrong.exit_code == 2
     assert "the run was made on 2 ranks, not 1" in wrong.stderr
 

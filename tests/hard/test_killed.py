@@ -14,8 +14,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from shellmb.observers.checkpoint import read_checkpoint
 from shellmb.run.resume import resume
+from shellmb.run.saved import read_saved
 
 HERE = Path(__file__).parent
 SCENE = HERE.parent / "run" / "scene_small.py"
@@ -40,7 +40,7 @@ def _rows(out: Path) -> list[dict[str, str]]:
 def _state(out: Path) -> dict[str, np.ndarray]:
     from mpi4py import MPI
 
-    return read_checkpoint(out / "state", MPI.COMM_WORLD).arrays
+    return read_saved(out, MPI.COMM_WORLD).arrays
 
 
 @pytest.fixture(scope="module")
@@ -65,7 +65,7 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[tuple[str
 def test_killed_run_goes_on_to_the_same_end(number: int, runs, worst) -> None:
     folder, killed = runs
     whole, out = folder / "0", folder / str(killed[number][1])
-    result = resume(out, pictures=False)
+    result = resume(out, pictures=False, scene_file=str(SCENE))
     assert result.simulation.step == 6
     assert _rows(out) == _rows(whole)
     expected, found = _state(whole), _state(out)
@@ -87,6 +87,6 @@ def test_killed_before_the_first_state_a_run_begins_again(runs) -> None:
     out = folder / str(killed[-1][1])
     assert (out / "request.json").is_file()
     assert not (out / "state" / "state.json").exists()
-    resume(out, pictures=False)
+    resume(out, pictures=False, scene_file=str(SCENE))
     expected, found = _state(folder / "0"), _state(out)
     assert all(np.array_equal(found[k], expected[k]) for k in expected)

@@ -67,7 +67,7 @@ class Fails(Silent):
         if self.where == "interrupted" and simulation.step == STEPS - 1:
             raise KeyboardInterrupt
 
-    def finish(self, simulation: Simulation, error: Exception | None) -> None:
+    def finish(self, simulation: Simulation, error: BaseException | None) -> None:
         if self.where == "finish":
             raise RuntimeError("in finish")
 

@@ -40,4 +40,7 @@ def test_what_is_read_is_what_was_written(tmp_path: Path) -> None:
             sizes = np.linalg.norm(values, axis=1)
             assert ranges(files.file(number), name) == pytest.approx((sizes.min(), sizes.max()))
         assert np.array_equal(read.cell_data["size"], size)
-        assert np.array_equal(files.displacement(number), fields["displacement"])
+        sums = files.checksums(number + 1)
+        assert len(sums) == number + 1
+        assert np.array_equal(files.displacement(number, sums), fields["displacement"])
+        assert files.displacement(number, {}) is None

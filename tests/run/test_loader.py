@@ -66,7 +66,10 @@ def test_bad_parameters_of_a_demo(values, message):
     ("source", "message"),
     [
         ("x = (", "broken.py, line 1"),
-        ("import nosuchmodule", "broken.py, line 1: No module named 'nosuchmodule'"),
+        (
+            "import nosuchmodule",
+            "broken.py, line 1: ModuleNotFoundError: No module named 'nosuchmodule'",
+        ),
         ("y = 1", "defines no function scene"),
         ("def scene():\n    return 3", "returns a int; it must return a Scene"),
     ],

@@ -38,11 +38,14 @@ def test_a_stopped_path_goes_on_as_if_never_stopped(tmp_path: Path, steps: int) 
     whole = execute(scene, tmp_path / "whole", request=REQUEST, pictures=False)
     with pytest.raises(KeyboardInterrupt):
         execute(scene, tmp_path / "parts", [Stop(steps)], request=REQUEST, pictures=False)
-    parts = resume(tmp_path / "parts", pictures=False)
+    parts = resume(tmp_path / "parts", pictures=False, trust=True)
     assert rows(tmp_path / "parts") == rows(tmp_path / "whole")
     assert parts.summary["path"] == whole.summary["path"]
     # at its end it stays
-    assert resume(tmp_path / "parts", pictures=False).simulation.step == whole.simulation.step
+    assert (
+        resume(tmp_path / "parts", pictures=False, trust=True).simulation.step
+        == whole.simulation.step
+    )
 
 
 def test_a_path_has_its_own_picture_and_summary(tmp_path: Path) -> None:

@@ -1,0 +1,58 @@
+"""What a scene measures at its end, by functions of the user's that may raise."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from mpi4py import MPI
+
+from shellmb.errors import RunError, ShellmbError
+from shellmb.run.blame import in_words
+
+type Results = Callable[..., dict[str, float]]
+
+
+def measured(
+    results: Results, made: Any, comm: MPI.Comm, function: str = "results"
+) -> dict[str, float]:
+    """The results of a run or of modes; those that do not apply to it (None) are left out.
+
+    Args:
+        results: The function.
+        made: What it gets.
+        comm: Communicator; the call is collective.
+        function: What the scene's file calls it.
+
+    Raises:
+        RunError: If it raises, on any rank, or gives something else than numbers by name.
+    """
+    found: dict[str, float] = {}
+    wrong: str | None = None
+    try:
+        found = _numbers(results(made))
+    except ShellmbError:
+        raise
+    except Exception as error:
+        wrong = in_words(error)
+    wrong = next((w for w in comm.allgather(wrong) if w is not None), None)
+    if wrong is not None:
+        raise RunError(
+            f"all is computed and saved but the results: {wrong}; mend {function}() of the scene"
+            + (", and `shellmb resume` evaluates the run" if function == "results" else "")
+        )
+    return found
+
+
+def _numbers(given: Any) -> dict[str, float]:
+    if not isinstance(given, Mapping):
+        raise TypeError(f"it returns {given!r:.60}; it must return a dict of numbers")
+    numbers = {}
+    for name, value in given.items():
+        if value is None:
+            continue
+        try:
+            numbers[str(name)] = float(value)
+        except (TypeError, ValueError):
+            raise TypeError(f"it gives {value!r:.60} for '{name}'; it must be a number") from None
+    return numbers

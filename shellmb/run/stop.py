@@ -1,0 +1,25 @@
+"""The observer that ends a run between two steps when a signal asks for it."""
+
+from __future__ import annotations
+
+from mpi4py import MPI
+
+from shellmb.errors import Stopped
+from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.stopping import STOPPING
+
+
+class Stop(Silent):
+    """Raises `Stopped` on all ranks behind the step in which a signal came to one of them.
+
+    It has to stand behind the observer that keeps the state.
+    """
+
+    def accepted(self, simulation: Simulation) -> None:
+        """Look for signals, also for those that came while the run was built."""
+        asked = STOPPING.asked or 0
+        comm = simulation.model.comm
+        if comm.size > 1:
+            asked = comm.allreduce(asked, op=MPI.MAX)
+        if asked:
+            raise Stopped(asked)

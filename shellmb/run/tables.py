@@ -1,0 +1,44 @@
+"""Reads the JSON files of a run directory."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+
+class Damaged(Exception):
+    """A file of a run directory is not what the run wrote; the text says which and how."""
+
+
+def read_table(file: Path) -> dict[str, Any]:
+    """The values of a JSON file.
+
+    Args:
+        file: The file.
+
+    Raises:
+        Damaged: If it is none.
+    """
+    try:
+        values = json.loads(file.read_bytes())
+    except OSError as error:
+        raise Damaged(f"{file} cannot be read ({error.strerror})") from None
+    except ValueError as error:
+        raise Damaged(f"{file} is damaged ({error})") from None
+    if not isinstance(values, dict):
+        raise Damaged(f"{file} is damaged (it holds no table)")
+    return values
+
+
+def first_error(error: ValidationError) -> str:
+    """What is wrong with a file, from pydantic's report.
+
+    Args:
+        error: It.
+    """
+    first = error.errors(include_url=False)[0]
+    where = ".".join(map(str, first["loc"]))
+    return f"{where}: {first['msg']}" if where else str(first["msg"])

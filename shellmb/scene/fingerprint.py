@@ -1,0 +1,206 @@
+"""What a scene is, as plain values by the names of its fields, to be stored and compared.
+
+Two scenes with the same fingerprint describe the same physics. Functions count by their compiled
+code and by the values that they use: what they close over, and what they read of their module.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import hashlib
+import inspect
+import json
+import sys
+import types
+from collections.abc import Iterator, Mapping
+from dataclasses import fields, is_dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from shellmb.scene.scene import Scene
+
+__all__ = ["Difference", "differences", "fingerprint"]
+
+type Leaf = bool | int | float | str | list[Any] | None
+type Fingerprint = dict[str, Leaf]
+# a field, what it was, what it is
+type Difference = tuple[str, str, str]
+
+# how a run is evaluated and shown; nothing of it moves a body
+WITHOUT = {"results", "output"}
+# longer values are kept as a checksum [characters]
+LONGEST = 200
+PYTHON, CODE = "python", "'s code"
+
+
+def fingerprint(scene: Scene) -> Fingerprint:
+    """Every field of a scene and of its parts, by a path as in ``shells['plate'].section.E``.
+
+    Args:
+        scene: The scene.
+    """
+    walk = _Walk()
+    for f in fields(scene):
+        if f.name not in WITHOUT:
+            walk.add(f.name, getattr(scene, f.name))
+    # the code of functions is that of a version of Python
+    return {PYTHON: ".".join(map(str, sys.version_info[:2])), **walk.found}
+
+
+def differences(then: Mapping[str, Any], now: Mapping[str, Any]) -> list[Difference]:
+    """Fields in which two fingerprints differ, with both values in words.
+
+    Args:
+        then: One, as it was read back.
+        now: The other.
+    """
+    found: list[Difference] = []
+    same_python = then.get(PYTHON) == now.get(PYTHON)
+    for path in [*then, *(p for p in now if p not in then)]:
+        was, is_ = (_words(x[path]) if path in x else "missing" for x in (then, now))
+        if was == is_ or path == PYTHON or (path.endswith(CODE) and not same_python):
+            continue
+        # what is of another kind has other fields, too
+        if not any(path.startswith((f"{p}.", f"{p}[", f"{p}'")) for p, _, _ in found):
+            found.append((path, was, is_))
+    return found
+
+
+def _words(value: Leaf) -> str:
+    return value if isinstance(value, str) else json.dumps(value)
+
+
+def _digest(text: str | bytes) -> str:
+    data = text.encode() if isinstance(text, str) else text
+    return f"sha256 {hashlib.sha256(data).hexdigest()[:16]}"
+
+
+class _Walk:
+    """Collects the values below a value."""
+
+    def __init__(self) -> None:
+        self.found: Fingerprint = {}
+        # objects on the way down: functions may call one another, objects hold one another
+        self._above: set[int] = set()
+
+    def add(self, path: str, value: Any) -> None:
+        """Add a value and all below it."""
+        if isinstance(value, np.generic | np.ndarray):
+            value = value.tolist()
+        if value is None or isinstance(value, bool | int | float | str):
+            self._leaf(path, value)
+        elif id(value) in self._above:
+            self._leaf(path, "as above")
+        else:
+            self._above.add(id(value))
+            self._parts(path, value)
+            self._above.discard(id(value))
+
+    def _leaf(self, path: str, value: Leaf) -> None:
+        text = json.dumps(value)
+        self.found[path] = value if len(text) <= LONGEST else _digest(text)
+
+    def _parts(self, path: str, value: Any) -> None:
+        if isinstance(value, Path):
+            self._leaf(path, _digest(value.read_bytes()) if value.is_file() else str(value))
+        elif isinstance(value, Mapping):
+            for key in value:
+                self.add(f"{path}[{key!r}]", value[key])
+        elif isinstance(value, list | tuple):
+            self._several(path, value)
+        elif isinstance(value, set | frozenset):
+            self._several(path, sorted(value, key=repr))
+        elif isinstance(value, functools.partial):
+            self._children(path, "partial", vars(value) | {"function": value.func})
+            self._several(f"{path}.args", value.args)
+            self.add(f"{path}.keywords", value.keywords)
+        elif isinstance(value, types.MethodType):
+            self.add(path, value.__func__)
+            self.add(f"{path}.self", value.__self__)
+        elif isinstance(value, types.FunctionType):
+            self._function(path, value)
+        elif isinstance(value, type | types.ModuleType) or not hasattr(value, "__dict__"):
+            self._leaf(path, getattr(value, "__name__", type(value).__qualname__))
+        else:
+            self._object(path, value)
+
+    def _several(self, path: str, values: Any) -> None:
+        plain = json.dumps(values, default=lambda _: None)
+        if json.dumps(values, default=repr) == plain and "{" not in plain:
+            self._leaf(path, json.loads(plain))
+            return
+        for k, item in enumerate(values):
+            name = getattr(item, "name", None)
+            self.add(f"{path}[{name if isinstance(name, str) else k!r}]", item)
+
+    def _children(self, path: str, kind: str, values: Mapping[str, Any]) -> None:
+        self._leaf(path, kind)
+        for name, value in values.items():
+            self.add(f"{path}.{name}", value)
+
+    def _object(self, path: str, value: Any) -> None:
+        kind = type(value)
+        if is_dataclass(value):
+            values = {f.name: getattr(value, f.name, None) for f in fields(value)}
+        else:
+            values = dict(vars(value))
+        if not kind.__module__.startswith("shellmb."):
+            # a scheme or a law of the user's own
+            own = {k: v for k, v in vars(kind).items() if isinstance(v, types.FunctionType)}
+            values |= {k: v for k, v in own.items() if not k.startswith("__") or k == "__call__"}
+        self._children(path, kind.__qualname__, values)
+
+    def _function(self, path: str, function: types.FunctionType) -> None:
+        self._leaf(path, function.__qualname__)
+        if function.__module__.startswith("shellmb.") and not _of_demo(function):
+            return
+        self._leaf(f"{path}{CODE}", _digest(_code(function.__code__)))
+        for name, value in _used(function).items():
+            # libraries count by their names, which the code holds
+            if not isinstance(value, types.ModuleType | type):
+                self.add(f"{path}.{name}", value)
+        for name, default in inspect.signature(function).parameters.items():
+            if default.default is not inspect.Parameter.empty:
+                self.add(f"{path}.{name}", default.default)
+
+
+def _of_demo(function: types.FunctionType) -> bool:
+    return function.__module__.startswith("shellmb.demos.")
+
+
+def _used(function: types.FunctionType) -> dict[str, Any]:
+    """Variables from outside that a function reads."""
+    known = function.__globals__
+    read = {name: known[name] for name in _names(function.__code__) if name in known}
+    for name, cell in zip(function.__code__.co_freevars, function.__closure__ or (), strict=True):
+        # a variable that was deleted has an empty cell
+        with contextlib.suppress(ValueError):
+            read[name] = cell.cell_contents
+    return read
+
+
+def _names(code: types.CodeType) -> Iterator[str]:
+    yield from code.co_names
+    for value in code.co_consts:
+        if isinstance(value, types.CodeType):
+            yield from _names(value)
+
+
+def _code(code: types.CodeType) -> str:
+    """Compiled code without what says where it stood."""
+    return repr([code.co_code, code.co_names, code.co_varnames, list(_constants(code))])
+
+
+def _constants(code: types.CodeType) -> Iterator[str]:
+    for k, value in enumerate(code.co_consts):
+        if isinstance(value, types.CodeType):
+            yield _code(value)
+        elif isinstance(value, frozenset):
+            # in no order that lasts
+            yield repr(sorted(map(repr, value)))
+        elif not (k == 0 and isinstance(value, str)):
+            # the first may be the description of a function
+            yield repr(value)

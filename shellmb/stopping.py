@@ -1,0 +1,92 @@
+"""Ctrl-C and SIGTERM: taken up between two steps where a run goes on, at once elsewhere."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from types import FrameType
+from typing import Any
+
+from shellmb.errors import Stopped
+
+SIGNALS: tuple[int, ...] = (signal.SIGINT, signal.SIGTERM)
+# what a shell adds to the number of the signal that ended a process
+EXIT = 128
+
+
+def several_ranks() -> bool:
+    """Whether this process is one of several of an MPI program, told without loading MPI."""
+    MPI = sys.modules.get("mpi4py.MPI")
+    return MPI is not None and MPI.Is_initialized() and MPI.COMM_WORLD.size > 1
+
+
+class Stopping:
+    """What signals ask of this process.
+
+    Attributes:
+        asked: The signal that has come and is not taken up yet.
+    """
+
+    def __init__(self) -> None:
+        self.asked: int | None = None
+        self._deferred: Callable[[str], None] | None = None
+        self._ours: set[int] = set()
+
+    @contextmanager
+    def caught(self) -> Iterator[None]:
+        """Signals that would end the process raise `Stopped`, or are kept for `take`.
+
+        Handlers of others are left in place, and only the main thread can have any.
+        """
+        before: dict[int, Any] = {}
+        if threading.current_thread() is threading.main_thread():
+            for number in SIGNALS:
+                if signal.getsignal(number) in (signal.SIG_DFL, signal.default_int_handler):
+                    before[number] = signal.signal(number, self._come)
+        self._ours |= before.keys()
+        try:
+            yield
+        finally:
+            self._ours -= before.keys()
+            for number, handler in before.items():
+                signal.signal(number, handler)
+            if before:
+                self.asked = None
+
+    def renew(self) -> None:
+        """Take the signals back from PETSc, which takes them for itself when it is loaded."""
+        for number in self._ours:
+            signal.signal(number, self._come)
+
+    @contextmanager
+    def deferred(self, tell: Callable[[str], None]) -> Iterator[None]:
+        """Signals wait until they are taken up; the second one does not.
+
+        Args:
+            tell: Gets a line for the user at the first.
+        """
+        outer, self._deferred = self._deferred, tell
+        try:
+            yield
+        finally:
+            self._deferred = outer
+
+    def _come(self, number: int, frame: FrameType | None) -> None:
+        again, self.asked = self.asked is not None, number
+        if self._deferred is not None and not again:
+            self._deferred("stopping behind this step; once more stops at once")
+        elif several_ranks():
+            # one rank alone cannot end in order: mpiexec ends the others
+            if sys.modules["mpi4py.MPI"].COMM_WORLD.rank == 0:
+                os.write(2, b"error: stopped at once; what was written before is left\n")
+            os._exit(EXIT + number)
+        else:
+            raise Stopped(number)
+
+
+# signals are of the process, and so is this
+STOPPING = Stopping()

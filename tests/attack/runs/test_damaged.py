@@ -1,0 +1,172 @@
+"""Run directories with a damaged file: one sentence that says which, or nothing is lost by it."""
+
+import json
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from shellmb.errors import SceneError
+from shellmb.observers.history import read_history
+from shellmb.observers.seal import sealed
+from shellmb.run.resume import resume
+
+SCENE = str(Path(__file__).with_name("scene_pendulum.py"))
+
+
+def go_on(out: Path) -> Any:
+    return resume(out, pictures=False, scene_file=SCENE)
+
+
+def flip(position: float) -> Callable[[Path], None]:
+    """Turns one bit, so far into the file."""
+
+    def spoil(file: Path) -> None:
+        content = bytearray(file.read_bytes())
+        content[int(position * (len(content) - 1))] ^= 4
+        file.write_bytes(content)
+
+    return spoil
+
+
+SPOIL: dict[str, Callable[[Path], Any]] = {
+    "emptied": lambda file: file.write_bytes(b""),
+    "cut in half": lambda file: file.write_bytes(file.read_bytes()[: file.stat().st_size // 2]),
+    "its last byte cut off": lambda file: file.write_bytes(file.read_bytes()[:-1]),
+    "removed": lambda file: file.unlink(),
+    **{f"a bit flipped at {p:g}": flip(p) for p in (0, 0.1, 0.3, 0.5, 0.7, 0.9, 1)},
+    "another file": lambda file: file.write_bytes(b"\x00\xff\xfe" * 40),
+}
+# what a run needs; of the others it may lose what it likes
+NEEDED = {"request.json", "history.csv", "state/state.json", "state/step-00000002-rank0.npz"}
+OTHERS = {"summary.json", "fields/rigid_bodies_0001.vtu", "fields/joints_0000.vtu"}
+OTHERS |= {"fields/rigid_bodies.vtu.series"}
+
+
+def outcome(out: Path) -> tuple[str, list[dict[str, float]]]:
+    """What is said, or the history of the whole run without its wall times."""
+    try:
+        go_on(out)
+    except SceneError as error:
+        return str(error), []
+    rows = read_history(out / "history.csv")
+    return "", [{k: v for k, v in row.items() if k != "wall_s"} for row in rows]
+
+
+@pytest.fixture(scope="module")
+def whole(made: Path, tmp_path_factory: pytest.TempPathFactory) -> list[dict[str, float]]:
+    """The history when nothing is damaged."""
+    out = tmp_path_factory.mktemp("whole") / "run"
+    shutil.copytree(made, out)
+    said, rows = outcome(out)
+    assert not said and len(rows) == 5
+    return rows
+
+
+def same(found: list[dict[str, float]], expected: list[dict[str, float]]) -> bool:
+    # NaN is not equal to itself; factors are not kept, so the last digits may differ
+    return len(found) == len(expected) and all(
+        a[k] == pytest.approx(b[k], rel=1e-9, abs=1e-12, nan_ok=True)
+        for a, b in zip(found, expected, strict=True)
+        for k in b
+    )
+
+
+@pytest.mark.parametrize("how", SPOIL)
+@pytest.mark.parametrize("name", sorted(NEEDED))
+def test_a_damaged_file_that_is_needed_is_named(name: str, how: str, run: Path, whole) -> None:
+    SPOIL[how](run / name)
+    said, rows = outcome(run)
+    if said:
+        assert said.startswith("resume: ") and "\n" not in said
+        # a damaged request may ask for another scene: then that is what is named
+        assert Path(name).name in said or (name == "request.json" and "was edited" in said), said
+    else:
+        # a bit between two numbers, or that of a scene's checksum: it made no difference
+        assert name == "request.json" or (name, how) == ("history.csv", "its last byte cut off")
+        assert same(rows, whole)
+
+
+@pytest.mark.parametrize("how", ["emptied", "removed", "a bit flipped at 0.5", "cut in half"])
+@pytest.mark.parametrize("name", sorted(OTHERS))
+def test_what_is_only_shown_stops_nothing(name: str, how: str, run: Path, whole, caplog) -> None:
+    assert (run / name).is_file()
+    SPOIL[how](run / name)
+    said, rows = outcome(run)
+    assert not said
+    assert same(rows, whole)
+    if name.endswith(".vtu"):
+        assert f"lost or damaged in {run / 'fields'}" in caplog.text
+        assert Path(name).name in caplog.text
+        listed = (run / "fields" / f"{Path(name).stem[:-5]}.vtu.series").read_text()
+        assert len(json.loads(listed)["files"]) == 4, "the lost one is left out"
+
+
+def edit(file: Path, change: Callable[[dict[str, Any]], Any], seal: bool = False) -> None:
+    values = json.loads(file.read_text())
+    change(values)
+    file.write_text(json.dumps(sealed(values) if seal else values))
+
+
+# values that a program could have written, with their checksum: the schema has to find them
+IMPOSSIBLE: dict[str, tuple[Callable[[dict[str, Any]], Any], str]] = {
+    "a time before the start": (lambda s: s["simulation"].update(t=-5.0), "simulation.t"),
+    "a time that is no number": (lambda s: s["simulation"].update(t="0"), "simulation.t"),
+    "no time": (lambda s: s["simulation"].pop("t"), "simulation.t"),
+    "an infinite time": (lambda s: s["simulation"].update(t=float("inf")), "simulation.t"),
+    "a step before the start": (lambda s: s["simulation"].update(step=-1), "simulation.step"),
+    "another step": (lambda s: s["simulation"].update(step=1), "does not end where the state is"),
+    "arrays elsewhere": (lambda s: s.update(arrays="../../step-00000002"), "arrays"),
+    "no ranks": (lambda s: s.update(ranks=0), "ranks"),
+    "more rows": (lambda s: s["observers"]["history"].update(rows=7), "history.csv"),
+    "no observers": (lambda s: s.update(observers={}), "observers.history"),
+    "frames before the start": (
+        lambda s: s["observers"]["frames"].update(times=[-1.0]),
+        "frames.times",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", IMPOSSIBLE)
+def test_states_that_are_impossible(case: str, run: Path) -> None:
+    change, named = IMPOSSIBLE[case]
+    edit(run / "state" / "state.json", change, seal=True)
+    said, _ = outcome(run)
+    assert named in said and "start the run anew" in said
+
+
+def test_an_edited_state_is_refused(run: Path) -> None:
+    edit(run / "state" / "state.json", lambda s: s["simulation"].update(t=1e-3))
+    with pytest.raises(SceneError, match=r"state.json is damaged or was edited"):
+        go_on(run)
+
+
+def test_a_state_of_another_version_says_so(run: Path) -> None:
+    edit(run / "state" / "state.json", lambda s: s.update(format=2))
+    with pytest.raises(SceneError, match=r"has format 2; this version of shellmb reads format 3"):
+        go_on(run)
+
+
+@pytest.mark.parametrize("row", [2, 3])
+def test_rows_out_of_order_are_named(row: int, run: Path) -> None:
+    file = run / "history.csv"
+    lines = file.read_text().splitlines()
+    lines[row] = lines[row - 1]
+    file.write_text("\n".join(lines) + "\n")
+    with pytest.raises(SceneError, match=rf"row {row - 1} does not follow the one before it"):
+        go_on(run)
+
+
+def test_a_missing_state_is_not_taken_for_a_run_that_has_not_begun(run: Path) -> None:
+    (run / "state" / "state.json").unlink()
+    with pytest.raises(SceneError, match=r"is missing, though the run has made steps"):
+        go_on(run)
+
+
+def test_a_history_that_is_read_elsewhere_is_checked(run: Path) -> None:
+    file = run / "history.csv"
+    file.write_text(file.read_text()[:-20])
+    with pytest.raises(SceneError, match=r"is no history of a run: row 2 is not whole"):
+        read_history(file)
