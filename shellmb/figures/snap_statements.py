@@ -248,13 +248,13 @@ STATEMENTS = (
     ),
     Statement("The motion stays symmetric (ED)", "(ours)", PAIR, _symmetric),
     Statement(
-        "Both snaps on a finer mesh: down",
+        "Snap-through on a finer mesh",
         "t = 0.7 s",
         ("fine-mesh",),
         partial(_snap, names=("fine-mesh",), begin=0.0, sign=-1),
     ),
     Statement(
-        "Both snaps on a finer mesh: up",
+        "Snap-back on a finer mesh",
         "t = 1.25 s",
         ("fine-mesh",),
         partial(_snap, names=("fine-mesh",), begin=INVERTED, sign=1),

@@ -16,8 +16,7 @@ import numpy as np
 from shellmb.errors import ConvergenceError
 from shellmb.simulate.branches import PathState, load_cubic, real_between
 
-# a load factor is on a level when it is as near to it as Newton's method gets, relative to the
-# level (or to one, for small levels)
+# a load factor is on a level when it is as near to it, relative to it, as Newton's method gets
 REACHED = 1e-9
 # how far the cubic may be off where the load turns round, relative to what it does in the step
 CUBIC = 0.05
@@ -43,13 +42,13 @@ class Crossing:
 
 def reached(factor: float, level: float) -> bool:
     """Whether a load factor is on a level, to the accuracy of Newton's method."""
-    return abs(factor - level) <= REACHED * max(1.0, abs(level))
+    return abs(factor - level) <= REACHED * abs(level)
 
 
 def _begin(a: PathState, level: float) -> float:
     """On which side of a level, and how far, a step begins; on it: the side to which it leaves."""
     begin = a.factor - level
-    return math.copysign(REACHED, a.rate) if reached(a.factor, level) else begin
+    return math.copysign(REACHED * level, a.rate) if reached(a.factor, level) else begin
 
 
 def _crossing(a: PathState, b: PathState, level: float) -> Crossing | None:
@@ -137,7 +136,7 @@ def land(
             low = length
         else:
             high = length
-        steep = (missing - last[1]) / (length - last[0])
+        steep = (missing - last[1]) / (length - last[0]) if length != last[0] else 0.0
         last = (length, missing)
         guess = length - missing / steep if steep else low
         length = guess if low < guess < high else (low + high) / 2

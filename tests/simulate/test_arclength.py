@@ -126,7 +126,9 @@ def test_steps_end_on_load_levels_and_on_the_last_load() -> None:
     run = execute(truss(rise, load_end=end, load_levels=levels))
     history = run.history
     factors = history["load_factor"].to_numpy()
-    met = [k for level in levels for k in np.flatnonzero(np.abs(factors - level) < 1e-9)]
+    met = [
+        k for level in levels for k in np.flatnonzero(np.abs(factors - level) < 1e-9 * abs(level))
+    ]
     assert len(met) == 2 + 2 + 1 + 0
     assert factors[-1] == pytest.approx(end, abs=1e-9)
     exact = [truss_load(rise + w, rise) for w in history["w"]]
@@ -139,6 +141,14 @@ def test_steps_end_on_load_levels_and_on_the_last_load() -> None:
     # a step that was cut does not change the length of those after it
     plain = execute(truss(rise, load_end=end)).simulation
     assert run.simulation.step <= plain.step + len(met)
+
+
+def test_small_levels_are_met_as_exactly_as_large_ones() -> None:
+    """Relative to the level, whatever the loads around are."""
+    run = execute(replace(truss(0.5, load_levels=(1e-6, 50.0)), t_end=20.0, dt=0.2))
+    factors = run.history["load_factor"].to_numpy()
+    for level in (1e-6, 50.0):
+        assert np.abs(factors - level).min() < 1e-9 * level
 
 
 def test_a_level_next_to_a_bifurcation_and_one_on_a_branch() -> None:
