@@ -12,6 +12,10 @@ from shellmb.figures.example import FinishedRun, Results, Statement, Verdict
 __all__ = ["STATEMENTS"]
 
 BOTH = ("shell-ed", "beam-ed")
+# the slowest hinge alone, without inertia, is 90 % open then (table 1 integrated) [s]
+ALONE = 32.6
+# a difference that a picture of two curves shows at once, by the largest value of them
+PRONOUNCED = 0.2
 # sampling of moments [s]
 STEP = 0.2
 
@@ -38,8 +42,17 @@ def _largest(run: FinishedRun, part: str) -> list[float]:
 
 def _deployed(results: Results) -> Verdict:
     times = [_time_90(results[name]) for name in BOTH]
-    said = f"the last hinge passes 90 % at {times[0]:.1f} s (shell), {times[1]:.1f} s (beam)"
-    return Verdict(said, max(times) <= 100)
+    ends = [
+        abs(1 - float(opening(results[name].history, hinge)[-1]))
+        for name in BOTH
+        for hinge in HINGES
+    ]
+    said = (
+        f"the last hinge passes 90 % at {times[0]:.1f} s (shell), {times[1]:.1f} s (beam); at the "
+        f"end all are within {max(ends):.1%} of their final angles"
+    )
+    # with inertia to move no hinge is faster than alone; at the end the antenna still vibrates
+    return Verdict(said, min(times) > ALONE and max(ends) < 0.1)
 
 
 def _alike(results: Results) -> Verdict:
@@ -48,7 +61,7 @@ def _alike(results: Results) -> Verdict:
         float(np.abs(opening(a, h) - np.interp(a["t"], b["t"], opening(b, h))).max())
         for h in HINGES
     ]
-    return Verdict(f"at most {max(apart):.1%} of the final angle apart", max(apart) < 0.1)
+    return Verdict(f"at most {max(apart):.1%} of the final angle apart", max(apart) < 0.05)
 
 
 def _rocks(results: Results) -> Verdict:
@@ -67,7 +80,8 @@ def _twisting(results: Results) -> Verdict:
     on, off = (_largest(results[name], "12") for name in ("shell-ed", "shell-off"))
     bending = _largest(results["shell-ed"], "11")
     said = f"{max(on):.2g} N, {max(on) / max(bending):.0%} of M11; without D16: {max(off):.0e} N"
-    return Verdict(said, max(on) > 1e-2 * max(bending) and max(off) < 1e-6 * max(bending))
+    # a tenth of the bending moment, as the coupling term is a tenth
+    return Verdict(said, max(on) > 0.1 * max(bending) and max(off) < 1e-6 * max(bending))
 
 
 def _transverse(results: Results) -> Verdict:
@@ -78,13 +92,39 @@ def _transverse(results: Results) -> Verdict:
 
 
 def _shear(results: Results) -> Verdict:
-    said, apart = [], []
+    said, opposite, alike = [], [], []
     for name, text in (("shell-ed", "shell"), ("beam-ed", "beam")):
         h = results[name].history
         a, b = h["C1A2_F2"], h["D1B2_F2"]
-        apart.append(float((a - b).abs().max()) / 2)
-        said.append(f"{text} {float(a.abs().max()):.2g} N, antisymmetric part {apart[-1]:.1g} N")
-    return Verdict("; ".join(said), apart[0] > 1e-2 and apart[1] < 1e-6)
+        opposite.append(float((a - b).abs().max()) / 2)
+        alike.append(float((a + b).abs().max()) / 2)
+        said.append(f"{text} {opposite[-1]:.2g} N opposite, {alike[-1]:.2g} N alike")
+    # what only rocking makes is more than all that there is without it
+    return Verdict("; ".join(said), opposite[0] > alike[1] and opposite[1] < 1e-6 * alike[1])
+
+
+def _apart(results: Results) -> Verdict:
+    """Difference of M11 of both models over time, by the largest M11 of the panel."""
+    before: list[float] = []
+    whole: list[float] = []
+    shell, beam = (results[name] for name in BOTH)
+    # the springs hit when the last hinge gets there
+    hit = min(_time_90(shell), _time_90(beam))
+    t = np.arange(2 * STEP, float(shell.history["t"].iloc[-1]), STEP)
+    for i in range(1, PANELS + 1):
+        # before the first step there are no resultants
+        a, b = (
+            np.interp(t, run.history["t"].to_numpy()[1:], moments(run, i)["11"][1:])
+            for run in (shell, beam)
+        )
+        size = float(max(np.abs(a).max(), np.abs(b).max()))
+        for found, when in ((before, t < hit), (whole, t >= hit)):
+            found.append(float(np.sqrt(np.mean((a - b)[when] ** 2))) / size)
+    said = (
+        f"in the mean (rms) {min(before):.0%} to {max(before):.0%} of a panel's largest moment "
+        f"apart before the springs hit ({hit:.0f} s), {min(whole):.0%} to {max(whole):.0%} after"
+    )
+    return Verdict(said, min(before) > PRONOUNCED and min(whole) > PRONOUNCED)
 
 
 def _turns(run: FinishedRun) -> int:
@@ -106,10 +146,15 @@ def _frequencies(results: Results) -> Verdict:
 
 
 STATEMENTS = (
-    Statement("Full deployment", "50-100 s", BOTH, _deployed),
+    Statement("All hinges open", "the antenna deploys", BOTH, _deployed),
     Statement("Rotations at the hinges, shell and beam model", "fair agreement", BOTH, _alike),
     Statement(
-        "Rocking of the reinforcing beams (shell model)", "up to 7 degrees", ("shell-ed",), _rocks
+        "Rocking of the reinforcing beams (shell model)",
+        "up to 7 degrees",
+        ("shell-ed",),
+        _rocks,
+        why="how far the hinges overshoot, and with it M11 and the twist, depends on the size and "
+        "the density of the panels, which the text leaves open",
     ),
     Statement("Rocking in the beam model", "none", ("beam-ed",), partial(_none, name="beam-ed")),
     Statement(
@@ -130,6 +175,14 @@ STATEMENTS = (
         "large, by the rocking",
         BOTH,
         _shear,
+    ),
+    Statement(
+        "M11 at the centres of the panels, shell and beam model",
+        "pronounced discrepancies",
+        BOTH,
+        _apart,
+        why="as long as the antenna opens the springs' moments alone bend the panels, in both "
+        "models alike; the coupling takes part by D16^2, about 1 % of the bending stiffness",
     ),
     Statement("Frequencies of M11", "much higher in the shell model", BOTH, _frequencies),
 )

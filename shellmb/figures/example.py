@@ -117,15 +117,17 @@ class Statement:
 
     Args:
         text: What is stated.
-        paper: The paper's value, or its words.
+        paper: The paper's value, or its words; of what it does not say, "(ours)".
         runs: Names of the runs that it is about.
         judge: Compares.
+        why: Of what does not hold: where the difference comes from.
     """
 
     text: str
     paper: str
     runs: tuple[str, ...]
     judge: Callable[[Results], Verdict]
+    why: str = ""
 
 
 @dataclass(frozen=True)

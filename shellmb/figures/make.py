@@ -29,6 +29,7 @@ class Judged:
         paper: The paper's value.
         ours: Ours.
         passed: Whether it holds.
+        why: If not: where the difference comes from.
     """
 
     example: str
@@ -36,6 +37,7 @@ class Judged:
     paper: str
     ours: str
     passed: bool
+    why: str = ""
 
 
 @dataclass(frozen=True)
@@ -123,9 +125,9 @@ def make(
     for one in example.statements:
         if _has(finished, one.runs):
             verdict = one.judge(results)
-            judged.append(
-                Judged(example.section, one.text, one.paper, verdict.ours, bool(verdict.passed))
-            )
+            passed = bool(verdict.passed)
+            why = "" if passed else one.why
+            judged.append(Judged(example.section, one.text, one.paper, verdict.ours, passed, why))
     wall = {name: wall_time(run) for name, run in finished.items()}
     comm.Barrier()
     return Made(example, finished, judged, pictures, wall, drawing)

@@ -17,7 +17,7 @@ WIDE = 160
 
 
 def to_json(judged: list[Judged]) -> str:
-    """The statements as a JSON list of {example, statement, paper, ours, pass}.
+    """The statements as a JSON list of {example, statement, paper, ours, pass, why}.
 
     Args:
         judged: The statements.
@@ -29,6 +29,7 @@ def to_json(judged: list[Judged]) -> str:
             "paper": j.paper,
             "ours": j.ours,
             "pass": j.passed,
+            "why": j.why,
         }
         for j in judged
     ]
@@ -49,7 +50,7 @@ def print_made(made: Made) -> None:
     table.add_column("")
     for j in made.judged:
         mark = "[green]pass[/]" if j.passed else "[red bold]FAIL[/]"
-        table.add_row(j.statement, j.paper, j.ours, mark)
+        table.add_row(j.statement, j.paper, f"{j.ours}; {j.why}" if j.why else j.ours, mark)
     if made.judged:
         console.print(table)
     for name, seconds in made.wall_s.items():

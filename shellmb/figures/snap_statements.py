@@ -25,6 +25,10 @@ __all__ = ["STATEMENTS"]
 
 # nearer to ten than to one, as orders of magnitude are counted
 MAGNITUDE = 10**0.5
+# times read off a curve, as the paper gives them, are known to this [s]
+READING = 0.05
+# the paper's times of both snaps [s]
+DOWN, UP = 0.7, 1.25
 # the paper: EP needs smaller steps from here on [s]
 SMALLER = 0.835
 
@@ -45,11 +49,12 @@ def _follows(results: Results) -> Verdict:
     return Verdict(said, rest < 5e-3 and away < 0.1)
 
 
-def _snap(results: Results, begin: float, end: float, sign: int, paper: float) -> Verdict:
-    times = [snap(results[n].history, begin, end, sign) for n in ("shell-ed", "shell-ep")]
-    said = f"{times[0]:.3f} s (ED), {times[1]:.3f} s (EP)"
-    # as near as the reading of a curve tells
-    return Verdict(said, abs(times[0] - paper) <= 0.05)
+def _snap(results: Results, names: tuple[str, ...], begin: float, sign: int) -> Verdict:
+    """When the crown at B passes the straight edges, down before `INVERTED`, up after it."""
+    end, paper = (INVERTED, DOWN) if sign < 0 else (1.6, UP)
+    times = {n: snap(results[n].history, begin, end, sign) for n in names}
+    said = ", ".join(f"{t:.3f} s ({LABELS[n]})" for n, t in times.items())
+    return Verdict(said, all(abs(t - paper) <= READING for t in times.values()))
 
 
 def _order(results: Results) -> Verdict:
@@ -131,7 +136,7 @@ def _agreement(results: Results) -> Verdict:
     before, after = apart(0.0, SMALLER), apart(SMALLER, 2.0)
     said = f"in the mean (rms) {1e3 * before:.0f} mm apart before 0.835 s, {1e3 * after:.0f} after"
     # of 1280 mm
-    return Verdict(said, before < 0.02 and after < 0.2)
+    return Verdict(said, before < 0.02 and before < after < 0.2)
 
 
 def _power(history: pd.DataFrame, highest: float) -> float:
@@ -161,7 +166,8 @@ def _violent(results: Results) -> Verdict:
     late = h["t"] > 1.5
     low, high = float(h["B"][late].min()), float(h["B"][late].max())
     said = f"B between {low:.2f} and {high:.2f} m after 1.5 s"
-    return Verdict(said, low < -0.05 and high > 0.05 and low > -RISE)
+    # about the original shape, and by more than a tenth of the way to the inverted one
+    return Verdict(said, low < -0.1 * RISE and high > 0.1 * RISE and low > -RISE)
 
 
 def _symmetric(results: Results) -> Verdict:
@@ -170,21 +176,19 @@ def _symmetric(results: Results) -> Verdict:
 
     found = [aside(results[n]) for n in PAIR]
     said = "E moves {:.0e} m sideways in ED, {:.0e} m in EP".format(*found)
-    return Verdict(said, found[0] < 1e-3)
-
-
-def _variant(results: Results, names: tuple[str, ...]) -> Verdict:
-    """Times of the snaps from an imperfection, on another mesh, with other steps."""
-    said, passed = [], True
-    for name in names:
-        h = results[name].history
-        down, up = snap(h, 0.0, INVERTED, -1), snap(h, INVERTED, 1.6, 1)
-        said.append(f"{name}: {down:.3f} and {up:.3f} s")
-        passed = passed and abs(down - 0.7) < 0.1 and abs(up - 1.25) < 0.1
-    return Verdict("; ".join(said), passed)
+    # what round-off grows to in ED; noise may do more in EP
+    return Verdict(said, found[0] < 1e-6)
 
 
 PAIR = ("shell-ed", "shell-ep")
+TIMED = (*PAIR, "fine-time")
+LABELS = {
+    "shell-ed": "ED",
+    "shell-ep": "EP",
+    "fine-time": "ED, half the step",
+    "fine-mesh": "ED, 16 x 8 elements",
+    "wavy-ed": "ED",
+}
 NOISY = (*PAIR, "shell-ed0")
 ORDER = "an order of magnitude larger"
 
@@ -192,15 +196,17 @@ STATEMENTS = (
     Statement("E follows the crank (ED)", "closely follows", ("shell-ed",), _follows),
     Statement(
         "Snap-through: the crown at B passes the straight edges",
-        "0.7 s",
-        PAIR,
-        partial(_snap, begin=0.0, end=INVERTED, sign=-1, paper=0.7),
+        "t = 0.7 s",
+        TIMED,
+        partial(_snap, names=TIMED, begin=0.0, sign=-1),
     ),
     Statement(
         "Snap-back: the crown at B passes the straight edges",
-        "1.25 s",
-        PAIR,
-        partial(_snap, begin=INVERTED, end=1.6, sign=1, paper=1.25),
+        "t = 1.25 s",
+        TIMED,
+        partial(_snap, names=TIMED, begin=INVERTED, sign=1),
+        why="the way back begins from vibrations that ED damps by more the longer its steps are: "
+        "EP, and ED with half the step, snap back later",
     ),
     Statement(
         "At first a double-S: reversed in the middle only",
@@ -216,6 +222,8 @@ STATEMENTS = (
         "1.25 ms from 0.835 s, 0.625 ms from 0.8475 s on",
         NOISY,
         _smaller_steps,
+        why="with mixed resultants Newton's method converges at steps where an element in "
+        "displacements fails; iterations rise at the paper's time",
     ),
     Statement("ED and EP agree at first (B, M, E)", "good agreement", PAIR, _agreement),
     *(
@@ -238,12 +246,30 @@ STATEMENTS = (
         PAIR,
         _two_modes,
     ),
-    Statement("The motion stays symmetric (ED)", "(not said)", PAIR, _symmetric),
-    *(
-        Statement(f"Both snaps, {what}", "0.7 and 1.25 s", names, partial(_variant, names=names))
-        for what, names in (
-            ("imperfection of 1 mm", ("wavy-ed",)),
-            ("finer steps and mesh", ("fine-time", "fine-mesh")),
-        )
+    Statement("The motion stays symmetric (ED)", "(ours)", PAIR, _symmetric),
+    Statement(
+        "Snap-through on a finer mesh",
+        "t = 0.7 s",
+        ("fine-mesh",),
+        partial(_snap, names=("fine-mesh",), begin=0.0, sign=-1),
+    ),
+    Statement(
+        "Snap-back on a finer mesh",
+        "t = 1.25 s",
+        ("fine-mesh",),
+        partial(_snap, names=("fine-mesh",), begin=INVERTED, sign=1),
+    ),
+    Statement(
+        "Snap-through from an imperfection of 1 mm",
+        "t = 0.7 s",
+        ("wavy-ed",),
+        partial(_snap, names=("wavy-ed",), begin=0.0, sign=-1),
+    ),
+    Statement(
+        "Snap-back from an imperfection of 1 mm",
+        "t = 1.25 s",
+        ("wavy-ed",),
+        partial(_snap, names=("wavy-ed",), begin=INVERTED, sign=1),
+        why="the imperfect shell comes back sideways, by way of unsymmetric shapes, and earlier",
     ),
 )

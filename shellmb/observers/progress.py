@@ -32,11 +32,12 @@ class ProgressReport(Silent):
         if not self._shown:
             return
         self._begin = self._last = clock.perf_counter()
-        self._tenth = int(TENTHS * simulation.t / simulation.t_end)
+        self._done = 0.0
+        self._tenth = int(TENTHS * self._part(simulation))
         model, problem = simulation.model, simulation.problem
         self._line(
             f"{simulation.scene.name}: {model.elements} elements, {problem.system.size} unknowns, "
-            f"{simulation.scheme.title}, t = {simulation.t:g} to {simulation.t_end:g}, "
+            f"{simulation.scheme.title}, {self._range(simulation)}, "
             f"compiled in {problem.system.jit_seconds:.1f} s"
         )
         if self.console.is_terminal:
@@ -49,17 +50,41 @@ class ProgressReport(Silent):
                 transient=True,
             )
             self._bar.start()
-            self._task = self._bar.add_task(simulation.scene.name, total=simulation.t_end)
-            self._bar.update(self._task, completed=simulation.t)
+            self._task = self._bar.add_task(simulation.scene.name, total=1.0)
+            self._bar.update(self._task, completed=self._done)
 
     def _line(self, text: str) -> None:
         self.console.print(text, highlight=False, markup=False, soft_wrap=True)
 
+    def _part(self, simulation: Simulation) -> float:
+        """Part of the run that is done: of its time, or of the load at which a path ends.
+
+        The load of a path goes down, too; what is done stays done.
+        """
+        part = simulation.t / simulation.t_end
+        scene_path = simulation.scene.path
+        if simulation.path is not None and scene_path is not None and scene_path.load_end:
+            part = max(part, simulation.path.factor / scene_path.load_end)
+        self._done = max(self._done, min(part, 1.0))
+        return self._done
+
+    @staticmethod
+    def _range(simulation: Simulation) -> str:
+        """From where to where it goes."""
+        times = f"t = {simulation.t:g} to {simulation.t_end:g}"
+        path = simulation.scene.path
+        if simulation.path is None or path is None:
+            return times
+        last = "" if path.load_end is None else f" to {path.load_end:g}"
+        return f"path from load factor {simulation.path.factor:g}{last}, arc length {times}"
+
     def _status(self, simulation: Simulation) -> str:
         mean = simulation.iterations / max(simulation.step, 1)
         rejected = f", {simulation.size.rejected} rejected" if simulation.size.rejected else ""
+        path = simulation.path
+        load = "" if path is None else f"load factor {path.factor:.4g}, "
         return (
-            f"step {simulation.step}{rejected}, t = {simulation.t:.4g}, "
+            f"step {simulation.step}{rejected}, {load}t = {simulation.t:.4g}, "
             f"{mean:.1f} iterations per step"
         )
 
@@ -68,11 +93,11 @@ class ProgressReport(Silent):
         if not self._shown:
             return
         if self._bar is not None and self._task is not None:
-            status = self._status(simulation)
-            self._bar.update(self._task, completed=simulation.t, description=status)
+            status, done = self._status(simulation), self._part(simulation)
+            self._bar.update(self._task, completed=done, description=status)
             return
         now = clock.perf_counter()
-        tenth = int(TENTHS * simulation.t / simulation.t_end + 1e-9)
+        tenth = int(TENTHS * self._part(simulation) + 1e-9)
         if tenth > self._tenth or now - self._last > PATIENCE:
             self._tenth, self._last = tenth, now
             self._line(f"{self._status(simulation)}, {now - self._begin:.1f} s")

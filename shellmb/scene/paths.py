@@ -28,8 +28,9 @@ class PathFollowing:
     ``dt`` is the first step, ``t_end`` the longest path.
 
     Args:
-        load_end: Load factor at whose passing the path ends before ``t_end``, upwards if it is
-            positive, downwards if negative; None: it ends at ``t_end`` only.
+        load_end: Load factor at which the path ends before ``t_end``; a step ends exactly there.
+            None: it ends at ``t_end`` only.
+        load_levels: Load factors at which steps end, whenever the path passes them.
         iterations: Newton iterations that a step is to need; the step is adapted to it.
         turn: Angle between the tangents at both ends of a step beyond which the step is repeated
             with a smaller one [degrees].
@@ -40,6 +41,7 @@ class PathFollowing:
     """
 
     load_end: Finite | None = None
+    load_levels: tuple[Finite, ...] = ()
     iterations: PositiveInt = 5
     turn: Angle = 30.0
     branches: Literal["ignore", "detect", "switch"] = "detect"
@@ -47,15 +49,20 @@ class PathFollowing:
     switches: PositiveInt = 1
 
     def __post_init__(self) -> None:
-        """Check that the end is not the start.
+        """Check that the end is not the start, and that levels differ.
 
         Raises:
-            SceneError: If `load_end` is zero.
+            SceneError: If `load_end` or a level is zero, or a level is given twice.
         """
         if self.load_end == 0.0:
             raise SceneError(
                 "path following: load_end is 0; it must be another load factor, because the path "
                 "starts there"
+            )
+        if 0.0 in self.load_levels or len(set(self.load_levels)) < len(self.load_levels):
+            raise SceneError(
+                f"path following: load_levels is {show(self.load_levels)}; they must be different "
+                "load factors other than 0, where the path starts"
             )
 
 

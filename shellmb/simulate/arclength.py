@@ -10,6 +10,7 @@ by one unit of it per unit of the load factor.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,6 +21,7 @@ from shellmb.errors import ConvergenceError, SceneError
 from shellmb.scene import PathFollowing
 from shellmb.simulate.branches import Branches, PathState, PointOnPath
 from shellmb.simulate.control import StepSize
+from shellmb.simulate.levels import crossings, land, reached
 from shellmb.simulate.problem import Problem
 from shellmb.simulate.stepping import Arrays, Attempt
 from shellmb.system.bordered import Bordered
@@ -50,6 +52,10 @@ class ArcSize(StepSize):
         """Change the step by the factor that the last one suggests."""
         self.good += 1
         self.dt = min(max(self.factor * self.dt, self.smallest), self.largest)
+
+    def cut(self) -> None:
+        """Take down that the last step ended early, which says nothing about the next one."""
+        self.factor = 1.0
 
     def suggest(self, iterations: int, turned: float, path: PathFollowing) -> None:
         """Take down what the last step took.
@@ -104,6 +110,7 @@ class PathSteps:
         self._moving = self._displacements()
         self._branches = Branches(problem, self._bordered, self._moving, path)
         self._next: _Arrived | None = None
+        self._cut = False
         self._scale, self.factor = 0.0, 0.0
         problem.load_factor = 0.0
         # the functions hold the unloaded state
@@ -223,38 +230,51 @@ class PathSteps:
 
     @property
     def finished(self) -> bool:
-        """Whether the load factor has passed the scene's last one."""
+        """Whether the load factor is the scene's last one."""
         end = self._path.load_end
-        if end is None:
-            return False
-        return self.factor >= end if end > 0 else self.factor <= end
+        return end is not None and reached(self.factor, end)
+
+    def _end_at_levels(self, shorter: Callable[[float], PathState], end: PathState) -> None:
+        """Shorten the step solved for to where it first comes to a load level, if it does."""
+        path = self._path
+        levels = path.load_levels if path.load_end is None else (*path.load_levels, path.load_end)
+        found = crossings(self._state, end, levels)
+        # the load may turn round before the first of them
+        if found and not any(land(self._state, end, crossing, shorter) for crossing in found):
+            shorter(end.t - self._state.t)
 
     def attempt(self, t: float, dt: float) -> Attempt:
-        """Solve for the state at the arc length `t + dt`, or at a bifurcation before it.
+        """Solve for the state at the arc length `t + dt`.
+
+        Or before it, at a load level or a bifurcation.
 
         Raises:
             ConvergenceError: If there is none near by, or the path turns too sharply.
         """
-        found = self._arrive(t, dt)
-        iterations = found.iterations
-        if self._branches.passed(self._state, found.state):
+        iterations = 0
 
-            def shorter(length: float) -> PathState:
-                nonlocal found, iterations
-                found = self._arrive(t, length)
-                iterations += found.iterations
-                return found.state
+        def shorter(length: float) -> PathState:
+            nonlocal iterations
+            self._next = self._arrive(t, length)
+            iterations += self._next.iterations
+            return self._next.state
 
-            self._branches.locate(self._state, found.state, shorter)
-        self._next = found
-        return Attempt(iterations, found.dt)
+        self._end_at_levels(shorter, shorter(dt))
+        assert self._next is not None
+        if self._branches.passed(self._state, self._next.state):
+            self._branches.locate(self._state, self._next.state, shorter)
+        self._cut = self._next.dt < dt
+        return Attempt(iterations, self._next.dt)
 
     def accept(self, dt: float) -> None:
         """Go there; at a bifurcation choose the branch."""
         found = self._next
         assert found is not None
         self._problem.accept(dt)
-        self._size.suggest(found.iterations, found.turned, self._path)
+        if self._cut:
+            self._size.cut()
+        else:
+            self._size.suggest(found.iterations, found.turned, self._path)
         state, direction = self._branches.accept(self._state, found.state)
         if direction is not None:
             # along the null vector the load does not change, to first order

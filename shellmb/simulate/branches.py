@@ -303,13 +303,25 @@ def _turned(a: PathState, b: PathState) -> bool:
 
 def _limit_point(a: PathState, b: PathState) -> PointOnPath:
     """The limit point between two states, by the cubic that has their values and rates."""
-    h = b.t - a.t
-    slope = (b.factor - a.factor) / h
-    # derivative of the cubic: rate + linear s + square s^2 with s from 0 to 1
-    linear = 6 * slope - 4 * a.rate - 2 * b.rate
-    square = -6 * slope + 3 * a.rate + 3 * b.rate
-    roots = np.roots([square, linear, a.rate])
-    inside = [r.real for r in roots if abs(r.imag) < 1e-9 and 0 <= r.real <= 1]
+    cubic = load_cubic(a, b)
+    inside = real_between(np.polyder(cubic))
     s = inside[0] if inside else a.rate / (a.rate - b.rate)
-    factor = a.factor + h * s * (a.rate + s * (linear / 2 + s * square / 3))
-    return PointOnPath("limit point", float(a.t + s * h), float(factor), a.negative, b.negative)
+    t = float(a.t + s * (b.t - a.t))
+    factor = float(np.polyval(cubic, s))
+    return PointOnPath("limit point", t, factor, a.negative, b.negative)
+
+
+def load_cubic(a: PathState, b: PathState) -> Floats:
+    """The load factor between two states as a cubic of the part of the way, highest power first.
+
+    It has their load factors and rates.
+    """
+    h = b.t - a.t
+    rise, begin, end = b.factor - a.factor, h * a.rate, h * b.rate
+    return np.array([begin + end - 2 * rise, 3 * rise - 2 * begin - end, begin, a.factor])
+
+
+def real_between(polynomial: npt.ArrayLike) -> list[float]:
+    """Real roots of a polynomial between zero and one, in their order."""
+    roots = np.roots(np.asarray(polynomial))
+    return sorted(float(r.real) for r in roots if abs(r.imag) < 1e-9 and 0 <= r.real <= 1)

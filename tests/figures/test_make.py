@@ -148,6 +148,7 @@ def test_what_is_printed(made: Made, capsys: pytest.CaptureFixture[str]) -> None
         "paper": "0.4 to 0.5 m",
         "ours": rows[0]["ours"],
         "pass": True,
+        "why": "",
     }
     assert rows[1]["pass"] is False
     print_made(made)

@@ -11,6 +11,7 @@ from ufl.core.expr import Expr
 
 from shellmb.forms import materials, nodal
 from shellmb.forms.discrete import discrete_gradient, gradient, mean, stress_average
+from shellmb.forms.frame import PAIRS, orthonormality
 from shellmb.forms.shell import ShellStrains, director_constraint
 
 RUBBER = {"mu": 1.3, "thickness": 0.1, "shear_correction": 5 / 6}
@@ -175,3 +176,14 @@ def test_the_director_constraint_is_the_length(rng: np.random.Generator) -> None
     assert float(evaluate(director_constraint(vector(w), vector(D)))) == pytest.approx(
         (np.linalg.norm(D + w) ** 2 - 1) / 2
     )
+
+
+def test_the_frame_constraints_are_lengths_and_angles(rng: np.random.Generator) -> None:
+    """Of directors `d = D + w`: half of `|d_k|^2 - 1`, and `d_k . d_m`; none of a turned frame."""
+    reference, turned = (np.linalg.qr(rng.normal(size=(3, 3)))[0] for _ in range(2))
+    for d in (turned, rng.normal(size=(3, 3))):
+        w = (d - reference).ravel()
+        found = evaluate(orthonormality(vector(w), vector(reference.ravel())))
+        products = d @ d.T - np.eye(3)
+        wanted = [products[k, m] / (2 if k == m else 1) for k, m in PAIRS]
+        np.testing.assert_allclose(found, wanted, atol=1e-14)

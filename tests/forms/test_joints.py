@@ -134,3 +134,59 @@ def test_reference_configuration_is_closed(kind):
     group = JointGroup(MPI.COMM_SELF, [joint], FORCE, 1.0, False)
     # the directors come from a QR factorisation, orthonormal to some round-offs
     assert np.max(np.abs(group.violations(fem.Function(group.mixed.space)))) < 1e-14
+
+
+# motions of the second place that a joint leaves free, along and about `e1, e2, e3` of the first;
+# a universal joint turns about its own `e3'`, which is the first place's `e1` here, and its `e3`
+TURNS = {"rx", "ry", "rz"}
+FREE = {
+    "spherical": TURNS,
+    "revolute": {"rz"},
+    "universal": {"rx", "rz"},
+    "cylindrical": {"tz", "rz"},
+    "prismatic": {"tz"},
+    "planar": {"tx", "ty", "rz"},
+    "weld": set(),
+    "distance": {"ty", "tz", *TURNS},
+    "in-plane": {"tx", "ty", *TURNS},
+    "shell revolute": {"rz"},
+}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_joint_leaves_its_freedoms_and_no_others(kind):
+    """Two equal rows hold one motion, and leave one free that the joint is there to hold."""
+    first = frame_about(np.random.default_rng(11).normal(size=3))
+    second = first[[1, 2, 0]] if kind == "universal" else first
+    dofs = {"u": np.arange(3), "w": np.arange(9)}
+    directors = (np.eye(3), first[2:] if kind == "shell revolute" else np.eye(3))
+    point = np.zeros(3)
+    away = 0.8 * first[0] if kind == "distance" else 0.0
+    ends = tuple(
+        End("body", "body", dofs, point + k * away, d, point + k * away)
+        for k, d in enumerate(directors)
+    )
+    joint = BoundJoint(Spherical("joint", "a", "b"), kind, ends, np.array([first, second]), 0.8)
+    group = JointGroup(MPI.COMM_SELF, [joint], FORCE, 1.0, False)
+    closed, motion = (fem.Function(group.mixed.space) for _ in range(2))
+    test = ufl.TestFunction(group.mixed.space)
+    moved = compiled(group.velocity_constraint(motion, closed, test))
+    rates = {}
+    for name in ("tx", "ty", "tz", "rx", "ry", "rz"):
+        axis = first["xyz".index(name[1])]
+        motion.x.array[:] = 0.0
+        for tag in ("u2", "w2"):
+            if tag not in group.mixed.dofs:
+                continue
+            if name[0] == "t":
+                change = axis if tag == "u2" else 0.0
+            else:
+                change = 0.0 if tag == "u2" else np.cross(axis, directors[1]).ravel()
+            motion.x.array[group.mixed.dofs[tag]] = change
+        vector = fem.assemble_vector(moved).array / FORCE
+        rates[name] = vector[group.mixed.dofs["mu"]]
+    free = {name for name, rate in rates.items() if np.abs(rate).max() < 1e-14}
+    assert free == FREE[kind]
+    held = np.array([rate for name, rate in rates.items() if name not in free])
+    # every row holds something, and no two the same
+    assert np.linalg.matrix_rank(held) == len(held) == KINDS[kind].rows == 6 - len(free)

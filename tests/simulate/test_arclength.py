@@ -1,14 +1,18 @@
 """Path following: limit points, bifurcations and branches with closed forms, and its failures."""
 
+import io
 import math
+import re
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
+from rich.console import Console
 
 from shellmb.demos import hinged_roof, lateral_plate
 from shellmb.errors import ConvergenceError, SceneError
+from shellmb.observers.progress import ProgressReport
 from shellmb.run.execute import execute
 from shellmb.scene import (
     GROUND,
@@ -111,6 +115,69 @@ def test_rates_and_stability_are_columns_of_the_history() -> None:
     np.testing.assert_array_equal(history["unstable"], np.where(exact < 0, 1, 0))
 
 
+def test_steps_end_on_load_levels_and_on_the_last_load() -> None:
+    """Every time the path passes them, on both sides of a limit point; and nowhere is it changed.
+
+    The last level is beyond the largest load and is never met.
+    """
+    rise, end = 0.5, -0.04
+    largest = truss_load(limit_height(rise), rise)
+    levels = (0.5 * largest, 0.99999 * largest, -0.02, 1.00001 * largest)
+    run = execute(truss(rise, load_end=end, load_levels=levels))
+    history = run.history
+    factors = history["load_factor"].to_numpy()
+    met = [
+        k for level in levels for k in np.flatnonzero(np.abs(factors - level) < 1e-9 * abs(level))
+    ]
+    assert len(met) == 2 + 2 + 1 + 0
+    assert factors[-1] == pytest.approx(end, abs=1e-9)
+    exact = [truss_load(rise + w, rise) for w in history["w"]]
+    # to the tolerance of Newton's method
+    np.testing.assert_allclose(factors, exact, atol=1e-8)
+    assert run.simulation.size.rejected == 0
+    (point,) = run.simulation.path.points
+    # steps that end there make the cubic better than that of `test_a_truss_goes_through_both...`
+    assert point.load_factor == pytest.approx(largest, rel=1e-6)
+    # a step that was cut does not change the length of those after it
+    plain = execute(truss(rise, load_end=end)).simulation
+    assert run.simulation.step <= plain.step + len(met)
+
+
+def test_small_levels_are_met_as_exactly_as_large_ones() -> None:
+    """Relative to the level, whatever the loads around are."""
+    run = execute(replace(truss(0.5, load_levels=(1e-6, 50.0)), t_end=20.0, dt=0.2))
+    factors = run.history["load_factor"].to_numpy()
+    for level in (1e-6, 50.0):
+        assert np.abs(factors - level).min() < 1e-9 * level
+
+
+def test_a_level_next_to_a_bifurcation_and_one_on_a_branch() -> None:
+    """Levels and bifurcations shorten steps in either order; the path itself stays what it was."""
+    rise = 3.0
+    plain = execute(truss(rise, sideways=True, load_end=-0.1, branches="switch"))
+    first = plain.simulation.path.points[0].load_factor
+    levels = (first - 1e-4, 0.5)
+    run = execute(truss(rise, sideways=True, load_end=-0.1, load_levels=levels, branches="switch"))
+    found = [p.load_factor for p in run.simulation.path.points]
+    np.testing.assert_allclose(
+        found, [p.load_factor for p in plain.simulation.path.points], rtol=1e-5
+    )
+    factors = run.history["load_factor"].to_numpy()
+    for level in levels:
+        assert np.abs(factors - level).min() < 1e-9
+    assert run.simulation.path.factor == pytest.approx(-0.1, abs=1e-9)
+
+
+def test_progress_shows_the_load() -> None:
+    """A line for every tenth of the load, though the arc length is far from its longest."""
+    console = Console(file=io.StringIO(), width=200)
+    execute(truss(0.5, load_end=0.1), observers=[ProgressReport(console)])
+    said = console.file.getvalue().splitlines()
+    assert "path from load factor 0 to 0.1, arc length t = 0 to 10" in said[0]
+    assert any(re.search(r"step \d+, load factor 0\.0[3-9]\d*, t = ", line) for line in said[1:])
+    assert "load factor 0.1, " in said[-1]
+
+
 def test_a_steep_truss_bifurcates_where_its_lateral_stiffness_vanishes() -> None:
     """`l^3 = l0 z^2`, before its limit point; behind it two directions are unstable."""
     rise = 3.0
@@ -204,7 +271,7 @@ def test_a_branch_comes_back_and_is_left_again() -> None:
     # the same point from two paths, each by interpolation
     np.testing.assert_allclose(loads[0], loads[1], rtol=1e-5)
     assert (symmetric.unstable, tilting.unstable) == (0, 0)
-    assert tilting.factor > 0.8
+    assert tilting.factor == pytest.approx(0.8, abs=1e-9)
 
 
 def test_two_ranks_follow_the_same_path(mpirun: Any) -> None:
@@ -289,6 +356,10 @@ def test_scenes_without_a_path_say_why(change: dict[str, Any], message: str) -> 
 def test_settings_are_checked() -> None:
     with pytest.raises(SceneError, match="load_end is 0"):
         PathFollowing(load_end=0.0)
+    with pytest.raises(SceneError, match=r"load_levels is \(0.5, 0.5\); they must be different"):
+        PathFollowing(load_levels=(0.5, 0.5))
+    with pytest.raises(SceneError, match=r"load_levels is \(0.5, 0.0\); they must be different"):
+        PathFollowing(load_levels=(0.5, 0.0))
     with pytest.raises(SceneError, match=r"path following: turn is 120; it must be less than 90"):
         PathFollowing(turn=120)
 

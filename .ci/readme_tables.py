@@ -1,0 +1,145 @@
+"""The table of `shellmb verify` in README.md, made from what the command prints with `--json`.
+
+    shellmb verify --slow --json > demos/studies/verify.json
+    python .ci/readme_tables.py                      # writes the table
+    python .ci/readme_tables.py --check              # fails if README.md has another one
+    python .ci/readme_tables.py --part beams/roll-up # runs these cases, compares with the file
+
+A row for every case; in it the value that is nearest to its bound, and the largest error, whatever
+its bound. No case is left out.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import re
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+from shellmb.verify.table import find_cases
+
+ROOT = Path(__file__).resolve().parents[1]
+STORED = ROOT / "demos" / "studies" / "verify.json"
+README = ROOT / "README.md"
+BEGIN, END = "<!-- shellmb verify: begin -->", "<!-- shellmb verify: end -->"
+# errors of two machines differ by round-off, seen against the bound, and by this part of themselves
+ROUND_OFF, NEAR = 1e-2, 0.05
+
+Entry = dict[str, Any]
+
+
+def by_case(entries: list[Entry]) -> dict[str, list[Entry]]:
+    """Rows of each case, in their order."""
+    cases: dict[str, list[Entry]] = {}
+    for entry in entries:
+        cases.setdefault(entry["case"].partition(": ")[0], []).append(entry)
+    return cases
+
+
+def size(entry: Entry) -> float:
+    """Its error; what is not a number is larger than all."""
+    return math.inf if entry["error"] is None else float(entry["error"])
+
+
+def share(entry: Entry) -> float:
+    """Error over its bound; a bound of zero is met exactly or not at all."""
+    return size(entry) / entry["tolerance"] if entry["tolerance"] else (size(entry) and math.inf)
+
+
+def shown(entry: Entry) -> str:
+    """Error and bound."""
+    error = "not a number" if entry["error"] is None else f"{entry['error']:.2g}"
+    return f"{error}, {entry['tolerance']:.2g}"
+
+
+def table(entries: list[Entry]) -> str:
+    """The table in Markdown.
+
+    Args:
+        entries: All rows of `shellmb verify --slow --json`.
+
+    Raises:
+        SystemExit: If a case is missing, or unknown.
+    """
+    cases = by_case(entries)
+    said = {
+        case.name: (case.checks.__doc__ or "").partition("\n")[0] for case in find_cases(slow=True)
+    }
+    if cases.keys() != said.keys():
+        odd = ", ".join(sorted(cases.keys() ^ said.keys()))
+        raise SystemExit(f"{STORED.name} and the registered cases differ in: {odd}; make it anew")
+    lines = [
+        f"{len(entries)} values, {sum(e['pass'] for e in entries)} pass:",
+        "",
+        "| case | what | values | nearest to its bound | error, allowed | largest error, allowed |",
+        "| --- | --- | --- | --- | --- | --- |",
+    ]
+    for name, rows in cases.items():
+        worst = max(rows, key=share)
+        what = said[name].rstrip(".")
+        found = [int(n) for row in rows for n in re.findall(r"(\d+) iterations", row["source"])]
+        if found:
+            what += f" ({min(found)} to {max(found)} iterations)"
+        which = worst["case"].partition(": ")[2].replace("|", "\\|")
+        largest = max(rows, key=size)
+        cells = (name, what, str(len(rows)), which, shown(worst), shown(largest))
+        lines.append("| " + " | ".join(cells) + " |")
+    return "\n".join(lines)
+
+
+def with_table(text: str, made: str) -> str:
+    """README with the table between its marks."""
+    before, begin, rest = text.partition(BEGIN)
+    _, end, after = rest.partition(END)
+    if not begin or not end:
+        raise SystemExit(f"README.md has no lines '{BEGIN}' and '{END}'")
+    return f"{before}{BEGIN}\n{made}\n{END}{after}"
+
+
+def differences(stored: list[Entry], now: list[Entry]) -> list[str]:
+    """What rows say now that the stored ones do not.
+
+    Args:
+        stored: All rows of the file.
+        now: Rows of some cases, complete.
+    """
+    names = by_case(now)
+    before = {e["case"]: e for e in stored if e["case"].partition(": ")[0] in names}
+    after = {e["case"]: e for e in now}
+    found = [f"{name}: not in both" for name in sorted(before.keys() ^ after.keys())]
+    for name in before.keys() & after.keys():
+        old, new = before[name], after[name]
+        allowed = ROUND_OFF * new["tolerance"] + NEAR * (old["error"] or 0.0)
+        errors = (old["error"], new["error"])
+        if None in errors or abs(errors[0] - errors[1]) > allowed or not new["pass"]:
+            found.append(f"{name}: error {errors[1]}, in the file {errors[0]}")
+    return found
+
+
+def main() -> None:
+    """Write, check, or compare."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("--check", action="store_true", help="fail if README.md differs")
+    parser.add_argument("--part", metavar="PATTERN", help="run these cases and compare")
+    asked = parser.parse_args()
+    stored = json.loads(STORED.read_text())
+    if asked.part:
+        command = [sys.executable, "-m", "shellmb.cli", "verify", "--json", "--case", asked.part]
+        said = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=False).stdout
+        found = differences(stored, json.loads(said))
+        if found:
+            raise SystemExit(f"{STORED.name} is not what is found:\n" + "\n".join(found))
+    text = README.read_text()
+    wanted = with_table(text, table(stored))
+    if asked.check and text != wanted:
+        raise SystemExit("README.md: the table of `shellmb verify` is not that of its JSON")
+    if not asked.check and not asked.part:
+        README.write_text(wanted)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,373 @@
+"""One-line faults, each with the quick tests that must catch it.
+
+A fragment stands exactly once in its file (`test_mutations.py` checks that), so that what it is
+replaced by is one fault at one place. Where code is rewritten, the fault moves with it: the same
+wrong physics in the new words.
+"""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Fault:
+    """A fault.
+
+    Args:
+        name: What is wrong.
+        file: Where, from the root of the checkout.
+        fragment: What stands there; exactly once in the file.
+        instead: What is put in its place.
+        tests: Tests that must fail then, each of them: nodes of pytest, from the root.
+    """
+
+    name: str
+    file: str
+    fragment: str
+    instead: str
+    tests: tuple[str, ...]
+
+
+INTERNAL = "tests/forms/test_internal.py"
+BEAM = "tests/forms/beam/test_beam.py"
+BEAM_INERTIA = "tests/forms/beam/test_inertia_and_loads.py"
+JOINTS = "tests/forms/test_joints.py"
+COORDINATES = "tests/forms/test_coordinates.py"
+ELEMENTS = "tests/forms/test_elements.py"
+LOADS = "tests/forms/test_loads.py"
+DISCRETE = "tests/forms/test_discrete.py"
+PRESCRIBED = "tests/schemes/test_prescribed.py::test_what_is_carried_along_follows"
+SECTIONS = "tests/schemes/test_sections_in_motion.py"
+DESCRIPTION = f"{SECTIONS}::test_an_offset_is_a_matter_of_description"
+ACCURACY = "tests/schemes/test_accuracy.py"
+CONSERVATION = "tests/schemes/test_conservation.py"
+ACTING = "tests/model/test_elements.py"
+FIBRES = "tests/simulate/test_fibres.py"
+SUPPORTS = "tests/simulate/test_supports.py"
+FREEDOMS = f"{JOINTS}::test_a_joint_leaves_its_freedoms_and_no_others"
+
+FAULTS = (
+    # strains and kinematics of shells
+    Fault(
+        "membrane shear strain without its quadratic part",
+        "forms/shell.py",
+        "ufl.dot(e1, u2) + ufl.dot(e2, u1) + ufl.dot(u1, u2)",
+        "ufl.dot(e1, u2) + ufl.dot(e2, u1)",
+        (f"{INTERNAL}::test_a_rigid_motion_of_the_reference_has_no_strain[quad-isotropic]",),
+    ),
+    Fault(
+        "curvature of the reference left out of the bending strain",
+        "forms/shell.py",
+        "ufl.dot(e2 + u2, w2) + ufl.dot(u2, D2),",
+        "ufl.dot(e2 + u2, w2),",
+        (f"{INTERNAL}::test_a_rigid_motion_of_the_reference_has_no_strain[quad-isotropic]",),
+    ),
+    Fault(
+        "shear strain 23 with the wrong tangent",
+        "forms/shell.py",
+        "ufl.dot(e2 + u2, w) + ufl.dot(u2, surf.D)",
+        "ufl.dot(e2 + u1, w) + ufl.dot(u2, surf.D)",
+        (f"{INTERNAL}::test_a_rigid_motion_of_the_reference_has_no_strain[quad-isotropic]",),
+    ),
+    Fault(
+        "director constraint without its quadratic part",
+        "forms/shell.py",
+        "return ufl.dot(D, w) + ufl.dot(w, w) / 2",
+        "return ufl.dot(D, w)",
+        (f"{DISCRETE}::test_the_director_constraint_is_the_length",),
+    ),
+    Fault(
+        "first moment with the wrong sign in the linear momentum",
+        "forms/shell.py",
+        "h, g = h + mass.s * dw, g + mass.s * v",
+        "h, g = h - mass.s * dw, g + mass.s * v",
+        (f"{SECTIONS}::test_momenta_of_an_eccentric_plate_in_closed_form",),
+    ),
+    Fault(
+        "first moment with the wrong sign throughout",
+        "shellmb/model/section.py",
+        "return Mass(mass, constant(s, eccentric)",
+        "return Mass(mass, constant(-s, eccentric)",
+        (
+            f"{SECTIONS}::test_momenta_of_an_eccentric_plate_in_closed_form",
+            f"{DESCRIPTION}[ep-0-1]",
+        ),
+    ),
+    Fault(
+        "first moment left out of the jump of the director's velocity",
+        "forms/shell.py",
+        "momentum = db if mass.s is None else db + mass.s / mass.I * b",
+        "momentum = db",
+        (f"{SECTIONS}::test_energy_law_and_momenta[offset up-ed-1]",),
+    ),
+    Fault(
+        "coupling of membrane and bending with the wrong sign",
+        "shellmb/model/section.py",
+        "B=constant(section.B)",
+        "B=constant(-section.B)",
+        (
+            f"{DESCRIPTION}[ep-0-1]",
+            f"{DESCRIPTION}[ep-0--1]",
+            f"{FIBRES}::test_a_pulled_strip_curves_towards_its_stiffer_face",
+        ),
+    ),
+    Fault(
+        "weight of an eccentric section on its reference surface",
+        "forms/loads.py",
+        "else mass.m * du + mass.s * dw",
+        "else mass.m * du",
+        (f"{DESCRIPTION}[ep-0-1]",),
+    ),
+    Fault(
+        "second tangent vector to the other side",
+        "forms/surface.py",
+        "return Surface(e1, ufl.cross(normal, e1), D)",
+        "return Surface(e1, ufl.cross(e1, normal), D)",
+        (f"{FIBRES}::test_pulled_fibres_turn_towards_the_load",),
+    ),
+    # frames
+    Fault(
+        "frames that may shear",
+        "forms/frame.py",
+        "rows.append(ufl.dot(R[k], W[m]) + ufl.dot(W[k], R[m]) + ufl.dot(W[k], W[m]))",
+        "rows.append(ufl.dot(R[k], W[m]) + ufl.dot(W[k], R[m]))",
+        (f"{DISCRETE}::test_the_frame_constraints_are_lengths_and_angles",),
+    ),
+    Fault(
+        "products of inertia in one of their two places only",
+        "forms/frame.py",
+        "                g[m] = g[m] + J * W[k]",
+        "                g[m] = g[m] + 0 * J * W[k]",
+        (f"{BEAM_INERTIA}::test_inertia_is_that_of_the_section_swept_along_the_line",),
+    ),
+    Fault(
+        "first moments of a beam in its velocity only",
+        "forms/frame.py",
+        "h, g[k] = h + s * W[k], g[k] + s * v",
+        "h, g[k] = h + 0 * W[k], g[k] + s * v",
+        (f"{BEAM_INERTIA}::test_inertia_is_that_of_the_section_swept_along_the_line",),
+    ),
+    # joints
+    Fault(
+        "one row of eq. (35) twice",
+        "forms/joints.py",
+        "return [ufl.dot(a.e[0], b.e[-1]), ufl.dot(a.e[1], b.e[-1])]",
+        "return [ufl.dot(a.e[0], b.e[-1]), ufl.dot(a.e[0], b.e[-1])]",
+        (f"{FREEDOMS}[shell revolute]", f"{FREEDOMS}[revolute]"),
+    ),
+    Fault(
+        "a gap that is closed along two axes",
+        "forms/joints.py",
+        "return [gap[0], gap[1], gap[2]]",
+        "return [gap[0], gap[1], gap[1]]",
+        (f"{FREEDOMS}[spherical]",),
+    ),
+    Fault(
+        "a slider that leaves its axis",
+        "forms/joints.py",
+        "return [ufl.dot(a.e[0], _gap(a, b)), ufl.dot(a.e[1], _gap(a, b))]",
+        "return [ufl.dot(a.e[0], _gap(a, b)), ufl.dot(a.e[2], _gap(a, b))]",
+        (f"{FREEDOMS}[cylindrical]",),
+    ),
+    Fault(
+        "a plane with the wrong normal",
+        "forms/joints.py",
+        "return [ufl.dot(a.e[2], _gap(a, b))]",
+        "return [ufl.dot(a.e[1], _gap(a, b))]",
+        (f"{FREEDOMS}[in-plane]",),
+    ),
+    Fault(
+        "a weld that turns",
+        "forms/joints.py",
+        "turn = [ufl.dot(a.e[k], b.e[(k + 1) % 3]) for k in range(3)]",
+        "turn = [ufl.dot(a.e[k], b.e[k]) for k in range(3)]",
+        (f"{FREEDOMS}[weld]", f"{JOINTS}::test_reference_configuration_is_closed[weld]"),
+    ),
+    # coordinates and force elements
+    Fault(
+        "angles counted the other way round",
+        "forms/coordinates.py",
+        "return ufl.as_vector([ufl.dot(a.e[0], b.e[0]), ufl.dot(a.e[1], b.e[0])])",
+        "return ufl.as_vector([ufl.dot(a.e[0], b.e[0]), ufl.dot(a.e[0], b.e[1])])",
+        (f"{ACTING}::test_turns_are_counted",),
+    ),
+    Fault(
+        "gradient of an angle by its linear part",
+        "forms/coordinates.py",
+        "series = (1 - tangent**2 / 3 + tangent**4 / 5)",
+        "series = (1 - tangent**2 / 2 + tangent**4 / 5)",
+        (f"{COORDINATES}::test_gradient_along_the_increment_is_the_increment",),
+    ),
+    Fault(
+        "distance with the wrong sign",
+        "forms/coordinates.py",
+        "return (l**2 - ufl.dot(gap, gap)) / (2 * size)",
+        "return (l**2 + ufl.dot(gap, gap)) / (2 * size)",
+        (f"{COORDINATES}::test_translation_and_distance",),
+    ),
+    Fault(
+        "springs without the jump of their force",
+        "forms/elements.py",
+        "beta * (slope(U, b) - slope(U, a)) / 2",
+        "0 * (slope(U, b) - slope(U, a)) / 2",
+        (f"{ELEMENTS}::test_the_jump_of_the_force_takes_out_energy",),
+    ),
+    Fault(
+        "springs whose force is that of their middle",
+        "forms/elements.py",
+        "return ufl.conditional(small, gauss, quotient)",
+        "return slope(U, middle)",
+        (f"{ELEMENTS}::test_work_is_the_change_of_the_energy",),
+    ),
+    Fault(
+        "springs whose natural length is forgotten",
+        "shellmb/model/elements.py",
+        "return self.x(q) - self.rest",
+        "return self.x(q)",
+        (f"{ACTING}::test_two_coordinates_of_a_cylindrical_joint",),
+    ),
+    Fault(
+        "dampers that drive",
+        "shellmb/model/elements.py",
+        "return -self._resistance(self.x(rates.chord)) * self.x(dq) * ufl.dx",
+        "return self._resistance(self.x(rates.chord)) * self.x(dq) * ufl.dx",
+        (f"{ACTING}::test_damper_takes_out_exactly_its_work",),
+    ),
+    Fault(
+        "pitch of a screw the other way",
+        "shellmb/model/ties.py",
+        'layout.part(q, "x2") - ratio * layout.part(q, "x1")',
+        'layout.part(q, "x2") + ratio * layout.part(q, "x1")',
+        (f"{ACTING}::test_screw_turns_as_it_falls",),
+    ),
+    Fault(
+        "windows that end one step late",
+        "shellmb/model/switches.py",
+        "any(start <= late < end for start, end in windows)",
+        "any(start <= late <= end + 1 for start, end in windows)",
+        (f"{ACTING}::test_lock_holds_and_releases",),
+    ),
+    # loads
+    Fault(
+        "pressure inwards",
+        "forms/loads.py",
+        "return p * ufl.dot(ufl.cross(x1, x2), du)",
+        "return p * ufl.dot(ufl.cross(x2, x1), du)",
+        (f"{LOADS}::test_pressure_is_the_gradient_of_the_volume",),
+    ),
+    Fault(
+        "moments on an edge the other way round",
+        "forms/loads.py",
+        "return ufl.dot(ufl.cross(moment, surf.D + w), dw)",
+        "return ufl.dot(ufl.cross(surf.D + w, moment), dw)",
+        (f"{LOADS}::test_an_edge_moment_does_work_on_rotations",),
+    ),
+    Fault(
+        "follower forces that do not follow",
+        "forms/loads.py",
+        "+ components[2] * (surf.D + w)",
+        "+ components[2] * surf.D",
+        (f"{LOADS}::test_resultants_turn_with_the_shell_or_stay",),
+    ),
+    Fault(
+        "moments on frames by two of their three directors",
+        "forms/loads.py",
+        "for a, b in ((1, 2), (2, 0), (0, 1))]",
+        "for a, b in ((1, 2), (2, 0), (2, 0))]",
+        (f"{BEAM_INERTIA}::test_loads_do_the_work_of_their_resultants_on_rigid_velocities",),
+    ),
+    # materials and energies
+    Fault(
+        "discrete gradient without its correction",
+        "forms/discrete.py",
+        "return tau + factor * scaled",
+        "return tau",
+        (f"{DISCRETE}::test_the_discrete_gradient_does_the_exact_work",),
+    ),
+    Fault(
+        "bending of a nonlinear material forgotten through the thickness",
+        "forms/materials.py",
+        "density(strains.eps + z * thickness * strains.kap, strains.gam)",
+        "density(strains.eps, strains.gam)",
+        (f"{DISCRETE}::test_through_the_thickness_a_quadratic_material_is_the_linear_section",),
+    ),
+    Fault(
+        "twist of beams with the wrong sign",
+        "forms/beam.py",
+        "return ufl.as_vector([half(a, b) - half(b, a) for a, b in ((1, 2), (2, 0), (0, 1))])",
+        "return ufl.as_vector([half(b, a) - half(a, b) for a, b in ((1, 2), (2, 0), (0, 1))])",
+        (f"{BEAM}::test_strains_of_a_helix_in_closed_form",),
+    ),
+    Fault(
+        "hourglass control along one of two lines",
+        "forms/hourglass.py",
+        "line = unit(jacobian[:, k])",
+        "line = unit(jacobian[:, 0])",
+        ("tests/modes/test_natural_modes.py::test_point_support_does_not_wake_hourglass_modes",),
+    ),
+    # schemes
+    Fault(
+        "state j of prescribed dofs on the wrong side",
+        "shellmb/schemes/ed.py",
+        "return start - dt * (a - self.alpha * b) / 6",
+        "return start + dt * (a - self.alpha * b) / 6",
+        (f"{PRESCRIBED}[ed-1-plate]", f"{PRESCRIBED}[ed-0-plate]"),
+    ),
+    Fault(
+        "dissipation of prescribed dofs with the wrong sign",
+        "shellmb/schemes/ed.py",
+        "return start - dt * (a - self.alpha * b) / 6",
+        "return start - dt * (a + self.alpha * b) / 6",
+        (f"{PRESCRIBED}[ed-1-plate]",),
+    ),
+    Fault(
+        "jump of velocities of prescribed dofs with the wrong sign",
+        "shellmb/schemes/ed.py",
+        "b = 2 * (end - start) / dt - 2 * v - a",
+        "b = 2 * (end - start) / dt - 2 * v + a",
+        (f"{PRESCRIBED}[ed-1-joint]", f"{PRESCRIBED}[ed-1-plate]"),
+    ),
+    Fault(
+        "loads of row j as those of row f",
+        "shellmb/schemes/ed.py",
+        'return 1.0 if stage == "f" else 4.0 - 6.0 * tau',
+        "return 1.0",
+        (f"{ACCURACY}::test_order[ed-1]",),
+    ),
+    # supports
+    Fault(
+        "driven edges that turn the other way",
+        "shellmb/model/supports.py",
+        "return np.sin(angle) * cross +",
+        "return -np.sin(angle) * cross +",
+        (f"{SUPPORTS}::test_a_driven_edge_goes_where_it_is_told",),
+    ),
+    Fault(
+        "driven edges that leave their directors",
+        "shellmb/model/supports.py",
+        "lambda t: turned(rows, t).ravel())",
+        "lambda t: 0 * turned(rows, t).ravel())",
+        (f"{SUPPORTS}::test_a_driven_edge_goes_where_it_is_told",),
+    ),
+    # the system
+    Fault(
+        "a border that is left with the wrong sign",
+        "shellmb/system/bordered.py",
+        "missing = given - self.dot(normal, system.x.array_r)",
+        "missing = given + self.dot(normal, system.x.array_r)",
+        ("tests/simulate/test_arclength.py::test_a_truss_goes_through_both_limit_points",),
+    ),
+    Fault(
+        "pivots of one sign only",
+        "shellmb/system/inertia.py",
+        "return int(self._pc.getFactorMatrix().getInertia()[0])",
+        "return int(self._pc.getFactorMatrix().getInertia()[2])",
+        ("tests/system/test_inertia.py::test_negative_eigenvalues",),
+    ),
+    Fault(
+        "factorisations kept when they do not pay",
+        "shellmb/system/refresh.py",
+        "self._wanted = left > self._cost + AFRESH",
+        "self._wanted = left < self._cost + AFRESH",
+        ("tests/system/test_refresh.py::test_costly_factorisations_are_kept_for_longer",),
+    ),
+)
