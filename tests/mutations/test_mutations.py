@@ -14,7 +14,10 @@ from pathlib import Path
 
 import pytest
 
-from .faults import FAULTS, Fault
+from . import faults, faults_solution
+from .faults import Fault
+
+FAULTS = (*faults.FAULTS, *faults_solution.FAULTS)
 
 ROOT = Path(__file__).parents[2]
 # a test that does not end within this is no quick one [s]

@@ -11,14 +11,12 @@ import pytest
 from rich.console import Console
 
 from shellmb.demos import hinged_roof, lateral_plate
-from shellmb.errors import ConvergenceError, SceneError
+from shellmb.errors import ConvergenceError
 from shellmb.observers.progress import ProgressReport
 from shellmb.run.execute import execute
 from shellmb.scene import (
     GROUND,
     Clamped,
-    EdgeForce,
-    Fixed,
     FollowerEdgeForce,
     Isotropic,
     PathFollowing,
@@ -324,54 +322,6 @@ def test_too_few_iterations_are_an_error() -> None:
     )
     with pytest.raises(ConvergenceError, match="too many iterations"):
         execute(scene)
-
-
-def strip(**more: Any) -> Scene:
-    shell = Shell("strip", Rectangle(1.0, 0.2), Isotropic(1.0, 0.0, 0.1), mesh=(2, 1))
-    choices = {"supports": Clamped("left"), "path": PathFollowing()}
-    choices |= {"loads": EdgeForce("right", (0.0, 0.0, 1e-4))}
-    return Scene("strip", shell, **(choices | more))  # type: ignore[arg-type]
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"scheme": "linear"}, "has scheme 'linear'; it must be 'static'"),
-        ({"loads": ()}, "has no load to follow"),
-        (
-            {"loads": EdgeForce("right", (0.0, 0.0, 1.0), time=lambda t: t)},
-            "edge force has a function of time",
-        ),
-        (
-            {"supports": Fixed("left", displacement=(0.0, 0.0, lambda t: t))},
-            r"prescribed over time \(fixed components\)",
-        ),
-    ],
-)
-def test_scenes_without_a_path_say_why(change: dict[str, Any], message: str) -> None:
-    with pytest.raises(SceneError, match=message):
-        strip(**change)
-
-
-def test_settings_are_checked() -> None:
-    with pytest.raises(SceneError, match="load_end is 0"):
-        PathFollowing(load_end=0.0)
-    with pytest.raises(SceneError, match=r"load_levels is \(0.5, 0.5\); they must be different"):
-        PathFollowing(load_levels=(0.5, 0.5))
-    with pytest.raises(SceneError, match=r"load_levels is \(0.5, 0.0\); they must be different"):
-        PathFollowing(load_levels=(0.5, 0.0))
-    with pytest.raises(SceneError, match=r"path following: turn is 120; it must be less than 90"):
-        PathFollowing(turn=120)
-
-
-def test_another_scheme_leaves_the_path_out() -> None:
-    assert strip().with_options(scheme="linear").path is None
-    assert strip().with_options(scheme="static").path is not None
-
-
-def test_loads_that_move_nothing_are_an_error() -> None:
-    with pytest.raises(SceneError, match="the loads move nothing"):
-        execute(strip(loads=EdgeForce("left", (0.0, 0.0, 1.0))))
 
 
 @pytest.mark.slow
