@@ -231,8 +231,11 @@ class BeamMixed:
 
     def resultants(self, strains: Strains, layout: Layout, q: Expr) -> tuple[Expr, Expr]:
         """Forces and moments along the directors, shapes (3,), N and N m."""
-        N = self.forces(layout, q)
-        return N, self._moments(N, halves(strains(q))[1])
+        return self.joined(strains(q), self.forces(layout, q))
+
+    def joined(self, e: Expr, N: Expr) -> tuple[Expr, Expr]:
+        """The same of any strains and forces."""
+        return N, self._moments(N, halves(e)[1])
 
     def virtual_work(self, strains: Strains, layout: Layout, span: Interval, dq: Expr) -> Expr:
         """Virtual work and the weak compatibility of strains and forces at `span.at`.

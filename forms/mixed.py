@@ -238,8 +238,12 @@ class LinearMixed:
 
     def resultants(self, strains: Measure, layout: Layout, q: Expr) -> Expr:
         """Resultants N/m and moments N of a state, accurate at the points of the reduced rule."""
-        n, Q = split(self.N0 * layout.part(q, "N"))
-        kap = strains(q).kap
+        return self.joined(vector(strains(q)), self.forces(layout, q))
+
+    def joined(self, e: Expr, N: Expr) -> Expr:
+        """The same of any strains, shape (8,), and resultants, shape (5,)."""
+        n, Q = split(N)
+        kap = bending(e)
         m = self.D * kap
         if self.B is not None:
             m = m + self.B * (self.A_inv * (n - self.B * kap))

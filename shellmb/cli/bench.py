@@ -23,6 +23,8 @@ class BenchScheme(StrEnum):
 
     ep = "ep"
     ed = "ed"
+    ep4 = "ep4"
+    ed3 = "ed3"
 
 
 class Peer(StrEnum):

@@ -13,6 +13,7 @@ from shellmb.effects.parts import Fits, Flexible, switches, use_of_field
 from shellmb.errors import SceneError
 from shellmb.scene import Ramp, RigidBody, Scene, StepControl
 from shellmb.scene.checks import SCHEMES
+from shellmb.scene.checks_effect import dissipates
 from shellmb.scene.paths import PathFollowing
 from shellmb.scene.validate import show
 
@@ -24,6 +25,11 @@ def _has_jump(scene: Scene) -> bool:
     if isinstance(scene.scheme, str):
         return SCHEMES[scene.scheme][1]
     return "j" in getattr(scene.scheme, "stages", ())
+
+
+def _dissipates(scene: Scene) -> bool:
+    """Whether the scheme has a dissipation that may be chosen."""
+    return dissipates(scene) or hasattr(scene.scheme, "alpha")
 
 
 def _alpha(scene: Scene) -> float:
@@ -97,7 +103,7 @@ def _initial(scene: Scene) -> Use:
 
 def _dissipation(scene: Scene) -> Use:
     name = show(scene.scheme_name)
-    if not _has_jump(scene):
+    if not _dissipates(scene):
         return Use(False, f"scheme={name} has none")
     return Use(_alpha(scene) > 0, f"scheme={name}, alpha={_alpha(scene):g}")
 
@@ -108,8 +114,9 @@ def _with_dissipation(scene: Scene) -> Scene:
             f"scheme is {show(scene.scheme_name)}, which has no motion to damp; it must be 'ep' "
             "or 'ed'"
         )
-    if not _has_jump(scene):
-        return replace(scene, scheme="ed", alpha=scene.alpha or 1.0)
+    if not _dissipates(scene):
+        scheme = "ed3" if scene.scheme == "ep4" else "ed"
+        return replace(scene, scheme=scheme, alpha=scene.alpha or 1.0)
     if isinstance(scene.scheme, str):
         return replace(scene, alpha=1.0)
     return replace(scene, scheme=replace(scene.scheme, alpha=1.0))
@@ -196,7 +203,7 @@ EFFECTS = (
         "damping of high frequencies, state j and jumps of eqs. 28-34",
         _dissipation,
         # with alpha = 0 the state j would still be there
-        whole(lambda scene: replace(scene, scheme="ep")),
+        whole(lambda scene: replace(scene, scheme="ep4" if scene.scheme == "ed3" else "ep")),
         whole(_with_dissipation),
     ),
     Effect(

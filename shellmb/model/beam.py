@@ -211,6 +211,12 @@ class BeamModel(FrameBody):
         e, formulation = bow_of(self.strain_measure, step.path), self.section.formulation
         return formulation.stored(e, formulation.forces(self.layout, bow)) * self.rules.reduced
 
+    def mean_resultants(self, step: Step) -> tuple[Expr, Expr]:
+        """The same as means over a step that is quadratic in time."""
+        formulation = self.section.formulation
+        e = self.strain_measure.moment(step.pairs[0][0].moment, step.states)
+        return formulation.joined(e, formulation.forces(self.layout, step.path.end))
+
     def strain_energy(self, q: Expr) -> Form | None:
         """Strain energy, J."""
         density = self.section.formulation.energy(self.strains, self.layout, q)

@@ -276,6 +276,10 @@ class ShellModel:
         """Membrane forces N/m, bending moments N, shear forces N/m of a state, shape (8,)."""
         return self.section.formulation.resultants(self.strains, self.layout, q)
 
+    def mean_resultants(self, step: Step) -> Expr:
+        """The same as means over a step that is quadratic in time."""
+        return shellpath.mean_resultants(self, step)
+
     def strain_energy(self, q: Expr) -> Form:
         """Strain energy, J."""
         form = self.integrate(self.section.formulation.energy(self.strains, self.layout, q))

@@ -97,3 +97,11 @@ def lost(shell: ShellModel, step: Step, bow: Expr) -> Form | None:
         e = bow_of(_lines(shell, strain), step.path)
         form += shell.hourglass((e[0] ** 2 / 2, e[1] ** 2 / 2))
     return form
+
+
+def mean_resultants(shell: ShellModel, step: Step) -> Expr:
+    """Resultants as means over a step, those of the row P0, shape (8,)."""
+    section, layout = shell.section.formulation, shell.layout
+    assert isinstance(section, LinearMixed)
+    e = strain_measure(shell).moment(step.pairs[0][0].moment, step.states)
+    return section.joined(e, section.forces(layout, step.path.end))

@@ -10,6 +10,7 @@ import ufl
 from ufl.core.expr import Expr
 
 from shellmb.build.spaces import MixedSpace
+from shellmb.forms.path import Step
 from shellmb.kernels import compiled_expression
 from shellmb.model.beam import BeamModel
 from shellmb.simulate.simulation import Simulation
@@ -32,6 +33,10 @@ class Resulting(Protocol):
         """Its resultants as one vector, or as forces and moments."""
         ...
 
+    def mean_resultants(self, step: Step) -> Expr | tuple[Expr, Expr]:
+        """The same as means over a step that is quadratic in time."""
+        ...
+
 
 class Resultants:
     """Resultants of a beam along its directors, or of a shell along its material directions.
@@ -39,6 +44,9 @@ class Resultants:
     They are accurate at the Gauss points; those of an element are continued to its nodes by the
     polynomial through its points. Where elements meet, the mean of all is given: at a point
     load of a beam, of the values on both sides of it.
+
+    They are those of the state at the end of a step; with schemes that are quadratic in time means
+    over the step, because stresses at its end are of no order where a body is stiff.
 
     Args:
         simulation: The simulation.
@@ -49,10 +57,13 @@ class Resultants:
         nodes, inner = body.mixed.subspaces["u"], body.mixed.subspaces["N"]
         self._mesh = nodes.mesh
         points = np.asarray(inner.element.interpolation_points)
-        found = body.resultants(simulation.problem.state(body.name))
-        vector = _joined(found) if isinstance(found, tuple) else found
-        self._size = int(vector.ufl_shape[0])
-        self._expression = compiled_expression(vector, points)
+        self._simulation, problem = simulation, simulation.problem
+        found = [body.resultants(problem.state(body.name))]
+        if body.name in problem.paths:
+            found.append(body.mean_resultants(problem.paths[body.name].step))
+        vectors = [_joined(each) if isinstance(each, tuple) else each for each in found]
+        self._size = int(vectors[0].ufl_shape[0])
+        self._expressions = [compiled_expression(vector, points) for vector in vectors]
         # values at the nodes of an element from those at its points
         at = np.asarray(nodes.element.interpolation_points)
         table = np.asarray(inner.element.basix_element.tabulate(0, at))
@@ -71,7 +82,9 @@ class Resultants:
         total, places = np.zeros(3), np.isin(self._nodes, nodes)
         if not places.any():
             return total, 0
-        flat = np.asarray(self._expression.eval(self._mesh, self._cells), dtype=np.float64)
+        # before the first step there is the state only
+        expression = self._expressions[-1 if self._simulation.last else 0]
+        flat = np.asarray(expression.eval(self._mesh, self._cells), dtype=np.float64)
         values = flat.reshape(len(self._cells), -1, self._size)
         found = np.asarray(np.einsum("np,epk->enk", self._continued, values))[places]
         components = list(RESULTANTS[quantity])

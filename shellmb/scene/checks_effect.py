@@ -37,9 +37,13 @@ def check(scene: Scene) -> None:
         _weights(scene)
 
 
+# schemes with a dissipation
+DISSIPATIVE = ("ed", "ed3")
+
+
 def dissipates(scene: Scene) -> bool:
     """Whether the scheme takes its dissipation from the scene's `alpha`."""
-    return scene.scheme == "ed"
+    return scene.scheme in DISSIPATIVE
 
 
 def check_alpha(scene: Scene, alpha: float) -> None:

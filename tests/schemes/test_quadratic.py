@@ -1,0 +1,243 @@
+"""Schemes that are quadratic in time: their closed forms, orders in large motion, and forces."""
+
+from dataclasses import replace
+from typing import Any
+
+from mpi4py import MPI  # noqa: F401  (before dolfinx)
+
+import numpy as np
+import pytest
+
+from shellmb.demos import slider_crank
+from shellmb.errors import SceneError
+from shellmb.forms.path import PAIRS
+from shellmb.model.readings import drive
+from shellmb.scene import (
+    Beam,
+    CircularSection,
+    Hyperelastic,
+    InitialVelocity,
+    Isotropic,
+    Line,
+    Rectangle,
+    Scene,
+    Shell,
+    Solver,
+)
+from shellmb.schemes.weights import (
+    BOW,
+    END,
+    PUSH,
+    RATE,
+    SLOPES,
+    START,
+    MomentWeights,
+    moments,
+    path_states,
+)
+from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.verify.mechanisms import double_pendulum, pendulum_centers
+
+GENERAL = np.random.default_rng(3)
+SIZE = 4
+# exact for what stands in the forms: of degree 5 at most
+TAUS, WEIGHTS = np.polynomial.legendre.leggauss(5)
+TAUS, WEIGHTS = (1 + TAUS) / 2, WEIGHTS / 2
+P = (np.ones_like(TAUS), 2 * TAUS - 1)
+KINDS = (("ep4", 0.0, 4), ("ed3", 0.5, 3), ("ed3", 1.0, 3))
+
+
+@pytest.fixture
+def measure() -> tuple[np.ndarray, np.ndarray]:
+    """A quadratic scalar measure `L q + q.Q q/2`."""
+    Q = GENERAL.normal(size=(SIZE, SIZE))
+    return GENERAL.normal(size=SIZE), Q + Q.T
+
+
+def at(states: np.ndarray, tau: np.ndarray) -> np.ndarray:
+    """The path, shape (n, size)."""
+    x, D, z = states
+    return x + np.outer(tau - 0.5, D) + np.outer(6 * tau**2 - 6 * tau + 1, z)
+
+
+def evaluated(weights: MomentWeights, states: np.ndarray, L: np.ndarray, Q: np.ndarray) -> float:
+    pairs = sum(
+        w * states[a] @ Q @ states[b] for (a, b), w in zip(PAIRS, weights.products, strict=True)
+    )
+    return float(weights.linear @ states @ L + pairs)
+
+
+@pytest.mark.parametrize("alpha", [0.0, 0.3, 1.0])
+def test_moments_and_slopes_are_integrals_over_the_path(alpha: float, measure) -> None:
+    """Equations (Q2) and (Q3) by Gauss' points in time, and in closed form."""
+    (L, Q), states = measure, GENERAL.normal(size=(3, SIZE))
+    q = at(states, TAUS)
+    e = q @ L + np.einsum("ni,ij,nj->n", q, Q, q) / 2
+    ends = at(states, np.array([0.0, 1.0]))
+    e_i, e_f = ends @ L + np.einsum("ni,ij,nj->n", ends, Q, ends) / 2
+    mean = WEIGHTS @ e
+    bow = e_i + e_f - 2 * mean
+    found = [evaluated(m, states, L, Q) for m in (*moments(alpha), BOW)]
+    expected = [mean, (e_f - e_i) / 2 + alpha / 2 * bow, bow]
+    # round-off of some dozens of products
+    np.testing.assert_allclose(found, expected, rtol=1e-12)
+    gradient = L + q @ Q
+    for row, slopes in enumerate(SLOPES):
+        for k, slope in enumerate(slopes):
+            exact = np.einsum("n,n,n,ni->i", WEIGHTS, P[row], P[k], gradient)
+            np.testing.assert_allclose(
+                slope.c * L + Q @ (slope.weights @ states), exact, rtol=1e-12, atol=1e-12
+            )
+
+
+@pytest.mark.parametrize("alpha", [0.0, 0.3, 1.0])
+def test_the_path_obeys_the_equations_of_its_velocity(alpha: float) -> None:
+    """(Q1): `<q' - h v> = 0`, `<P1 (q' - h v)> = alpha h v_2 / 3`, and the ends."""
+    known = GENERAL.normal(size=(4, SIZE))
+    states = path_states(alpha) @ known
+    ends = at(states, np.array([0.0, 1.0]))
+    np.testing.assert_allclose(ends, known[[START, END]], rtol=1e-12, atol=1e-12)
+    rate = states[1] + np.outer(6 * (2 * TAUS - 1), states[2])
+    # the velocity that is quadratic, with its ends and, by P0, its mean
+    first, last = known[PUSH], known[RATE]
+    second = (first + last) / 2 - states[1]
+    v = at(np.array([states[1], last - first, second]), TAUS)
+    np.testing.assert_allclose(WEIGHTS @ (rate - v), 0, atol=1e-12)
+    np.testing.assert_allclose((WEIGHTS * P[1]) @ (rate - v), alpha * second / 3, atol=1e-12)
+
+
+@pytest.mark.parametrize("alpha", [0.0, 0.7])
+def test_derivatives_of_moments(alpha: float, measure) -> None:
+    (L, Q), known = measure, GENERAL.normal(size=(4, SIZE))
+    combine = path_states(alpha)
+    change = GENERAL.normal(size=SIZE)
+    for moment in moments(alpha):
+        for column in (END, RATE):
+            moved = [known.copy(), known.copy()]
+            # central differences of what is quadratic are exact
+            moved[0][column] += change
+            moved[1][column] -= change
+            values = [evaluated(moment, combine @ m, L, Q) for m in moved]
+            slope = moment.by(combine[:, column])
+            exact = (slope.c * L + Q @ (slope.weights @ (combine @ known))) @ change
+            assert (values[0] - values[1]) / 2 == pytest.approx(exact, rel=1e-11)
+
+
+class Swing(Silent):
+    """Centre and velocity of the lower rod at the end, and its forces."""
+
+    def __init__(self) -> None:
+        self.torques: list[float] = []
+
+    def solved(self, simulation: Simulation) -> None:
+        for coordinate in simulation.model.mechanism.drivers.values():
+            self.torques.append(drive(simulation.problem, coordinate))
+
+
+def slope(sizes: list[int], errors: list[float]) -> float:
+    """Order by regression."""
+    return float(-np.polyfit(np.log(sizes), np.log(errors), 1)[0])
+
+
+@pytest.mark.parametrize(("scheme", "alpha", "order"), KINDS)
+def test_order_in_large_motion(scheme: str, alpha: float, order: int) -> None:
+    """A rigid double pendulum that falls by a large angle, against the equations of motion."""
+    exact, errors, counts = pendulum_centers(np.array([0.5]))[0, 1], [], [20, 40, 80]
+    for steps in counts:
+        simulation = Simulation(double_pendulum(scheme, alpha, steps, t_end=0.5))
+        simulation.run()
+        rigid = simulation.model.rigid
+        q = simulation.problem.levels[rigid.name].q.x.array
+        center = rigid.bodies[rigid.index["b"]].center + q[rigid.local("b", "u")]
+        errors.append(float(np.linalg.norm(center[:2] - exact)))
+    assert slope(counts, errors) == pytest.approx(order, abs=0.25)
+    assert errors[-1] < (1e-6 if order == 4 else 1e-4)
+
+
+@pytest.mark.parametrize(("scheme", "alpha", "order"), KINDS)
+def test_driving_torques_are_means_of_the_full_order(scheme: str, alpha: float, order: int) -> None:
+    """The mean over a step is that of the means over its parts; nothing alternates."""
+    means, counts = {}, [20, 40, 160]
+    for steps in counts:
+        torque = Swing()
+        scene = slider_crank.scene(dt=0.08 / steps, t_end=0.08)
+        Simulation(replace(scene, scheme=scheme, alpha=alpha)).run([torque])
+        means[steps] = np.array(torque.torques)
+    errors = []
+    for steps in counts[:-1]:
+        exact = means[160].reshape(steps, -1).mean(axis=1)
+        errors.append(float(np.abs(means[steps] - exact).max() / np.abs(exact).max()))
+    assert np.log2(errors[0] / errors[1]) > order - 0.35
+    assert errors[-1] < 1e-4
+
+
+SOFT = Isotropic(E=1.0, nu=0.3, thickness=0.2, density=1.0)
+
+
+def thrown(**more: Any) -> Scene:
+    shell = Shell("plate", Rectangle(1.0, 0.5), more.pop("section", SOFT), mesh=(2, 1))
+    motion = InitialVelocity(linear=(0.1, -0.2, 0.3), spin=(0.4, 0.6, -0.3))
+    return Scene("thrown", shell, initial=motion, dt=0.2, t_end=0.6, **more)
+
+
+@pytest.mark.parametrize(("scheme", "alpha", "order"), KINDS[:2])
+def test_reduced_and_unreduced_systems_have_the_same_solution(
+    scheme: str, alpha: float, order: int
+) -> None:
+    states = []
+    for solve in ("reduced", "full"):
+        simulation = Simulation(
+            thrown(scheme=scheme, alpha=alpha, solver=Solver(solve=solve, newton="full"))
+        )
+        simulation.run()
+        levels, body = simulation.problem.levels["plate"], simulation.model.shells["plate"]
+        dofs = np.concatenate([body.mixed.dofs["u"], body.mixed.dofs["w"]])
+        states.append(np.stack([levels.q.x.array[dofs], levels.rates["v"].x.array[dofs]]))
+        if solve == "reduced":
+            # five unknowns per node and row, less those of one cell only
+            reduction: Any = simulation.problem.iteration.linear
+            assert reduction.size <= 2 * 5 * len(body.mixed.nodes("u"))
+    # both leave the square of Newton's tolerance
+    np.testing.assert_allclose(states[0], states[1], atol=1e-11)
+
+
+def test_the_tangent_of_the_rows() -> None:
+    """Jacobian times a direction, against differences of the residual, unreduced."""
+    simulation = Simulation(
+        thrown(scheme="ed3", alpha=0.5, solver=Solver(solve="full", newton="full"))
+    )
+    problem, system = simulation.problem, simulation.problem.system
+    problem.prepare(0.0, 0.2)
+    system.gather()
+    x = system.x.duplicate()
+    x.array[:] = system.x.array + 1e-2 * GENERAL.normal(size=x.array.size)
+    direction, b = system.x.duplicate(), [system.b.duplicate() for _ in range(2)]
+    direction.array[:] = GENERAL.normal(size=x.array.size)
+    step = 1e-5
+    for sign, residual in zip((1, -1), b, strict=True):
+        moved = x.copy()
+        moved.axpy(sign * step, direction)
+        system.scatter(moved)
+        system.residual(moved, residual)
+    system.scatter(x)
+    system.jacobian(x, system.A)
+    exact = system.A.createVecLeft()
+    system.A.mult(direction, exact)
+    found = (b[0].array - b[1].array) / (2 * step)
+    # central differences of polynomials of degree four in the step: its square, and round-off
+    assert np.abs(found - exact.array).max() < 1e-7 * np.abs(exact.array).max()
+
+
+def test_what_they_cannot_do_is_refused() -> None:
+    rubber = Hyperelastic(lambda e, p: p["mu"] * e.eps[0] ** 2, {"mu": 1.0}, 0.1, 1.0, 1.0)
+    with pytest.raises(SceneError, match="'plate': its section is Hyperelastic; with scheme 'ep4'"):
+        thrown(scheme="ep4", section=rubber)
+    light = Beam(
+        "rod",
+        Line((0, 0, 0), (1, 0, 0)),
+        CircularSection(E=1.0, nu=0.3, radius=0.05, density=1.0),
+        elements=1,
+        rotary_inertia=False,
+    )
+    with pytest.raises(SceneError, match="beam 'rod': rotary_inertia is False; with scheme 'ed3'"):
+        Scene("s", beams=light, scheme="ed3", dt=0.1, t_end=0.2)
