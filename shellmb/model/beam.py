@@ -194,7 +194,7 @@ class BeamModel(FrameBody):
 
     def along(self, step: Step, k: int, dq: Expr, trial: Expr) -> tuple[Form | None, list[Term]]:
         """Internal forces over a step, and the constraints of the frames."""
-        terms = path_terms(
+        term = path_terms(
             self.section.formulation,
             self.layout,
             self.strain_measure,
@@ -204,7 +204,7 @@ class BeamModel(FrameBody):
             trial,
             lambda densities: densities[0] * self.rules.reduced,
         )
-        return self.frame_row(step.path, k, dq), terms
+        return self.frame_row(step.path, k, dq), [term]
 
     def lost(self, step: Step, bow: Expr) -> Form | None:
         """Elastic energy of the bow of the strains, J."""

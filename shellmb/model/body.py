@@ -115,11 +115,12 @@ class Term(NamedTuple):
 
     Args:
         residual: The form.
-        derivatives: Its derivatives by the unknown states, by the number of their row.
+        derivatives: Forms that add up to its derivatives by the unknown states, by the number of
+            their row.
     """
 
     residual: Form
-    derivatives: Mapping[int, Form]
+    derivatives: Mapping[int, tuple[Form, ...]]
 
 
 class LoadFactors(Protocol):

@@ -20,8 +20,11 @@ def path_terms(
     dq: Expr,
     trial: Expr,
     integrate: Callable[[list[Expr]], Form],
-) -> list[Term]:
-    """Internal forces of row `k`: one term for each of the two stresses.
+) -> Term:
+    """Internal forces of row `k`: both stresses in one form, and their derivatives one by one.
+
+    So a residual takes the strains of the states once, and all blocks of the Jacobian share one
+    kernel.
 
     Args:
         section: Its mixed form.
@@ -33,20 +36,22 @@ def path_terms(
         trial: Direction of derivatives.
         integrate: Integral of densities, one for each quadrature rule.
     """
-    common = section, layout, strain, step.states
-    return [
-        Term(
-            integrate(pair_work(*common, pair, dq)),
-            {
-                c: integrate(pair_change(*common, pair, change, dq, trial))
-                for c, change in enumerate(pair.changes)
-            },
-        )
-        for pair in step.pairs[k]
-    ]
+    common, pairs = (section, layout, strain, step.states), step.pairs[k]
+    works = [pair_work(*common, pair, dq) for pair in pairs]
+    columns = range(len(pairs[0].changes))
+    return Term(
+        integrate([sum(densities) for densities in zip(*works, strict=True)]),
+        {
+            c: tuple(integrate(pair_change(*common, p, p.changes[c], dq, trial)) for p in pairs)
+            for c in columns
+        },
+    )
 
 
 def together(a: Term, b: Term) -> Term:
     """The sum of two terms as one."""
-    derivatives = {c: form + b.derivatives[c] for c, form in a.derivatives.items()}
+    derivatives = {
+        c: tuple(f + g for f, g in zip(forms, b.derivatives[c], strict=True))
+        for c, forms in a.derivatives.items()
+    }
     return Term(a.residual + b.residual, derivatives)

@@ -56,18 +56,18 @@ def along(
             "must be, or use scheme 'ep' or 'ed'"
         )
     strain = strain_measure(shell)
-    terms = path_terms(
+    term = path_terms(
         section,
         *(layout, strain, step, k, dq, trial),
         lambda densities: shell.integrate((densities[0], densities[1])),
     )
     if shell.rules.lines is not None:
-        lines = path_terms(
+        along_lines = path_terms(
             hourglass.LineSection(),
             *(layout, _lines(shell, strain), step, k, dq, trial),
             lambda densities: shell.hourglass((densities[0], densities[1])),
         )
-        terms = [together(*pair) for pair in zip(terms, lines, strict=True)]
+        term = together(term, along_lines)
 
     def constraint(q: Expr) -> Expr:
         w = layout.part(q, "w")
@@ -76,7 +76,7 @@ def along(
     row = constraint_row(constraint, step.path, k, dq)
     first, second = (layout.part(q, "lam") for q in row.multipliers)
     work = first * row.own[0] + second * row.other[0] + layout.part(dq, "lam") * row.value[0]
-    return shell.section.force * work * shell.rules.nodes, terms
+    return shell.section.force * work * shell.rules.nodes, [term]
 
 
 def _lines(shell: ShellModel, strain: Measure) -> Measure:

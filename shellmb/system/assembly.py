@@ -125,7 +125,8 @@ class BlockSystem:
             ((i, j), form)
             for i, f in enumerate(fields)
             for term in f.terms
-            for j, form in term.derivatives.items()
+            for j, forms in term.derivatives.items()
+            for form in forms
         ]
         for i, j in itertools.product(range(len(fields)), repeat=2):
             function = fields[j].function

@@ -109,6 +109,10 @@ int turn(int, int, double *, const double *, double);
 int turn_nodes(int, int, const int64_t *, const double *, const double *, double *, double);
 void normalise(int, int, double *);
 void normalise_nodes(int, int, const int64_t *, const double *, double *);
+int turn_path(int nodes, int directors, const int64_t *rows, const int64_t *rates,
+              const double *reference, const double *x, double *dx, double most);
+void normalise_path(int nodes, int directors, const int64_t *rows, const int64_t *rates,
+                    const double *reference, double *x);
 void spread(int, const int64_t *, double **, const int64_t *, const double *);
 void collect(int, const int64_t *, const double *, int, double *);
 void hold(int, const int64_t *, const double *, const double *, double *, double *);

@@ -106,10 +106,10 @@ class DirectorPath(Directors):
 
 
 class ResidualTerm(NamedTuple):
-    """A form of a residual with its derivatives, by the number of the unknown field."""
+    """A form of a residual, and forms of its derivatives by the number of the unknown field."""
 
     residual: Form
-    derivatives: Mapping[int, Form]
+    derivatives: Mapping[int, tuple[Form, ...]]
 
 
 @dataclass

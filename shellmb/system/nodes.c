@@ -191,6 +191,61 @@ void normalise_nodes(int nodes, int directors, const int64_t *rows, const double
     }
 }
 
+/* Rates of orthonormal directors without what changes lengths and angles, in place. */
+static void keep_constraints(int directors, const double *d, double *v)
+{
+    double part[9];
+    for (int k = 0; k < directors; ++k)
+        for (int l = 0; l < directors; ++l) {
+            double sum = 0.0, size = 0.0;
+            for (int i = 0; i < 3; ++i) {
+                sum += d[3 * l + i] * v[3 * k + i] + d[3 * k + i] * v[3 * l + i];
+                size += d[3 * l + i] * d[3 * l + i];
+            }
+            part[3 * k + l] = sum / 2 / size;
+        }
+    for (int k = 0; k < directors; ++k)
+        for (int l = 0; l < directors; ++l)
+            for (int i = 0; i < 3; ++i)
+                v[3 * k + i] -= part[3 * k + l] * d[3 * l + i];
+}
+
+/* As turn_nodes, of directors and their rates at `rates` (nodes, 3 directors). */
+int turn_path(int nodes, int directors, const int64_t *rows, const int64_t *rates,
+              const double *reference, const double *x, double *dx, double most)
+{
+    int far = turn_nodes(nodes, directors, rows, reference, x, dx, most), n = 3 * directors;
+    double d[9], v[9];
+    for (int node = 0; node < nodes; ++node, rows += n, rates += n, reference += n) {
+        for (int i = 0; i < n; ++i) {
+            d[i] = reference[i] + x[rows[i]] - dx[rows[i]];
+            v[i] = x[rates[i]] - dx[rates[i]];
+        }
+        keep_constraints(directors, d, v);
+        for (int i = 0; i < n; ++i)
+            dx[rates[i]] = x[rates[i]] - v[i];
+    }
+    return far;
+}
+
+/* As normalise_nodes, of directors and their rates. */
+void normalise_path(int nodes, int directors, const int64_t *rows, const int64_t *rates,
+                    const double *reference, double *x)
+{
+    int n = 3 * directors;
+    double d[9], v[9];
+    normalise_nodes(nodes, directors, rows, reference, x);
+    for (int node = 0; node < nodes; ++node, rows += n, rates += n, reference += n) {
+        for (int i = 0; i < n; ++i) {
+            d[i] = reference[i] + x[rows[i]];
+            v[i] = x[rates[i]];
+        }
+        keep_constraints(directors, d, v);
+        for (int i = 0; i < n; ++i)
+            x[rates[i]] = v[i];
+    }
+}
+
 /* Values of unknowns to the arrays of fields; `ends` of each in what they are all together. */
 void spread(int fields, const int64_t *ends, double **arrays, const int64_t *wanted,
             const double *x)

@@ -55,9 +55,14 @@ class SystemNodes:
         self.rows = {k: n.by_field[k][s.dofs] for k, s in self.sets.items()}
         self._places = {k: s.dofs + int(n.offsets[k]) for k, s in self.sets.items()}
         self._given = {k: self.rows[k][s.regular] for k, s in self.sets.items()}
-        alone = self.full.serial and all(s.state is None for s in self.sets.values())
+        alone = self.full.serial and not any(s.rates for s in self.sets.values())
         self._loops = (
-            [NodeLoops(s, self._given[k]) for k, s in self.sets.items() if not s.declared.linear]
+            [
+                NodeLoops(s, self._given[k], None if s.partner is None else self._given[s.partner])
+                for k, s in self.sets.items()
+                # rates are turned with their directors
+                if not s.declared.linear and s.state is None
+            ]
             if alone
             else None
         )
@@ -123,28 +128,36 @@ class SystemNodes:
 
 
 class NodeLoops:
-    """Turns the nodes of one field, directors without rates, where one process has all of them.
+    """Turns the nodes of one field where one process has all of them.
 
     One call of `nodes.c` each.
 
     Args:
         nodes: The nodes.
         rows: Unknowns of those without fixed components, shape (n, 3 k).
+        rates: Those of their velocities over a path, of the same shape; None: there are none.
     """
 
-    def __init__(self, nodes: DirectorNodes, rows: Ints) -> None:
+    def __init__(self, nodes: DirectorNodes, rows: Ints, rates: Ints | None) -> None:
         self._nodes, self._lib = nodes, native.cells().lib
         self._rows = np.ascontiguousarray(rows)
         self._reference = np.ascontiguousarray(nodes.reference[nodes.regular])
-        pointers = native.longs(self._rows), native.doubles(self._reference)
-        self._where = (len(rows), rows.shape[1] // 3, *pointers)
+        places = [native.longs(self._rows)]
+        turn, normalise = self._lib.turn_nodes, self._lib.normalise_nodes
+        if rates is not None:
+            self._rates = np.ascontiguousarray(rates)
+            places.append(native.longs(self._rates))
+            turn, normalise = self._lib.turn_path, self._lib.normalise_path
+        self._turn, self._normalise = turn, normalise
+        reference = native.doubles(self._reference)
+        self._where = (len(rows), rows.shape[1] // 3, *places, reference)
 
     def turn(self, x: Floats, dx: Floats) -> None:
         """Make the update `-dx` of unknowns one by finite rotations."""
         pointers = native.doubles(x), native.doubles(dx)
-        if self._lib.turn_nodes(*self._where, *pointers, TURN):
+        if self._turn(*self._where, *pointers, TURN):
             self._nodes.settled = False
 
     def normalise(self, x: Floats) -> None:
         """Bring directors among the unknowns to unit length and right angles."""
-        self._lib.normalise_nodes(*self._where, native.doubles(x))
+        self._normalise(*self._where, native.doubles(x))
