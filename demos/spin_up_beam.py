@@ -91,8 +91,8 @@ def results(run: Any) -> dict[str, float]:
     return {
         "energy_balance_error": run.summary["energy_balance_error"],
         "deflection_min": float(np.min(across)),
-        "deflection_difference": float(np.max(np.abs(difference))) / size,
-        "stretch": float(np.mean(along[steady])) if steady.any() else math.nan,
+        "deflection_difference": float(np.max(np.abs(difference))) / size if size else None,
+        "stretch": float(np.mean(along[steady])) if steady.any() else None,
         "stretch_exact": stretch(),
     }
 

@@ -237,9 +237,11 @@ class Prescribed:
     def _check_length(self, rows: Rows, k: int, node: _Node, whole: bool) -> None:
         before, change = np.array(node.basis) @ rows.directors[k], np.array(node.sides)
         lengths = np.linalg.norm(before[:, None] + change, axis=0)
-        if self._linear:
-            lengths = 1 + before @ change if whole else np.ones(len(self._times))
         wrong = np.abs(lengths - 1) if whole else lengths - 1
+        if self._linear:
+            # a finite rotation is welcome as well as what keeps the length to first order
+            small = np.abs(before @ change) if whole else np.zeros(len(self._times))
+            wrong = np.minimum(wrong, small)
         worst = int(np.argmax(wrong))
         if wrong[worst] > LONGER:
             raise SceneError(

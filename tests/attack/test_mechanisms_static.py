@@ -62,6 +62,7 @@ ROD = RigidBody("rod", mass=1.0, inertia=(1.0, 1.0, 1.0), position=(0.5, 0.0, 0.
 FURTHER = replace(ROD, name="further", position=(1.5, 0.0, 0.0))
 ABOUT_Y: dict[str, Any] = {"at": (0, 0, 0), "axis": (0, 1, 0)}
 PIN = Revolute("pin", GROUND, "rod", **ABOUT_Y)
+AROUND = EdgeForce("top", (0, 0, 1.0), body="plate")
 PUSH = EdgeForce("right", (0, 0, 1.0), body="plate")
 WEIGHT = Gravity((0, 0, -9.81))
 X, Y, Z = np.eye(3).tolist()
@@ -125,7 +126,7 @@ FREE: dict[str, tuple[dict[str, Any], str]] = {
         "(0.7071, 0.7071, 0); add",
     ),
     "soft supports": (
-        plate(SoftSupport(("left", "right"))),
+        plate(SoftSupport(("left", "right")), loads=AROUND),
         "shell 'plate' can translate along x and y and turn about z; add",
     ),
     "a single point": (
@@ -265,7 +266,9 @@ RODS = [
 ]
 HELD: dict[str, dict[str, Any]] = {
     "clamped": plate(Clamped("left")),
-    "a quarter of a plate": plate(HALF, SymmetryPlane("bottom", Y), SoftSupport("right")),
+    "a quarter of a plate": plate(
+        HALF, SymmetryPlane("bottom", Y), SoftSupport("right"), loads=AROUND
+    ),
     "a beam on two hinges that does not spin": {
         "beams": BEAM,
         "supports": Hinged("start"),
@@ -300,7 +303,8 @@ def test_in_time_everything_may_move() -> None:
 def test_the_size_of_a_scene_does_not_matter() -> None:
     """Parts a millimetre and a kilometre long: what is free is free, what is held is held."""
     for size in (1e-3, 1e3):
-        small = replace(PLATE, surface=Rectangle(size, 0.5 * size))
+        section = replace(SECTION, thickness=0.05 * size)
+        small = replace(PLATE, surface=Rectangle(size, 0.5 * size), section=section)
         sound_model(Scene("s", **plate(Clamped("left"), shells=small)), MPI.COMM_WORLD)
         with pytest.raises(SceneError, match=r"'plate' can turn about y through \(0, "):
             sound_model(Scene("s", **plate(Hinged("left"), shells=small)), MPI.COMM_WORLD)

@@ -74,7 +74,6 @@ REQUESTS = {
     "load": ({"parameters": {"own": "false"}}, "loads[0].time was swell, is Sine"),
     "dt": ({"options": {"dt": 5e-4}}, "dt was 0.001, is 0.0005"),
     "scheme": ({"options": {"scheme": "ed"}}, "scheme was ep, is ed"),
-    "alpha": ({"options": {"alpha": 0.5}}, "alpha was 1.0, is 0.5"),
 }
 
 
@@ -275,7 +274,7 @@ def test_a_signal_ends_two_ranks_behind_the_same_step(number, tmp_path: Path) ->
     assert said.count("error: stopped by") == 1
     state = json.loads((tmp_path / "run" / "state" / "state.json").read_text())
     rows = history.read_bytes().count(b"\n") - 1
-    assert state["simulation"]["step"] == rows - 1 > 50, "no step is lost"
+    assert state["simulation"]["step"] == rows - 1 > 40, "no step is lost"
 
 
 # --- full disks -----------------------------------------------------------------------------------
