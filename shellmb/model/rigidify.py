@@ -267,12 +267,12 @@ def _welds(scene: Scene, meshes: RigidMeshes) -> list[Joint]:
     welds: list[Joint] = []
     for join in scene.joins:
         if join.first in meshes:
-            who = f"join of '{join.first}' and '{join.second}'"
+            who = f"join of {join.first} and {join.second}"
             x = shared_nodes(meshes[join.first], join.first_edge, who).x[0]
             welds.append(_weld(who, join.first, join.second, x))
     for glue in scene.glues:
         if glue.shell in meshes:
-            who = f"glue of '{glue.beam}' and '{glue.shell}'"
+            who = f"glue of {glue.beam} and {glue.shell}"
             start = meshes[glue.beam].domain.points["start"]
             welds.append(_weld(who, glue.beam, glue.shell, start))
     return welds

@@ -242,14 +242,19 @@ class Problem:
         return Pushes(self.system, fields, links)
 
     def _start_from_state(self) -> None:
-        """The first guess is the state at the start of the step; velocities do not jump."""
+        """The first guess is the state at the start of the step; velocities do not jump.
+
+        A path that is quadratic in time is guessed straight: a bow of the size of the velocity
+        times a very long step would lead astray.
+        """
         if self.scheme.linear:
             return
         for levels in self.levels.values():
             for stage, unknown in levels.unknown.items():
                 if stage == RATE:
                     assert levels.push is not None
-                    unknown.x.array[:] = levels.push.x.array
+                    alpha = self.scheme.dissipation()[0]
+                    unknown.x.array[:] = (1 - alpha) / (1 + alpha) * levels.push.x.array
                 else:
                     unknown.x.array[:] = 0.0 if stage == JUMP else levels.q.x.array
 

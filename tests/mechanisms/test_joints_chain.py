@@ -100,12 +100,12 @@ def _everything(scheme: str, alpha: float, rod: Any) -> Scene:
         x = 0.3 * (1 + k % 4)
         rods.append(rod(kind, (x, 0, 0), (x + 0.1, 0.02 * k, -0.3), mass=0.3))
         end = rods[-1].place("b") if kind == "distance" else "a"
-        joints.append(_joint(kind, f"beam, {kind}", "beam", kind, (x, 0, 0), end))
+        joints.append(_joint(kind, f"beam {kind}", "beam", kind, (x, 0, 0), end))
     joints.append(ShellRevolute("beam-plate", "beam", "plate", at=(1.2, 0, 0)))
     for kind in ("spherical", "distance", "in-plane", "weld"):
         x = {"spherical": 1.8, "distance": 1.5, "in-plane": 1.2, "weld": 1.8}[kind]
         y = {"spherical": 0.0, "distance": 0.4, "in-plane": 0.4, "weld": 0.4}[kind]
-        name = f"plate, {kind}"
+        name = f"plate {kind}"
         rods.append(rod(name, (x, y, 0), (x, y + 0.1, -0.3), mass=0.3))
         end = (x, y, 0.0)
         start = rods[-1].place("b") if kind == "distance" else end

@@ -112,8 +112,9 @@ def test_spectral_radius_at_infinity(scheme, plate) -> None:
     simulation.size.dt = 1e9
     simulation.advance()
     ratio = (q[place] @ before) / (before @ before)
-    # the paper's scheme below eq. (34); the mid-point rule reverses the sign
-    expected = (1 - alpha) / (1 + alpha) if name == "ed" else -1.0
+    # the paper's scheme below eq. (34), and those that are the same for vibrations; the mid-point
+    # rule reverses the sign
+    expected = -1.0 if name == "ep" else (1 - alpha) / (1 + alpha)
     assert ratio == pytest.approx(expected, abs=1e-4)
 
 
@@ -179,7 +180,7 @@ def test_the_registry_says_what_its_schemes_are() -> None:
         scheme = make(0.5)
         assert scheme.name == name
         assert scheme.title
-        assert scheme.stages[-1] == "f"
+        assert "f" in scheme.stages
         assert scheme.dynamic == bool(scheme.rates) == (scheme.order > 0)
         # weights of a load average are those of an average
         nodes, weights = np.polynomial.legendre.leggauss(3)
@@ -188,4 +189,5 @@ def test_the_registry_says_what_its_schemes_are() -> None:
                 w / 2 * scheme.load_weight(stage, (x + 1) / 2)
                 for x, w in zip(nodes, weights, strict=True)
             )
-            assert total == pytest.approx(1)
+            # that with P1 = 2 tau - 1 is none
+            assert total == pytest.approx(0 if stage == "v" else 1, abs=1e-14)

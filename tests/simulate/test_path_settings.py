@@ -62,5 +62,5 @@ def test_another_scheme_leaves_the_path_out() -> None:
 
 
 def test_loads_that_move_nothing_are_an_error() -> None:
-    with pytest.raises(SceneError, match="the loads move nothing"):
+    with pytest.raises(SceneError, match="it has no effect at 'left'"):
         execute(strip(loads=EdgeForce("left", (0.0, 0.0, 1.0))))
