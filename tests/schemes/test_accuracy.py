@@ -29,7 +29,8 @@ from shellmb.schemes.base import (
     at_state,
 )
 from shellmb.schemes.ed import EnergyDecaying
-from shellmb.schemes.registry import SCHEMES
+from shellmb.schemes.quadratic import QuadraticInTime
+from shellmb.schemes.registry import SCHEMES, make_scheme
 from shellmb.simulate.simulation import Simulation
 
 STEPS = (0.2, 0.1, 0.05)
@@ -100,6 +101,9 @@ def test_path_forces_keep_the_energy_law(alpha, swaying, account) -> None:
 def test_spectral_radius_at_infinity(scheme, plate) -> None:
     """A small disturbance in one step far larger than all periods: its amplitude ratio is rho."""
     name, alpha = scheme
+    if isinstance(make_scheme(*scheme), QuadraticInTime):
+        # velocities times such a step are kilometres: see `test_quadratic.py`
+        pytest.skip("asked of the scheme's weights")
     kick = EdgeForce("right", (0, 0, 1e-2), time=Table((0.1, 0.10001), (1.0, 0.0)))
     # displacements of 1e-4 thicknesses must be solved to many digits
     held = {"supports": Clamped("left"), "loads": kick, "solver": Solver(tolerance=1e-11)}
@@ -112,9 +116,8 @@ def test_spectral_radius_at_infinity(scheme, plate) -> None:
     simulation.size.dt = 1e9
     simulation.advance()
     ratio = (q[place] @ before) / (before @ before)
-    # the paper's scheme below eq. (34), and those that are the same for vibrations; the mid-point
-    # rule reverses the sign
-    expected = -1.0 if name == "ep" else (1 - alpha) / (1 + alpha)
+    # the paper's scheme below eq. (34); the mid-point rule reverses the sign
+    expected = (1 - alpha) / (1 + alpha) if name == "ed" else -1.0
     assert ratio == pytest.approx(expected, abs=1e-4)
 
 

@@ -123,6 +123,33 @@ def test_derivatives_of_moments(alpha: float, measure) -> None:
             assert (values[0] - values[1]) / 2 == pytest.approx(exact, rel=1e-11)
 
 
+def amplification(alpha: float, angle: float) -> np.ndarray:
+    """Matrix of a step of the oscillator `q'' = -angle^2 q` on `(q, h v)`, by (Q1) to (Q3)."""
+    combine, (first, second) = path_states(alpha), moments(alpha)
+    # rows P0 and P1 of the four states; the strain is q itself
+    inertia = np.zeros((2, 4))
+    inertia[0, [PUSH, RATE]] = -1, 1
+    inertia[1, [PUSH, RATE]] = 1, 1
+    inertia[1] -= 2 * combine[1]
+    stress = angle**2 * np.array([first.linear @ combine, second.linear @ combine])
+    forces = [[slope.c for slope in row] for row in SLOPES]
+    rows = inertia + forces @ stress
+    return np.linalg.solve(rows[:, [END, RATE]], -rows[:, [START, PUSH]])
+
+
+@pytest.mark.parametrize("alpha", [0.0, 0.3, 0.5, 1.0])
+def test_amplitudes_of_vibrations(alpha: float) -> None:
+    """Gauss' method for alpha = 0; at high frequencies the spectral radius of the paper's ED."""
+    radii = [np.abs(np.linalg.eigvals(amplification(alpha, w))) for w in (0.1, 1.0, 1e5)]
+    np.testing.assert_allclose(radii[-1], (1 - alpha) / (1 + alpha), atol=1e-4)
+    if alpha == 0:
+        np.testing.assert_allclose(radii, 1, rtol=1e-9)
+    else:
+        assert np.all(np.array(radii) < 1)
+    # what is lost in a slow vibration is of fourth order in its angle in a step
+    np.testing.assert_allclose(1 - radii[0], alpha * 0.1**4 / 72, rtol=0.05, atol=1e-12)
+
+
 class Swing(Silent):
     """Centre and velocity of the lower rod at the end, and its forces."""
 
