@@ -17,7 +17,22 @@ and with `P1`
     P0:  S_0.[lin(dq) + quad(x, dq)] + S_1.quad(D, dq)/6                                        (Q2)
     P1:  S_0.quad(D, dq)/6 + S_1.[lin(dq) + quad(x + 2z/5, dq)]/3
 
-`<.>` is the integral over a step. So a row is a sum of `stress of a moment . slope`, a moment is
+`<.>` is the integral over a step. The velocity is quadratic, too, and with a dissipation `alpha`
+
+    <q' - h v> = 0,   <P1 (q' - h v)> = alpha h v_2/3,   z = [(1 + alpha) h v_f - (1 - alpha) h v_i
+                                                              - 2 alpha D]/12               (Q1)
+
+Constraints hold at the end for positions and velocities, `g(q_f) = 0` and `Dg(q_f) v_f = 0`, by two
+multipliers whose forces do no work (`H` is the Hessian of `g`):
+
+    P0:  lambda_0 <Dg> + lambda_1 H [(1 - alpha) h v_i + (1 + alpha) h v_f]/4                  (Q4)
+    P1:  lambda_0 H D/6 + lambda_1 Dg((q_i + q_f)/2)
+
+and then, exactly,
+
+    E_f - E_i = work - alpha [2 v_2.M v_2 + bow.C bow/2].                                      (Q5)
+
+So a row is a sum of `stress of a moment . slope`, a moment is
 `lin` and `quad` of the three states with some weights, a slope `lin` and `quad` with one of them
 being the direction, and so are their derivatives. The weights are Constants, which the scheme gives
 (`shellmb/schemes/weights.py`): the forms of a body know no scheme, and one kernel serves all rows.

@@ -12,6 +12,7 @@ from shellmb.errors import SceneError
 from shellmb.scene import checks, lookup
 from shellmb.scene.beams import Beam, Glue
 from shellmb.scene.bodies import Join, Shell
+from shellmb.scene.checks_effect import DISSIPATIVE
 from shellmb.scene.elements import Coordinate, Driver, Element, Lock
 from shellmb.scene.gmsh_surfaces import GmshFile
 from shellmb.scene.initial import InitialVelocity
@@ -248,7 +249,7 @@ def _lost(scheme: Any) -> dict[str, Any]:
         lost["path"] = None
     if is_static(scheme):
         lost |= {"initial": (), "start": "given"}
-    if scheme != "ed":
+    if scheme not in DISSIPATIVE:
         lost["alpha"] = 1.0
     return lost
 

@@ -197,10 +197,6 @@ class Problem:
         levels = self.levels[body]
         return levels.unknown[self.last] if self.scheme.linear else levels.q
 
-    def field(self, body: str, stage: str) -> Field:
-        """Field of a body's stage."""
-        return self.fields[self.number(body, stage)]
-
     def number(self, body: str, stage: str) -> int:
         """Number of that field in the system."""
         return self._index[body, stage]
@@ -269,7 +265,7 @@ class Problem:
         if values:
             given = np.concatenate(values)
             # behind these come the parts of a jump that have no equations: zero
-            self.field(name, stage).values[: len(given)] = given
+            self.fields[self.number(name, stage)].values[: len(given)] = given
 
     def warm_up(self, dt: float) -> None:
         """Assemble once and order the factorisation, at the state the functions hold.
@@ -323,13 +319,13 @@ class Problem:
                 levels.rates[key].x.array[kinematic] = values[kinematic]
             if self.scheme.linear:
                 continue
+            end = unknown[self.last]
             if isinstance(self.scheme, QuadraticInTime):
-                dofs = self._resultant_dofs[name]
-                start = levels.q.x.array[dofs]
-                ends = self.scheme.resultants(start, {s: u[dofs] for s, u in unknown.items()})
-            levels.q.x.array[:] = unknown[self.last]
-            if isinstance(self.scheme, QuadraticInTime):
-                levels.q.x.array[dofs] = ends
+                # the unknown ones stay: they are means over the step
+                dofs, end = self._resultant_dofs[name], end.copy()
+                rows = {stage: values[dofs] for stage, values in unknown.items()}
+                end[dofs] = self.scheme.resultants(levels.q.x.array[dofs], rows)
+            levels.q.x.array[:] = end
 
     @cached_property
     def projection(self) -> VelocityProjection:

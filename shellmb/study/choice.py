@@ -9,6 +9,7 @@ from typing import Any
 from shellmb.run.loader import SceneModule
 from shellmb.run.request import Options
 from shellmb.scene import GmshFile, Scene, Shell
+from shellmb.scene.checks_effect import DISSIPATIVE
 
 # in this order choices are named, and vary from the slowest to the fastest in the grid
 AXES = ("scheme", "alpha", "cell", "degree", "solve", "tolerance", "mesh", "dt")
@@ -22,7 +23,7 @@ class Choice:
 
     Args:
         scheme: Name of the scheme.
-        alpha: Dissipation; of "ed" only.
+        alpha: Dissipation; of "ed" and "ed3" only.
         cell: Cell type of the shells.
         degree: Degree of shells and beams.
         solve: Unknowns of the linear systems.
@@ -68,7 +69,7 @@ def _words(choice: Choice, name: str) -> str:
     value = getattr(choice, name)
     if name == "scheme":
         dissipation = "" if choice.alpha is None else f" alpha = {choice.alpha:g}"
-        return (value.upper() if value in ("ep", "ed") else value) + dissipation
+        return (value.upper() if value in ("ep", "ed", "ep4", "ed3") else value) + dissipation
     written = {
         "alpha": f"alpha = {value}",
         "cell": f"{value}",
@@ -123,7 +124,7 @@ class Base:
         scene = self.build(module, choice)
         found: dict[str, Any] = {
             "scheme": scene.scheme_name,
-            "alpha": scene.alpha if scene.scheme_name == "ed" else None,
+            "alpha": scene.alpha if scene.scheme_name in DISSIPATIVE else None,
             "solve": scene.solver.solve,
             "tolerance": scene.solver.tolerance,
             "dt": scene.dt,

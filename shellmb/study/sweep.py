@@ -139,7 +139,7 @@ def make_grid(sweep: Sweep, module: SceneModule) -> Grid:
 def cost(choice: Choice) -> float:
     """About what a run costs, relative to others of its scene."""
     elements = prod(choice.mesh) if choice.mesh else 1
-    stages = 3 if choice.scheme == "ed" else 1
+    stages = {"ed": 3, "ed3": 4, "ep4": 4}.get(choice.scheme or "", 1)
     return elements * stages * (choice.degree or 1) ** 2 / (choice.dt or 1.0)
 
 

@@ -24,6 +24,8 @@ from shellmb.scene import (
     Shell,
     Solver,
 )
+from shellmb.scene.checks_effect import DISSIPATIVE
+from shellmb.schemes.registry import SCHEMES, make_scheme
 from shellmb.schemes.weights import (
     BOW,
     END,
@@ -253,6 +255,16 @@ def test_the_tangent_of_the_rows() -> None:
     found = (b[0].array - b[1].array) / (2 * step)
     # central differences of polynomials of degree four in the step: its square, and round-off
     assert np.abs(found - exact.array).max() < 1e-7 * np.abs(exact.array).max()
+
+
+def test_every_dissipation_reaches_its_scheme() -> None:
+    """Whether it is given with the scene or, as on the command line, in place of the scene's."""
+    assert [n for n, make in SCHEMES.items() if make(0.25).dissipation()[0] == 0.25] == list(
+        DISSIPATIVE
+    )
+    for name in DISSIPATIVE:
+        scene = double_pendulum("ep", 1.0, 20).with_options(scheme=name, alpha=0.25)
+        assert make_scheme(scene.scheme, scene.alpha).dissipation()[0] == 0.25
 
 
 def test_what_they_cannot_do_is_refused() -> None:
