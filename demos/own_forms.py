@@ -136,6 +136,10 @@ class Newmark:
         a = 4 * (unknown["f"] - q - dt * rates["v"]) / dt**2 - rates["a"]
         return {"v": rates["v"] + dt / 2 * (rates["a"] + a), "a": a}
 
+    def moved(self, q: Any, push: Any, unknown: Mapping[str, Any]) -> dict[str, Any]:
+        """What forces work on in the energy account: the step."""
+        return {"f": unknown["f"] - q}
+
     def dissipation(self) -> tuple[float, str | None]:
         """No law of dissipation."""
         return 0.0, None
