@@ -32,9 +32,9 @@ and then, exactly,
 
     E_f - E_i = work - alpha [2 v_2.M v_2 + bow.C bow/2].                                      (Q5)
 
-So a row is a sum of `stress of a moment . slope`, a moment is
-`lin` and `quad` of the three states with some weights, a slope `lin` and `quad` with one of them
-being the direction, and so are their derivatives. The weights are Constants, which the scheme gives
+So a row is a sum of `stress of a moment . slope`, a moment is `lin` and `quad` of the three states
+with some weights, a slope `lin` and `quad` with one of them being the direction, and so are their
+derivatives. The weights are Constants, which the scheme gives
 (`shellmb/schemes/weights.py`): the forms of a body know no scheme, and one kernel serves all rows.
 
 ===========  =====================================================================  ====

@@ -9,8 +9,8 @@ from mpi4py import MPI
 from shellmb.errors import SceneError
 from shellmb.scene import GmshFile, Scene, Shell
 
-# what an element of a shell takes at least, with its unknowns and rows of the matrix [bytes];
-# measured: 40 kB at 32x32, factors included
+# what an element of a shell takes at least, with its unknowns and rows of the matrix [bytes]: a
+# bound from below and no estimate, so that nothing is refused that might fit
 ELEMENT = 10e3
 
 
