@@ -10,7 +10,7 @@ from dolfinx import fem, mesh
 from shellmb.errors import SceneError
 from shellmb.model.body import PrescribedTurn
 from shellmb.model.places import ON_NODE, Nodes, Place, said_point, shared_nodes
-from shellmb.model.prescribed import Prescribed, Rows, Supportable
+from shellmb.model.prescribed import PARALLEL, Prescribed, Rows, Supportable
 from shellmb.model.shell import ShellModel
 from shellmb.scene import supports as scene_supports
 from shellmb.scene.lookup import said
@@ -19,9 +19,6 @@ from shellmb.scene.validate import show
 
 Floats = npt.NDArray[np.float64]
 Values = Callable[[float], Floats]
-
-# directions closer than this to one another count as parallel
-PARALLEL = 1e-9
 
 
 class SupportRows:
