@@ -208,3 +208,13 @@ def interval(a: Expr, b: Expr, beta: Expr | float = 0.0) -> Interval:
 def at_state(q: Expr) -> Interval:
     """A single state, as in statics."""
     return Interval(a=q, b=q, mid=q, at=q, unknown=q, beta=0.0)
+
+
+def end_velocity(motion: Motion, t: float, dt: float) -> Values:
+    """Velocity of a prescribed motion at the end of a step.
+
+    A one-sided difference of fourth order: the motion need not be defined beyond the end.
+    """
+    h = 1e-3 * dt
+    samples = [motion(t + dt - k * h) for k in range(5)]
+    return np.asarray(np.dot(np.array([25, -48, 36, -16, 3]) / (12 * h), np.array(samples)))

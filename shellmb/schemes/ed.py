@@ -4,7 +4,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
 from dolfinx import fem
 from ufl.core.expr import Expr
 
@@ -18,6 +17,7 @@ from shellmb.schemes.base import (
     Stage,
     Tangent,
     Values,
+    end_velocity,
     interval,
 )
 
@@ -115,11 +115,7 @@ class EnergyDecaying:
         if stage == "f":
             return end
         start, v = motion(t), rates["v"]
-        # fourth-order one-sided difference: the motion need not be defined beyond the end
-        h = 1e-3 * dt
-        samples = [motion(t + dt - k * h) for k in range(5)]
-        slope = np.dot(np.array([25, -48, 36, -16, 3]) / (12 * h), np.array(samples))
-        a = slope - v
+        a = end_velocity(motion, t, dt) - v
         b = 2 * (end - start) / dt - 2 * v - a
         if stage == "b":
             return b

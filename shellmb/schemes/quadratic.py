@@ -4,7 +4,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
 from dolfinx import fem
 
 from shellmb.forms.path import Path
@@ -17,6 +16,7 @@ from shellmb.schemes.base import (
     Stage,
     Tangent,
     Values,
+    end_velocity,
 )
 
 # unknown velocities at the end, times the step
@@ -127,16 +127,6 @@ class QuadraticInTime:
     def dissipation(self) -> tuple[float, str | None]:
         """There is no jump; what alpha damps is in `path`."""
         return self.alpha, None
-
-
-def end_velocity(motion: Motion, t: float, dt: float) -> Values:
-    """Velocity of a prescribed motion at the end of a step.
-
-    A one-sided difference of fourth order: the motion need not be defined beyond the end.
-    """
-    h = 1e-3 * dt
-    samples = [motion(t + dt - k * h) for k in range(5)]
-    return np.asarray(np.dot(np.array([25, -48, 36, -16, 3]) / (12 * h), np.array(samples)))
 
 
 def energy_decaying_3(alpha: float) -> QuadraticInTime:
