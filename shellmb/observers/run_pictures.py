@@ -132,9 +132,8 @@ def _energies(path: Path, run: Shown) -> None:
     above, below = made.subplots(2, 1, sharex=True, height_ratios=(2, 1))
     for name, label in ENERGIES.items():
         if name in history and np.any(history[name]):
-            _energy(above, history, name, label)
-    if run.scene.drivers and "work_supports" in history and np.any(history["work_supports"]):
-        above.lines[-1].set_label("work of supports, drivers")
+            drivers = ", drivers" if name == "work_supports" and run.scene.drivers else ""
+            _energy(above, history, name, label + drivers)
     above.set_ylabel("energy, work [J]")
     legend(above, 3)
     scale = float(history["total_energy"].abs().max())
