@@ -51,7 +51,7 @@ MIDDLE = (0.0, 0.0, RADIUS)
 # our limit loads from the tabulated ones, which lie on the curve but not at its very extremes
 LIMIT_TOLERANCE = 0.02
 # distance of a tabulated point from our curve, relative to the ranges of load and displacement: the
-# scatter of S4R on a 16x16 mesh (benchmarks.md: 0.5 to 2 %)
+# scatter of S4R on a 16x16 mesh (docs/reference/literature.md: 0.5 to 2 %)
 CURVE_TOLERANCE = 0.01
 
 

@@ -49,7 +49,8 @@ Y = (0.0, 1.0, 0.0)
 C, D = (LENGTH, 0.0, 0.0), (LENGTH, 0.0, HEIGHT)
 MIDDLE = HEIGHT / 2
 
-# lateral displacement that counts as buckled [m], that of references/seed61_lateral_growth.csv
+# lateral displacement that counts as buckled [m], that of the linearised model
+# in docs/reference/literature.md, examples
 BUCKLED = 2e-3
 # in-plane stiffness at the tip of a Timoshenko beam: 3 E I / L^3, and the shear [N/m]
 _BENDING = 3 * E * THICKNESS * HEIGHT**3 / 12 / LENGTH**3

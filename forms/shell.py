@@ -12,7 +12,7 @@ symbol       name                                           unit      equation
 `eps`        membrane strain (11, 22, 2*12)                 -         (9)
 `kap`        change of curvature (11, 22, 2*12)             1/m       (9)
 `gam`        transverse shear strain (13, 23)               -         (9)
-`m,s,I`      mass, first and second moment per area         kg/m^2 .. (16)
+`m,s,I`      mass, first and second moment per area         kg/m^2..  (16)
 ===========  =============================================  ========  ==========
 """
 

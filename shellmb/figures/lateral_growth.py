@@ -17,8 +17,8 @@ from shellmb.figures.example import Figure, Results, Run
 
 __all__ = ["GROWTH", "LINEARISED", "growth", "growth_figure"]
 
-# imperfection [m], time at 2 mm [s], torque then [N m]: references/seed61_lateral_growth.csv,
-# a bow like the first buckling mode
+# imperfection [m], time at 2 mm [s], torque then [N m]: docs/reference/literature.md,
+# examples; a bow like the first buckling mode
 LINEARISED = np.array(
     [
         (1e-3, 0.0335, 17.9),

@@ -25,7 +25,7 @@ from shellmb.verify.solve import linear_displacement
 NAVIER = "Navier series, Reissner-Mindlin"
 RITZ = "Ritz 16x16, Reissner-Mindlin, plate_rm_static_ritz.csv"
 TIMOSHENKO = "Timoshenko & Woinowsky-Krieger"
-# of a thin clamped square, w D / (q a^4); benchmarks.md section 2b
+# of a thin clamped square, w D / (q a^4); docs/reference/literature.md, plates
 THIN_CLAMPED = 1.265319087e-3
 THIN = 1000
 
@@ -62,7 +62,7 @@ def squares() -> Iterator[Check]:
             f"clamped, a/h={THIN}, {cell} 8x8",
             _deflection("clamped", THIN, cell),
             THIN_CLAMPED,
-            "thin plate, benchmarks.md 2b",
+            "thin plate, docs/reference/literature.md",
         )
         for a_over_h in (10, 100):
             yield Check(

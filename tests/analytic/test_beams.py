@@ -61,8 +61,7 @@ def test_strip_of_ten_hertz() -> None:
 def test_lateral_buckling() -> None:
     """Timoshenko & Gere (1961) art. 6.3: 4.013.
 
-    The finite element values of the mission (references/lateral_buckling_linear.csv) lie above
-    the exact ones by their discretisation, 7e-5 and 3e-4.
+    docs/reference/literature.md, tops and frames.
     """
     free, held = beams.lateral_buckling(), beams.lateral_buckling(held=True)
     assert free == pytest.approx(4.013, abs=5e-4)

@@ -10,7 +10,7 @@ STRIP = Strip(1.0, 0.08, 2e-3, 210e9, 0.25)
 
 
 def test_stiffnesses_and_load_of_the_papers_plate() -> None:
-    """Values of references/lateral_buckling_linear.csv, from beam elements."""
+    """Values of docs/reference/literature.md, examples."""
     assert STRIP.weak == pytest.approx(11.2)
     assert STRIP.torsion == pytest.approx(17.6378, rel=1e-4)
     unit = lateral_buckling() * np.sqrt(STRIP.weak * STRIP.torsion)

@@ -54,7 +54,7 @@ def test_long_rectangle_is_a_strip() -> None:
 def test_thin_square_point() -> None:
     plate = square(100)
     w = rectangle_point_deflection(plate, A, A, Q) * plate.bending / (Q * A**2)
-    assert w == pytest.approx(0.01160084, abs=5.1e-9)  # benchmarks.md 2b
+    assert w == pytest.approx(0.01160084, abs=5.1e-9)  # docs/reference/literature.md
 
 
 def test_thin_rectangle_point_is_navier_s_double_series() -> None:
@@ -100,7 +100,7 @@ def test_nafems_fv52() -> None:
 
 
 def test_circle_uniform() -> None:
-    """Formulas of benchmarks.md 2b, written with `(16/5) h^2 / (a^2 (1 - nu))` for kappa = 5/6."""
+    """Formulas of docs/reference/literature.md, `(16/5) h^2 / (a^2 (1 - nu))` for kappa = 5/6."""
     plate, a, nu = Plate(7e9, 0.3, 0.2), 1.5, 0.3
     unit = Q * a**4 / (64 * plate.bending)
     by_shear = 16 / 5 * plate.thickness**2 / (a**2 * (1 - nu))

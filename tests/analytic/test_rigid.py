@@ -83,7 +83,7 @@ def test_heavy_top_without_weight_is_free() -> None:
     np.testing.assert_allclose(heavy.omega, free.omega, atol=INTEGRATED)
 
 
-# the top of the mission (benchmarks.md, 3.5): mass 15 kg at (0, 1, 0), its own moments of inertia,
+# the top of docs/reference/literature.md: mass 15 kg at (0, 1, 0), its own moments of inertia,
 # and the angular velocity about the fixed point
 TOP = MassProperties(15.0, np.array([0.0, 1.0, 0.0]), np.diag([0.234375, 0.46875, 0.234375]))
 TOP_OMEGA = np.array([0.0, 150.0, -4.61538])

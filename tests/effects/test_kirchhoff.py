@@ -24,7 +24,7 @@ from shellmb.verify import tables
 from shellmb.verify.setups import CENTRE, plate_section, square
 from shellmb.verify.solve import displacement, solved
 
-# Timoshenko & Woinowsky-Krieger: uniform load, w D / (q a^4); benchmarks.md section 2b
+# Timoshenko & Woinowsky-Krieger: uniform load, w D / (q a^4); docs/reference/literature.md
 THIN = {"hard": 4.062353e-3, "clamped": 1.265319087e-3}
 
 

@@ -24,7 +24,7 @@ from shellmb.run.execute import execute
 from shellmb.scene import JointDamper, JointSpring, Revolute, RigidBody, Scene
 
 # table 1 integrated for a hinge alone without inertia, mu theta' = M_0 [1 - (theta/theta_0)^n]:
-# times [s] of 50, 90, 95, 99 % (references/seed63_joint_times.csv)
+# times [s] of 50, 90, 95, 99 % (docs/reference/literature.md, examples)
 TIMES = {
     "A1": (15.74, 31.42, 35.76, 44.73),
     "C1": (17.67, 32.63, 35.61, 41.04),
@@ -65,7 +65,7 @@ def test_each_hinge_alone_opens_as_table_1_tells(hinges: pd.DataFrame, line: str
 
 
 def test_the_layup_is_that_of_the_references() -> None:
-    # references/benchmarks.md, 5.3 [N m]
+    # docs/reference/literature.md, laminates [N m]
     D = laminate(True, **SHEAR).D
     wanted = [[20.95, 3.136, 1.014], [3.136, 15.88, 1.014], [1.014, 1.014, 4.372]]
     np.testing.assert_allclose(D, wanted, rtol=5e-4)

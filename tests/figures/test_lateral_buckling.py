@@ -20,7 +20,7 @@ from shellmb.scene import Scene
 
 
 def test_stiffness_is_that_of_the_reference() -> None:
-    # references/seed61_lateral_growth.csv: 53503 N/m
+    # docs/reference/literature.md, examples: 53503 N/m
     assert pytest.approx(53503, rel=1e-5) == STIFFNESS
 
 

@@ -54,7 +54,7 @@ def history(amplitude=0.0, way=(0.0, 1.0), tremble=0.0, dt=2.5e-3):
 
 @pytest.mark.parametrize("t, u", [(0.0, 0.0), (0.7, -1.265), (0.75, -1.2798), (1.25, -0.304)])
 def test_kinematic_curve(t, u):
-    """Values of references/benchmarks.md, section 5.2, to their last digit."""
+    """Values of docs/reference/literature.md, examples, to their last digit."""
     assert demo.kinematic(t) == pytest.approx(u, abs=6e-4)
 
 

@@ -1,4 +1,4 @@
-"""The table of hard cases for the README, from what the tests noted.
+"""The table of hard cases for the documentation, from what the tests noted.
 
     SHELLMB_HARD_TABLE=hard.csv uv run pytest -n0 -m '' tests/hard
     uv run python tests/hard/table.py hard.csv

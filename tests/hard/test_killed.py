@@ -1,6 +1,6 @@
 """A run killed at any moment leaves a directory that `shellmb resume` continues to the same end.
 
-Equal means bit for bit, as README promises for serial runs with Newton's full method.
+Equal means bit for bit, as the documentation promises for serial runs with Newton's full method.
 """
 
 import csv

@@ -11,7 +11,7 @@ SOFT = PlyMaterial(E1=25.0, E2=1.0, nu12=0.25, G12=0.5, G13=0.5, G23=0.2)
 
 
 def test_antenna_lay_up():
-    """D and A of references/benchmarks.md 5.3."""
+    """D and A of docs/reference/literature.md, laminates."""
     section = Laminate.from_stacking(ANTENNA, 125e-6, "[0,90,45,-45,45,-45]_s")
     assert section.thickness == pytest.approx(1.5e-3)
     D, A = section.D, section.A

@@ -39,7 +39,7 @@ def test_curves(name: tables.CurveName, end: dict[str, float]) -> None:
 
 
 def test_plates() -> None:
-    """Values of benchmarks.md 2b and 2c."""
+    """Values of docs/reference/literature.md, tables."""
     assert tables.plate_deflection("SSSS hard", 10) == 4.272842e-3
     assert tables.plate_deflection("CCCC", 100) == 1.267854e-3
     assert tables.plate_deflection("CFFF", 5) == 0.1365595
@@ -56,7 +56,7 @@ def test_the_two_tables_of_the_hard_square_agree(a_over_h: float) -> None:
 
 
 def test_laminates() -> None:
-    """Values of benchmarks.md 2d."""
+    """Values of docs/reference/literature.md, tables."""
     assert tables.laminate_deflection("0/90", 4) == 2.14916
     assert tables.laminate_deflection("0/90/0", 10, "3D_elasticity") == 0.75303
     assert tables.angle_ply_deflection(3.0, 100) == 2.06742

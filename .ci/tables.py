@@ -1,9 +1,9 @@
-"""The table of `shellmb verify` in README.md, made from what the command prints with `--json`.
+"""The table in docs/evidence/verification.md, made from what `shellmb verify --json` prints.
 
     shellmb verify --slow --json > demos/studies/verify.json
-    python .ci/readme_tables.py                      # writes the table
-    python .ci/readme_tables.py --check              # fails if README.md has another one
-    python .ci/readme_tables.py --part beams/roll-up # runs these cases, compares with the file
+    python .ci/tables.py                      # writes the table
+    python .ci/tables.py --check              # fails if the page has another one
+    python .ci/tables.py --part beams/roll-up # runs these cases, compares with the file
 
 A row for every case; in it the value that is nearest to its bound, and the largest error, whatever
 its bound. No case is left out.
@@ -24,7 +24,7 @@ from shellmb.verify.table import find_cases
 
 ROOT = Path(__file__).resolve().parents[1]
 STORED = ROOT / "demos" / "studies" / "verify.json"
-README = ROOT / "README.md"
+PAGE = ROOT / "docs" / "evidence" / "verification.md"
 BEGIN, END = "<!-- shellmb verify: begin -->", "<!-- shellmb verify: end -->"
 # errors of two machines differ by round-off, seen against the bound, and by this part of themselves
 ROUND_OFF, NEAR = 1e-2, 0.05
@@ -92,11 +92,11 @@ def table(entries: list[Entry]) -> str:
 
 
 def with_table(text: str, made: str) -> str:
-    """README with the table between its marks."""
+    """The page with the table between its marks."""
     before, begin, rest = text.partition(BEGIN)
     _, end, after = rest.partition(END)
     if not begin or not end:
-        raise SystemExit(f"README.md has no lines '{BEGIN}' and '{END}'")
+        raise SystemExit(f"{PAGE} has no lines '{BEGIN}' and '{END}'")
     return f"{before}{BEGIN}\n{made}\n{END}{after}"
 
 
@@ -123,7 +123,7 @@ def differences(stored: list[Entry], now: list[Entry]) -> list[str]:
 def main() -> None:
     """Write, check, or compare."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
-    parser.add_argument("--check", action="store_true", help="fail if README.md differs")
+    parser.add_argument("--check", action="store_true", help="fail if the page differs")
     parser.add_argument("--part", metavar="PATTERN", help="run these cases and compare")
     asked = parser.parse_args()
     stored = json.loads(STORED.read_text())
@@ -133,12 +133,12 @@ def main() -> None:
         found = differences(stored, json.loads(said))
         if found:
             raise SystemExit(f"{STORED.name} is not what is found:\n" + "\n".join(found))
-    text = README.read_text()
+    text = PAGE.read_text()
     wanted = with_table(text, table(stored))
     if asked.check and text != wanted:
-        raise SystemExit("README.md: the table of `shellmb verify` is not that of its JSON")
+        raise SystemExit(f"{PAGE.name}: the table of `shellmb verify` is not that of its JSON")
     if not asked.check and not asked.part:
-        README.write_text(wanted)
+        PAGE.write_text(wanted)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""The table of README.md is made from what `shellmb verify --json` said, and of all of it."""
+"""The table of docs/evidence/verification.md is made from all that `shellmb verify` said."""
 
 import importlib.util
 import json
@@ -13,7 +13,7 @@ ROOT = Path(__file__).parents[2]
 @pytest.fixture(scope="module")
 def tables() -> Any:
     """The script as a module."""
-    spec = importlib.util.spec_from_file_location("readme_tables", ROOT / ".ci/readme_tables.py")
+    spec = importlib.util.spec_from_file_location("tables", ROOT / ".ci/tables.py")
     assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
@@ -25,10 +25,10 @@ def entry(case: str, error: float | None, tolerance: float, source: str = "") ->
     return {"case": case, "error": error, "tolerance": tolerance, "pass": passed, "source": source}
 
 
-def test_readme_has_the_table_of_the_stored_results(tables: Any) -> None:
+def test_the_page_has_the_table_of_the_stored_results(tables: Any) -> None:
     stored = json.loads(tables.STORED.read_text())
-    text = tables.README.read_text()
-    assert text == tables.with_table(text, tables.table(stored)), "run .ci/readme_tables.py"
+    text = tables.PAGE.read_text()
+    assert text == tables.with_table(text, tables.table(stored)), "run .ci/tables.py"
 
 
 def test_each_row_shows_the_value_nearest_to_its_bound(tables: Any, monkeypatch: Any) -> None:

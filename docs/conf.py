@@ -1,0 +1,80 @@
+"""Documentation of shellmb: Sphinx with MyST, tutorials executed when it is built (myst-nb).
+
+    uv run --group docs sphinx-build -W --keep-going docs docs/_build/html
+
+Sphinx, as FEniCSx itself uses it: equations, cross references that are checked, an API reference
+from docstrings, and tutorials that are text files which run.
+"""
+
+import re
+import subprocess
+import sys
+from importlib.metadata import version as version_of
+from pathlib import Path
+from typing import Any
+
+project = "shellmb"
+author = "the developers of shellmb"
+version = release = version_of("shellmb")
+
+extensions = [
+    "myst_nb",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.napoleon",
+    "sphinx.ext.viewcode",
+]
+exclude_patterns = ["_build", "jupyter_execute"]
+html_theme = "furo"
+html_title = "shellmb"
+html_static_path: list[str] = []
+
+myst_enable_extensions = ["amsmath", "colon_fence", "deflist", "dollarmath"]
+myst_heading_anchors = 3
+# a tutorial that fails, fails the build; one that has not changed is not run again
+nb_execution_mode = "cache"
+nb_execution_raise_on_error = True
+nb_execution_timeout = 300
+nb_execution_cache_path = "_build/tutorials"
+nb_merge_streams = True
+
+autodoc_typehints = "description"
+autodoc_typehints_description_target = "documented"
+autodoc_member_order = "bysource"
+autodoc_default_options = {"members": True, "show-inheritance": False}
+# docstrings put code between single backticks
+default_role = "code"
+napoleon_google_docstring = True
+napoleon_numpy_docstring = False
+napoleon_use_ivar = True
+# what a dataclass's `Args` describe are its attributes: say them once
+python_use_unqualified_type_names = True
+suppress_warnings = ["ref.python"]
+
+linkcheck_timeout = 20
+linkcheck_anchors = False
+
+
+def _markdown(app: Any, what: str, name: str, obj: Any, options: Any, lines: list[str]) -> None:
+    """Bars and stars outside of code are letters."""
+    for k, line in enumerate(lines):
+        parts = re.split(r"(``[^`]+``|`[^`]+`)", line)
+        for j, part in enumerate(parts):
+            if not part.startswith("`") and not line.startswith("    "):
+                parts[j] = part.replace("|", r"\|").replace("**", r"\*\*")
+        lines[k] = "".join(parts)
+
+
+def _commands(app: Any) -> None:
+    """The command line's own help, as a page."""
+    command = ["-m", "typer", "shellmb.cli", "utils", "docs", "--name", "shellmb"]
+    said = subprocess.run([sys.executable, *command], capture_output=True, text=True, check=True)
+    text = said.stdout.replace("# `shellmb`\n", "# Commands\n", 1)
+    page = Path(app.srcdir) / "reference" / "commands.md"
+    if not page.exists() or page.read_text() != text:
+        page.write_text(text)
+
+
+def setup(app: Any) -> None:
+    """Hooks of Sphinx."""
+    app.connect("builder-inited", _commands)
+    app.connect("autodoc-process-docstring", _markdown, priority=100)
