@@ -2,7 +2,8 @@
 
 With the environment variable `SHELLMB_HARD_TABLE=hard.csv` every test adds its worst values to that
 file; `python tests/hard/table.py hard.csv` makes the table of docs/evidence/hard.md of it. The
-scenes are few and small, and parameters are constants of the forms: most cases share their compiled kernels.
+scenes are few and small, and parameters are constants of the forms: most cases share their
+compiled kernels.
 """
 
 import csv
