@@ -28,11 +28,14 @@ CELLS: dict[int, tuple[Cell, int, int]] = {
 # the options shellmb relies on; a session that is open gets its own values back
 OPTIONS = {
     "General.Terminal": 0,
+    "Mesh.MeshSizeMax": 1e22,
     "Mesh.RecombineAll": 0,
     "Mesh.RecombinationAlgorithm": 1,
     "Mesh.SecondOrderIncomplete": 0,
 }
 LINES = {1: 2, 8: 3}
+# formats that say nothing of the size of elements
+CAD = {".step", ".stp", ".brep", ".iges", ".igs"}
 NAMES = {"quad": "quadrilaterals", "tri": "triangles"}
 
 
@@ -93,6 +96,10 @@ def _mesh(gmsh: Any, shell: Shell) -> None:
     """Make the mesh where there is none yet, of the cells and the order the shell asks for."""
     model, meshed = gmsh.model, len(gmsh.model.mesh.getElementTypes(2)) > 0
     if not meshed:
+        if isinstance(shell.surface, GmshFile) and shell.surface.path.suffix.lower() in CAD:
+            box = np.array(model.getBoundingBox(-1, -1))
+            longest = float((box[3:] - box[:3]).max())
+            gmsh.option.setNumber("Mesh.MeshSizeMax", longest / max(shell.mesh))
         quads = shell.cell == "quad"
         if quads:
             gmsh.option.setNumber("Mesh.RecombineAll", 1)

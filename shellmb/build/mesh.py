@@ -15,11 +15,13 @@ import numpy as np
 import numpy.typing as npt
 import ufl
 
+from shellmb.build.edges_where import with_edges
 from shellmb.build.extent import check_extent
 from shellmb.build.raw import Floats, RawMesh, cell_cross, vertex_count
 from shellmb.build.structured import structured_mesh
 from shellmb.errors import SceneError, ShellmbError
-from shellmb.scene import GmshFile, GmshModel, Shell, Surface
+from shellmb.scene import MeshFile, Shell, Surface
+from shellmb.scene.gmsh_surfaces import Meshed
 
 __all__ = ["SurfaceMesh", "build_surface"]
 
@@ -139,17 +141,23 @@ def _on_first_rank(shell: Shell, comm: MPI.Comm) -> RawMesh:
 
 
 def _raw(shell: Shell) -> RawMesh:
-    if isinstance(shell.surface, GmshFile | GmshModel):
-        # gmsh takes a second to load
+    if not isinstance(shell.surface, Meshed):
+        return structured_mesh(shell)
+    # gmsh takes a second to load
+    if isinstance(shell.surface, MeshFile):
+        from shellmb.build.file_mesh import file_mesh
+
+        raw = file_mesh(shell)
+    else:
         from shellmb.build.gmsh_mesh import gmsh_mesh
 
-        return gmsh_mesh(shell)
-    return structured_mesh(shell)
+        raw = gmsh_mesh(shell)
+    return with_edges(raw, shell.surface.edges_where, shell.name)
 
 
 def _normal(surface: Surface) -> Callable[[Floats], Floats] | None:
     """Exact normals: the surface's own, by its map, or none for a mesh of gmsh's."""
-    if isinstance(surface, GmshFile | GmshModel):
+    if isinstance(surface, Meshed):
         return None
     if type(surface).normal is Surface.normal:
         from shellmb.build.normals import map_normals

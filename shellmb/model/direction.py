@@ -7,7 +7,9 @@ import numpy.typing as npt
 from dolfinx import fem
 
 from shellmb.build.mesh import SurfaceMesh
+from shellmb.build.spaces import MixedSpace
 from shellmb.errors import SceneError
+from shellmb.model.positions import interpolated
 from shellmb.scene import Shell
 
 # cosine of the angle to the normal beyond which a direction has no useful projection on the surface
@@ -16,18 +18,37 @@ NEARLY_NORMAL = 0.95
 
 
 def direction_1(
-    shell: Shell, surface_mesh: SurfaceMesh, director: fem.Function
-) -> npt.NDArray[np.float64]:
+    shell: Shell, surface_mesh: SurfaceMesh, mixed: MixedSpace, director: fem.Function
+) -> fem.Constant | fem.Function:
     """Material 1-direction: the user's, or the first axis that is nowhere nearly normal.
 
     Args:
         shell: Description.
         surface_mesh: Its mesh.
+        mixed: Its space.
         director: Reference directors.
 
     Raises:
         SceneError: If the user's is normal to the surface somewhere.
     """
+    if not callable(shell.direction):
+        return fem.Constant(surface_mesh.mesh, _vector(shell, surface_mesh, director))
+    field = interpolated(shell.direction, mixed, "direction")
+    v, d = field.x.array.reshape(-1, 3), director.x.array.reshape(-1, 3)
+    size = np.linalg.norm(v, axis=1)
+    steep = np.abs((v * d).sum(axis=1)) > ALMOST_NORMAL * size
+    if surface_mesh.mesh.comm.allreduce(int(steep.sum())):
+        raise SceneError(
+            f"shell '{shell.name}': direction gives a vector that is normal to the surface at some "
+            "node; it must have a part along the surface everywhere"
+        )
+    return field
+
+
+def _vector(
+    shell: Shell, surface_mesh: SurfaceMesh, director: fem.Function
+) -> npt.NDArray[np.float64]:
+    """One vector for the whole shell."""
     directors = director.x.array.reshape(-1, 3)
     comm = surface_mesh.mesh.comm
 

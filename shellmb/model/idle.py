@@ -62,7 +62,8 @@ def refuse_idle_loads(scene: Scene, bodies: Mapping[str, Meshed], prescribed: Pr
 def _holding(load: Any, body: Meshed, prescribed: Prescribed) -> list[str]:
     """The supports that hold everything that a load works on; none if something is free."""
     part, components = WORKS_ON[type(load)]
-    force = None if components is None else np.array(getattr(load, components))
+    given = None if components is None else getattr(load, components)
+    force = None if given is None or callable(given) else np.array(given)
     if force is not None and not force.any():
         return []
     where = load.edge if hasattr(load, "edge") else load.point

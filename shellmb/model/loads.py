@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import ufl
@@ -15,6 +15,7 @@ from ufl.core.expr import Expr
 from shellmb.forms import loads as load_forms
 from shellmb.forms.surface import Surface
 from shellmb.model.body import TimeFunction
+from shellmb.model.positions import interpolated
 from shellmb.scene.loads import (
     EdgeForce,
     EdgeMoment,
@@ -83,13 +84,16 @@ class ShellLoads(DistributedLoads):
 
         match load:
             case SurfaceForce():
-                return load_forms.dead_force(self._force(load), du), body.rules.full
+                return load_forms.dead_force(self._field(load.force), du), body.rules.full
             case FollowerSurfaceForce():
                 components = constant(load.components)
                 force = load_forms.follower_force(components, u, w, body.surface, du)
                 return force, body.rules.full
             case Pressure():
-                return load_forms.pressure(constant(load.p), u, body.surface, du), body.rules.full
+                return (
+                    load_forms.pressure(self._field(load.p), u, body.surface, du),
+                    body.rules.full,
+                )
             case Gravity():
                 assert body.mass_of_section is not None
                 acceleration = constant(load.acceleration)
@@ -98,7 +102,7 @@ class ShellLoads(DistributedLoads):
                     body.rules.full,
                 )
             case EdgeForce():
-                force = load_forms.dead_force(constant(load.force), du)
+                force = load_forms.dead_force(self._field(load.force), du)
                 return force, body.ds(load.edge, "edge force")
             case FollowerEdgeForce():
                 components = constant(load.components)
@@ -108,18 +112,15 @@ class ShellLoads(DistributedLoads):
                     body.ds(load.edge, "follower edge force"),
                 )
             case EdgeMoment():
-                moment = load_forms.edge_moment(constant(load.moment), w, body.surface, dw)
+                moment = load_forms.edge_moment(self._field(load.moment), w, body.surface, dw)
                 return moment, body.ds(load.edge, "edge moment")
         raise NotImplementedError(f"no form for {type(load).__name__}")
 
-    def _force(self, load: SurfaceForce) -> Expr:
-        """The force per area: a constant, or a field interpolated once."""
-        domain = self._body.mixed.space.mesh
-        if not callable(load.force):
-            return fem.Constant(domain, np.asarray(load.force, dtype=float))
-        field = fem.Function(self._body.mixed.subspaces["u"], name="surface_force")
-        field.interpolate(load.force)
-        return field
+    def _field(self, value: Any) -> Expr:
+        """A constant, or a function of the position interpolated once."""
+        if callable(value):
+            return interpolated(value, self._body.mixed, "load")
+        return fem.Constant(self._body.mixed.space.mesh, np.asarray(value, dtype=float))
 
     def _edge_basis(self) -> Surface:
         """Outward, along the edge, and normal: the basis of follower forces on edges."""

@@ -192,7 +192,7 @@ def _coordinates(
         SceneError: If something acts on a joint that acts at times only.
     """
     keys: dict[Key, None] = {}
-    items: list[Any] = [*scene.drivers, *scene.locks, *scene.elements]
+    items: list[Any] = [*scene.drivers, *scene.acting_locks, *scene.elements]
     for item in items:
         if isinstance(item, PointElement):
             continue
@@ -290,7 +290,7 @@ def _locks(
 ) -> list[Locks]:
     """Groups of locks, of rotations and of translations."""
     assert scene.t_end is not None
-    items = [(lock, kind) for lock in scene.locks for kind in scene.coordinates_of(lock)]
+    items = [(lock, kind) for lock in scene.acting_locks for kind in scene.coordinates_of(lock)]
     found = []
     for kind in dict.fromkeys(kind for _, kind in items):
         locks = [lock for lock, other in items if other == kind]

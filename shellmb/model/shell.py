@@ -60,7 +60,7 @@ class ShellModel:
         self.director = reference_director(
             surface_mesh, self.mixed.subspaces["u"], shell.degree, shell.name
         )
-        direction = fem.Constant(domain, direction_1(shell, surface_mesh, self.director))
+        direction = direction_1(shell, surface_mesh, self.mixed, self.director)
         self.surface: Surface = surface(ufl.Jacobian(domain), direction, self.director)
         self.rules = quadrature_rules(domain, shell.degree)
         self._ds = self._edge_measure(domain)

@@ -9,6 +9,7 @@ from dolfinx import fem, mesh
 
 from shellmb.errors import SceneError
 from shellmb.model.body import PrescribedTurn
+from shellmb.model.ends import frame_about
 from shellmb.model.places import ON_NODE, Nodes, Place, said_point, shared_nodes
 from shellmb.model.prescribed import PARALLEL, Prescribed, Rows, Supportable
 from shellmb.model.shell import ShellModel
@@ -55,6 +56,9 @@ class SupportRows:
                 self._hold(support.edge, "u")
             case scene_supports.SoftSupport():
                 self._plane(support.edge, "u", support.axis)
+            case scene_supports.Diaphragm():
+                for direction in frame_about(support.axis)[:2]:
+                    self._plane(support.edge, "u", direction)
             case scene_supports.HardSupport():
                 self._plane(support.edge, "u", support.axis)
                 self._along_edge(support.edge)
@@ -117,7 +121,7 @@ class SupportRows:
         normals = np.tile(np.eye(size), (len(nodes.x), 1))
         self._add(nodes, part, normals, value, each=size)
 
-    def _plane(self, where: Place, part: str, normal: tuple[float, ...]) -> None:
+    def _plane(self, where: Place, part: str, normal: Any) -> None:
         nodes, direction = self._nodes(where), np.asarray(normal, dtype=float)
         direction = direction / np.linalg.norm(direction)
         self._add(nodes, part, np.tile(direction, (len(nodes.x), 1)))

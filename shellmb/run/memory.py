@@ -7,7 +7,7 @@ import os
 from mpi4py import MPI
 
 from shellmb.errors import SceneError
-from shellmb.scene import GmshFile, Scene, Shell
+from shellmb.scene import GmshFile, MeshFile, Scene, Shell
 
 # what an element of a shell takes at least, with its unknowns and rows of the matrix [bytes]: a
 # bound from below and no estimate, so that nothing is refused that might fit
@@ -41,7 +41,7 @@ def _elements(body: object) -> float:
     """Number of elements, as far as the scene tells."""
     if not isinstance(body, Shell):
         return float(getattr(body, "elements", 0))
-    if isinstance(body.surface, GmshFile):
+    if isinstance(body.surface, GmshFile | MeshFile):
         return 0.0
     first, second = body.mesh
     return float(first) * second * (2 if body.cell == "tri" else 1)

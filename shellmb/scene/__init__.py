@@ -31,7 +31,7 @@ from shellmb.scene.elements import (
     Motor,
     Spring,
 )
-from shellmb.scene.gmsh_surfaces import GmshFile, GmshModel
+from shellmb.scene.gmsh_surfaces import GmshFile, GmshModel, MeshFile
 from shellmb.scene.initial import InitialVelocity
 from shellmb.scene.joints import (
     GROUND,
@@ -70,6 +70,7 @@ from shellmb.scene.sections import Hyperelastic, Isotropic, LinearSection, Ortho
 from shellmb.scene.settings import Output, Solver, StepControl
 from shellmb.scene.supports import (
     Clamped,
+    Diaphragm,
     Driven,
     Fixed,
     HardSupport,
@@ -96,6 +97,7 @@ __all__ = [
     "Cylinder",
     "Cylindrical",
     "Damper",
+    "Diaphragm",
     "Disc",
     "Distance",
     "Driven",
@@ -131,6 +133,7 @@ __all__ = [
     "LinearSection",
     "Load",
     "Lock",
+    "MeshFile",
     "Motor",
     "Orthotropic",
     "Output",

@@ -8,7 +8,8 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, InstanceOf
 
 from shellmb.errors import SceneError
-from shellmb.scene.gmsh_surfaces import GmshFile, GmshModel
+from shellmb.scene.gmsh_surfaces import Meshed
+from shellmb.scene.positions import OfPosition
 from shellmb.scene.sections import LinearSection, Section
 from shellmb.scene.surfaces import Surface
 from shellmb.scene.validate import (
@@ -42,8 +43,9 @@ class Shell:
             gmsh models, whatever a mesh file holds.
         distortion: Interior vertices are moved by this fraction of the element size, in a fixed
             pattern, up to 0.3; for studies of locking.
-        direction: The material 1-direction is this vector projected on the surface; None: the x
-            axis, or where that is nearly normal to some part of the surface, y or z.
+        direction: The material 1-direction is this vector projected on the surface, or a
+            vectorised function of positions (3, n) that gives vectors (3, n); None: the x axis, or
+            where that is nearly normal to some part of the surface, y or z.
         rotary_inertia: Whether the rotation of the director has inertia.
         eccentric_inertia: Whether the first moment s* of eq. 16 is taken into account, where the
             section has one.
@@ -65,7 +67,7 @@ class Shell:
     cell: Literal["quad", "tri"] = "quad"
     geometry_order: Annotated[Literal[1, 2] | None, Untrue] = None
     distortion: Distortion = 0.0
-    direction: Vec3 | None = None
+    direction: Vec3 | OfPosition | None = None
     rotary_inertia: bool = True
     eccentric_inertia: bool = True
     transverse_shear: bool = True
@@ -86,17 +88,17 @@ class Shell:
             raise SceneError(
                 f"shell '{self.name}': degree is {self.degree}; it must be 2 on triangles"
             )
-        if self.distortion and isinstance(self.surface, GmshFile | GmshModel):
+        if self.distortion and isinstance(self.surface, Meshed):
             raise SceneError(
                 f"shell '{self.name}': distortion is {show(self.distortion)}; "
-                "it must be 0 where gmsh makes the mesh"
+                "it must be 0 where the mesh is read, or made by gmsh"
             )
         if self.surface.closed and not self.surface.pole and self.mesh[0] < 3:
             raise SceneError(
                 f"shell '{self.name}': mesh is {show(self.mesh)}; "
                 "it must have at least 3 elements around a closed surface"
             )
-        if self.direction is not None:
+        if self.direction is not None and not callable(self.direction):
             unit_vector(self.direction, f"shell '{self.name}': direction")
         if not isinstance(self.section, LinearSection):
             for what in ("transverse_shear", "stretching", "coupling"):

@@ -10,13 +10,13 @@ import numpy as np
 from shellmb.errors import SceneError
 from shellmb.scene import checks_effect, checks_multibody
 from shellmb.scene.joints import GROUND
-from shellmb.scene.loads import SurfaceForce
 from shellmb.scene.lookup import Body, bodies_of, find_shell, kind_of, listed, said
 from shellmb.scene.names import check_names
 from shellmb.scene.places import check_edges, check_point, edges_of, finite_in_time, points_of
+from shellmb.scene.positions import values_at
 from shellmb.scene.sections import Hyperelastic
 from shellmb.scene.supports import Driven, Fixed
-from shellmb.scene.validate import edge_names, in_words, show
+from shellmb.scene.validate import edge_names, show
 
 if TYPE_CHECKING:
     from shellmb.scene.scene import Scene
@@ -48,7 +48,7 @@ def check(scene: Scene) -> None:
     _quadratic(scene)
     _targets(scene)
     _time_functions(scene)
-    _surface_forces(scene)
+    _functions_of_position(scene)
     checks_multibody.check(scene)
     checks_effect.check(scene)
 
@@ -172,27 +172,18 @@ def _time_functions(scene: Scene) -> None:
             finite_in_time(s.translation, scene.t_end, "driven edge: translation", 3)
 
 
-def _surface_forces(scene: Scene) -> None:
-    """A force given as a function of position, tried at a few points where the surface is known."""
+def _functions_of_position(scene: Scene) -> None:
+    """Loads and directions that are, tried at a few points where the surface is known."""
+    s = np.linspace(0.05, 0.95, 7)
     for load in scene.loads:
-        if not isinstance(load, SurfaceForce) or not callable(load.force):
-            continue
-        surface = find_shell(scene, load.body, "surface force").surface
-        if surface.edges is None:
-            continue
-        s = np.linspace(0.05, 0.95, 7)
-        x = surface.position(s, s[::-1].copy())
-        try:
-            value = np.asarray(load.force(x), dtype=float)
-        except Exception as error:
-            raise SceneError(
-                f"surface force: force fails ({in_words(error)}); it must be written for an array "
-                "of positions"
-            ) from error
-        if value.shape != x.shape:
-            raise SceneError(
-                f"surface force: force gives an array of shape {value.shape} for positions of "
-                f"shape {x.shape}; it must give the same shape"
-            )
-        if not np.isfinite(value).all():
-            raise SceneError("surface force: force gives a number that is not finite")
+        given = {name: getattr(load, name, None) for name in ("force", "p", "moment")}
+        for name, value in given.items():
+            if callable(value):
+                surface = find_shell(scene, load.body, load.label).surface
+                if surface.edges is not None:
+                    x = surface.position(s, s[::-1].copy())
+                    values_at(value, x, 1 if name == "p" else 3, f"{load.label}: {name}")
+    for shell in scene.shells:
+        if callable(shell.direction) and shell.surface.edges is not None:
+            x = shell.surface.position(s, s[::-1].copy())
+            values_at(shell.direction, x, 3, f"shell '{shell.name}': direction")

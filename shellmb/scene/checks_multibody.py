@@ -141,7 +141,13 @@ def _coordinates(scene: Scene) -> None:
         for name in driver.coordinates:
             finite_in_time(getattr(driver, name), scene.t_end, f"{said(driver)}: {name}", 1)
     for lock in scene.locks:
-        _within_time(scene, lock.windows, f"lock of joint '{lock.joint}': windows")
+        # one that begins after the end, as of a run that is cut short, is just not there
+        for start, end in lock.windows:
+            if start < 0:
+                raise SceneError(
+                    f"lock of joint '{lock.joint}': windows has the window ({start:g}, {end:g}); "
+                    "it must begin at 0 or later"
+                )
     for element in scene.elements:
         if isinstance(element, JointElement):
             coordinates_of(scene, element)

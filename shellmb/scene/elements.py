@@ -75,7 +75,8 @@ class Lock:
 
     Args:
         joint: Name of the joint.
-        windows: One window ``(start, end)`` of time [s] or several.
+        windows: One window ``(start, end)`` of time [s] or several; a lock whose windows all
+            begin after the scene's end does not act.
         coordinate: Which coordinate; None: all that the joint has.
     """
 

@@ -1,17 +1,19 @@
 """Loads, on shells and on any body; see ``body_loads`` for those on beams and rigid bodies.
 
 ``body`` names the body and may be left out where the scene has one only that can carry the load.
-``time`` multiplies the load; without it a load grows as t / t_end in statics, and is sudden and
-constant in dynamics. Forces are per unit area or length of the reference surface. A dead load keeps
-its direction; a follower load turns with the convected basis E1, E2, E3 of the deformed shell,
-which begins as the material 1-direction, the one across it, and the normal.
+Where a load may be a function of the position, it is vectorised: of reference positions (3, n), and
+gives an array (3, n), or (n,) for a pressure; it is interpolated once. ``time`` multiplies the
+load; without it a load grows as t / t_end in statics, and is sudden and constant in dynamics.
+Forces are per unit area or length of the reference surface. A dead load keeps its direction; a
+follower load turns with the convected basis E1, E2, E3 of the deformed shell, which begins as the
+material 1-direction, the one across it, and the normal.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any, ClassVar
+from typing import ClassVar
 
+from shellmb.scene.positions import OfPosition
 from shellmb.scene.times import TimeFunction
 from shellmb.scene.validate import Edge, Finite, Name, Place, Vec3, described
 
@@ -47,13 +49,12 @@ class SurfaceForce(Load):
     """A dead force per unit area.
 
     Args:
-        force: Its components [N/m^2], or a vectorised function of reference positions (3, n) that
-            gives them as an array (3, n); it is interpolated once.
+        force: Its components [N/m^2], or a function of the position.
         body: Name of the shell.
         time: Function of time.
     """
 
-    force: Vec3 | Callable[[Any], Any]
+    force: Vec3 | OfPosition
     body: Name | None = None
     time: TimeFunction | None = None
 
@@ -78,12 +79,12 @@ class Pressure(Load):
     """A pressure on the lower face: it pushes along the normal E3 of the deformed shell.
 
     Args:
-        p: Pressure, positive along E3 [Pa].
+        p: Pressure, positive along E3 [Pa], or a function of the position.
         body: Name of the shell.
         time: Function of time.
     """
 
-    p: Finite
+    p: Finite | OfPosition
     body: Name | None = None
     time: TimeFunction | None = None
 
@@ -94,13 +95,13 @@ class EdgeForce(Load):
 
     Args:
         edge: The edge or edges.
-        force: Its components [N/m].
+        force: Its components [N/m], or a function of the position.
         body: Name of the shell.
         time: Function of time.
     """
 
     edge: Edge
-    force: Vec3
+    force: Vec3 | OfPosition
     body: Name | None = None
     time: TimeFunction | None = None
 
@@ -128,13 +129,13 @@ class EdgeMoment(Load):
 
     Args:
         edge: The edge or edges.
-        moment: Its components, the axis fixed in space [N m/m].
+        moment: Its components, the axis fixed in space [N m/m], or a function of the position.
         body: Name of the shell.
         time: Function of time.
     """
 
     edge: Edge
-    moment: Vec3
+    moment: Vec3 | OfPosition
     body: Name | None = None
     time: TimeFunction | None = None
 

@@ -25,6 +25,11 @@ def _angles(value: tuple[float, float]) -> tuple[float, float]:
 Angles = Annotated[tuple[Finite, Finite], AfterValidator(_angles)]
 
 
+def _outward(r: Points, flip: bool) -> Points:
+    """Unit vectors along radii, or against them."""
+    return np.asarray((-r if flip else r) / np.linalg.norm(r, axis=0))
+
+
 def _around(angle: Points, e1: Points, e2: Points) -> Points:
     return np.multiply.outer(e1, np.cos(angle)) + np.multiply.outer(e2, np.sin(angle))
 
@@ -43,6 +48,7 @@ class Cylinder(Surface):
         origin: The point of the axis at eta = 0 [m].
         axis: Direction of the axis; any length.
         start: Direction of angle 0, perpendicular to the axis; any length.
+        flip: Whether it is turned over: normal inwards.
     """
 
     radius: Positive
@@ -51,6 +57,7 @@ class Cylinder(Surface):
     origin: Vec3 = (0.0, 0.0, 0.0)
     axis: Vec3 = (0.0, 0.0, 1.0)
     start: Vec3 = (1.0, 0.0, 0.0)
+    flip: bool = False
 
     def __post_init__(self) -> None:
         """Check the axes; a closed cylinder has two edges."""
@@ -76,11 +83,11 @@ class Cylinder(Surface):
         return np.asarray(self.origin)[:, None] + arc + np.multiply.outer(axis, self.length * eta)
 
     def normal(self, x: Points) -> Points:
-        """Unit normals away from the axis, shape (3, n)."""
+        """Unit normals, away from the axis or towards it, shape (3, n)."""
         axis = self._axes[0]
         r = x - np.asarray(self.origin)[:, None]
         r = r - np.multiply.outer(axis, axis @ r)
-        return np.asarray(r / np.linalg.norm(r, axis=0))
+        return _outward(r, self.flip)
 
 
 class _Polar(Surface):
@@ -116,12 +123,14 @@ class Sphere(_Polar):
         polar: First and last polar angle, from the pole at +z, within [0, 180) [degrees].
         azimuth: First and last azimuth, from the x axis towards y [degrees].
         origin: The centre [m].
+        flip: Whether it is turned over: normal inwards.
     """
 
     radius: Positive
     polar: Angles = (0.0, 90.0)
     azimuth: Angles = (0.0, 360.0)
     origin: Vec3 = (0.0, 0.0, 0.0)
+    flip: bool = False
 
     def __post_init__(self) -> None:
         """Check the polar angles and name the edges."""
@@ -141,9 +150,8 @@ class Sphere(_Polar):
         return np.asarray(self.origin)[:, None] + self.radius * unit
 
     def normal(self, x: Points) -> Points:
-        """Unit normals away from the centre, shape (3, n)."""
-        r = x - np.asarray(self.origin)[:, None]
-        return np.asarray(r / np.linalg.norm(r, axis=0))
+        """Unit normals, away from the centre or towards it, shape (3, n)."""
+        return _outward(x - np.asarray(self.origin)[:, None], self.flip)
 
 
 @described("disc")

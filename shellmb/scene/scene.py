@@ -14,7 +14,7 @@ from shellmb.scene.beams import Beam, Glue
 from shellmb.scene.bodies import Join, Shell
 from shellmb.scene.checks_effect import DISSIPATIVE
 from shellmb.scene.elements import Coordinate, Driver, Element, Lock
-from shellmb.scene.gmsh_surfaces import GmshFile
+from shellmb.scene.gmsh_surfaces import GmshFile, MeshFile
 from shellmb.scene.initial import InitialVelocity
 from shellmb.scene.joints import Joint
 from shellmb.scene.loads import Load
@@ -135,6 +135,12 @@ class Scene:
         """All shells and beams."""
         return (*self.shells, *self.beams)
 
+    @property
+    def acting_locks(self) -> tuple[Lock, ...]:
+        """The locks of which a window begins before the scene's end."""
+        end = self.t_end or 0.0
+        return tuple(k for k in self.locks if any(start < end for start, _ in k.windows))
+
     def body(self, name: str | None = None) -> Body:
         """The body of that name, or the only one.
 
@@ -226,7 +232,7 @@ class Scene:
                 f"and beams: {listed}"
             )
         surfaces = [b.surface for b in found if isinstance(b, Shell)]
-        if mesh is not None and any(isinstance(s, GmshFile) for s in surfaces):
+        if mesh is not None and any(isinstance(s, GmshFile | MeshFile) for s in surfaces):
             raise SceneError(
                 f"scene '{self.name}': mesh is {show(mesh)}; it must be left out where a shell's "
                 "mesh is read from a file"

@@ -16,6 +16,7 @@ from shellmb.scene.validate import Axis, Edge, Finite, Name, Place, Vec3, descri
 
 __all__ = [
     "Clamped",
+    "Diaphragm",
     "Driven",
     "Fixed",
     "HardSupport",
@@ -96,6 +97,21 @@ class HardSupport(Support):
 
     edge: Edge
     axis: Axis = (0.0, 0.0, 1.0)
+    body: Name | None = None
+
+
+@described("diaphragm")
+class Diaphragm(Support):
+    """A thin wall at an edge: no displacement in its plane; across it and in rotation all is free.
+
+    Args:
+        edge: The edge or edges.
+        axis: Normal of the wall, for a cylinder its axis.
+        body: Name of the shell.
+    """
+
+    edge: Edge
+    axis: Axis
     body: Name | None = None
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from shellmb.run.loader import SceneModule
 from shellmb.run.request import Options
-from shellmb.scene import GmshFile, Scene, Shell
+from shellmb.scene import GmshFile, MeshFile, Scene, Shell
 from shellmb.scene.checks_effect import DISSIPATIVE
 
 # in this order choices are named, and vary from the slowest to the fastest in the grid
@@ -135,6 +135,7 @@ class Base:
             found["degree"] = first.degree
             found["cell"] = first.cell if isinstance(first, Shell) else None
             # of a mesh that is read from a file there is nothing to choose
-            if not any(isinstance(b, Shell) and isinstance(b.surface, GmshFile) for b in meshed):
+            read = [b.surface for b in meshed if isinstance(b, Shell)]
+            if not any(isinstance(s, GmshFile | MeshFile) for s in read):
                 found["mesh"] = first.mesh if isinstance(first, Shell) else (first.elements, 1)
         return Choice(**found)

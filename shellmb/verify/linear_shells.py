@@ -2,12 +2,14 @@
 
 import math
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from shellmb.scene import (
     Cylinder,
+    Diaphragm,
     Fixed,
     Isotropic,
     Parametric,
@@ -28,8 +30,8 @@ Floats = NDArray[np.float64]
 MESH = (16, 16)
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 # angle from the crown (z axis) towards x, axis along y, from the middle to one end
-QUADRANT = {"axis": Y, "start": Z}
-DIAPHRAGM = Fixed("top", displacement=(0.0, None, 0.0))
+QUADRANT: dict[str, Any] = {"axis": Y, "start": Z}
+DIAPHRAGM = Diaphragm("top", Y)
 
 
 def scordelis_lo() -> Scene:

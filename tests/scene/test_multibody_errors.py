@@ -184,8 +184,9 @@ BAD = {
     "driver 'd': rotation gives nan at t = 0; it must give a finite number": lambda: moving(
         CRANK, joints=HINGE, drivers=Driver("d", "hinge", lambda t: NAN)
     ),
-    "lock of joint 'hinge': windows has the window (2, 3); it must begin between 0 and the scene's "
-    "end 1": lambda: moving(CRANK, joints=HINGE, locks=Lock("hinge", (2, 3))),
+    "lock of joint 'hinge': windows has the window (-2, 3); it must begin at 0 or later": lambda: (
+        moving(CRANK, joints=HINGE, locks=Lock("hinge", (-2, 3)))
+    ),
     # springs between points
     "spring 'k': there is no body 'wheel'; the scene has 'beam', 'crank'": lambda: moving(
         BEAM, CRANK, elements=Spring("k", "beam", "wheel", "end", TIP, 1.0)
