@@ -1,7 +1,57 @@
 """Geometrically exact shells in flexible multibody dynamics, on DOLFINx.
 
-Importing this package imports nothing heavy: `shellmb.scene` and `shellmb.forms` are usable
-without DOLFINx, which is loaded by `shellmb.build` and what follows it.
+    import shellmb as sm
+
+    run = sm.run("sudden_load")        # or a scene made of sm.Scene, sm.Shell, sm.Beam, ...
+    run.history, run.summary, run.fields["plate"], run.plot(), run.view()
+
+Importing this package imports nothing heavy: names are looked up when they are used (`__init__.pyi`
+lists them), `shellmb.scene` and `shellmb.forms` are usable without DOLFINx.
 """
 
+import importlib
+from typing import Any
+
 __version__ = "0.1.0"
+
+# what is called: three of them are packages of the same name, see `shellmb.calling`
+_API = {
+    "run": "shellmb.run",
+    "modes": "shellmb.modes",
+    "study": "shellmb.study",
+    "load": "shellmb.api.runs",
+    "resume": "shellmb.api.runs",
+    "scenes": "shellmb.api.runs",
+    "load_scene": "shellmb.api.runs",
+    "Run": "shellmb.api.record",
+    "ModeShapes": "shellmb.api.modeshapes",
+    "Study": "shellmb.api.studies",
+    "sweep": "shellmb.api.sweeps",
+}
+_PACKAGES = ("errors", "forms", "scene")
+_ERRORS = (
+    "ConvergenceError",
+    "RunError",
+    "SceneError",
+    "ShellmbError",
+    "ShellmbWarning",
+)
+
+
+def __getattr__(name: str) -> Any:
+    if name.startswith("_"):
+        raise AttributeError(f"module 'shellmb' has no attribute '{name}'")
+    if name in _PACKAGES:
+        return importlib.import_module(f"shellmb.{name}")
+    if name in _API:
+        module = importlib.import_module(_API[name])
+        return module if _API[name] == f"shellmb.{name}" else getattr(module, name)
+    scene = importlib.import_module("shellmb.errors" if name in _ERRORS else "shellmb.scene")
+    if name in scene.__all__:
+        return getattr(scene, name)
+    raise AttributeError(f"module 'shellmb' has no attribute '{name}'; see dir(shellmb)")
+
+
+def __dir__() -> list[str]:
+    scene = importlib.import_module("shellmb.scene")
+    return sorted({"__version__", *_API, *_PACKAGES, *_ERRORS, *scene.__all__})

@@ -12,6 +12,7 @@ import ufl
 from dolfinx import fem
 from ufl import Form
 
+from shellmb.calling import callable_module
 from shellmb.errors import ConvergenceError, SceneError
 from shellmb.model.model import Model
 from shellmb.scene import Scene
@@ -23,6 +24,9 @@ from shellmb.simulate.sound import sound_model
 from shellmb.system.assembly import BlockSystem
 from shellmb.system.direct import MUMPS_OPTIONS
 from shellmb.system.fields import Field
+
+# shellmb.modes(scene)
+callable_module(__name__, "shellmb.api.modeshapes:modes")
 
 # a mode below this fraction of the first elastic eigenvalue is a rigid-body motion
 RIGID = 1e-5

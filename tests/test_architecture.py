@@ -16,10 +16,22 @@ FOLDERS["shellmb"] = ROOT / "shellmb"
 
 # a layer imports only layers of a smaller rank, and itself
 FLOW = ("scene", "build", "forms", "model", "schemes", "system", "simulate", "observers", "watches")
-FIRST = ("errors", "locks", "stopping", "compiler", "kernels", "analytic")
+FIRST = ("errors", "calling", "locks", "stopping", "compiler", "kernels", "analytic")
 RANK = {name: rank for rank, name in enumerate((*FIRST, *FLOW))}
 # what a user starts; these may import one another
-TOP = ("modes", "run", "verify", "figures", "bench", "effects", "demos", "study", "cli")
+TOP = (
+    "show",
+    "modes",
+    "run",
+    "api",
+    "verify",
+    "figures",
+    "bench",
+    "effects",
+    "demos",
+    "study",
+    "cli",
+)
 RANK |= dict.fromkeys(TOP, len(RANK))
 
 FORMS_MAY_IMPORT = {"ufl", "__future__", "collections", "dataclasses", "math", "typing"}

@@ -28,6 +28,7 @@ from shellmb.cli.options import (
     StepOption,
     asked,
 )
+from shellmb.cli.pictures import plot, report, view
 from shellmb.cli.report import announced, print_list, print_modes, print_run, say
 from shellmb.cli.study import study
 
@@ -279,6 +280,8 @@ def figures(
 app.command()(failures_reported(bench))
 app.command()(failures_reported(effects))
 app.command()(failures_reported(study))
+for shows in (plot, view, report):
+    app.command()(failures_reported(shows))
 
 
 def _observers(quiet: bool) -> list[Any]:

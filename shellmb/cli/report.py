@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from shellmb.cli.failures import tell
+from shellmb.show.account import account
 
 if TYPE_CHECKING:
     from shellmb.run.execute import RunResult
@@ -66,43 +67,16 @@ def print_run(result: RunResult) -> None:
     from rich.markup import escape
     from rich.table import Table
 
-    summary = result.summary
     table = Table.grid(padding=(0, 2))
     table.add_column()
     table.add_column(justify="right")
-
-    def add(name: str, value: float | str | None) -> None:
-        if value is not None:
-            table.add_row(name, value if isinstance(value, str) else f"{value:.6g}")
-
-    steps = summary["steps"]
-    rejected = summary["rejected_steps"]
-    add("steps", f"{steps} ({rejected} rejected)" if rejected else str(steps))
-    add("iterations per step", f"{summary['newton_iterations'] / max(steps, 1):.2f}")
-    add("energy balance error", _power(summary["energy_balance_error"]))
-    add("director length error", _power(summary["director_max"]))
-    add("constraint error", _power(summary["constraint_max"]))
-    add("dissipated by the scheme", _share(summary["dissipated_share"]))
-    add("linear momentum drift", _power(summary["linear_momentum_drift"]))
-    add("angular momentum drift", _power(summary["angular_momentum_drift"]))
-    if summary["wall_per_step_s"] is not None:
-        add("wall time per step", f"{1000 * summary['wall_per_step_s']:.1f} ms")
-    add("wall time", f"{summary['wall_s']:.1f} s")
-    for name, value in summary["results"].items():
-        add(name, value)
+    for name, value in account(result.summary).items():
+        table.add_row(name, value)
     console = Console(highlight=False)
     console.print(table)
     for caution in result.warnings:
         console.print(f"[bold yellow]warning:[/] {escape(caution.says)}", soft_wrap=True)
     say(f"written to {result.out}")
-
-
-def _power(value: float | None) -> str | None:
-    return None if value is None else f"{value:.1e}"
-
-
-def _share(value: float | None) -> str | None:
-    return f"{100 * value:.2g} %" if value else None
 
 
 def print_modes(frequencies: Sequence[float], rigid: int, directory: Path) -> None:

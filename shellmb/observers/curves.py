@@ -2,17 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
-import pandas as pd
+import numpy.typing as npt
 from matplotlib.axes import Axes
 
-from shellmb.scene import Scene
+from shellmb.observers.described import Described
+
+Floats = npt.NDArray[np.float64]
+# columns of a history by name: a DataFrame, or arrays
+Table = Mapping[str, Any]
 
 # more curves in one plot cannot be told apart
 MANY = 8
+
+# curves nearer than this part of their size are one to the eye
+SAME = 5e-3
 
 # a quantity below this part of what is large in the scene is round-off
 NOTHING = 1e-9
@@ -29,22 +37,46 @@ class Plot:
     """
 
     label: str
-    curves: dict[str, pd.Series]
+    curves: dict[str, Floats]
     hidden: int = 0
 
 
-def line(axes: Axes, t: pd.Series, values: pd.Series, label: str, style: str = "-") -> None:
-    """One curve, with its points where they are few.
+def draw_curves(axes: Axes, t: Floats, curves: Mapping[str, Floats]) -> None:
+    """Curves with their points where they are few; what lies on another one is seen all the same.
+
+    A curve that later ones coincide with is drawn so much wider, they are dashed on top of it.
 
     Args:
         axes: Where.
         t: Times.
-        values: Values, NaN where there is none.
-        label: Its name in the legend.
-        style: Style of the line.
+        curves: Values by their names in the legend, NaN where there is none.
     """
     marker = "." if len(t) < 30 else None
-    axes.plot(t, values, style, label=label, linewidth=1.2, marker=marker)
+    names = list(curves)
+    reach = max((_largest({n: v}) for n, v in curves.items()), default=0.0)
+    for k, name in enumerate(names):
+        y = np.asarray(curves[name], dtype=float)
+        before = sum(_coincide(y, curves[n], reach) for n in names[:k])
+        behind = sum(_coincide(y, curves[n], reach) for n in names[k + 1 :])
+        axes.plot(
+            t,
+            y,
+            DASHES[min(before, len(DASHES) - 1)],
+            label=name,
+            linewidth=1.2 + 2.2 * behind,
+            alpha=0.45 if behind else 1.0,
+            marker=marker,
+        )
+
+
+# of curves on top of one another
+DASHES = ("-", "--", ":")
+
+
+def _coincide(a: Floats, b: Floats, reach: float) -> bool:
+    both = np.isfinite(a) & np.isfinite(b)
+    apart = np.abs(a - np.asarray(b, dtype=float))[both]
+    return bool(len(apart)) and float(apart.max()) <= SAME * reach
 
 
 def legend(axes: Axes, columns: int = 4, title: str | None = None) -> None:
@@ -67,7 +99,7 @@ def legend(axes: Axes, columns: int = 4, title: str | None = None) -> None:
         )
 
 
-def joint_plots(history: pd.DataFrame, scene: Scene, size: float) -> list[Plot]:
+def joint_plots(history: Table, scene: Described, size: float) -> list[Plot]:
     """What joints do and carry: coordinates, what acts on them, sizes of forces and moments.
 
     Curves that are nothing but round-off are left out.
@@ -75,45 +107,45 @@ def joint_plots(history: pd.DataFrame, scene: Scene, size: float) -> list[Plot]:
     Args:
         history: The history.
         scene: The scene.
-        size: Its size, m; a force is compared with moments by it.
+        size: Its size; a force is compared with moments by it.
     """
-    joints = [joint.name for joint in scene.joints]
-    acting = [*(d.name for d in scene.drivers), *(e.name for e in scene.elements)]
+    joints, acting = list(scene.joints), [*scene.drivers, *scene.elements]
 
-    def columns(owners: list[str], endings: Iterable[str]) -> dict[str, pd.Series]:
+    def columns(owners: list[str], endings: Iterable[str]) -> dict[str, Floats]:
         names = (f"{owner}.{ending}" for ending in endings for owner in owners)
-        return {name: history[name] for name in names if name in history}
+        return {name: np.asarray(history[name], float) for name in names if name in history}
 
-    def sizes(letter: str) -> dict[str, pd.Series]:
+    def sizes(letter: str) -> dict[str, Floats]:
         found = {}
         for name in joints:
             parts = [f"{name}.{letter}{k}" for k in (1, 2, 3)]
-            if set(parts) <= set(history):
+            if all(part in history for part in parts):
                 # NaN before the first step stays
-                found[name] = (history[parts] ** 2).sum(axis=1, skipna=False) ** 0.5
+                found[name] = np.sqrt(sum(np.asarray(history[p], float) ** 2 for p in parts))
         return found
 
+    label = scene.labels.label
     torques = columns(acting, ["torque"]) | columns(joints, ["lock_torque"])
     forces = columns(acting, ["force"]) | columns(joints, ["lock_force"])
     carried, couples = sizes("F"), sizes("M")
     effort = max(_largest(forces), _largest(carried), _largest(torques | couples) / size)
     plots = [
-        _plot("rotation [rad]", columns(joints, ["rotation"]), 1.0),
-        _plot("translation [m]", columns(joints, ["translation"]), size),
-        _plot("length [m]", columns(acting, ["length"]), size),
-        _plot("torque [N m]", torques, effort * size),
-        _plot("force [N]", forces, effort),
-        _plot("|force in joint| [N]", carried, effort),
-        _plot("|moment in joint| [N m]", couples, effort * size),
+        _plot(label("rotation", "angle"), columns(joints, ["rotation"]), 1.0),
+        _plot(label("translation", "length"), columns(joints, ["translation"]), size),
+        _plot(label("length", "length"), columns(acting, ["length"]), size),
+        _plot(label("torque", "moment"), torques, effort * size),
+        _plot(label("force", "force"), forces, effort),
+        _plot(label("|force in joint|", "force"), carried, effort),
+        _plot(label("|moment in joint|", "moment"), couples, effort * size),
     ]
     return [plot for plot in plots if plot.curves]
 
 
-def _largest(curves: dict[str, pd.Series]) -> float:
+def _largest(curves: Mapping[str, Floats]) -> float:
     return max((float(np.nanmax(np.abs(v), initial=0.0)) for v in curves.values()), default=0.0)
 
 
-def _plot(label: str, curves: dict[str, pd.Series], large: float) -> Plot:
+def _plot(label: str, curves: dict[str, Floats], large: float) -> Plot:
     """The largest curves of one kind in their order, without those that are nothing."""
     size = {name: _largest({name: values}) for name, values in curves.items()}
     something = [name for name in curves if size[name] > NOTHING * large]

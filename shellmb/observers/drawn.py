@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Protocol
 
 from mpi4py import MPI
@@ -113,6 +114,8 @@ class DrawnRigid:
         self.grid: Grid | None = None
         if model.comm.rank == 0:
             self.grid = _line_grid(rigid.name, np.array(nodes), lines, centers)
+            names = {rigid.index[name]: name for name in named}
+            self.grid = replace(self.grid, labels=tuple(names[k] for k in bodies))
 
     def everywhere(self, values: NodalValues) -> NodalValues:
         """Values at the nodes of all bodies on every rank; collective."""
@@ -194,7 +197,10 @@ class DrawnJoints:
     def __init__(self, model: Model, name: str) -> None:
         self._groups, self._comm = model.mechanism.groups, model.comm
         self._number = {joint: k for k, joint in enumerate(model.mechanism.joints)}
-        ends = [joint.ends for joint in model.mechanism.joints.values()]
+        joints = list(model.mechanism.joints.values())
+        # a weld to a shell has its ends the other way round; here the second body's end is second
+        self._swapped = [j.ends[0].owner == j.joint.second for j in joints]
+        ends = [j.ends[::-1] if s else j.ends for j, s in zip(joints, self._swapped, strict=True)]
         nodes = np.array([end.point for pair in ends for end in pair])
         apart = np.linalg.norm(nodes[0::2] - nodes[1::2], axis=1) > SAME * model.length
         lines = [(2 * k, 2 * k + 1) for k in np.flatnonzero(apart).tolist()]
@@ -204,6 +210,8 @@ class DrawnJoints:
         self.grid: Grid | None = None
         if model.comm.rank == 0:
             self.grid = _line_grid(name, nodes, lines, dots, width=1.0, hollow=True)
+            names = [each for name in model.mechanism.joints for each in (name, name)]
+            self.grid = replace(self.grid, labels=tuple(names))
 
     def fields(self, simulation: Simulation) -> dict[str, Floats]:
         """Displacements of both ends of each joint."""
@@ -217,7 +225,8 @@ class DrawnJoints:
                     offsets = np.array([place.ends[k].offset for k in group.nodes.item])
                     moved += np.einsum("nk,nki->ni", offsets.reshape(-1, 3), w)
                 for row, item in enumerate(group.nodes.item):
-                    found[self._number[group.joints[item].joint.name], which] = moved[row]
+                    k = self._number[group.joints[item].joint.name]
+                    found[k, 1 - which if self._swapped[k] else which] = moved[row]
         self._comm.Allreduce(MPI.IN_PLACE, found)
         return {"displacement": found.reshape(-1, 3)} if self._comm.rank == 0 else {}
 

@@ -12,10 +12,13 @@ import numpy as np
 import numpy.typing as npt
 
 from shellmb.errors import ConvergenceError
+from shellmb.observers.askedfields import AskedFields
 from shellmb.observers.batches import Batches
+from shellmb.observers.collection import Collection
 from shellmb.observers.drawn import drawn_parts
 from shellmb.observers.grid import Grid
 from shellmb.observers.gridfiles import GridFiles
+from shellmb.observers.joints import JointForces
 from shellmb.simulate.simulation import Silent, Simulation
 
 Floats = npt.NDArray[np.float64]
@@ -42,22 +45,23 @@ class Frame:
 class Frames(Silent):
     """Takes snapshots, the first and the last state included.
 
-    Each shell and each beam gets files `NAME_0000.vtu` with displacement, director or directors,
-    velocity, and thickness or size of the section on Lagrange cells of its own degree, and
-    `NAME.vtu.series`, which ParaView opens as one thing in time. All rigid bodies are in
-    `rigid_bodies_0000.vtu`, lines from their centres to their points, and all joints in
-    `joints_0000.vtu`. Files of short steps are written several at a time (`Batches`).
+    Each shell and each beam gets files `NAME_0000.vtu` with the fields that the scene asks for, and
+    thickness or size of the section, on Lagrange cells of its own degree, and `NAME.vtu.series`,
+    which ParaView opens as one thing in time. All rigid bodies are in `rigid_bodies_0000.vtu`,
+    lines from their centres to their points, and all joints in `joints_0000.vtu`. `all.pvd` opens
+    all of it. Files of short steps are written several at a time (`Batches`).
 
     Args:
         folder: Where the files go; None: frames are kept in memory only.
+        forces: Forces of joints, if they are known.
 
     Attributes:
         frames: The frames so far, on rank 0.
         grids: What the frames show, by name, on rank 0.
     """
 
-    def __init__(self, folder: Path | None = None) -> None:
-        self.folder = folder
+    def __init__(self, folder: Path | None = None, forces: JointForces | None = None) -> None:
+        self.folder, self._forces = folder, forces
         self.frames: list[Frame] = []
         self.grids: dict[str, Grid] = {}
         self._kept: list[float] = []
@@ -71,12 +75,18 @@ class Frames(Silent):
         self._parts = drawn_parts(simulation.model)
         self.grids = {n: g.grid for n, g in self._parts.items() if g.grid is not None}
         self._files: dict[str, GridFiles] = {}
+        self._asked = AskedFields(simulation, self._forces) if self.folder is not None else None
+        self._all: Collection | None = None
         if self.folder is not None and self.grids:
             self.folder.mkdir(parents=True, exist_ok=True)
+            assert self._asked is not None
             self._files = {
-                name: GridFiles(self.folder, grid, self._parts[name].cell_data())
+                name: GridFiles(
+                    self.folder, grid, self._parts[name].cell_data(), self._asked.components(name)
+                )
                 for name, grid in self.grids.items()
             }
+            self._all = Collection(self.folder / "all.pvd", self._files)
         count = max(simulation.scene.output.frames - 1, 1)
         self._interval = simulation.t_end / count
         self._times = list(self._kept)
@@ -109,12 +119,16 @@ class Frames(Silent):
             self._pending.clear()
             for files in self._files.values():
                 files.close()
+            if self._all is not None:
+                self._all.close()
 
     def _take(self, simulation: Simulation) -> None:
         self._times.append(simulation.t)
         displacement, written = {}, {}
         for name, part in self._parts.items():
             fields = part.fields(simulation)
+            if self._asked is not None:
+                fields = self._asked.of(name, part, fields)
             if part.grid is None:
                 continue
             displacement[name] = fields["displacement"]
@@ -131,6 +145,8 @@ class Frames(Silent):
                 for number, fields in self._pending:
                     files.write(number, fields[name])
                 files.list(self._times)
+            if self._all is not None:
+                self._all.list(self._times)
         self._pending.clear()
         self._batches.written()
 
@@ -151,6 +167,8 @@ class Frames(Silent):
                 self.frames.append(Frame(t, found))
         for files in self._files.values():
             files.list(self._times)
+        if self._all is not None:
+            self._all.list(self._times)
         if lost:
             _log.warning(
                 "resume: lost or damaged in %s, and left out of the pictures: %s",

@@ -37,6 +37,7 @@ class Grid:
         dots: Nodes that are marked, shape (d,).
         width: Width of the lines in pictures, points.
         hollow: Whether the marks are rings.
+        labels: Name of the body or joint of each node, or none.
     """
 
     name: str
@@ -49,6 +50,7 @@ class Grid:
     dots: Ints = field(default_factory=lambda: _none(0))
     width: float = 2.0
     hollow: bool = False
+    labels: tuple[str, ...] = ()
 
     @property
     def border(self) -> Ints:

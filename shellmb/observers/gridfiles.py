@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray, vtk_to_numpy
-from vtkmodules.vtkCommonCore import vtkPoints
+from vtkmodules.vtkCommonCore import vtkPoints, vtkStringArray
 from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkDataSetAttributes, vtkUnstructuredGrid
 from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader, vtkXMLUnstructuredGridWriter
 
@@ -31,10 +31,17 @@ class GridFiles:
         folder: Where the files go.
         grid: The grid.
         cell_data: Values of its cells, which do not change.
+        components: Names of the components of fields.
     """
 
-    def __init__(self, folder: Path, grid: Grid, cell_data: Mapping[str, Floats]) -> None:
-        self._folder, self._grid = folder, grid
+    def __init__(
+        self,
+        folder: Path,
+        grid: Grid,
+        cell_data: Mapping[str, Floats],
+        components: Mapping[str, tuple[str, ...]] | None = None,
+    ) -> None:
+        self._folder, self._grid, self._components = folder, grid, dict(components or {})
         self._stem = grid.name.replace(" ", "_")
         data = _grid(grid)
         self._data, self._cell_data = data, dict(cell_data)
@@ -81,7 +88,12 @@ class GridFiles:
         """Make the arrays whose numbers change from state to state."""
         data, points = self._data, self._data.GetPoints()
         for key, values in {"reference": self._grid.nodes, **fields}.items():
-            _put(data.GetPointData(), key, values)
+            _put(data.GetPointData(), key, values, self._components.get(key, ()))
+        # what is shown when a file is opened
+        data.GetPointData().SetActiveScalars("displacement")
+        data.GetPointData().SetActiveVectors("displacement")
+        if self._grid.labels:
+            data.GetPointData().AddArray(_strings("name", self._grid.labels))
         for key, values in self._cell_data.items():
             _put(data.GetCellData(), key, values)
         by_name = {key: data.GetPointData().GetArray(key) for key in fields}
@@ -137,6 +149,10 @@ class GridFiles:
         reader.Update()
         return _numbers(reader.GetOutput().GetPointData().GetArray("displacement")).copy()
 
+    def has(self, number: int) -> bool:
+        """Whether a state was written and is not lost."""
+        return number in self._sums
+
     def close(self) -> None:
         """Close the list."""
         if self._series is not None:
@@ -167,8 +183,21 @@ def _array(values: Floats) -> Any:
     return numpy_to_vtk(np.ascontiguousarray(values), deep=True)  # type: ignore[no-untyped-call]
 
 
-def _put(data: vtkDataSetAttributes, name: str, values: Floats) -> None:
-    """Name an array among those of the points or cells."""
+def _strings(name: str, values: Sequence[str]) -> vtkStringArray:
+    """An array of texts."""
+    array = vtkStringArray()
+    array.SetName(name)
+    for value in values:
+        array.InsertNextValue(value)
+    return array
+
+
+def _put(
+    data: vtkDataSetAttributes, name: str, values: Floats, components: Sequence[str] = ()
+) -> None:
+    """Name an array among those of the points or cells, and its components."""
     array = _array(values)
     array.SetName(name)
+    for k, component in enumerate(components):
+        array.SetComponentName(k, component)
     data.AddArray(array)

@@ -31,10 +31,13 @@ class JointForces(Silent):
         values: Columns of the history: `JOINT.F1` to `JOINT.M3`, NaN before the first step; and
             the coordinates that something acts on, with the forces of drivers, force elements and
             locks (`Mechanism.coordinates`).
+        acting: Force and moment on the second body in the scene's axes, shape (2, 3), by the name
+            of the joint; zero before the first step.
     """
 
     def __init__(self) -> None:
         self.values: dict[str, float] = {}
+        self.acting: dict[str, Floats] = {}
 
     def start(self, simulation: Simulation) -> None:
         """Prepare the loops that assemble the forces, and list the columns."""
@@ -44,6 +47,7 @@ class JointForces(Silent):
         for name in mechanism.joints:
             for component in COMPONENTS:
                 self.values[f"{name}.{component}"] = float("nan")
+            self.acting[name] = np.zeros((2, 3))
         self.values.update(mechanism.coordinates(problem, simulation.t))
         # what moves a driven coordinate is known from a step on
         self.values.update(dict.fromkeys(mechanism.drivers, float("nan")))
@@ -52,7 +56,7 @@ class JointForces(Silent):
         """Take the forces of the step."""
         if not self._number:
             return
-        found = np.zeros((len(self._number), 6))
+        found = np.zeros((len(self._number), 4, 3))
         for group, residuals, r in self._groups:
             r[:] = 0.0
             residuals.refresh()
@@ -63,7 +67,8 @@ class JointForces(Silent):
                 found[self._number[joint.joint.name]] = _force(group, joint, row, q, r)
         simulation.model.comm.Allreduce(MPI.IN_PLACE, found)
         for name, k in self._number.items():
-            for component, value in zip(COMPONENTS, found[k], strict=True):
+            self.acting[name] = found[k, 2:]
+            for component, value in zip(COMPONENTS, found[k, :2].ravel(), strict=True):
                 self.values[f"{name}.{component}"] = float(value)
 
     def accepted(self, simulation: Simulation) -> None:
@@ -77,7 +82,7 @@ class JointForces(Silent):
 
 
 def _force(group: JointGroup, joint: BoundJoint, row: int, q: Floats, r: Floats) -> Floats:
-    """Force and moment on the second body in the joint's frame, shape (6,).
+    """Force and moment on the second body in the joint's frame and in the scene's, shape (4, 3).
 
     Args:
         group: The group.
@@ -94,7 +99,7 @@ def _force(group: JointGroup, joint: BoundJoint, row: int, q: Floats, r: Floats)
     moment = np.cross(x - point, force) + np.cross(d, couples).sum(axis=0)
     axes = _axes(group, joint, row, q)
     # what the left-hand side resists with is the opposite of what acts; without a sign of zero
-    return 0.0 - np.concatenate([axes @ force, axes @ moment])
+    return 0.0 - np.stack([axes @ force, axes @ moment, force, moment])
 
 
 def _end(

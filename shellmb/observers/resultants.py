@@ -10,9 +10,11 @@ import ufl
 from ufl.core.expr import Expr
 
 from shellmb.build.spaces import MixedSpace
+from shellmb.forms.mixed_nonlinear import NonlinearMixed
 from shellmb.forms.path import Step
 from shellmb.kernels import compiled_expression
 from shellmb.model.beam import BeamModel
+from shellmb.model.shell import ShellModel
 from shellmb.simulate.simulation import Simulation
 
 Floats = npt.NDArray[np.float64]
@@ -54,14 +56,17 @@ class Resultants:
     """
 
     def __init__(self, simulation: Simulation, body: Resulting) -> None:
-        nodes, inner = body.mixed.subspaces["u"], body.mixed.subspaces["N"]
-        self._mesh = nodes.mesh
-        points = np.asarray(inner.element.interpolation_points)
         self._simulation, problem = simulation, simulation.problem
         found = [body.resultants(problem.state(body.name))]
         if body.name in problem.paths:
             found.append(body.mean_resultants(problem.paths[body.name].step))
-        vectors = [_joined(each) if isinstance(each, tuple) else each for each in found]
+        self._prepare(body, [_joined(each) if isinstance(each, tuple) else each for each in found])
+
+    def _prepare(self, body: Resulting, vectors: list[Expr]) -> None:
+        """Compile what is read, of states and perhaps as means."""
+        nodes, inner = body.mixed.subspaces["u"], body.mixed.subspaces["N"]
+        points = np.asarray(inner.element.interpolation_points)
+        self._mesh = nodes.mesh
         self._size = int(vectors[0].ufl_shape[0])
         self._expressions = [compiled_expression(vector, points) for vector in vectors]
         # values at the nodes of an element from those at its points
@@ -71,6 +76,14 @@ class Resultants:
         local = self._mesh.topology.index_map(self._mesh.topology.dim).size_local
         self._cells = np.arange(local, dtype=np.int32)
         self._nodes = nodes.dofmap.list[:local]
+
+    def elements(self) -> Floats:
+        """Values of each element of this rank at its nodes, shape (elements, nodes, size)."""
+        # before the first step there is the state only
+        expression = self._expressions[-1 if self._simulation.last else 0]
+        flat = np.asarray(expression.eval(self._mesh, self._cells), dtype=np.float64)
+        values = flat.reshape(len(self._cells), -1, self._size)
+        return np.asarray(np.einsum("np,epk->enk", self._continued, values))
 
     def sums(self, nodes: npt.NDArray[np.int32], quantity: str) -> tuple[Floats, int]:
         """Sum of the elements' values at nodes, shape (3,), in N, N m or per m, and their number.
@@ -82,14 +95,28 @@ class Resultants:
         total, places = np.zeros(3), np.isin(self._nodes, nodes)
         if not places.any():
             return total, 0
-        # before the first step there is the state only
-        expression = self._expressions[-1 if self._simulation.last else 0]
-        flat = np.asarray(expression.eval(self._mesh, self._cells), dtype=np.float64)
-        values = flat.reshape(len(self._cells), -1, self._size)
-        found = np.asarray(np.einsum("np,epk->enk", self._continued, values))[places]
+        found = self.elements()[places]
         components = list(RESULTANTS[quantity])
         total[: len(components)] = found.sum(axis=0)[components]
         return total, len(found)
+
+
+class Strained(Resultants):
+    """Strains of a shell with a nonlinear section, and its energy per area, shape (9,).
+
+    Args:
+        simulation: The simulation.
+        body: The shell.
+    """
+
+    def __init__(self, simulation: Simulation, body: ShellModel) -> None:
+        self._simulation = simulation
+        strains = body.strains(simulation.problem.state(body.name))
+        formulation = body.section.formulation
+        assert isinstance(formulation, NonlinearMixed)
+        energy = formulation.psi(strains)
+        parts = [*strains.eps, *strains.kap, *strains.gam, energy]
+        self._prepare(body, [ufl.as_vector(parts)])
 
 
 def _joined(parts: tuple[Expr, Expr]) -> Expr:

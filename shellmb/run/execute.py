@@ -20,6 +20,7 @@ import numpy.typing as npt
 
 from shellmb.errors import ConvergenceError, RunError, SceneError, ShellmbError, Stopped
 from shellmb.observers.checkpoint import Saved
+from shellmb.observers.described import describe
 from shellmb.observers.energy import EnergyAccount
 from shellmb.observers.path import path_points
 from shellmb.observers.summary import summarise, write_json
@@ -71,7 +72,7 @@ class RunResult:
     def history(self) -> pd.DataFrame:
         """The history, one row per step and one before the first."""
         # half a second that most runs do without (see `column`); on a stack of its own, as a cycle
-        # that an import leaves must not hold the simulation (`observers.pictures.draw` says why)
+        # that an import leaves must not hold the simulation (`show.pictures` says why)
         with ThreadPoolExecutor(max_workers=1) as thread:
             pandas = thread.submit(importlib.import_module, "pandas").result()
         return pandas.DataFrame(self.rows)
@@ -166,6 +167,9 @@ def carry_out(
     if directory is not None and request is not None and comm.rank == 0:
         with written(directory, comm):
             write_json(directory / REQUEST, request.to_dict())
+    if directory is not None and comm.rank == 0:
+        with written(directory, comm):
+            describe(scene).write(directory)
     standard = StandardObservers(directory, observers)
     if saved is not None:
         _restore(simulation, standard.named, saved)
@@ -219,19 +223,14 @@ def _result(
 
 def _write(result: RunResult, standard: StandardObservers, pictures: bool) -> None:
     """Write summary and pictures, on the first rank, of what has begun."""
-    directory, simulation, frames = result.out, result.simulation, standard.frames
-    if directory is None or simulation.model.comm.rank != 0 or not result.rows:
+    directory, frames = result.out, standard.frames
+    if directory is None or result.simulation.model.comm.rank != 0 or not result.rows:
         return
     write_json(directory / SUMMARY, result.summary)
     if pictures and frames is not None:
-        from shellmb.observers.pictures import draw
+        from shellmb.show.pictures import budget_of, draw_directory
 
-        draw(directory, result.history, frames, simulation)
-        if simulation.path is not None:
-            from shellmb.observers.path_pictures import draw_path
-
-            points = simulation.path.points
-            draw_path(directory / "path.png", result.history, result.scene.probes, points)
+        draw_directory(directory, budget=budget_of(result.summary["wall_s"]))
 
 
 def _with_state(

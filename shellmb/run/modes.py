@@ -10,12 +10,14 @@ from typing import Any
 from mpi4py import MPI
 
 from shellmb.modes import Modes, natural_modes
+from shellmb.observers.described import describe
 from shellmb.observers.drawn import drawn_bodies
+from shellmb.observers.gridfiles import GridFiles
 from shellmb.observers.summary import versions, write_json
 from shellmb.run.directory import claimed, written
 from shellmb.run.memory import check_memory
 from shellmb.run.results import measured
-from shellmb.run.standard import SUMMARY
+from shellmb.run.standard import FIELDS, SUMMARY
 from shellmb.scene import Scene
 from shellmb.stopping import STOPPING
 
@@ -30,7 +32,7 @@ def find_modes(
     comm: MPI.Comm = MPI.COMM_WORLD,
     pictures: bool = True,
 ) -> tuple[Modes, dict[str, float]]:
-    """Find natural modes and write `modes.csv`, `summary.json` and `modes.png`.
+    """Find natural modes and write `modes.csv`, `summary.json`, their shapes and `modes.png`.
 
     Args:
         scene: The scene.
@@ -92,9 +94,18 @@ def _write(
     header = "mode,frequency_hz,omega_rad_per_s"
     (directory / "modes.csv").write_text("\n".join([header, *lines]) + "\n")
     write_json(directory / SUMMARY, summary)
+    describe(modes.model.scene).write(directory)
+    for name, part in drawn.items():
+        if part.grid is not None:
+            (directory / FIELDS).mkdir(exist_ok=True)
+            files = GridFiles(directory / FIELDS, part.grid, part.cell_data())
+            for k, shape in enumerate(shapes):
+                displacement = shape[name]
+                assert displacement is not None
+                files.write(k, {"displacement": displacement})
+            files.list([float(k) for k in range(1, len(shapes) + 1)])
+            files.close()
     if pictures:
-        from shellmb.observers.mode_pictures import draw_modes
+        from shellmb.show.pictures import draw_directory
 
-        grids = {name: g.grid for name, g in drawn.items() if g.grid is not None}
-        full = [{n: v for n, v in shape.items() if v is not None} for shape in shapes]
-        draw_modes(directory / "modes.png", grids, full, list(modes.frequencies), modes.rigid)
+        draw_directory(directory)

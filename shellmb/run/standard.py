@@ -43,14 +43,14 @@ class StandardObservers:
 
     def __init__(self, directory: Path | None, others: Sequence[Observer] = ()) -> None:
         energy, constraints = EnergyAccount(), Constraints()
-        momentum, turning = Momentum(energy), Turning()
+        momentum, turning, joints = Momentum(energy), Turning(), JointForces()
         self.named: dict[str, Observer] = {
             "energy": energy,
             "constraints": constraints,
             "momentum": momentum,
             "turning": turning,
             "probes": Probes(),
-            "joints": JointForces(),
+            "joints": joints,
             "path": PathRecord(),
             **{f"observer {k}": o for k, o in enumerate(others)},
         }
@@ -66,7 +66,7 @@ class StandardObservers:
             # VTK and matplotlib are only loaded where something is written
             from shellmb.observers.frames import Frames
 
-            self.frames = Frames(directory / FIELDS)
+            self.frames = Frames(directory / FIELDS, joints)
             self.named["frames"] = self.frames
             checkpoint = Checkpoint(
                 directory / STATE, dict(self.named), {"history": history, "frames": self.frames}

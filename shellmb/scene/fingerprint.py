@@ -30,7 +30,7 @@ type Fingerprint = dict[str, Leaf]
 type Difference = tuple[str, str, str]
 
 # how a run is evaluated and shown; nothing of it moves a body
-WITHOUT = {"results", "output"}
+WITHOUT = {"results", "output", "units"}
 # longer values are kept as a checksum [characters]
 LONGEST = 200
 PYTHON, CODE = "python", "'s code"

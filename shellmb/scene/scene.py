@@ -6,13 +6,14 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field, InstanceOf
+from pydantic import AfterValidator, BeforeValidator, Field, InstanceOf
 
 from shellmb.errors import SceneError
 from shellmb.scene import checks, lookup
 from shellmb.scene.beams import Beam, Glue
 from shellmb.scene.bodies import Join, Shell
 from shellmb.scene.checks_effect import DISSIPATIVE
+from shellmb.scene.checks_fields import check_fields
 from shellmb.scene.elements import Coordinate, Driver, Element, Lock
 from shellmb.scene.gmsh_surfaces import GmshFile, MeshFile
 from shellmb.scene.initial import InitialVelocity
@@ -24,6 +25,7 @@ from shellmb.scene.probes import Probe
 from shellmb.scene.rigid import RigidBody
 from shellmb.scene.settings import Output, Solver, StepControl
 from shellmb.scene.supports import Support
+from shellmb.scene.units import parse_units
 from shellmb.scene.validate import Name, Positive, described, show
 
 __all__ = ["Scene"]
@@ -34,6 +36,11 @@ STATIC_STEPS = 10
 def _several(value: Any) -> Any:
     """A list, or a single object in place of a tuple of one, is welcome."""
     return tuple(value) if isinstance(value, list | tuple) else (value,)
+
+
+def _units(value: str | None) -> str | None:
+    parse_units(value)
+    return value
 
 
 @described("scene")
@@ -70,6 +77,8 @@ class Scene:
             loads of time 0.
         redundant: What becomes of constraints that others imply: an error, or they are dropped.
         path: Follows the path of static equilibria through limit points; None: load steps.
+        units: Units of length, mass and time in labels, as ``"m, kg, s"`` or ``"mm, t, s"``; None:
+            labels have none. The numbers are in consistent units, whatever these are.
 
     Raises:
         SceneError: If anything is impossible, in one sentence that tells what would be right.
@@ -101,6 +110,7 @@ class Scene:
     start: Literal["given", "equilibrium"] = "given"
     redundant: Literal["error", "drop"] = "error"
     path: PathFollowing | None = None
+    units: Annotated[str | None, AfterValidator(_units)] = None
 
     def __post_init__(self) -> None:
         """Fill in the times of a static scene and check the scene as a whole."""
@@ -112,6 +122,7 @@ class Scene:
                 object.__setattr__(self, "dt", t_end / steps)
         checks.check(self)
         check_path(self)
+        check_fields(self)
 
     @property
     def scheme_name(self) -> str:

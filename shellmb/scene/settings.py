@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import BeforeValidator, Field
 
 from shellmb.errors import SceneError
+from shellmb.scene.fields import DEFAULT, FIELDS
 from shellmb.scene.validate import Positive, PositiveInt, described, show
 
 __all__ = ["Output", "Solver", "StepControl"]
@@ -70,12 +71,29 @@ class StepControl:
             )
 
 
+def _fields(value: Any) -> Any:
+    """Names of fields, one of them without its tuple, or "all" of them."""
+    names = (value,) if isinstance(value, str) else value
+    if not isinstance(names, list | tuple):
+        raise ValueError("it must be names of fields")
+    unknown = [name for name in names if name not in (*FIELDS, "all")]
+    if unknown:
+        known = ", ".join(f"'{name}'" for name in FIELDS)
+        raise ValueError(f"'{unknown[0]}' is no field; there are {known}, and 'all'")
+    # without it nothing moves
+    return tuple(dict.fromkeys(("displacement", *names)))
+
+
 @described("output")
 class Output:
     """What a run writes.
 
     Args:
         frames: Number of states stored for field files, pictures and animation.
+        fields: What they hold of each body, beside the displacement: names of
+            :data:`shellmb.scene.fields.FIELDS`, or ``"all"`` that the scene's bodies have. What is
+            not named is neither computed nor compiled.
     """
 
     frames: PositiveInt = 50
+    fields: Annotated[tuple[str, ...], BeforeValidator(_fields)] = DEFAULT

@@ -8,6 +8,7 @@ import pandas as pd
 import pytest
 
 from shellmb.observers.curves import MANY, joint_plots
+from shellmb.observers.described import describe
 from shellmb.observers.drawing import figure, space, view_of
 from shellmb.observers.grid import Grid
 from shellmb.scene import Driver, Revolute, RigidBody, Scene, Spherical
@@ -45,7 +46,14 @@ def chain(count):
     joints += [Spherical(f"s{k}", "ground", f"b{k}", at=(k, 0, 0)) for k in range(1, count)]
     drivers = Driver("motor", "pin", rotation=lambda t: t)
     return Scene(
-        "chain", rigid_bodies=bodies, joints=joints, drivers=drivers, scheme="ep", dt=1, t_end=2
+        "chain",
+        rigid_bodies=bodies,
+        joints=joints,
+        drivers=drivers,
+        scheme="ep",
+        dt=1,
+        t_end=2,
+        units="mm, t, s",
     )
 
 
@@ -63,11 +71,11 @@ def history(scene, force, moment):
 
 def test_joints_are_shown_by_unit_without_round_off():
     scene = chain(2)
-    plots = joint_plots(history(scene, [2.0, 1e-14], [1e-15, 0.0]), scene, 1.0)
+    plots = joint_plots(history(scene, [2.0, 1e-14], [1e-15, 0.0]), describe(scene), 1.0)
     shown = {plot.label: list(plot.curves) for plot in plots}
     assert shown == {
         "rotation [rad]": ["pin.rotation"],
-        "torque [N m]": ["motor.torque"],
+        "torque [N mm]": ["motor.torque"],
         "|force in joint| [N]": ["pin"],
     }
     np.testing.assert_array_equal(plots[-1].curves["pin"], [np.nan, 2.0, 2.0])
@@ -76,7 +84,7 @@ def test_joints_are_shown_by_unit_without_round_off():
 def test_of_many_joints_the_largest_are_shown():
     scene = chain(MANY + 3)
     force = np.arange(1.0, MANY + 4)
-    plot = joint_plots(history(scene, force, 0 * force), scene, 1.0)[-1]
+    plot = joint_plots(history(scene, force, 0 * force), describe(scene), 1.0)[-1]
     assert list(plot.curves) == [f"s{k}" for k in range(3, MANY + 3)]
     assert plot.hidden == 3
 

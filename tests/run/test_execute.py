@@ -93,7 +93,8 @@ def test_directory_is_complete(tmp_path):
     result = run(out, pictures=True, observers=[Height()])
     names = {path.name for path in out.iterdir()}
     pictures = {"shape.png", "probes.png", "energy.png", "steps.png", "animation.gif"}
-    assert names == pictures | {"summary.json", "history.csv", "fields", "state", "request.json"}
+    written = {"summary.json", "history.csv", "fields", "state", "request.json", "scene.json"}
+    assert names == pictures | written
 
     summary = json.loads((out / "summary.json").read_text())
     assert summary.keys() >= KEYS

@@ -1,0 +1,1 @@
+"""The Python interface: `import shellmb as sm` (`docs/api.md`)."""

@@ -1,0 +1,81 @@
+"""What may stand for a scene in a call: a scene, the name of a bundled one, or a Python file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from shellmb.errors import SceneError
+from shellmb.run.loader import SceneModule
+from shellmb.run.request import Options, Request, parse_mesh
+from shellmb.scene import Scene
+from shellmb.scene.checks_effect import check_alpha
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A scene as it is to be run.
+
+    Args:
+        scene: The scene.
+        name: What its run directory is called.
+        request: How it can be built again; None for a scene that was given as it is.
+        module: The module that defines it, if one does.
+    """
+
+    scene: Scene
+    name: str
+    request: Request | None = None
+    module: SceneModule | None = None
+
+    @property
+    def results(self) -> Callable[..., dict[str, float]] | None:
+        """What it measures."""
+        return self.scene.results if self.module is None else self.module.results
+
+
+def ask(scene: Scene | str, parameters: Mapping[str, Any] | None, **options: Any) -> Asked:
+    """The scene that a call means.
+
+    Args:
+        scene: A scene, or its name or file.
+        parameters: Values of the parameters of a scene that is named.
+        options: Of `Options`, what replaces choices of the scene; None: nothing.
+
+    Raises:
+        SceneError: If anything about it is wrong.
+    """
+    if isinstance(options.get("mesh"), str):
+        options["mesh"] = parse_mesh(options["mesh"])
+    chosen = Options(**options)
+    if isinstance(scene, Scene):
+        if parameters:
+            raise SceneError(
+                f"scene '{scene.name}': parameters are {', '.join(parameters)}; they must be left "
+                "out where the scene is made already"
+            )
+        made = chosen.apply(scene)
+        if chosen.alpha is not None:
+            check_alpha(made, chosen.alpha)
+        return Asked(made, scene.name.replace("/", "-"))
+    if not isinstance(scene, str):
+        raise SceneError(
+            f"scene is a {type(scene).__name__}; it must be a Scene, the name of a bundled one, or "
+            "the path of a Python file"
+        )
+    request = Request(scene, as_text(parameters or {}), chosen)
+    made, module = request.build()
+    return Asked(made, module.name, request, module)
+
+
+def as_text(parameters: Mapping[str, Any]) -> dict[str, str]:
+    """Values of parameters as on a command line.
+
+    Args:
+        parameters: Values by name.
+    """
+    return {
+        name: ",".join(map(str, value)) if isinstance(value, list | tuple) else str(value)
+        for name, value in parameters.items()
+    }

@@ -1,0 +1,199 @@
+"""One run, just computed or read back: history, summary, fields, pictures."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from shellmb.errors import SceneError
+from shellmb.observers.described import Described, read_described
+from shellmb.scene import Scene
+from shellmb.show.fields import Fields
+
+if TYPE_CHECKING:
+    import matplotlib.figure
+    import pandas as pd
+    import pyvista as pv
+
+    from shellmb.run.execute import RunResult
+
+
+class Run:
+    """A run in its directory; everything is read from there when it is asked for.
+
+    Args:
+        directory: The run directory.
+        computed: What computed it, in this process.
+
+    Attributes:
+        directory: The run directory.
+        computed: Scene, simulation and observers of a run that was just computed; None of one that
+            was read back.
+
+    Raises:
+        SceneError: If the directory holds no run.
+    """
+
+    def __init__(self, directory: Path | str, computed: RunResult | None = None) -> None:
+        self.directory, self.computed = Path(directory), computed
+        self.described: Described = read_described(self.directory)
+        if not (self.directory / "history.csv").is_file():
+            raise SceneError(
+                f"{self.directory} holds no history.csv: the run was stopped before its first "
+                f"state; `shellmb resume {self.directory}` begins again"
+            )
+
+    @property
+    def name(self) -> str:
+        """Name of the scene."""
+        return self.described.name
+
+    @property
+    def scene(self) -> Scene:
+        """The scene.
+
+        Raises:
+            SceneError: If it was not made in this process, and is no bundled one.
+        """
+        if self.computed is not None:
+            return self.computed.scene
+        from shellmb.run.request import read_request
+
+        return read_request(self.directory).trusted(None, False).build()[0]
+
+    @cached_property
+    def summary(self) -> dict[str, Any]:
+        """The numbers that say whether to trust the run, and its results (`summary.json`).
+
+        A run that is still going on, or was killed, has none: {}.
+        """
+        file = self.directory / "summary.json"
+        found: dict[str, Any] = json.loads(file.read_text()) if file.is_file() else {}
+        return found
+
+    @property
+    def results(self) -> dict[str, float]:
+        """What the scene measures."""
+        return self.summary.get("results", {})
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What the run says against itself, each a sentence."""
+        return tuple(w["says"] for w in self.summary.get("warnings", ()))
+
+    @cached_property
+    def history(self) -> pd.DataFrame:
+        """All columns of all steps, one row per step and one before the first."""
+        import pandas as pd
+
+        from shellmb.observers.history import read_history
+
+        return pd.DataFrame(read_history(self.directory / "history.csv"))
+
+    @cached_property
+    def fields(self) -> Fields:
+        """Fields over time by the names of the bodies, each an xarray Dataset, read lazily."""
+        described = self.described
+        return Fields(self.directory / "fields", described.bodies, described.labels)
+
+    def frame(self, t: float | None = None) -> pv.MultiBlock:
+        """All bodies in the stored state nearest to a time, deformed, with all their fields.
+
+        Args:
+            t: The time; None: the last state.
+        """
+        return self.fields.frame(t)
+
+    def plot(self, columns: str | Sequence[str] | None = None) -> matplotlib.figure.Figure:
+        """Histories over time.
+
+        Args:
+            columns: Columns of the history; None: the probes, or the energies without any.
+
+        Raises:
+            SceneError: If there is no such column.
+        """
+        from shellmb.show.plots import plot_history
+
+        return plot_history(self.history, self.described, columns)
+
+    def picture(
+        self, t: float | None = None, field: str | None = None, component: str | int | None = None
+    ) -> Any:
+        """The deformed shape as an image (PIL).
+
+        Args:
+            t: Time; None: the last state.
+            field: What the colours show; None: the displacement, of mechanisms with resultants
+                among their fields those.
+            component: Name or number of its component; None: its magnitude.
+        """
+        from shellmb.show.scenery import still
+
+        return still(self.fields, self.described, t, field, component)
+
+    def view(
+        self, t: float | None = None, field: str | None = None, component: str | int | None = None
+    ) -> None:
+        """Turn the deformed shape about in a window (or in a notebook).
+
+        Args:
+            t: As in `picture`.
+            field: As in `picture`.
+            component: As in `picture`.
+
+        Raises:
+            RunError: If there is no display.
+        """
+        from shellmb.show.scenery import show
+
+        show(self.fields, self.described, t, field, component)
+
+    def draw(self, folder: Path | str | None = None) -> list[Path]:
+        """Draw all pictures that make sense for the run anew (`shellmb plot`).
+
+        Args:
+            folder: Where; None: in the run directory.
+        """
+        from shellmb.show.pictures import draw_directory
+
+        return draw_directory(self.directory, Path(folder) if folder is not None else None)
+
+    def report(self, file: Path | str | None = None) -> Path:
+        """Write one HTML file with everything about the run, which needs no other one.
+
+        Args:
+            file: The file; None: `report.html` in the run directory.
+        """
+        from shellmb.show.report import write_report
+
+        return write_report(self, Path(file) if file else self.directory / "report.html")
+
+    @property
+    def account(self) -> dict[str, str]:
+        """The numbers that say whether to trust the run, in words."""
+        from shellmb.show.account import account
+
+        return account(self.summary)
+
+    def __repr__(self) -> str:
+        s = self.summary
+        if not s:
+            return f"<Run '{self.name}' ({self.described.scheme}), not finished, {self.directory}>"
+        steps, said = s["steps"], ""
+        if s["failed"]:
+            said = f", failed at t = {s['t']:g}"
+        if self.warnings:
+            said += f", {len(self.warnings)} warning{'s' if len(self.warnings) > 1 else ''}"
+        return (
+            f"<Run '{self.name}': {self.described.scheme}, {steps} step{'s' if steps != 1 else ''} "
+            f"to t = {s['t']:g}{said}, {self.directory}>"
+        )
+
+    def _repr_html_(self) -> str:
+        from shellmb.show.report import card
+
+        return card(self)

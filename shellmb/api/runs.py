@@ -1,0 +1,218 @@
+"""Run a scene, go on with a run, read one back: a run, or a scene."""
+
+from __future__ import annotations
+
+import atexit
+import shutil
+import tempfile
+import weakref
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+from shellmb.api.asked import ask
+from shellmb.api.modeshapes import ModeShapes, is_modes
+from shellmb.api.record import Run
+from shellmb.scene import Scene
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
+
+    from shellmb.simulate.simulation import Observer
+
+
+def run(
+    scene: Scene | str,
+    out: Path | str | None = None,
+    *,
+    parameters: Mapping[str, Any] | None = None,
+    scheme: str | None = None,
+    alpha: float | None = None,
+    dt: float | None = None,
+    t_end: float | None = None,
+    mesh: tuple[int, int] | str | None = None,
+    degree: Literal[2, 3] | None = None,
+    cell: Literal["quad", "tri"] | None = None,
+    solve: Literal["reduced", "full"] | None = None,
+    newton: Literal["auto", "modified", "full"] | None = None,
+    backend: Literal["newton", "snes"] | None = None,
+    tolerance: float | None = None,
+    observers: Sequence[Observer] = (),
+    pictures: bool | None = None,
+    progress: bool = False,
+    comm: MPI.Comm | None = None,
+) -> Run:
+    """Run a scene.
+
+    Args:
+        scene: A scene, the name of a bundled one (`scenes()`), or the path of a Python file.
+        out: Directory to write, new or empty; None: a temporary one, which is gone with the run.
+        parameters: Values of the parameters of a scene that is named.
+        scheme: Replaces the scene's, as all that follow: name of the scheme.
+        alpha: Dissipation of "ed" and "ed3".
+        dt: Time or load step.
+        t_end: Time at the end.
+        mesh: Counts of elements of every shell, as (8, 4) or "8x4"; of beams the first one.
+        degree: Degree of every shell and beam.
+        cell: Cell type of every shell.
+        solve: Unknowns of the linear systems.
+        newton: When Newton's method factorises.
+        backend: Whose Newton solver.
+        tolerance: Relative tolerance of Newton's method.
+        observers: More observers; the numbers of those that measure enter the history.
+        pictures: Whether pictures are drawn at the end; None: where `out` is given.
+        progress: Whether progress is told on stderr.
+        comm: Communicator; None: all ranks.
+
+    Returns:
+        The run, the same on all ranks.
+
+    Raises:
+        SceneError: If the scene is impossible, or `out` cannot be written or holds a run.
+        ConvergenceError: If a step fails at the smallest step size; what was computed is in `out`.
+        RunError: If the disk is full, or the scene's function of results raises.
+    """
+    asked = ask(
+        scene,
+        parameters,
+        scheme=scheme,
+        alpha=alpha,
+        dt=dt,
+        t_end=t_end,
+        mesh=mesh,
+        degree=degree,
+        cell=cell,
+        solve=solve,
+        newton=newton,
+        backend=backend,
+        tolerance=tolerance,
+    )
+    from mpi4py import MPI
+
+    from shellmb.run.execute import execute
+
+    world = MPI.COMM_WORLD if comm is None else comm
+    directory, temporary = place(out, world)
+    if progress:
+        from shellmb.observers.progress import ProgressReport
+
+        observers = [*observers, ProgressReport()]
+    computed = execute(
+        asked.scene,
+        directory,
+        observers,
+        comm=world,
+        pictures=out is not None if pictures is None else pictures,
+        request=asked.request,
+        results=asked.results,
+    )
+    world.Barrier()
+    found = Run(computed.out or directory, computed)
+    if temporary:
+        gone_with(found, directory, world.rank)
+    return found
+
+
+def resume(
+    out: Path | str,
+    scene: Scene | str | None = None,
+    *,
+    trust: bool = False,
+    observers: Sequence[Observer] = (),
+    pictures: bool = True,
+    comm: MPI.Comm | None = None,
+) -> Run:
+    """Go on with a run from its last good state.
+
+    Args:
+        out: Its directory.
+        scene: The scene, if it was given as one; or its file, if it has one.
+        trust: Whether the file that the directory names as its scene may be executed.
+        observers: The same additional observers as in the run.
+        pictures: Whether pictures are drawn at the end.
+        comm: Communicator, of as many ranks as the run's; None: all ranks.
+
+    Raises:
+        SceneError: If there is no such run, its state is damaged or of another scene.
+        ConvergenceError: If it fails again.
+        RunError: If it cannot be written.
+    """
+    from mpi4py import MPI
+
+    from shellmb.run.resume import resume as go_on
+
+    world = MPI.COMM_WORLD if comm is None else comm
+    named = isinstance(scene, str)
+    computed = go_on(
+        out,
+        observers,
+        comm=world,
+        pictures=pictures,
+        scene=scene if isinstance(scene, Scene) else None,
+        scene_file=scene if named else None,  # type: ignore[arg-type]
+        trust=trust,
+    )
+    world.Barrier()
+    return Run(Path(out), computed)
+
+
+def load(directory: Path | str) -> Run | ModeShapes:
+    """Read a run, or modes, from a directory; nothing of it is executed.
+
+    Args:
+        directory: It.
+
+    Raises:
+        SceneError: If it holds neither, or is damaged.
+    """
+    folder = Path(directory)
+    return ModeShapes(folder) if is_modes(folder) else Run(folder)
+
+
+def scenes() -> dict[str, str]:
+    """Names of the bundled scenes, each with a line on it."""
+    from shellmb.run.loader import demos
+
+    return demos()
+
+
+def load_scene(scene: str, **parameters: Any) -> Scene:
+    """The scene of a name or a Python file, to be changed and run.
+
+    Args:
+        scene: Name of a bundled scene, or path of a Python file.
+        parameters: Values of its parameters.
+
+    Raises:
+        SceneError: If there is no such scene, or it is impossible.
+    """
+    return ask(scene, parameters).scene
+
+
+def place(out: Path | str | None, comm: MPI.Comm) -> tuple[Path, bool]:
+    """Directory of a run, and whether it is a temporary one; collective.
+
+    Args:
+        out: As given.
+        comm: Communicator.
+    """
+    if out is not None:
+        return Path(out), False
+    made = tempfile.mkdtemp(prefix="shellmb-") if comm.rank == 0 else None
+    directory = Path(comm.bcast(made))
+    # also where the run fails, and nobody holds it
+    if comm.rank == 0:
+        atexit.register(shutil.rmtree, directory, ignore_errors=True)
+    return directory, True
+
+
+def gone_with(owner: object, directory: Path, rank: int) -> None:
+    """Remove a directory when its run is not used any more.
+
+    Args:
+        owner: The run.
+        directory: Its directory.
+        rank: That of this process; the first one removes.
+    """
+    if rank == 0:
+        weakref.finalize(owner, shutil.rmtree, directory, ignore_errors=True)

@@ -1,0 +1,251 @@
+"""Sweeps: a scene run for many values of its parameters, one process for each, into one table."""
+
+from __future__ import annotations
+
+import hashlib
+import inspect
+import itertools
+import json
+import multiprocessing
+import os
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from shellmb.errors import SceneError, ShellmbError
+from shellmb.scene import Scene
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+# files of a sweep, and of one of its cases
+ABOUT, CASE = "sweep.json", "case.json"
+# numbers of a summary that are columns beside the results
+COUNTED = ("steps", "rejected_steps", "energy_balance_error", "constraint_max", "wall_s")
+
+type SceneFunction = Callable[..., Scene] | str
+type Measure = Callable[..., Mapping[str, float]]
+
+
+def sweep(
+    scene: SceneFunction,
+    parameters: Mapping[str, Sequence[Any]] | Iterable[Mapping[str, Any]],
+    executor: Executor | None = None,
+    *,
+    out: Path | str | None = None,
+    measure: Measure | None = None,
+    options: Mapping[str, Any] | None = None,
+) -> pd.DataFrame:
+    """Run a scene for many values of parameters.
+
+    A case that fails is a row with the column `failed`; the others go on. With `out` each case is a
+    run directory, `load` reads it, and what is finished there is not run again: a sweep that was
+    stopped, or gets more values, goes on. Runs there that failed are run again.
+
+    Args:
+        scene: A function that makes the scene from the parameters, importable by other processes;
+            or the name of a bundled scene, or the path of a Python file.
+        parameters: Values by parameter, all combinations of which are run, as
+            `{"force": [1, 2], "thickness": [1e-3, 2e-3]}`; or the combinations themselves.
+        executor: Runs the cases, any of `concurrent.futures`; None: as many processes as there are
+            processors for this one.
+        out: Directory of the runs; None: only the table is left.
+        measure: `measure(run) -> dict` of numbers that become columns, evaluated where the case
+            runs; None: the results of the scene.
+        options: What replaces choices of the scene, as of `run`: {"scheme": "ed", "dt": 1e-3}.
+
+    Returns:
+        A row for each case in the order of the parameters: their values, the results, the numbers
+        of the account, `failed` and the run's `directory`.
+
+    Raises:
+        SceneError: If there are no cases, a parameter is unknown, or `out` is another sweep's.
+    """
+    import pandas as pd
+
+    cases = _cases(scene, parameters)
+    folder = None if out is None else Path(out)
+    chosen = dict(options or {})
+    if folder is not None:
+        _claim(folder, _about(scene, measure, chosen))
+    rows: dict[int, dict[str, Any]] = {}
+    jobs: dict[int, Path | None] = {}
+    for number, case in enumerate(cases):
+        place = None if folder is None else folder / _name(case)
+        done = None if place is None else _finished(place)
+        if done is not None:
+            rows[number] = done
+        else:
+            jobs[number] = place
+    if jobs:
+        own = executor is None
+        workers = executor or _processes(len(jobs))
+        try:
+            running = {
+                workers.submit(run_case, scene, cases[n], place, measure, chosen): n
+                for n, place in jobs.items()
+            }
+            for future in as_completed(running):
+                rows[running[future]] = future.result()
+        finally:
+            if own:
+                workers.shutdown(cancel_futures=True)
+    return pd.DataFrame([cases[n] | rows[n] for n in range(len(cases))])
+
+
+def run_case(
+    scene: SceneFunction,
+    case: Mapping[str, Any],
+    place: Path | None,
+    measure: Measure | None,
+    options: Mapping[str, Any],
+) -> dict[str, Any]:
+    """Run one case, in a process of its own or not.
+
+    Args:
+        scene: As of `sweep`.
+        case: Values of the parameters.
+        place: Its run directory; None: a temporary one.
+        measure: As of `sweep`.
+        options: As of `sweep`.
+
+    Returns:
+        The columns of its row but the parameters.
+    """
+    from shellmb.api.runs import run
+
+    row: dict[str, Any] = {"failed": ""}
+    try:
+        if place is not None and place.exists():
+            _clear(place)
+        made = scene if isinstance(scene, str) else scene(**case)
+        named = case if isinstance(scene, str) else None
+        found = run(made, place, parameters=named, pictures=False, **options)
+        row |= dict(measure(found)) if measure is not None else found.results
+        row |= {name: found.summary[name] for name in COUNTED}
+        row["warnings"] = len(found.warnings)
+    except ShellmbError as error:
+        row["failed"] = str(error)
+    if place is not None and place.is_dir():
+        row["directory"] = str(place)
+        (place / CASE).write_text(json.dumps({"case": dict(case), "row": row}, default=_plain))
+    return row
+
+
+def _cases(scene: SceneFunction, parameters: Any) -> list[dict[str, Any]]:
+    """All combinations, each with names that the scene knows."""
+    if isinstance(parameters, Mapping):
+        values = [list(v) for v in parameters.values()]
+        combined = itertools.product(*values)
+        cases = [dict(zip(parameters, v, strict=True)) for v in combined] if values else []
+    else:
+        cases = [dict(case) for case in parameters]
+    if not cases:
+        raise SceneError(
+            "sweep: parameters has no case; it must be values by parameter, as in "
+            "{'force': [1, 2]}, or the cases themselves"
+        )
+    if isinstance(scene, str):
+        from shellmb.run.loader import load
+
+        known = load(scene).parameters
+    else:
+        known = dict(inspect.signature(scene).parameters)
+    open_ended = any(p.kind is p.VAR_KEYWORD for p in known.values())
+    for name in dict.fromkeys(itertools.chain(*cases)):
+        if name not in known and not open_ended:
+            listed = ", ".join(f"'{k}'" for k in known) or "none"
+            raise SceneError(f"sweep: the scene has no parameter '{name}'; it has {listed}")
+    return cases
+
+
+def _name(case: Mapping[str, Any]) -> str:
+    """Name of a case's directory: its values as far as they are short, and their checksum."""
+    text = json.dumps(case, sort_keys=True, default=_plain)
+    digest = hashlib.sha256(text.encode()).hexdigest()[:8]
+    words = "-".join(f"{k}={v}" for k, v in case.items())
+    plain = "".join(c if c.isalnum() or c in "=.-_+" else "_" for c in words)
+    return f"{plain[:60]}-{digest}"
+
+
+def _about(
+    scene: SceneFunction, measure: Measure | None, options: dict[str, Any]
+) -> dict[str, Any]:
+    """What the cases of a directory have in common."""
+    return {
+        "scene": _checksum(scene),
+        "measure": None if measure is None else _checksum(measure),
+        "options": json.loads(json.dumps(options, default=_plain)),
+    }
+
+
+def _checksum(made: Callable[..., Any] | str) -> str:
+    """Name and source of a scene or function: other code gives other numbers."""
+    if isinstance(made, str):
+        from shellmb.run.loader import load
+
+        source = Path(str(load(made).module.__file__)).read_text()
+        name = made
+    else:
+        name = getattr(made, "__qualname__", repr(made))
+        try:
+            source = inspect.getsource(made)
+        except (OSError, TypeError):
+            source = ""
+    return f"{name} {hashlib.sha256(source.encode()).hexdigest()[:16]}"
+
+
+def _claim(folder: Path, about: dict[str, Any]) -> None:
+    """Never mix the cases of two sweeps."""
+    file = folder / ABOUT
+    if file.is_file():
+        then = json.loads(file.read_text())
+        if then == about:
+            return
+        changed = ", ".join(key for key in about if then.get(key) != about[key])
+        raise SceneError(
+            f"sweep: out is {folder}, in which are runs with other code or choices ({changed}); "
+            "give another directory, or delete it"
+        )
+    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise SceneError(f"sweep: out is {folder}, which holds something else; give another one")
+    folder.mkdir(parents=True, exist_ok=True)
+    file.write_text(json.dumps(about, indent=1) + "\n")
+
+
+def _finished(place: Path) -> dict[str, Any] | None:
+    """The row of a case that was run to its end."""
+    file = place / CASE
+    if not file.is_file():
+        return None
+    try:
+        row: dict[str, Any] = json.loads(file.read_text())["row"]
+    except (ValueError, KeyError):
+        # stopped while it was written
+        return None
+    return None if row["failed"] else row
+
+
+def _clear(place: Path) -> None:
+    """Remove what a case that was stopped, or failed, has left."""
+    import shutil
+
+    shutil.rmtree(place)
+
+
+def _processes(cases: int) -> Executor:
+    """Processes that do not inherit MPI, of one thread each."""
+    count = min(cases, len(os.sched_getaffinity(0)))
+    return ProcessPoolExecutor(
+        count, mp_context=multiprocessing.get_context("spawn"), initializer=_one_thread
+    )
+
+
+def _one_thread() -> None:
+    os.environ.setdefault("OMP_NUM_THREADS", "1")
+
+
+def _plain(value: Any) -> Any:
+    """Numbers of NumPy as JSON has them, anything else by its words."""
+    return value.tolist() if hasattr(value, "tolist") else repr(value)

@@ -1,0 +1,100 @@
+"""The commands `shellmb plot`, `shellmb view` and `shellmb report`: a run that is there, shown."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from shellmb.cli.failures import first_rank
+from shellmb.cli.report import say
+from shellmb.errors import SceneError
+
+RunArgument = Annotated[
+    Path, typer.Argument(metavar="RUN_DIR", help="Directory of a run, or of modes.")
+]
+FieldOption = Annotated[
+    str | None, typer.Option(help="What the colours show: N, force, velocity, deformation, ...")
+]
+ComponentOption = Annotated[
+    str | None, typer.Option(help="Component of the field, as 11, z or norm (its magnitude).")
+]
+TimeOption = Annotated[float | None, typer.Option("--t", help="Time; the last state if left out.")]
+
+
+def plot(
+    directory: RunArgument,
+    field: FieldOption = None,
+    component: ComponentOption = None,
+    t: TimeOption = None,
+    animation: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Also an animation, .gif or .mp4.")
+    ] = None,
+    out: Annotated[Path | None, typer.Option(help="Folder; the run's if left out.")] = None,
+) -> None:
+    """Draw the pictures of a run anew; with --field or --t only its shape.
+
+    `shellmb plot runs/x --field N --component 11 --animation n11.mp4`
+    """
+    if not first_rank():
+        return
+    from shellmb.api.modeshapes import ModeShapes
+    from shellmb.api.runs import load
+
+    run = load(directory)
+    folder = out or directory
+    if isinstance(run, ModeShapes):
+        folder.mkdir(parents=True, exist_ok=True)
+        run.picture().save(folder / "modes.png")
+        say(f"written: {folder / 'modes.png'}")
+        return
+    if field is None and t is None and animation is None:
+        for file in run.draw(out):
+            say(f"written: {file}")
+        return
+    folder.mkdir(parents=True, exist_ok=True)
+    file = folder / f"{field or 'shape'}.png"
+    run.picture(t, field, component).save(file)
+    say(f"written: {file}")
+    if animation is not None:
+        from shellmb.show.animation import animate
+
+        animate(run.fields, run.described, animation, field=field, component=component)
+        say(f"written: {animation}")
+
+
+def view(
+    directory: RunArgument,
+    field: FieldOption = None,
+    component: ComponentOption = None,
+    t: TimeOption = None,
+) -> None:
+    """Turn the deformed shape of a run about in a window."""
+    if not first_rank():
+        return
+    _run(directory, "view").view(t, field, component)
+
+
+def report(
+    directory: RunArgument,
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="The page; report.html in the run.")
+    ] = None,
+) -> None:
+    """Write one HTML page with everything about a run, which needs no other file."""
+    if not first_rank():
+        return
+    say(f"written: {_run(directory, 'report').report(out)}")
+
+
+def _run(directory: Path, command: str):  # type: ignore[no-untyped-def]
+    from shellmb.api.record import Run
+    from shellmb.api.runs import load
+
+    found = load(directory)
+    if not isinstance(found, Run):
+        raise SceneError(
+            f"{command}: {directory} holds modes; `shellmb plot {directory}` draws them"
+        )
+    return found

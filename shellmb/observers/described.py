@@ -1,0 +1,122 @@
+"""What pictures and readers of a run have to know of its scene, kept with it as `scene.json`."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from shellmb.errors import SceneError
+from shellmb.scene import Beam, Scene, Shell
+from shellmb.scene.units import Units, parse_units
+
+# name in a run directory
+DESCRIBED = "scene.json"
+
+
+@dataclass(frozen=True)
+class ProbeLine:
+    """A probe.
+
+    Args:
+        name: Its column.
+        quantity: What it records.
+    """
+
+    name: str
+    quantity: str
+
+
+@dataclass(frozen=True)
+class Described:
+    """A scene in plain values, without geometry, materials and functions.
+
+    Args:
+        name: Name.
+        scheme: Name of the scheme.
+        dynamic: Whether it moves in time.
+        path: Whether it follows a static path.
+        units: Units of labels; None: none.
+        bodies: Kind of each body by its name: "shell", "beam" or "rigid body".
+        probes: Probes.
+        joints: Names of the joints.
+        drivers: Names of the drivers.
+        elements: Names of springs, dampers and motors.
+    """
+
+    name: str
+    scheme: str
+    dynamic: bool
+    path: bool
+    units: str | None
+    bodies: dict[str, str]
+    probes: tuple[ProbeLine, ...]
+    joints: tuple[str, ...]
+    drivers: tuple[str, ...]
+    elements: tuple[str, ...]
+
+    @property
+    def labels(self) -> Units:
+        """Units of its labels."""
+        return parse_units(self.units)
+
+    @property
+    def time_label(self) -> str:
+        """Label of the axis of time."""
+        if self.path:
+            return "arc length [-]"
+        return self.labels.label("time", "time") if self.dynamic else "load parameter [-]"
+
+    def write(self, directory: Path) -> None:
+        """Write the file.
+
+        Args:
+            directory: The run directory.
+        """
+        (directory / DESCRIBED).write_text(json.dumps(asdict(self), indent=1) + "\n")
+
+
+def describe(scene: Scene) -> Described:
+    """A scene in plain values."""
+    kinds = {
+        body.name: "shell"
+        if isinstance(body, Shell)
+        else ("beam" if isinstance(body, Beam) else "rigid body")
+        for body in scene.bodies
+    }
+    return Described(
+        scene.name,
+        scene.scheme_name,
+        not scene.static,
+        scene.path is not None,
+        scene.units,
+        kinds,
+        tuple(ProbeLine(p.name, p.quantity) for p in scene.probes),
+        tuple(joint.name for joint in scene.joints),
+        tuple(driver.name for driver in scene.drivers),
+        tuple(element.name for element in scene.elements),
+    )
+
+
+def read_described(directory: Path) -> Described:
+    """The scene of a run directory.
+
+    Args:
+        directory: It.
+
+    Raises:
+        SceneError: If it holds none, or not in a form that can be read.
+    """
+    file = directory / DESCRIBED
+    try:
+        values = json.loads(file.read_text())
+        values["probes"] = tuple(ProbeLine(**p) for p in values["probes"])
+        for key in ("joints", "drivers", "elements"):
+            values[key] = tuple(values[key])
+        return Described(**values)
+    except OSError:
+        raise SceneError(
+            f"{directory} holds no {DESCRIBED}; give the directory of a run or of modes"
+        ) from None
+    except (ValueError, TypeError, KeyError) as error:
+        raise SceneError(f"{file} is damaged ({error})") from None

@@ -1,0 +1,60 @@
+"""What can be written over bodies: names, components, units, and which bodies have it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+__all__ = ["DEFAULT", "FIELDS", "FieldKind"]
+
+XYZ, PLANE, SHEAR = ("x", "y", "z"), ("11", "22", "12"), ("13", "23")
+FRAME = ("1", "2", "3")
+
+
+@dataclass(frozen=True)
+class FieldKind:
+    """A field over a body.
+
+    Args:
+        what: What it is.
+        quantity: What its unit is of (`Units.of`).
+        components: Names of its components; none: a scalar.
+        bodies: Kinds of bodies that have it.
+        axis: Name of the dimension of its components.
+    """
+
+    what: str
+    quantity: str
+    components: tuple[str, ...]
+    bodies: frozenset[str]
+    axis: str = ""
+
+
+def _kind(
+    what: str, quantity: str, components: tuple[str, ...], axis: str, bodies: str
+) -> FieldKind:
+    return FieldKind(what, quantity, components, frozenset(bodies.split()), axis)
+
+
+EVERY, SHELL, BEAM = "shell beam rigid joint", "shell", "beam"
+LOWER_UPPER = tuple(f"{face} {c}" for face in ("lower", "upper") for c in PLANE)
+
+FIELDS: dict[str, FieldKind] = {
+    "displacement": _kind("displacement", "length", XYZ, "axis", EVERY),
+    "director": _kind("directors", "number", XYZ, "axis", "shell beam rigid"),
+    "velocity": _kind("velocity", "velocity", XYZ, "axis", "shell beam rigid"),
+    "N": _kind("membrane forces", "force per length", PLANE, "plane", SHELL),
+    "M": _kind("bending moments", "moment per length", PLANE, "plane", SHELL),
+    "Q": _kind("transverse shear forces", "force per length", SHEAR, "across", SHELL),
+    "principal_N": _kind(
+        "principal membrane forces", "force per length", ("first", "second"), "principal", SHELL
+    ),
+    "strains": _kind("strains", "number", (), "strain", "shell beam"),
+    "energy_density": _kind("strain energy density", "energy per area", (), "", "shell beam"),
+    "surface_stress": _kind("stresses at both faces", "stress", LOWER_UPPER, "face", "linear"),
+    "ply_stress": _kind("stresses along the fibres", "stress", LOWER_UPPER, "face", "laminate"),
+    "force": _kind("forces", "force", FRAME, "frame", "beam joint"),
+    "moment": _kind("moments", "moment", FRAME, "frame", "beam joint"),
+}
+
+# the state, of which nothing has to be computed
+DEFAULT = ("displacement", "director", "velocity")

@@ -1,0 +1,108 @@
+"""Units of a scene, for labels only: numbers are in whatever consistent units a user takes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+__all__ = ["Units", "parse_units"]
+
+# derived units that have names of their own, by those of length, mass and time
+NAMED = {
+    ("m", "kg", "s"): {"force": "N", "stress": "Pa", "energy": "J", "moment": "N m"},
+    ("mm", "t", "s"): {"force": "N", "stress": "MPa", "energy": "mJ", "moment": "N mm"},
+    ("mm", "kg", "ms"): {"force": "kN", "stress": "GPa", "energy": "J", "moment": "kN mm"},
+}
+
+# powers of length, mass and time
+POWERS = {
+    "length": (1, 0, 0),
+    "time": (0, 0, 1),
+    "velocity": (1, 0, -1),
+    "force": (1, 1, -2),
+    "moment": (2, 1, -2),
+    "energy": (2, 1, -2),
+    "stress": (-1, 1, -2),
+    "force per length": (0, 1, -2),
+    "moment per length": (1, 1, -2),
+    "energy per length": (1, 1, -2),
+    "energy per area": (0, 1, -2),
+}
+PLAIN = {"angle": "rad", "number": "-"}
+
+
+@dataclass(frozen=True)
+class Units:
+    """Names of the units of length, mass and time; empty: labels have none.
+
+    Args:
+        names: The three names, or none.
+    """
+
+    names: tuple[str, ...] = ()
+
+    def of(self, quantity: str) -> str:
+        """Unit of a quantity; "" where none is known.
+
+        Args:
+            quantity: "length", "force", "moment per length", "angle", ... (`POWERS`, `PLAIN`).
+        """
+        if quantity in PLAIN:
+            return PLAIN[quantity]
+        if len(self.names) != 3:
+            return ""
+        length, mass, time = self.names
+        named = NAMED.get((length, mass, time), {})
+        if quantity in named:
+            return named[quantity]
+        force = named.get("force")
+        per = {
+            "angular velocity": f"rad/{time}",
+            "force per length": force and f"{force}/{length}",
+            "moment per length": force,
+            "energy per length": force,
+            "energy per area": force and f"{force}/{length}",
+        }
+        return per.get(quantity) or self._composed(quantity)
+
+    def _composed(self, quantity: str) -> str:
+        above: list[str] = []
+        below: list[str] = []
+        for name, power in zip(self.names, POWERS[quantity], strict=True):
+            size = {1: "", 2: "²"}.get(abs(power), f"^{abs(power)}")
+            if power:
+                (above if power > 0 else below).append(f"{name}{size}")
+        over = " ".join(above) or "1"
+        under = " ".join(below)
+        if not below:
+            return over
+        return f"{over}/({under})" if len(below) > 1 else f"{over}/{under}"
+
+    def label(self, text: str, quantity: str) -> str:
+        """A label with its unit in brackets, if there is one.
+
+        Args:
+            text: The label.
+            quantity: What it is of.
+        """
+        unit = self.of(quantity)
+        return f"{text} [{unit}]" if unit else text
+
+
+def parse_units(text: str | None) -> Units:
+    """Units from "mm, t, s": those of length, mass and time.
+
+    Args:
+        text: The names with commas; None: no units.
+
+    Raises:
+        ValueError: If it is no such list.
+    """
+    if text is None:
+        return Units()
+    names = tuple(part.strip() for part in text.split(","))
+    if len(names) != 3 or not all(names):
+        raise ValueError(
+            "it must be the units of length, mass and time with commas between them, as in "
+            "'mm, t, s'"
+        )
+    return Units(names)

@@ -1,0 +1,46 @@
+"""The numbers that say whether to trust a run, in words: what the commands print and pages show."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+
+def account(summary: Mapping[str, Any]) -> dict[str, str]:
+    """Numbers of a summary by what they are; those that do not apply are left out.
+
+    Args:
+        summary: The summary of a run; empty while there is none.
+    """
+    found: dict[str, str] = {}
+
+    def add(name: str, value: str | None) -> None:
+        if value is not None:
+            found[name] = value
+
+    if not summary:
+        return found
+    steps, rejected = summary["steps"], summary["rejected_steps"]
+    add("failed", summary["failed"])
+    add("steps", f"{steps} ({rejected} rejected)" if rejected else str(steps))
+    add("iterations per step", f"{summary['newton_iterations'] / max(steps, 1):.2f}")
+    add("energy balance error", _power(summary["energy_balance_error"]))
+    add("director length error", _power(summary["director_max"]))
+    add("constraint error", _power(summary["constraint_max"]))
+    add("dissipated by the scheme", _share(summary["dissipated_share"]))
+    add("linear momentum drift", _power(summary["linear_momentum_drift"]))
+    add("angular momentum drift", _power(summary["angular_momentum_drift"]))
+    if summary["wall_per_step_s"] is not None:
+        add("wall time per step", f"{1000 * summary['wall_per_step_s']:.1f} ms")
+    add("wall time", f"{summary['wall_s']:.1f} s")
+    for name, value in summary["results"].items():
+        add(name, None if value is None else f"{value:.6g}")
+    return found
+
+
+def _power(value: float | None) -> str | None:
+    return None if value is None else f"{value:.1e}"
+
+
+def _share(value: float | None) -> str | None:
+    return f"{100 * value:.2g} %" if value else None

@@ -1,0 +1,103 @@
+"""Whether this machine can draw in space, and how: off-screen, or in a window."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import cache
+
+# how VTK is told which kind of window to make
+KIND = "VTK_DEFAULT_OPENGL_WINDOW"
+EGL, X11, MESA = "vtkEGLRenderWindow", "vtkXOpenGLRenderWindow", "vtkOSOpenGLRenderWindow"
+# of EGL_EXT_platform_device
+PLATFORM_DEVICE = 0x313F
+MOST_DEVICES = 16
+
+
+@cache
+def offscreen_kind() -> str | None:
+    """The kind of window that can be drawn into without a display; None: there is none.
+
+    VTK would try them in turn, warn of each, and end the process where none works; so it is asked
+    of the libraries that it loads.
+    """
+    if sys.platform != "linux":
+        return ""
+    if _egl_devices():
+        return EGL
+    if os.environ.get("DISPLAY") and _x_display():
+        return X11
+    try:
+        ctypes.CDLL("libOSMesa.so.8")
+    except OSError:
+        return None
+    return MESA
+
+
+def has_display() -> bool:
+    """Whether a window can be opened."""
+    return sys.platform != "linux" or bool(os.environ.get("DISPLAY") and _x_display())
+
+
+def why_not() -> str | None:
+    """Why pictures in space cannot be drawn here; None: they can."""
+    if os.environ.get(KIND) or offscreen_kind() is not None:
+        return None
+    return (
+        "this machine has no way to draw in space: VTK needs EGL with a driver (packages libegl1 "
+        "and libgl1-mesa-dri), OSMesa (libosmesa6), or a display"
+    )
+
+
+@contextmanager
+def offscreen() -> Iterator[None]:
+    """VTK's windows made inside need no display."""
+    before = os.environ.get(KIND)
+    if before is None and offscreen_kind():
+        os.environ[KIND] = str(offscreen_kind())
+    try:
+        yield
+    finally:
+        if before is None:
+            os.environ.pop(KIND, None)
+
+
+def _egl_devices() -> bool:
+    """Whether EGL has a device that can be used; also a processor is one."""
+    pointer = ctypes.c_void_p
+    try:
+        egl = ctypes.CDLL("libEGL.so.1")
+    except OSError:
+        return False
+    egl.eglGetProcAddress.restype = pointer
+    egl.eglInitialize.argtypes = [pointer, pointer, pointer]
+    query = egl.eglGetProcAddress(b"eglQueryDevicesEXT")
+    display_of = egl.eglGetProcAddress(b"eglGetPlatformDisplayEXT")
+    if not (query and display_of):
+        return False
+    count, devices = ctypes.c_int(0), (pointer * MOST_DEVICES)()
+    ask = ctypes.CFUNCTYPE(
+        ctypes.c_uint, ctypes.c_int, ctypes.POINTER(pointer), ctypes.POINTER(ctypes.c_int)
+    )(query)
+    if not ask(MOST_DEVICES, devices, ctypes.byref(count)):
+        return False
+    get = ctypes.CFUNCTYPE(pointer, ctypes.c_uint, pointer, pointer)(display_of)
+    displays = [get(PLATFORM_DEVICE, devices[k], None) for k in range(count.value)]
+    return any(d and egl.eglInitialize(d, None, None) for d in displays)
+
+
+def _x_display() -> bool:
+    """Whether the X server that DISPLAY names answers."""
+    try:
+        x11 = ctypes.CDLL("libX11.so.6")
+    except OSError:
+        return False
+    x11.XOpenDisplay.restype = ctypes.c_void_p
+    x11.XCloseDisplay.argtypes = [ctypes.c_void_p]
+    found = x11.XOpenDisplay(None)
+    if found:
+        x11.XCloseDisplay(found)
+    return bool(found)

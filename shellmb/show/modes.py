@@ -1,0 +1,104 @@
+"""Natural modes drawn: all of them in one picture, or one of them as an animation."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from shellmb.observers.described import Described
+from shellmb.show.fields import Fields
+from shellmb.show.scenery import Showing, images, showing
+from shellmb.show.views import SHOWN, view_of
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
+
+COLUMNS, WIDTH = 3, 520
+# states of one period
+PERIOD = 24
+
+
+def _mode(fields: Fields, described: Described, mode: int) -> Showing:
+    """A mode, its largest displacement a part of the scene."""
+    what = showing(fields, described, [mode], "displacement", factor=1.0)
+    (state,) = what.states
+    nodes = np.concatenate([shape.reference for shape in what.shapes.values()])
+    size = float(np.linalg.norm(np.ptp(nodes, axis=0)))
+    largest = max(
+        float(np.linalg.norm(state[n].position - s.reference, axis=1).max())
+        for n, s in what.shapes.items()
+    )
+    factor = SHOWN * size / (largest or 1.0)
+    ends = [
+        s.reference + sign * factor * (state[n].position - s.reference)
+        for n, s in what.shapes.items()
+        for sign in (-1, 1)
+    ]
+    return replace(what, factor=factor, view=view_of(np.concatenate([nodes, *ends])))
+
+
+def modes_image(
+    fields: Fields, described: Described, frequencies: Sequence[float], rigid: int
+) -> Image:
+    """All modes, with the same largest displacement.
+
+    Args:
+        fields: Their shapes.
+        described: The scene.
+        frequencies: Their frequencies.
+        rigid: Number of rigid-body modes, which are the first ones.
+    """
+    from PIL import Image
+
+    time = described.labels.of("time")
+    unit = {"s": "Hz", "ms": "kHz"}.get(time, f"1/{time}" if time else "")
+    drawn = []
+    for k, frequency in enumerate(frequencies, start=1):
+        text = "rigid" if k <= rigid else f"{frequency:.4g} {unit}".rstrip()
+        what = replace(_mode(fields, described, k), caption=f"mode {k}: {text}", bar=False)
+        drawn += list(images(what, WIDTH))
+    columns = min(COLUMNS, len(drawn))
+    height = max(image.height for image in drawn)
+    rows = -(-len(drawn) // columns)
+    whole = Image.new("RGB", (WIDTH * columns, height * rows), "white")
+    for k, image in enumerate(drawn):
+        whole.paste(image, (WIDTH * (k % columns), height * (k // columns)))
+    return whole
+
+
+def animate_mode(fields: Fields, described: Described, mode: int, file: Path) -> Path:
+    """One period of a mode.
+
+    Args:
+        fields: Shapes of the modes.
+        described: The scene.
+        mode: Its number, from 1.
+        file: The GIF or MP4 file.
+
+    Raises:
+        SceneError: If there is no such mode.
+    """
+    from shellmb.errors import SceneError
+    from shellmb.show.animation import write
+
+    if mode not in fields.times:
+        raise SceneError(f"mode is {mode}; it must be one of 1 to {len(fields.times)}")
+    what = _mode(fields, described, mode)
+    (state,) = what.states
+    period = []
+    for phase in np.arange(PERIOD) * 2 * np.pi / PERIOD:
+        s = float(np.sin(phase))
+        swung = {}
+        for name, shape in what.shapes.items():
+            u = s * (state[name].position - shape.reference)
+            swung[name] = replace(
+                state[name], position=shape.reference + u, arrays={"displacement": u}
+            )
+        period.append(swung)
+    whole = replace(what, states=period, caption=f"mode {mode}", bar=False)
+    write(list(images(whole, 640)), file, duration=2.0)
+    return file

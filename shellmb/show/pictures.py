@@ -1,0 +1,174 @@
+"""All pictures of a run directory, from what is in it: at the end of a run, or any time later."""
+
+from __future__ import annotations
+
+import json
+import logging
+import time as clock
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from shellmb.errors import RunError
+from shellmb.observers.described import Described, read_described
+from shellmb.show.fields import Fields
+
+# time that pictures may take at the end of a run: so much, or a part of the run's [s]
+BUDGET, SHARE = 2.0, 0.2
+# states of an animation that is drawn in any case, and that is drawn at all
+FEWEST, MOST = 12, 100
+
+_log = logging.getLogger(__name__)
+
+
+def draw_directory(
+    directory: Path, out: Path | None = None, budget: float | None = None
+) -> list[Path]:
+    """Draw all pictures that make sense for a run, or for modes.
+
+    The parser in matplotlib leaves exceptions in cycles, when it is imported and with every
+    logarithmic axis. They hold the frames of all callers: in the caller's thread they would hold
+    a simulation, to be freed later than on the other ranks, which wait for it for ever. So all is
+    drawn on a stack of its own.
+
+    Args:
+        directory: Directory of the run.
+        out: Where the pictures go; None: there.
+        budget: Time for it [s], by which an animation has fewer states; None: all of them.
+
+    Returns:
+        The files.
+
+    Raises:
+        SceneError: If the directory holds no run.
+    """
+    with ThreadPoolExecutor(max_workers=1) as thread:
+        return thread.submit(_draw, directory, out or directory, budget).result()
+
+
+def budget_of(wall: float) -> float:
+    """Time for the pictures of a run [s].
+
+    Args:
+        wall: Wall time of the run, s.
+    """
+    return max(BUDGET, SHARE * wall)
+
+
+def _draw(directory: Path, out: Path, budget: float | None) -> list[Path]:
+    begin = clock.perf_counter()
+    described = read_described(directory)
+    out.mkdir(parents=True, exist_ok=True)
+    summary = _json(directory / "summary.json")
+    along = "mode" if "frequencies_hz" in summary else "t"
+    fields = Fields(directory / "fields", described.bodies, described.labels, along)
+    try:
+        if along == "mode":
+            from shellmb.show.modes import modes_image
+
+            modes_image(fields, described, summary["frequencies_hz"], summary["rigid_modes"]).save(
+                out / "modes.png"
+            )
+            return [out / "modes.png"]
+        made = _shape(fields, described, out / "shape.png")
+    except RunError as error:
+        _log.warning("pictures in space are left out: %s", error)
+        made, fields = [], None  # type: ignore[assignment]
+        if along == "mode":
+            return made
+    made += _curves(directory, described, summary, out, _size(fields))
+    if fields is not None and described.dynamic and len(fields.times) > 1:
+        from shellmb.show.animation import animate
+
+        left = None if budget is None else budget - (clock.perf_counter() - begin)
+        made.append(animate(fields, described, out / "animation.gif", left, FEWEST, MOST))
+    return made
+
+
+def _shape(fields: Fields, described: Described, file: Path) -> list[Path]:
+    """The last state, and where the motion is one, the state of the largest displacement."""
+    if not len(fields.times):
+        return []
+    from shellmb.show.scenery import images, showing, side_by_side
+
+    times = [float(fields.times[-1])]
+    if described.dynamic and len(fields.times) > 2:
+        largest = _largest(fields)
+        if largest != times[0]:
+            times.insert(0, largest)
+    what = showing(fields, described, times)
+    width = 960 if len(times) == 1 else 720
+    side_by_side(list(images(what, width))).save(file)
+    return [file]
+
+
+def _largest(fields: Fields) -> float:
+    """Time of the state of the largest displacement."""
+    from shellmb.show.lazy import read_values
+
+    sizes: dict[float, float] = {}
+    for name in fields:
+        for file, t in fields.states(name).items():
+            u = read_values(file, "displacement")
+            sizes[t] = max(sizes.get(t, 0.0), float(np.linalg.norm(u, axis=1).max()))
+    return max(sizes, key=lambda t: sizes[t])
+
+
+def _size(fields: Fields | None) -> float:
+    """Diagonal of the box around the scene; 1 where nothing is known of it."""
+    if fields is None or not len(fields):
+        return 1.0
+    from shellmb.show.shapes import shape_of
+
+    nodes = np.concatenate([shape_of(fields, name).reference for name in fields])
+    return float(np.linalg.norm(np.ptp(nodes, axis=0))) or 1.0
+
+
+def _curves(
+    directory: Path, described: Described, summary: dict[str, Any], out: Path, size: float
+) -> list[Path]:
+    """Pictures of curves."""
+    import matplotlib as mpl
+
+    from shellmb.observers.drawing import STYLE
+    from shellmb.show import plots
+
+    history = read_table(directory / "history.csv")
+    made: list[Path] = []
+    several = len(history["t"]) > 2
+    with mpl.rc_context(STYLE):
+        if described.probes:
+            made += plots.save(plots.probes(history, described), out / "probes.png")
+        if described.dynamic:
+            made += plots.save(plots.energies(history, described), out / "energy.png")
+        # of one step there is no history
+        if several:
+            made += plots.save(plots.joints(history, described, size), out / "joints.png")
+            made += plots.save(plots.steps(history, described), out / "steps.png")
+        if described.path and described.probes and len(history["t"]) > 1:
+            special = summary.get("path", [])
+            made += plots.save(plots.path(history, described, special), out / "path.png")
+    return made
+
+
+def read_table(file: Path) -> dict[str, npt.NDArray[np.float64]]:
+    """Columns of a history; without pandas, which takes longer to load than a picture to draw.
+
+    Args:
+        file: The file.
+
+    Raises:
+        SceneError: If it is no history.
+    """
+    from shellmb.observers.history import read_history
+
+    rows = read_history(file)
+    return {name: np.array([row[name] for row in rows], dtype=float) for name in rows[0]}
+
+
+def _json(file: Path) -> dict[str, Any]:
+    found: dict[str, Any] = json.loads(file.read_text()) if file.is_file() else {}
+    return found

@@ -1,0 +1,202 @@
+"""Curves over time of a run: probes, energy account, joints, steps, a static path."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+import numpy.typing as npt
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from shellmb.errors import SceneError
+from shellmb.observers.curves import Table, draw_curves, joint_plots, legend
+from shellmb.observers.described import Described, ProbeLine
+from shellmb.observers.drawing import STYLE, figure
+from shellmb.scene.lookup import listed
+
+Floats = npt.NDArray[np.float64]
+
+ENERGIES = {
+    "kinetic_energy": "kinetic",
+    "strain_energy": "strain",
+    "total_energy": "total",
+    "work_loads": "work of loads",
+    "work_terms": "work of added terms",
+    "work_supports": "work of supports",
+    "dissipation": "dissipated",
+}
+
+# what a probe's unit is of
+QUANTITIES = {
+    "displacement": "length",
+    "position": "length",
+    "velocity": "velocity",
+    "director": "number",
+    "rotation": "angle",
+    "angular_velocity": "angular velocity",
+    "force": "force",
+    "moment": "moment",
+    "membrane": "force per length",
+    "bending": "moment per length",
+    "shear": "force per length",
+}
+
+MARKS = {"limit point": "o", "bifurcation": "D"}
+
+
+def plot_history(
+    history: Table, scene: Described, columns: str | Sequence[str] | None = None
+) -> Figure:
+    """Columns over time in one figure.
+
+    Args:
+        history: The history.
+        scene: The scene.
+        columns: Names of columns; None: the probes, or the energies where there are none.
+
+    Raises:
+        SceneError: If there is no such column.
+    """
+    with mpl.rc_context(STYLE):
+        if columns is None:
+            return probes(history, scene) if scene.probes else energies(history, scene)
+        names = [columns] if isinstance(columns, str) else list(columns)
+        missing = next((n for n in names if n not in history), None)
+        if missing is not None:
+            raise SceneError(f"plot: there is no column '{missing}'; there are {listed(history)}")
+        made = figure(7.0, 3.4)
+        axes = made.subplots()
+        draw_curves(axes, _column(history, "t"), {n: _column(history, n) for n in names})
+        legend(axes)
+        axes.set_xlabel(scene.time_label)
+        return made
+
+
+def probes(history: Table, scene: Described) -> Figure:
+    """One plot for each quantity that is probed."""
+    kinds = list(dict.fromkeys(p.quantity for p in scene.probes))
+    made, every = _rows(len(kinds), 2.8)
+    for kind, axes in zip(kinds, every, strict=True):
+        own = {p.name: _column(history, p.name) for p in scene.probes if p.quantity == kind}
+        draw_curves(axes, _column(history, "t"), own)
+        axes.set_ylabel(_label(scene, kind))
+        legend(axes)
+    every[-1].set_xlabel(scene.time_label)
+    return made
+
+
+def joints(history: Table, scene: Described, size: float) -> Figure | None:
+    """Coordinates of joints, what acts on them, and what they carry; None without any."""
+    plots = joint_plots(history, scene, size)
+    if not plots:
+        return None
+    made, every = _rows(len(plots), 2.3)
+    for plot, axes in zip(plots, every, strict=True):
+        draw_curves(axes, _column(history, "t"), plot.curves)
+        axes.set_ylabel(plot.label)
+        total = len(plot.curves) + plot.hidden
+        legend(axes, title=f"the largest of {total}" if plot.hidden else None)
+    every[-1].set_xlabel(scene.time_label)
+    return made
+
+
+def energies(history: Table, scene: Described) -> Figure:
+    """Energies and work, and below them how well the account closes."""
+    made = figure(7.0, 6.0)
+    above, below = made.subplots(2, 1, sharex=True, height_ratios=(2, 1))
+    shown = {}
+    for name, label in ENERGIES.items():
+        if name in history and np.any(_column(history, name)):
+            drivers = ", drivers" if name == "work_supports" and scene.drivers else ""
+            shown[label + drivers] = _column(history, name)
+    t = _column(history, "t")
+    draw_curves(above, t, shown)
+    above.set_ylabel(scene.labels.label("energy, work", "energy"))
+    legend(above, 3)
+    if "energy_balance" in history:
+        scale = float(np.abs(_column(history, "total_energy")).max())
+        error = np.abs(_column(history, "energy_balance")) / (scale or 1.0)
+        # zeros have no place on a logarithmic axis: they are drawn where round-off ends
+        floor = float(np.finfo(float).eps) / 10
+        below.semilogy(t, np.maximum(error, floor), linewidth=0.9)
+    below.set(xlabel=scene.time_label, ylabel="error of the account\n/ largest energy [-]")
+    return made
+
+
+def steps(history: Table, scene: Described) -> Figure:
+    """Iterations and step sizes."""
+    made = figure(7.0, 4.5)
+    above, below = made.subplots(2, 1, sharex=True)
+    t, dt, iterations = (_column(history, n)[1:] for n in ("t", "dt", "iterations"))
+    marker = "." if len(t) < 30 else None
+    above.step(t, iterations, where="pre", linewidth=1.0, marker=marker)
+    above.set_ylabel("Newton iterations")
+    above.yaxis.set_major_locator(mpl.ticker.MaxNLocator(integer=True))
+    above.set_ylim(0, 1.1 * float(iterations.max()) or 1.0)
+    below.step(t, dt, where="pre", linewidth=1.0, marker=marker)
+    unit = scene.labels.label("step", "time") if scene.dynamic else "step [-]"
+    below.set(xlabel=scene.time_label, ylabel=unit)
+    below.set_ylim(0, 1.1 * float(dt.max()) or 1.0)
+    return made
+
+
+def path(history: Table, scene: Described, points: Sequence[Mapping[str, Any]]) -> Figure:
+    """Load factor over what the probes show, with limit points and bifurcations.
+
+    Args:
+        history: The history.
+        scene: The scene, with probes.
+        points: Special points, as the summary has them.
+    """
+    kinds = list(dict.fromkeys(p.quantity for p in scene.probes))
+    made, every = _rows(len(kinds), 3.6, width=6.4, share=False)
+    for kind, axes in zip(kinds, every, strict=True):
+        for probe in scene.probes:
+            if probe.quantity == kind:
+                _path_curve(axes, history, probe, points)
+        axes.set(xlabel=_label(scene, kind), ylabel="load factor [-]")
+        axes.axhline(0.0, color="0.8", linewidth=0.8, zorder=0)
+        for name, mark in MARKS.items():
+            if any(p["kind"] == name for p in points):
+                axes.plot([], [], mark, color="black", markerfacecolor="white", label=name)
+        legend(axes)
+    return made
+
+
+def _path_curve(
+    axes: Axes, history: Table, probe: ProbeLine, points: Sequence[Mapping[str, Any]]
+) -> None:
+    t, values, load = (_column(history, c) for c in ("t", probe.name, "load_factor"))
+    (line,) = axes.plot(values, load, ".-", linewidth=1.0, markersize=3, label=probe.name)
+    for point in points:
+        at = float(np.interp(point["t"], t, values))
+        mark = MARKS[point["kind"]]
+        axes.plot(at, point["load_factor"], mark, color=line.get_color(), mfc="white")
+
+
+def _label(scene: Described, quantity: str) -> str:
+    return scene.labels.label(quantity.replace("_", " "), QUANTITIES[quantity])
+
+
+def _rows(
+    count: int, height: float, width: float = 7.0, share: bool = True
+) -> tuple[Figure, list[Axes]]:
+    """A figure with plots one below the other."""
+    made = figure(width, 0.6 + height * count)
+    return made, list(made.subplots(count, 1, sharex=share, squeeze=False)[:, 0])
+
+
+def _column(history: Table, name: str) -> Floats:
+    return np.asarray(history[name], dtype=float)
+
+
+def save(made: Figure | None, file: Path) -> list[Path]:
+    """Write a figure, if there is one."""
+    if made is None:
+        return []
+    made.savefig(file)
+    return [file]

@@ -1,0 +1,191 @@
+"""A run on one page: scene, pictures, account, warnings; and short of that in a notebook."""
+
+from __future__ import annotations
+
+import base64
+import html
+import io
+import json
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from shellmb.errors import RunError
+
+if TYPE_CHECKING:
+    from shellmb.api.modeshapes import ModeShapes
+    from shellmb.api.record import Run
+
+STYLE = """
+body { font: 15px/1.5 system-ui, sans-serif; max-width: 64rem; margin: 2rem auto; padding: 0 1rem;
+       color: #222 }
+h1 { font-size: 1.5rem } h2 { font-size: 1.15rem; margin-top: 2rem }
+table { border-collapse: collapse } td, th { padding: .15rem .8rem .15rem 0; text-align: left;
+       vertical-align: top } td + td { font-variant-numeric: tabular-nums }
+img { max-width: 100%; display: block; margin: .5rem 0 } iframe { width: 100%; height: 32rem;
+       border: 1px solid #ddd } .warning { background: #fff4d6; padding: .5rem .8rem;
+       border-left: 4px solid #e0a800; margin: .4rem 0 } .failed { background: #fde2e0;
+       border-left-color: #c0392b } .quiet { color: #666 } details > table { font-size: .85rem }
+"""
+# what is shown of the curves, in this order
+CURVES = {
+    "path.png": "Static path",
+    "probes.png": "Probes",
+    "energy.png": "Energy account",
+    "joints.png": "Joints",
+    "steps.png": "Steps",
+}
+
+
+def card(run: Run) -> str:
+    """A run in a notebook: its picture beside the account, and its warnings."""
+    picture = _first_picture(run)
+    rows = _table(run.account.items())
+    said = "".join(_warning(w) for w in run.warnings)
+    title = html.escape(repr(run)[1:-1])
+    return (
+        f"<div><style>{_scoped()}</style><p><b>{title}</b></p>{said}"
+        f'<div style="display:flex;gap:1.5rem;align-items:center;flex-wrap:wrap">'
+        f"{picture}<div>{rows}</div></div></div>"
+    )
+
+
+def modes_card(modes: ModeShapes) -> str:
+    """Modes in a notebook: their picture and frequencies."""
+    rows = _table(
+        (f"mode {k}", "rigid" if k <= modes.rigid else f"{f:.6g}")
+        for k, f in enumerate(modes.frequencies, start=1)
+    )
+    try:
+        picture = image_tag(_png(modes.picture()), "modes")
+    except RunError as error:
+        picture = f'<p class="quiet">{html.escape(str(error))}</p>'
+    return f"<div><p><b>{html.escape(repr(modes)[1:-1])}</b></p>{picture}{rows}</div>"
+
+
+def write_report(run: Run, file: Path) -> Path:
+    """Write the page.
+
+    Args:
+        run: The run.
+        file: The page.
+    """
+    folder = run.directory
+    drawn = {name: folder / name for name in ("shape.png", "animation.gif", *CURVES)}
+    if not drawn["shape.png"].is_file() and len(run.fields):
+        run.draw()
+    described = run.described
+    parts = [f"<h1>{html.escape(run.name)}</h1>", f"<p>{html.escape(repr(run)[1:-1])}</p>"]
+    failed = run.summary.get("failed")
+    if failed:
+        parts.append(f'<p class="warning failed">{html.escape(failed)}</p>')
+    parts += [_warning(w) for w in run.warnings] or ['<p class="quiet">No warnings.</p>']
+    parts.append(f"<h2>Account</h2>{_table(run.account.items())}")
+    parts.append("<h2>Shape</h2>")
+    parts += [_file_tag(drawn[n]) for n in ("shape.png", "animation.gif") if drawn[n].is_file()]
+    parts.append(_turnable(run))
+    for name, title in CURVES.items():
+        if drawn[name].is_file():
+            parts.append(f"<h2>{title}</h2>{_file_tag(drawn[name])}")
+    parts.append("<h2>Scene</h2>")
+    kinds = {"bodies": ", ".join(f"{n} ({k})" for n, k in described.bodies.items())}
+    for key in ("joints", "drivers", "elements"):
+        kinds[key] = ", ".join(getattr(described, key))
+    kinds["units"] = described.units or "consistent, not named"
+    parts.append(_table((k, v) for k, v in kinds.items() if v))
+    parts += _details(folder)
+    versions = run.summary.get("versions", {})
+    said = ", ".join(f"{name} {number}" for name, number in versions.items())
+    parts.append(f'<p class="quiet">{html.escape(said)}</p>')
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_text(
+        '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">'
+        f"<title>{html.escape(run.name)}</title><style>{STYLE}</style></head><body>\n"
+        + "\n".join(parts)
+        + "\n</body></html>\n"
+    )
+    return file
+
+
+def _turnable(run: Run) -> str:
+    """The last state, to be turned in the browser."""
+    if not len(run.fields.times):
+        return ""
+    from shellmb.show.scenery import showing
+    from shellmb.show.web import page
+
+    try:
+        inner = page(showing(run.fields, run.described, [run.fields.nearest(None)]))
+    except RunError as error:
+        return f'<p class="quiet">{html.escape(str(error))}</p>'
+    return (
+        f'<iframe title="shape" loading="lazy" srcdoc="{html.escape(inner, quote=True)}"></iframe>'
+    )
+
+
+def _details(folder: Path) -> list[str]:
+    """Request and all fields of the scene, as far as the directory says."""
+    found: list[str] = []
+    for name, title in (("request.json", "As it was asked for"), ("state/state.json", "In full")):
+        file = folder / name
+        if not file.is_file():
+            continue
+        values: dict[str, Any] = json.loads(file.read_text())
+        values = values.get("scene", {}) if name.startswith("state") else values
+        shown = {k: v for k, v in values.items() if not k.endswith("sha256")}
+        rows = _table((k, json.dumps(v)) for k, v in shown.items())
+        found.append(f"<details><summary>{title}</summary>{rows}</details>")
+    return found
+
+
+def _first_picture(run: Run) -> str:
+    file = run.directory / "shape.png"
+    try:
+        if file.is_file():
+            return _file_tag(file, "max-width:420px")
+        if not len(run.fields.times):
+            return ""
+        return image_tag(_png(run.picture()), "shape", "max-width:420px")
+    except RunError as error:
+        return f'<p class="quiet">{html.escape(str(error))}</p>'
+
+
+def _file_tag(file: Path, style: str = "") -> str:
+    kind = "gif" if file.suffix == ".gif" else "png"
+    return image_tag(file.read_bytes(), file.stem, style, kind)
+
+
+def image_tag(content: bytes, name: str, style: str = "", kind: str = "png") -> str:
+    """An image within a page.
+
+    Args:
+        content: Its file.
+        name: What it shows.
+        style: Its style.
+        kind: "png" or "gif".
+    """
+    data = base64.b64encode(content).decode()
+    return f'<img alt="{html.escape(name)}" style="{style}" src="data:image/{kind};base64,{data}">'
+
+
+def _png(picture: Any) -> bytes:
+    made = io.BytesIO()
+    picture.save(made, "png")
+    return made.getvalue()
+
+
+def _warning(text: str) -> str:
+    return f'<p class="warning">warning: {html.escape(text)}</p>'
+
+
+def _table(rows: Iterable[tuple[str, str]]) -> str:
+    cells = "".join(
+        f"<tr><td>{html.escape(str(k))}</td><td>{html.escape(str(v))}</td></tr>" for k, v in rows
+    )
+    return f"<table>{cells}</table>"
+
+
+def _scoped() -> str:
+    """Style of warnings in a notebook, whose own stays as it is."""
+    return ".warning { background: #fff4d6; padding: .3rem .6rem; border-left: 4px solid #e0a800 }"

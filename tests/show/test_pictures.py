@@ -1,0 +1,126 @@
+"""Pictures in space: what is near hides what is far, and what colours and arrows show."""
+
+import numpy as np
+import pytest
+
+import shellmb as sm
+from shellmb.observers.curves import draw_curves
+from shellmb.observers.described import describe
+from shellmb.observers.drawing import figure
+from shellmb.observers.grid import Grid
+from shellmb.observers.gridfiles import GridFiles
+from shellmb.show.colours import colouring
+from shellmb.show.display import why_not
+from shellmb.show.fields import Fields
+from shellmb.show.scenery import images, showing
+from shellmb.show.shapes import deformation
+from shellmb.show.views import AZIMUTH, ELEVATION, view_of
+
+needs_drawing = pytest.mark.skipif(why_not() is not None, reason=str(why_not()))
+
+QUAD = 9
+
+
+def wall(name, distance):
+    """A square across the line of sight, so far towards the eye."""
+    a, e = np.radians([AZIMUTH, ELEVATION])
+    eye = np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])
+    right = np.array([-np.sin(a), np.cos(a), 0.0])
+    up = np.cross(eye, right)
+    corners = [distance * eye + i * right + j * up for i, j in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+    cells, types = np.array([4, 0, 1, 2, 3]), np.array([QUAD], dtype=np.uint8)
+    return Grid(name, np.array(corners), cells, types)
+
+
+def two_walls(folder, names, values):
+    """Fields of two walls, the first one nearer, one state."""
+    for name, distance, value in zip(names, (1.0, -1.0), values, strict=True):
+        files = GridFiles(folder, wall(name, distance), {})
+        heat = np.full(4, value)
+        files.write(0, {"displacement": np.zeros((4, 3)), "heat": heat})
+        files.list([0.0])
+        files.close()
+    bodies = [sm.RigidBody(n, 1.0, (1, 1, 1)) for n in names]
+    scene = sm.Scene("walls", rigid_bodies=bodies, scheme="ep", dt=1, t_end=1)
+    described = describe(scene)
+    return Fields(folder, described.bodies, described.labels), described
+
+
+@needs_drawing
+@pytest.mark.parametrize("names", [("a", "b"), ("b", "a")])
+def test_the_nearer_wall_hides_the_other(tmp_path, names) -> None:
+    """Whichever is drawn first; a painter that sorts bodies or pieces gets boxes wrong."""
+    fields, described = two_walls(tmp_path, names, (0.0, 1.0))
+    what = showing(fields, described, [0.0], "heat")
+    (image,) = images(what, 400)
+    pixels = np.asarray(image)
+    # viridis: the near wall is dark violet (zero), the far one is yellow; a little off the middle,
+    # where no outline of an element is
+    near = pixels[int(0.45 * len(pixels)), int(0.45 * pixels.shape[1])].astype(int)
+    assert near[0] < 100 and near[1] < 60 and near[2] > 40, near
+
+
+@needs_drawing
+def test_the_far_wall_is_seen_where_the_near_one_is_not(tmp_path) -> None:
+    """The same with the walls' values exchanged: that the pixel above says anything."""
+    fields, described = two_walls(tmp_path, ("a", "b"), (1.0, 0.0))
+    (image,) = images(showing(fields, described, [0.0], "heat"), 400)
+    pixels = np.asarray(image)
+    near = pixels[int(0.45 * len(pixels)), int(0.45 * pixels.shape[1])].astype(int)
+    assert near[0] > 180 and near[1] > 170 and near[2] < 100, near
+
+
+def test_fields_that_are_not_there(tmp_path) -> None:
+    fields, described = two_walls(tmp_path, ("a", "b"), (1.0, 0.0))
+    with pytest.raises(sm.SceneError, match=r"field is 'N'; the run has .*'heat'.*'deformation'"):
+        colouring(fields, described, "N")
+    with pytest.raises(sm.SceneError, match="component is 3; 'displacement' has '1', '2', '3'"):
+        colouring(fields, described, "displacement", 3)
+    assert colouring(fields, described, "displacement", "z").component == 2
+    assert colouring(fields, described).field == "displacement"
+
+
+def test_deformation_is_without_the_motion_of_the_body() -> None:
+    rng = np.random.default_rng(2)
+    X, (turn, _) = rng.normal(size=(20, 3)), np.linalg.qr(rng.normal(size=(3, 3)))
+    turn *= np.sign(np.linalg.det(turn))
+    moved = X @ turn.T + [5.0, -3.0, 1.0]
+    # round-off of distances of size 10
+    assert deformation(X, moved).max() < 1e-13
+    assert deformation(X, np.concatenate([moved[:1] + 0.1, moved[1:]]))[0] > 0.05
+
+
+@pytest.mark.parametrize(
+    ("nodes", "planar"),
+    [
+        ([(0, 0, 0), (1, 0, 0), (1, 1, 0)], 2),
+        ([(0, 0, 0), (1, 0, 0), (1, 0, 1)], 1),
+        ([(0, 0, 0), (1, 0, 0), (1, 1, 1)], None),
+        ([(0, 0, 0), (1, 0, 0), (2, 0, 0)], None),
+    ],
+)
+def test_a_planar_scene_is_seen_across_its_plane(nodes, planar) -> None:
+    assert view_of(np.array(nodes, dtype=float)).planar == planar
+
+
+def test_curves_on_one_another_are_all_seen() -> None:
+    axes = figure(4, 3).subplots()
+    t = np.linspace(0, 1, 50)
+    draw_curves(axes, t, {"a": t, "b": t + 1e-4, "c": 1 - t, "d": t * (1 + 1e-5)})
+    a, b, c, d = axes.lines
+    assert a.get_linewidth() > b.get_linewidth() > d.get_linewidth() == c.get_linewidth()
+    assert [line.get_linestyle() for line in (a, b, c, d)] == ["-", "--", "-", ":"]
+
+
+def test_a_machine_that_cannot_draw_says_so(tmp_path, monkeypatch) -> None:
+    from shellmb.show import display
+
+    fields, described = two_walls(tmp_path, ("a", "b"), (0.0, 1.0))
+    monkeypatch.setattr(display, "offscreen_kind", lambda: None)
+    with pytest.raises(sm.RunError, match="this machine has no way to draw in space"):
+        next(iter(images(showing(fields, described, [0.0]))))
+    monkeypatch.delenv("DISPLAY", raising=False)
+    from shellmb.show.scenery import show
+
+    with pytest.raises(sm.RunError, match="there is no display; use `shellmb report RUN`"):
+        show(fields, described)
