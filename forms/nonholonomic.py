@@ -31,14 +31,27 @@ knife edge  `t_1 y_2' = t_2 y_1'`
 `d3` is the axis of the wheel, and the direction of the blade. The point of contact moves as fast
 over the one body as over the other: that is rolling.
 
-**Over a step.** Where the path is linear, `A(q_m)(q_b - q_a) = 0` with forces along `A(q_m)`. Where
-it is quadratic (`forms.path`), the moments of the slip vanish, `<A q'> = <P1 A q'> = 0`, with
-forces `<A^T (l_0 + l_1 P1) P_k>`. With `B` the derivative of `A`
+**Over a step.** Where the path is linear, `A(q_m)(q_b - q_a) = 0` with forces along `A(q_m)`, which
+work by the multipliers times what vanishes: not at all. Where it is quadratic (`forms.path`), the
+mean of the slip and the slip at the end vanish,
 
-    k = 0:  forces l_0 A(x) dq + l_1 B(D, dq)/6,             <A q'>    = A(x) D + B(D, z)
-    k = 1:  forces l_0 B(D, dq)/6 + l_1 A(x + 2z/5) dq/3,    <P1 A q'> = 2 A(x + 2z/5) z + B(D, D)/6
+    <A q'> = A(x) D + B(D, z) = 0,     A(q_f) v_f = 0
 
-Either way the forces work by the multipliers times what vanishes: not at all.
+with `B(., dq)` the derivative of `A dq`. The forces are those of multipliers `l_0 + l_1 P1` along
+`A(q)`, but for terms of third order in the step, as moments
+
+    P0:  l_0 A(x) dq + l_1 [B(D, dq) + (1 - alpha^2) B(dq, h v_2) + 4 alpha B(dq, z)
+                            + 2 alpha B(z, dq)]/6                                          (N1)
+    P1:  l_0 B(D, dq)/6 + l_1 A((q_i + q_f)/2) dq/3
+
+Their work is `l_0 <A q'>`, and `l_1` times what vanishes by both equations: with (Q1)
+
+    A(q_m) 6z/3 = [(1 + alpha) A(q_m) h v_f - (1 - alpha) A(q_m) h v_i - 2 alpha A(q_m) D]/6
+
+where `A(q_m) v_f = -B(D, v_f)/2`, `A(q_m) v_i = B(D, v_i)/2` and `A(q_m) D = B(z, D) - B(D, z)`. For
+a symmetric `B`, where `A q'` is the rate of a position, (N1) is (Q4). With `<P1 A q'> = 0` in place
+of the equation at the end no force would leave `A(q)`, but slip would remain in the velocities at
+the ends of steps, of second order, and add up.
 """
 
 from collections.abc import Callable, Mapping
@@ -135,7 +148,7 @@ def interval_row(slip: Slip, span: Interval, dq: Expr) -> tuple[Expr, Expr]:
 
 
 def path_row(slip: Slip, path: Path, k: int, dq: Expr) -> ConstraintRow:
-    """The same in one of the rows of a step that is quadratic in time.
+    """The same in one of the rows of a step that is quadratic in time, eq. (N1).
 
     Args:
         slip: The constraints.
@@ -144,13 +157,15 @@ def path_row(slip: Slip, path: Path, k: int, dq: Expr) -> ConstraintRow:
         dq: Direction.
     """
 
-    def turned(change: Expr) -> Expr:
-        """`B(D, change)`: `A` is linear."""
-        return variation(lambda q: slip(q, change), path.mean, path.chord)
+    def turned(change: Expr, dq: Expr) -> Expr:
+        """`B(change, dq)`: `A` is linear."""
+        return variation(lambda q: slip(q, dq), path.mean, change)
 
-    late = path.mean + 0.4 * path.bow
+    D, z, alpha = path.chord, path.bow, path.alpha
     if k == 0:
-        value = slip(path.mean, path.chord) + turned(path.bow)
-        return ConstraintRow(slip(path.mean, dq), turned(dq) / 6, value, (path.end, path.rate))
-    value = 2 * slip(late, path.bow) + turned(path.chord) / 6
-    return ConstraintRow(slip(late, dq) / 3, turned(dq) / 6, value, (path.rate, path.end))
+        extra = (1 - alpha**2) / 6 * path.shake + 2 * alpha / 3 * z
+        other = turned(D, dq) / 6 + turned(dq, extra) + alpha / 3 * turned(z, dq)
+        value = slip(path.mean, D) + turned(D, z)
+        return ConstraintRow(slip(path.mean, dq), other, value, (path.end, path.rate))
+    own, value = slip(path.middle, dq) / 3, slip(path.end, path.rate)
+    return ConstraintRow(own, turned(D, dq) / 6, value, (path.rate, path.end))
