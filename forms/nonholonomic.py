@@ -48,10 +48,10 @@ Their work is `l_0 <A q'>`, and `l_1` times what vanishes by both equations: wit
 
     A(q_m) 6z/3 = [(1 + alpha) A(q_m) h v_f - (1 - alpha) A(q_m) h v_i - 2 alpha A(q_m) D]/6
 
-where `A(q_m) v_f = -B(D, v_f)/2`, `A(q_m) v_i = B(D, v_i)/2` and `A(q_m) D = B(z, D) - B(D, z)`. For
-a symmetric `B`, where `A q'` is the rate of a position, (N1) is (Q4). With `<P1 A q'> = 0` in place
-of the equation at the end no force would leave `A(q)`, but slip would remain in the velocities at
-the ends of steps, of second order, and add up.
+where `A(q_m) v_f = -B(D, v_f)/2`, `A(q_m) v_i = B(D, v_i)/2`, `A(q_m) D = B(z, D) - B(D, z)`. For a
+symmetric `B`, where `A q'` is the rate of a position, (N1) is (Q4). With `<P1 A q'> = 0` in place
+of the equation at the end all forces would be along `A(q)`, but slip would remain in the velocities
+at the ends of steps, of second order, and add up.
 """
 
 from collections.abc import Callable, Mapping

@@ -189,6 +189,16 @@ class ContactGroup(JointGroup):
         """Direction in the plane that a wheel rolls in, or a blade points to, shape (2,)."""
         return self.coordinate("t", row, q) if "t" in self._start else None
 
+    def pressure(self, row: int, q: Floats) -> float:
+        """Normal force of the last step on the second body of a local cell, N."""
+        contact = self.joints[self.nodes.item[row]]
+        place = self.ends[0].parts["w1"]
+        turned = q[self.mixed.dofs["w1"].reshape(-1, place)[row]].reshape(3, 3)
+        normal = contact.axes[0][2] @ (np.eye(3) + contact.ends[0].directors.T @ turned)
+        mu = q[self.mixed.dofs["mu"].reshape(-1, self.count)[row]]
+        # the first three constraints are the gap at the point of contact
+        return -float(self._force.value) * float(mu[:3] @ normal)
+
     def coordinate(self, part: str, row: int, q: Floats) -> Floats:
         """Contact coordinates of a local cell at a state, shape (n,)."""
         start = self._start[part]
