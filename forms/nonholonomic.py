@@ -13,7 +13,7 @@ point `p`, the axes `d1, d2, d3` of the other body and its point `c`:
 kind        unknowns                                on positions                         rows
 ==========  ======================================  ===================================  =========
 wheel       `y` point of contact, `t` direction it  `c + R r_k d_k = p + y_j e_j`,       7 and 2
-            rolls in, `r` radius vector to the      `t_j e_j = r_1 d2 - r_2 d1`,
+            rolls in, `r` radius vector to the      `t_j e_j = r_2 d1 - r_1 d2`,
             ground in its own axes                  `|r| = 1`
 sphere      `y`, `Q` the body's axes in the plane's `c - R e3 = p + y_j e_j`,            12 and 2
                                                     `Q_kj = d_k . e_j`
@@ -23,13 +23,13 @@ knife edge  `y`, `t` direction of the blade         `c = p + y_j e_j`, `t_j = d3
 ==========  =============================================================================
 kind        on velocities
 ==========  =============================================================================
-wheel       `t . y' = R (r_1 r_2' - r_2 r_1')`, `t_1 y_2' = t_2 y_1'`
+wheel       `t . y' = R (r_2 r_1' - r_1 r_2')`, `t_1 y_2' = t_2 y_1'`
 sphere      `y_j' + R Q_kj Q_k3' = 0`, j = 1, 2
 knife edge  `t_1 y_2' = t_2 y_1'`
 ==========  =============================================================================
 
-`d3` is the axis of the wheel, and the direction of the blade. The point of contact moves as fast
-over the one body as over the other: that is rolling.
+`d3` is the axis of the wheel, which rolls along `t` as it turns about it, and the direction of the
+blade. The point of contact moves as fast over the one body as over the other: that is rolling.
 
 **Over a step.** Where the path is linear, `A(q_m)(q_b - q_a) = 0` with forces along `A(q_m)`, which
 work by the multipliers times what vanishes: not at all. Where it is quadratic (`forms.path`), the
@@ -96,14 +96,14 @@ def _touching(a: Place, point: Expr, y: Expr) -> list[Expr]:
 def _wheel(a: Place, b: Place, own: Own, size: Expr) -> list[Expr]:
     r, t = own["r"], own["t"]
     lowest = b.x + size * (r[0] * b.e[0] + r[1] * b.e[1])
-    turn = size * (t[0] * a.e[0] + t[1] * a.e[1] + r[1] * b.e[0] - r[0] * b.e[1])
+    turn = size * (t[0] * a.e[0] + t[1] * a.e[1] + r[0] * b.e[1] - r[1] * b.e[0])
     unit = size * (r[0] ** 2 + r[1] ** 2 - 1) / 2
     return [*_touching(a, lowest, own["y"]), turn[0], turn[1], turn[2], unit]
 
 
 def _wheel_slip(own: Own, d: Own, size: Expr) -> list[Expr]:
     r, t, dr, dy = own["r"], own["t"], d["r"], d["y"]
-    rolled = size * (r[0] * dr[1] - r[1] * dr[0])
+    rolled = size * (r[1] * dr[0] - r[0] * dr[1])
     return [t[0] * dy[0] + t[1] * dy[1] - rolled, *_edge_slip(own, d, size)]
 
 

@@ -76,7 +76,7 @@ def bind_contact(joint: Contact, find: FindEnd, length: float) -> BoundContact:
         down = -(d[:2] @ e[2])
         r = down / np.linalg.norm(down)
         lowest = gap + size * (r @ d[:2])
-        own = {"y": e[:2] @ lowest, "t": e[:2] @ (r[0] * d[1] - r[1] * d[0]), "r": r}
+        own = {"y": e[:2] @ lowest, "t": e[:2] @ (r[1] * d[0] - r[0] * d[1]), "r": r}
     else:
         assert isinstance(joint, Rolling)
         kind, size = "sphere", joint.radius

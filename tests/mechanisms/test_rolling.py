@@ -168,9 +168,10 @@ def test_steady_precession_of_a_disc(scheme: str, watch) -> None:
     # 0.16 rad of spin in a step: measured 3.3e-2 and 4.8e-5, with half of it a fourth and a 16th
     assert np.abs(x - exact).max() < {"ep": 4e-2, "ep4": 6e-5}[scheme]
     # forces of EP alternate and are of first order, means of a force that turns of second order
+    # friction is along F2, on the left of the way as the disc turns about its axis
     pull, small = DISC.mass * rate**2 * circle, {"ep": 6e-2, "ep4": 3e-4}[scheme]
     assert np.abs(path.column("F3") / (DISC.mass * G) - 1).max() < small
-    assert np.abs(path.column("F2") / pull - 1).max() < small
+    assert np.abs(path.column("F2") / pull + 1).max() < small
     assert np.abs(path.column("F1")).max() < small * pull
 
 
