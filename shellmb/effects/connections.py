@@ -19,11 +19,13 @@ from shellmb.scene import (
     Joint,
     JointDamper,
     JointSpring,
+    KnifeEdge,
     Lock,
     Motor,
     Planar,
     Prismatic,
     Revolute,
+    Rolling,
     Scene,
     Screw,
     ShellRevolute,
@@ -46,6 +48,8 @@ _JOINTS: tuple[tuple[type[Joint], str], ...] = (
     (Distance, "constant distance of two points"),
     (InPlane, "a point in a plane"),
     (ShellRevolute, "a frame on the director of a shell, eq. 35"),
+    (Rolling, "a wheel or a sphere on a plane, without slip"),
+    (KnifeEdge, "a point on a plane, along a blade"),
 )
 _ELEMENTS: tuple[tuple[type, str, str], ...] = (
     (JointSpring, "spring on a coordinate of a joint", "springs"),

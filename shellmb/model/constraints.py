@@ -147,6 +147,10 @@ class ConstraintGroup(Massless):
         work = variation(self.violation, mid, dv)
         return self._sum(v, variation(self.violation, mid, v), dv, work)
 
+    def looked_at(self, state: Expr) -> Expr:
+        """What is evaluated at a state, and whose derivatives at the reference are looked at."""
+        return self.violation(state)
+
     @cached_property
     def _evaluation(self) -> tuple[fem.Function, fem.Expression, fem.Function]:
         """A state, the violations there as an expression, and a function for their values."""
@@ -154,7 +158,7 @@ class ConstraintGroup(Massless):
         shape = (self.count,)
         values = fem.Function(fem.functionspace(self.nodes.mesh, ("DG", 0, shape)))
         points = values.function_space.element.interpolation_points
-        expression = compiled_expression(self.violation(state), points)
+        expression = compiled_expression(self.looked_at(state), points)
         return state, expression, values
 
     def _evaluate(self, array: Floats) -> Floats:

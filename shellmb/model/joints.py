@@ -16,7 +16,7 @@ from ufl.core.expr import Expr
 from shellmb.build.nodes import constant_vector, node_mesh, node_space
 from shellmb.errors import SceneError
 from shellmb.forms.discrete import variation
-from shellmb.forms.joints import KINDS
+from shellmb.forms.joints import KINDS, Place
 from shellmb.forms.loads import dead_force
 from shellmb.forms.state import Layout
 from shellmb.model.body import LoadFactors, Massless, TimeFunction
@@ -49,10 +49,14 @@ class BoundJoint:
     length: float = 1.0
 
     @property
+    def vectors(self) -> tuple[int, int]:
+        """Number of vectors that its places must have."""
+        return KINDS[self.kind].vectors
+
+    @property
     def key(self) -> tuple[str, int, int]:
         """What joints must have in common to share their kernels."""
-        vectors = KINDS[self.kind].vectors
-        first, second = (end.needed(n) for end, n in zip(self.ends, vectors, strict=True))
+        first, second = (end.needed(n) for end, n in zip(self.ends, self.vectors, strict=True))
         return self.kind, first, second
 
 
@@ -132,25 +136,50 @@ class JointGroup(ConstraintGroup):
         switched: bool,
     ) -> None:
         self.joints = list(joints)
-        kind, *framed = joints[0].key
-        self.kind = kind
+        self.kind, *framed = joints[0].key
         nodes = node_mesh(comm, len(joints))
         self.ends = end_pair(nodes, [j.ends for j in joints], [j.axes for j in joints], framed)
-        made = KINDS[kind]
-        mixed = node_space(nodes, {**self.ends[0].parts, **self.ends[1].parts, "mu": made.rows})
-        layout = Layout(mixed.parts)
-        size = constant_vector(nodes, np.array([[j.length] for j in joints]), "length")
-
-        def violation(q: Expr) -> Expr:
-            first, second = (end.place(q, layout) for end in self.ends)
-            return ufl.as_vector(made.constraints(first, second, size))
-
+        mixed = node_space(
+            nodes, {**self.ends[0].parts, **self.ends[1].parts, **self.own, "mu": self.multipliers}
+        )
+        self.size = constant_vector(nodes, np.array([[j.length] for j in joints]), "length")
         bodies = "/".join(str(n) for n in framed)
         links = tuple(link for end in self.ends for link in end.links(mixed))
-        super().__init__(
-            f"{kind} joints ({bodies})", nodes, mixed, links, violation, force, length, switched
-        )
+        name = f"{self.title} ({bodies})"
+        super().__init__(name, nodes, mixed, links, self._violation, force, length, switched)
         self.labels = [joint.joint.name for joint in joints]
+
+    @property
+    def title(self) -> str:
+        """What its name begins with."""
+        return f"{self.kind} joints"
+
+    @property
+    def own(self) -> dict[str, int]:
+        """Sizes of the unknowns of its own, by name: most joints have none."""
+        return {}
+
+    @property
+    def multipliers(self) -> int:
+        """Number of constraints of each joint."""
+        return KINDS[self.kind].rows
+
+    def places(self, q: Expr) -> tuple[Place, Place]:
+        """The places on the first and the second bodies at a state."""
+        first, second = (end.place(q, self.layout) for end in self.ends)
+        return first, second
+
+    def _violation(self, q: Expr) -> Expr:
+        return ufl.as_vector(KINDS[self.kind].constraints(*self.places(q), self.size))
+
+    def heading(self, row: int, q: Floats) -> Floats | None:
+        """Direction of motion in the plane of a joint, shape (2,); None: it has none.
+
+        Args:
+            row: Local cell.
+            q: State of the group.
+        """
+        return None
 
 
 def joint_groups(

@@ -46,12 +46,15 @@ from shellmb.model.readings import (
     lock_forces,
     read_coordinates,
 )
+from shellmb.model.rolling import BoundContact, bind_contact, contact_groups
+from shellmb.model.slipping import read_contacts
 from shellmb.model.switches import Locks, State, Switched, Switches, Windows
 from shellmb.model.ties import HeldCoordinates, TiedCoordinates
 from shellmb.scene import Scene
 from shellmb.scene.elements import PointElement
 from shellmb.scene.joints import Screw
 from shellmb.scene.loads import Gravity
+from shellmb.scene.rolling import Contact
 
 # a driver's motion begins where the joint is, to this part of what is large for its coordinate
 AT_START = 1e-9
@@ -122,7 +125,7 @@ class Mechanism:
 
         `JOINT.rotation` [rad], `JOINT.translation` [m], `ELEMENT.length` [m]; `NAME.torque` [N m]
         or `NAME.force` [N] of drivers, springs (tension), dampers (resistance) and motors;
-        `JOINT.lock_torque` or `JOINT.lock_force`.
+        `JOINT.lock_torque` or `JOINT.lock_force`; of contacts those of `read_contacts`.
 
         Args:
             problem: The problem, a step of which is accepted.
@@ -139,7 +142,7 @@ class Mechanism:
             found |= element_forces(group, values, rates, now)
         for locks in self.lock_groups:
             found |= lock_forces(problem, locks)
-        return found
+        return found | read_contacts(problem, self.groups)
 
 
 def build_mechanism(
@@ -164,9 +167,16 @@ def build_mechanism(
     """
     made = Mechanism()
     for joint in scene.joints:
-        made.joints[joint.name] = bind_joint(joint, find)
+        made.joints[joint.name] = (
+            bind_contact(joint, find, length)
+            if isinstance(joint, Contact)
+            else bind_joint(joint, find)
+        )
     switched = frozenset(j.name for j in scene.joints if j.active is not None)
-    made.groups = joint_groups(comm, list(made.joints.values()), force, length, switched)
+    contacts = [j for j in made.joints.values() if isinstance(j, BoundContact)]
+    plain = [j for j in made.joints.values() if not isinstance(j, BoundContact)]
+    made.groups = joint_groups(comm, plain, force, length, switched)
+    made.groups += contact_groups(comm, contacts, force, length)
     needed = _coordinates(scene, made, find, length)
     made.coordinate_groups, made.table = coordinate_groups(comm, needed, force, length)
     screws = _screws(scene, comm, made, force, length)

@@ -7,7 +7,6 @@ from mpi4py import MPI
 import numpy as np
 import numpy.typing as npt
 
-from shellmb.forms.joints import KINDS
 from shellmb.model.ends import EndGroup
 from shellmb.model.joints import BoundJoint, JointGroup
 from shellmb.observers.impulse import last_middle, resistance
@@ -24,8 +23,8 @@ class JointForces(Silent):
     They are those of the last stage of a step, at the middle of it; the moment is about the joint's
     point on the second body. Components are along the axes `e1, e2, e3` that turn with the first
     body, `e3` being the joint's axis or normal; of joints without axes (spherical, distance) along
-    those of the scene. What drivers, springs, dampers and motors add about or along the axis is
-    theirs, not the joint's.
+    those of the scene; of wheels and blades `e1` is the direction they move in. What drivers,
+    springs, dampers and motors add about or along the axis is theirs, not the joint's.
 
     Attributes:
         values: Columns of the history: `JOINT.F1` to `JOINT.M3`, NaN before the first step; and
@@ -122,7 +121,11 @@ def _rows(group: JointGroup, place: EndGroup, part: str, row: int) -> npt.NDArra
 
 def _axes(group: JointGroup, joint: BoundJoint, row: int, q: Floats) -> Floats:
     """The joint's axes as rows: those that turn with its first place, if its kind has them."""
-    if KINDS[joint.kind].vectors[0] == 0:
+    if joint.vectors[0] == 0:
         return np.eye(3)
     _, d, _, _ = _end(group, joint, 0, row, q, q)
-    return np.asarray(joint.axes[0] @ joint.ends[0].directors.T @ d)
+    axes, heading = joint.axes[0] @ joint.ends[0].directors.T @ d, group.heading(row, q)
+    if heading is not None:
+        (c, s), axes = heading / np.linalg.norm(heading), np.array(axes)
+        axes[:2] = c * axes[0] + s * axes[1], c * axes[1] - s * axes[0]
+    return np.asarray(axes)

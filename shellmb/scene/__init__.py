@@ -64,6 +64,7 @@ from shellmb.scene.lookup import Body
 from shellmb.scene.paths import PathFollowing
 from shellmb.scene.probes import Probe
 from shellmb.scene.rigid import RigidBody
+from shellmb.scene.rolling import KnifeEdge, Rolling
 from shellmb.scene.round_surfaces import Cylinder, Disc, Sphere
 from shellmb.scene.scene import Scene
 from shellmb.scene.sections import Hyperelastic, Isotropic, LinearSection, Orthotropic, Section
@@ -126,6 +127,7 @@ __all__ = [
     "Joint",
     "JointDamper",
     "JointSpring",
+    "KnifeEdge",
     "Laminate",
     "Line",
     "LineForce",
@@ -153,6 +155,7 @@ __all__ = [
     "RectangularSection",
     "Revolute",
     "RigidBody",
+    "Rolling",
     "Scene",
     "Screw",
     "Section",

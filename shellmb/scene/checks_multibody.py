@@ -22,6 +22,7 @@ from shellmb.scene.lookup import (
 )
 from shellmb.scene.places import check_edges, check_point, finite_in_time
 from shellmb.scene.rigid import RigidBody
+from shellmb.scene.rolling import Contact, Rolling
 from shellmb.scene.supports import Fixed
 from shellmb.scene.validate import show
 
@@ -86,12 +87,22 @@ def _joint(scene: Scene, joint: Joint) -> None:
         raise SceneError(
             f"{joint.said}: second_at is missing; it must be the other end of the distance"
         )
+    elif isinstance(joint, Rolling) and not isinstance(second, RigidBody):
+        raise SceneError(
+            f"{joint.said}: second_at is missing; it must be the centre of the wheel where the "
+            f"second body is {_end_said(second)}"
+        )
     if isinstance(joint, Distance) and joint.length is None and joint.second_at == joint.at:
         raise SceneError(
             f"{joint.said}: at and second_at are both {show(joint.at)}; they must differ where no "
             "length is given"
         )
     _within_time(scene, joint.active, f"{joint.said}: active")
+    if isinstance(joint, Contact) and scene.static:
+        raise SceneError(
+            f"{joint.said}: the scheme is '{scene.scheme_name}'; it must be a dynamic one, because "
+            "a contact holds velocities; in statics use an InPlane joint"
+        )
 
 
 def _frameless(body: Body | None) -> bool:

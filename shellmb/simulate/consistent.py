@@ -71,6 +71,18 @@ class VelocityProjection:
             held = self._held[name]
             field.values[:held] = v[field.fixed[:held]]
 
+    def given(self) -> dict[str, fem.Function]:
+        """Velocities as they are, at nodes that are linked to other bodies, too; collective."""
+        self.take_given()
+        arrays = []
+        for field in self.system.fields:
+            arrays.append(field.function.x.array.copy())
+            for link in field.links:
+                arrays[-1][link.dofs] = np.nan
+        self.system.x.array[:] = self.system.global_values(arrays, known=True)
+        self.system.scatter(self.system.x)
+        return self.functions
+
     def project(self) -> None:
         """Replace the velocities by the nearest consistent ones; held dofs keep theirs."""
         self.take_given()

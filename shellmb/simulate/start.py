@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from shellmb.errors import ConvergenceError, SceneError
+from shellmb.model.rolling import ContactGroup
+from shellmb.model.slipping import refuse_slip
 from shellmb.simulate.problem import Problem
 from shellmb.simulate.redundancy import RATE_STEP, largest_gap
 from shellmb.simulate.relaxation import Relaxation
@@ -54,6 +56,7 @@ class Start:
         """Initial velocities, made consistent with supports, drivers and joints.
 
         Raises:
+            SceneError: If something slips that is to roll, and the scene does not ask to mend it.
             ConvergenceError: If they cannot be, as without inertia.
         """
         if "v" not in self.problem.scheme.rates:
@@ -68,6 +71,11 @@ class Start:
                 v[u] += linear + np.cross(spin, X - np.asarray(initial.about))
                 v[w] += np.cross(spin, D).reshape(w.shape)
         self._given_velocities()
+        if self.scene.initial and not self.scene.assemble:
+            q = {name: levels.q for name, levels in self.problem.levels.items()}
+            groups = [g for g in self.model.mechanism.groups if isinstance(g, ContactGroup)]
+            if groups:
+                refuse_slip(groups, q, self.problem.projection.given())
         if self._tied:
             try:
                 self.problem.projection.project()

@@ -35,6 +35,9 @@ MORE = {
     "distance_joint": (1, 1, 6, 2),
     "in_plane_joint": (1, 1, 5, 2),
     "shell_revolute_joint": (5, 1, 5, 2),
+    # contact coordinates, 11 of a sphere and 4 of a blade, and their equations; a sphere has 14
+    "rolling_joint": (25, 1, 8, 2),
+    "knife_edge_joint": (10, 1, 8, 2),
     # with the angle and the way, two unknowns each, that are in proportion
     "screw_joint": (9, 4, 19, 8),
     "joint_windows": (0, 0, 1, 0),
