@@ -20,6 +20,8 @@ class Scheme(StrEnum):
     ed = "ed"
     ep4 = "ep4"
     ed3 = "ed3"
+    generalized_alpha = "generalized-alpha"
+    ed_printed = "ed-printed"
 
 
 class Cell(StrEnum):
