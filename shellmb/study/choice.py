@@ -16,7 +16,7 @@ AXES = ("scheme", "alpha", "cell", "degree", "solve", "tolerance", "mesh", "dt")
 # what a run is the more accurate for, and what its curve in the picture is drawn over
 REFINED = ("mesh", "dt")
 # schemes that are called by their initials
-SHORT = ("ep", "ed", "ep4", "ed3", "ed-printed")
+SHORT = ("ep", "ed", "ep4", "ed3")
 
 
 @dataclass(frozen=True)

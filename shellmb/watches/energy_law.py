@@ -49,10 +49,10 @@ class EnergyLaw(Silent):
                     None,
                     error,
                     LAWLESS,
-                    f"the scheme has no energy law ({simulation.scheme.title}): its account, with "
-                    f"forces at the ends of steps, is open by {error:.1e} of the energy that was "
-                    f"exchanged, most of it in the step to t = {self._t:g} s; use a smaller step, "
-                    "or compare with --scheme ep4 or --scheme ed3",
+                    f"the scheme has no energy law ({simulation.scheme.title}): the account is "
+                    f"open by {error:.1e} of the energy that was exchanged, most of it in the "
+                    f"step to t = {self._t:g} s; use a smaller step, or compare with --scheme "
+                    "ep4 or --scheme ed3",
                 )
         elif error > BOUND:
             yield Caution(

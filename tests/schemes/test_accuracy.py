@@ -145,6 +145,7 @@ class BackwardEuler:
     rates: tuple[str, ...] = ("v",)
     conserves: frozenset[str] = frozenset({"momentum"})
     linear: bool = False
+    jumps: bool = False
     rotations: Rotations = LINEAR_PATH
 
     def expand(self, levels: Levels, dt: Any) -> dict[str, Stage]:

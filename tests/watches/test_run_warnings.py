@@ -155,7 +155,7 @@ def test_energy_from_nowhere_is_named_with_its_step() -> None:
     assert list(watch.cautions(cast(Simulation, simulation))) == []
     account.relative_error = 2e-2
     (caution,) = watch.cautions(cast(Simulation, simulation))
-    assert "has no energy law (rival" in caution.says and "open by 2.0e-02" in caution.says
+    assert "has no energy law (rival" in caution.says and "open by 2.0e-02 of" in caution.says
 
 
 def test_much_dissipation_is_named_with_its_body() -> None:
