@@ -15,6 +15,7 @@ import json
 from pathlib import Path
 from typing import Any
 
+from shellmb.study.advice import TARGETS
 from shellmb.study.bundled import BUNDLED
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -23,6 +24,8 @@ README, SECTIONS = ROOT / "README.md", STORED / "README.md"
 BEGIN, END = "<!-- shellmb study: begin -->", "<!-- shellmb study: end -->"
 # what others are compared with, and how many of them a cell names
 BASE, NAMED = "EP", 3
+# errors asked for
+ERRORS = len(TARGETS)
 
 Entry = dict[str, Any]
 
@@ -31,6 +34,11 @@ def stored(name: str) -> list[Entry]:
     """What is stored of a study, one entry for each quantity; nothing if it was not run."""
     path = STORED / f"{name}.json"
     return json.loads(path.read_text()) if path.exists() else []
+
+
+def is_own(entry: Entry) -> bool:
+    """Whether the reference is a run of ours."""
+    return bool(entry["reference"].get("own", entry["reference"]["source"] != "exact"))
 
 
 def seconds(time: float) -> str:
@@ -75,9 +83,11 @@ def table() -> str:
     for study in BUNDLED:
         for entry in stored(study.name):
             reference = entry["reference"]
-            whose = f"own: {reference['source']}" if reference["own"] else reference["source"]
+            whose = f"own: {reference['source']}" if is_own(entry) else reference["source"]
             cells = [f"`{study.name}` {entry['title']}", whose]
             cells += [cell(entry, target) for target in entry["targets"]]
+            # a study of before that did not ask for the smallest error
+            cells += ["-"] * (2 + ERRORS - len(cells))
             lines.append("| " + " | ".join(cells) + " |")
     return "\n".join(lines)
 
@@ -93,7 +103,7 @@ def sections() -> str:
         lines += [f"## {name}", "", study.what, "", f"![{name}]({name}.png)", ""]
         for entry in entries:
             reference = entry["reference"]
-            whose = "own, " if reference["own"] else ""
+            whose = "own, " if is_own(entry) else ""
             known = f", known to {100 * reference['uncertainty']:.2g} %"
             known = known if reference["uncertainty"] else ""
             lines += [

@@ -117,6 +117,22 @@ BUNDLED = (
         ),
     ),
     Bundled(
+        "smooth_load",
+        "The same plate under a load that rises in 0.2 s, smoothly: scheme, alpha, dt.",
+        (
+            Part(
+                "smooth load",
+                Sweep(
+                    Base("sudden_load", (("rise", "0.2"),)),
+                    _quantities("tip_z:l2"),
+                    **ALL,
+                    dt=(4e-2, 2e-2, 1e-2, 5e-3, 2.5e-3),
+                    repeat=2,
+                ),
+            ),
+        ),
+    ),
+    Bundled(
         "tumbling_plate",
         "Free plate thrown by a pulse, first 0.04 s (of 0.2 s), 6x2 elements: scheme, alpha, dt.",
         (
@@ -168,21 +184,35 @@ BUNDLED = (
     ),
     Bundled(
         "slider_crank",
-        "Driven slider-crank, its driving torque over 0.2 s, coupler rigid and flexible: scheme, "
-        "alpha, dt.",
-        tuple(
+        "Driven slider-crank, its driving torque over 0.2 s: scheme, alpha, dt.",
+        (
             Part(
-                f"slider-crank, {kind} coupler",
+                "slider-crank, rigid coupler",
                 Sweep(
-                    Base("slider_crank", (("flexible", str(kind == "flexible")),), 0.2),
+                    Base("slider_crank", (("flexible", "False"),), 0.2),
                     _quantities("drive.torque:l2"),
                     **ALL,
                     dt=(8e-3, 4e-3, 2e-3, 1e-3),
-                    solution=solution,
+                    solution=crank_torque(0.2),
                     repeat=2,
                 ),
-            )
-            for kind, solution in (("rigid", crank_torque(0.2)), ("flexible", None))
+            ),
+        ),
+    ),
+    Bundled(
+        "flexible_slider_crank",
+        "The same with a flexible coupler, a beam: scheme, alpha, dt.",
+        (
+            Part(
+                "slider-crank, flexible coupler",
+                Sweep(
+                    Base("slider_crank", (("flexible", "True"),), 0.2),
+                    _quantities("drive.torque:l2"),
+                    **ALL,
+                    dt=(8e-3, 4e-3, 2e-3, 1e-3),
+                    repeat=2,
+                ),
+            ),
         ),
     ),
     Bundled(
