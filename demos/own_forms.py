@@ -106,6 +106,7 @@ class Newmark:
     rates: tuple[str, ...] = ("v", "a")
     conserves: frozenset[str] = frozenset()
     linear: bool = False
+    jumps: bool = False
 
     @property
     def rotations(self) -> Any:

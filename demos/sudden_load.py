@@ -7,6 +7,8 @@ swings out to nearly twice the static deflection and back; the energy account cl
 # CI: shellmb run sudden_load --check
 # CI: mpiexec -n 2 shellmb run sudden_load --check --no-pictures --quiet
 
+import math
+
 from shellmb.scene import Clamped, EdgeForce, Isotropic, Output, Probe, Rectangle, Scene, Shell
 
 LENGTH, WIDTH = 1.0, 0.08  # [m]
@@ -16,7 +18,19 @@ LENGTH, WIDTH = 1.0, 0.08  # [m]
 PEAK = 0.1147
 
 
-def scene(force: float = 2.0, thickness: float = 2e-3, dt: float = 1e-3, t_end: float = 0.5):
+def risen(t: float, rise: float) -> float:
+    """Part of the load: from 0 to 1 in the time `rise`, with two derivatives."""
+    s = min(t / rise, 1.0)
+    return s - math.sin(2 * math.pi * s) / (2 * math.pi)
+
+
+def scene(
+    force: float = 2.0,
+    thickness: float = 2e-3,
+    dt: float = 1e-3,
+    t_end: float = 0.5,
+    rise: float = 0.0,
+):
     """The strip.
 
     Args:
@@ -24,6 +38,7 @@ def scene(force: float = 2.0, thickness: float = 2e-3, dt: float = 1e-3, t_end: 
         thickness: Thickness [m].
         dt: Time step [s].
         t_end: End of the run [s].
+        rise: Time in which the load rises, smoothly [s]; 0: it is there at once.
     """
     steel = Isotropic(E=210e9, nu=0.25, thickness=thickness, density=7870.0)
     plate = Shell("plate", Rectangle(LENGTH, WIDTH), steel, mesh=(6, 2))
@@ -31,7 +46,9 @@ def scene(force: float = 2.0, thickness: float = 2e-3, dt: float = 1e-3, t_end: 
         "sudden_load",
         plate,
         supports=Clamped("left"),
-        loads=EdgeForce("right", (0, 0, force / WIDTH)),
+        loads=EdgeForce(
+            "right", (0, 0, force / WIDTH), time=(lambda t: risen(t, rise)) if rise else None
+        ),
         probes=(
             Probe("tip_z", (LENGTH, WIDTH / 2, 0), component=2),
             Probe("tip_x", (LENGTH, WIDTH / 2, 0), component=0),

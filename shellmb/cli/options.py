@@ -20,6 +20,8 @@ class Scheme(StrEnum):
     ed = "ed"
     ep4 = "ep4"
     ed3 = "ed3"
+    generalized_alpha = "generalized-alpha"
+    ed_printed = "ed-printed"
 
 
 class Cell(StrEnum):
@@ -46,7 +48,9 @@ class Clock(StrEnum):
 SceneArgument = Annotated[
     str, typer.Argument(metavar="SCENE", help="Name of a bundled scene, or path of a Python file.")
 ]
-AlphaOption = Annotated[float | None, typer.Option(help="Dissipation of ED, from 0 to 1.")]
+AlphaOption = Annotated[
+    float | None, typer.Option(help="Dissipation of schemes that have one, from 0 to 1.")
+]
 StepOption = Annotated[float | None, typer.Option(help="Time or load step [s].")]
 EndOption = Annotated[float | None, typer.Option(help="Time at the end [s].")]
 MeshOption = Annotated[

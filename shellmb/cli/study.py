@@ -43,7 +43,7 @@ def study(
     dt: Annotated[str | None, _list("S,S,...", "Time or load steps [s].")] = None,
     mesh: Annotated[str | None, _list("NxM,...", "Elements of shells along both sides.")] = None,
     scheme: Annotated[str | None, _list("ep,ed,...", "Time schemes, or statics.")] = None,
-    alpha: Annotated[str | None, _list("A,A,...", "Dissipations of ED, from 0 to 1.")] = None,
+    alpha: Annotated[str | None, _list("A,A,...", "Dissipations, from 0 to 1.")] = None,
     degree: Annotated[str | None, _list("2,3", "Degrees of the elements.")] = None,
     cell: Annotated[str | None, _list("quad,tri", "Cell types.")] = None,
     solve: Annotated[str | None, _list("reduced,full", "Unknowns of linear systems.")] = None,
@@ -60,7 +60,7 @@ def study(
         float | None, typer.Option(help="Exact value; else a finer run is the reference.")
     ] = None,
     reference: Annotated[
-        str | None, typer.Option(help="Scheme of the finer run; the least dissipative ED.")
+        str | None, typer.Option(help="Scheme of the finer run; EP4, or the least dissipative ED.")
     ] = None,
     refine: Annotated[int, typer.Option(help="How much finer it is than the finest run.")] = 2,
     repeat: Annotated[int | None, typer.Option(help="Rounds of all; 3 if left out.")] = None,

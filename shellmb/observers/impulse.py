@@ -34,8 +34,8 @@ Floats = npt.NDArray[np.float64]
 def last_middle(simulation: Simulation, body: str) -> Floats:
     """Dofs of a body at the middle of the last stage of the step just solved.
 
-    In statics the state itself; in linear statics, whose unknown is small, the reference; over a
-    step that is quadratic in time the mean.
+    Where forces are those of a single state, that state; in linear statics, whose unknown is small,
+    the reference; over a step that is quadratic in time the mean.
     """
     problem, scheme = simulation.problem, simulation.scheme
     levels = problem.levels[body]
@@ -45,7 +45,8 @@ def last_middle(simulation: Simulation, body: str) -> Floats:
     if scheme.linear:
         return np.asarray(levels.q.x.array)
     end = levels.unknown[problem.last].x.array
-    if not scheme.dynamic:
+    stage = problem.forms[body][problem.last].stage
+    if stage is not None and stage.single:
         return np.asarray(end)
     stages = scheme.stages
     k = stages.index(problem.last)

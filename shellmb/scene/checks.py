@@ -31,6 +31,8 @@ SCHEMES = {
     "ed": (True, True),
     "ep4": (True, False),
     "ed3": (True, False),
+    "generalized-alpha": (True, False),
+    "ed-printed": (True, True),
 }
 
 # those that are quadratic in time

@@ -38,7 +38,7 @@ def check(scene: Scene) -> None:
 
 
 # schemes with a dissipation
-DISSIPATIVE = ("ed", "ed3")
+DISSIPATIVE = ("ed", "ed3", "generalized-alpha", "ed-printed")
 
 
 def dissipates(scene: Scene) -> bool:

@@ -55,9 +55,11 @@ class Scene:
         joins: Joins between shells.
         initial: Initial velocities; they add up.
         probes: What to record at single points.
-        scheme: ``"static"``, ``"linear"`` (statics, small displacements), ``"ep"``, ``"ed"``, or a
-            scheme object.
-        alpha: Dissipation of the energy-decaying scheme, 0 (none) to 1.
+        scheme: ``"static"``, ``"linear"`` (statics, small displacements), ``"ep"``, ``"ed"``,
+            ``"ep4"``, ``"ed3"``, a rival (``"generalized-alpha"``, ``"ed-printed"``), or a scheme
+            object.
+        alpha: Dissipation of schemes that have one, 0 (none) to 1: the spectral radius at infinite
+            frequency is (1 - alpha)/(1 + alpha).
         dt: Time step [s]; in statics the load step in the same measure as ``t_end``; if left out
             a tenth of ``t_end``, or all of it where the scheme is linear.
         t_end: Time at the end [s]; in statics 1 if left out.

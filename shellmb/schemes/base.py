@@ -73,6 +73,11 @@ class Stage:
     chord: Expr | None = None
 
     @property
+    def single(self) -> bool:
+        """Whether forces are those of a single state, at the end of the step."""
+        return self.span.a is self.span.b
+
+    @property
     def rates(self) -> Rates | None:
         """Velocities that forces may depend on; None in statics."""
         if self.velocity is None:
@@ -131,6 +136,7 @@ class Scheme(Protocol):
         rates: Names of the rates that it keeps from step to step.
         conserves: Any of "energy", "momentum", "angular momentum".
         linear: Whether the equations are linear in the unknowns.
+        jumps: Whether the jump of velocities is unknown where constraints tie it to others.
         rotations: How well it follows bodies that turn.
     """
 
@@ -150,6 +156,8 @@ class Scheme(Protocol):
     def conserves(self) -> frozenset[str]: ...  # noqa: D102
     @property
     def linear(self) -> bool: ...  # noqa: D102
+    @property
+    def jumps(self) -> bool: ...  # noqa: D102
     @property
     def rotations(self) -> Rotations: ...  # noqa: D102
 
@@ -198,6 +206,11 @@ class Scheme(Protocol):
     def dissipation(self) -> tuple[float, str | None]:
         """Factor alpha of eq. (33) and the stage whose jump from the start counts; (0, None)."""
         ...
+
+
+def has_energy_law(scheme: Scheme) -> bool:
+    """Whether "energy change = work - dissipation" is exact: it is kept, or what falls is known."""
+    return "energy" in scheme.conserves or scheme.dissipation()[0] > 0
 
 
 def interval(a: Expr, b: Expr, beta: Expr | float = 0.0) -> Interval:

@@ -54,6 +54,7 @@ class EnergyDecaying:
     stages: tuple[str, ...] = ("j", "f")
     rates: tuple[str, ...] = ("v",)
     linear: bool = False
+    jumps: bool = True
     rotations: Rotations = ROTATIONS
 
     @property

@@ -35,6 +35,7 @@ class EnergyPreserving:
     rates: tuple[str, ...] = ("v",)
     conserves: frozenset[str] = frozenset({"energy", "momentum", "angular momentum"})
     linear: bool = False
+    jumps: bool = False
     rotations: Rotations = LINEAR_PATH
 
     def expand(self, levels: Levels, dt: fem.Constant) -> dict[str, Stage]:

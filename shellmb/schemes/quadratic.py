@@ -51,6 +51,7 @@ class QuadraticInTime:
     stages: tuple[str, ...] = (END, RATE)
     rates: tuple[str, ...] = ("v",)
     linear: bool = False
+    jumps: bool = False
     rotations: Rotations = ROTATIONS
 
     @property

@@ -5,7 +5,9 @@ from collections.abc import Callable
 from shellmb.errors import SceneError
 from shellmb.schemes.base import Scheme
 from shellmb.schemes.ed import EnergyDecaying
+from shellmb.schemes.ed_printed import EnergyDecayingAsPrinted
 from shellmb.schemes.ep import EnergyPreserving
+from shellmb.schemes.generalized_alpha import GeneralizedAlpha
 from shellmb.schemes.quadratic import QuadraticInTime, energy_decaying_3
 from shellmb.schemes.static import Linear, Static
 
@@ -16,6 +18,9 @@ SCHEMES: dict[str, Callable[[float], Scheme]] = {
     "ed": lambda alpha: EnergyDecaying(alpha),
     "ep4": lambda alpha: QuadraticInTime(),
     "ed3": energy_decaying_3,
+    # rivals, for comparison
+    "generalized-alpha": GeneralizedAlpha,
+    "ed-printed": EnergyDecayingAsPrinted,
 }
 
 

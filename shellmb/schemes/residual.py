@@ -108,9 +108,9 @@ def stage_forms(
             stage.span.mid,
             stage.rates,
             body.loads(),
-            averaged(scheme, name),
+            ((1.0, 1.0),) if stage.single else averaged(scheme, name),
             fem.Constant(unknown.function_space.mesh, 0.0),
-            0.5 if scheme.dynamic else 1.0,
+            1.0 if stage.single else 0.5,
         )
         own = [form for form in (inertia, internal, path) if form is not None]
         parts = [sum(own[1:], own[0])] if own else []
@@ -136,8 +136,6 @@ def acting(body: Body, samples: tuple[Sample, ...], dq: Expr) -> list[Form]:
 
 def averaged(scheme: Scheme, stage: str) -> Instants:
     """Instants and weights of the average of a load in a stage."""
-    if not scheme.dynamic:
-        return ((1.0, 1.0),)
     return tuple(
         (float(tau), float(weight * scheme.load_weight(stage, tau)))
         for tau, weight in zip(GAUSS_TIMES, GAUSS_WEIGHTS, strict=True)

@@ -32,6 +32,7 @@ class Static:
     rates: tuple[str, ...] = ()
     conserves: frozenset[str] = frozenset()
     linear: bool = False
+    jumps: bool = False
     rotations: Rotations = LINEAR_PATH
 
     def expand(self, levels: Levels, dt: fem.Constant) -> dict[str, Stage]:

@@ -118,7 +118,7 @@ class Problem:
         def function(name: str) -> fem.Function:
             return fem.Function(space, name=f"{name}_{body.name}")
 
-        jumps = body.coupled and self.scheme.dissipation()[1] is not None
+        jumps = body.coupled and self.scheme.jumps
         stages = (*self.scheme.stages, JUMP) if jumps else self.scheme.stages
         levels = Levels(
             function("q"),

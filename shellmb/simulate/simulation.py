@@ -151,9 +151,10 @@ class Simulation:
         self.model: Model
         self.model, self.redundant = sound_model(scene, comm)
         self.problem = Problem(self.model, self.scheme)
-        start = Start(self.problem, self.size.dt)
+        self._start = start = Start(self.problem, self.size.dt)
         start.positions()
         start.velocities()
+        start.accelerations()
         self.problem.prepare(0.0, self.size.dt)
         self.problem.warm_up(self.size.dt)
         self.path: PathSteps | None = None
@@ -200,6 +201,7 @@ class Simulation:
         """
         if self.model.mechanism.update(self.t, self.problem.state) and self.scheme.dynamic:
             self.problem.projection.project()
+            self._start.accelerations(self.t)
             # velocities have jumped: what went before tells nothing
             self.problem.predictor.clear()
             for observer in observers:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 
 from shellmb.errors import ConvergenceError, SceneError
 from shellmb.model.rolling import ContactGroup
 from shellmb.model.slipping import refuse_slip
+from shellmb.simulate.accelerations import Accelerations
 from shellmb.simulate.problem import Problem
 from shellmb.simulate.redundancy import RATE_STEP, largest_gap
 from shellmb.simulate.relaxation import Relaxation
@@ -85,6 +88,20 @@ class Start:
                     error.field,
                     error.norms,
                 ) from error
+
+    def accelerations(self, t: float = 0.0) -> None:
+        """Those of the equations of motion, for schemes that keep accelerations.
+
+        Args:
+            t: Time, s.
+        """
+        if "acceleration" in self.problem.scheme.rates:
+            self._accelerations.take(t, self._dt)
+
+    @cached_property
+    def _accelerations(self) -> Accelerations:
+        problem = self.problem
+        return Accelerations(self.model, problem.levels, problem.start_factor)
 
     def _inertialess(self) -> str:
         """Which rigid bodies have no inertia about an axis, for a message."""

@@ -9,7 +9,7 @@ from math import exp, log
 from shellmb.study.points import Judged, Point, front
 
 # errors that are asked for
-TARGETS = (1e-2, 1e-3)
+TARGETS = (1e-2, 1e-3, 1e-4)
 # finer runs with errors larger by this factor are told
 LUCK = 1.05
 

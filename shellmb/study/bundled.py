@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 from shellmb.analytic.plates import Plate, rectangle_uniform_deflection
 from shellmb.demos import loaded_plate
 from shellmb.errors import SceneError
 from shellmb.study.choice import Base
 from shellmb.study.quantity import Quantity, parse_quantity
+from shellmb.study.solutions import crank_torque, top_center
 from shellmb.study.sweep import Sweep
 
 
@@ -44,7 +46,18 @@ def _quantities(*texts: str) -> tuple[Quantity, ...]:
     return tuple(parse_quantity(t) for t in texts)
 
 
-SCHEMES, ALPHAS = ("ep", "ed"), (0.0, 0.5, 1.0)
+SCHEMES = ("ep", "ed", "ep4", "ed3")
+# all of them, beside rivals, with dissipations that differ; rho = 0.6 for generalized-alpha
+ALL: dict[str, Any] = {
+    "scheme": (*SCHEMES, "generalized-alpha", "ed-printed"),
+    "alpha": (0.0, 0.25, 0.5, 1.0),
+    "dissipations": {
+        "ed": (0.0, 1.0),
+        "ed3": (0.5, 1.0),
+        "generalized-alpha": (0.25,),
+        "ed-printed": (1.0,),
+    },
+}
 
 _NAVIER = rectangle_uniform_deflection(
     Plate(loaded_plate.E, loaded_plate.NU, loaded_plate.THICKNESS),
@@ -96,9 +109,25 @@ BUNDLED = (
                 Sweep(
                     Base("sudden_load"),
                     _quantities("tip_z:l2", "tip_z:max"),
-                    scheme=SCHEMES,
-                    alpha=ALPHAS,
-                    dt=(2e-2, 1e-2, 5e-3, 2.5e-3, 1.25e-3),
+                    **ALL,
+                    dt=(4e-2, 2e-2, 1e-2, 5e-3, 2.5e-3, 1.25e-3),
+                    repeat=2,
+                ),
+            ),
+        ),
+    ),
+    Bundled(
+        "smooth_load",
+        "The same plate under a load that rises in 0.2 s, smoothly: scheme, alpha, dt.",
+        (
+            Part(
+                "smooth load",
+                Sweep(
+                    Base("sudden_load", (("rise", "0.2"),)),
+                    _quantities("tip_z:l2"),
+                    **ALL,
+                    dt=(4e-2, 2e-2, 1e-2, 5e-3, 2.5e-3),
+                    repeat=2,
                 ),
             ),
         ),
@@ -112,8 +141,7 @@ BUNDLED = (
                 Sweep(
                     Base("tumbling_plate", t_end=0.04),
                     _quantities("strain_energy:l2", "corner_z:l2"),
-                    scheme=SCHEMES,
-                    alpha=ALPHAS,
+                    **ALL,
                     dt=(8e-4, 4e-4, 2e-4, 1e-4),
                     repeat=2,
                 ),
@@ -156,21 +184,68 @@ BUNDLED = (
     ),
     Bundled(
         "slider_crank",
-        "Driven slider-crank, its driving torque over 0.2 s, coupler rigid and flexible: scheme, "
-        "alpha, dt.",
-        tuple(
+        "Driven slider-crank, its driving torque over 0.2 s: scheme, alpha, dt.",
+        (
             Part(
-                f"slider-crank, {kind} coupler",
+                "slider-crank, rigid coupler",
                 Sweep(
-                    Base("slider_crank", (("flexible", str(kind == "flexible")),), 0.2),
+                    Base("slider_crank", (("flexible", "False"),), 0.2),
                     _quantities("drive.torque:l2"),
-                    scheme=SCHEMES,
-                    alpha=(0.0, 1.0),
+                    **ALL,
+                    dt=(8e-3, 4e-3, 2e-3, 1e-3),
+                    solution=crank_torque(0.2),
+                    repeat=2,
+                ),
+            ),
+        ),
+    ),
+    Bundled(
+        "flexible_slider_crank",
+        "The same with a flexible coupler, a beam: scheme, alpha, dt.",
+        (
+            Part(
+                "slider-crank, flexible coupler",
+                Sweep(
+                    Base("slider_crank", (("flexible", "True"),), 0.2),
+                    _quantities("drive.torque:l2"),
+                    **ALL,
                     dt=(8e-3, 4e-3, 2e-3, 1e-3),
                     repeat=2,
                 ),
-            )
-            for kind in ("rigid", "flexible")
+            ),
+        ),
+    ),
+    Bundled(
+        "heavy_top",
+        "Fast heavy top, 0.2 s (of 0.4 s), against its equations of motion: scheme, alpha, dt.",
+        (
+            Part(
+                "heavy top",
+                Sweep(
+                    Base("heavy_top", t_end=0.2),
+                    _quantities("z:l2"),
+                    **ALL,
+                    dt=(4e-3, 2e-3, 1e-3, 5e-4, 2.5e-4),
+                    solution=top_center(0.2),
+                    repeat=2,
+                ),
+            ),
+        ),
+    ),
+    Bundled(
+        "spin_up_beam",
+        "Stiff beam that is turned up to speed, its tip over 8 s (of 20 s): scheme, alpha, dt.",
+        (
+            Part(
+                "spin-up of a beam",
+                Sweep(
+                    Base("spin_up_beam", t_end=8.0),
+                    _quantities("tip_uy:l2", "motor.torque:l2"),
+                    **ALL,
+                    dt=(8e-2, 4e-2, 2e-2, 1e-2),
+                    repeat=2,
+                ),
+            ),
         ),
     ),
 )

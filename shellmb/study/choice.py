@@ -15,6 +15,8 @@ from shellmb.scene.checks_effect import DISSIPATIVE
 AXES = ("scheme", "alpha", "cell", "degree", "solve", "tolerance", "mesh", "dt")
 # what a run is the more accurate for, and what its curve in the picture is drawn over
 REFINED = ("mesh", "dt")
+# schemes that are called by their initials
+SHORT = ("ep", "ed", "ep4", "ed3")
 
 
 @dataclass(frozen=True)
@@ -69,7 +71,7 @@ def _words(choice: Choice, name: str) -> str:
     value = getattr(choice, name)
     if name == "scheme":
         dissipation = "" if choice.alpha is None else f" alpha = {choice.alpha:g}"
-        return (value.upper() if value in ("ep", "ed", "ep4", "ed3") else value) + dissipation
+        return (value.upper() if value in SHORT else value) + dissipation
     written = {
         "alpha": f"alpha = {value}",
         "cell": f"{value}",

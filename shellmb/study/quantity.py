@@ -34,9 +34,10 @@ class Quantity:
             "l2" and "sup" compare curves: the root mean square, or the largest, of their difference
             over that of the reference.
 
-    A column is a curve: a cubic spline through its values at the ends of the steps (at their
-    middles for what is a mean over a step, as forces of joints are, which have no value at the
-    start). So what a large step leaves out between its ends is an error only as far as it is lost.
+    A column is a curve: a cubic spline through its values at the ends of the steps. What is a mean
+    over a step, as forces of joints are, has no value at the start: its curve goes through values
+    at the middles of steps that have these means. So what a large step leaves out between its ends
+    is an error only as far as it is lost.
     """
 
     name: str
@@ -50,12 +51,15 @@ class Quantity:
         """Whether whole curves are compared."""
         return self.norm in CURVES
 
-    def take(self, results: Mapping[str, float], history: pd.DataFrame) -> dict[str, Any]:
+    def take(
+        self, results: Mapping[str, float], history: pd.DataFrame, at_ends: bool = False
+    ) -> dict[str, Any]:
         """What a record keeps of a run: the number, and the curve where curves are compared.
 
         Args:
             results: The results of the scene.
             history: The history of the run.
+            at_ends: Whether forces are those at the ends of steps, and no means.
 
         Raises:
             SceneError: If there is no such quantity.
@@ -66,10 +70,18 @@ class Quantity:
             return {"value": float(results[self.name])}
         if self.name not in history.columns:
             raise SceneError(_unknown(self.name, results, history))
-        t, y = curve(history, self.name)
+        return self.of_curve(*curve(history, self.name, at_ends))
+
+    def of_curve(self, t: Floats, y: Floats) -> dict[str, Any]:
+        """What is kept of a curve.
+
+        Args:
+            t: Times, s.
+            y: Values.
+        """
         if self.is_curve:
             return {"value": float(y[-1]), "t": t.tolist(), "y": y.tolist()}
-        return {"value": _number(t, y, self.norm)}
+        return {"value": _number(t, y, self.norm or "end")}
 
     def difference(self, found: Mapping[str, Any], reference: Mapping[str, Any]) -> float:
         """How far a run is from another one, relative to that one; absolute if that is zero.
@@ -124,17 +136,23 @@ def default_quantity(scene: Scene) -> Quantity:
     return Quantity(scene.probes[0].name, "end" if scene.static else "l2")
 
 
-def curve(history: pd.DataFrame, name: str) -> tuple[Floats, Floats]:
-    """Times and values of a column; means over a step stand at its middle.
+def curve(history: pd.DataFrame, name: str, at_ends: bool = False) -> tuple[Floats, Floats]:
+    """Times and values of a column; of means over a step the values at its middle.
+
+    These are the slopes of a cubic spline through the integral, of fourth order there; a mean in
+    place of a value would be an error of second order of any scheme.
 
     Args:
         history: The history of a run.
         name: Name of the column.
+        at_ends: Whether what has no value at the start is no mean, but a value at the end.
     """
     t = history["t"].to_numpy(dtype=float)
     y = history[name].to_numpy(dtype=float)
-    if np.isnan(y[0]):
-        t, y = (t[1:] + t[:-1]) / 2, y[1:]
+    if np.isnan(y[0]) and len(t) > 2 and not at_ends and np.isfinite(y[1:]).all():
+        integral = CubicSpline(t, np.concatenate([[0.0], np.cumsum(y[1:] * np.diff(t))]))
+        t = (t[1:] + t[:-1]) / 2
+        return t, np.asarray(integral(t, 1))
     known = np.isfinite(y)
     return t[known], y[known]
 

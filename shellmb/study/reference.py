@@ -26,7 +26,7 @@ class Reference:
     """What errors are measured against.
 
     Args:
-        source: "exact", or the choice of the run in words.
+        source: "exact", what it is if it is not ours, or the choice of our run in words.
         taken: Its number, and its curve if curves are compared.
         uncertainty: How far from the limit of ever finer runs it may be, relative.
         order: Observed order of the three runs; None where there are only two, or the exact value.
@@ -39,6 +39,11 @@ class Reference:
     uncertainty: float
     order: float | None = None
     differences: tuple[float, ...] = ()
+
+    @property
+    def own(self) -> bool:
+        """Whether it is a run of ours."""
+        return bool(self.differences)
 
 
 def find_reference(measured: Measured, quantity: Quantity) -> Reference:
@@ -54,6 +59,9 @@ def find_reference(measured: Measured, quantity: Quantity) -> Reference:
     exact = measured.sweep.exact
     if exact is not None:
         return Reference("exact", {"value": exact}, 0.0)
+    solution = measured.sweep.solution
+    if solution is not None:
+        return Reference(solution.source, solution.take(quantity), solution.uncertainty)
     records: list[Record] = []
     for choice in measured.chain:
         record = measured.store.find(choice)

@@ -82,6 +82,7 @@ def _plain(finding: Finding) -> dict[str, Any]:
         "swept": list(judged.swept),
         "reference": {
             "source": reference.source,
+            "own": reference.own,
             "value": reference.taken["value"],
             "uncertainty": reference.uncertainty,
             "order": reference.order,
@@ -181,13 +182,15 @@ def _print_reference(finding: Finding, console: Console) -> None:
     text = f"reference: {reference.taken['value']:.8g} ({reference.source})"
     if finding.judged.quantity.is_curve:
         text = f"reference: the curve of {reference.source}"
-    if reference.source != "exact":
+    if not reference.own and reference.source != "exact":
+        text += f", not a run of ours; known to {100 * reference.uncertainty:.2g} %"
+    if reference.own:
         by = "two runs, order 2 assumed"
         if reference.order is not None:
             by = f"three runs, observed order {reference.order:.2g}"
         if reference.order is not None and reference.order <= 0:
             by = "three runs, whose differences do not shrink"
-        text += f"; known to {100 * reference.uncertainty:.2g} % ({by})"
+        text += f", a run of our own; known to {100 * reference.uncertainty:.2g} % ({by})"
     console.print(text, markup=False, soft_wrap=True)
 
 

@@ -93,7 +93,7 @@ def measure(
     grid = make_grid(sweep, module)
     scene = sweep.base.build(module, grid.choices[0])
     quantities = sweep.quantities or (default_quantity(scene),)
-    finer = () if sweep.exact is not None else tuple(chain(sweep, grid))
+    finer = () if sweep.known else tuple(chain(sweep, grid))
     for choice in finer:
         sweep.base.build(module, choice)
     store = Store(folder, about(sweep, module, quantities), comm)
@@ -172,7 +172,10 @@ def _record(
     choice: Choice, round_: int, cpu_s: float, result: RunResult, quantities: Sequence[Quantity]
 ) -> Record:
     summary = result.summary
-    taken = {str(q): q.take(result.results, result.history) for q in quantities}
+    forms = result.simulation.problem.forms.values()
+    stages = [made.stage for rows in forms for made in rows.values()]
+    at_ends = all(stage is not None and stage.single for stage in stages)
+    taken = {str(q): q.take(result.results, result.history, at_ends) for q in quantities}
     if round_:
         # the curves are those of the first round
         taken = {name: {"value": kept["value"]} for name, kept in taken.items()}

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from math import prod
 from typing import Any
+
+import numpy as np
+import numpy.typing as npt
 
 from shellmb.errors import SceneError
 from shellmb.run.loader import SceneModule
@@ -15,6 +18,34 @@ from shellmb.study.quantity import Quantity
 
 # what a study without a word about it does
 REPEAT, REFINE = 3, 2
+# schemes of references, the best first
+PREFERRED = ("ep4", "ed")
+# points of a curve that is known
+POINTS = 2001
+
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Solution:
+    """A solution that is not ours: in closed form, or by another integrator of other equations.
+
+    Args:
+        source: What it is, in words.
+        end: Time at the end, s.
+        curve: Values of a column of the history at ascending times.
+        uncertainty: How well it is known, relative.
+    """
+
+    source: str
+    end: float
+    curve: Callable[[str, Floats], Floats]
+    uncertainty: float
+
+    def take(self, quantity: Quantity) -> dict[str, Any]:
+        """What a record would keep of it."""
+        t = np.linspace(0.0, self.end, POINTS)
+        return quantity.of_curve(t, self.curve(quantity.name, t))
 
 
 @dataclass(frozen=True)
@@ -25,7 +56,8 @@ class Sweep:
         base: The scene.
         quantities: What is judged; none: see `default_quantity`.
         scheme: Names of schemes.
-        alpha: Dissipations of ED.
+        alpha: Dissipations, of schemes that have one.
+        dissipations: Those of single schemes in place of `alpha`.
         cell: Cell types.
         degree: Degrees.
         solve: "full", "reduced".
@@ -33,7 +65,8 @@ class Sweep:
         mesh: Elements along both sides.
         dt: Time or load steps, s.
         exact: The exact value of the (only) quantity; None: a finer run is the reference.
-        reference: Scheme of the finer run; None: ED with the least alpha, if there is ED.
+        solution: One that is not ours, of the columns that are judged; None: as for `exact`.
+        reference: Scheme of the finer run; None: EP4, or ED with the least alpha, if there is one.
         refine: How much finer than the finest of the grid it is, in steps and elements per side.
         repeat: How often each configuration is run, in turn with the others.
 
@@ -52,9 +85,21 @@ class Sweep:
     mesh: tuple[tuple[int, int], ...] = ()
     dt: tuple[float, ...] = ()
     exact: float | None = None
+    solution: Solution | None = None
+    dissipations: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
     reference: str | None = None
     refine: int = REFINE
     repeat: int = REPEAT
+
+    @property
+    def known(self) -> bool:
+        """Whether no run of ours is the reference."""
+        return self.exact is not None or self.solution is not None
+
+    def runs(self, chosen: Mapping[str, Any]) -> bool:
+        """Whether a combination is not left out by `dissipations`."""
+        only = self.dissipations.get(chosen.get("scheme", ""))
+        return only is None or chosen.get("alpha") in only
 
     def __post_init__(self) -> None:
         """Check the numbers that no scene checks."""
@@ -114,6 +159,8 @@ def make_grid(sweep: Sweep, module: SceneModule) -> Grid:
     first: dict[tuple[str, Any], str] = {}
     for values in itertools.product(*named.values()):
         chosen = dict(zip(named, values, strict=True))
+        if not sweep.runs(chosen):
+            continue
         try:
             complete = sweep.base.complete(module, Choice(**chosen))
         except SceneError as error:
@@ -139,7 +186,7 @@ def make_grid(sweep: Sweep, module: SceneModule) -> Grid:
 def cost(choice: Choice) -> float:
     """About what a run costs, relative to others of its scene."""
     elements = prod(choice.mesh) if choice.mesh else 1
-    stages = {"ed": 3, "ed3": 4, "ep4": 4}.get(choice.scheme or "", 1)
+    stages = {"ed": 3, "ed-printed": 3, "ed3": 4, "ep4": 4}.get(choice.scheme or "", 1)
     return elements * stages * (choice.degree or 1) ** 2 / (choice.dt or 1.0)
 
 
@@ -175,8 +222,10 @@ def chain(sweep: Sweep, grid: Grid) -> list[Choice]:
 
 def _of_scheme(sweep: Sweep, grid: Grid) -> Sequence[Choice]:
     if sweep.reference is None:
-        some = [c for c in grid.choices if c.scheme == "ed"]
-        return some or grid.choices
+        for scheme in PREFERRED:
+            if some := [c for c in grid.choices if c.scheme == scheme]:
+                return some
+        return grid.choices
     some = [c for c in grid.choices if c.scheme == sweep.reference]
     if not some:
         listed = ", ".join(f"'{s}'" for s in grid.values("scheme"))

@@ -8,7 +8,7 @@ from typing import Any, Protocol
 
 from shellmb.observers.summary import Sources
 from shellmb.scene.lookup import said
-from shellmb.schemes.base import Scheme
+from shellmb.schemes.base import Scheme, has_energy_law
 from shellmb.schemes.registry import SCHEMES
 from shellmb.simulate.simulation import Observer, Simulation
 
@@ -73,6 +73,6 @@ def remedies(scheme: Scheme, *others: str) -> str:
     found = list(others)
     if scheme.rotations.stiff_loss > 0:
         made = {name: make(1.0) for name, make in SCHEMES.items()}
-        fit = [name for name, s in made.items() if s.dynamic and s.rotations.stiff_loss == 0]
+        fit = [n for n, s in made.items() if s.rotations.stiff_loss == 0 and has_energy_law(s)]
         found = [f"--scheme {name}" for name in fit] + found
     return " or ".join(filter(None, [", ".join(found[:-1]), found[-1]]))

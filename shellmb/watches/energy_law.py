@@ -6,12 +6,15 @@ from collections.abc import Iterator
 from typing import Any
 
 from shellmb.observers.summary import Sources
+from shellmb.schemes.base import has_energy_law
 from shellmb.simulate.simulation import Silent, Simulation
 from shellmb.watches.base import Caution
 
 # Newton's method stops at 1e-9 of its unknowns, and the account of a healthy run closes to 1e-10
 # and better, over 100 000 steps, too: what is beyond this is a force that is not in the account
 BOUND = 1e-8
+# of schemes without an energy law: an error that shows in results
+LAWLESS = 1e-2
 
 
 class EnergyLaw(Silent):
@@ -37,7 +40,21 @@ class EnergyLaw(Silent):
     def cautions(self, simulation: Simulation) -> Iterator[Caution]:
         """Whether the account is off."""
         error = self._account.relative_error
-        if simulation.scheme.dynamic and error > BOUND:
+        if not simulation.scheme.dynamic:
+            return
+        if not has_energy_law(simulation.scheme):
+            if error > LAWLESS:
+                yield Caution(
+                    self.name,
+                    None,
+                    error,
+                    LAWLESS,
+                    f"the scheme has no energy law ({simulation.scheme.title}): the account is "
+                    f"open by {error:.1e} of the energy that was exchanged, most of it in the "
+                    f"step to t = {self._t:g} s; use a smaller step, or compare with --scheme "
+                    "ep4 or --scheme ed3",
+                )
+        elif error > BOUND:
             yield Caution(
                 self.name,
                 None,

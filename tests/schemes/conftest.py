@@ -12,12 +12,14 @@ from dolfinx import fem
 
 from shellmb.observers.energy import EnergyAccount, scalar
 from shellmb.scene import Clamped, EdgeForce, InitialVelocity, Isotropic, Rectangle, Scene, Shell
+from shellmb.schemes.base import has_energy_law
 from shellmb.schemes.registry import SCHEMES, make_scheme
 from shellmb.simulate.simulation import Silent, Simulation
 
 # wave speed one: with dt = 0.1 the step resolves the elements' own frequencies, about 20 rad/s
 SOFT = Isotropic(E=1.0, nu=0.3, thickness=0.2, density=1.0)
 ALPHAS = {"ed": (0.0, 0.5, 1.0), "ed3": (0.5, 1.0)}
+ALPHAS |= {"generalized-alpha": (0.5,), "ed-printed": (1.0,)}
 # every dynamic scheme of the registry with every dissipation that is to be tested
 DYNAMIC = [
     (name, alpha)
@@ -25,6 +27,14 @@ DYNAMIC = [
     if make(1.0).dynamic
     for alpha in ALPHAS.get(name, (0.0,))
 ]
+# those that claim an exact energy law
+LAWFUL = [pair for pair in DYNAMIC if has_energy_law(make_scheme(*pair))]
+
+
+@pytest.fixture(params=LAWFUL, ids=lambda p: f"{p[0]}-{p[1]:g}")
+def lawful(request: pytest.FixtureRequest) -> tuple[str, float]:
+    """Name and dissipation of each scheme with an energy law."""
+    return request.param
 
 
 @pytest.fixture(params=DYNAMIC, ids=lambda p: f"{p[0]}-{p[1]:g}")

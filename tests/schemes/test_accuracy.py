@@ -54,14 +54,14 @@ def test_order(scheme, swaying, final, make) -> None:
     assert slope(STEPS, errors) > make(*scheme).order - 0.2
 
 
-def test_order_in_large_rotations(scheme, swaying, final) -> None:
+def test_order_in_large_rotations(scheme, swaying, final, make) -> None:
     """The averages of strains and the director's own inertia leave second order."""
     steps = (0.1, 0.05, 0.025)
     ends = [final(swaying(*scheme, dt, size=LARGE)) for dt in (*steps, steps[-1] / 2)]
     # directors turn by about a radian: the motion is not linear
     assert np.max(np.abs(ends[-1])) > 0.8
     changes = [float(np.linalg.norm(b - a)) for a, b in itertools.pairwise(ends)]
-    assert slope(steps, changes) > 1.8
+    assert slope(steps, changes) > min(make(*scheme).order, 2) - 0.2
 
 
 def test_path_forces_make_the_dissipative_scheme_third_order(final) -> None:
@@ -101,7 +101,10 @@ def test_path_forces_keep_the_energy_law(alpha, swaying, account) -> None:
 def test_spectral_radius_at_infinity(scheme, plate) -> None:
     """A small disturbance in one step far larger than all periods: its amplitude ratio is rho."""
     name, alpha = scheme
-    if isinstance(make_scheme(*scheme), QuadraticInTime):
+    made = make_scheme(*scheme)
+    if "acceleration" in made.rates:
+        pytest.skip("a state of three variables: see `test_rivals.py`")
+    if isinstance(made, QuadraticInTime):
         # velocities times such a step are kilometres: see `test_quadratic.py`
         pytest.skip("asked of the scheme's weights")
     kick = EdgeForce("right", (0, 0, 1e-2), time=Table((0.1, 0.10001), (1.0, 0.0)))
@@ -117,7 +120,7 @@ def test_spectral_radius_at_infinity(scheme, plate) -> None:
     simulation.advance()
     ratio = (q[place] @ before) / (before @ before)
     # the paper's scheme below eq. (34); the mid-point rule reverses the sign
-    expected = (1 - alpha) / (1 + alpha) if name == "ed" else -1.0
+    expected = (1 - alpha) / (1 + alpha) if name in ("ed", "ed-printed") else -1.0
     assert ratio == pytest.approx(expected, abs=1e-4)
 
 
@@ -142,6 +145,7 @@ class BackwardEuler:
     rates: tuple[str, ...] = ("v",)
     conserves: frozenset[str] = frozenset({"momentum"})
     linear: bool = False
+    jumps: bool = False
     rotations: Rotations = LINEAR_PATH
 
     def expand(self, levels: Levels, dt: Any) -> dict[str, Stage]:

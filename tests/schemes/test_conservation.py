@@ -13,6 +13,7 @@ from shellmb.scene import (
     Gravity,
     Pressure,
 )
+from shellmb.schemes.base import has_energy_law
 from shellmb.simulate.simulation import Simulation
 
 # Newton leaves an error of the order of the square of its tolerance; what is seen is round-off
@@ -23,7 +24,8 @@ def test_free_motion(scheme, tumbling, history, account, make) -> None:
     object_ = make(*scheme)
     Simulation(tumbling(*scheme)).run([account, history])
     energy = np.array(history.total)
-    assert account.relative_error < ROUND_OFF
+    if has_energy_law(object_):
+        assert account.relative_error < ROUND_OFF
     assert history.director < 1e-11
     drift = np.ptp(history.linear, axis=0)
     assert np.max(drift) < ROUND_OFF * np.linalg.norm(history.linear[0])
@@ -34,6 +36,10 @@ def test_free_motion(scheme, tumbling, history, account, make) -> None:
     assert account.values["strain_energy"] > 1e-4 * energy[0]
     if "energy" in object_.conserves:
         assert np.ptp(energy) < ROUND_OFF * energy[0]
+    elif not has_energy_law(object_):
+        # what exactness is for: in this motion it makes and loses energy
+        assert np.any(np.diff(energy) > 1e-4 * energy[0])
+        assert np.any(np.diff(energy) < -1e-4 * energy[0])
     else:
         assert np.all(np.diff(energy) < 0)
         assert account.values["dissipation"] > 1e-10 * energy[0]
@@ -46,16 +52,16 @@ LOADS = {
 
 
 @pytest.mark.parametrize("loads", LOADS)
-def test_the_work_of_loads_is_accounted_for(scheme, loads, plate, account) -> None:
-    scene = plate(*scheme, dt=0.2, t_end=2.0, supports=Clamped("left"), loads=LOADS[loads])
+def test_the_work_of_loads_is_accounted_for(lawful, loads, plate, account) -> None:
+    scene = plate(*lawful, dt=0.2, t_end=2.0, supports=Clamped("left"), loads=LOADS[loads])
     Simulation(scene).run([account])
     assert account.relative_error < ROUND_OFF
     assert abs(account.values["work_loads"]) > 1e-3
 
 
-def test_the_work_of_a_prescribed_motion_is_accounted_for(scheme, plate, account) -> None:
+def test_the_work_of_a_prescribed_motion_is_accounted_for(lawful, plate, account) -> None:
     drive = Driven("left", axis=(0, 1, 0), angle=lambda t: 0.6 * np.sin(t) ** 2)
-    Simulation(plate(*scheme, dt=0.2, t_end=2.0, supports=drive)).run([account])
+    Simulation(plate(*lawful, dt=0.2, t_end=2.0, supports=drive)).run([account])
     assert account.relative_error < ROUND_OFF
     assert account.values["work_supports"] > 1e-4
 
@@ -74,16 +80,16 @@ def test_a_motion_that_begins_at_speed_drives_at_that_speed(scheme, plate) -> No
 
 
 @pytest.mark.slow
-def test_a_thousand_steps(scheme, tumbling, history, account, make) -> None:
+def test_a_thousand_steps(lawful, tumbling, history, account, make) -> None:
     """The long run of `test_free_motion`: errors accumulate no faster than round-off does."""
-    Simulation(tumbling(*scheme, t_end=200.0)).run([account, history])
+    Simulation(tumbling(*lawful, t_end=200.0)).run([account, history])
     energy = np.array(history.total)
     assert account.relative_error < 1e-9
     assert history.director < 1e-11
     assert np.max(np.ptp(history.linear, axis=0)) < 1e-9
-    if "angular momentum" in make(*scheme).conserves:
+    if "angular momentum" in make(*lawful).conserves:
         assert np.max(np.ptp(history.angular, axis=0)) < 1e-9
-    if "energy" in make(*scheme).conserves:
+    if "energy" in make(*lawful).conserves:
         assert np.ptp(energy) < 1e-9 * energy[0]
     else:
         assert np.all(np.diff(energy) < ROUND_OFF * energy[0])

@@ -155,6 +155,7 @@ def test_meshes_and_exact_values(tmp_path):
     found = json.loads(result.stdout)[0]
     assert found["reference"] == {
         "source": "exact",
+        "own": False,
         "value": 2.1135179e-4,
         "uncertainty": 0.0,
         "order": None,

@@ -96,6 +96,9 @@ def test_the_reference_of_other_sweeps():
     ]
     sweep, found = grid(scheme=("ep", "ed"), reference="ep")
     assert chain(sweep, found)[0].scheme == "ep"
+    # the scheme of the highest order, where it is there
+    sweep, found = grid(scheme=("ep", "ed", "ep4", "ed3"), alpha=(0.0, 1.0))
+    assert chain(sweep, found)[0].scheme == "ep4"
     sweep, found = grid(scheme=("ep",), reference="ed")
     with pytest.raises(SceneError, match="reference is 'ed'; it must be one of the schemes run"):
         chain(sweep, found)

@@ -24,6 +24,8 @@ from shellmb.scene import (
     Shell,
     SoftSupport,
 )
+from shellmb.schemes.ep import EnergyPreserving
+from shellmb.schemes.generalized_alpha import GeneralizedAlpha
 from shellmb.simulate.simulation import Simulation
 from shellmb.watches.base import Caution
 from shellmb.watches.energy_law import EnergyLaw
@@ -140,7 +142,7 @@ def test_energy_from_nowhere_is_named_with_its_step() -> None:
     """No scene of ours does it: the watch by itself, with an account that jumps at t = 2."""
     account = SimpleNamespace(values={}, relative_error=0.0)
     watch = EnergyLaw(cast(Sources, SimpleNamespace(energy=account)))
-    simulation = SimpleNamespace(t=0.0, scheme=SimpleNamespace(dynamic=True))
+    simulation = SimpleNamespace(t=0.0, scheme=EnergyPreserving())
     for t, off in ((1.0, 1e-12), (2.0, 0.3), (3.0, 0.3)):
         simulation.t, account.values["energy_balance"] = t, off
         watch.accepted(cast(Simulation, simulation))
@@ -148,6 +150,12 @@ def test_energy_from_nowhere_is_named_with_its_step() -> None:
     account.relative_error = 2e-8
     (caution,) = watch.cautions(cast(Simulation, simulation))
     assert "off by 2.0e-08" in caution.says and "in the step to t = 2 s" in caution.says
+    # a scheme that claims no law is held to what shows in results
+    simulation.scheme = GeneralizedAlpha()
+    assert list(watch.cautions(cast(Simulation, simulation))) == []
+    account.relative_error = 2e-2
+    (caution,) = watch.cautions(cast(Simulation, simulation))
+    assert "has no energy law (rival" in caution.says and "open by 2.0e-02 of" in caution.says
 
 
 def test_much_dissipation_is_named_with_its_body() -> None:
