@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 from mpi4py import MPI
 from petsc4py import PETSc
@@ -24,8 +25,9 @@ from shellmb.kernels import compiled
 from shellmb.model.body import Body
 from shellmb.observers.nodal import NodalBody, Nodes, nodal_bodies
 from shellmb.schemes.quadratic import QuadraticInTime
-from shellmb.simulate.problem import Problem
 from shellmb.simulate.simulation import Simulation
+from shellmb.system.assembly import BlockSystem
+from shellmb.system.fields import Field
 from shellmb.system.loops import LoopResiduals, MeshCells, MeshGroup
 
 Floats = npt.NDArray[np.float64]
@@ -53,7 +55,22 @@ def last_middle(simulation: Simulation, body: str) -> Floats:
     return np.asarray((before.x.array + end) / 2)
 
 
-def resistance(problem: Problem, name: str) -> tuple[LoopResiduals, Floats]:
+class Assembled(Protocol):
+    """A system of all bodies: that of a step, or that of the forces at its end."""
+
+    @property
+    def system(self) -> BlockSystem: ...  # noqa: D102
+    @property
+    def fields(self) -> list[Field]: ...  # noqa: D102
+    @property
+    def last(self) -> str: ...  # noqa: D102
+
+    def number(self, body: str, stage: str) -> int:
+        """Number of a body's field."""
+        ...
+
+
+def resistance(problem: Assembled, name: str) -> tuple[LoopResiduals, Floats]:
     """What assembles the virtual work of a group's forces at the end of a step, and place for it.
 
     Args:

@@ -76,6 +76,10 @@ class Output:
 
     Args:
         frames: Number of states stored for field files, pictures and animation.
+        end_forces: Whether forces of joints, drivers, locks and supports are in the history also
+            as they are at the end of each step, and not only as means over it. It costs two
+            factorisations per step; in statics forces are values anyway, and nothing is added.
     """
 
     frames: PositiveInt = 50
+    end_forces: bool = False
