@@ -15,7 +15,8 @@ from shellmb.model.ends import EndGroup
 from shellmb.model.joints import BoundJoint, JointGroup
 from shellmb.model.mechanism import Mechanism
 from shellmb.model.model import Model
-from shellmb.observers.impulse import Assembled, last_middle, resistance
+from shellmb.observers.holding import Assembled, resistance
+from shellmb.observers.impulse import last_middle
 from shellmb.simulate.simulation import Silent, Simulation
 from shellmb.system.loops import LoopResiduals
 

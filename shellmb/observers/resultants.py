@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
 import ufl
+from dolfinx import fem
 from ufl.core.expr import Expr
 
 from shellmb.build.spaces import MixedSpace
 from shellmb.forms.path import Step
+from shellmb.forms.state import Layout
 from shellmb.kernels import compiled_expression
 from shellmb.model.beam import BeamModel
 from shellmb.simulate.simulation import Simulation
@@ -28,6 +30,12 @@ class Resulting(Protocol):
 
     name: str
     mixed: MixedSpace
+    layout: Layout
+    section: Any
+
+    def strains(self, q: Expr) -> Any:
+        """Its strains."""
+        ...
 
     def resultants(self, q: Expr) -> Expr | tuple[Expr, Expr]:
         """Its resultants as one vector, or as forces and moments."""
@@ -45,8 +53,10 @@ class Resultants:
     polynomial through its points. Where elements meet, the mean of all is given: at a point
     load of a beam, of the values on both sides of it.
 
-    They are those of the state at the end of a step; with schemes that are quadratic in time means
-    over the step, because stresses at its end are of no order where a body is stiff.
+    They are means over the step: the averaged stress that acts in the row which balances the
+    momentum of the step. Of ED that is the one from the state j to f, where eq. (29) has its
+    forces; of schemes quadratic in time it is S_0. Stresses at the end of a step are of no order
+    where a body is stiff. In statics, and before the first step, they are those of the state.
 
     Args:
         simulation: The simulation.
@@ -59,8 +69,17 @@ class Resultants:
         points = np.asarray(inner.element.interpolation_points)
         self._simulation, problem = simulation, simulation.problem
         found = [body.resultants(problem.state(body.name))]
+        self._levels = problem.levels[body.name]
+        self._start: fem.Function | None = None
         if body.name in problem.paths:
             found.append(body.mean_resultants(problem.paths[body.name].step))
+        elif simulation.scheme.dynamic:
+            stage = problem.forms[body.name][problem.last].stage
+            assert stage is not None
+            averaged = body.section.formulation.averaged(body.strains, body.layout, stage.span)
+            # looked at when the step is accepted, and its start is overwritten
+            self._start = fem.Function(body.mixed.space, name="start")
+            found.append(_replaced(averaged, {self._levels.q: self._start}))
         vectors = [_joined(each) if isinstance(each, tuple) else each for each in found]
         self._size = int(vectors[0].ufl_shape[0])
         self._expressions = [compiled_expression(vector, points) for vector in vectors]
@@ -71,6 +90,11 @@ class Resultants:
         local = self._mesh.topology.index_map(self._mesh.topology.dim).size_local
         self._cells = np.arange(local, dtype=np.int32)
         self._nodes = nodes.dofmap.list[:local]
+
+    def solved(self) -> None:
+        """Keep the start of a step, while it is at hand."""
+        if self._start is not None:
+            np.copyto(self._start.x.array, self._levels.q.x.array)
 
     def sums(self, nodes: npt.NDArray[np.int32], quantity: str) -> tuple[Floats, int]:
         """Sum of the elements' values at nodes, shape (3,), in N, N m or per m, and their number.
@@ -90,6 +114,13 @@ class Resultants:
         components = list(RESULTANTS[quantity])
         total[: len(components)] = found.sum(axis=0)[components]
         return total, len(found)
+
+
+def _replaced(vectors: Expr | tuple[Expr, Expr], by: dict[Expr, Expr]) -> Any:
+    """Expressions with other functions in them."""
+    if isinstance(vectors, tuple):
+        return tuple(ufl.replace(vector, by) for vector in vectors)
+    return ufl.replace(vectors, by)
 
 
 def _joined(parts: tuple[Expr, Expr]) -> Expr:
