@@ -237,6 +237,12 @@ class BeamMixed:
         """The same of any strains and forces."""
         return N, self._moments(N, halves(e)[1])
 
+    def averaged(self, strains: Strains, layout: Layout, span: Interval) -> tuple[Expr, Expr]:
+        """Those of the averaged stress of a sub-interval, the one that acts in its row."""
+        last = self.forces(layout, span.b)
+        N = self._mixed(last, stress_average(self.forces(layout, span.a), last, span.beta))
+        return self.joined(stress_average(strains(span.a), strains(span.b), span.beta), N)
+
     def virtual_work(self, strains: Strains, layout: Layout, span: Interval, dq: Expr) -> Expr:
         """Virtual work and the weak compatibility of strains and forces at `span.at`.
 

@@ -76,6 +76,10 @@ class Formulation(Protocol):
         """Membrane forces, bending moments and shear forces (11, 22, 12; 13, 23), shape (8,)."""
         ...
 
+    def averaged(self, strains: Measure, layout: Layout, span: Interval) -> Expr:
+        """The same of the averaged stress of a sub-interval."""
+        ...
+
 
 def vector(strains: ShellStrains) -> Expr:
     """All strains as one vector (eps, kap, gam), shape (8,)."""
@@ -239,6 +243,13 @@ class LinearMixed:
     def resultants(self, strains: Measure, layout: Layout, q: Expr) -> Expr:
         """Resultants N/m and moments N of a state, accurate at the points of the reduced rule."""
         return self.joined(vector(strains(q)), self.forces(layout, q))
+
+    def averaged(self, strains: Measure, layout: Layout, span: Interval) -> Expr:
+        """The same of the averaged stress of a sub-interval, the one that acts in its row."""
+        e = stress_average(vector(strains(span.a)), vector(strains(span.b)), span.beta)
+        last = self.forces(layout, span.b)
+        N = self._held(last, stress_average(self.forces(layout, span.a), last, span.beta))
+        return self.joined(e, N)
 
     def joined(self, e: Expr, N: Expr) -> Expr:
         """The same of any strains, shape (8,), and resultants, shape (5,)."""

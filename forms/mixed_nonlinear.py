@@ -112,3 +112,9 @@ class NonlinearMixed:
     def resultants(self, strains: Measure, layout: Layout, q: Expr) -> Expr:
         """Resultants N/m and moments N of a state, accurate at the points of the reduced rule."""
         return gradient(self._psi, self._assumed(strains, layout, q))
+
+    def averaged(self, strains: Measure, layout: Layout, span: Interval) -> Expr:
+        """The same of the averaged stress of a sub-interval, the discrete gradient."""
+        first = self._assumed(strains, layout, span.a)
+        last = first if span.a is span.b else self._assumed(strains, layout, span.b)
+        return self._average(self._psi, first, last, span.beta)

@@ -117,6 +117,9 @@ def run(
         Newton | None, typer.Option(help="Factorise as rarely as pays, or in each step, iteration.")
     ] = None,
     backend: Annotated[Backend | None, typer.Option(help="DOLFINx's solver or PETSc's.")] = None,
+    end_forces: Annotated[
+        bool, typer.Option("--end-forces", help="Record forces at the end of steps, too.")
+    ] = False,
     parameters: SetOption = None,
     out: OutOption = None,
     no_pictures: PicturesOption = False,
@@ -130,7 +133,9 @@ def run(
     times = {"scheme": scheme, "alpha": alpha, "dt": dt, "t_end": t_end}
     elements = {"mesh": mesh, "degree": degree, "cell": cell}
     solver = {"solve": solve, "newton": newton, "backend": backend}
-    request = asked(scene, parameters, **times, **elements, **solver)
+    # a scene that has them keeps them
+    output = {"end_forces": end_forces or None}
+    request = asked(scene, parameters, **times, **elements, **solver, **output)
     built, module = request.build()
     if check:
         module.require_check(module.results or built.results, "results(run)")

@@ -136,10 +136,20 @@ class Mechanism:
             f"{name}.{COLUMN[kind]}": self.table[name, kind].start + value
             for (name, kind), value in values.items()
         }
-        found |= {name: drive(problem, c) for name, c in self.drivers.items()}
+        efforts = self.efforts(problem)
+        found |= {name: efforts.pop(name) for name in self.drivers}
         for group in self.element_groups:
             now = float(problem.time(group.name).value) if t is None else t
             found |= element_forces(group, values, rates, now)
+        return found | efforts
+
+    def efforts(self, problem: Solution) -> dict[str, float]:
+        """Columns of what drives and locks coordinates alone; collective.
+
+        Args:
+            problem: What the forces are found in: of a step, or of its end.
+        """
+        found = {name: drive(problem, c) for name, c in self.drivers.items()}
         for locks in self.lock_groups:
             found |= lock_forces(problem, locks)
         return found | read_contacts(problem, self.groups)

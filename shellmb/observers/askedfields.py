@@ -40,6 +40,11 @@ class AskedFields:
             return {**dict.fromkeys(vectors, XYZ), **self._chosen[name].components}
         return dict.fromkeys([*vectors, "force", "moment"], XYZ)
 
+    def solved(self) -> None:
+        """Keep what means over the step need of its start."""
+        for chosen in self._chosen.values():
+            chosen.solved()
+
     def of(self, name: str, part: Drawn, fields: dict[str, Floats]) -> dict[str, Floats]:
         """Its fields on rank 0, nothing elsewhere; collective.
 

@@ -89,6 +89,11 @@ class ChosenFields:
             make = section.strains_by if name == "strains" else section.energy_by
             self._derived[name] = make(compliance)
 
+    def solved(self) -> None:
+        """Keep what means over the step need of its start."""
+        if self._resultants is not None:
+            self._resultants.solved()
+
     def values(self) -> dict[str, Floats]:
         """Values at the nodes of this rank (owned ones are right), shape (n, k); collective."""
         found: dict[str, Floats] = {}

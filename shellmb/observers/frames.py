@@ -96,6 +96,11 @@ class Frames(Silent):
             self._take(simulation)
             self.write()
 
+    def solved(self, simulation: Simulation) -> None:
+        """Keep what means over the step need of its start."""
+        if self._asked is not None:
+            self._asked.solved()
+
     def accepted(self, simulation: Simulation) -> None:
         """Take a frame if it is time, and at the end."""
         # by the number of the interval, not by adding intervals up: no drift

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
+
 from mpi4py import MPI
 
 import numpy as np
@@ -9,10 +12,17 @@ import numpy.typing as npt
 
 from shellmb.model.ends import EndGroup
 from shellmb.model.joints import BoundJoint, JointGroup
-from shellmb.observers.impulse import last_middle, resistance
+from shellmb.model.mechanism import Mechanism
+from shellmb.model.model import Model
+from shellmb.observers.holding import Assembled, resistance
+from shellmb.observers.impulse import last_middle
 from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.system.loops import LoopResiduals
 
 Floats = npt.NDArray[np.float64]
+
+# a group of joints, what assembles the virtual work of its forces, and place for it
+type GroupLoop = tuple[JointGroup, LoopResiduals, Floats]
 
 COMPONENTS = ("F1", "F2", "F3", "M1", "M2", "M3")
 
@@ -20,16 +30,20 @@ COMPONENTS = ("F1", "F2", "F3", "M1", "M2", "M3")
 class JointForces(Silent):
     """Forces [N] and moments [N m] that joints exert on their second bodies.
 
-    They are those of the last stage of a step, at the middle of it; the moment is about the joint's
-    point on the second body. Components are along the axes `e1, e2, e3` that turn with the first
-    body, `e3` being the joint's axis or normal; of joints without axes (spherical, distance) along
-    those of the scene; of wheels and blades `e1` is the direction they move in. What drivers,
-    springs, dampers and motors add about or along the axis is theirs, not the joint's.
+    They are means over the step, in statics the values: those of the row that balances the momentum
+    of the step, at the middle of the path (of ED from the state j to f, which is where its eq. (29)
+    has its forces). What they are at the end of the step, `EndForceColumns` tells. The moment is
+    about the joint's point on the second body. Components are along the axes `e1, e2, e3` that turn
+    with the first body, `e3` being the joint's axis or normal; of joints without axes (spherical,
+    distance) along those of the scene; of wheels and blades `e1` is the direction they move in.
+    What drivers, springs, dampers and motors add about or along the axis is theirs, not the
+    joint's.
 
     Attributes:
         values: Columns of the history: `JOINT.F1` to `JOINT.M3`, NaN before the first step; and
             the coordinates that something acts on, with the forces of drivers, force elements and
-            locks (`Mechanism.coordinates`).
+            locks (`Mechanism.coordinates`); coordinates and what follows from them and their rates,
+            as forces of springs and dampers, are those at the end of the step.
         acting: Force and moment on the second body in the scene's axes, shape (2, 3), by the name
             of the joint; zero before the first step.
     """
@@ -41,8 +55,7 @@ class JointForces(Silent):
     def start(self, simulation: Simulation) -> None:
         """Prepare the loops that assemble the forces, and list the columns."""
         problem, mechanism = simulation.problem, simulation.model.mechanism
-        self._groups = [(g, *resistance(problem, g.name)) for g in mechanism.groups]
-        self._number = {name: k for k, name in enumerate(mechanism.joints)}
+        self._loops = group_loops(problem, mechanism)
         for name in mechanism.joints:
             for component in COMPONENTS:
                 self.values[f"{name}.{component}"] = float("nan")
@@ -53,22 +66,10 @@ class JointForces(Silent):
 
     def solved(self, simulation: Simulation) -> None:
         """Take the forces of the step."""
-        if not self._number:
-            return
-        found = np.zeros((len(self._number), 4, 3))
-        for group, residuals, r in self._groups:
-            r[:] = 0.0
-            residuals.refresh()
-            residuals.add(r)
-            q = last_middle(simulation, group.name)
-            for row, item in enumerate(group.nodes.item):
-                joint = group.joints[item]
-                found[self._number[joint.joint.name]] = _force(group, joint, row, q, r)
-        simulation.model.comm.Allreduce(MPI.IN_PLACE, found)
-        for name, k in self._number.items():
-            self.acting[name] = found[k, 2:]
-            for component, value in zip(COMPONENTS, found[k, :2].ravel(), strict=True):
-                self.values[f"{name}.{component}"] = float(value)
+        middle = partial(last_middle, simulation)
+        found = joint_forces(simulation.model, self._loops, middle)
+        self.values.update(columns(found))
+        self.acting.update({name: both[2:] for name, both in found.items()})
 
     def accepted(self, simulation: Simulation) -> None:
         """Take the coordinates."""
@@ -78,6 +79,56 @@ class JointForces(Silent):
     def measure(self) -> dict[str, float]:
         """Columns of the history."""
         return dict(self.values)
+
+
+def group_loops(problem: Assembled, mechanism: Mechanism) -> list[GroupLoop]:
+    """What assembles the forces of all joints.
+
+    Args:
+        problem: The system that has their multipliers.
+        mechanism: The joints.
+    """
+    return [(g, *resistance(problem, g.name)) for g in mechanism.groups]
+
+
+def joint_forces(
+    model: Model, loops: list[GroupLoop], state: Callable[[str], Floats]
+) -> dict[str, Floats]:
+    """Force and moment of each joint in its frame and in the scene's, shape (4, 3); collective.
+
+    Args:
+        model: The bodies.
+        loops: What assembles them.
+        state: State of a group at which they act, by its name.
+    """
+    number = {name: k for k, name in enumerate(model.mechanism.joints)}
+    if not number:
+        return {}
+    found = np.zeros((len(number), 4, 3))
+    for group, residuals, r in loops:
+        r[:] = 0.0
+        residuals.refresh()
+        residuals.add(r)
+        q = state(group.name)
+        for row, item in enumerate(group.nodes.item):
+            joint = group.joints[item]
+            found[number[joint.joint.name]] = _force(group, joint, row, q, r)
+    model.comm.Allreduce(MPI.IN_PLACE, found)
+    return {name: found[k] for name, k in number.items()}
+
+
+def columns(forces: dict[str, Floats], ending: str = "") -> dict[str, float]:
+    """Forces and moments of joints in their frames as columns of the history.
+
+    Args:
+        forces: Those of `joint_forces`.
+        ending: What the names of the columns end with.
+    """
+    return {
+        f"{name}.{component}{ending}": float(value)
+        for name, both in forces.items()
+        for component, value in zip(COMPONENTS, both[:2].ravel(), strict=True)
+    }
 
 
 def _force(group: JointGroup, joint: BoundJoint, row: int, q: Floats, r: Floats) -> Floats:

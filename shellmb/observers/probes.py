@@ -55,6 +55,9 @@ class _Spot:
 class Probes(Silent):
     """Records the probes of the scene, the same on all ranks.
 
+    Motions are those at the end of a step. Forces, moments and other resultants are means over it,
+    in statics the values (`Resultants`).
+
     Attributes:
         values: Value of each probe at the current time, by its name.
     """
@@ -94,6 +97,11 @@ class Probes(Silent):
         # each node counts once, on the rank that owns it
         nodes = nodes[nodes < body.mixed.subspaces["u"].dofmap.index_map.size_local]
         return _total(Nodes(body, nodes), simulation, body.name, probe.quantity)
+
+    def solved(self, simulation: Simulation) -> None:
+        """Means over a step need its start, too."""
+        for resultants in self._resultants.values():
+            resultants.solved()
 
     def accepted(self, simulation: Simulation) -> None:
         """Take the values."""

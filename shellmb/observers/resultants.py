@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
 import ufl
+from dolfinx import fem
 from ufl.core.expr import Expr
 
 from shellmb.build.spaces import MixedSpace
 from shellmb.forms.mixed_nonlinear import NonlinearMixed
 from shellmb.forms.path import Step
+from shellmb.forms.state import Layout
 from shellmb.kernels import compiled_expression
 from shellmb.model.beam import BeamModel
 from shellmb.model.shell import ShellModel
@@ -30,6 +32,12 @@ class Resulting(Protocol):
 
     name: str
     mixed: MixedSpace
+    layout: Layout
+    section: Any
+
+    def strains(self, q: Expr) -> Any:
+        """Its strains."""
+        ...
 
     def resultants(self, q: Expr) -> Expr | tuple[Expr, Expr]:
         """Its resultants as one vector, or as forces and moments."""
@@ -47,8 +55,10 @@ class Resultants:
     polynomial through its points. Where elements meet, the mean of all is given: at a point
     load of a beam, of the values on both sides of it.
 
-    They are those of the state at the end of a step; with schemes that are quadratic in time means
-    over the step, because stresses at its end are of no order where a body is stiff.
+    They are means over the step: the averaged stress that acts in the row which balances the
+    momentum of the step. Of ED that is the one from the state j to f, where eq. (29) has its
+    forces; of schemes quadratic in time it is S_0. Stresses at the end of a step are of no order
+    where a body is stiff. In statics, and before the first step, they are those of the state.
 
     Args:
         simulation: The simulation.
@@ -58,8 +68,17 @@ class Resultants:
     def __init__(self, simulation: Simulation, body: Resulting) -> None:
         self._simulation, problem = simulation, simulation.problem
         found = [body.resultants(problem.state(body.name))]
+        self._levels = problem.levels[body.name]
+        self._start: fem.Function | None = None
         if body.name in problem.paths:
             found.append(body.mean_resultants(problem.paths[body.name].step))
+        elif simulation.scheme.dynamic:
+            stage = problem.forms[body.name][problem.last].stage
+            assert stage is not None
+            averaged = body.section.formulation.averaged(body.strains, body.layout, stage.span)
+            # looked at when the step is accepted, and its start is overwritten
+            self._start = fem.Function(body.mixed.space, name="start")
+            found.append(_replaced(averaged, {self._levels.q: self._start}))
         self._prepare(body, [_joined(each) if isinstance(each, tuple) else each for each in found])
 
     def _prepare(self, body: Resulting, vectors: list[Expr]) -> None:
@@ -76,6 +95,11 @@ class Resultants:
         local = self._mesh.topology.index_map(self._mesh.topology.dim).size_local
         self._cells = np.arange(local, dtype=np.int32)
         self._nodes = nodes.dofmap.list[:local]
+
+    def solved(self) -> None:
+        """Keep the start of a step, while it is at hand."""
+        if self._start is not None:
+            np.copyto(self._start.x.array, self._levels.q.x.array)
 
     def elements(self) -> Floats:
         """Values of each element of this rank at its nodes, shape (elements, nodes, size)."""
@@ -110,13 +134,20 @@ class Strained(Resultants):
     """
 
     def __init__(self, simulation: Simulation, body: ShellModel) -> None:
-        self._simulation = simulation
+        self._simulation, self._start = simulation, None
         strains = body.strains(simulation.problem.state(body.name))
         formulation = body.section.formulation
         assert isinstance(formulation, NonlinearMixed)
         energy = formulation.psi(strains)
         parts = [*strains.eps, *strains.kap, *strains.gam, energy]
         self._prepare(body, [ufl.as_vector(parts)])
+
+
+def _replaced(vectors: Expr | tuple[Expr, Expr], by: dict[Expr, Expr]) -> Any:
+    """Expressions with other functions in them."""
+    if isinstance(vectors, tuple):
+        return tuple(ufl.replace(vector, by) for vector in vectors)
+    return ufl.replace(vectors, by)
 
 
 def _joined(parts: tuple[Expr, Expr]) -> Expr:

@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from shellmb.model.rigid import GROUND, RigidBodies
-from shellmb.observers.impulse import axial
+from shellmb.observers.holding import axial
 from shellmb.observers.nodal import Nodes, nodal_bodies
 from shellmb.simulate.simulation import Silent, Simulation
 

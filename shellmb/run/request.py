@@ -39,6 +39,7 @@ class Options:
         newton: When Newton's method factorises.
         backend: Whose Newton solver.
         tolerance: Relative tolerance of Newton's method.
+        end_forces: Whether forces at the end of each step are in the history, too.
     """
 
     # where one is read from a file
@@ -56,6 +57,7 @@ class Options:
     newton: Literal["auto", "modified", "full"] | None = None
     backend: Literal["newton", "snes"] | None = None
     tolerance: float | None = None
+    end_forces: bool | None = None
 
     def apply(self, scene: Scene) -> Scene:
         """The scene with these choices.
@@ -68,12 +70,15 @@ class Options:
         solver = {name: choice for name, choice in solver.items() if choice is not None}
         if solver:
             scene = replace(scene, solver=replace(scene.solver, **solver))
+        end_forces = chosen.pop("end_forces")
         if self.scheme in ("static", "linear") and not scene.static and self.dt is None:
             # a time step is no load step: take the default one
             end = scene.t_end if self.t_end is None else self.t_end
             lost: dict[str, Any] = {"dt": None, "start": "given", "alpha": 1.0}
             scene = replace(scene, scheme=self.scheme, t_end=end, **lost)
             chosen["scheme"] = None
+        if end_forces is not None:
+            scene = replace(scene, output=replace(scene.output, end_forces=end_forces))
         return scene.with_options(**chosen)
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from shellmb.observers.checkpoint import Checkpoint
 from shellmb.observers.constraints import Constraints
+from shellmb.observers.endforces import EndForceColumns
 from shellmb.observers.energy import EnergyAccount
 from shellmb.observers.history import History, Measuring
 from shellmb.observers.joints import JointForces
@@ -51,6 +52,7 @@ class StandardObservers:
             "turning": turning,
             "probes": Probes(),
             "joints": joints,
+            "end forces": EndForceColumns(),
             "path": PathRecord(),
             **{f"observer {k}": o for k, o in enumerate(others)},
         }

@@ -48,6 +48,7 @@ def check(scene: Scene) -> None:
     _names(scene)
     _scheme(scene)
     _quadratic(scene)
+    _end_forces(scene)
     _targets(scene)
     _time_functions(scene)
     _functions_of_position(scene)
@@ -122,6 +123,19 @@ def _quadratic(scene: Scene) -> None:
             raise SceneError(
                 f"shell '{shell.name}': its section is Hyperelastic; with scheme '{scheme}' it "
                 "must be linear (Isotropic, Laminate, ..), or use scheme 'ep' or 'ed'"
+            )
+
+
+def _end_forces(scene: Scene) -> None:
+    """Forces at the end of a step need resultants that follow from strains."""
+    if scene.static or not scene.output.end_forces:
+        return
+    for body in scene.meshed:
+        if body.holds_strains and not body.rigid:
+            raise SceneError(
+                f"{said(body)}: it holds strains at zero, and what holds them is known as a mean "
+                "over a step only; output must be without end_forces, or the body must have all "
+                "of its strains"
             )
 
 

@@ -231,3 +231,18 @@ def end_velocity(motion: Motion, t: float, dt: float) -> Values:
     h = 1e-3 * dt
     samples = [motion(t + dt - k * h) for k in range(5)]
     return np.asarray(np.dot(np.array([25, -48, 36, -16, 3]) / (12 * h), np.array(samples)))
+
+
+# second derivative at the first of six points, which is the end of the step
+_BACK = np.linalg.solve(np.vander(-np.arange(6.0), increasing=True).T, 2.0 * np.eye(6)[2])
+
+
+def end_acceleration(motion: Motion, t: float, dt: float) -> Values:
+    """Acceleration of a prescribed motion at the end of a step.
+
+    A one-sided difference of fourth order: the motion need not be defined beyond the end. Its
+    points are further apart than those of the velocity, because round-off counts by their square.
+    """
+    h = 0.05 * dt
+    samples = [motion(t + dt - k * h) for k in range(6)]
+    return np.asarray(np.dot(_BACK / h**2, np.array(samples)))

@@ -40,7 +40,7 @@ class Accelerations(VelocityProjection):
         levels: dict[str, Levels],
         factor: Callable[[float, TimeFunction | None], float],
     ) -> None:
-        self._factor, self._bodies = factor, model.bodies
+        self._factor = factor
         self._loads: list[LoadFactors] = []
         self._times: list[fem.Constant] = []
         # velocities of all that the forms see, those of linked nodes, too
@@ -90,7 +90,7 @@ class Accelerations(VelocityProjection):
         for loads in self._loads:
             loads.update(lambda function: self._factor(t, function))
         self._pushes.take(1.0)
-        for body in self._bodies:
+        for body in self._bodies.values():
             self.functions[body.name].x.array[:] = 0.0
             first = 0
             for fixed in body.fixed:

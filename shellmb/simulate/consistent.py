@@ -7,6 +7,8 @@ whose impulses are the multipliers.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import numpy.typing as npt
 import ufl
@@ -14,16 +16,19 @@ from dolfinx import fem
 from ufl import Form
 from ufl.core.expr import Expr
 
-from shellmb.model.body import Body
+from shellmb.model.body import Body, FixedDofs
 from shellmb.model.model import Model
 from shellmb.schemes.base import Levels
-from shellmb.simulate.fields import body_field, kinematic_dofs, without_jump
+from shellmb.simulate.fields import NONE, body_field, kinematic_dofs, without_jump
 from shellmb.system.assembly import BlockSystem
 from shellmb.system.fields import Part
 from shellmb.system.iteration import Iteration, NewtonSettings
 from shellmb.system.newton import NEWTON
 
 Values = npt.NDArray[np.float64]
+
+# parts that are no motion: multipliers, resultants and assumed strains
+FORCES = ("mu", "lam", "N", "S")
 
 
 class VelocityProjection:
@@ -55,6 +60,7 @@ class VelocityProjection:
             )
             without = without_jump(body)
             fields.append(body_field(body, unknown, residual, numbers, parts, without=without))
+        self._bodies = {b.name: b for b in model.bodies}
         self._held = {b.name: sum(len(f.dofs) for f in b.fixed) for b in model.bodies}
         self._kinematic = {b.name: kinematic_dofs(b) for b in model.bodies}
         self.fields = {f.name: f for f in fields}
@@ -96,3 +102,28 @@ class VelocityProjection:
         for name, unknown in self.functions.items():
             dofs = self._kinematic[name]
             self._levels[name].rates["v"].x.array[dofs] = unknown.x.array[dofs]
+
+    def nearest(self, rate: Callable[[FixedDofs], Values]) -> dict[str, Values]:
+        """The nearest consistent velocities by body, in arrays of their own.
+
+        Args:
+            rate: Gives the velocities of dofs whose motion is prescribed.
+        """
+        self.take_given()
+        for name, field in self.fields.items():
+            given = [
+                rate(f) if f.moving else np.zeros(len(f.dofs)) for f in self._bodies[name].fixed
+            ]
+            field.values[: self._held[name]] = np.concatenate([*given, np.zeros(0)])
+        self._newton.solve()
+        found = {}
+        for name, unknown in self.functions.items():
+            body = self._bodies[name]
+            # places of joints, too, which have no velocities of their own; velocities without
+            # equations are those that nothing ties: they stay
+            moving = [d.ravel() for p, d in body.mixed.dofs.items() if p not in FORCES]
+            idle = np.concatenate([NONE, *without_jump(body)])
+            dofs = np.setdiff1d(np.concatenate([NONE, *moving]), idle)
+            found[name] = self._levels[name].rates["v"].x.array.copy()
+            found[name][dofs] = unknown.x.array[dofs]
+        return found

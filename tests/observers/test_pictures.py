@@ -2,15 +2,19 @@
 
 import subprocess
 import sys
+from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
 import pytest
 
+from shellmb.observers import run_pictures
 from shellmb.observers.curves import MANY, joint_plots
 from shellmb.observers.described import describe
 from shellmb.observers.drawing import figure, space, view_of
 from shellmb.observers.grid import Grid
+from shellmb.observers.run_pictures import ENERGIES
 from shellmb.scene import Driver, Revolute, RigidBody, Scene, Spherical
 
 FREED = """
@@ -87,6 +91,40 @@ def test_of_many_joints_the_largest_are_shown():
     plot = joint_plots(history(scene, force, 0 * force), describe(scene), 1.0)[-1]
     assert list(plot.curves) == [f"s{k}" for k in range(3, MANY + 3)]
     assert plot.hidden == 3
+
+
+def energies(tmp_path, drivers):
+    """Labels and values of the curves of the energy picture of a run with all kinds of work."""
+    scene = chain(2)
+    scene = scene if drivers else replace(scene, drivers=())
+    t = np.linspace(0.0, 1.0, 40)
+    columns = [*ENERGIES, "energy_balance"]
+    table = pd.DataFrame({name: (k + 1.0) * t for k, name in enumerate(columns)} | {"t": t})
+    drawn = []
+    with pytest.MonkeyPatch.context() as patch:
+        made = run_pictures.figure
+
+        def kept(*size):
+            drawn.append(made(*size))
+            return drawn[-1]
+
+        patch.setattr(run_pictures, "figure", kept)
+        run_pictures._energies(tmp_path / "energy.png", SimpleNamespace(scene=scene, history=table))
+    curves = {
+        str(line.get_label()): np.asarray(line.get_ydata()) for line in drawn[0].axes[0].lines
+    }
+    return curves, table
+
+
+@pytest.mark.parametrize("drivers", [True, False])
+def test_each_energy_has_its_own_label(tmp_path, drivers):
+    """With drivers, their work and that of supports are one curve, and no other is named so."""
+    curves, table = energies(tmp_path, drivers)
+    supports = "work of supports, drivers" if drivers else "work of supports"
+    labels = ENERGIES | {"work_supports": supports}
+    assert set(curves) == set(labels.values())
+    for name, label in labels.items():
+        np.testing.assert_array_equal(curves[label], table[name])
 
 
 def grid(nodes):

@@ -15,6 +15,7 @@ import ufl
 from shellmb.observers.momentum import Momentum
 from shellmb.scene import (
     Clamped,
+    Driven,
     Gravity,
     Hyperelastic,
     InitialVelocity,
@@ -92,6 +93,22 @@ def test_energy_law_and_momenta(section, scheme, account, make) -> None:
         assert momentum.drift[kind] < ROUND_OFF, kind
     if "energy" not in make(*scheme).conserves:
         assert account.values["dissipation"] > 1e-8 * account.largest
+
+
+@pytest.mark.parametrize(("section", "scheme"), CASES)
+def test_energy_law_under_prescribed_motion(section, scheme, account) -> None:
+    """An edge that is turned and carried along: what it takes to do that is in the account."""
+    drive = Driven(
+        "left",
+        translation=lambda t: (0.0, 0.02 * np.sin(t) ** 2, 0.1 * np.sin(t) ** 2),
+        axis=(0, 1, 0),
+        angle=lambda t: 0.6 * np.sin(t) ** 2,
+    )
+    simulation = Simulation(scene_of(SECTIONS[section], *scheme, supports=drive))
+    simulation.run([account])
+    assert account.relative_error < ROUND_OFF
+    assert account.values["work_supports"] > 1e-5
+    assert account.values["strain_energy"] > 1e-6
 
 
 def middle_of_tip(scene: Scene, offset: float) -> np.ndarray:
