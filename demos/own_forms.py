@@ -185,6 +185,7 @@ def scene(experiment: Experiment = "energy") -> Scene:
             probes=tip,
             scheme="static",
             dt=0.25,
+            units="m, kg, s",
         )
     if experiment == "strain":
         force = PULL * steel.E * steel.thickness
@@ -196,6 +197,7 @@ def scene(experiment: Experiment = "energy") -> Scene:
             probes=tip,
             scheme="static",
             dt=0.25,
+            units="m, kg, s",
         )
     if experiment == "force":
         return Scene(
@@ -206,6 +208,7 @@ def scene(experiment: Experiment = "energy") -> Scene:
             scheme="ep",
             dt=0.05,
             t_end=2.0,
+            units="m, kg, s",
         )
     return Scene(
         "own_forms",
@@ -216,6 +219,7 @@ def scene(experiment: Experiment = "energy") -> Scene:
         scheme=Newmark(),
         dt=2e-3,
         t_end=0.4,
+        units="m, kg, s",
     )
 
 

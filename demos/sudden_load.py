@@ -40,6 +40,7 @@ def scene(force: float = 2.0, thickness: float = 2e-3, dt: float = 1e-3, t_end: 
         dt=dt,
         t_end=t_end,
         output=Output(frames=51),
+        units="m, kg, s",
     )
 
 

@@ -268,7 +268,10 @@ def _lines(rows: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
 
 
 def images(
-    what: Showing, width: int = WIDTH, states: Iterable[dict[str, State]] | None = None
+    what: Showing,
+    width: int = WIDTH,
+    states: Iterable[dict[str, State]] | None = None,
+    marks: bool = True,
 ) -> Iterator[Image]:
     """An image of each state, drawn without a display.
 
@@ -276,6 +279,7 @@ def images(
         what: What is shown.
         width: Width, pixels; the height goes by what is shown.
         states: Those of its states that are drawn; None: all.
+        marks: Whether time, scale of colours and axes are drawn.
 
     Raises:
         RunError: If this machine cannot draw.
@@ -289,9 +293,11 @@ def images(
     with offscreen():
         plotter = pv.Plotter(off_screen=True, window_size=[width, what.view.height(width)])
         try:
-            stage = Stage(what, plotter)
+            stage = Stage(what, plotter, marks)
             for state in what.states if states is None else states:
                 stage.set(state)
+                # a screenshot by itself may be of what was drawn before
+                plotter.render()
                 yield Image.fromarray(np.asarray(plotter.screenshot(None, return_img=True)))
         finally:
             plotter.close()

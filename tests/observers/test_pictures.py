@@ -5,12 +5,9 @@ import sys
 
 import numpy as np
 import pandas as pd
-import pytest
 
 from shellmb.observers.curves import MANY, joint_plots
 from shellmb.observers.described import describe
-from shellmb.observers.drawing import figure, space, view_of
-from shellmb.observers.grid import Grid
 from shellmb.scene import Driver, Revolute, RigidBody, Scene, Spherical
 
 FREED = """
@@ -87,29 +84,3 @@ def test_of_many_joints_the_largest_are_shown():
     plot = joint_plots(history(scene, force, 0 * force), describe(scene), 1.0)[-1]
     assert list(plot.curves) == [f"s{k}" for k in range(3, MANY + 3)]
     assert plot.hidden == 3
-
-
-def grid(nodes):
-    nodes, lines = np.array(nodes, dtype=float), np.array([[0, 1], [1, 2]])
-    return Grid("g", nodes, np.zeros(0, int), np.zeros(0, np.uint8), lines=lines)
-
-
-@pytest.mark.parametrize(
-    ("nodes", "planar"),
-    [
-        ([(0, 0, 0), (1, 0, 0), (1, 1, 0)], 2),
-        ([(0, 0, 0), (1, 0, 0), (1, 0, 1)], 1),
-        ([(0, 0, 0), (1, 0, 0), (1, 1, 1)], None),
-        ([(0, 0, 0), (1, 0, 0), (2, 0, 0)], None),
-    ],
-)
-def test_a_planar_scene_is_seen_across_its_plane(nodes, planar):
-    view = view_of({"g": grid(nodes)}, [{"g": np.zeros((3, 3))}])
-    assert view.planar == planar
-    axes = space(figure(2, 2), (1, 1, 1), view)
-    # towards the eye, from elevation and azimuth
-    a, e = np.radians([axes.azim, axes.elev])
-    eye = np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])
-    assert (np.abs(eye).max() > 1 - 1e-12) == (planar is not None)
-    if planar is not None:
-        assert np.argmax(np.abs(eye)) == planar
