@@ -247,6 +247,7 @@ def scene(
         dt=dt,
         t_end=t_end,
         output=Output(frames=101),
+        units="m, kg, s",
     )
 
 

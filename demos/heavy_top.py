@@ -54,6 +54,7 @@ def scene(dt: float = 5e-4, t_end: float = 0.4):
         dt=dt,
         t_end=t_end,
         output=Output(frames=81),
+        units="m, kg, s",
     )
 
 

@@ -42,6 +42,7 @@ def scene(load: float = FORCE) -> Scene:
         scheme="static",
         dt=0.25,
         t_end=1.0,
+        units="m, kg, s",
     )
 
 

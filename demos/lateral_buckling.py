@@ -173,6 +173,7 @@ def scene(
         dt=dt,
         t_end=t_end,
         output=Output(frames=126),
+        units="m, kg, s",
     )
 
 

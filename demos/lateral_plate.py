@@ -100,6 +100,7 @@ def scene(
         control=StepControl(max_dt=40.0),
         path=PathFollowing(load_end=load_end, branches=branches, side=side, turn=20.0),
         **parts,
+        units="m, kg, s",
     )
 
 

@@ -186,6 +186,7 @@ def scene(experiment: Experiment = "energy") -> Scene:
             probes=tip,
             scheme="static",
             dt=0.25,
+            units="m, kg, s",
         )
     if experiment == "strain":
         force = PULL * steel.E * steel.thickness
@@ -197,6 +198,7 @@ def scene(experiment: Experiment = "energy") -> Scene:
             probes=tip,
             scheme="static",
             dt=0.25,
+            units="m, kg, s",
         )
     if experiment == "force":
         return Scene(
@@ -207,6 +209,7 @@ def scene(experiment: Experiment = "energy") -> Scene:
             scheme="ep",
             dt=0.05,
             t_end=2.0,
+            units="m, kg, s",
         )
     return Scene(
         "own_forms",
@@ -217,6 +220,7 @@ def scene(experiment: Experiment = "energy") -> Scene:
         scheme=Newmark(),
         dt=2e-3,
         t_end=0.4,
+        units="m, kg, s",
     )
 
 

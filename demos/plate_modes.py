@@ -31,7 +31,7 @@ def scene(side: float = SIDE, thickness: float = THICKNESS) -> Scene:
         Isotropic(E=E, nu=NU, thickness=thickness, density=RHO),
         mesh=(8, 8),
     )
-    return Scene("plate_modes", (plate,), scheme="ep", dt=1e-4, t_end=1e-2)
+    return Scene("plate_modes", (plate,), scheme="ep", dt=1e-4, t_end=1e-2, units="m, kg, s")
 
 
 def mode_results(modes: Any) -> dict[str, float]:

@@ -69,6 +69,7 @@ def scene(elements: int = 4, dt: float = 0.1, t_end: float = 30.0, force: float 
         dt=dt,
         t_end=t_end,
         output=Output(frames=61),
+        units="m, kg, s",
     )
 
 

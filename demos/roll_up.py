@@ -41,6 +41,7 @@ def scene(thickness: float = 0.1, turns: float = 1.0) -> Scene:
         dt=1.0,
         t_end=1.0,
         solver=Solver(max_iterations=60),
+        units="m, kg, s",
     )
 
 

@@ -126,6 +126,7 @@ def scene(flexible: bool = False, modulus: float = E, dt: float = 2e-3, t_end: f
         dt=dt,
         t_end=t_end,
         output=Output(frames=81),
+        units="m, kg, s",
     )
 
 

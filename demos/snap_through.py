@@ -168,6 +168,7 @@ def scene(
         dt=dt,
         t_end=t_end,
         output=Output(frames=161),
+        units="m, kg, s",
     )
 
 

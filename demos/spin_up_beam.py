@@ -59,6 +59,7 @@ def scene(elements: int = 4, dt: float = 0.04, t_end: float = 20.0) -> Scene:
         dt=dt,
         t_end=t_end,
         output=Output(frames=61),
+        units="m, kg, s",
     )
 
 

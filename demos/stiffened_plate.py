@@ -136,6 +136,7 @@ def scene(
             Probe("corner", (LENGTH, 0.0, 0.0), component=2, body=corner),
         ),
         scheme="linear",
+        units="m, kg, s",
     )
 
 

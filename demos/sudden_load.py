@@ -57,6 +57,7 @@ def scene(
         dt=dt,
         t_end=t_end,
         output=Output(frames=51),
+        units="m, kg, s",
     )
 
 

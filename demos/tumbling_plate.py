@@ -51,6 +51,7 @@ def scene(force: float = 40.0, moment: float = 1.5, steps: int = 1000, dt: float
         dt=dt,
         t_end=steps * dt,
         output=Output(frames=61),
+        units="m, kg, s",
     )
 
 

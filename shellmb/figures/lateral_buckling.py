@@ -62,7 +62,7 @@ def _pair(axes: Axes, results: Results, names: tuple[str, ...], values: Any) -> 
 
 def _shapes(made: matplotlib.figure.Figure, results: Results) -> None:
     states, plate = results["shell-ed"].states, ("plate", "stiffener")
-    shapes(made, states, SHAPES, only=plate, panel=(3.5, 1.8), zoom=2.0)
+    shapes(made, states, SHAPES, only=plate, panel=(3.5, 1.8))
 
 
 def _sideways(made: matplotlib.figure.Figure, results: Results) -> None:

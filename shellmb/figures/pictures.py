@@ -10,20 +10,21 @@ from pathlib import Path
 import matplotlib as mpl
 import matplotlib.figure
 import numpy as np
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
 from PIL import Image
 
 from shellmb.figures.example import Figure, Results
 from shellmb.figures.states import States
-from shellmb.observers.drawing import (
-    STYLE,
-    View,
-    bodies,
-    colour_bar,
-    figure,
-    space,
-    title,
-    view_of,
-)
+from shellmb.observers.described import Described
+from shellmb.observers.drawing import STYLE, figure
+from shellmb.observers.frames import Frame
+from shellmb.show.animation import write
+from shellmb.show.colours import Colouring
+from shellmb.show.scenery import COLOURS as COLOUR_MAP
+from shellmb.show.scenery import Showing, images
+from shellmb.show.shapes import Shape, State
+from shellmb.show.views import view_of
 
 __all__ = ["draw_animation", "draw_figure", "shapes"]
 
@@ -32,6 +33,8 @@ RESOLUTION = 110
 COLOURS = 200
 # an animation has at most so many pictures and bytes, and takes about so long [s]
 PICTURES, BYTES, DURATION = 64, 1_500_000, 6.0
+# width of an animation, pixels
+WIDTH = 500
 
 
 def draw_figure(wanted: Figure, results: Results, path: Path) -> None:
@@ -58,7 +61,6 @@ def shapes(
     columns: int = 3,
     only: Sequence[str] | None = None,
     panel: tuple[float, float] = (3.6, 3.1),
-    zoom: float | None = None,
 ) -> None:
     """The deformed system at several times, in true size and one view.
 
@@ -69,29 +71,40 @@ def shapes(
         columns: Pictures in a row.
         only: Names of the bodies that are shown; None: everything.
         panel: Width and height of one picture, inches.
-        zoom: Bodies are so much larger, and have no axes; None: with axes.
     """
     states = states if only is None else states.only(only)
-    frames = [states.at(t) for t in times]
-    view = view_of(states.grids, [f.displacement for f in states.frames])
-    view = View(view.low, view.high, _largest(states), view.planar)
-    rows = -(-len(frames) // columns)
+    what = _showing(states, [states.at(t) for t in times])
+    rows = -(-len(what.states) // columns)
     made.set_size_inches(panel[0] * columns + 0.8, panel[1] * rows)
-    places = []
-    for k, frame in enumerate(frames):
-        axes = space(made, (rows, columns, k + 1), view)
-        bodies(axes, states.grids, frame.displacement, view)
-        if zoom is None:
-            title(axes, f"t = {frame.t:.3g} s", view)
-        else:
-            axes.set_axis_off()
-            axes.set_box_aspect(view.high - view.low, zoom=zoom)
-            axes.set_title(f"t = {frame.t:.3g} s", fontsize=10, y=0.85)
-            for drawn in axes.collections:
-                # axes in space are square; beside them is room in a wide panel
-                drawn.set_clip_on(False)
-        places.append(axes)
-    colour_bar(made, places, view)
+    every = made.subplots(rows, columns, squeeze=False).ravel()
+    for axes in every:
+        axes.set_axis_off()
+    width = round(panel[0] * 2 * RESOLUTION)
+    for axes, frame, image in zip(every, times, images(what, width, marks=False), strict=False):
+        axes.imshow(np.asarray(image))
+        axes.set_title(f"t = {states.at(frame).t:.3g} s", fontsize=10)
+    colours = ScalarMappable(Normalize(*what.limits), COLOUR_MAP)
+    made.colorbar(colours, ax=list(every), label="displacement [m]", shrink=0.65, pad=0.03)
+
+
+def _showing(states: States, frames: Sequence[Frame]) -> Showing:
+    """What is shown of a run: as any run's pictures show it."""
+    parts = {
+        name: Shape(name, grid.nodes, grid.faces, grid.outlines, grid.lines, grid.dots)
+        for name, grid in states.grids.items()
+    }
+    found = [
+        {
+            name: State(f.t, parts[name].reference + u, {"displacement": u}, {})
+            for name, u in f.displacement.items()
+        }
+        for f in frames
+    ]
+    points = [s.position for state in found for s in state.values()]
+    view = view_of(np.concatenate([*(p.reference for p in parts.values()), *points]))
+    scene = Described("", "", True, False, "m, kg, s", {}, (), (), (), ())
+    shown = Colouring("displacement", None, "displacement [m]")
+    return Showing(scene, parts, found, shown, (0.0, _largest(states)), view, 1.0, 0.0)
 
 
 def _largest(states: States) -> float:
@@ -110,39 +123,12 @@ def draw_animation(states: States, path: Path) -> None:
     """
     count = PICTURES
     while True:
-        _animate(states, path, count)
+        every = np.linspace(0, len(states.frames) - 1, min(count, len(states.frames)))
+        what = _showing(states, [states.frames[round(k)] for k in every])
+        write(list(images(what, WIDTH)), path, DURATION)
         if path.stat().st_size <= BYTES or count < 8:
             return
         count = count * 3 // 4
-
-
-def _animate(states: States, path: Path, count: int) -> None:
-    every = np.linspace(0, len(states.frames) - 1, min(count, len(states.frames)))
-    frames = [states.frames[round(k)] for k in every]
-    view = view_of(states.grids, [f.displacement for f in states.frames])
-    view = View(view.low, view.high, _largest(states), view.planar)
-    images = []
-    with mpl.rc_context(STYLE):
-        made = figure(5.6, 4.2)
-        made.set_dpi(90)
-        axes = space(made, (1, 1, 1), view)
-        colour_bar(made, [axes], view)
-        # it would lie on that of the colours; the other axes say the unit
-        axes.set_zlabel("")
-        for frame in frames:
-            while axes.collections:
-                axes.collections[0].remove()
-            bodies(axes, states.grids, frame.displacement, view)
-            title(axes, f"t = {frame.t:.2f} s", view)
-            made.canvas.draw()
-            # once is enough, and most of the work otherwise
-            made.set_layout_engine("none")
-            images.append(np.asarray(made.canvas.buffer_rgba())[..., :3].copy())  # type: ignore[attr-defined]
-    delay = 1000 * max(0.05, DURATION / len(images))
-    # one palette for all: only what changes is stored
-    palette = Image.fromarray(np.concatenate(images[:: max(1, len(images) // 8)])).quantize(64)
-    small = [Image.fromarray(i).quantize(palette=palette, dither=Image.Dither.NONE) for i in images]
-    small[0].save(path, save_all=True, append_images=small[1:], duration=delay, loop=0)
 
 
 def wrapped(text: str, width: int = 100) -> str:

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 import pyvista
 
-from shellmb.observers.drawn import JOINTS, LINE, VERTEX
+from shellmb.observers.drawn import LINE, VERTEX
 from shellmb.observers.frames import Frame
 from shellmb.observers.grid import Grid, lattice
 from shellmb.run.standard import FIELDS
@@ -87,7 +87,7 @@ def _grid(name: str, data: pyvista.UnstructuredGrid) -> Grid:
         # the ends come first
         along = every[:, [0, *range(2, every.shape[1]), 1]]
         pairs = np.stack([along[:, :-1], along[:, 1:]], axis=-1).reshape(-1, 2)
-        return Grid(name, nodes, vtk, types, lines=pairs, width=2.5)
+        return Grid(name, nodes, vtk, types, lines=pairs)
     dots = [int(c[0]) for c, kind in zip(cells, types, strict=True) if kind == VERTEX]
     lines = [c for c, kind in zip(cells, types, strict=True) if kind == LINE]
     return Grid(
@@ -97,8 +97,6 @@ def _grid(name: str, data: pyvista.UnstructuredGrid) -> Grid:
         types,
         lines=np.array(lines, dtype=np.int64).reshape(-1, 2),
         dots=np.array(dots, dtype=np.int64),
-        width=1.5,
-        hollow=name.rstrip("_") == JOINTS,
     )
 
 

@@ -209,7 +209,7 @@ class DrawnJoints:
         self._nodes = nodes
         self.grid: Grid | None = None
         if model.comm.rank == 0:
-            self.grid = _line_grid(name, nodes, lines, dots, width=1.0, hollow=True)
+            self.grid = _line_grid(name, nodes, lines, dots)
             names = [each for name in model.mechanism.joints for each in (name, name)]
             self.grid = replace(self.grid, labels=tuple(names))
 
@@ -296,8 +296,6 @@ def _line_grid(
     nodes: Floats,
     lines: list[tuple[int, int]],
     dots: list[int],
-    width: float = 1.5,
-    hollow: bool = False,
 ) -> Grid:
     """A grid of marked nodes and segments."""
     pairs = np.array(lines, dtype=np.int64).reshape(-1, 2)
@@ -311,6 +309,4 @@ def _line_grid(
         np.array(types, dtype=np.uint8),
         lines=pairs,
         dots=marks,
-        width=width,
-        hollow=hollow,
     )

@@ -35,8 +35,6 @@ class Grid:
         outlines: Nodes around each cell of a surface, shape (c, k), closed.
         lines: Segments that are no part of a surface, shape (s, 2).
         dots: Nodes that are marked, shape (d,).
-        width: Width of the lines in pictures, points.
-        hollow: Whether the marks are rings.
         labels: Name of the body or joint of each node, or none.
     """
 
@@ -48,16 +46,7 @@ class Grid:
     outlines: Ints = field(default_factory=lambda: _none(0, 2))
     lines: Ints = field(default_factory=lambda: _none(0, 2))
     dots: Ints = field(default_factory=lambda: _none(0))
-    width: float = 2.0
-    hollow: bool = False
     labels: tuple[str, ...] = ()
-
-    @property
-    def border(self) -> Ints:
-        """Segments of the boundary of the surface and those that are no part of it, (s, 2)."""
-        ends = np.stack([self.outlines[:, :-1], self.outlines[:, 1:]], axis=-1).reshape(-1, 2)
-        pairs, counts = np.unique(np.sort(ends, axis=1), axis=0, return_counts=True)
-        return np.concatenate([pairs[counts == 1], self.lines])
 
 
 class Gatherer:
@@ -93,7 +82,7 @@ class Gatherer:
         if dim == 1:
             along = own[:, np.argsort(points[:, 0])]
             lines = np.stack([along[:, :-1], along[:, 1:]], axis=-1).reshape(-1, 2)
-            self.grid = Grid(body.name, nodes, cells, types, lines=lines, width=2.5)
+            self.grid = Grid(body.name, nodes, cells, types, lines=lines)
             return
         pieces, around = lattice(points)
         faces = own[:, pieces].reshape(-1, pieces.shape[1])

@@ -20,20 +20,6 @@ from shellmb.simulate.simulation import Silent, Simulation
 
 Floats = npt.NDArray[np.float64]
 
-UNITS = {
-    "displacement": "m",
-    "position": "m",
-    "velocity": "m/s",
-    "director": "-",
-    "rotation": "rad",
-    "angular_velocity": "rad/s",
-    "force": "N",
-    "moment": "N m",
-    "membrane": "N/m",
-    "bending": "N",
-    "shear": "N/m",
-}
-
 
 # sum of a probe's quantity over its nodes on this rank, shape (3,), and their number
 type Sum = Callable[[], tuple[Floats, int]]

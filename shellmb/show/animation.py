@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import numpy.typing as npt
 
 from shellmb.errors import RunError
 from shellmb.observers.described import Described
@@ -20,8 +21,12 @@ if TYPE_CHECKING:
 # an animation takes about this long [s]
 DURATION = 5.0
 WIDTH = 640
-# what reading, drawing and storing a state takes at least: a guess before the first one [s]
-GUESS = 0.06
+# light enough in all channels to be meant white
+NEARLY_WHITE = 245
+# a state takes so long at least [s]
+LEAST = 0.01
+# what drawing and storing a state takes, over what drawing it takes
+STORED = 1.6
 
 
 def animate(
@@ -49,19 +54,38 @@ def animate(
     Raises:
         RunError: If this machine cannot draw, or write such a file.
     """
+    begin = clock.perf_counter()
     times = fields.times
-    count = min(len(times), most)
-    if budget is not None:
-        # a state's cost is known when one is drawn
-        begin = clock.perf_counter()
-        first = showing(fields, described, times[[0, -1]].tolist(), field, component)
-        drawn = list(images(first, WIDTH))
-        cost = max((clock.perf_counter() - begin) / len(drawn) / 2, GUESS / 4)
-        count = min(count, max(fewest, int((budget - 2 * cost) / cost)))
-    chosen = times[np.unique(np.linspace(0, len(times) - 1, max(count, 2)).round().astype(int))]
-    what = showing(fields, described, chosen.tolist(), field, component)
-    write(list(images(what, WIDTH)), file)
+    at_most = most if budget is None else min(most, fewest + int(max(budget, 0.0) / LEAST))
+    some = times[_evenly(len(times), min(len(times), at_most))]
+    what = showing(fields, described, some.tolist(), field, component)
+    left = None if budget is None else budget - (clock.perf_counter() - begin)
+    pictures = list(images(what, WIDTH, _states(what.states, left, fewest)))
+    if len(what.states) > 1 and left is not None:
+        # the second one has only been for the time
+        del pictures[1]
+    write(pictures, file)
     return file
+
+
+def _states[S](states: Sequence[S], budget: float | None, fewest: int) -> Iterator[S]:
+    """States to be drawn: when the first two are drawn, it is known how many there can be."""
+    if budget is None or len(states) < 2:
+        yield from states
+        return
+    begin = clock.perf_counter()
+    yield states[0]
+    first = clock.perf_counter()
+    yield states[0]
+    last = clock.perf_counter()
+    count = max(fewest, int((budget - (last - begin)) / (STORED * (last - first))))
+    for k in _evenly(len(states), min(count, len(states)))[1:]:
+        yield states[k]
+
+
+def _evenly(many: int, count: int) -> npt.NDArray[np.int64]:
+    """Numbers of so many of many, the first and the last one among them."""
+    return np.unique(np.linspace(0, many - 1, max(count, 2)).round().astype(np.int64))
 
 
 def write(pictures: Sequence[Image], file: Path, duration: float = DURATION) -> None:
@@ -97,6 +121,10 @@ def write(pictures: Sequence[Image], file: Path, duration: float = DURATION) -> 
     # one palette for all, of what is different: only what changes is stored
     some = pictures[:: max(1, len(pictures) // 4)]
     palette = Image.fromarray(np.concatenate([np.asarray(p) for p in some])).quantize(128)
+    table = np.array(palette.getpalette()).reshape(-1, 3)
+    # means of nearly white are a grey background
+    table[table.min(axis=1) >= NEARLY_WHITE] = 255
+    palette.putpalette(table.ravel().tolist())
     small = [p.quantize(palette=palette, dither=Image.Dither.NONE) for p in pictures]
     small[0].save(
         file, save_all=True, append_images=small[1:], duration=1000 * delay, loop=0, disposal=1

@@ -78,7 +78,8 @@ def colouring(
     if named:
         text += "" if number is None else f", {named[number]}"
     unit = described.labels.of("length" if kind is None else kind.quantity)
-    sized = f"|{text}|" if named and number is None and field != "displacement" else text
+    # VTK takes strokes for the borders of columns
+    sized = f"size of {text}" if named and number is None and field != "displacement" else text
     return Colouring(field, number, f"{sized} [{unit}]" if unit else sized)
 
 

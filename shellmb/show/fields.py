@@ -137,7 +137,8 @@ class Fields(Mapping[str, "xr.Dataset"]):
         import xarray as xr
         from xarray.core import indexing
 
-        from shellmb.show.lazy import POSITION, OnFiles
+        from shellmb.show.lazy import OnFiles
+        from shellmb.show.values import POSITION
 
         name = next(n for n, s in self._stems.items() if s == stem)
         states = self.states(name)

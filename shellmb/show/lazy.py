@@ -7,16 +7,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
-from vtkmodules.util.numpy_support import vtk_to_numpy
-from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
 from xarray.backends import BackendArray
 from xarray.core import indexing
 
-Floats = npt.NDArray[np.float64]
-
-# name of the positions, which are the points of the grid
-POSITION = "position"
+from shellmb.show.values import read_values
 
 
 class OnFiles(BackendArray):
@@ -24,7 +18,7 @@ class OnFiles(BackendArray):
 
     Args:
         files: A file for each state.
-        name: Name of the array, or `POSITION`.
+        name: Name of the array, or `values.POSITION`.
         shape: Of one state.
     """
 
@@ -46,25 +40,3 @@ class OnFiles(BackendArray):
         empty = np.empty((0, *self.shape[1:]))
         states = np.array([read_values(file, self._name) for file in files]) if files else empty
         return states[(slice(None), *rest)]
-
-
-def read_values(file: Path, name: str) -> Floats:
-    """One array at the nodes of a state, and no other one.
-
-    Args:
-        file: File of the state.
-        name: Name of the array, or `POSITION`.
-    """
-    reader = vtkXMLUnstructuredGridReader()
-    reader.SetFileName(str(file))
-    reader.UpdateInformation()
-    reader.GetCellDataArraySelection().DisableAllArrays()
-    chosen = reader.GetPointDataArraySelection()
-    chosen.DisableAllArrays()
-    if name != POSITION:
-        chosen.EnableArray(name)
-    reader.Update()
-    grid = reader.GetOutput()
-    array = grid.GetPoints().GetData() if name == POSITION else grid.GetPointData().GetArray(name)
-    found: Floats = vtk_to_numpy(array)  # type: ignore[no-untyped-call]
-    return found.astype(np.float64)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -145,6 +145,8 @@ class Stage:
         self._what, self._plotter, self._marks = what, plotter, marks
         self._meshes: list[tuple[str, Any, bool]] = []
         self._arrows: Any = None
+        self._title: Any = None
+        self._arrow = pv.Arrow(tip_resolution=12, shaft_resolution=12)
         plotter.set_background("white")
         first = what.states[0]
         for name, shape in what.shapes.items():
@@ -231,25 +233,32 @@ class Stage:
         self._forces(states)
         if not self._marks:
             return
-        self._plotter.add_text(
-            what.title(states), position="upper_edge", font_size=9, color="black", name="title"
-        )
+        text = what.title(states)
+        if self._title is None:
+            self._title = self._plotter.add_text(
+                text, position="upper_edge", font_size=9, color="black"
+            )
+        else:
+            self._title.set_text("upper_edge", text)
 
     def _forces(self, states: dict[str, State]) -> None:
         """Forces of joints on their second bodies as arrows."""
         what, force = self._what, _joints(states).get("force")
         if force is None or what.force == 0:
             return
-        if self._arrows is not None:
-            self._plotter.remove_actor(self._arrows, render=False)
         # of the two ends of a joint the second one
         at, vectors = what.place(JOINTS, states[JOINTS])[1::2], force[1::2]
-        there = np.linalg.norm(vectors, axis=1) > 1e-6 * what.force
-        if there.any():
-            scale = ARROW * what.view.size / what.force
-            self._arrows = self._plotter.add_arrows(
-                at[there], vectors[there], mag=scale, color="#c0392b", show_scalar_bar=False
-            )
+        import pyvista as pv
+
+        points = pv.PolyData(np.array(at))
+        points["force"] = vectors
+        scale = ARROW * what.view.size / what.force
+        arrows = points.glyph(orient="force", scale="force", factor=scale, geom=self._arrow)
+        if self._arrows is None:
+            self._arrows = arrows
+            self._plotter.add_mesh(arrows, color="#c0392b", show_scalar_bar=False)
+        else:
+            self._arrows.copy_from(arrows)
 
 
 def _lines(rows: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
@@ -258,12 +267,19 @@ def _lines(rows: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
     return np.concatenate([counts, rows], axis=1).ravel()
 
 
-def images(what: Showing, width: int = WIDTH) -> Iterable[Image]:
+def images(
+    what: Showing,
+    width: int = WIDTH,
+    states: Iterable[dict[str, State]] | None = None,
+    marks: bool = True,
+) -> Iterator[Image]:
     """An image of each state, drawn without a display.
 
     Args:
         what: What is shown.
         width: Width, pixels; the height goes by what is shown.
+        states: Those of its states that are drawn; None: all.
+        marks: Whether time, scale of colours and axes are drawn.
 
     Raises:
         RunError: If this machine cannot draw.
@@ -277,9 +293,11 @@ def images(what: Showing, width: int = WIDTH) -> Iterable[Image]:
     with offscreen():
         plotter = pv.Plotter(off_screen=True, window_size=[width, what.view.height(width)])
         try:
-            stage = Stage(what, plotter)
-            for states in what.states:
-                stage.set(states)
+            stage = Stage(what, plotter, marks)
+            for state in what.states if states is None else states:
+                stage.set(state)
+                # a screenshot by itself may be of what was drawn before
+                plotter.render()
                 yield Image.fromarray(np.asarray(plotter.screenshot(None, return_img=True)))
         finally:
             plotter.close()

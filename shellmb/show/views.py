@@ -25,7 +25,7 @@ SMALL, SHOWN = 0.03, 0.12
 # heights of pictures, parts of their width, and room for title and scale, pixels
 LOWEST, HIGHEST, MARGIN, ROOM = 0.3, 0.8, 0.15, 90
 # corners nearer to zero than this part of the longest side are at zero
-ZERO = 1e-9
+ZERO = 1e-6
 
 
 @dataclass(frozen=True)

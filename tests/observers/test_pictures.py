@@ -3,19 +3,15 @@
 import subprocess
 import sys
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
 import pytest
 
-from shellmb.observers import run_pictures
 from shellmb.observers.curves import MANY, joint_plots
 from shellmb.observers.described import describe
-from shellmb.observers.drawing import figure, space, view_of
-from shellmb.observers.grid import Grid
-from shellmb.observers.run_pictures import ENERGIES
 from shellmb.scene import Driver, Revolute, RigidBody, Scene, Spherical
+from shellmb.show.plots import ENERGIES, energies
 
 FREED = """
 import gc, weakref
@@ -93,61 +89,18 @@ def test_of_many_joints_the_largest_are_shown():
     assert plot.hidden == 3
 
 
-def energies(tmp_path, drivers):
-    """Labels and values of the curves of the energy picture of a run with all kinds of work."""
+@pytest.mark.parametrize("drivers", [True, False])
+def test_each_energy_has_its_own_label(drivers):
+    """With drivers, their work and that of supports are one curve, and no other is named so."""
     scene = chain(2)
     scene = scene if drivers else replace(scene, drivers=())
     t = np.linspace(0.0, 1.0, 40)
     columns = [*ENERGIES, "energy_balance"]
     table = pd.DataFrame({name: (k + 1.0) * t for k, name in enumerate(columns)} | {"t": t})
-    drawn = []
-    with pytest.MonkeyPatch.context() as patch:
-        made = run_pictures.figure
-
-        def kept(*size):
-            drawn.append(made(*size))
-            return drawn[-1]
-
-        patch.setattr(run_pictures, "figure", kept)
-        run_pictures._energies(tmp_path / "energy.png", SimpleNamespace(scene=scene, history=table))
-    curves = {
-        str(line.get_label()): np.asarray(line.get_ydata()) for line in drawn[0].axes[0].lines
-    }
-    return curves, table
-
-
-@pytest.mark.parametrize("drivers", [True, False])
-def test_each_energy_has_its_own_label(tmp_path, drivers):
-    """With drivers, their work and that of supports are one curve, and no other is named so."""
-    curves, table = energies(tmp_path, drivers)
+    above = energies(table, describe(scene)).axes[0]
+    curves = {str(line.get_label()): np.asarray(line.get_ydata()) for line in above.lines}
     supports = "work of supports, drivers" if drivers else "work of supports"
     labels = ENERGIES | {"work_supports": supports}
     assert set(curves) == set(labels.values())
     for name, label in labels.items():
         np.testing.assert_array_equal(curves[label], table[name])
-
-
-def grid(nodes):
-    nodes, lines = np.array(nodes, dtype=float), np.array([[0, 1], [1, 2]])
-    return Grid("g", nodes, np.zeros(0, int), np.zeros(0, np.uint8), lines=lines)
-
-
-@pytest.mark.parametrize(
-    ("nodes", "planar"),
-    [
-        ([(0, 0, 0), (1, 0, 0), (1, 1, 0)], 2),
-        ([(0, 0, 0), (1, 0, 0), (1, 0, 1)], 1),
-        ([(0, 0, 0), (1, 0, 0), (1, 1, 1)], None),
-        ([(0, 0, 0), (1, 0, 0), (2, 0, 0)], None),
-    ],
-)
-def test_a_planar_scene_is_seen_across_its_plane(nodes, planar):
-    view = view_of({"g": grid(nodes)}, [{"g": np.zeros((3, 3))}])
-    assert view.planar == planar
-    axes = space(figure(2, 2), (1, 1, 1), view)
-    # towards the eye, from elevation and azimuth
-    a, e = np.radians([axes.azim, axes.elev])
-    eye = np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])
-    assert (np.abs(eye).max() > 1 - 1e-12) == (planar is not None)
-    if planar is not None:
-        assert np.argmax(np.abs(eye)) == planar

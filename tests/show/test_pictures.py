@@ -70,6 +70,24 @@ def test_the_far_wall_is_seen_where_the_near_one_is_not(tmp_path) -> None:
     assert near[0] > 180 and near[1] > 170 and near[2] < 100, near
 
 
+@needs_drawing
+@pytest.mark.parametrize("marks", [True, False])
+def test_each_state_has_a_picture_of_its_own(tmp_path, marks) -> None:
+    files = GridFiles(tmp_path, wall("a", 0.0), {})
+    for k in range(3):
+        files.write(k, {"displacement": np.tile([0.0, 0.0, 0.5 * k], (4, 1))})
+    files.list([0.0, 1.0, 2.0])
+    files.close()
+    body = sm.RigidBody("a", 1.0, (1, 1, 1))
+    described = describe(sm.Scene("wall", rigid_bodies=body, scheme="ep", dt=1, t_end=2))
+    fields = Fields(tmp_path, described.bodies, described.labels)
+    what = showing(fields, described, [0.0, 1.0, 2.0])
+    drawn = [np.asarray(image) for image in images(what, 300, marks=marks)]
+    # its highest point in colour: text and reference are grey, the scale is below
+    top = [np.flatnonzero((np.ptp(image, axis=2) > 60).any(axis=1)).min() for image in drawn]
+    assert top[0] > top[1] + 10 > top[2] + 20
+
+
 def test_fields_that_are_not_there(tmp_path) -> None:
     fields, described = two_walls(tmp_path, ("a", "b"), (1.0, 0.0))
     with pytest.raises(sm.SceneError, match=r"field is 'N'; the run has .*'heat'.*'deformation'"):

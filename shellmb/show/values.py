@@ -1,0 +1,37 @@
+"""Numbers of one state of a body, from its file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
+
+Floats = npt.NDArray[np.float64]
+
+# name of the positions, which are the points of the grid
+POSITION = "position"
+
+
+def read_values(file: Path, name: str) -> Floats:
+    """One array at the nodes of a state, and no other one.
+
+    Args:
+        file: File of the state.
+        name: Name of the array, or `POSITION`.
+    """
+    reader = vtkXMLUnstructuredGridReader()
+    reader.SetFileName(str(file))
+    reader.UpdateInformation()
+    reader.GetCellDataArraySelection().DisableAllArrays()
+    chosen = reader.GetPointDataArraySelection()
+    chosen.DisableAllArrays()
+    if name != POSITION:
+        chosen.EnableArray(name)
+    reader.Update()
+    grid = reader.GetOutput()
+    array = grid.GetPoints().GetData() if name == POSITION else grid.GetPointData().GetArray(name)
+    found: Floats = vtk_to_numpy(array)  # type: ignore[no-untyped-call]
+    return found.astype(np.float64)
