@@ -128,7 +128,7 @@ def results(run):
 
 
 def check(results):
-    """The centre of mass obeys the closed form; a wheel moves under it as plates bend."""
+    """The centre of mass obeys the closed form; a wheel moves to and fro under it."""
     assert abs(results["way_error"]) < 4e-4  # of 8 mm that the load goes up and down
     friction = -4 * WHEEL_INERTIA * ACCELERATION / RADIUS**2
     # wheels that are shaken to and fro add to it in single steps

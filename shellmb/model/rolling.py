@@ -26,6 +26,8 @@ from shellmb.scene.rolling import Contact, KnifeEdge, Rolling
 Floats = npt.NDArray[np.float64]
 FindEnd = Callable[[str, Any, str], End]
 
+# component of the normal along the scene's x above which that is no axis of a plane
+STEEP = 0.9
 _ADVICE = "a smaller step, or check whether the wheel lies down"
 _TITLES = {"y": "place", "t": "direction", "r": "direction of the radius", "Q": "rotation"}
 
@@ -65,7 +67,7 @@ def bind_contact(joint: Contact, find: FindEnd, length: float) -> BoundContact:
     second = find(joint.second, where, joint.said)
     height = float((second.point - first.point) @ np.asarray(joint.normal))
     # the side that the body is on makes the normal, whatever its sign was
-    e = frame_about(np.asarray(joint.normal) * (-1.0 if height < 0 and not blade else 1.0))
+    e = _plane_axes(np.asarray(joint.normal) * (-1.0 if height < 0 and not blade else 1.0))
     gap = second.point - first.point
     d = np.eye(3)
     if isinstance(joint, KnifeEdge):
@@ -82,6 +84,15 @@ def bind_contact(joint: Contact, find: FindEnd, length: float) -> BoundContact:
         kind, size = "sphere", joint.radius
         own = {"y": e[:2] @ gap, "Q": (d @ e.T).ravel()}
     return BoundContact(joint, kind, (first, second), np.array([e, d]), size, own)
+
+
+def _plane_axes(normal: Floats) -> Floats:
+    """Axes of a plane as rows: the scene's x as seen in it, or y where x is nearly normal to it."""
+    n = normal / np.linalg.norm(normal)
+    along = np.eye(3)[0 if abs(n[0]) < STEEP else 1]
+    e1 = along - (along @ n) * n
+    e1 /= np.linalg.norm(e1)
+    return np.array([e1, np.cross(n, e1), n])
 
 
 class ContactGroup(JointGroup):

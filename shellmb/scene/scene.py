@@ -74,7 +74,8 @@ class Scene:
         elements: Springs, dampers and motors.
         glues: Beams glued to shells.
         locks: Joints that are held for some time.
-        assemble: Whether the bodies are moved first so that the joints close.
+        assemble: Whether the bodies are moved first so that the joints close, and get the nearest
+            velocities at which nothing slips.
         start: Where a dynamic scene starts: as it is given, or in static equilibrium under the
             loads of time 0.
         redundant: What becomes of constraints that others imply: an error, or they are dropped.

@@ -9,6 +9,7 @@ import pytest
 
 from shellmb.analytic.rolling import Disc, Sleigh, ball_on_turntable, rolling_disc
 from shellmb.observers.joints import JointForces
+from shellmb.run.execute import execute
 from shellmb.scene import (
     GROUND,
     Driver,
@@ -16,6 +17,7 @@ from shellmb.scene import (
     InitialVelocity,
     InPlane,
     KnifeEdge,
+    PointForce,
     Revolute,
     RigidBody,
     Rolling,
@@ -285,3 +287,13 @@ def test_contacts_on_a_platform_that_moves(scheme: str, alpha: float, rod, watch
             assert levels.q.x.array == pytest.approx(other, abs=1e-8)
     assert watched.work.exchanged > 1e-2 * watched.energy.largest
     assert (watched.energy.values["dissipation"] > 0) == (alpha > 0 and scheme in ("ed", "ed3"))
+
+
+def test_a_contact_that_pulls_is_said_so() -> None:
+    """Thrown up, a wheel would fly; on its own weight it stays silent."""
+    thrown = disc_scene(1.2, (0.0, 0.0, 0.0), "ep", 1.0, 0.01, 0.05)
+    up = [Gravity((0, 0, -G)), PointForce("center", (0, 0, 2 * DISC.mass * G), body="disc")]
+    (caution,) = [c for c in execute(replace(thrown, loads=up)).warnings if c.watch == "lifting"]
+    assert caution.body == "disc"
+    assert "rolling joint 'contact' pulls at 'disc' by up to" in caution.says
+    assert not [c for c in execute(thrown).warnings if c.watch == "lifting"]

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from shellmb.errors import SceneError
+from shellmb.modes import natural_modes
 from shellmb.scene import (
     GROUND,
     Beam,
@@ -21,6 +22,7 @@ from shellmb.scene import (
     Rolling,
     Scene,
     Shell,
+    Spring,
 )
 from shellmb.simulate.simulation import Simulation
 
@@ -122,3 +124,20 @@ def test_the_side_of_the_body_makes_the_normal(side: float) -> None:
     q = simulation.problem.levels[group.name].q.x.array
     assert group.pressure(0, q) == pytest.approx(-2.0 * 9.81)  # type: ignore[attr-defined]
     assert np.all(np.isfinite(q))
+
+
+def test_equilibrium_and_modes_of_a_wheel_on_a_spring() -> None:
+    """It rolls into equilibrium, and swings as a mass `m + I/R^2`."""
+    wall = Spring("spring", GROUND, "wheel", (-1, 0, R), (0, 0, R), stiffness=100.0)
+    pulled = scene(rolling(), elements=wall, loads=Gravity((3.0, 0, -9.81)), start="equilibrium")
+    simulation = Simulation(pulled)
+    simulation.advance()
+    rigid = simulation.model.rigid
+    assert rigid is not None
+    u = simulation.problem.levels[rigid.name].q.x.array[rigid.local("wheel", "u")]
+    # it stays there: 6 N on 100 N/m
+    assert u == pytest.approx([0.06, 0.0, 0.0], abs=1e-9)
+    found = natural_modes(scene(rolling(), elements=wall), count=3)
+    # without weight nothing keeps it from steering or falling
+    assert found.omega2[:2] == pytest.approx([0.0, 0.0], abs=1e-9)
+    assert found.omega2[2] == pytest.approx(100.0 / (2.0 + 0.09 / R**2), rel=1e-9)
