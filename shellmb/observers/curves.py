@@ -70,6 +70,7 @@ def legend(axes: Axes, columns: int = 4, title: str | None = None) -> None:
 def joint_plots(history: pd.DataFrame, scene: Scene, size: float) -> list[Plot]:
     """What joints do and carry: coordinates, what acts on them, sizes of forces and moments.
 
+    In motion forces are means over a step, those of springs, dampers and motors values at its end.
     Curves that are nothing but round-off are left out.
 
     Args:
@@ -97,14 +98,15 @@ def joint_plots(history: pd.DataFrame, scene: Scene, size: float) -> list[Plot]:
     forces = columns(acting, ["force"]) | columns(joints, ["lock_force"])
     carried, couples = sizes("F"), sizes("M")
     effort = max(_largest(forces), _largest(carried), _largest(torques | couples) / size)
+    mean = "" if scene.static else "mean "
     plots = [
         _plot("rotation [rad]", columns(joints, ["rotation"]), 1.0),
         _plot("translation [m]", columns(joints, ["translation"]), size),
         _plot("length [m]", columns(acting, ["length"]), size),
         _plot("torque [N m]", torques, effort * size),
         _plot("force [N]", forces, effort),
-        _plot("|force in joint| [N]", carried, effort),
-        _plot("|moment in joint| [N m]", couples, effort * size),
+        _plot(f"|{mean}force in joint| [N]", carried, effort),
+        _plot(f"|{mean}moment in joint| [N m]", couples, effort * size),
     ]
     return [plot for plot in plots if plot.curves]
 

@@ -27,6 +27,7 @@ from shellmb.observers.drawing import (
 from shellmb.observers.frames import Frame
 from shellmb.observers.pictures import Shown
 from shellmb.observers.probes import UNITS
+from shellmb.observers.resultants import RESULTANTS
 
 ENERGIES = {
     "kinetic_energy": "kinetic",
@@ -103,7 +104,8 @@ def _probes(path: Path, run: Shown) -> None:
         for probe in probes:
             if probe.quantity == kind:
                 line(axes, t, run.history[probe.name], probe.name)
-        axes.set_ylabel(f"{kind.replace('_', ' ')} [{UNITS[kind]}]")
+        mean = "mean " if run.dynamic and kind in RESULTANTS else ""
+        axes.set_ylabel(f"{mean}{kind.replace('_', ' ')} [{UNITS[kind]}]")
         legend(axes)
     every[-1].set_xlabel(run.time_label)
     made.savefig(path)
