@@ -102,6 +102,7 @@ def legend(axes: Axes, columns: int = 4, title: str | None = None) -> None:
 def joint_plots(history: Table, scene: Described, size: float) -> list[Plot]:
     """What joints do and carry: coordinates, what acts on them, sizes of forces and moments.
 
+    In motion forces are means over a step, those of springs, dampers and motors values at its end.
     Curves that are nothing but round-off are left out.
 
     Args:
@@ -129,14 +130,15 @@ def joint_plots(history: Table, scene: Described, size: float) -> list[Plot]:
     forces = columns(acting, ["force"]) | columns(joints, ["lock_force"])
     carried, couples = sizes("F"), sizes("M")
     effort = max(_largest(forces), _largest(carried), _largest(torques | couples) / size)
+    mean = "mean " if scene.dynamic else ""
     plots = [
         _plot(label("rotation", "angle"), columns(joints, ["rotation"]), 1.0),
         _plot(label("translation", "length"), columns(joints, ["translation"]), size),
         _plot(label("length", "length"), columns(acting, ["length"]), size),
         _plot(label("torque", "moment"), torques, effort * size),
         _plot(label("force", "force"), forces, effort),
-        _plot(label("|force in joint|", "force"), carried, effort),
-        _plot(label("|moment in joint|", "moment"), couples, effort * size),
+        _plot(label(f"|{mean}force in joint|", "force"), carried, effort),
+        _plot(label(f"|{mean}moment in joint|", "moment"), couples, effort * size),
     ]
     return [plot for plot in plots if plot.curves]
 

@@ -31,6 +31,8 @@ ENERGIES = {
 }
 
 # what a probe's unit is of
+# in motion these are means over a step
+RESULTANTS = ("force", "moment", "membrane", "bending", "shear")
 QUANTITIES = {
     "displacement": "length",
     "position": "length",
@@ -83,7 +85,8 @@ def probes(history: Table, scene: Described) -> Figure:
     for kind, axes in zip(kinds, every, strict=True):
         own = {p.name: _column(history, p.name) for p in scene.probes if p.quantity == kind}
         draw_curves(axes, _column(history, "t"), own)
-        axes.set_ylabel(_label(scene, kind))
+        mean = "mean " if scene.dynamic and kind in RESULTANTS else ""
+        axes.set_ylabel(mean + _label(scene, kind))
         legend(axes)
     every[-1].set_xlabel(scene.time_label)
     return made

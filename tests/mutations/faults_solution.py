@@ -2,6 +2,8 @@
 
 from .faults import ACCURACY, PRESCRIBED, SUPPORTS, Fault
 
+ENDS = "tests/schemes/test_end_forces.py"
+
 FAULTS: tuple[Fault, ...] = (
     # schemes
     Fault(
@@ -31,6 +33,37 @@ FAULTS: tuple[Fault, ...] = (
         'return 1.0 if stage == "f" else 4.0 - 6.0 * tau',
         "return 1.0",
         (f"{ACCURACY}::test_order[ed-1]",),
+    ),
+    Fault(
+        "forces at the end without the constraints' own acceleration",
+        "shellmb/simulate/endforces.py",
+        "turned = None if rate is None else ufl.derivative(rate, q, v)",
+        "turned = None if rate is None else -ufl.derivative(rate, q, v)",
+        (f"{ENDS}::test_forces_of_a_pendulum_have_the_order_of_the_scheme[ep-0]",),
+    ),
+    Fault(
+        "forces at the end from velocities that violate constraints",
+        "shellmb/simulate/consistent.py",
+        "found[name][dofs] = unknown.x.array[dofs]",
+        "found[name][dofs] = self._levels[name].rates['v'].x.array[dofs]",
+        (f"{ENDS}::test_torque_of_the_slider_crank_at_the_end_of_a_step[ep]",),
+    ),
+    Fault(
+        "moment of a quadratic step's forces without their first moment in time",
+        "shellmb/observers/impulse.py",
+        "arms = carrier.changes(chord / 2)",
+        "arms = carrier.changes(0 * chord)",
+        (
+            "tests/hard/test_spins.py::test_stiff_plate_spins_in_schemes_quadratic_in_time"
+            "[True-ep4-0.0]",
+        ),
+    ),
+    Fault(
+        "resultants of ED at the end of a step",
+        "shellmb/observers/resultants.py",
+        "expression = self._expressions[-1 if self._simulation.last else 0]",
+        "expression = self._expressions[0]",
+        ("tests/hard/test_spins.py::test_a_driven_plate_pulls_as_it_should[ed-1.0-None]",),
     ),
     # supports
     Fault(

@@ -76,7 +76,7 @@ def test_joints_are_shown_by_unit_without_round_off():
     assert shown == {
         "rotation [rad]": ["pin.rotation"],
         "torque [N mm]": ["motor.torque"],
-        "|force in joint| [N]": ["pin"],
+        "|mean force in joint| [N]": ["pin"],
     }
     np.testing.assert_array_equal(plots[-1].curves["pin"], [np.nan, 2.0, 2.0])
 

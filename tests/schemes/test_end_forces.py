@@ -8,9 +8,10 @@ import pytest
 
 from shellmb.analytic.chains import chain
 from shellmb.demos import slider_crank
+from shellmb.errors import SceneError
 from shellmb.run.execute import RunResult, execute
 from shellmb.run.request import Options
-from shellmb.scene import Output, Scene
+from shellmb.scene import Clamped, Gravity, Output, Scene
 from shellmb.schemes.base import end_acceleration
 from shellmb.verify.mechanisms import ANGLES, LINKS, double_pendulum
 
@@ -90,3 +91,23 @@ def test_acceleration_of_a_motion() -> None:
     # round-off over the square of a twentieth of the step
     assert found[0] == pytest.approx(20 * 0.5**3, rel=1e-9)
     assert found[1] == pytest.approx(-9 * np.sin(1.5), rel=1e-6)
+
+
+@pytest.mark.parametrize("scheme", [("ed", 1.0), ("ep4", 0.0)], ids=lambda s: s[0])
+def test_means_of_supports_balance_the_momentum(scheme, plate) -> None:
+    """Change of the momentum of a cantilever over each step, by its weight and what holds it."""
+    held = {"supports": Clamped("left"), "loads": Gravity((0.01, 0.0, 0.02))}
+    found = execute(plate(*scheme, dt=0.1, t_end=0.5, output=ENDS, **held))
+    weight = 0.1 * np.array([0.01, 0.0, 0.02])
+    force = np.stack([found.column(f"plate.left.F{c}")[1:] for c in "xyz"], axis=1)
+    momentum = np.stack([found.column(f"momentum_{c}") for c in "xyz"], axis=1)
+    change = np.diff(momentum, axis=0) / 0.1
+    assert np.abs(change - weight - force).max() < 1e-11 * np.abs(force).max()
+    assert np.abs(found.column("plate.left.Fz_end")[-1]) > 0
+
+
+def test_held_strains_are_refused(plate) -> None:
+    scene = plate("ep")
+    held = replace(scene.shells[0], transverse_shear=False)
+    with pytest.raises(SceneError, match="'plate': it holds strains at zero"):
+        replace(scene, shells=held, output=ENDS)
