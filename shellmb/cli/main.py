@@ -26,6 +26,7 @@ from shellmb.cli.options import (
     SetOption,
     Solve,
     StepOption,
+    ToleranceOption,
     asked,
 )
 from shellmb.cli.report import announced, print_list, print_modes, print_run, say
@@ -105,6 +106,7 @@ def run(
     scheme: Annotated[Scheme | None, typer.Option(help="Time scheme, or statics.")] = None,
     alpha: AlphaOption = None,
     dt: StepOption = None,
+    tolerance: ToleranceOption = None,
     t_end: EndOption = None,
     mesh: MeshOption = None,
     degree: DegreeOption = None,
@@ -127,6 +129,7 @@ def run(
     Works under mpiexec: `mpiexec -n 2 shellmb run SCENE`.
     """
     times = {"scheme": scheme, "alpha": alpha, "dt": dt, "t_end": t_end}
+    times["step_tolerance"] = tolerance
     elements = {"mesh": mesh, "degree": degree, "cell": cell}
     solver = {"solve": solve, "newton": newton, "backend": backend}
     request = asked(scene, parameters, **times, **elements, **solver)

@@ -39,6 +39,7 @@ class Options:
         newton: When Newton's method factorises.
         backend: Whose Newton solver.
         tolerance: Relative tolerance of Newton's method.
+        step_tolerance: Tolerance of the step control; with a `dt` and without it steps are fixed.
     """
 
     # where one is read from a file
@@ -56,6 +57,7 @@ class Options:
     newton: Literal["auto", "modified", "full"] | None = None
     backend: Literal["newton", "snes"] | None = None
     tolerance: float | None = None
+    step_tolerance: float | None = None
 
     def apply(self, scene: Scene) -> Scene:
         """The scene with these choices.
@@ -66,15 +68,22 @@ class Options:
         chosen = asdict(self)
         solver: dict[str, Any] = {name: chosen.pop(name) for name in _SOLVER}
         solver = {name: choice for name, choice in solver.items() if choice is not None}
+        step_tolerance = chosen.pop("step_tolerance")
+        if step_tolerance is None and self.dt is not None:
+            scene = replace(scene, control=replace(scene.control, tolerance=None))
         if solver:
             scene = replace(scene, solver=replace(scene.solver, **solver))
         if self.scheme in ("static", "linear") and not scene.static and self.dt is None:
             # a time step is no load step: take the default one
             end = scene.t_end if self.t_end is None else self.t_end
             lost: dict[str, Any] = {"dt": None, "start": "given", "alpha": 1.0}
+            lost["control"] = replace(scene.control, tolerance=None)
             scene = replace(scene, scheme=self.scheme, t_end=end, **lost)
             chosen["scheme"] = None
-        return scene.with_options(**chosen)
+        scene = scene.with_options(**chosen)
+        if step_tolerance is None:
+            return scene
+        return replace(scene, control=replace(scene.control, tolerance=step_tolerance))
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from shellmb.observers.joints import JointForces
 from shellmb.observers.momentum import Momentum
 from shellmb.observers.path import PathRecord
 from shellmb.observers.probes import Probes
+from shellmb.observers.step_error import StepError
 from shellmb.observers.summary import Sources
 from shellmb.observers.turning import Turning
 from shellmb.run.stop import Stop
@@ -52,6 +53,7 @@ class StandardObservers:
             "probes": Probes(),
             "joints": JointForces(),
             "path": PathRecord(),
+            "step error": StepError(),
             **{f"observer {k}": o for k, o in enumerate(others)},
         }
         measuring = [o for o in self.named.values() if isinstance(o, Measuring)]

@@ -11,10 +11,18 @@ from shellmb.watches.dissipation import Dissipation
 from shellmb.watches.drift import Drift
 from shellmb.watches.energy_law import EnergyLaw
 from shellmb.watches.large_turns import LargeTurns
+from shellmb.watches.step_error import StepErrors
 from shellmb.watches.stiff_spin import StiffSpin
 
 # what is nearest to the cause comes first
-WATCHES: tuple[type[Watch], ...] = (LargeTurns, StiffSpin, Drift, Dissipation, EnergyLaw)
+WATCHES: tuple[type[Watch], ...] = (
+    LargeTurns,
+    StepErrors,
+    StiffSpin,
+    Drift,
+    Dissipation,
+    EnergyLaw,
+)
 
 
 def watches(sources: Sources) -> list[Watch]:
