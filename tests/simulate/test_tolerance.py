@@ -10,6 +10,7 @@ import pytest
 
 from shellmb.errors import SceneError
 from shellmb.run.execute import execute
+from shellmb.run.request import Options
 from shellmb.scene import (
     Beam,
     CircularSection,
@@ -272,6 +273,16 @@ def test_a_run_warns_where_it_cannot_keep_to_the_tolerance() -> None:
     tiny = strip(loads=EdgeForce("right", (0, 0, 1e-7)), control=StepControl(tolerance=1e-2))
     (warning,) = [w for w in execute(tiny).warnings if w.watch == "step error"]
     assert "says little of their motion" in warning.says
+
+
+def test_options_choose_between_fixed_steps_and_a_tolerance() -> None:
+    """A step alone is fixed, also of a scene with a tolerance; with one it is the first one."""
+    scene = strip(control=StepControl(tolerance=1e-2))
+    assert Options(dt=0.01).apply(scene).control.tolerance is None
+    assert Options().apply(scene).control.tolerance == 1e-2
+    assert Options(dt=0.01, step_tolerance=1e-4).apply(scene).control.tolerance == 1e-4
+    assert Options(scheme="static").apply(scene).control.tolerance is None
+    assert scene.with_options(scheme="static").control.tolerance is None
 
 
 BAD = {
