@@ -181,7 +181,8 @@ def test_laws_hold_for_steps_that_change(scheme: str, alpha: float) -> None:
     assert len(set(np.round(result.column("dt")[1:], 12))) > 4
     made = SCHEMES[scheme](alpha)
     # round-off of some fifty steps, relative to what is exchanged
-    if "energy" in made.conserves or alpha > 0:
+    lawful = "energy" in made.conserves or made.dissipation()[0] > 0
+    if lawful:
         assert result.summary["energy_balance_error"] < 1e-12
     free = Scene(
         "plate",
@@ -195,7 +196,8 @@ def test_laws_hold_for_steps_that_change(scheme: str, alpha: float) -> None:
     )
     thrown = execute(free)
     assert len(set(np.round(thrown.column("dt")[1:], 12))) > 4
-    assert thrown.summary["energy_balance_error"] < 1e-12
+    if lawful:
+        assert thrown.summary["energy_balance_error"] < 1e-12
     assert thrown.summary["linear_momentum_drift"] < 1e-12
     if "angular momentum" in made.conserves:
         assert thrown.summary["angular_momentum_drift"] < 1e-12
