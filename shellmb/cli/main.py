@@ -26,6 +26,7 @@ from shellmb.cli.options import (
     SetOption,
     Solve,
     StepOption,
+    ToleranceOption,
     asked,
 )
 from shellmb.cli.pictures import plot, report, view
@@ -106,6 +107,7 @@ def run(
     scheme: Annotated[Scheme | None, typer.Option(help="Time scheme, or statics.")] = None,
     alpha: AlphaOption = None,
     dt: StepOption = None,
+    tolerance: ToleranceOption = None,
     t_end: EndOption = None,
     mesh: MeshOption = None,
     degree: DegreeOption = None,
@@ -131,6 +133,7 @@ def run(
     Works under mpiexec: `mpiexec -n 2 shellmb run SCENE`.
     """
     times = {"scheme": scheme, "alpha": alpha, "dt": dt, "t_end": t_end}
+    times["step_tolerance"] = tolerance
     elements = {"mesh": mesh, "degree": degree, "cell": cell}
     solver = {"solve": solve, "newton": newton, "backend": backend}
     # a scene that has them keeps them

@@ -52,6 +52,13 @@ AlphaOption = Annotated[
     float | None, typer.Option(help="Dissipation of schemes that have one, from 0 to 1.")
 ]
 StepOption = Annotated[float | None, typer.Option(help="Time or load step [s].")]
+ToleranceOption = Annotated[
+    float | None,
+    typer.Option(
+        help="Error of a step, relative to the size of bodies, by which steps are chosen; the "
+        "step is the first one then. A step without it is fixed."
+    ),
+]
 EndOption = Annotated[float | None, typer.Option(help="Time at the end [s].")]
 MeshOption = Annotated[
     str | None, typer.Option(metavar="NxM", help="Elements of every shell along its two sides.")

@@ -47,7 +47,13 @@ def study(
     degree: Annotated[str | None, _list("2,3", "Degrees of the elements.")] = None,
     cell: Annotated[str | None, _list("quad,tri", "Cell types.")] = None,
     solve: Annotated[str | None, _list("reduced,full", "Unknowns of linear systems.")] = None,
-    tolerance: Annotated[str | None, _list("T,T,...", "Tolerances of Newton's method.")] = None,
+    tolerance: Annotated[
+        str | None,
+        _list("T,T,...", "Tolerances of steps that follow their error, beside fixed steps."),
+    ] = None,
+    newton_tolerance: Annotated[
+        str | None, _list("T,T,...", "Tolerances of Newton's method.")
+    ] = None,
     quantity: Annotated[
         list[str] | None,
         typer.Option(
@@ -99,7 +105,8 @@ def study(
         "degree": _values("degree", degree, int),
         "cell": _values("cell", cell, _one_of(*Cell)),
         "solve": _values("solve", solve, _one_of(*Solve)),
-        "tolerance": _values("tolerance", tolerance, _positive),
+        "tolerance": _values("newton-tolerance", newton_tolerance, _positive),
+        "step_tolerance": _values("tolerance", tolerance, _positive),
     }
     others = {"quantity": quantity, "exact": exact, "reference": reference, "body": body}
     others |= {"t-end": t_end, "set": parameters, **axes}

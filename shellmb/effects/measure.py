@@ -15,7 +15,8 @@ from shellmb.kernels import watched
 from shellmb.run.directory import make_directory
 from shellmb.run.standard import StandardObservers
 from shellmb.scene import Scene
-from shellmb.simulate.simulation import ROUND_OFF, Observer, Simulation
+from shellmb.simulate.landing import ROUND_OFF
+from shellmb.simulate.simulation import Observer, Simulation
 
 
 class Stepping:

@@ -18,6 +18,7 @@ from shellmb.observers.energy import EnergyAccount
 from shellmb.observers.history import History
 from shellmb.observers.jumps import jump_error
 from shellmb.observers.momentum import Momentum
+from shellmb.observers.step_error import controlled
 from shellmb.observers.turning import Turning
 from shellmb.simulate.simulation import Simulation
 
@@ -58,6 +59,7 @@ def summarise(
         "t": simulation.t,
         "steps": steps,
         "rejected_steps": simulation.size.rejected,
+        "step_control": controlled(simulation),
         "newton_iterations": simulation.iterations,
         "unknowns": problem.system.size,
         "bodies": len(scene.bodies),

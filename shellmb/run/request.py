@@ -40,6 +40,7 @@ class Options:
         backend: Whose Newton solver.
         tolerance: Relative tolerance of Newton's method.
         end_forces: Whether forces at the end of each step are in the history, too.
+        step_tolerance: Tolerance of the step control; with a `dt` and without it steps are fixed.
     """
 
     # where one is read from a file
@@ -58,6 +59,7 @@ class Options:
     backend: Literal["newton", "snes"] | None = None
     tolerance: float | None = None
     end_forces: bool | None = None
+    step_tolerance: float | None = None
 
     def apply(self, scene: Scene) -> Scene:
         """The scene with these choices.
@@ -68,6 +70,9 @@ class Options:
         chosen = asdict(self)
         solver: dict[str, Any] = {name: chosen.pop(name) for name in _SOLVER}
         solver = {name: choice for name, choice in solver.items() if choice is not None}
+        step_tolerance = chosen.pop("step_tolerance")
+        if step_tolerance is None and self.dt is not None:
+            scene = replace(scene, control=replace(scene.control, tolerance=None))
         if solver:
             scene = replace(scene, solver=replace(scene.solver, **solver))
         end_forces = chosen.pop("end_forces")
@@ -75,11 +80,15 @@ class Options:
             # a time step is no load step: take the default one
             end = scene.t_end if self.t_end is None else self.t_end
             lost: dict[str, Any] = {"dt": None, "start": "given", "alpha": 1.0}
+            lost["control"] = replace(scene.control, tolerance=None)
             scene = replace(scene, scheme=self.scheme, t_end=end, **lost)
             chosen["scheme"] = None
         if end_forces is not None:
             scene = replace(scene, output=replace(scene.output, end_forces=end_forces))
-        return scene.with_options(**chosen)
+        scene = scene.with_options(**chosen)
+        if step_tolerance is None:
+            return scene
+        return replace(scene, control=replace(scene.control, tolerance=step_tolerance))
 
 
 @dataclass(frozen=True)

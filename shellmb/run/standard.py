@@ -15,6 +15,7 @@ from shellmb.observers.joints import JointForces
 from shellmb.observers.momentum import Momentum
 from shellmb.observers.path import PathRecord
 from shellmb.observers.probes import Probes
+from shellmb.observers.step_error import StepError
 from shellmb.observers.summary import Sources
 from shellmb.observers.turning import Turning
 from shellmb.run.stop import Stop
@@ -54,6 +55,7 @@ class StandardObservers:
             "joints": joints,
             "end forces": EndForceColumns(),
             "path": PathRecord(),
+            "step error": StepError(),
             **{f"observer {k}": o for k, o in enumerate(others)},
         }
         measuring = [o for o in self.named.values() if isinstance(o, Measuring)]

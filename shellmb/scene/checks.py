@@ -9,6 +9,7 @@ import numpy as np
 
 from shellmb.errors import SceneError
 from shellmb.scene import checks_effect, checks_multibody
+from shellmb.scene.checks_control import check_control
 from shellmb.scene.joints import GROUND
 from shellmb.scene.lookup import Body, bodies_of, find_shell, kind_of, listed, said
 from shellmb.scene.names import check_names
@@ -103,6 +104,7 @@ def _scheme(scene: Scene) -> None:
             f"scene '{scene.name}': jump_tolerance is {show(scene.control.jump_tolerance)}; "
             f"it must be left out, because scheme '{scene.scheme_name}' has no jump as 'ed' has"
         )
+    check_control(scene)
 
 
 def _quadratic(scene: Scene) -> None:

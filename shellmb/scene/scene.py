@@ -204,9 +204,9 @@ class Scene:
     ) -> Scene:
         """The same scene with some choices replaced, checked again; None keeps a choice.
 
-        What a new scheme cannot have is left out: the path of a static scene, initial velocities
-        and the start of a dynamic one, the dissipation. A load step that exceeds a new end becomes
-        the default one.
+        What a new scheme cannot have is left out: the path of a static scene, initial velocities,
+        the start and the tolerance of a dynamic one, the dissipation. A load step that exceeds a
+        new end becomes the default one.
 
         Args:
             scheme: Scheme.
@@ -230,6 +230,8 @@ class Scene:
         changes |= _lost(new)
         if dt is None and is_static(new) and t_end is not None and t_end < (self.dt or 0.0):
             changes["dt"] = None
+        if is_static(new) and self.control.tolerance is not None:
+            changes["control"] = replace(self.control, tolerance=None)
         if shell_changes:
             names = self._refined(body, mesh)
             changes["shells"] = _changed(self.shells, names, shell_changes)

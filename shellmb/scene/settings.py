@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field
@@ -41,14 +42,23 @@ class Solver:
 class StepControl:
     """How the step changes: smaller where Newton fails, back towards ``dt`` afterwards.
 
+    With a ``tolerance`` the step follows an estimate of its error, from ``dt`` on, and ``dt`` is
+    the first step only (`docs/stepcontrol.md`).
+
     Args:
-        min_dt: Smallest step before the run gives up [s]; None: 1/1024 of ``dt``.
-        max_dt: Largest step [s]; None: ``dt``.
+        min_dt: Smallest step before the run gives up [s]; None: 1/1024 of ``dt``, with a tolerance
+            1e-5 of it.
+        max_dt: Largest step [s]; None: ``dt``, with a tolerance a twentieth of ``t_end``.
         shrink: Factor on the step when it is rejected.
         growth: Factor on the step after ``patience`` good steps, up to ``max_dt``.
         patience: Number of good steps before the step grows.
         jump_tolerance: Largest jump between the states j and i of the energy-decaying scheme,
             relative to the scale of each field; larger ones reject the step. None: no control.
+        tolerance: What the errors of all steps may add up to at ``t_end``: of positions relative to
+            the size of the body, of directors in rad; dynamic schemes only. None: no control.
+        times: Times [s] at which a step has to end: of outputs, or where a function of time of the
+            scene has a jump or a corner. Those of ``Step``, ``Ramp``, ``Table`` and ``Sine`` a
+            tolerance knows.
     """
 
     min_dt: Positive | None = None
@@ -57,17 +67,40 @@ class StepControl:
     growth: Growth = 2.0
     patience: PositiveInt = 4
     jump_tolerance: Positive | None = None
+    tolerance: Positive | None = None
+    times: tuple[Positive, ...] = ()
 
     def __post_init__(self) -> None:
-        """Check that the steps are in order.
+        """Check that the steps are in order, and that one thing controls them.
 
         Raises:
-            SceneError: If ``min_dt`` exceeds ``max_dt``.
+            SceneError: If ``min_dt`` exceeds ``max_dt`` or is it where there is a tolerance, if the
+                tolerance is beyond any use, if there are two, or if times do not increase.
         """
         if self.min_dt and self.max_dt and self.min_dt > self.max_dt:
             raise SceneError(
                 f"step control: min_dt is {show(self.min_dt)}; it must be at most max_dt, "
                 f"which is {show(self.max_dt)}"
+            )
+        for a, b in pairwise(self.times):
+            if not b > a:
+                raise SceneError(f"step control: time {b:g} follows {a:g}; times must increase")
+        if self.tolerance is None:
+            return
+        if self.tolerance >= 1:
+            raise SceneError(
+                f"step control: tolerance is {show(self.tolerance)}; it must be less than 1, which "
+                "is an error as large as the body"
+            )
+        if self.jump_tolerance is not None:
+            raise SceneError(
+                f"step control: tolerance is {show(self.tolerance)} and jump_tolerance is "
+                f"{show(self.jump_tolerance)}; one of them must be left out"
+            )
+        if self.min_dt and self.min_dt == self.max_dt:
+            raise SceneError(
+                f"step control: tolerance is {show(self.tolerance)} and min_dt and max_dt are both "
+                f"{show(self.min_dt)}; a step that cannot change must have no tolerance"
             )
 
 

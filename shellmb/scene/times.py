@@ -1,4 +1,8 @@
-"""Functions of time for loads and prescribed motions: any ``f(t) -> float``, or one of these."""
+"""Functions of time for loads and prescribed motions: any ``f(t) -> float``, or one of these.
+
+These know their ``corners``, the times [s] at which they or their rates jump. A function of the
+user's may have such an attribute, too.
+"""
 
 from __future__ import annotations
 
@@ -25,6 +29,11 @@ class Step:
 
     start: Finite = 0.0
 
+    @property
+    def corners(self) -> tuple[float, ...]:
+        """The jump [s]."""
+        return (self.start,)
+
     def __call__(self, t: float) -> float:
         """Value at time ``t`` [s]."""
         return 1.0 if t >= self.start else 0.0
@@ -41,6 +50,11 @@ class Ramp:
 
     duration: Positive
     start: Finite = 0.0
+
+    @property
+    def corners(self) -> tuple[float, ...]:
+        """Begin and end of the slope [s]."""
+        return self.start, self.start + self.duration
 
     def __call__(self, t: float) -> float:
         """Value at time ``t`` [s]."""
@@ -74,6 +88,11 @@ class Table:
             if not b > a:
                 raise SceneError(f"time table: time {b:g} follows {a:g}; times must increase")
 
+    @property
+    def corners(self) -> tuple[float, ...]:
+        """All its times [s]."""
+        return self.times
+
     def __call__(self, t: float) -> float:
         """Value at time ``t`` [s]."""
         return float(np.interp(t, self.times, self.values))
@@ -92,6 +111,11 @@ class Sine:
     frequency: Positive
     phase: Finite = 0.0
     start: Finite = 0.0
+
+    @property
+    def corners(self) -> tuple[float, ...]:
+        """The begin [s]."""
+        return (self.start,)
 
     def __call__(self, t: float) -> float:
         """Value at time ``t`` [s]."""

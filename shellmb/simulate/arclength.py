@@ -48,7 +48,7 @@ class ArcSize(StepSize):
         """Largest step."""
         return self.settings.max_dt or LARGEST * self.nominal
 
-    def accept(self, jump: float | None) -> None:
+    def accept(self, measured: float | None, dt: float = 0.0) -> None:
         """Change the step by the factor that the last one suggests."""
         self.good += 1
         self.dt = min(max(self.factor * self.dt, self.smallest), self.largest)
@@ -282,6 +282,9 @@ class PathSteps:
         self.factor, self.rate, self._state = state.factor, state.rate, state
         negative = found.state.negative
         self.unstable = None if negative is None else negative - self._base
+
+    def forget(self, velocities: bool) -> None:
+        """Nothing of the past is used."""
 
     def arrays(self) -> Arrays:
         """The tangent."""

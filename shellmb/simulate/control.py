@@ -46,8 +46,13 @@ class StepSize:
         """Smallest step, s."""
         return self.settings.min_dt or DEFAULT_SMALLEST * self.nominal
 
-    def reject(self, dt: float) -> bool:
-        """Shrink the step after a failure at `dt`; False if it was the smallest already."""
+    def reject(self, dt: float, measured: float | None = None) -> bool:
+        """Shrink the step after a failure at `dt`; False if it was the smallest already.
+
+        Args:
+            dt: The step that failed, s.
+            measured: What was too large; None: Newton's method failed.
+        """
         self.rejected += 1
         self.good = 0
         if not self._leaping:
@@ -72,12 +77,17 @@ class StepSize:
         self._leaping, self.dt = True, self.largest
         return True
 
-    def accept(self, jump: float | None) -> None:
-        """Grow the step after success: by the jump if it controls, else after some good steps."""
+    def accept(self, measured: float | None, dt: float = 0.0) -> None:
+        """Grow the step after success: by the jump if it controls, else after some good steps.
+
+        Args:
+            measured: The jump, if there is one.
+            dt: The step, s.
+        """
         self.good += 1
         self._tried, self._leaping = 0.0, False
-        if self.settings.jump_tolerance is not None and jump is not None:
-            self._follow(jump)
+        if self.settings.jump_tolerance is not None and measured is not None:
+            self._follow(measured)
         elif self.good >= self.settings.patience and self.dt < self.largest:
             self.dt = min(self.settings.growth * self.dt, self.largest)
             self.good = 0
@@ -89,10 +99,10 @@ class StepSize:
         factor = min(self.settings.growth, max(self.settings.shrink, factor))
         self.dt = min(max(factor * self.dt, self.smallest), self.largest)
 
-    def too_large(self, jump: float | None) -> bool:
-        """Whether a step must be repeated because of its jump."""
+    def too_large(self, measured: float | None, dt: float = 0.0) -> bool:
+        """Whether a step must be repeated because of its jump; arguments as of `accept`."""
         tolerance = self.settings.jump_tolerance
-        return tolerance is not None and jump is not None and jump > tolerance
+        return tolerance is not None and measured is not None and measured > tolerance
 
     def state(self) -> dict[str, float]:
         """What a restart needs."""

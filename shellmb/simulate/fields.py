@@ -10,6 +10,7 @@ from dolfinx import fem
 from ufl import Form
 
 from shellmb.model.body import Body, Dofs
+from shellmb.system.assembly import BlockSystem
 from shellmb.system.fields import Directors, Field, Link, Part
 
 # thickness over length below which resultants are not eliminated: round-off leaves
@@ -50,6 +51,14 @@ def body_field(
         links=tuple(Link(k.dofs, numbers[k.body], k.targets) for k in body.links),
         elementwise=elementwise_dofs(body),
     )
+
+
+def owned_places(system: BlockSystem, fields: Sequence[int]) -> npt.NDArray[np.int64]:
+    """Places of the unknowns of some fields, by their numbers, among those of this rank."""
+    numbering = system.numbering
+    found = [numbering.by_field[k] - numbering.start for k in fields]
+    places = np.unique(np.concatenate([*found, np.zeros(0, np.int64)]))
+    return places[(places >= 0) & (places < numbering.owned)]
 
 
 def elementwise_dofs(body: Body) -> Dofs:

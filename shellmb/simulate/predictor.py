@@ -1,4 +1,8 @@
-"""First guess of a step: the steps before it, extrapolated; directors stay on the sphere."""
+"""First guess of a step: the steps before it, extrapolated; directors stay on the sphere.
+
+Steps may differ in length. Velocities times the step, which are unknowns of some schemes, are kept
+as velocities.
+"""
 
 from __future__ import annotations
 
@@ -9,31 +13,31 @@ from petsc4py import PETSc
 import numpy as np
 import numpy.typing as npt
 
-from shellmb.system.convergence import Convergence
-from shellmb.system.nodes import SystemNodes
+from shellmb.system.iteration import Iteration
 
 Floats = npt.NDArray[np.float64]
 
-# weights of the last states, the newest first, of polynomials of degree 0, 1, 2, 3 in the step
-WEIGHTS = np.array([[1, 0, 0, 0], [2, -1, 0, 0], [3, -3, 1, 0], [4, -6, 4, -1]], dtype=float)
+# so many states are kept: polynomials of degree 0, 1, 2, 3 in time
+STATES = 4
 # share of the last error in the mean that tells which degree does best
 MEMORY = 0.5
 
 
 class Predictor:
-    """Extrapolates the unknowns of steps that continue one another, of equal length first of all.
+    """Extrapolates the unknowns of steps that continue one another.
 
     Which degree does best depends on the motion: high degrees do for smooth ones, low degrees where
     stiff parts oscillate. The one with the smallest error in the steps before is taken.
 
     Args:
-        nodes: Nodes of the system that carry directors.
-        convergence: Measures errors as it measures updates.
+        iteration: Knows the directors, and measures errors as it measures updates.
+        rates: Places of the owned unknowns that are velocities times the step.
     """
 
-    def __init__(self, nodes: SystemNodes, convergence: Convergence) -> None:
-        self._nodes, self._convergence = nodes, convergence
-        self._guess = nodes.system.x.duplicate()
+    def __init__(self, iteration: Iteration, rates: npt.NDArray[np.int64]) -> None:
+        self._nodes, self._convergence = iteration.nodes, iteration.convergence
+        self._rates = rates
+        self._guess = iteration.system.x.duplicate()
         self.clear()
 
     def clear(self) -> None:
@@ -41,36 +45,42 @@ class Predictor:
         # the last states, the newest first; an array of its own after each step, so that who was
         # given them may keep them
         self._past = np.zeros((0, self._nodes.system.numbering.owned))
+        # times from the first of them to each, s
+        self._times = np.zeros(0)
         self._errors: list[float] = []
         self._key: Hashable = None
 
-    def guess(self, key: Hashable) -> PETSc.Vec | None:
+    def guess(self, key: Hashable, dt: float) -> PETSc.Vec | None:
         """Unknowns at the end of the next step; None if the past does not tell.
 
         Args:
             key: What steps have in common that continue one another.
+            dt: Its length, s.
         """
         known = len(self._past)
         if not known or key != self._key:
             return None
         degree = int(np.argmin(self._errors)) if self._errors else 0
-        self._guess.array[:] = WEIGHTS[degree, :known] @ self._past
+        self._guess.array[:] = weights(self._times / dt)[degree] @ self._past
+        self._guess.array[self._rates] *= dt
         self._nodes.normalise(self._guess)
         return self._guess
 
-    def accept(self, x: PETSc.Vec, key: Hashable) -> None:
+    def accept(self, x: PETSc.Vec, key: Hashable, dt: float) -> None:
         """Remember the solution of a step.
 
         Args:
             x: Unknowns.
             key: What steps have in common that continue one another.
+            dt: Length of the step, s.
         """
         if key != self._key:
             self.clear()
         self._key = key
-        new, known = x.array_r, len(self._past)
+        new, known = x.array_r.copy(), len(self._past)
         if known:
-            guesses = WEIGHTS[:known, :known] @ self._past
+            guesses = weights(self._times / dt) @ self._past
+            guesses[:, self._rates] *= dt
             found = self._convergence.sizes(new, new - guesses).tolist()
             old = self._errors
             self._errors = [
@@ -78,24 +88,49 @@ class Predictor:
                 for error, before in zip(found, old, strict=False)
             ]
             self._errors += found[len(old) :]
-        self._past = np.concatenate([new[None], self._past[: len(WEIGHTS) - 1]])
+        new[self._rates] /= dt
+        self._past = np.concatenate([new[None], self._past[: STATES - 1]])
+        self._times = np.array([0.0, *(self._times - dt)])[:STATES]
 
     def arrays(self) -> dict[str, Floats]:
         """What a restart needs of the past: unknowns that this rank owns."""
         return {str(k): state for k, state in enumerate(self._past)}
 
-    def state(self) -> list[float]:
-        """The other part of it: how each degree has done."""
-        return list(self._errors)
+    def state(self) -> dict[str, list[float]]:
+        """The other part of it: when they were, and how each degree has done."""
+        return {"times": self._times.tolist(), "errors": list(self._errors)}
 
-    def restore(self, arrays: Mapping[str, Floats], errors: Sequence[float], key: Hashable) -> None:
+    def restore(
+        self,
+        arrays: Mapping[str, Floats],
+        state: Mapping[str, Sequence[float]],
+        key: Hashable,
+    ) -> None:
         """Take up a saved past.
 
         Args:
             arrays: As from `arrays`.
-            errors: As from `state`.
+            state: As from `state`.
             key: That of the step to come.
         """
         states = [arrays[str(k)] for k in range(len(arrays))]
         self._past = np.reshape(states, (len(arrays), self._past.shape[1]))
-        self._errors, self._key = list(errors), key
+        self._times, self._errors = np.array(state["times"]), list(state["errors"])
+        self._key = key
+
+
+def weights(times: Floats) -> Floats:
+    """Weights of known states in polynomials through the newest one, two, ... of them.
+
+    Args:
+        times: Their times from the newest, in steps to come, the newest first, shape (n,).
+
+    Returns:
+        For the state a step ahead, row k for the polynomial of degree k, shape (n, n).
+    """
+    found = np.zeros((len(times), len(times)))
+    for degree in range(len(times)):
+        for i, s in enumerate(times[: degree + 1]):
+            others = np.delete(times[: degree + 1], i)
+            found[degree, i] = np.prod((1 - others) / (s - others))
+    return found

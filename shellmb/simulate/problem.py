@@ -23,6 +23,7 @@ from shellmb.simulate.fields import (
     body_directors,
     body_field,
     kinematic_dofs,
+    owned_places,
     resultant_dofs,
     without_jump,
 )
@@ -64,7 +65,6 @@ class Problem:
         iteration: What Newton's method iterates.
         paths: Steps of the bodies by their name, for schemes that are quadratic in time.
         load_factor: Factor of all loads, where it is an unknown; None: loads depend on time.
-        jit_seconds: Time spent compiling.
     """
 
     def __init__(self, model: Model, scheme: Scheme) -> None:
@@ -102,15 +102,19 @@ class Problem:
         self.newton = NEWTON[solver.backend](self.iteration)
 
     def key(self, dt: float) -> tuple[Hashable, ...]:
-        """Steps with the same one have nearly the same Jacobian, and continue one another."""
-        switches = self.model.mechanism.switches.key
-        # in linear statics the length of a load step changes nothing
-        return switches if self.scheme.linear else (dt, *switches)
+        """Steps with the same one have nearly the same Jacobian; in linear statics all have it."""
+        return self.switches if self.scheme.linear else (dt, *self.switches)
+
+    @property
+    def switches(self) -> tuple[Hashable, ...]:
+        """Steps with the same one continue one another."""
+        return self.model.mechanism.switches.key
 
     @cached_property
     def predictor(self) -> Predictor:
         """Extrapolates the steps before."""
-        return Predictor(self.iteration.nodes, self.iteration.convergence)
+        rates = [k for (_, stage), k in self._index.items() if stage == RATE]
+        return Predictor(self.iteration, owned_places(self.system, rates))
 
     def _add(self, body: Body) -> None:
         space = body.mixed.space
@@ -240,8 +244,7 @@ class Problem:
     def _start_from_state(self) -> None:
         """The first guess is the state at the start of the step; velocities do not jump.
 
-        A path that is quadratic in time is guessed straight: a bow of the size of the velocity
-        times a very long step would lead astray.
+        A quadratic path is guessed straight: the bow of a very long step would lead astray.
         """
         if self.scheme.linear:
             return
@@ -270,8 +273,7 @@ class Problem:
     def warm_up(self, dt: float) -> None:
         """Assemble once and order the factorisation, at the state the functions hold.
 
-        A resumed run does the same at the same state, so that it orders its unknowns as the first
-        did.
+        A resumed run does the same at the same state: it orders its unknowns as the first did.
 
         Args:
             dt: Length of the first step, s.
@@ -291,7 +293,7 @@ class Problem:
             ConvergenceError: Names the field that did not converge.
         """
         key = self.key(dt)
-        guess = self.predictor.guess(key) if self.scheme.dynamic else None
+        guess = self.predictor.guess(self.switches, dt) if self.scheme.dynamic else None
         if guess is not None:
             self.system.scatter(guess)
             for field in self.fields:
@@ -308,7 +310,7 @@ class Problem:
     def accept(self, dt: float) -> None:
         """Make the state at the end of the step the start of the next one."""
         if self.scheme.dynamic:
-            self.predictor.accept(self.system.x, self.key(dt))
+            self.predictor.accept(self.system.x, self.switches, dt)
         for name, levels in self.levels.items():
             kinematic = self._kinematic_dofs[name]
             unknown = {s: f.x.array for s, f in levels.unknown.items()}

@@ -17,17 +17,18 @@ from shellmb.model.model import Model
 from shellmb.scene import Scene
 from shellmb.scene.checks_effect import check_begin
 from shellmb.schemes.base import Scheme
+from shellmb.schemes.localerror import local_error
 from shellmb.schemes.registry import make_scheme
 from shellmb.simulate.arclength import ArcSize, PathSteps
 from shellmb.simulate.control import StepSize
 from shellmb.simulate.dropped import DroppedConstraints
+from shellmb.simulate.landing import ROUND_OFF, Landing, step_to
 from shellmb.simulate.problem import Problem
 from shellmb.simulate.sound import sound_model
 from shellmb.simulate.start import Start
 from shellmb.simulate.stepping import Arrays, Stepping, TimeSteps
+from shellmb.simulate.tolerance import ErrorSize
 
-# a remaining time below this fraction of a step is round-off, not a step
-ROUND_OFF = 1e-9
 # what names of saved arrays of steps before the last one begin with
 PAST = "past/"
 
@@ -104,12 +105,14 @@ class StepInfo:
         iterations: Newton iterations.
         jump: Largest jump between the states j and i relative to the parts' scales; None where the
             scheme has none.
+        error: Estimate of its error (`errors`); None without a tolerance.
     """
 
     t: float
     dt: float
     iterations: int
     jump: float | None
+    error: float | None = None
 
 
 class Simulation:
@@ -145,8 +148,7 @@ class Simulation:
         assert scene.dt is not None and scene.t_end is not None
         self.t, self.t_end = 0.0, float(scene.t_end)
         self.step, self.iterations = 0, 0
-        kind = StepSize if scene.path is None else ArcSize
-        self.size = kind(scene.control, float(scene.dt))
+        self.size = self._size()
         self.last: StepInfo | None = None
         self.model: Model
         self.model, self.redundant = sound_model(scene, comm)
@@ -163,8 +165,20 @@ class Simulation:
             self.path = PathSteps(self.problem, scene.path, self.size)
         self.stepping: Stepping = self.path or TimeSteps(self.problem)
         self.dropped = DroppedConstraints(self.problem)
+        self.landing = Landing(scene, self.model.mechanism.events)
         self.setup_seconds = clock.perf_counter() - begin - self.problem.system.jit_seconds
         self.step_seconds = 0.0
+
+    def _size(self) -> StepSize:
+        """Who chooses the step."""
+        control, dt, solver = self.scene.control, float(self.scene.dt or 0.0), self.scene.solver
+        if self.scene.path is not None:
+            return ArcSize(control, dt)
+        if control.tolerance is None:
+            return StepSize(control, dt)
+        law = local_error(self.scheme)
+        noise = law.per_radian(solver.tolerance ** (1 / law.degree))
+        return ErrorSize(control, dt, self.t_end, law.order, noise)
 
     def run(self, observers: Sequence[Observer] = ()) -> None:
         """Step to the end.
@@ -203,17 +217,19 @@ class Simulation:
             self.problem.projection.project()
             self._start.accelerations(self.t)
             # velocities have jumped: what went before tells nothing
-            self.problem.predictor.clear()
+            self.stepping.forget(velocities=True)
             for observer in observers:
                 observer.switched(self)
         if "v" in self.scheme.rates:
             self.model.mechanism.refresh(self.problem.levels)
+        if self.landing.corner(self.t):
+            self.stepping.forget(velocities=False)
         while True:
-            end = min([t for t in self.model.mechanism.events if t > self.t], default=self.t_end)
-            remaining = end - self.t
-            dt = remaining if remaining <= self.size.dt * (1 + ROUND_OFF) else self.size.dt
+            end = self.landing.after(self.t, self.t_end)
+            dt = step_to(end, self.t, self.size)
+            lands = dt == end - self.t
             try:
-                iterations, dt = self.stepping.attempt(self.t, dt)
+                attempt = self.stepping.attempt(self.t, dt)
             except ConvergenceError as error:
                 if self.size.reject(dt) or (self.scheme.dynamic and self.size.leap()):
                     continue
@@ -222,21 +238,23 @@ class Simulation:
                     error.field,
                     error.norms,
                 ) from error
+            lands, dt = lands and attempt.dt == dt, attempt.dt
             jump = self._jump()
-            if self.size.too_large(jump) and self.size.reject(dt):
+            measured = jump if attempt.error is None else attempt.error
+            if self.size.too_large(measured, dt) and self.size.reject(dt, measured):
                 continue
             break
         self.dropped.check(self.t)
-        self.last = StepInfo(self.t, dt, iterations, jump)
+        self.last = StepInfo(self.t, dt, attempt.iterations, jump, attempt.error)
         for observer in observers:
             observer.solved(self)
         self.stepping.accept(dt)
-        self.t = end if dt == remaining else self.t + dt
+        self.t = end if lands else self.t + dt
         if self.stepping.finished:
             self.t_end = self.t
         self.step += 1
-        self.iterations += iterations
-        self.size.accept(jump)
+        self.iterations += attempt.iterations
+        self.size.accept(measured, dt)
         for observer in observers:
             observer.accepted(self)
 

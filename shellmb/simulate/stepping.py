@@ -7,10 +7,14 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 import numpy.typing as npt
 
+from shellmb.simulate.errors import StepErrors
 from shellmb.simulate.problem import Problem
 from shellmb.simulate.turns import PrescribedTurns
 
 Arrays = dict[str, npt.NDArray[np.float64]]
+
+# what names of arrays for estimates of errors begin with
+ERRORS = "errors/"
 
 
 class Attempt(NamedTuple):
@@ -19,10 +23,12 @@ class Attempt(NamedTuple):
     Args:
         iterations: Newton iterations.
         dt: Its length; shorter than asked for where something on the way must not be passed.
+        error: Estimate of its error (`errors`), where the scene has a tolerance for it.
     """
 
     iterations: int
     dt: float
+    error: float | None = None
 
 
 class Stepping(Protocol):
@@ -47,6 +53,14 @@ class Stepping(Protocol):
 
     def accept(self, dt: float) -> None:
         """Make the state of the last attempt the accepted one."""
+        ...
+
+    def forget(self, velocities: bool) -> None:
+        """The motion does not continue smoothly: what went before tells nothing.
+
+        Args:
+            velocities: Whether they have jumped; if not, forces or their rates have.
+        """
         ...
 
     def arrays(self) -> Arrays:
@@ -77,6 +91,8 @@ class TimeSteps:
 
     def __init__(self, problem: Problem) -> None:
         self._problem, self._turns = problem, PrescribedTurns(problem)
+        controlled = problem.model.scene.control.tolerance is not None
+        self._errors = StepErrors(problem) if controlled else None
 
     @property
     def finished(self) -> bool:
@@ -87,20 +103,40 @@ class TimeSteps:
         """Solve for the state at `t + dt`."""
         self._turns.check(t, dt)
         self._problem.prepare(t, dt)
-        return Attempt(self._problem.solve(dt), dt)
+        iterations = self._problem.solve(dt)
+        return Attempt(iterations, dt, None if self._errors is None else self._errors.estimate(dt))
 
     def accept(self, dt: float) -> None:
         """Make the solved state the accepted one."""
         self._problem.accept(dt)
+        if self._errors is not None:
+            self._errors.accept(dt)
+
+    def forget(self, velocities: bool) -> None:
+        """Estimates begin anew; first guesses where velocities have jumped."""
+        if velocities:
+            self._problem.predictor.clear()
+        if self._errors is not None:
+            self._errors.forget()
 
     def arrays(self) -> Arrays:
-        """States of earlier steps, from which first guesses are made."""
-        return self._problem.predictor.arrays()
+        """States of earlier steps, from which first guesses and errors are found."""
+        found = dict(self._problem.predictor.arrays())
+        if self._errors is not None:
+            found |= {f"{ERRORS}{name}": array for name, array in self._errors.arrays().items()}
+        return found
 
     def state(self) -> Any:
-        """How well they did."""
-        return self._problem.predictor.state()
+        """What else is known of them."""
+        return {
+            "guesses": self._problem.predictor.state(),
+            "errors": None if self._errors is None else self._errors.state(),
+        }
 
     def restore(self, arrays: Arrays, state: Any, last_dt: float) -> None:
         """Take them up."""
-        self._problem.predictor.restore(arrays, state, self._problem.key(last_dt))
+        mine = {k.removeprefix(ERRORS): a for k, a in arrays.items() if k.startswith(ERRORS)}
+        guesses = {k: a for k, a in arrays.items() if not k.startswith(ERRORS)}
+        self._problem.predictor.restore(guesses, state["guesses"], self._problem.switches)
+        if self._errors is not None and state["errors"] is not None:
+            self._errors.restore(mine, state["errors"])

@@ -66,7 +66,7 @@ _NAVIER = rectangle_uniform_deflection(
     loaded_plate.PRESSURE,
 )
 
-BUNDLED = (
+BUNDLED: tuple[Bundled, ...] = (
     Bundled(
         "static_plate",
         "Thin square plate, simply supported, linear, against Navier's series: mesh, degree, cell.",
@@ -250,6 +250,50 @@ BUNDLED = (
         ),
     ),
 )
+
+
+CONTROL = Bundled(
+    "step_control",
+    "Fixed steps and steps that follow their error, fast and slow phases: dt or tolerance.",
+    (
+        Part(
+            "sudden load",
+            Sweep(
+                Base("sudden_load"),
+                _quantities("tip_z:l2"),
+                scheme=("ep", "ed", "ep4", "ed3"),
+                alpha=(1.0,),
+                dt=(2e-2, 1e-2, 5e-3),
+                step_tolerance=(1e-2, 1e-3, 1e-4),
+                reference="ep4",
+                repeat=2,
+            ),
+        ),
+        Part(
+            "snap-through (6.2), of beams, through the snap",
+            Sweep(
+                Base("snap_through", (("model", "beam"),), 1.2),
+                _quantities("M:l2"),
+                scheme=("ed",),
+                dt=(2e-2, 1e-2, 5e-3),
+                step_tolerance=(1e-2, 1e-3, 1e-4),
+                repeat=1,
+            ),
+        ),
+        Part(
+            "antenna (6.3), of beams, opening",
+            Sweep(
+                Base("antenna", (("model", "beam"),), 90.0),
+                _quantities("A4_x:l2"),
+                scheme=("ed",),
+                dt=(0.8, 0.4, 0.2),
+                step_tolerance=(1e-2, 1e-3, 1e-4),
+                repeat=1,
+            ),
+        ),
+    ),
+)
+BUNDLED += (CONTROL,)
 
 
 def find_bundled(name: str) -> tuple[Bundled, ...]:

@@ -12,9 +12,12 @@ from shellmb.scene import GmshFile, MeshFile, Scene, Shell
 from shellmb.scene.checks_effect import DISSIPATIVE
 
 # in this order choices are named, and vary from the slowest to the fastest in the grid
-AXES = ("scheme", "alpha", "cell", "degree", "solve", "tolerance", "mesh", "dt")
+AXES = (
+    *("scheme", "alpha", "cell", "degree", "solve", "tolerance", "mesh", "dt"),
+    "step_tolerance",
+)
 # what a run is the more accurate for, and what its curve in the picture is drawn over
-REFINED = ("mesh", "dt")
+REFINED = ("mesh", "dt", "step_tolerance")
 # schemes that are called by their initials
 SHORT = ("ep", "ed", "ep4", "ed3")
 
@@ -31,7 +34,8 @@ class Choice:
         solve: Unknowns of the linear systems.
         tolerance: Relative tolerance of Newton's method.
         mesh: Elements of the shells along both sides; without shells of the beams, and 1.
-        dt: Time or load step, s.
+        dt: Time or load step, s; the first one where steps follow their error.
+        step_tolerance: Tolerance of the step control; None: steps are fixed.
     """
 
     scheme: str | None = None
@@ -42,6 +46,7 @@ class Choice:
     tolerance: float | None = None
     mesh: tuple[int, int] | None = None
     dt: float | None = None
+    step_tolerance: float | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values, those that apply."""
@@ -77,7 +82,8 @@ def _words(choice: Choice, name: str) -> str:
         "cell": f"{value}",
         "degree": f"degree {value}",
         "solve": f"{value} system",
-        "tolerance": f"tolerance {value}",
+        "tolerance": f"Newton tolerance {value}",
+        "step_tolerance": f"tolerance {value:g}" if name == "step_tolerance" else "",
         "mesh": f"{value[0]}x{value[1]}" if name == "mesh" else "",
         "dt": f"dt = {value:g} s" if name == "dt" else "",
     }
@@ -130,6 +136,7 @@ class Base:
             "solve": scene.solver.solve,
             "tolerance": scene.solver.tolerance,
             "dt": scene.dt,
+            "step_tolerance": scene.control.tolerance,
         }
         meshed = [b for b in scene.meshed if self.body in (None, b.name)]
         if meshed:

@@ -20,7 +20,7 @@ class Order:
 
     Args:
         family: What the runs have in common.
-        direction: "dt" or "h".
+        direction: "dt", "h", or "tolerance".
         order: The slope; None if fewer than two runs tell.
         points: Number of runs that tell.
         at: The other size, at which it was found: that of the finest runs.
@@ -48,6 +48,10 @@ def find_orders(judged: Judged) -> list[Order]:
         # of several tolerances the tightest
         tight = min(p.choice.tolerance or 0.0 for p in points)
         some = [p for p in points if (p.choice.tolerance or 0.0) == tight]
+        if some[0].choice.step_tolerance is not None:
+            allowed = [p.choice.step_tolerance or 1.0 for p in some]
+            found.append(_order(judged, family, "tolerance", some, allowed, ""))
+            continue
         if "dt" in judged.swept:
             finest = max((p.choice.mesh or (1, 1) for p in some), key=prod)
             line = [p for p in some if (p.choice.mesh or (1, 1)) == finest]

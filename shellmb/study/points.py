@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from statistics import median
 
-from shellmb.study.choice import Choice
+from shellmb.study.choice import REFINED, Choice
 from shellmb.study.quantity import Quantity
 from shellmb.study.records import Record
 from shellmb.study.reference import Reference
@@ -88,13 +88,16 @@ class Judged:
     @property
     def family_axes(self) -> tuple[str, ...]:
         """Swept axes but mesh and step: what a curve of the picture is named after."""
-        return tuple(a for a in self.swept if a not in ("mesh", "dt", "tolerance"))
+        return tuple(a for a in self.swept if a not in (*REFINED, "tolerance"))
 
     def families(self) -> dict[str, list[Point]]:
         """Points with an error by what they have in common beside mesh, step and tolerance."""
         found: dict[str, list[Point]] = {}
         for point in self.good:
-            found.setdefault(point.choice.label(self.family_axes), []).append(point)
+            label = point.choice.label(self.family_axes)
+            if point.choice.step_tolerance is not None:
+                label = f"{label}, controlled" if label else "controlled"
+            found.setdefault(label, []).append(point)
         return found
 
 
@@ -133,11 +136,13 @@ def credited(points: Sequence[Point]) -> tuple[Point, ...]:
 
 def _finer(one: Choice, other: Choice) -> bool:
     """Whether one is as fine as the other in all, and the same otherwise."""
-    sizes = ("mesh", "dt", "tolerance")
+    sizes = (*REFINED, "tolerance")
     if one.without(*sizes) != other.without(*sizes):
         return False
+    if (one.step_tolerance is None) != (other.step_tolerance is None):
+        return False
     counts = zip(one.mesh or (1, 1), other.mesh or (1, 1), strict=True)
-    steps = ((c.dt or 0.0, c.tolerance or 0.0) for c in (one, other))
+    steps = ((c.dt or 0.0, c.tolerance or 0.0, c.step_tolerance or 0.0) for c in (one, other))
     return all(a >= b for a, b in counts) and all(a <= b for a, b in zip(*steps, strict=True))
 
 

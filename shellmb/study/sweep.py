@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import prod
 from typing import Any
@@ -64,6 +64,8 @@ class Sweep:
         tolerance: Tolerances of Newton's method.
         mesh: Elements along both sides.
         dt: Time or load steps, s.
+        step_tolerance: Tolerances of the step control, each run from the scene's first step on;
+            they stand beside the steps, not for each of them.
         exact: The exact value of the (only) quantity; None: a finer run is the reference.
         solution: One that is not ours, of the columns that are judged; None: as for `exact`.
         reference: Scheme of the finer run; None: EP4, or ED with the least alpha, if there is one.
@@ -84,6 +86,7 @@ class Sweep:
     tolerance: tuple[float, ...] = ()
     mesh: tuple[tuple[int, int], ...] = ()
     dt: tuple[float, ...] = ()
+    step_tolerance: tuple[float, ...] = ()
     exact: float | None = None
     solution: Solution | None = None
     dissipations: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
@@ -157,8 +160,7 @@ def make_grid(sweep: Sweep, module: SceneModule) -> Grid:
     left_out: list[tuple[Choice, str]] = []
     good: set[tuple[str, Any]] = set()
     first: dict[tuple[str, Any], str] = {}
-    for values in itertools.product(*named.values()):
-        chosen = dict(zip(named, values, strict=True))
+    for chosen in _products(named):
         if not sweep.runs(chosen):
             continue
         try:
@@ -183,11 +185,22 @@ def make_grid(sweep: Sweep, module: SceneModule) -> Grid:
     return Grid(tuple(sorted(found, key=cost)), tuple(left_out))
 
 
+def _products(named: dict[str, tuple[Any, ...]]) -> Iterator[dict[str, Any]]:
+    """All combinations; fixed steps and steps that follow their error are two kinds of one axis."""
+    kinds: list[str] = [k for k in ("dt", "step_tolerance") if k in named]
+    others = [axis for axis in named if axis not in kinds]
+    for kind in kinds or [""]:
+        axes = [axis for axis in named if axis in (*others, kind)]
+        for values in itertools.product(*(named[axis] for axis in axes)):
+            yield dict(zip(axes, values, strict=True))
+
+
 def cost(choice: Choice) -> float:
     """About what a run costs, relative to others of its scene."""
     elements = prod(choice.mesh) if choice.mesh else 1
     stages = {"ed": 3, "ed-printed": 3, "ed3": 4, "ep4": 4}.get(choice.scheme or "", 1)
-    return elements * stages * (choice.degree or 1) ** 2 / (choice.dt or 1.0)
+    step = choice.step_tolerance or choice.dt or 1.0
+    return elements * stages * (choice.degree or 1) ** 2 / step
 
 
 def chain(sweep: Sweep, grid: Grid) -> list[Choice]:
@@ -203,15 +216,19 @@ def chain(sweep: Sweep, grid: Grid) -> list[Choice]:
     Raises:
         SceneError: If the reference is to have a scheme that is not in the grid.
     """
-    best = min(_of_scheme(sweep, grid), key=_fineness)
-    directions = [axis for axis in ("mesh", "dt") if axis in grid.swept]
+    some = _of_scheme(sweep, grid)
+    # fixed steps, where there are some
+    some = [c for c in some if c.step_tolerance is None] or some
+    best = min(some, key=_fineness)
+    time = "dt" if best.step_tolerance is None else "step_tolerance"
+    directions = [axis for axis in ("mesh", time) if len({getattr(c, axis) for c in some}) > 1]
     if not directions:
         dynamic = best.scheme not in ("static", "linear")
-        directions = ["dt"] if dynamic or best.mesh is None else ["mesh"]
+        directions = [time] if dynamic or best.mesh is None else ["mesh"]
     counts = [len({m[k] for m in grid.values("mesh") if m}) for k in (0, 1)]
     # a count that is the same in all meshes stays
     moving = [n > 1 for n in counts] if "mesh" in grid.swept else [True, True]
-    finest = replace(best, dt=min(d for d in grid.values("dt") if d))
+    finest = replace(best, dt=min(c.dt for c in some if c.dt))
     if best.mesh is not None:
         finest = replace(finest, mesh=max((m for m in grid.values("mesh") if m), key=prod))
     members = [
@@ -243,6 +260,7 @@ def _fineness(choice: Choice) -> tuple[float, ...]:
         -float(choice.degree or 0),
         choice.tolerance or 0.0,
         float(choice.solve == "full"),
+        choice.step_tolerance or 0.0,
         choice.dt or 0.0,
     )
 
@@ -252,6 +270,11 @@ def _scaled(
 ) -> Choice | None:
     """The choice finer by a factor, or coarser by a negative one; None if it cannot be."""
     scaled = choice
+    if "step_tolerance" in directions and choice.step_tolerance is not None:
+        # the error is proportional to it; that of a step is so to its square at least
+        square = float(factor**2)
+        tolerance = choice.step_tolerance / square if factor > 0 else choice.step_tolerance * square
+        scaled = replace(scaled, step_tolerance=tolerance)
     if "dt" in directions and choice.dt is not None:
         dt = choice.dt / factor if factor > 0 else choice.dt * -factor
         scaled = replace(scaled, dt=dt)

@@ -137,10 +137,19 @@ def test_a_study_is_stopped_and_goes_on(tmp_path, monkeypatch):
 def test_failures_are_shown_and_not_repeated(tmp_path):
     path, out = scene(tmp_path, steps=1), tmp_path / "out"
     # no update is below round-off by so much
-    sweep = ("--tolerance", "1e-9,1e-40", "--scheme", "ep", "--exact", "1e-6", "--quantity", "tip")
+    sweep = (
+        "--newton-tolerance",
+        "1e-9,1e-40",
+        "--scheme",
+        "ep",
+        "--exact",
+        "1e-6",
+        "--quantity",
+        "tip",
+    )
     result = study(path, *sweep, "--repeat", 2, "--out", out)
     assert result.exit_code == 0, result.output
-    assert "failed: tolerance 1e-40" in result.stdout
+    assert "failed: Newton tolerance 1e-40" in result.stdout
     records = [json.loads(line) for line in (out / RECORDS).read_text().splitlines()[1:]]
     assert [(r["choice"]["tolerance"], r["round"]) for r in records if r["failed"]] == [(1e-40, 0)]
     points = json.loads((out / "study.json").read_text())[0]["points"]

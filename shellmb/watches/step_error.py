@@ -1,0 +1,84 @@
+"""The control of the step by its error could not do what the tolerance asks for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from mpi4py import MPI
+
+import numpy as np
+
+from shellmb.observers.summary import Sources
+from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.tolerance import ErrorSize
+from shellmb.watches.base import Caution
+
+# a motion smaller than so many tolerances is not known to a tenth of it
+KNOWN = 10.0
+
+
+class StepErrors(Silent):
+    """Watches for steps that could not be small enough, and for motions too small to be controlled.
+
+    Args:
+        sources: The observers of the run.
+    """
+
+    name = "step error"
+
+    def __init__(self, sources: Sources) -> None:
+        self._reach = 0.0
+
+    def accepted(self, simulation: Simulation) -> None:
+        """Take how far bodies are from where they were described, relative to their size."""
+        if not isinstance(simulation.size, ErrorSize):
+            return
+        for body in simulation.model.bodies:
+            for part in body.parts:
+                if part.name in body.kinematic and part.name in ("u", "w"):
+                    values = simulation.problem.levels[body.name].q.x.array
+                    moved = np.max(np.abs(values[body.mixed.dofs[part.name]]), initial=0.0)
+                    self._reach = max(self._reach, float(moved) / part.scale)
+
+    def cautions(self, simulation: Simulation) -> Iterator[Caution]:
+        """A sentence for each."""
+        size = simulation.size
+        if not isinstance(size, ErrorSize) or size.settings.tolerance is None:
+            return
+        tolerance = size.settings.tolerance
+        if size.coarse:
+            why = (
+                f"the solver's tolerance of {simulation.scene.solver.tolerance:g} tells no smaller "
+                "one: use a larger tolerance, or a smaller one of the solver"
+                if size.noise > tolerance
+                else f"no step may be below min_dt = {size.smallest:.2g} s: use a smaller one, or "
+                "a larger tolerance"
+            )
+            yield Caution(
+                self.name,
+                None,
+                size.worst,
+                tolerance,
+                f"{size.coarse} steps are off by up to {size.worst:.2g}, more than the tolerance "
+                f"of {tolerance:g}; {why}",
+            )
+        reach = simulation.model.comm.allreduce(self._reach, op=MPI.MAX)
+        if simulation.step and reach < KNOWN * tolerance:
+            yield Caution(
+                self.name,
+                None,
+                reach,
+                KNOWN * tolerance,
+                f"all bodies move by less than {reach:.1e} of their size: the tolerance of "
+                f"{tolerance:g}, which is relative to it, says little of their motion; use one of "
+                f"about {1e-2 * reach:.0e}",
+            )
+
+    def state(self) -> dict[str, Any]:
+        """How far they were so far."""
+        return {"reach": self._reach}
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Take it up."""
+        self._reach = float(state["reach"])
