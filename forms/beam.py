@@ -39,7 +39,7 @@ from typing import NamedTuple
 import ufl
 from ufl.core.expr import Expr
 
-from .discrete import stress_average, variation
+from .discrete import stress_average
 from .frame import vectors
 from .mixed import Interval
 from .state import Layout
@@ -169,8 +169,7 @@ class BeamMixed:
     """Hellinger-Reissner form of a linear section; densities per reference length.
 
     Args:
-        A: Stiffness of the forces, shape (3, 3), N.
-        A_inv: Its inverse.
+        A_inv: Inverse of the stiffness of the forces, shape (3, 3), 1/N.
         D0: Bending stiffness without force, `D - B^T A^-1 B`, shape (3, 3), N m^2.
         N0: Size of the forces, by which their unknowns are of the size of strains, N.
         H: Coupling `A^-1 B`, shape (3, 3), m; None without, and then none of its terms exists.
@@ -179,7 +178,6 @@ class BeamMixed:
         slack: Compliance of the multipliers, 1/N; None without any.
     """
 
-    A: Expr
     A_inv: Expr
     D0: Expr
     N0: Expr
@@ -198,15 +196,15 @@ class BeamMixed:
             strain |= {k: own[i] for i, k in enumerate(free)}
         return ufl.as_vector([strain[k] for k in range(3)])
 
-    def _mixed(self, held: Expr, free: Expr) -> Expr:
-        """Components of `held` where strains are held, those of `free` elsewhere, shape (3,)."""
+    def where_held(self, there: Expr, elsewhere: Expr) -> Expr:
+        """Components of `there` where strains are held, of `elsewhere` where not, shape (3,)."""
         if not self.held:
-            return free
-        return ufl.as_vector([held[k] if k in self.held else free[k] for k in range(3)])
+            return elsewhere
+        return ufl.as_vector([there[k] if k in self.held else elsewhere[k] for k in range(3)])
 
     def _at_state(self, elastic: Expr, N: Expr) -> Expr:
         """Forces of a state: multipliers from its strains, shape (3,)."""
-        return N if self.slack is None else self._mixed(elastic / self.slack, N)
+        return N if self.slack is None else self.where_held(elastic / self.slack, N)
 
     def _elastic(self, Gamma: Expr, K: Expr) -> Expr:
         """Strain that the forces belong to, shape (3,)."""
@@ -225,9 +223,10 @@ class BeamMixed:
         """What acts on `Gamma` and `K`, shape (6,); linear in strains and forces."""
         return (ufl.as_vector([*N, *self._moments(N, halves(e)[1])]),)
 
-    def gap(self, e: Expr, N: Expr) -> Expr:
-        """Strains less those of the forces, shape (3,)."""
-        return self._elastic(*halves(e)) - self._give(N)
+    def gap(self, mean: Expr, end: Expr, N: Expr) -> Expr:
+        """Strains less those of the forces, shape (3,): of the end, or of the mean where held."""
+        elastic = self.where_held(*(self._elastic(*halves(e)) for e in (mean, end)))
+        return elastic - self._give(N)
 
     def resultants(self, strains: Strains, layout: Layout, q: Expr) -> tuple[Expr, Expr]:
         """Forces and moments along the directors, shapes (3,), N and N m."""
@@ -240,29 +239,8 @@ class BeamMixed:
     def averaged(self, strains: Strains, layout: Layout, span: Interval) -> tuple[Expr, Expr]:
         """Those of the averaged stress of a sub-interval, the one that acts in its row."""
         last = self.forces(layout, span.b)
-        N = self._mixed(last, stress_average(self.forces(layout, span.a), last, span.beta))
+        N = self.where_held(last, stress_average(self.forces(layout, span.a), last, span.beta))
         return self.joined(stress_average(strains(span.a), strains(span.b), span.beta), N)
-
-    def virtual_work(self, strains: Strains, layout: Layout, span: Interval, dq: Expr) -> Expr:
-        """Virtual work and the weak compatibility of strains and forces at `span.at`.
-
-        Args:
-            strains: Strains (Gamma, K) as a function of the state, shape (6,).
-            layout: Parts of the state.
-            span: Sub-interval of a step, or a single state.
-            dq: Direction.
-        """
-        N, e = self.forces(layout, span.a), strains(span.a)
-        if span.a is not span.b:
-            # linear: the average of the stresses is the stress of the averages
-            last = self.forces(layout, span.b)
-            N = self._mixed(last, stress_average(N, last, span.beta))
-            e = stress_average(e, strains(span.b), span.beta)
-        M = self._moments(N, halves(e)[1])
-        dGamma, dK = halves(variation(strains, span.mid, dq))
-        at = self._mixed(self._elastic(*halves(e)), self._elastic(*halves(strains(span.at))))
-        gap = at - self._give(self.forces(layout, span.at))
-        return ufl.dot(N, dGamma) + ufl.dot(M, dK) + ufl.dot(self.forces(layout, dq), gap)
 
     def energy(self, strains: Strains, layout: Layout, q: Expr) -> Expr:
         """Mixed strain energy; equal to the strain energy where compatibility holds, J/m."""
@@ -281,22 +259,3 @@ class BeamMixed:
         Gamma, K = halves(strains(b) - strains(a))
         N = self._at_state(self._elastic(Gamma, K), N)
         return (ufl.dot(N, Gamma) + ufl.dot(self._moments(N, K), K)) / 2
-
-    def path(self, strains: Strains, span: Interval, dq: Expr) -> Expr:
-        """What the mean force over the path has beyond `virtual_work`; see `LinearMixed.path`."""
-
-        def stress(e: Expr) -> Expr:
-            Gamma, K = halves(e)
-            N = self.A * self._elastic(Gamma, K)
-            if self.held:
-                # multipliers are those of the middle, to second order
-                N = ufl.as_vector([0 * N[k] if k in self.held else N[k] for k in range(3)])
-            return ufl.as_vector([*N, *self._moments(N, K)])
-
-        def de(q: Expr) -> Expr:
-            return variation(strains, q, dq)
-
-        e_a, e_b = strains(span.a), strains(span.b)
-        bend = 4 * strains(span.mid) - 2 * (e_a + e_b)
-        work = ufl.dot(stress(bend), de(span.mid)) / 6
-        return work + ufl.dot(stress(e_b - e_a), de(span.b) - de(span.a)) / 12

@@ -47,9 +47,14 @@ def variation(measure: Callable[[Expr], Expr], q: Expr, dq: Expr) -> Expr:
         *ufl.algorithms.extract_coefficients(dq),
     ]
     space = next(f.ufl_function_space() for f in carriers if f.ufl_shape == q.ufl_shape)
-    z = ufl.Coefficient(space)
-    derivative = ufl.derivative(measure(z), z, dq)
-    return ufl.replace(apply_derivatives(apply_algebra_lowering(derivative)), {z: q})
+    z, put = ufl.Coefficient(space), {}
+    direction = dq
+    if not dq._ufl_is_terminal_:
+        # gradients are derived in directions that stand by themselves
+        direction = ufl.Coefficient(space)
+        put[direction] = dq
+    derivative = ufl.derivative(measure(z), z, direction)
+    return ufl.replace(apply_derivatives(apply_algebra_lowering(derivative)), {z: q, **put})
 
 
 def gradient(psi: Callable[[Expr], Expr], e: Expr) -> Expr:

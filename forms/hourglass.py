@@ -28,8 +28,7 @@ from collections.abc import Callable
 import ufl
 from ufl.core.expr import Expr
 
-from .discrete import stress_average, variation
-from .mixed import Interval, Measure
+from .mixed import Measure
 from .state import Layout
 from .surface import Surface, unit
 
@@ -68,20 +67,13 @@ class LineSection:
         """Each is one strain, in a rule of its own."""
         return ufl.as_vector([e[0], 0]), ufl.as_vector([0, e[1]])
 
-    def gap(self, e: Expr, N: Expr) -> Expr:
+    def where_held(self, there: Expr, elsewhere: Expr) -> Expr:
+        """No strain is."""
+        return elsewhere
+
+    def gap(self, mean: Expr, end: Expr, N: Expr) -> Expr:
         """Nothing has to agree."""
         return ufl.as_vector([0, 0])
-
-
-def virtual_work(measure: Callable[[Expr], Expr], span: Interval, dq: Expr) -> Pair:
-    """Virtual work per unit stiffness of the two line strains, for their two rules."""
-    mean = (
-        measure(span.a)
-        if span.a is span.b
-        else stress_average(measure(span.a), measure(span.b), span.beta)
-    )
-    change = variation(measure, span.mid, dq)
-    return mean[0] * change[0], mean[1] * change[1]
 
 
 def energy(measure: Callable[[Expr], Expr], q: Expr) -> Pair:

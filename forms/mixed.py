@@ -29,7 +29,7 @@ from typing import NamedTuple, Protocol
 import ufl
 from ufl.core.expr import Expr
 
-from .discrete import stress_average, variation
+from .discrete import stress_average
 from .shell import ShellStrains
 from .state import Layout
 
@@ -58,11 +58,7 @@ class Interval(NamedTuple):
 
 
 class Formulation(Protocol):
-    """Strain energy of a section and its virtual work over a sub-interval."""
-
-    def virtual_work(self, strains: Measure, layout: Layout, span: Interval, dq: Expr) -> Density:
-        """Virtual work in the direction `dq`, with the compatibility equations."""
-        ...
+    """Strain energy of a section; its virtual work is in `forms.pathwork`."""
 
     def energy(self, strains: Measure, layout: Layout, q: Expr) -> Density:
         """Strain energy of the state `q` per area."""
@@ -155,47 +151,24 @@ class LinearMixed:
         """Generalised stresses for the full and the reduced rule, shape (8,) each."""
         return self._forces(e, N)
 
-    def gap(self, e: Expr, N: Expr) -> Expr:
-        """Strains less those of the resultants, in the reduced rule, shape (5,)."""
-        return (1 - self.a) * (membrane_shear(e) - self._compliance(e, N))
+    def gap(self, mean: Expr, end: Expr, N: Expr) -> Expr:
+        """Strains less those of the resultants, in the reduced rule, shape (5,).
 
-    def _held(self, held: Expr, free: Expr) -> Expr:
-        """Components of `held` where strains are held, those of `free` elsewhere, shape (5,)."""
+        Those of the end, where strains are held those of the mean.
+        """
+        s = self.where_held(membrane_shear(mean), membrane_shear(end))
+        return (1 - self.a) * (s - self._compliance(end, N))
+
+    def where_held(self, there: Expr, elsewhere: Expr) -> Expr:
+        """Components of `there` where strains are held, of `elsewhere` where not, shape (5,)."""
         which = (self.A_inv is None,) * 3 + (self.G_inv is None,) * 2
         if not any(which):
-            return free
-        return ufl.as_vector([held[k] if which[k] else free[k] for k in range(5)])
+            return elsewhere
+        return ufl.as_vector([there[k] if which[k] else elsewhere[k] for k in range(5)])
 
     def _at_state(self, e: Expr, N: Expr) -> Expr:
         """Resultants of a state: multipliers from its strains, shape (5,)."""
-        return N if self.slack is None else self._held(membrane_shear(e) / self.slack, N)
-
-    def virtual_work(self, strains: Measure, layout: Layout, span: Interval, dq: Expr) -> Density:
-        """Virtual work and the weak compatibility `s(q) = psi*'(N)` at `span.at`."""
-
-        def e(q: Expr) -> Expr:
-            return vector(strains(q))
-
-        def resultants(q: Expr) -> Expr:
-            return self.N0 * layout.part(q, "N")
-
-        # linear: the average of the stresses is the stress of the averages
-        mean_e = e(span.a) if span.a is span.b else stress_average(e(span.a), e(span.b), span.beta)
-        mean_N = (
-            resultants(span.a)
-            if span.a is span.b
-            else self._held(
-                resultants(span.b),
-                stress_average(resultants(span.a), resultants(span.b), span.beta),
-            )
-        )
-        full, red = self._forces(mean_e, mean_N)
-        de = variation(e, span.mid, dq)
-        e_at = e(span.at)
-        s_at = self._held(membrane_shear(mean_e), membrane_shear(e_at))
-        gap = s_at - self._compliance(e_at, resultants(span.at))
-        compatibility = (1 - self.a) * ufl.dot(resultants(dq), gap)
-        return ufl.dot(full, de), ufl.dot(red, de) + compatibility
+        return N if self.slack is None else self.where_held(membrane_shear(e) / self.slack, N)
 
     def energy(self, strains: Measure, layout: Layout, q: Expr) -> Density:
         """Mixed strain energy `W(q, N)`; equal to the strain energy where compatibility holds."""
@@ -214,32 +187,6 @@ class LinearMixed:
         complementary = ufl.dot(n, stretch) + ufl.dot(Q, shear)
         return ufl.dot(full, e) / 2, (1 - self.a) * (ufl.dot(N, s) - complementary / 2)
 
-    def path(self, strains: Measure, span: Interval, dq: Expr) -> Density:
-        """What the mean force over the straight path from `a` to `b` has beyond `virtual_work`.
-
-        The mid-point force with the averaged stress is the mean of `De(q).C e(q)` over the path
-        only up to terms of second order in the step. With `s = C (4 e_m - 2 e_a - 2 e_b)`, which is
-        of second order too, the exact mean has in addition
-        `s.De_m/6 + (e_b - e_a).C.(De_b - De_a)/12`, for strains quadratic in the state. The two
-        terms together do no work over the path: the energy law is kept, and a scheme of third order
-        stays one in large rotations.
-        """
-
-        def e(q: Expr) -> Expr:
-            return vector(strains(q))
-
-        def de(q: Expr) -> Expr:
-            return variation(e, q, dq)
-
-        e_a, e_b = e(span.a), e(span.b)
-        bend = 4 * e(span.mid) - 2 * (e_a + e_b)
-        turn = de(span.b) - de(span.a)
-        densities = []
-        for stiffness in (self._stress_full, self._stress_red):
-            work = ufl.dot(stiffness(bend), de(span.mid)) / 6
-            densities.append(work + ufl.dot(stiffness(e_b - e_a), turn) / 12)
-        return densities[0], densities[1]
-
     def resultants(self, strains: Measure, layout: Layout, q: Expr) -> Expr:
         """Resultants N/m and moments N of a state, accurate at the points of the reduced rule."""
         return self.joined(vector(strains(q)), self.forces(layout, q))
@@ -248,7 +195,7 @@ class LinearMixed:
         """The same of the averaged stress of a sub-interval, the one that acts in its row."""
         e = stress_average(vector(strains(span.a)), vector(strains(span.b)), span.beta)
         last = self.forces(layout, span.b)
-        N = self._held(last, stress_average(self.forces(layout, span.a), last, span.beta))
+        N = self.where_held(last, stress_average(self.forces(layout, span.a), last, span.beta))
         return self.joined(e, N)
 
     def joined(self, e: Expr, N: Expr) -> Expr:
@@ -259,20 +206,6 @@ class LinearMixed:
         if self.B is not None:
             m = m + self.B * (self.A_inv * (n - self.B * kap))
         return ufl.as_vector([*n, *m, *Q])
-
-    def _stress_full(self, e: Expr) -> Expr:
-        """Fully integrated stress of a strain, shape (8,)."""
-        return self._forces(e, 0 * membrane_shear(e))[0]
-
-    def _stress_red(self, e: Expr) -> Expr:
-        """Stress of a strain in the reduced part, shape (8,)."""
-        eps, gam = split(membrane_shear(e))
-        # multipliers are those of the middle, to second order
-        n = 0 * eps if self.A_inv is None else self.A * eps
-        m, Q = 0 * bending(e), 0 * gam if self.G_inv is None else self.G * gam
-        if self.B is not None:
-            n, m = n + self.B * bending(e), self.B * eps
-        return (1 - self.a) * ufl.as_vector([*n, *m, *Q])
 
     def jump(self, strains: Measure, layout: Layout, a: Expr, b: Expr) -> Density:
         """Elastic part of `c^2`, eq. (34)."""

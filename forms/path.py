@@ -37,6 +37,12 @@ with some weights, a slope `lin` and `quad` with one of them being the direction
 derivatives. The weights are Constants, which the scheme gives
 (`shellmb/schemes/weights.py`): the forms of a body know no scheme, and one kernel serves all rows.
 
+A sub-interval of the paper's schemes, from `a` to `b`, is a path without bow. Its only stress is
+the average of eqs. (22) and (32), and acts on the strains at the middle, `lin(dq) + quad(x, dq)`:
+
+    E = (e_a + e_b)/2 + beta (e_b - e_a)/2
+      = lin(x) + [quad(x, x) + quad(D, D)/4]/2 + beta/2 [lin(D) + quad(x, D)]             (20), (32)
+
 ===========  =====================================================================  ====
 symbol       name                                                                   eq.
 ===========  =====================================================================  ====
@@ -48,7 +54,7 @@ symbol       name                                                               
 ===========  =====================================================================  ====
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import ufl
@@ -93,13 +99,17 @@ class Change(NamedTuple):
 
     Args:
         moment: Derivative of the moment.
-        share: Share of that state's resultants in those of the moment.
+        held: One where the state holds the resultants that belong to the moment; else zero.
+        share: Share of the state's resultants in those of the moment.
         turn: Weight of that state in the slope: the stress acts on second derivatives, too.
+        gain: Derivative of the measure whose compatibility is demanded, over that of the moment.
     """
 
     moment: Slope
+    held: Expr
     share: Expr
     turn: Expr
+    gain: Expr
 
 
 class Pair(NamedTuple):
@@ -109,13 +119,30 @@ class Pair(NamedTuple):
         moment: The moment.
         slope: What its stress acts on.
         own: One where the moment is the row's own, whose compatibility it demands; else zero.
-        changes: Derivatives by the unknown states.
+        ahead: What the end of a sub-interval is ahead of the moment, as a share of the measure's
+            change: resultants are those of the end, and compatible there.
+        changes: Derivatives by the unknown states, of those that it depends on.
     """
 
     moment: Moment
     slope: Slope
     own: Expr
-    changes: tuple[Change, ...]
+    ahead: Expr
+    changes: Mapping[int, Change]
+
+
+class Row(NamedTuple):
+    """What a row of a step is made of, as bodies see it.
+
+    Args:
+        states: Mean, chord and bow of the path as functions that the scheme fills.
+        pairs: Stresses with what they act on.
+        moving: Number of the states that are not always zero: without a bow two.
+    """
+
+    states: tuple[Expr, Expr, Expr]
+    pairs: tuple[Pair, ...]
+    moving: int = 3
 
 
 class Path(NamedTuple):
@@ -197,8 +224,8 @@ class Measure(NamedTuple):
     slope: Callable[[Any, Sequence[tuple[Any, Expr]], Expr], Expr]
 
     def at(self, slope: Slope, states: Sequence[Expr], dq: Expr) -> Expr:
-        """Derivative at the weighted states."""
-        return self.slope(slope.c, tuple(zip(slope.weights, states, strict=True)), dq)
+        """Derivative at the weighted states, or at the first few of them."""
+        return self.slope(slope.c, tuple(zip(slope.weights, states, strict=False)), dq)
 
     def moment(self, m: Moment, states: Sequence[Expr]) -> Expr:
         """Moment over the step."""
@@ -218,10 +245,11 @@ def measure(function: Callable[[Expr], Expr]) -> Measure:
     """A quadratic measure from its value as a function of the state."""
 
     def slope(c: Expr | None, pairs: Sequence[tuple[Expr, Expr]], dq: Expr) -> Expr:
-        y = sum((w * s for w, s in pairs[1:]), pairs[0][0] * pairs[0][1]) if pairs else 0 * dq
-        lin = variation(function, 0 * dq, dq)
-        total = variation(function, y, dq) - lin
-        return total if c is None else total + c * lin
+        found = [] if c is None else [c * variation(function, 0 * dq, dq)]
+        if pairs:
+            y = sum((w * s for w, s in pairs[1:]), pairs[0][0] * pairs[0][1])
+            found.append(variation(lambda q: variation(function, q, dq), 0 * dq, y))
+        return sum(found[1:], found[0])
 
     return Measure(slope)
 
@@ -293,3 +321,7 @@ class Step(NamedTuple):
     path: Path
     states: tuple[Expr, Expr, Expr]
     pairs: tuple[tuple[Pair, Pair], tuple[Pair, Pair]]
+
+    def row(self, k: int) -> Row:
+        """What row `k` is made of."""
+        return Row(self.states, self.pairs[k])

@@ -18,12 +18,13 @@ from shellmb.model.model import Model
 from shellmb.scene import Scene
 from shellmb.scene.loads import FollowerEdgeForce, FollowerSurfaceForce, Gravity, Pressure
 from shellmb.schemes.base import at_state
+from shellmb.schemes.rows import Span
 from shellmb.simulate.fields import body_field
 from shellmb.simulate.simulation import Simulation
 from shellmb.simulate.sound import sound_model
 from shellmb.system.assembly import BlockSystem
 from shellmb.system.direct import MUMPS_OPTIONS
-from shellmb.system.fields import Field
+from shellmb.system.fields import Field, Followers
 
 # shellmb.modes(scene)
 callable_module(__name__, "shellmb.api.modeshapes:modes")
@@ -39,6 +40,9 @@ SHIFT = 10.0
 ZERO, INFINITE = 1e-10, 1e12
 
 FOLLOWERS = (FollowerEdgeForce, FollowerSurfaceForce, Pressure)
+
+# forms that add up to each block of a matrix
+Blocks = dict[tuple[int, int], list[Form]]
 
 
 @dataclass(frozen=True)
@@ -112,12 +116,12 @@ def natural_modes(
     return Modes(values, shapes, model, system.size, rigid)
 
 
-def _forms(
-    model: Model, state: Simulation | None
-) -> tuple[BlockSystem, dict[tuple[int, int], Form], dict[tuple[int, int], Form]]:
+def _forms(model: Model, state: Simulation | None) -> tuple[BlockSystem, Blocks, Blocks]:
     """Block system at the state, with the forms of its stiffness and mass matrices."""
     fields: list[Field] = []
-    stiffness, mass = {}, {}
+    followers: list[Followers] = []
+    stiffness: Blocks = {}
+    mass: Blocks = {}
     numbers = {body.name: k for k, body in enumerate(model.bodies)}
     arrays = state.arrays() if state is not None else {}
     for k, body in enumerate(model.bodies):
@@ -126,7 +130,11 @@ def _forms(
         if arrays:
             q.x.array[:] = arrays[f"{body.name}/q"]
         dq, trial = ufl.TestFunction(space), ufl.TrialFunction(space)
-        forms = [body.internal(at_state(q), dq)]
+        sub = Span(at_state(q), [q], 0)
+        form, terms = body.within(sub, dq, trial)
+        if sub.states is not None:
+            followers.append(Followers(**vars(sub.states)))
+        forms = [form]
         loads = body.loads() if state is not None else None
         if loads is not None and state is not None:
             end = state.problem.start_factor
@@ -134,16 +142,19 @@ def _forms(
             work = loads.virtual_work(q, dq)
             forms.append(-work if work is not None else None)
         present = [form for form in forms if form is not None]
+        stiffness[k, k] = [f for term in terms for f in term.derivatives[0]]
         if present:
             residual = sum(present[1:], present[0])
             derivative = ufl.algorithms.expand_derivatives(ufl.derivative(residual, q, trial))
             if not derivative.empty():
-                stiffness[k, k] = derivative
+                stiffness[k, k].append(derivative)
         inertia = body.inertia(trial, dq)
         if inertia is not None:
-            mass[k, k] = inertia
+            mass[k, k] = [inertia]
         fields.append(body_field(body, q, (), numbers))
-    return BlockSystem(model.comm, fields), stiffness, mass
+    system = BlockSystem(model.comm, fields, followers)
+    system.follow()
+    return system, stiffness, mass
 
 
 def _shift(model: Model, loaded: bool) -> float:

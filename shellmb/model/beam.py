@@ -19,8 +19,9 @@ from shellmb.forms import loads as load_forms
 from shellmb.forms.beam import BeamMixed, Line, LinePoint
 from shellmb.forms.frame import FrameMass, momenta
 from shellmb.forms.mixed import Interval
-from shellmb.forms.path import Measure, Step, bow_of
-from shellmb.model.body import LoadFactors, PartScale, Rates, Term
+from shellmb.forms.path import Measure, Row, Step, bow_of
+from shellmb.forms.pathwork import interval_work
+from shellmb.model.body import LoadFactors, PartScale, Rates, SubInterval, Term
 from shellmb.model.frame import FrameBody
 from shellmb.model.loads import DistributedLoads
 from shellmb.model.pathterms import path_terms
@@ -71,7 +72,6 @@ def bind_beam_section(beam: Beam, domain: mesh.Mesh) -> BoundBeamSection:
 
     force = constant(float(np.max(np.diag(A))))
     formulation = BeamMixed(
-        A=constant(A),
         A_inv=constant(np.linalg.inv(A[np.ix_(free, free)])),
         D0=constant(D - B.T @ H if beam.coupling else D),
         N0=force,
@@ -173,12 +173,22 @@ class BeamModel(FrameBody):
 
     def internal(self, span: Interval, dq: Expr) -> Form:
         """Internal virtual work, compatibility, and the constraints of the frames."""
-        work = self.section.formulation.virtual_work(self.strains, self.layout, span, dq)
+        section, layout = self.section.formulation, self.layout
+        (work,) = interval_work(section, layout, self.strains, span, dq)
         return work * self.rules.reduced + self.constraint_work(span, dq)
 
-    def path(self, span: Interval, dq: Expr) -> Form | None:
-        """Third-order part of the mean force over a sub-interval."""
-        return self.section.formulation.path(self.strains, span, dq) * self.rules.reduced
+    def within(self, sub: SubInterval, dq: Expr, trial: Expr) -> tuple[Form | None, list[Term]]:
+        """The same, the section's forces as terms."""
+        if sub.row is None:
+            return self.internal(sub.span, dq), []
+        return self.constraint_work(sub.span, dq), [self._term(sub.row, dq, trial)]
+
+    def _term(self, row: Row, dq: Expr, trial: Expr) -> Term:
+        """Internal forces of a row."""
+        section, layout, strain = self.section.formulation, self.layout, self.strain_measure
+        return path_terms(
+            section, layout, strain, row, dq, trial, lambda d: d[0] * self.rules.reduced
+        )
 
     @property
     def strain_measure(self) -> Measure:
@@ -194,17 +204,7 @@ class BeamModel(FrameBody):
 
     def along(self, step: Step, k: int, dq: Expr, trial: Expr) -> tuple[Form | None, list[Term]]:
         """Internal forces over a step, and the constraints of the frames."""
-        term = path_terms(
-            self.section.formulation,
-            self.layout,
-            self.strain_measure,
-            step,
-            k,
-            dq,
-            trial,
-            lambda densities: densities[0] * self.rules.reduced,
-        )
-        return self.frame_row(step.path, k, dq), [term]
+        return self.frame_row(step.path, k, dq), [self._term(step.row(k), dq, trial)]
 
     def lost(self, step: Step, bow: Expr) -> Form | None:
         """Elastic energy of the bow of the strains, J."""

@@ -12,7 +12,7 @@ from ufl.core.expr import Expr
 
 from shellmb.build.spaces import MixedSpace
 from shellmb.forms.mixed import Interval
-from shellmb.forms.path import Step
+from shellmb.forms.path import Row, Step
 
 TimeFunction = Callable[[float], float]
 Dofs = npt.NDArray[np.int32]
@@ -123,6 +123,20 @@ class Term(NamedTuple):
     derivatives: Mapping[int, tuple[Form, ...]]
 
 
+class SubInterval(Protocol):
+    """A sub-interval of a step, or a single state, as a body sees it."""
+
+    @property
+    def span(self) -> Interval:
+        """Its states as expressions."""
+        ...
+
+    @property
+    def row(self) -> Row | None:
+        """Its states as functions that follow the unknown ones; None where it has no such."""
+        ...
+
+
 class LoadFactors(Protocol):
     """The loads of a body with the time factors of one stage of a scheme."""
 
@@ -163,8 +177,14 @@ class Body(Protocol):
         """Virtual work of internal and constraint forces, with the constraints themselves."""
         ...
 
-    def path(self, span: Interval, dq: Expr) -> Form | None:
-        """What the mean internal force over the path has beyond `internal`; None if nothing."""
+    def within(self, sub: SubInterval, dq: Expr, trial: Expr) -> tuple[Form | None, list[Term]]:
+        """The same, what has kernels that know no scheme as terms.
+
+        Args:
+            sub: A sub-interval of a step, or a single state.
+            dq: Virtual displacement.
+            trial: Direction of derivatives.
+        """
         ...
 
     def along(self, step: Step, k: int, dq: Expr, trial: Expr) -> tuple[Form | None, list[Term]]:
@@ -263,9 +283,9 @@ class Massless:
         """No internal forces."""
         return None
 
-    def path(self, span: Interval, dq: Expr) -> Form | None:
-        """No internal forces."""
-        return None
+    def within(self, sub: SubInterval, dq: Expr, trial: Expr) -> tuple[Form | None, list[Term]]:
+        """Nothing that has terms."""
+        return self.internal(sub.span, dq), []
 
     def along(self, step: Step, k: int, dq: Expr, trial: Expr) -> tuple[Form | None, list[Term]]:
         """No internal forces."""

@@ -17,7 +17,16 @@ from shellmb.forms.frame import PAIRS, FrameMass
 from shellmb.forms.loads import dead_force
 from shellmb.forms.mixed import Interval
 from shellmb.forms.path import Step
-from shellmb.model.body import Dofs, FixedDofs, LoadFactors, PartScale, Rates, Term, TimeFunction
+from shellmb.model.body import (
+    Dofs,
+    FixedDofs,
+    LoadFactors,
+    PartScale,
+    Rates,
+    SubInterval,
+    Term,
+    TimeFunction,
+)
 from shellmb.model.ends import End
 from shellmb.model.frame import FrameBody
 from shellmb.scene.loads import Gravity
@@ -150,9 +159,9 @@ class RigidBodies(FrameBody):
         """No strains."""
         return None
 
-    def path(self, span: Interval, dq: Expr) -> Form | None:
-        """No elastic forces."""
-        return None
+    def within(self, sub: SubInterval, dq: Expr, trial: Expr) -> tuple[Form | None, list[Term]]:
+        """Nothing that has terms."""
+        return self.constraint_work(sub.span, dq), []
 
     def strain_energy(self, q: Expr) -> Form | None:
         """No strain energy."""

@@ -16,14 +16,22 @@ from shellmb.build.mesh import SurfaceMesh
 from shellmb.build.spaces import MixedSpace, shell_space
 from shellmb.forms import hourglass
 from shellmb.forms import shell as shell_forms
-from shellmb.forms.mixed import Density, Interval, LinearMixed
+from shellmb.forms.mixed import Density, Interval
 from shellmb.forms.path import Step
 from shellmb.forms.shell import Mass, ShellStrains
 from shellmb.forms.state import Layout
 from shellmb.forms.surface import Surface, surface
 from shellmb.forms.terms import Point
 from shellmb.model import shellpath
-from shellmb.model.body import FixedDofs, LoadFactors, NodeLink, PartScale, Rates, Term
+from shellmb.model.body import (
+    FixedDofs,
+    LoadFactors,
+    NodeLink,
+    PartScale,
+    Rates,
+    SubInterval,
+    Term,
+)
 from shellmb.model.direction import direction_1
 from shellmb.model.loads import ShellLoads
 from shellmb.model.rules import quadrature_rules
@@ -148,18 +156,11 @@ class ShellModel:
 
     def internal(self, span: Interval, dq: Expr) -> Form:
         """Internal virtual work, compatibility, and the director constraint with its force."""
-        work = self.section.formulation.virtual_work(self.strains, self.layout, span, dq)
-        layout, D = self.layout, self.director
-        lam = self.section.force * layout.part(span.unknown, "lam")
-        dlam = self.section.force * layout.part(dq, "lam")
-        d_mid = D + layout.part(span.mid, "w")
-        constraint = lam * ufl.dot(d_mid, layout.part(dq, "w")) + dlam * (
-            shell_forms.director_constraint(layout.part(span.at, "w"), D)
-        )
-        form = self.integrate(work) + constraint * self.rules.nodes
-        if self.rules.lines is not None:
-            form += self.hourglass(hourglass.virtual_work(self.line_strains, span, dq))
-        return form
+        return shellpath.general(self, span, dq) + shellpath.directors(self, span, dq)
+
+    def within(self, sub: SubInterval, dq: Expr, trial: Expr) -> tuple[Form | None, list[Term]]:
+        """The same, the section's forces as terms where strains are quadratic."""
+        return shellpath.within(self, sub, dq, trial)
 
     def along(self, step: Step, k: int, dq: Expr, trial: Expr) -> tuple[Form | None, list[Term]]:
         """Internal forces over a step, and the constraints of the directors."""
@@ -168,12 +169,6 @@ class ShellModel:
     def lost(self, step: Step, bow: Expr) -> Form | None:
         """Elastic energy of the bow of the strains, J."""
         return shellpath.lost(self, step, bow)
-
-    def path(self, span: Interval, dq: Expr) -> Form | None:
-        """Third-order part of the mean force over a sub-interval; None for nonlinear materials."""
-        if not isinstance(self.section.formulation, LinearMixed):
-            return None
-        return self.integrate(self.section.formulation.path(self.strains, span, dq))
 
     def velocities(self, v: Expr) -> tuple[Expr, Expr]:
         """Velocity of the surface and of the director in a rate of the state."""

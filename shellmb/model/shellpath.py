@@ -1,4 +1,4 @@
-"""A shell over a step that is quadratic in time."""
+"""Internal forces of a shell over a step, and over a sub-interval of it."""
 
 from __future__ import annotations
 
@@ -12,9 +12,11 @@ from ufl.core.expr import Expr
 from shellmb.errors import SceneError
 from shellmb.forms import hourglass
 from shellmb.forms import shell as shell_forms
-from shellmb.forms.mixed import LinearMixed, vector
-from shellmb.forms.path import Measure, Step, bow_of, constraint_row, is_quadratic, measure
-from shellmb.model.body import Term
+from shellmb.forms.mixed import Interval, LinearMixed, vector
+from shellmb.forms.mixed_nonlinear import NonlinearMixed
+from shellmb.forms.path import Measure, Row, Step, bow_of, constraint_row, is_quadratic, measure
+from shellmb.forms.pathwork import interval_work
+from shellmb.model.body import SubInterval, Term
 from shellmb.model.pathterms import path_terms, together
 
 if TYPE_CHECKING:
@@ -37,6 +39,69 @@ def strain_measure(shell: ShellModel) -> Measure:
     return Measure(slope)
 
 
+def general(shell: ShellModel, span: Interval, dq: Expr) -> Form:
+    """Internal forces over a sub-interval, whatever the strains and the section."""
+    section, layout = shell.section.formulation, shell.layout
+
+    def strains(q: Expr) -> Expr:
+        return vector(shell.strains(q))
+
+    if isinstance(section, LinearMixed):
+        full, red = interval_work(section, layout, strains, span, dq)
+    else:
+        assert isinstance(section, NonlinearMixed)
+        full, red = section.virtual_work(shell.strains, layout, span, dq)
+    form = shell.integrate((full, red))
+    if shell.rules.lines is not None:
+        lines = hourglass.LineSection(), layout, shell.line_strains
+        first, second = interval_work(*lines, span, dq)
+        form += shell.hourglass((first, second))
+    return form
+
+
+def directors(shell: ShellModel, span: Interval, dq: Expr) -> Form:
+    """Constraints of the directors at the end of a sub-interval, with their forces."""
+    layout, D = shell.layout, shell.director
+    lam, dlam = layout.part(span.unknown, "lam"), layout.part(dq, "lam")
+    work = lam * ufl.dot(D + layout.part(span.mid, "w"), layout.part(dq, "w"))
+    violation = shell_forms.director_constraint(layout.part(span.at, "w"), D)
+    return shell.section.force * (work + dlam * violation) * shell.rules.nodes
+
+
+def within(
+    shell: ShellModel, sub: SubInterval, dq: Expr, trial: Expr
+) -> tuple[Form | None, list[Term]]:
+    """As of `Body.within`: the section's forces are terms where strains are quadratic."""
+    if not _is_quadratic(shell) or sub.row is None:
+        return shell.internal(sub.span, dq), []
+    return directors(shell, sub.span, dq), [work(shell, sub.row, dq, trial)]
+
+
+def _is_quadratic(shell: ShellModel) -> bool:
+    """Whether forms at mean, chord and bow of a path are exact: of linear sections they are."""
+    if not isinstance(shell.section.formulation, LinearMixed):
+        return False
+    state = ufl.Coefficient(shell.mixed.space)
+    return shell.shell.strains is None or is_quadratic(lambda q: vector(shell.strains(q)), state)
+
+
+def work(shell: ShellModel, row: Row, dq: Expr, trial: Expr) -> Term:
+    """Internal forces of a row, the hourglass control with them."""
+    section, layout, strain = shell.section.formulation, shell.layout, strain_measure(shell)
+    assert isinstance(section, LinearMixed)
+    found = path_terms(
+        section, layout, strain, row, dq, trial, lambda d: shell.integrate((d[0], d[1]))
+    )
+    if shell.rules.lines is None:
+        return found
+    lines = path_terms(
+        hourglass.LineSection(),
+        *(layout, _lines(shell, strain), row, dq, trial),
+        lambda d: shell.hourglass((d[0], d[1])),
+    )
+    return together(found, lines)
+
+
 def along(
     shell: ShellModel, step: Step, k: int, dq: Expr, trial: Expr
 ) -> tuple[Form | None, list[Term]]:
@@ -45,29 +110,15 @@ def along(
     Raises:
         SceneError: If a strain measure of the user is not quadratic.
     """
-    section, layout = shell.section.formulation, shell.layout
     # scenes with other sections are refused before they are built (`scene.checks`)
-    assert isinstance(section, LinearMixed)
-    own = shell.shell.strains
-    if own is not None and not is_quadratic(lambda q: vector(shell.strains(q)), step.path.end):
+    if not _is_quadratic(shell):
+        own = shell.shell.strains
         raise SceneError(
             f"shell '{shell.name}': strains is {getattr(own, '__name__', own)}, which is not "
             "quadratic in displacement and director; with schemes that are quadratic in time it "
             "must be, or use scheme 'ep' or 'ed'"
         )
-    strain = strain_measure(shell)
-    term = path_terms(
-        section,
-        *(layout, strain, step, k, dq, trial),
-        lambda densities: shell.integrate((densities[0], densities[1])),
-    )
-    if shell.rules.lines is not None:
-        along_lines = path_terms(
-            hourglass.LineSection(),
-            *(layout, _lines(shell, strain), step, k, dq, trial),
-            lambda densities: shell.hourglass((densities[0], densities[1])),
-        )
-        term = together(term, along_lines)
+    layout = shell.layout
 
     def constraint(q: Expr) -> Expr:
         w = layout.part(q, "w")
@@ -75,8 +126,9 @@ def along(
 
     row = constraint_row(constraint, step.path, k, dq)
     first, second = (layout.part(q, "lam") for q in row.multipliers)
-    work = first * row.own[0] + second * row.other[0] + layout.part(dq, "lam") * row.value[0]
-    return shell.section.force * work * shell.rules.nodes, [term]
+    acting = first * row.own[0] + second * row.other[0] + layout.part(dq, "lam") * row.value[0]
+    form = shell.section.force * acting * shell.rules.nodes
+    return form, [work(shell, step.row(k), dq, trial)]
 
 
 def _lines(shell: ShellModel, strain: Measure) -> Measure:

@@ -61,15 +61,12 @@ class Stage:
         span: Sub-interval over which forces act, and where constraints hold.
         rate: Rate of the velocities that the inertia sees; None in statics.
         velocity: Velocity that velocity-dependent terms see; None in statics.
-        path: Whether internal forces are their mean over the path of the sub-interval to third
-            order, and not to second.
         chord: Mean velocity over the whole step, in all stages the same; None: `velocity`.
     """
 
     span: Interval
     rate: Expr | None = None
     velocity: Expr | None = None
-    path: bool = False
     chord: Expr | None = None
 
     @property

@@ -40,14 +40,9 @@ class EnergyDecaying:
 
     Args:
         alpha: Dissipation, from 0 (none) to 1 (asymptotic annihilation).
-        path: Whether internal forces are their mean over the path from j to f to third order. The
-            paper's mid-point forces are of second order in large rotations, whatever alpha; with
-            this the scheme is of third order there too, as long as rotary inertia is small. It
-            costs Newton iterations and, in thin shells, pays with small steps only.
     """
 
     alpha: float = 1.0
-    path: bool = False
     name: str = "ed"
     title: str = "energy decaying (ED)"
     dynamic: bool = True
@@ -95,7 +90,7 @@ class EnergyDecaying:
         v_j = v + b / 2 + alpha * b / 2
         chord = (qf - q) / dt
         first = Stage(interval(q, qj, alpha), rate=(a + 3 * b) / dt, velocity=v_j, chord=chord)
-        last = Stage(interval(qj, qf), rate=a / dt, velocity=chord, path=self.path, chord=chord)
+        last = Stage(interval(qj, qf), rate=a / dt, velocity=chord, chord=chord)
         return {"j": first, "f": last}
 
     def jump(self, levels: Levels, dt: fem.Constant) -> JumpStage | None:

@@ -1,39 +1,16 @@
 """Residuals of a body for a step that is quadratic in time, eqs. (Q2)-(Q4)."""
 
-import numpy as np
 import ufl
 from dolfinx import fem
 from ufl.core.expr import Expr
 
-from shellmb.forms.path import Change, Moment, Pair, Path, Slope, Step
+from shellmb.forms.path import Pair, Path, Step
 from shellmb.model.body import Body, Rates
 from shellmb.schemes.base import Levels
 from shellmb.schemes.quadratic import QuadraticInTime
 from shellmb.schemes.residual import Sample, StageForms, acting, averaged
-from shellmb.schemes.weights import SLOPES, UNKNOWN, SlopeWeights, moments, path_states
-
-
-class PathStates:
-    """Mean, chord and bow of a body's path as functions, which follow the unknown ones.
-
-    Args:
-        scheme: The scheme.
-        levels: The body's functions.
-    """
-
-    def __init__(self, scheme: QuadraticInTime, levels: Levels) -> None:
-        space = levels.q.function_space
-        self._weights = path_states(scheme.alpha)
-        assert levels.push is not None
-        sources = (levels.q, levels.push, *levels.unknown.values())
-        self._sources = [f.x.array for f in sources]
-        self.functions = tuple(fem.Function(space, name=n) for n in ("mean", "chord", "bow"))
-        self._arrays = [f.x.array for f in self.functions]
-
-    def follow(self) -> None:
-        """Take the values of the unknown states."""
-        for weights, array in zip(self._weights, self._arrays, strict=True):
-            np.dot(weights, self._sources, out=array)
+from shellmb.schemes.rows import PathStates, bound, constants
+from shellmb.schemes.weights import path_pairs, path_states
 
 
 class PathForms:
@@ -58,38 +35,19 @@ class PathForms:
         self._body, self._scheme, self._levels, self.dt = body, scheme, levels, dt
         self._mesh = levels.q.function_space.mesh
         self.path: Path = scheme.path(levels)
-        self.states = PathStates(scheme, levels)
+        assert levels.push is not None
+        sources = (levels.q, levels.push, *levels.unknown.values())
+        self.states = PathStates(sources, path_states(scheme.alpha))
         mean, chord, bow = self.states.functions
         pairs = self._pairs(0), self._pairs(1)
         self.step = Step(self.path, (mean, chord, bow), pairs)
 
-    def _constants(self, values: object) -> tuple[Expr, ...]:
-        array = np.atleast_1d(np.asarray(values, dtype=float))
-        constant = fem.Constant(self._mesh, array)
-        return tuple(constant[k] for k in range(len(array)))
-
-    def _slope(self, weights: SlopeWeights) -> Slope:
-        (c,), (x, D, z) = self._constants(weights.c), self._constants(weights.weights)
-        return Slope(c, (x, D, z))
-
     def _pairs(self, row: int) -> tuple[Pair, Pair]:
         """Both stresses in one row, with their derivatives."""
-        alpha = self._scheme.alpha
-        states, found = path_states(alpha), []
-        held = tuple(self._levels.unknown.values())
-        for k, (moment, slope) in enumerate(zip(moments(alpha), SLOPES[row], strict=True)):
-            changes = []
-            for c, column in enumerate(UNKNOWN):
-                share = states[:, column]
-                (own,) = self._constants(float(c == k))
-                (turn,) = self._constants(float(slope.weights @ share))
-                changes.append(Change(self._slope(moment.by(share)), own, turn))
-            linear, products = (self._constants(w) for w in moment)
-            (own,) = self._constants(float(k == row))
-            found.append(
-                Pair(Moment(linear, products, held[k]), self._slope(slope), own, tuple(changes))
-            )
-        return found[0], found[1]
+        unknown = self._levels.unknown.values()
+        weights = path_pairs(self._scheme.alpha, row)
+        first, second = (bound(self._mesh, *w) for w in zip(weights, unknown, strict=True))
+        return first, second
 
     def forms(self) -> dict[str, StageForms]:
         """Residuals of both rows, by the name of their stage."""
@@ -102,7 +60,8 @@ class PathForms:
             samples = self._samples(stage)
             parts = [f for f in (inertia, form) if f is not None]
             parts += acting(body, samples, dq)
-            result[stage] = StageForms(None, tuple(parts), samples, tuple(terms))
+            states = self.states if terms and k == 0 else None
+            result[stage] = StageForms(None, tuple(parts), samples, tuple(terms), states)
         return result
 
     def _samples(self, stage: str) -> tuple[Sample, ...]:
@@ -126,7 +85,7 @@ class PathForms:
             return () if forms[0] is None else (whole,)
         found = []
         for tau, weight in averaged(self._scheme, stage):
-            (place,) = self._constants(tau)
+            (place,) = constants(self._mesh, tau)
             found.append(
                 Sample(
                     path.at(place),

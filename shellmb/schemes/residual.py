@@ -10,6 +10,7 @@ from ufl.core.expr import Expr
 
 from shellmb.model.body import Body, LoadFactors, Rates, Term, TimeFunction
 from shellmb.schemes.base import GAUSS_TIMES, GAUSS_WEIGHTS, Levels, Scheme, Stage
+from shellmb.schemes.rows import PathStates, Span
 
 # instants of a step and their weights
 Instants = tuple[tuple[float, float], ...]
@@ -75,12 +76,14 @@ class StageForms:
         residual: Forms that add up to the residual: the body's own forces, loads, added terms.
         samples: Loads and added terms, at one or several states.
         terms: More of the residual, with derivatives by the stages of the scheme.
+        states: Functions that the terms are taken at; None without any.
     """
 
     stage: Stage | None
     residual: tuple[Form, ...]
     samples: tuple[Sample, ...] = ()
     terms: tuple[Term, ...] = ()
+    states: PathStates | None = None
 
 
 def stage_forms(
@@ -95,27 +98,29 @@ def stage_forms(
         dt: Length of the step.
     """
     result = {}
-    for name, stage in scheme.expand(levels, dt).items():
+    unknowns = [levels.unknown[name] for name in scheme.stages]
+    for number, (name, stage) in enumerate(scheme.expand(levels, dt).items()):
         unknown = levels.unknown[name]
-        dq = ufl.TestFunction(unknown.function_space)
-        internal = body.internal(stage.span, dq)
+        space = unknown.function_space
+        dq, trial = ufl.TestFunction(space), ufl.TrialFunction(space)
+        sub = Span(stage.span, unknowns, number, scheme.linear)
+        internal, terms = body.within(sub, dq, trial)
         if internal is not None and scheme.linear:
             # the span is the undeformed state; the unknown is the direction
             internal = ufl.derivative(internal, levels.q, unknown)
-        path = body.path(stage.span, dq) if stage.path else None
         inertia = None if stage.rate is None else body.inertia(stage.rate, dq)
         sample = Sample(
             stage.span.mid,
             stage.rates,
             body.loads(),
             ((1.0, 1.0),) if stage.single else averaged(scheme, name),
-            fem.Constant(unknown.function_space.mesh, 0.0),
+            fem.Constant(space.mesh, 0.0),
             1.0 if stage.single else 0.5,
         )
-        own = [form for form in (inertia, internal, path) if form is not None]
+        own = [form for form in (inertia, internal) if form is not None]
         parts = [sum(own[1:], own[0])] if own else []
         parts += acting(body, (sample,), dq)
-        result[name] = StageForms(stage, tuple(parts), (sample,))
+        result[name] = StageForms(stage, tuple(parts), (sample,), tuple(terms), sub.states)
     jump = scheme.jump(levels, dt) if "b" in levels.unknown else None
     if jump is not None:
         db = ufl.TestFunction(levels.unknown["b"].function_space)

@@ -1,11 +1,14 @@
-"""Weights of a step that is quadratic in time: what its rows are made of, as numbers.
+"""Weights of a step: what the rows of each scheme are made of, as numbers.
 
-All states of a step are combinations of four: `q_i`, `h v_i`, and the unknown `q_f`, `h v_f`. The
-moments and slopes of `forms.path` are combinations of the mean, the chord and the bow of the path,
-which are such combinations themselves, so that their derivatives by the unknowns follow from these
-tables.
+The moments and slopes of `forms.path` are combinations of the mean, the chord and the bow of a
+path, which are combinations of the states themselves, so that their derivatives by the unknowns
+follow from these tables. All states of a step that is quadratic in time are combinations of four:
+`q_i`, `h v_i`, and the unknown `q_f`, `h v_f`. A sub-interval of the paper's schemes, from `a` to
+`b`, is a path without bow, its stress the average of eqs. (22) and (32); a single state of statics
+has no chord either, and in linear statics measures are replaced by their linear part.
 """
 
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -43,6 +46,40 @@ class MomentWeights(NamedTuple):
         return SlopeWeights(float(self.linear @ state), out)
 
 
+class ChangeWeights(NamedTuple):
+    """Numbers of a `forms.path.Change`.
+
+    Args:
+        states: Shares of the unknown state in the states x, D, z.
+        held: As of `Change`.
+        share: As of `Change`.
+        gain: As of `Change`.
+    """
+
+    states: Floats
+    held: bool
+    share: float
+    gain: float
+
+
+class PairWeights(NamedTuple):
+    """Numbers of a `forms.path.Pair`.
+
+    Args:
+        moment: The moment.
+        slope: What its stress acts on.
+        own: Whether the row demands the compatibility of the moment.
+        changes: Derivatives, by the number of the unknown state.
+        ahead: As of `Pair`.
+    """
+
+    moment: MomentWeights
+    slope: SlopeWeights
+    own: bool
+    changes: Mapping[int, ChangeWeights]
+    ahead: float = 0.0
+
+
 def path_states(alpha: float) -> Floats:
     """Mean, chord and bow of the path as combinations of the four states, shape (3, 4), eq. (Q1).
 
@@ -76,3 +113,50 @@ SLOPES = (
 
 # bow of a measure, `e_i + e_f - 2 <e>`
 BOW = MomentWeights(np.array([0.0, 0, 2]), np.array([0, 0, 2, 1 / 6, 0, 4 / 5]))
+
+# what the only stress of a sub-interval acts on: the strains at its middle, eq. (20)
+MIDDLE = SlopeWeights(1.0, np.array([1.0, 0, 0]))
+# what it is of where strains are linear
+LINEAR = MomentWeights(np.array([1.0, 0, 0]), np.zeros(6))
+AT_REFERENCE = SlopeWeights(1.0, np.zeros(3))
+# shares of the ends `a` and `b` in the states x, D, z, and of a single state
+FIRST, LAST = np.array([0.5, -1, 0]), np.array([0.5, 1, 0])
+SINGLE = np.array([1.0, 0, 0])
+
+
+def path_pairs(alpha: float, row: int) -> list[PairWeights]:
+    """Both stresses of a step that is quadratic in time, in the rows P0 and P1."""
+    shares = path_states(alpha)[:, UNKNOWN].T
+    return [
+        PairWeights(
+            *(moment, slope, k == row),
+            {c: ChangeWeights(s, c == k, float(c == k), 1.0) for c, s in enumerate(shares)},
+        )
+        for k, (moment, slope) in enumerate(zip(moments(alpha), SLOPES[row], strict=True))
+    ]
+
+
+def average(beta: float) -> MomentWeights:
+    """`(e_a + e_b)/2 + beta (e_b - e_a)/2`, eq. (32)."""
+    return MomentWeights(np.array([1.0, beta / 2, 0]), np.array([1 / 2, beta / 2, 0, 1 / 8, 0, 0]))
+
+
+def single_pair(number: int, linear: bool) -> PairWeights:
+    """The stress of a single state, which is the unknown one of that number."""
+    moment, slope = (LINEAR, AT_REFERENCE) if linear else (average(0.0), MIDDLE)
+    return PairWeights(moment, slope, True, {number: ChangeWeights(SINGLE, True, 1.0, 1.0)})
+
+
+def interval_pair(beta: float, first: int | None, last: int) -> PairWeights:
+    """The average stress of a sub-interval, eq. (32), and what it acts on.
+
+    Args:
+        beta: Share of the jump.
+        first: Number of the unknown state at its start; None where that is known.
+        last: That of the one at its end, where strains and resultants are compatible.
+    """
+    ahead = (1 - beta) / 2
+    changes = {last: ChangeWeights(LAST, True, 1 - ahead, 1 / (1 - ahead))}
+    if first is not None:
+        changes[first] = ChangeWeights(FIRST, False, ahead, 0.0)
+    return PairWeights(average(beta), MIDDLE, True, changes, ahead)

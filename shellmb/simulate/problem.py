@@ -35,6 +35,7 @@ from shellmb.system.fields import (
     DirectorRates,
     Directors,
     Field,
+    Followers,
     Part,
     ResidualTerm,
 )
@@ -88,11 +89,8 @@ class Problem:
         self._kinematic_dofs = {b.name: kinematic_dofs(b) for b in model.bodies}
         self._resultant_dofs = {b.name: resultant_dofs(b) for b in model.bodies}
         self.fields = [self._field(self._bodies[b], s) for b, s in names]
-        followers = [
-            p.states.follow
-            for n, p in self.paths.items()
-            if any(f.terms for f in self.forms[n].values())
-        ]
+        made = [forms.states for stages in self.forms.values() for forms in stages.values()]
+        followers = [Followers(**vars(states)) for states in made if states is not None]
         self.system = BlockSystem(model.comm, self.fields, followers)
         solver = model.scene.solver
         newton = "once" if scheme.linear else solver.newton

@@ -8,6 +8,8 @@ mechanism whose stiffness is singular until it carries its load.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from mpi4py import MPI
 
 import numpy as np
@@ -18,9 +20,10 @@ from shellmb.errors import ConvergenceError
 from shellmb.model.body import LoadFactors, Rates, TimeFunction
 from shellmb.model.model import Model
 from shellmb.schemes.base import Levels, at_state
+from shellmb.schemes.rows import Span
 from shellmb.simulate.fields import body_field
 from shellmb.system.assembly import BlockSystem
-from shellmb.system.fields import Part
+from shellmb.system.fields import Field, Followers, Part, ResidualTerm
 from shellmb.system.iteration import Iteration, NewtonSettings
 from shellmb.system.newton import NEWTON
 
@@ -43,7 +46,8 @@ class Relaxation:
         self._weights: list[fem.Constant] = []
         self._loads: list[LoadFactors] = []
         numbers = {body.name: k for k, body in enumerate(model.bodies)}
-        fields = []
+        fields: list[Field] = []
+        followers: list[Followers] = []
         for body in model.bodies:
             space, q = body.mixed.space, levels[body.name].q
             unknown = fem.Function(space, name=f"relaxed_{body.name}")
@@ -51,10 +55,9 @@ class Relaxation:
             test = ufl.TestFunction(space)
             weight = fem.Constant(space.mesh, 1.0)
             self._weights.append(weight)
-            forms = [
-                body.inertia(weight * (unknown - q), test),
-                body.internal(at_state(unknown), test),
-            ]
+            sub = Span(at_state(unknown), [unknown], 0)
+            internal, terms = body.within(sub, test, ufl.TrialFunction(space))
+            forms = [body.inertia(weight * (unknown - q), test), internal]
             # what the user's terms and motors do to a body at rest
             rest, time = fem.Function(space), fem.Constant(space.mesh, 0.0)
             extra = body.extra(unknown, Rates(rest, rest), test, time)
@@ -68,9 +71,14 @@ class Relaxation:
                 Part(p.title, body.mixed.dofs[p.name], p.scale, p.advice) for p in body.parts
             )
             residual = tuple(form for form in forms if form is not None)
-            fields.append(body_field(body, unknown, residual, numbers, parts))
+            field = body_field(body, unknown, residual, numbers, parts)
+            number = numbers[body.name]
+            own = tuple(ResidualTerm(t.residual, {number: t.derivatives[0]}) for t in terms)
+            fields.append(replace(field, terms=own))
+            if sub.states is not None:
+                followers.append(Followers(**vars(sub.states)))
         self._fields = {f.name: f for f in fields}
-        self.system = BlockSystem(model.comm, fields)
+        self.system = BlockSystem(model.comm, fields, followers)
         self._newton = NEWTON["newton"](
             Iteration(self.system, NewtonSettings(1e-9, 50), f"shellmb_relaxation_{id(self)}_")
         )

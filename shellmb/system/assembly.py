@@ -8,7 +8,7 @@ motion reaches its neighbours within the same Newton step.
 
 import itertools
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import cached_property
 from typing import Protocol
@@ -25,7 +25,8 @@ from ufl import Form
 from shellmb.kernels import compile_all, compiled
 from shellmb.system import native
 from shellmb.system.exchange import exchange
-from shellmb.system.fields import Field
+from shellmb.system.fields import Field, Followers
+from shellmb.system.following import Following
 from shellmb.system.numbering import Numbering
 
 BlockForms = dict[tuple[int, int], list[fem.Form]]
@@ -71,6 +72,7 @@ class BlockSystem:
     Args:
         comm: Communicator of all meshes.
         fields: Fields with their residual forms.
+        followers: Functions that follow the fields' ones.
 
     Attributes:
         x: Unknowns of all fields, PETSc vector.
@@ -81,13 +83,13 @@ class BlockSystem:
         residuals: What assembles the residuals.
         jit_seconds: Time spent compiling (or finding in the cache) the kernels.
         reactions: Residual at the fixed unknowns before they were replaced, aligned with `fixed`.
-        followers: Give functions that follow the fields' ones their values.
+        follow: Gives functions that follow the fields' ones their values.
     """
 
     def __init__(
-        self, comm: MPI.Comm, fields: list[Field], followers: Sequence[Callable[[], None]] = ()
+        self, comm: MPI.Comm, fields: list[Field], followers: Sequence[Followers] = ()
     ) -> None:
-        self.comm, self.fields, self.followers = comm, fields, followers
+        self.comm, self.fields, self.follow = comm, fields, Following(followers)
         self.numbering = Numbering(comm, fields)
         n = self.numbering
         sizes = (n.owned, PETSc.DETERMINE)
@@ -184,8 +186,7 @@ class BlockSystem:
     def scatter(self, x: PETSc.Vec) -> None:
         """Copy a vector of unknowns into the fields' functions, ghosts and linked dofs included."""
         self._exchange.spread(x)
-        for follow in self.followers:
-            follow()
+        self.follow()
 
     def local_values(self, x: PETSc.Vec) -> npt.NDArray[np.float64]:
         """Entries of a vector of unknowns at all local dofs of all fields, concatenated."""
@@ -247,7 +248,9 @@ class BlockSystem:
         A.setOption(PETSc.Mat.Option.NEW_NONZERO_ALLOCATION_ERR, False)
         return A
 
-    def symmetric_matrix(self, forms: dict[tuple[int, int], Form], diagonal: float) -> PETSc.Mat:
+    def symmetric_matrix(
+        self, forms: Mapping[tuple[int, int], Sequence[Form]], diagonal: float
+    ) -> PETSc.Mat:
         """A matrix of its own without the rows and columns of fixed dofs, as eigenproblems need.
 
         Args:
@@ -255,7 +258,7 @@ class BlockSystem:
             diagonal: Value on the diagonal of fixed dofs.
         """
         A = self._new_matrix()
-        kernels = {key: [compiled(form)] for key, form in forms.items()}
+        kernels = {key: [compiled(form) for form in parts] for key, parts in forms.items()}
         self._assemble(A, kernels, self.held)
         held = self._diagonal.copy()
         held.scale(diagonal)

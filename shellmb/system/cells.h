@@ -104,6 +104,8 @@ void distribute(int, int, const double *, const int64_t *, const int64_t *, cons
 void bases(int, const int64_t *, const double *, const double *, const double *,
            const unsigned char *, double *, double *, double *);
 void copy_pieces(int, double **, const int *, double **);
+void follow(int count, const int *sizes, const int *terms, double **from,
+             const double *weights, double **to);
 void put_rows(int, const int64_t *, const int64_t *, int, const double *, int, double *);
 int turn(int, int, double *, const double *, double);
 int turn_nodes(int, int, const int64_t *, const double *, const double *, double *, double);

@@ -16,7 +16,8 @@ import numpy.typing as npt
 from dolfinx import fem
 
 from shellmb.system import native
-from shellmb.system.loops import CArrays, FormLoop, MeshCells
+from shellmb.system.loops import FormLoop, MeshCells
+from shellmb.system.native import CArrays
 
 Ints = npt.NDArray[np.int64]
 Bools = npt.NDArray[np.bool_]

@@ -4,7 +4,7 @@ The system layer knows no shells: a field is a function space with an unknown fu
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -103,6 +103,20 @@ class DirectorPath(Directors):
     alpha: float = 0.0
     state: int = -1
     rate: int = -1
+
+
+class Followers(NamedTuple):
+    """Functions that are combinations of others, among them unknown ones.
+
+    Args:
+        functions: They.
+        sources: What they are combinations of.
+        weights: The combinations, shape (number of functions, number of sources).
+    """
+
+    functions: Sequence[fem.Function]
+    sources: Sequence[fem.Function]
+    weights: npt.NDArray[np.float64]
 
 
 class ResidualTerm(NamedTuple):

@@ -86,6 +86,7 @@ class Iteration:
         self.nodes.begin()
         self.failure = None
         self.system.gather()
+        self.system.follow()
         self.system.update_fixed_values()
         self.system.residuals.refresh()
 

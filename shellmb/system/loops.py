@@ -15,6 +15,7 @@ from dolfinx.fem import IntegralType
 from shellmb.system import native
 from shellmb.system.assembly import BlockSystem
 from shellmb.system.fields import Field
+from shellmb.system.native import CArrays
 
 Ints = npt.NDArray[np.int32]
 Floats = npt.NDArray[np.float64]
@@ -28,29 +29,6 @@ def cell_dofs(space: fem.FunctionSpace) -> Ints:
         return np.ascontiguousarray(dofs, dtype=np.int32)
     rolled = bs * dofs[:, :, None] + np.arange(bs)
     return np.ascontiguousarray(rolled.reshape(len(dofs), bs * dofs.shape[1]), dtype=np.int32)
-
-
-class CArrays:
-    """Pointers for C to arrays that live as long as this object."""
-
-    def __init__(self) -> None:
-        self.ffi = native.cells().ffi
-        self._kept: list[Any] = []
-
-    def __call__(self, array: npt.NDArray[Any] | None) -> Any:
-        """Pointer to the array's data; NULL for None."""
-        if array is None:
-            return self.ffi.NULL
-        kinds = {"float64": "double *", "int32": "int *", "int64": "int64_t *"}
-        assert array.flags.c_contiguous
-        self._kept.append(array)
-        return self.ffi.cast(kinds[array.dtype.name], array.ctypes.data)
-
-    def many(self, kind: str, pointers: Sequence[Any]) -> Any:
-        """A C array."""
-        made = self.ffi.new(f"{kind}[]", list(pointers) or 1)
-        self._kept.append(made)
-        return made
 
 
 class MeshGeometry:

@@ -9,6 +9,7 @@ import importlib.util
 import os
 import sys
 import tempfile
+from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 from types import ModuleType
@@ -42,6 +43,29 @@ def cells(comm: MPI.Comm = MPI.COMM_WORLD) -> Any:
     pointers += [_address(lapack, name) for name in ("dgetrf", "dgetri")]
     library.use_libraries(*(module.ffi.cast("void *", p) for p in pointers))
     return module
+
+
+class CArrays:
+    """Pointers for C to arrays that live as long as this object."""
+
+    def __init__(self) -> None:
+        self.ffi = cells().ffi
+        self._kept: list[Any] = []
+
+    def __call__(self, array: npt.NDArray[Any] | None) -> Any:
+        """Pointer to the array's data; NULL for None."""
+        if array is None:
+            return self.ffi.NULL
+        kinds = {"float64": "double *", "int32": "int *", "int64": "int64_t *"}
+        assert array.flags.c_contiguous
+        self._kept.append(array)
+        return self.ffi.cast(kinds[array.dtype.name], array.ctypes.data)
+
+    def many(self, kind: str, pointers: Sequence[Any]) -> Any:
+        """A C array."""
+        made = self.ffi.new(f"{kind}[]", list(pointers) or 1)
+        self._kept.append(made)
+        return made
 
 
 def doubles(array: npt.NDArray[np.float64] | None) -> Any:

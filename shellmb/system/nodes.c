@@ -49,6 +49,23 @@ void copy_pieces(int count, double **from, const int *sizes, double **to)
         memcpy(to[k], from[k], sizeof(double) * sizes[k]);
 }
 
+/* Weighted sums of arrays: of each the next few sources and weights. */
+void follow(int count, const int *sizes, const int *terms, double **from,
+             const double *weights, double **to)
+{
+    for (int k = 0; k < count; ++k) {
+        const int n = sizes[k];
+        double *sum = to[k];
+        for (int i = 0; i < n; ++i)
+            sum[i] = weights[0] * from[0][i];
+        for (int term = 1; term < terms[k]; ++term)
+            for (int i = 0; i < n; ++i)
+                sum[i] += weights[term] * from[term][i];
+        from += terms[k];
+        weights += terms[k];
+    }
+}
+
 /* Some rows of a table from rows of another one, which may be narrower. */
 void put_rows(int count, const int64_t *to, const int64_t *from, int width, const double *values,
               int table_width, double *table)

@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from shellmb.system import native
-from shellmb.system.loops import CArrays
 from shellmb.system.meshreduction import MeshReduction
+from shellmb.system.native import CArrays
 from shellmb.system.reducednumbers import ReducedNumbers
 from shellmb.system.rowmap import RowMap
 

@@ -21,7 +21,7 @@ from shellmb.scene import (
     Table,
 )
 from shellmb.scene.checks_effect import DISSIPATIVE
-from shellmb.schemes.ed import EnergyDecaying
+from shellmb.schemes.quadratic import energy_decaying_3
 from shellmb.simulate.simulation import Simulation
 from shellmb.verify.cases import Check, case
 from shellmb.verify.motion import Momenta
@@ -210,16 +210,16 @@ def _sway(scheme: Any, steps: int) -> Scene:
 
 @case("dynamics/order, thin shell in large rotations")
 def thin_orders() -> Iterator[Check]:
-    """Third order in large rotations, with the forces' mean over the path of the sub-interval."""
-    third = EnergyDecaying(1.0, path=True)
+    """Third order in large rotations, of the scheme that is quadratic in time."""
+    third = energy_decaying_3(1.0)
     exact = displacement(solved(_sway(third, 256)), "right-top")
     counts = (16, 32, 64)
-    for title, scheme, order in (("EP", "ep", 2), ("ED alpha=1 with path forces", third, 3)):
+    for title, scheme, order in (("EP", "ep", 2), ("ED3 alpha=1", third, 3)):
         yield Check(
             f"{title}, by regression",
             _order(lambda name, alpha, n: _sway(name, n), scheme, 1.0, counts, exact),
             float(order),
-            "theory; reference by ED alpha=1 with path forces, a quarter of the smallest step",
+            "theory; reference by ED3 alpha=1, a quarter of the smallest step",
             0.2,
             "at least",
         )

@@ -11,10 +11,6 @@ import pytest
 from shellmb.scene import (
     Clamped,
     EdgeForce,
-    Isotropic,
-    Rectangle,
-    Scene,
-    Shell,
     Solver,
     Table,
 )
@@ -28,7 +24,6 @@ from shellmb.schemes.base import (
     Values,
     at_state,
 )
-from shellmb.schemes.ed import EnergyDecaying
 from shellmb.schemes.quadratic import QuadraticInTime
 from shellmb.schemes.registry import SCHEMES, make_scheme
 from shellmb.simulate.simulation import Simulation
@@ -62,40 +57,6 @@ def test_order_in_large_rotations(scheme, swaying, final, make) -> None:
     assert np.max(np.abs(ends[-1])) > 0.8
     changes = [float(np.linalg.norm(b - a)) for a, b in itertools.pairwise(ends)]
     assert slope(steps, changes) > min(make(*scheme).order, 2) - 0.2
-
-
-def test_path_forces_make_the_dissipative_scheme_third_order(final) -> None:
-    """A thin plate in large rotations: third order with the forces' mean over the path."""
-    h, steps = 0.02, (0.1, 0.05, 0.025)
-    thin = Isotropic(E=(0.2 / h) ** 3, nu=0.3, thickness=h, density=0.2 / h)
-    shell = Shell("plate", Rectangle(1.0, 0.5), thin, mesh=(2, 1))
-    force = EdgeForce("right", (2e-3, 5e-3, 25e-3), time=lambda t: float(np.sin(1.5 * t) ** 4))
-    ends = [
-        final(
-            Scene(
-                "plate",
-                shell,
-                supports=Clamped("left"),
-                loads=force,
-                scheme=EnergyDecaying(1.0, path=True),
-                dt=dt,
-                t_end=1.6,
-            )
-        )
-        for dt in (*steps, steps[-1] / 2)
-    ]
-    assert np.max(np.abs(ends[-1])) > 0.8
-    changes = [float(np.linalg.norm(b - a)) for a, b in itertools.pairwise(ends)]
-    assert slope(steps, changes) > 2.8
-
-
-@pytest.mark.parametrize("alpha", [0.0, 1.0])
-def test_path_forces_keep_the_energy_law(alpha, swaying, account) -> None:
-    """What the mean over the path adds does no work over it (large steps, large rotations)."""
-    scene = swaying(EnergyDecaying(alpha, path=True), alpha, 0.2, size=LARGE)
-    Simulation(scene).run([account])
-    # round-off of a hundred times the machine's, and Newton's tolerance squared
-    assert account.relative_error < 1e-11
 
 
 def test_spectral_radius_at_infinity(scheme, plate) -> None:

@@ -17,8 +17,8 @@ from shellmb.scene import (
 )
 from shellmb.simulate.simulation import Simulation
 from shellmb.system.chunks import Chunks, elimination
-from shellmb.system.loops import CArrays
 from shellmb.system.meshreduction import MeshReduction
+from shellmb.system.native import CArrays
 
 
 def part(scheme: str, **body: Shell | Beam) -> MeshReduction:

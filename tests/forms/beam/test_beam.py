@@ -118,36 +118,6 @@ def test_an_interval_of_length_zero_is_a_state(beam, rng) -> None:
     assert beam.value(*work(beam, "interval")) == pytest.approx(state, rel=1e-12)
 
 
-def test_the_path_term_makes_the_force_the_mean_over_the_path(sample, rng) -> None:
-    beam = sample(2, "coupled")
-    body, a, b, v = beam.body, beam.a, beam.b, beam.v
-    for q in (a, b):
-        beam.randomise(q, rng, 0.3)
-    beam.noise(v, rng)
-    q = fem.Function(body.mixed.space)
-    C = fem.Constant(body.domain.mesh, np.array(body.beam.section.stiffness))
-    e, change = body.strains(q), ufl.derivative(body.strains(q), q, v)
-    mean_stress = C * (body.strains(a) + body.strains(b)) / 2
-
-    def force(name: str, stress: Any, s: float) -> float:
-        q.x.array[:] = (1 - s) * a.x.array + s * b.x.array
-        return float(beam.value(name, lambda: ufl.dot(stress, change) * body.rules.reduced))
-
-    # the force along the path is a cubic polynomial, of which Simpson's rule is exact
-    weights = ((1 / 6, 0.0), (4 / 6, 0.5), (1 / 6, 1.0))
-    exact = sum(weight * force("force", C * e, s) for weight, s in weights)
-    mid_point = force("mid-point force", mean_stress, 0.5)
-
-    def path() -> float:
-        return float(beam.value("path", lambda: body.path(interval(a, b), v)))
-
-    correction = path()
-    assert abs(correction) > 1e-3 * abs(exact)
-    assert mid_point + correction == pytest.approx(exact, rel=1e-11)
-    v.x.array[:] = b.x.array - a.x.array
-    assert abs(path()) < 1e-13 * abs(correction)
-
-
 def test_a_rigid_motion_changes_neither_strains_nor_energy(beam, rng, turn) -> None:
     beam.randomise(beam.b, rng, 0.05)
     energy = beam.value("energy of b", lambda: beam.body.strain_energy(beam.b))
