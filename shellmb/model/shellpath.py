@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from typing import TYPE_CHECKING
 
 import ufl
@@ -13,9 +14,11 @@ from shellmb.errors import SceneError
 from shellmb.forms import hourglass
 from shellmb.forms import shell as shell_forms
 from shellmb.forms.mixed import LinearMixed, vector
+from shellmb.forms.mixed_nonlinear import NonlinearMixed
 from shellmb.forms.path import Measure, Step, bow_of, constraint_row, is_quadratic, measure
+from shellmb.forms.pathwork_nonlinear import NonlinearPath
 from shellmb.model.body import Term
-from shellmb.model.pathterms import path_terms, together
+from shellmb.model.pathterms import path_terms, point_terms, together
 
 if TYPE_CHECKING:
     from shellmb.model.shell import ShellModel
@@ -46,8 +49,6 @@ def along(
         SceneError: If a strain measure of the user is not quadratic.
     """
     section, layout = shell.section.formulation, shell.layout
-    # scenes with other sections are refused before they are built (`scene.checks`)
-    assert isinstance(section, LinearMixed)
     own = shell.shell.strains
     if own is not None and not is_quadratic(lambda q: vector(shell.strains(q)), step.path.end):
         raise SceneError(
@@ -56,11 +57,11 @@ def along(
             "must be, or use scheme 'ep' or 'ed'"
         )
     strain = strain_measure(shell)
-    term = path_terms(
-        section,
-        *(layout, strain, step, k, dq, trial),
-        lambda densities: shell.integrate((densities[0], densities[1])),
-    )
+    integrate = partial(_integrate, shell)
+    if isinstance(section, LinearMixed):
+        term = path_terms(section, *(layout, strain, step, k, dq, trial), integrate)
+    else:
+        term = point_terms(_nonlinear(shell, step), step.points, k, dq, trial, integrate)
     if shell.rules.lines is not None:
         along_lines = path_terms(
             hourglass.LineSection(),
@@ -79,6 +80,17 @@ def along(
     return shell.section.force * work * shell.rules.nodes, [term]
 
 
+def _integrate(shell: ShellModel, densities: Sequence[Expr]) -> Form:
+    return shell.integrate((densities[0], densities[1]))
+
+
+def _nonlinear(shell: ShellModel, step: Step) -> NonlinearPath:
+    section = shell.section.formulation
+    assert isinstance(section, NonlinearMixed)
+    strain = strain_measure(shell)
+    return NonlinearPath(section, shell.layout, strain, step.states, step.points)
+
+
 def _lines(shell: ShellModel, strain: Measure) -> Measure:
     """Membrane strains along the coordinate lines of the element, for the hourglass control."""
     jacobian = ufl.Jacobian(shell.mixed.space.mesh)
@@ -90,9 +102,11 @@ def _lines(shell: ShellModel, strain: Measure) -> Measure:
 def lost(shell: ShellModel, step: Step, bow: Expr) -> Form | None:
     """Elastic energy of the bow of the strains, J; arguments as of `Body.lost`."""
     section, strain = shell.section.formulation, strain_measure(shell)
-    assert isinstance(section, LinearMixed)
-    resultants = section.forces(shell.layout, bow)
-    form = shell.integrate(section.stored(bow_of(strain, step.path), resultants))
+    if isinstance(section, LinearMixed):
+        resultants = section.forces(shell.layout, bow)
+        form = shell.integrate(section.stored(bow_of(strain, step.path), resultants))
+    else:
+        form = _integrate(shell, _nonlinear(shell, step).lost())
     if shell.rules.lines is not None:
         e = bow_of(_lines(shell, strain), step.path)
         form += shell.hourglass((e[0] ** 2 / 2, e[1] ** 2 / 2))
@@ -102,6 +116,7 @@ def lost(shell: ShellModel, step: Step, bow: Expr) -> Form | None:
 def mean_resultants(shell: ShellModel, step: Step) -> Expr:
     """Resultants as means over a step, those of the row P0, shape (8,)."""
     section, layout = shell.section.formulation, shell.layout
-    assert isinstance(section, LinearMixed)
+    if not isinstance(section, LinearMixed):
+        return _nonlinear(shell, step).mean_stress()
     e = strain_measure(shell).moment(step.pairs[0][0].moment, step.states)
     return section.joined(e, section.forces(layout, step.path.end))

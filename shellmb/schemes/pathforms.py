@@ -5,12 +5,13 @@ import ufl
 from dolfinx import fem
 from ufl.core.expr import Expr
 
-from shellmb.forms.path import Change, Moment, Pair, Path, Slope, Step
+from shellmb.forms.path import Path, Step
 from shellmb.model.body import Body, Rates
 from shellmb.schemes.base import Levels
+from shellmb.schemes.pathpoints import PathWeights
 from shellmb.schemes.quadratic import QuadraticInTime
 from shellmb.schemes.residual import Sample, StageForms, acting, averaged
-from shellmb.schemes.weights import SLOPES, UNKNOWN, SlopeWeights, moments, path_states
+from shellmb.schemes.weights import path_states
 
 
 class PathStates:
@@ -60,36 +61,9 @@ class PathForms:
         self.path: Path = scheme.path(levels)
         self.states = PathStates(scheme, levels)
         mean, chord, bow = self.states.functions
-        pairs = self._pairs(0), self._pairs(1)
-        self.step = Step(self.path, (mean, chord, bow), pairs)
-
-    def _constants(self, values: object) -> tuple[Expr, ...]:
-        array = np.atleast_1d(np.asarray(values, dtype=float))
-        constant = fem.Constant(self._mesh, array)
-        return tuple(constant[k] for k in range(len(array)))
-
-    def _slope(self, weights: SlopeWeights) -> Slope:
-        (c,), (x, D, z) = self._constants(weights.c), self._constants(weights.weights)
-        return Slope(c, (x, D, z))
-
-    def _pairs(self, row: int) -> tuple[Pair, Pair]:
-        """Both stresses in one row, with their derivatives."""
-        alpha = self._scheme.alpha
-        states, found = path_states(alpha), []
-        held = tuple(self._levels.unknown.values())
-        for k, (moment, slope) in enumerate(zip(moments(alpha), SLOPES[row], strict=True)):
-            changes = []
-            for c, column in enumerate(UNKNOWN):
-                share = states[:, column]
-                (own,) = self._constants(float(c == k))
-                (turn,) = self._constants(float(slope.weights @ share))
-                changes.append(Change(self._slope(moment.by(share)), own, turn))
-            linear, products = (self._constants(w) for w in moment)
-            (own,) = self._constants(float(k == row))
-            found.append(
-                Pair(Moment(linear, products, held[k]), self._slope(slope), own, tuple(changes))
-            )
-        return found[0], found[1]
+        self._weights = PathWeights(self._mesh, scheme.alpha, tuple(levels.unknown.values()))
+        pairs = self._weights.closed(0), self._weights.closed(1)
+        self.step = Step(self.path, (mean, chord, bow), pairs, self._weights.at_points())
 
     def forms(self) -> dict[str, StageForms]:
         """Residuals of both rows, by the name of their stage."""
@@ -126,7 +100,7 @@ class PathForms:
             return () if forms[0] is None else (whole,)
         found = []
         for tau, weight in averaged(self._scheme, stage):
-            (place,) = self._constants(tau)
+            (place,) = self._weights.constants(tau)
             found.append(
                 Sample(
                     path.at(place),
