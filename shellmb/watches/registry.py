@@ -12,9 +12,17 @@ from shellmb.watches.drift import Drift
 from shellmb.watches.energy_law import EnergyLaw
 from shellmb.watches.large_turns import LargeTurns
 from shellmb.watches.stiff_spin import StiffSpin
+from shellmb.watches.stretch_rates import StretchRates
 
 # what is nearest to the cause comes first
-WATCHES: tuple[type[Watch], ...] = (LargeTurns, StiffSpin, Drift, Dissipation, EnergyLaw)
+WATCHES: tuple[type[Watch], ...] = (
+    LargeTurns,
+    StiffSpin,
+    StretchRates,
+    Drift,
+    Dissipation,
+    EnergyLaw,
+)
 
 
 def watches(sources: Sources) -> list[Watch]:
