@@ -36,6 +36,15 @@ class NonlinearMixed:
     a: Expr
     thickness: Expr
 
+    @property
+    def densities(self) -> tuple[Callable[[Expr], Expr], Callable[[Expr], Expr]]:
+        """Energies of the full and of the reduced rule as functions of the strains, shape (8,)."""
+        return self._psi_full, self._psi_red
+
+    def stress(self, e: Expr) -> Expr:
+        """Resultants of strains, shape (8,) both."""
+        return gradient(self._psi, e)
+
     def _psi(self, e: Expr) -> Expr:
         eps, gam = split(membrane_shear(e))
         return self.psi(ShellStrains(eps, bending(e), gam))
@@ -111,7 +120,7 @@ class NonlinearMixed:
 
     def resultants(self, strains: Measure, layout: Layout, q: Expr) -> Expr:
         """Resultants N/m and moments N of a state, accurate at the points of the reduced rule."""
-        return gradient(self._psi, self._assumed(strains, layout, q))
+        return self.stress(self._assumed(strains, layout, q))
 
     def averaged(self, strains: Measure, layout: Layout, span: Interval) -> Expr:
         """The same of the averaged stress of a sub-interval, the discrete gradient."""

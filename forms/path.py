@@ -309,6 +309,32 @@ def constraint_row(function: Callable[[Expr], Expr], path: Path, k: int, dq: Exp
     return ConstraintRow(middle, chord, value, (path.rate, path.end))
 
 
+class Points(NamedTuple):
+    """What rows of nonlinear sections need, by two Gauss points in time (`pathwork_nonlinear`).
+
+    Args:
+        pairs: Strain and slope of each point in the rows P0 and P1.
+        rates: Rate of the strain at each point times its weight.
+        start: Strain at the start, `e_i`.
+        end: Strain at the end, `e_f`.
+        chord: Their difference.
+        bow: Bow of the strain.
+        mean: What `S_0` acts on in each row.
+        damping: `alpha/2 bow`, and what `S_1` acts on in each row.
+        dissipates: Whether there is a dissipation.
+    """
+
+    pairs: tuple[tuple[Pair, Pair], tuple[Pair, Pair]]
+    rates: tuple[Moment, Moment]
+    start: Moment
+    end: Moment
+    chord: Moment
+    bow: Moment
+    mean: tuple[Slope, Slope]
+    damping: tuple[Pair, Pair]
+    dissipates: bool
+
+
 class Step(NamedTuple):
     """A step as bodies see it: its states as expressions, and what rows of mixed sections need.
 
@@ -316,11 +342,13 @@ class Step(NamedTuple):
         path: The states as expressions.
         states: Mean, chord and bow of the path as functions that the scheme fills.
         pairs: Both pairs of a moment and a slope in the rows P0 and P1.
+        points: The same at Gauss' points in time, for nonlinear sections.
     """
 
     path: Path
     states: tuple[Expr, Expr, Expr]
     pairs: tuple[tuple[Pair, Pair], tuple[Pair, Pair]]
+    points: Points
 
     def row(self, k: int) -> Row:
         """What row `k` is made of."""

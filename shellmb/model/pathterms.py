@@ -5,8 +5,9 @@ from collections.abc import Callable
 from ufl import Form
 from ufl.core.expr import Expr
 
-from shellmb.forms.path import Measure, Row
+from shellmb.forms.path import Measure, Points, Row
 from shellmb.forms.pathwork import MixedSection, pair_change, pair_work
+from shellmb.forms.pathwork_nonlinear import NonlinearPath
 from shellmb.forms.state import Layout
 from shellmb.model.body import Term
 
@@ -49,10 +50,31 @@ def path_terms(
     )
 
 
+def point_terms(
+    section: NonlinearPath,
+    points: Points,
+    k: int,
+    dq: Expr,
+    trial: Expr,
+    integrate: Callable[[list[Expr]], Form],
+) -> Term:
+    """The same of a nonlinear section, at Gauss' points in time; arguments as of `path_terms`."""
+    residual = integrate(section.work(k, dq))
+    derivatives = {}
+    for c in range(len(points.pairs[k][0].changes)):
+        forms = [section.change(p, p.changes[c], dq, trial) for p in points.pairs[k]]
+        if points.dissipates:
+            forms.append(section.damping_change(k, c, dq, trial))
+        derivatives[c] = tuple(integrate(form) for form in forms)
+    if points.dissipates:
+        residual += integrate(section.damping(k, dq))
+    return Term(residual, derivatives)
+
+
 def together(a: Term, b: Term) -> Term:
     """The sum of two terms as one."""
     derivatives = {
-        c: tuple(f + g for f, g in zip(forms, b.derivatives[c], strict=True))
+        c: (*(f + g for f, g in zip(forms, b.derivatives[c], strict=False)), *forms[2:])
         for c, forms in a.derivatives.items()
     }
     return Term(a.residual + b.residual, derivatives)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from typing import TYPE_CHECKING
 
 import ufl
@@ -16,8 +17,9 @@ from shellmb.forms.mixed import Interval, LinearMixed, vector
 from shellmb.forms.mixed_nonlinear import NonlinearMixed
 from shellmb.forms.path import Measure, Row, Step, bow_of, constraint_row, is_quadratic, measure
 from shellmb.forms.pathwork import interval_work
+from shellmb.forms.pathwork_nonlinear import NonlinearPath
 from shellmb.model.body import SubInterval, Term
-from shellmb.model.pathterms import path_terms, together
+from shellmb.model.pathterms import path_terms, point_terms, together
 
 if TYPE_CHECKING:
     from shellmb.model.shell import ShellModel
@@ -79,10 +81,14 @@ def within(
 
 def _is_quadratic(shell: ShellModel) -> bool:
     """Whether forms at mean, chord and bow of a path are exact: of linear sections they are."""
-    if not isinstance(shell.section.formulation, LinearMixed):
-        return False
+    return isinstance(shell.section.formulation, LinearMixed) and _quadratic_strains(shell)
+
+
+def _quadratic_strains(shell: ShellModel) -> bool:
+    if shell.shell.strains is None:
+        return True
     state = ufl.Coefficient(shell.mixed.space)
-    return shell.shell.strains is None or is_quadratic(lambda q: vector(shell.strains(q)), state)
+    return is_quadratic(lambda q: vector(shell.strains(q)), state)
 
 
 def work(shell: ShellModel, row: Row, dq: Expr, trial: Expr) -> Term:
@@ -92,14 +98,19 @@ def work(shell: ShellModel, row: Row, dq: Expr, trial: Expr) -> Term:
     found = path_terms(
         section, layout, strain, row, dq, trial, lambda d: shell.integrate((d[0], d[1]))
     )
+    return _controlled(shell, found, row, dq, trial)
+
+
+def _controlled(shell: ShellModel, term: Term, row: Row, dq: Expr, trial: Expr) -> Term:
+    """A term with the hourglass control of its row, if there is any."""
     if shell.rules.lines is None:
-        return found
+        return term
     lines = path_terms(
         hourglass.LineSection(),
-        *(layout, _lines(shell, strain), row, dq, trial),
+        *(shell.layout, _lines(shell, strain_measure(shell)), row, dq, trial),
         lambda d: shell.hourglass((d[0], d[1])),
     )
-    return together(found, lines)
+    return together(term, lines)
 
 
 def along(
@@ -110,8 +121,7 @@ def along(
     Raises:
         SceneError: If a strain measure of the user is not quadratic.
     """
-    # scenes with other sections are refused before they are built (`scene.checks`)
-    if not _is_quadratic(shell):
+    if not _quadratic_strains(shell):
         own = shell.shell.strains
         raise SceneError(
             f"shell '{shell.name}': strains is {getattr(own, '__name__', own)}, which is not "
@@ -128,7 +138,22 @@ def along(
     first, second = (layout.part(q, "lam") for q in row.multipliers)
     acting = first * row.own[0] + second * row.other[0] + layout.part(dq, "lam") * row.value[0]
     form = shell.section.force * acting * shell.rules.nodes
-    return form, [work(shell, step.row(k), dq, trial)]
+    if isinstance(shell.section.formulation, LinearMixed):
+        return form, [work(shell, step.row(k), dq, trial)]
+    integrate = partial(_integrate, shell)
+    term = point_terms(_nonlinear(shell, step), step.points, k, dq, trial, integrate)
+    return form, [_controlled(shell, term, step.row(k), dq, trial)]
+
+
+def _integrate(shell: ShellModel, densities: Sequence[Expr]) -> Form:
+    return shell.integrate((densities[0], densities[1]))
+
+
+def _nonlinear(shell: ShellModel, step: Step) -> NonlinearPath:
+    section = shell.section.formulation
+    assert isinstance(section, NonlinearMixed)
+    strain = strain_measure(shell)
+    return NonlinearPath(section, shell.layout, strain, step.states, step.points)
 
 
 def _lines(shell: ShellModel, strain: Measure) -> Measure:
@@ -142,9 +167,11 @@ def _lines(shell: ShellModel, strain: Measure) -> Measure:
 def lost(shell: ShellModel, step: Step, bow: Expr) -> Form | None:
     """Elastic energy of the bow of the strains, J; arguments as of `Body.lost`."""
     section, strain = shell.section.formulation, strain_measure(shell)
-    assert isinstance(section, LinearMixed)
-    resultants = section.forces(shell.layout, bow)
-    form = shell.integrate(section.stored(bow_of(strain, step.path), resultants))
+    if isinstance(section, LinearMixed):
+        resultants = section.forces(shell.layout, bow)
+        form = shell.integrate(section.stored(bow_of(strain, step.path), resultants))
+    else:
+        form = _integrate(shell, _nonlinear(shell, step).lost())
     if shell.rules.lines is not None:
         e = bow_of(_lines(shell, strain), step.path)
         form += shell.hourglass((e[0] ** 2 / 2, e[1] ** 2 / 2))
@@ -154,6 +181,7 @@ def lost(shell: ShellModel, step: Step, bow: Expr) -> Form | None:
 def mean_resultants(shell: ShellModel, step: Step) -> Expr:
     """Resultants as means over a step, those of the row P0, shape (8,)."""
     section, layout = shell.section.formulation, shell.layout
-    assert isinstance(section, LinearMixed)
+    if not isinstance(section, LinearMixed):
+        return _nonlinear(shell, step).mean_stress()
     e = strain_measure(shell).moment(step.pairs[0][0].moment, step.states)
     return section.joined(e, section.forces(layout, step.path.end))

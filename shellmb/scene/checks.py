@@ -15,7 +15,6 @@ from shellmb.scene.lookup import Body, bodies_of, find_shell, kind_of, listed, s
 from shellmb.scene.names import check_names
 from shellmb.scene.places import check_edges, check_point, edges_of, finite_in_time, points_of
 from shellmb.scene.positions import values_at
-from shellmb.scene.sections import Hyperelastic
 from shellmb.scene.supports import Driven, Fixed
 from shellmb.scene.validate import edge_names, show
 
@@ -119,12 +118,6 @@ def _quadratic(scene: Scene) -> None:
             raise SceneError(
                 f"{who}: rotary_inertia is False; with scheme '{scheme}' directors have "
                 "velocities and must have inertia: leave it True, or use scheme 'ep' or 'ed'"
-            )
-    for shell in scene.shells:
-        if isinstance(shell.section, Hyperelastic) and not shell.rigid:
-            raise SceneError(
-                f"shell '{shell.name}': its section is Hyperelastic; with scheme '{scheme}' it "
-                "must be linear (Isotropic, Laminate, ..), or use scheme 'ep' or 'ed'"
             )
 
 

@@ -7,6 +7,7 @@ from ufl.core.expr import Expr
 from shellmb.forms.path import Pair, Path, Step
 from shellmb.model.body import Body, Rates
 from shellmb.schemes.base import Levels
+from shellmb.schemes.pathpoints import at_points
 from shellmb.schemes.quadratic import QuadraticInTime
 from shellmb.schemes.residual import Sample, StageForms, acting, averaged
 from shellmb.schemes.rows import PathStates, bound, constants
@@ -39,8 +40,9 @@ class PathForms:
         sources = (levels.q, levels.push, *levels.unknown.values())
         self.states = PathStates(sources, path_states(scheme.alpha))
         mean, chord, bow = self.states.functions
-        pairs = self._pairs(0), self._pairs(1)
-        self.step = Step(self.path, (mean, chord, bow), pairs)
+        unknown = tuple(levels.unknown.values())
+        points = at_points(self._mesh, scheme.alpha, unknown)
+        self.step = Step(self.path, (mean, chord, bow), (self._pairs(0), self._pairs(1)), points)
 
     def _pairs(self, row: int) -> tuple[Pair, Pair]:
         """Both stresses in one row, with their derivatives."""

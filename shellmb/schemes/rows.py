@@ -48,7 +48,7 @@ def constants(mesh: Any, values: object) -> tuple[Expr, ...]:
     return tuple(constant[k] for k in range(len(array)))
 
 
-def bound(mesh: Any, weights: PairWeights, holder: fem.Function) -> Pair:
+def bound(mesh: Any, weights: PairWeights, holder: Expr) -> Pair:
     """A pair with its numbers as Constants.
 
     Args:

@@ -160,3 +160,42 @@ def interval_pair(beta: float, first: int | None, last: int) -> PairWeights:
     if first is not None:
         changes[first] = ChangeWeights(FIRST, False, ahead, 0.0)
     return PairWeights(average(beta), MIDDLE, True, changes, ahead)
+
+
+def combined(*parts: tuple[float, MomentWeights]) -> MomentWeights:
+    """A sum of moments, each times a number."""
+    factors = np.array([factor for factor, _ in parts])
+    return MomentWeights(
+        factors @ np.array([m.linear for _, m in parts]),
+        factors @ np.array([m.products for _, m in parts]),
+    )
+
+
+def at_end(sign: float) -> MomentWeights:
+    """A measure at the start (-1) or at the end (1) of the step."""
+    mean, half = moments(0.0)
+    return combined((1, mean), (0.5, BOW), (sign, half))
+
+
+# Gauss' two points in time by the values of P1 there; both weigh a half
+POINTS = (-1 / np.sqrt(3), 1 / np.sqrt(3))
+
+
+def at_point(p: float) -> MomentWeights:
+    """Strain of `forms.pathwork_nonlinear` at a Gauss point, where `P1` is `p`."""
+    mean, half = moments(0.0)
+    return combined((1, mean), (p, half))
+
+
+def rate_at_point(p: float) -> MomentWeights:
+    """Its rate times the weight of the point."""
+    _, half = moments(0.0)
+    return combined((1, half), (3 * p / 2, BOW))
+
+
+def slope_at_point(row: int, p: float) -> SlopeWeights:
+    """What the stress at a Gauss point acts on in a row: `S_0` and `S_1` are of both points."""
+    first, second = SLOPES[row]
+    return SlopeWeights(
+        first.c / 2 + 3 * p / 2 * second.c, first.weights / 2 + 3 * p / 2 * second.weights
+    )

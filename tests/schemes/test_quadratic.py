@@ -15,7 +15,6 @@ from shellmb.model.readings import drive
 from shellmb.scene import (
     Beam,
     CircularSection,
-    Hyperelastic,
     InitialVelocity,
     Isotropic,
     Line,
@@ -269,9 +268,6 @@ def test_every_dissipation_reaches_its_scheme() -> None:
 
 
 def test_what_they_cannot_do_is_refused() -> None:
-    rubber = Hyperelastic(lambda e, p: p["mu"] * e.eps[0] ** 2, {"mu": 1.0}, 0.1, 1.0, 1.0)
-    with pytest.raises(SceneError, match="'plate': its section is Hyperelastic; with scheme 'ep4'"):
-        thrown(scheme="ep4", section=rubber)
     light = Beam(
         "rod",
         Line((0, 0, 0), (1, 0, 0)),

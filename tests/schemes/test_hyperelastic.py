@@ -1,0 +1,114 @@
+"""Sections of any strain energy density in the schemes that are quadratic in time."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from shellmb.scene import (
+    Clamped,
+    EdgeForce,
+    InitialVelocity,
+    LinearSection,
+    Rectangle,
+    Scene,
+    Shell,
+    Solver,
+)
+from shellmb.simulate.simulation import Simulation
+
+from .test_quadratic import KINDS, slope
+from .test_sections_in_motion import STIFFENING, H
+
+
+def plate(section: Any, scheme: str, alpha: float, dt: float, t_end: float, **more: Any) -> Scene:
+    shell = Shell("plate", Rectangle(1.0, 0.5), section, mesh=(2, 1))
+    return Scene("plate", shell, scheme=scheme, alpha=alpha, dt=dt, t_end=t_end, **more)
+
+
+def swaying(section: Any, scheme: str, alpha: float, steps: int) -> Simulation:
+    """A cantilever that is pulled, bent and let go again, to strains of a tenth."""
+    push = EdgeForce("right", (0.01, 0.002, 0.003), time=lambda t: float(np.sin(1.5 * t) ** 4))
+    held = {"supports": Clamped("left"), "loads": push, "solver": Solver(newton="full")}
+    simulation = Simulation(plate(section, scheme, alpha, 1.6 / steps, 1.6, **held))
+    simulation.run()
+    return simulation
+
+
+def motion(simulation: Simulation) -> np.ndarray:
+    """Displacements, directors and assumed strains at the end."""
+    body = simulation.model.shells["plate"]
+    q = simulation.problem.levels["plate"].q.x.array
+    return np.concatenate([q[body.mixed.dofs[p]] for p in ("u", "w", "S") if p in body.mixed.dofs])
+
+
+@pytest.fixture(scope="module")
+def fine() -> np.ndarray:
+    """With a quarter of the larger steps: its error is a hundredth of theirs and less."""
+    return motion(swaying(STIFFENING, "ep4", 0.0, 144))
+
+
+@pytest.mark.parametrize(("scheme", "alpha", "order"), KINDS[:2])
+def test_order_where_the_section_stiffens(scheme: str, alpha: float, order: int, fine) -> None:
+    """At strains of a tenth the terms of sixth degree are half of the others."""
+    errors, counts = [], [36, 54]
+    for steps in counts:
+        simulation = swaying(STIFFENING, scheme, alpha, steps)
+        errors.append(float(np.linalg.norm(motion(simulation) - fine)))
+        # the tangent leaves out what is of third order in the strains of a step: linear sections
+        # take three to four full iterations here, too
+        assert simulation.iterations <= 4.5 * simulation.step
+    assert np.abs(fine).max() > 0.25
+    # of frequencies up to 2 rad in a step
+    assert slope(counts, errors) == pytest.approx(order, abs=0.3)
+    assert errors[-1] < (1e-4 if order == 4 else 5e-4)
+
+
+class Plain(LinearSection):
+    """What `STIFFENING` is without its terms of sixth degree."""
+
+    thickness, coupled = H, False
+    mass = (H, 0.0, H**3 / 12)
+    A, D, G = H * np.eye(3), H**3 / 12 * np.eye(3), H / 3 * np.eye(2)
+
+
+@pytest.mark.parametrize(("scheme", "alpha"), [("ep4", 0.0), ("ed3", 0.5)])
+def test_a_quadratic_density_is_the_linear_section(scheme: str, alpha: float) -> None:
+    """The closed form of the path against Gauss' points in time, and resultants with them."""
+    zeros = {"k": 0.0, "b": 0.0}
+    section = replace(STIFFENING, parameters=dict(STIFFENING.parameters) | zeros)
+    plain = swaying(Plain(), scheme, alpha, 8)
+    written = swaying(section, scheme, alpha, 8)
+    dofs = [s.model.shells["plate"].mixed.dofs for s in (plain, written)]
+    states = [s.problem.levels["plate"].q.x.array for s in (plain, written)]
+    for part in ("u", "w"):
+        found = [q[d[part]] for q, d in zip(states, dofs, strict=True)]
+        np.testing.assert_allclose(*found, atol=1e-9)
+    # means over the last step
+    ends = [s.problem.levels["plate"].unknown["f"].x.array for s in (plain, written)]
+    forces = [q[d["N"]] for q, d in zip(ends, dofs, strict=True)]
+    np.testing.assert_allclose(*forces, atol=1e-7 * np.abs(forces[0]).max())
+
+
+def test_a_steady_spin_is_no_division_by_zero() -> None:
+    """Strains that do not change have no chord along which the energy could be made good."""
+    spin = InitialVelocity(spin=(0.0, 0.0, 1e-3))
+    simulation = Simulation(plate(STIFFENING, "ep4", 0.0, 0.5, 5.0, initial=spin))
+    simulation.run()
+    assert simulation.iterations <= 5 * simulation.step
+
+
+def test_reduced_and_unreduced_systems_have_the_same_solution() -> None:
+    """Assumed strains and resultants are eliminated cell by cell, those of both rows together."""
+    states = []
+    spin = InitialVelocity(spin=(0.4, 0.6, -0.3))
+    for solve in ("reduced", "full"):
+        solver = Solver(solve=solve, newton="full")
+        simulation = Simulation(
+            plate(STIFFENING, "ed3", 0.5, 0.2, 0.6, initial=spin, solver=solver)
+        )
+        simulation.run()
+        states.append(motion(simulation))
+    # both leave what the last iteration still changed, 1e-9, times the factor of its convergence
+    np.testing.assert_allclose(states[0], states[1], atol=1e-10)
