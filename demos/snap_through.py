@@ -2,13 +2,12 @@
 
 A shallow cylindrical shell, its straight edges held, is pulled down by a crank and a link, the
 lever, at the end E of a stiffener that runs along its crown from B over the middle M. At E it
-follows the crank; the free edge at B lags behind and snaps through. On its way back the
-crank pushes the inverted shell up until it snaps back.
+follows the crank; the free edge at B lags behind and snaps through. On its way back the crank
+pushes the inverted shell up until it snaps back.
 
 The scene is symmetric about the plane of the crown, and its motion stays so. The lever is slender:
 pushing, it carries more than its Euler load and bows by some decimetres, so that E leaves the curve
 that a rigid lever would prescribe by some centimetres.
-
 `shellmb figures 6.2` makes all runs and figures; the lines below are their beginnings.
 """
 

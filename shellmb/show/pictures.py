@@ -5,9 +5,10 @@ from __future__ import annotations
 import json
 import logging
 import time as clock
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -15,6 +16,9 @@ import numpy.typing as npt
 from shellmb.errors import RunError
 from shellmb.observers.described import Described, read_described
 from shellmb.show.fields import Fields
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
 
 # time that pictures may take at the end of a run: so much, or a part of the run's [s]
 BUDGET, SHARE = 2.0, 0.2
@@ -95,7 +99,7 @@ def _shape(fields: Fields, described: Described, file: Path) -> list[Path]:
     """The last state, and where the motion is one, the state of the largest displacement."""
     if not len(fields.times):
         return []
-    from shellmb.show.scenery import images, showing, side_by_side
+    from shellmb.show.scenery import images, showing
 
     times = [float(fields.times[-1])]
     if described.dynamic and len(fields.times) > 2:
@@ -104,8 +108,20 @@ def _shape(fields: Fields, described: Described, file: Path) -> list[Path]:
             times.insert(0, largest)
     what = showing(fields, described, times)
     width = 960 if len(times) == 1 else 720
-    side_by_side(list(images(what, width))).save(file)
+    _side_by_side(list(images(what, width))).save(file)
     return [file]
+
+
+def _side_by_side(parts: Sequence[Image]) -> Image:
+    """Images in a row."""
+    from PIL import Image
+
+    whole = Image.new("RGB", (sum(p.width for p in parts), max(p.height for p in parts)), "white")
+    left = 0
+    for part in parts:
+        whole.paste(part, (left, 0))
+        left += part.width
+    return whole
 
 
 def _largest(fields: Fields) -> float:

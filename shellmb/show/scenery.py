@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -339,15 +339,3 @@ def show(
     plotter = pv.Plotter(title=described.name)
     Stage(what, plotter).set(what.states[0])
     plotter.show()
-
-
-def side_by_side(parts: Sequence[Image]) -> Image:
-    """Images in a row."""
-    from PIL import Image
-
-    whole = Image.new("RGB", (sum(p.width for p in parts), max(p.height for p in parts)), "white")
-    left = 0
-    for part in parts:
-        whole.paste(part, (left, 0))
-        left += part.width
-    return whole

@@ -64,6 +64,33 @@ def test_resultants_in_files_are_in_equilibrium(tmp_path) -> None:
     assert energy == pytest.approx(FORCE**2 * LENGTH**3 / (6 * bending), rel=1e-3)
 
 
+def bending_and_shear(strains, p):
+    """Energy per area of the strip above, written out."""
+    C = p["E"] * p["h"]
+    eps, kap, gam = strains.eps, strains.kap, strains.gam
+    membrane = eps[0] ** 2 + eps[1] ** 2 + eps[2] ** 2 / 2
+    bending = kap[0] ** 2 + kap[1] ** 2 + kap[2] ** 2 / 2
+    return C / 2 * (membrane + p["h"] ** 2 / 12 * bending + 5 / 12 * (gam[0] ** 2 + gam[1] ** 2))
+
+
+def test_a_nonlinear_section_has_strains_and_energy_of_its_own(tmp_path) -> None:
+    rubber = sm.Hyperelastic(
+        bending_and_shear, {"E": YOUNG, "h": THICKNESS}, THICKNESS, 0.0, YOUNG * THICKNESS
+    )
+    asked = ("M", "strains", "energy_density")
+    # small, as strains are those of large displacements
+    tiny = sm.EdgeForce("right", (0, 0, 1e-4 * FORCE / WIDTH))
+    scene = strip(asked, loads=tiny)
+    scene = replace(scene, shells=replace(scene.shells[0], section=rubber))
+    execute(scene, tmp_path / "run", pictures=False)
+    plate = last(tmp_path / "run", "plate")
+    M, kappa = plate["M"].sel(plane="11"), plate["strains"].sel(strain="kap 11")
+    np.testing.assert_allclose(M, YOUNG * THICKNESS**3 / 12 * kappa, rtol=1e-9)
+    energy = plate["energy_density"].values
+    # 1 %: of shear strains of the displacement, which differ from those of the shear forces
+    np.testing.assert_allclose(energy, M * kappa / 2, atol=0.01 * energy.max())
+
+
 def test_what_is_not_asked_for_is_not_there(tmp_path) -> None:
     execute(strip("displacement"), tmp_path / "few", pictures=False)
     few = last(tmp_path / "few", "plate")
