@@ -12,6 +12,7 @@ from shellmb.watches.drift import Drift
 from shellmb.watches.energy_law import EnergyLaw
 from shellmb.watches.large_turns import LargeTurns
 from shellmb.watches.lifting import Lifting
+from shellmb.watches.slipping import Slipping
 from shellmb.watches.stiff_spin import StiffSpin
 
 # what is nearest to the cause comes first
@@ -19,6 +20,7 @@ WATCHES: tuple[type[Watch], ...] = (
     LargeTurns,
     StiffSpin,
     Lifting,
+    Slipping,
     Drift,
     Dissipation,
     EnergyLaw,
