@@ -12,6 +12,7 @@ from shellmb.watches.drift import Drift
 from shellmb.watches.energy_law import EnergyLaw
 from shellmb.watches.large_turns import LargeTurns
 from shellmb.watches.lifting import Lifting
+from shellmb.watches.slipping import Slipping
 from shellmb.watches.step_error import StepErrors
 from shellmb.watches.stiff_spin import StiffSpin
 from shellmb.watches.stretch_rates import StretchRates
@@ -23,6 +24,7 @@ WATCHES: tuple[type[Watch], ...] = (
     StiffSpin,
     StretchRates,
     Lifting,
+    Slipping,
     Drift,
     Dissipation,
     EnergyLaw,
