@@ -37,6 +37,12 @@ with some weights, a slope `lin` and `quad` with one of them being the direction
 derivatives. The weights are Constants, which the scheme gives
 (`shellmb/schemes/weights.py`): the forms of a body know no scheme, and one kernel serves all rows.
 
+A sub-interval of the paper's schemes, from `a` to `b`, is a path without bow. Its only stress is
+the average of eqs. (22) and (32), and acts on the strains at the middle, `lin(dq) + quad(x, dq)`:
+
+    E = (e_a + e_b)/2 + beta (e_b - e_a)/2
+      = lin(x) + [quad(x, x) + quad(D, D)/4]/2 + beta/2 [lin(D) + quad(x, D)]        (20), (32)
+
 ===========  =====================================================================  ====
 symbol       name                                                                   eq.
 ===========  =====================================================================  ====

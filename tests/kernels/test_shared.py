@@ -1,0 +1,83 @@
+"""Kernels of sections know no scheme: all schemes share them, and they are the paper's forms."""
+
+from dataclasses import replace
+from typing import Any
+
+from mpi4py import MPI  # noqa: F401  (before dolfinx)
+
+import numpy as np
+import pytest
+import ufl
+from dolfinx import fem
+
+from shellmb.kernels import compile_all, compiled, kernel_name
+from shellmb.model import shellpath
+from shellmb.scene import (
+    Clamped,
+    EdgeForce,
+    Isotropic,
+    Laminate,
+    PlyMaterial,
+    Rectangle,
+    Scene,
+    Shell,
+)
+from shellmb.schemes.registry import SCHEMES
+from shellmb.simulate.simulation import Simulation
+
+SOFT = Isotropic(E=1.0, nu=0.3, thickness=0.1, density=1.0)
+PLY = PlyMaterial(E1=10.0, E2=1.0, nu12=0.25, G12=0.5, G13=0.5, G23=0.3, density=1.5)
+
+
+def problem_of(scheme: str, shell: Shell) -> Any:
+    alpha = {"alpha": 0.5} if scheme in ("ed", "ed3") else {}
+    held = {"supports": Clamped("left"), "loads": EdgeForce("right", (0.0, 0.0, 1e-3))}
+    return Simulation(
+        Scene("plate", shell, scheme=scheme, dt=0.1, t_end=0.2, **alpha, **held)
+    ).problem
+
+
+def test_all_schemes_share_the_kernels_of_a_section() -> None:
+    """Two of residuals, with and without a bow of the path, and one of all Jacobians' blocks."""
+    shell = Shell("plate", Rectangle(1.0, 0.5), SOFT, mesh=(2, 1))
+    residuals: dict[str, set[str]] = {}
+    blocks: set[str] = set()
+    for scheme in SCHEMES:
+        forms = problem_of(scheme, shell).forms["plate"].values()
+        terms = [term for form in forms for term in form.terms]
+        assert terms, scheme
+        residuals[scheme] = {kernel_name(k) for k in compile_all([t.residual for t in terms])}
+        parts = [f for t in terms for some in t.derivatives.values() for f in some]
+        blocks |= {kernel_name(k) for k in compile_all(parts)}
+    assert len(blocks) == 1
+    assert len(set.union(*residuals.values())) == 2
+    assert residuals["static"] == residuals["linear"] == residuals["ep"] == residuals["ed"]
+    assert residuals["ep4"] == residuals["ed3"] != residuals["ep"]
+
+
+SHELLS = {
+    "isotropic": {},
+    "coupled": {"section": Laminate.from_stacking(PLY, 0.05, (0, 60), offset=0.02)},
+    "kirchhoff": {"transverse_shear": False},
+}
+
+
+@pytest.mark.parametrize(
+    ("kind", "scheme"),
+    [("isotropic", "static"), ("isotropic", "ed"), ("coupled", "ed"), ("kirchhoff", "ed")],
+)
+def test_rows_are_the_general_forms(kind: str, scheme: str) -> None:
+    """At random states the terms are the averaged stresses on mid-point strains, eqs. (20)-(32)."""
+    shell = replace(Shell("plate", Rectangle(1.0, 0.5), SOFT, mesh=(2, 1)), **SHELLS[kind])
+    problem, rng = problem_of(scheme, shell), np.random.default_rng(7)
+    levels, (body,) = problem.levels["plate"], problem.model.bodies
+    for function in (levels.q, *levels.unknown.values()):
+        function.x.array[:] = 0.1 * rng.normal(size=len(function.x.array))
+    problem.system.follow()
+    test = ufl.TestFunction(body.mixed.space)
+    for stage in problem.forms["plate"].values():
+        (term,), span = stage.terms, stage.stage.span
+        found = fem.assemble_vector(compiled(term.residual)).array
+        wanted = fem.assemble_vector(compiled(shellpath.general(body, span, test))).array
+        # sums in another order
+        np.testing.assert_allclose(found, wanted, atol=1e-13 * np.abs(wanted).max())
