@@ -1,1 +1,1 @@
-"""The Python interface: `import shellmb as sm` (`docs/api.md`)."""
+"""The Python interface: `import shellmb as sm` (`docs/reference/python.md`)."""

@@ -43,7 +43,7 @@ class StepControl:
     """How the step changes: smaller where Newton fails, back towards ``dt`` afterwards.
 
     With a ``tolerance`` the step follows an estimate of its error, from ``dt`` on, and ``dt`` is
-    the first step only (`docs/stepcontrol.md`).
+    the first step only (`docs/theory/stepcontrol.md`).
 
     Args:
         min_dt: Smallest step before the run gives up [s]; None: 1/1024 of ``dt``, with a tolerance

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from shellmb.schemes.base import Scheme
 from shellmb.schemes.quadratic import QuadraticInTime
 
-# of ED in large motion, where it is of second order: measured (`docs/stepcontrol.md`)
+# of ED in large motion, where it is of second order: measured (`docs/theory/stepcontrol.md`)
 ED_FACTOR = 1 / 48
 # with less dissipation the error of fourth order is the larger one in steps of practical length
 LEAST_ALPHA = 0.1

@@ -23,7 +23,8 @@ STEPS = 2
 
 
 @pytest.mark.parametrize("code", BLOCKS)
-def test_it_runs(code: str) -> None:
+def test_it_runs(code: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
     module: Any = types.ModuleType("shown")
     exec(code, module.__dict__)
     if not hasattr(module, "scene"):
