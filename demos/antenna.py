@@ -13,6 +13,8 @@ panels. Nothing but springs, dampers and inertia acts. All that the text leaves 
 of `scene`.
 """
 
+# KIND: examples of the paper
+
 # CI: shellmb run antenna --set model=beam --dt 0.5 --t-end 100 --check --no-pictures
 # CI: shellmb run antenna --set nx=2 --dt 0.4 --t-end 20 --check
 # CI: shellmb run antenna --set nx=2 --set coupling=False --dt 0.4 --t-end 20 --check

@@ -5,6 +5,8 @@ angular velocity of a nearly steady precession. Reference: the equations of moti
 point, integrated to 1e-10 in quaternions, without constraints or multipliers.
 """
 
+# KIND: mechanisms
+
 # CI: shellmb run heavy_top --check --no-pictures
 # CI: shellmb run heavy_top --scheme ed --alpha 0.5 --check --no-pictures --out runs/ci-top-ed
 

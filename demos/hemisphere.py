@@ -6,6 +6,8 @@ Anal. Des. 40
 (inwards), computed there with 16x16 S4R elements per quarter.
 """
 
+# KIND: statics and paths
+
 from typing import Any
 
 from shellmb.scene import Fixed, Isotropic, PointForce, Probe, Scene, Shell, Sphere, SymmetryPlane

@@ -9,6 +9,8 @@ sideways motion has to grow.
 `shellmb figures 6.1` makes all runs and figures; the lines below are their beginnings.
 """
 
+# KIND: examples of the paper
+
 # CI: shellmb run lateral_buckling --t-end 0.2 --check --no-pictures
 # CI: shellmb run lateral_buckling --scheme ep --t-end 0.2 --check --no-pictures --out runs/61ep
 # CI: shellmb run lateral_buckling --set model=beam --t-end 0.2 --check --no-pictures --out runs/61b

@@ -14,6 +14,8 @@ it the plate is stiffer than a beam with a constant torsional stiffness, its fib
 `python -m shellmb.demos.lateral_plate` draws both.
 """
 
+# KIND: statics and paths
+
 # CI: shellmb run lateral_plate --check
 # CI: shellmb run lateral_plate --set model=beam --check --no-pictures --out runs/ci-lateral-beam
 # CI: shellmb run lateral_plate --set branches=detect --check --no-pictures --out runs/ci-lateral

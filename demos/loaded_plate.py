@@ -4,6 +4,8 @@ The deflection of its middle has a closed form, Navier's series with transverse 
 (`shellmb.analytic.plates`). `shellmb study --bundled static_plate` shows what accuracy costs.
 """
 
+# KIND: start here
+
 from shellmb.analytic.plates import Plate, rectangle_uniform_deflection
 from shellmb.scene import (
     Fixed,

@@ -5,6 +5,8 @@ thin plate are
 13.468, 19.596, 24.270, 34.801, 34.801 (Ritz, `shellmb/verify/data/plate_thin_freq_ritz.csv`).
 """
 
+# KIND: vibrations and motion
+
 # CI: shellmb modes plate_modes --count 11 --check --out runs/ci-plate_modes
 
 import math

@@ -9,6 +9,8 @@ Comput. Methods Appl. Mech. Engng 66 (1988) 125-161, sec. 5.1.4; histories for c
 `shellmb/verify/data/right_angle_frame.csv`.
 """
 
+# KIND: vibrations and motion
+
 from typing import Any
 
 import numpy as np

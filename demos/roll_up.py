@@ -8,6 +8,8 @@ Sze, Liu and Lo, Finite Elem. Anal. Des. 40 (2004) 1551-1569. The mixed resultan
 one load step is enough.
 """
 
+# KIND: statics and paths
+
 import math
 from typing import Any
 

@@ -9,6 +9,8 @@ whatever the plate does, friction at the wheels is `I a / R^2` uphill, and the p
 ground add up to the weight across the slope less what the bouncing takes.
 """
 
+# KIND: mechanisms
+
 # CI: shellmb run rolling_cart --set t_end=0.2 --check --no-pictures
 
 import numpy as np

@@ -11,6 +11,8 @@ that a rigid lever would prescribe by some centimetres.
 `shellmb figures 6.2` makes all runs and figures; the lines below are their beginnings.
 """
 
+# KIND: examples of the paper
+
 # CI: shellmb run snap_through --t-end 0.9 --check --no-pictures
 # CI: shellmb run snap_through --scheme ep --t-end 0.9 --check --no-pictures --out runs/ci-62-ep
 # CI: shellmb run snap_through --set model=beam --t-end 0.9 --check --no-pictures --out runs/ci-62-b

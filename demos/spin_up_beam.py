@@ -8,6 +8,8 @@ R. R. Ryan, A. K. Banerjee, J. Guidance 10 (1987) 139-151, and J. C. Simo, L. Vu
 Mech. 53 (1986) 855-863; the data are those of `shellmb/verify/data/spin_up_beam.csv`.
 """
 
+# KIND: vibrations and motion
+
 import math
 from typing import Any
 

@@ -7,6 +7,8 @@ runs through, so that both are the same structure as `b` becomes small; `b H^3`,
 stiffness, is kept. Deflections under a uniform load and frequencies of both approach one another.
 """
 
+# KIND: statics and paths
+
 # CI: shellmb run stiffened_plate --check
 # CI: mpiexec -n 2 shellmb run stiffened_plate --no-pictures --quiet
 

@@ -4,6 +4,8 @@ A strip of steel, clamped at one short edge, is loaded at the other one by 2 N a
 swings out to nearly twice the static deflection and back; the energy account closes to round-off.
 """
 
+# KIND: start here
+
 # CI: shellmb run sudden_load --check
 # CI: mpiexec -n 2 shellmb run sudden_load --check --no-pictures --quiet
 

@@ -4,6 +4,8 @@ After the pulse nothing acts on the plate any more: energy, linear and angular m
 constant, however strongly it bends, and the scheme keeps them so over a thousand steps.
 """
 
+# KIND: vibrations and motion
+
 import numpy as np
 
 from shellmb.scene import (

@@ -43,8 +43,18 @@ Exit codes: 0 success; 1 no convergence, a failed check, a full disk, or a funct
 that fails; 2 an impossible scene or option; 130 stopped by Ctrl-C, 143 by SIGTERM.
 """
 
+EXAMPLES = """Examples:
+
+- `shellmb list`: what is bundled, and where to start
+- `shellmb run sudden_load --scheme ep4 --dt 5e-3 --out runs/first`: a run, and its directory
+- `shellmb run my_scene.py --set thickness=1e-3 --mesh 16x4`: your own, with other parameters
+- `shellmb report runs/first`: one page with everything about it
+- `shellmb study sudden_load --dt 2e-2,1e-2,5e-3 --scheme ep,ep4`: what accuracy costs
+"""
+
 app = typer.Typer(
     help=HELP,
+    epilog=EXAMPLES,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     rich_markup_mode="markdown",
@@ -93,11 +103,11 @@ def _main(
 
 @app.command(name="list")
 def list_scenes() -> None:
-    """List the bundled scenes, one line each."""
-    from shellmb.run.loader import demos
+    """List the bundled scenes by their kinds, one line each."""
+    from shellmb.run.loader import demos, kinds
 
     if first_rank():
-        print_list(demos())
+        print_list(demos(), kinds())
 
 
 @app.command()

@@ -50,15 +50,18 @@ def announced(scene: str, quiet: bool) -> Iterator[None]:
         yield
 
 
-def print_list(scenes: Mapping[str, str]) -> None:
-    """The bundled scenes.
+def print_list(scenes: Mapping[str, str], kinds: Mapping[str, Sequence[str]]) -> None:
+    """The bundled scenes, or studies, by their kinds.
 
     Args:
         scenes: Description by name.
+        kinds: Names by kind.
     """
     width = max(map(len, scenes), default=0)
-    for name, description in scenes.items():
-        say(f"{name:{width}}  {description}")
+    for kind, names in kinds.items():
+        say(f"{kind}:")
+        for name in names:
+            say(f"  {name:{width}}  {scenes[name]}")
 
 
 def print_run(result: RunResult) -> None:

@@ -148,7 +148,7 @@ def _run_bundled(
 
     if name == "list":
         if first_rank():
-            print_list({b.name: b.what for b in BUNDLED})
+            print_list({b.name: b.what for b in BUNDLED}, {"studies": [b.name for b in BUNDLED]})
         return []
     done = []
     for item in find_bundled(name):

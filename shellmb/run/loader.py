@@ -13,6 +13,7 @@ import importlib
 import importlib.util
 import inspect
 import pkgutil
+import re
 import sys
 import types
 import typing
@@ -28,6 +29,16 @@ from shellmb.run.blame import in_words, user_frame
 from shellmb.scene import Scene
 
 DEMOS = "shellmb.demos"
+# kinds of demos, in the order in which to look at them, and of those that say nothing
+KINDS = (
+    "start here",
+    "statics and paths",
+    "vibrations and motion",
+    "mechanisms",
+    "examples of the paper",
+    "forms of your own",
+)
+OTHERS = "others"
 
 
 @dataclass(frozen=True)
@@ -159,6 +170,19 @@ def demos() -> dict[str, str]:
             text = ast.get_docstring(ast.parse(source)) or ""
             found[info.name] = text.partition("\n")[0]
     return found
+
+
+def kinds() -> dict[str, list[str]]:
+    """Names of the bundled demos by their kind, in the order in which to look at them.
+
+    A demo says what it is in a line `# KIND: mechanisms`.
+    """
+    folder = importlib.import_module(DEMOS).__path__
+    found: dict[str, list[str]] = {kind: [] for kind in KINDS}
+    for name in demos():
+        said = re.search(r"^# KIND: (.*)$", Path(folder[0], f"{name}.py").read_text(), re.MULTILINE)
+        found.setdefault(said[1] if said else OTHERS, []).append(name)
+    return {kind: names for kind, names in found.items() if names}
 
 
 def is_file_name(name: str) -> bool:

@@ -126,7 +126,9 @@ def test_bad_options_say_so(tmp_path, arguments, message):
 def test_list_version_and_help(tmp_path):
     listed = within("list", cwd=tmp_path)
     assert listed.exit_code == 0
-    assert any(line.startswith("sudden_load ") for line in listed.stdout.splitlines())
+    lines = listed.stdout.splitlines()
+    assert lines[0] == "start here:"
+    assert any(line.startswith("  sudden_load ") for line in lines)
     assert within("--version", cwd=tmp_path).stdout.startswith("shellmb 0.")
     helped = within("run", "--help", cwd=tmp_path).stdout
     for option in ("--scheme", "--alpha", "--t-end", "--mesh", "--set", "--no-pictures"):

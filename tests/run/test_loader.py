@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from shellmb.errors import SceneError
-from shellmb.run.loader import demos, load
+from shellmb.run.loader import KINDS, demos, kinds, load
 from shellmb.run.request import Options, Request, parse_mesh, parse_parameters
 
 SMALL = str(Path(__file__).with_name("scene_small.py"))
@@ -13,6 +13,8 @@ SMALL = str(Path(__file__).with_name("scene_small.py"))
 
 def test_demos_have_descriptions():
     known = demos()
+    assert sorted(n for names in kinds().values() for n in names) == sorted(known)
+    assert list(kinds()) == list(KINDS), "each demo says its kind, and none another one"
     assert {"sudden_load", "tumbling_plate"} <= known.keys()
     assert all(len(text) > 10 and "\n" not in text for text in known.values())
 
