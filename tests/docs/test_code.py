@@ -27,7 +27,7 @@ def test_it_runs(code: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.chdir(tmp_path)
     module: Any = types.ModuleType("shown")
     exec(code, module.__dict__)
-    if not hasattr(module, "scene"):
+    if not callable(getattr(module, "scene", None)):
         return
     scene = module.scene()
     if not scene.static:
