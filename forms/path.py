@@ -5,52 +5,48 @@ second Legendre polynomial) the path is
 
     q(tau) = x + D (tau - 1/2) + z (6 tau^2 - 6 tau + 1),     q'(tau) = D + 6 z P1,   P1 = 2 tau - 1
 
-A measure `e(q) = lin(q) + quad(q, q)/2` (strains, constraints) then has in closed form
-
-    <e>             = lin(x) + [quad(x, x) + quad(D, D)/12 + quad(z, z)/5]/2
-    e_f - e_i       = lin(D) + quad(x + z, D)
-    bow, e_i + e_f - 2<e> = 2 lin(z) + 2 quad(x, z) + 4/5 quad(z, z) + quad(D, D)/6
-
-and forces that act on it through a stress linear in time, `S_0 + S_1 P1`, have as means with `P0`
-and with `P1`
-
-    P0:  S_0.[lin(dq) + quad(x, dq)] + S_1.quad(D, dq)/6                                        (Q2)
-    P1:  S_0.quad(D, dq)/6 + S_1.[lin(dq) + quad(x + 2z/5, dq)]/3
-
-`<.>` is the integral over a step. The velocity is quadratic, too, and with a dissipation `alpha`
+Measures are `e(q) = lin(q) + quad(q, q)/2` (strains, constraints); `<.>` is the integral over a
+step. The velocity is quadratic, too, and with a dissipation `alpha`
 
     <q' - h v> = 0,   <P1 (q' - h v)> = alpha h v_2/3,   z = [(1 + alpha) h v_f - (1 - alpha) h v_i
                                                               - 2 alpha D]/12               (Q1)
 
-Constraints hold at the end for positions and velocities, `g(q_f) = 0` and `Dg(q_f) v_f = 0`, by two
-multipliers whose forces do no work (`H` is the Hessian of `g`):
+Constraints `g(q_f) = 0`, `Dg(q_f) v_f = 0` hold by forces that do no work (`H` is g's Hessian):
 
-    P0:  lambda_0 <Dg> + lambda_1 H [(1 - alpha) h v_i + (1 + alpha) h v_f]/4                  (Q4)
+    P0:  lambda_0 <Dg> + lambda_1 H y,   y = [(1 - alpha) h v_i + (1 + alpha) h v_f]/4         (Q4)
     P1:  lambda_0 H D/6 + lambda_1 Dg((q_i + q_f)/2)
 
-and then, exactly,
+A strain is a coordinate `s` without mass that is tied to `e(q)` so. Its path is that of (Q1) with
+the ends `e_i, e_f` and the rates `De v` there,
+
+    e_f - e_i              = lin(D) + quad(x + z, D)
+    <s>                    = lin(x) + [quad(x, x) - quad(z, z) + quad(D, D)/4]/2 - quad(D, y)/6
+    bow, s_i + s_f - 2 <s> = 2 lin(z) + 2 quad(x + z, z) + quad(D, y)/3
+
+and a stress `S_0 + S_1 P1` acts on it by the forces (Q4) with `lambda_0 = S_0, lambda_1 = S_1/3`,
+
+    P0:  S_0.[lin(dq) + quad(x, dq)] + S_1.quad(y, dq)/3                                        (Q2)
+    P1:  S_0.quad(D, dq)/6 + S_1.[lin(dq) + quad(x + z, dq)]/3
+
+whose work is `S_0.(e_f - e_i) + S_1.bow`, that of the stress on `s'`. Exactly,
 
     E_f - E_i = work - alpha [2 v_2.M v_2 + bow.C bow/2].                                      (Q5)
 
-So a row is a sum of `stress of a moment . slope`, a moment is `lin` and `quad` of the three states
-with some weights, a slope `lin` and `quad` with one of them being the direction, and so are their
-derivatives. The weights are Constants, which the scheme gives
-(`shellmb/schemes/weights.py`): the forms of a body know no scheme, and one kernel serves all rows.
+Infinitely stiff strains are constraints by (Q4), for positions and velocities; with `<e>` in place
+of `<s>` they would be for positions alone, and velocities along stiff fibres would grow.
 
-A sub-interval of the paper's schemes, from `a` to `b`, is a path without bow. Its only stress is
-the average of eqs. (22) and (32), and acts on the strains at the middle, `lin(dq) + quad(x, dq)`:
+So a row is a sum of `stress of a moment . slope`, a moment is `lin` and `quad` of the four states
+with some weights, a slope that with the direction for one of them, and so are their derivatives.
+The weights are Constants (`shellmb/schemes/weights.py`): one kernel serves all rows. In the paper's
+schemes a sub-interval is a path without bow, its stress the average of (22), (32) at the middle:
 
-    E = (e_a + e_b)/2 + beta (e_b - e_a)/2
-      = lin(x) + [quad(x, x) + quad(D, D)/4]/2 + beta/2 [lin(D) + quad(x, D)]             (20), (32)
+    E = lin(x) + [quad(x, x) + quad(D, D)/4]/2 + beta/2 [lin(D) + quad(x, D)]             (20), (32)
 
 ===========  =====================================================================  ====
 symbol       name                                                                   eq.
 ===========  =====================================================================  ====
-`x, D, z`    mean, chord and bow of the path                                        -
-`S_0, S_1`   stress `C E_0`, `C E_1` of the moments below                           (Q3)
-`E_0`        `<e>`                                                                  (Q3)
-`E_1`        `(e_f - e_i)/2 + alpha/2 (e_i + e_f - 2 <e>)`                          (Q3)
-`P0, P1`     test functions of the two rows, 1 and `2 tau - 1`                      (Q2)
+`x, D, z, y` mean, chord, bow and swing of the path                                 -
+`S_0, S_1`   stress `C E_0`, `C E_1`: `E_0 = <s>`, `2 E_1 = e_f - e_i + alpha bow`  (Q3)
 ===========  =====================================================================  ====
 """
 
@@ -64,8 +60,8 @@ from ufl.core.expr import Expr
 
 from .discrete import variation
 
-# pairs of the states x, D, z in the order of a moment's weights
-PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
+# pairs of the states x, D, z, y in the order of a moment's weights
+PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2), (1, 3))
 
 
 class Slope(NamedTuple):
@@ -73,18 +69,18 @@ class Slope(NamedTuple):
 
     Args:
         c: Share of the reference configuration.
-        weights: Those of the states x, D, z.
+        weights: Those of the states x, D, z, y.
     """
 
     c: Expr
-    weights: tuple[Expr, Expr, Expr]
+    weights: tuple[Expr, ...]
 
 
 class Moment(NamedTuple):
     """A moment of a measure over the step, `sum_a l_a lin(s_a) + sum_ab w_ab quad(s_a, s_b)`.
 
     Args:
-        linear: Weights `l` of the states x, D, z.
+        linear: Weights `l` of the states x, D, z, y.
         products: Weights `w` of their pairs, in the order of `PAIRS`.
         held: State that holds the resultants that belong to it.
     """
@@ -135,14 +131,14 @@ class Row(NamedTuple):
     """What a row of a step is made of, as bodies see it.
 
     Args:
-        states: Mean, chord and bow of the path as functions that the scheme fills.
+        states: Mean, chord, bow and swing of the path as functions that the scheme fills.
         pairs: Stresses with what they act on.
-        moving: Number of the states that are not always zero: without a bow two.
+        moving: Number of the states that are not always zero: without a bow and a swing two.
     """
 
-    states: tuple[Expr, Expr, Expr]
+    states: tuple[Expr, ...]
     pairs: tuple[Pair, ...]
-    moving: int = 3
+    moving: int = 4
 
 
 class Path(NamedTuple):
@@ -185,7 +181,7 @@ class Path(NamedTuple):
 
     @property
     def swing(self) -> Expr:
-        """What the second multiplier's force turns with in row P0, eq. (Q4)."""
+        """`y`, what the second stress and multiplier turn with in row P0, eqs. (Q2), (Q4)."""
         a = self.alpha
         return ((1 - a) * self.push + (1 + a) * self.rate) / 4
 
@@ -269,12 +265,6 @@ def is_quadratic(function: Callable[[Expr], Expr], state: Any) -> bool:
     return dz not in ufl.algorithms.extract_coefficients(found)
 
 
-def bow_of(strain: Measure, path: Path) -> Expr:
-    """Bow of a measure, `e_i + e_f - 2 <e>`, in closed form."""
-    x, D, z = path.mean, path.chord, path.bow
-    return strain.slope(2, ((2, x), (0.8, z)), z) + strain.quad(D, D) / 6
-
-
 class ConstraintRow(NamedTuple):
     """Constraints in one of the rows, eq. (Q4), all of shape (n,).
 
@@ -340,16 +330,21 @@ class Step(NamedTuple):
 
     Args:
         path: The states as expressions.
-        states: Mean, chord and bow of the path as functions that the scheme fills.
+        states: Mean, chord, bow and swing of the path as functions that the scheme fills.
         pairs: Both pairs of a moment and a slope in the rows P0 and P1.
         points: The same at Gauss' points in time, for nonlinear sections.
     """
 
     path: Path
-    states: tuple[Expr, Expr, Expr]
+    states: tuple[Expr, ...]
     pairs: tuple[tuple[Pair, Pair], tuple[Pair, Pair]]
     points: Points
 
     def row(self, k: int) -> Row:
         """What row `k` is made of."""
         return Row(self.states, self.pairs[k])
+
+    def bow_of(self, strain: Measure) -> Expr:
+        """Bow of a strain's own path, of which the dissipation takes the energy (Q5)."""
+        p = self.path
+        return strain.moment(self.points.bow, (p.mean, p.chord, p.bow, p.swing))

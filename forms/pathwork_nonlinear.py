@@ -3,10 +3,10 @@
 The strain along the path is replaced by the quadratic one whose rate is the projection of `e'` on
 linear functions of time,
 
-    E(tau) = e_i + (e_f - e_i) tau + 3 bow (tau^2 - tau),      bow = e_i + e_f - 2 <e>,
+    E(tau) = e_i + (e_f - e_i) tau + 3 bow (tau^2 - tau),      bow = e_i + e_f - 2 <s>,
 
 and `S_0 + S_1 P1` is the projection of `psi'(E(tau))` on linear functions by two Gauss points.
-There `E` is a moment of the strains as any other, `<e> -+ (e_f - e_i)/(2 sqrt(3))`, and both rows
+There `E` is a moment of the strains as any other, `<s> -+ (e_f - e_i)/(2 sqrt(3))`, and both rows
 are sums of `stress at a point . slope`: the templates of `forms.pathwork`, with `psi'` and `psi''`
 at one strain in place of a stiffness. What two points leave is made good along the chord of the
 strains (per point in space, after O. Gonzalez, J. Nonlinear Sci. 6 (1996) 449-467),
@@ -83,7 +83,7 @@ class NonlinearPath:
         section: Its mixed form.
         layout: Parts of the state.
         strain: Strains of the displacements.
-        states: Mean, chord and bow of the path.
+        states: Mean, chord, bow and swing of the path.
         points: What the step consists of.
     """
 

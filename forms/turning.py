@@ -11,7 +11,7 @@ from ufl.core.expr import Expr
 
 from .coordinates import angle_moments, perpendicular, swing_moment
 from .discrete import variation
-from .path import ConstraintRow, Path, bow_of, measure
+from .path import ConstraintRow, Path, measure
 
 
 def turning_row(
@@ -35,7 +35,9 @@ def turning_row(
     quad = measure(angle).quad
     a_i, a_f = angle(path.start), angle(path.end)
     rate_i, rate_f = variation(angle, path.start, path.push), variation(angle, path.end, path.rate)
-    moments = angle_moments(a_i, a_f, bow_of(measure(angle), path))
+    x, D, z = path.mean, path.chord, path.bow
+    bow = 2 * variation(angle, x + 0.4 * z, z) + quad(D, D) / 6
+    moments = angle_moments(a_i, a_f, bow)
     alpha = path.alpha
     rates = (1 + alpha) * rate_f + (1 - alpha) * rate_i
     extra, share = swing_moment(a_i, a_f, rates, alpha)

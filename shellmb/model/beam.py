@@ -19,7 +19,7 @@ from shellmb.forms import loads as load_forms
 from shellmb.forms.beam import BeamMixed, Line, LinePoint
 from shellmb.forms.frame import FrameMass, momenta
 from shellmb.forms.mixed import Interval
-from shellmb.forms.path import Measure, Row, Step, bow_of
+from shellmb.forms.path import Measure, Row, Step
 from shellmb.forms.pathwork import interval_work
 from shellmb.model.body import LoadFactors, PartScale, Rates, SubInterval, Term
 from shellmb.model.frame import FrameBody
@@ -208,7 +208,7 @@ class BeamModel(FrameBody):
 
     def lost(self, step: Step, bow: Expr) -> Form | None:
         """Elastic energy of the bow of the strains, J."""
-        e, formulation = bow_of(self.strain_measure, step.path), self.section.formulation
+        e, formulation = step.bow_of(self.strain_measure), self.section.formulation
         return formulation.stored(e, formulation.forces(self.layout, bow)) * self.rules.reduced
 
     def mean_resultants(self, step: Step) -> tuple[Expr, Expr]:

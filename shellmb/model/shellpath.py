@@ -15,7 +15,7 @@ from shellmb.forms import hourglass
 from shellmb.forms import shell as shell_forms
 from shellmb.forms.mixed import Interval, LinearMixed, vector
 from shellmb.forms.mixed_nonlinear import NonlinearMixed
-from shellmb.forms.path import Measure, Row, Step, bow_of, constraint_row, is_quadratic, measure
+from shellmb.forms.path import Measure, Row, Step, constraint_row, is_quadratic, measure
 from shellmb.forms.pathwork import interval_work
 from shellmb.forms.pathwork_nonlinear import NonlinearPath
 from shellmb.model.body import SubInterval, Term
@@ -169,11 +169,11 @@ def lost(shell: ShellModel, step: Step, bow: Expr) -> Form | None:
     section, strain = shell.section.formulation, strain_measure(shell)
     if isinstance(section, LinearMixed):
         resultants = section.forces(shell.layout, bow)
-        form = shell.integrate(section.stored(bow_of(strain, step.path), resultants))
+        form = shell.integrate(section.stored(step.bow_of(strain), resultants))
     else:
         form = _integrate(shell, _nonlinear(shell, step).lost())
     if shell.rules.lines is not None:
-        e = bow_of(_lines(shell, strain), step.path)
+        e = step.bow_of(_lines(shell, strain))
         form += shell.hourglass((e[0] ** 2 / 2, e[1] ** 2 / 2))
     return form
 

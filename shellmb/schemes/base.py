@@ -111,13 +111,10 @@ class Rotations:
             `2 atan(w dt/2)` in place of `w dt`: 5 per cent less at 0.75.
         stiff_loss: Part of its angular momentum that a body which does not stretch loses in a step,
             over the square of its angle in the step; 0 where the scheme does without.
-        kept: Share of a velocity along a stiff fibre that a step leaves in schemes where it grows
-            in bodies that turn (`shellmb.watches.stretch_rates`); None: in others.
     """
 
     largest: float
     stiff_loss: float = 0.0
-    kept: float | None = None
 
 
 # of all schemes whose positions are linear in a step or its parts, and that do no more about it

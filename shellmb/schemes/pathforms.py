@@ -39,10 +39,10 @@ class PathForms:
         assert levels.push is not None
         sources = (levels.q, levels.push, *levels.unknown.values())
         self.states = PathStates(sources, path_states(scheme.alpha))
-        mean, chord, bow = self.states.functions
         unknown = tuple(levels.unknown.values())
         points = at_points(self._mesh, scheme.alpha, unknown)
-        self.step = Step(self.path, (mean, chord, bow), (self._pairs(0), self._pairs(1)), points)
+        pairs = self._pairs(0), self._pairs(1)
+        self.step = Step(self.path, self.states.functions, pairs, points)
 
     def _pairs(self, row: int) -> tuple[Pair, Pair]:
         """Both stresses in one row, with their derivatives."""

@@ -57,8 +57,8 @@ def at_points(mesh: Any, alpha: float, unknown: Sequence[Expr]) -> Points:
         return Moment(linear, products, first)
 
     def slope(weights: SlopeWeights) -> Slope:
-        (c,), (x, D, z) = constants(mesh, weights.c), constants(mesh, weights.weights)
-        return Slope(c, (x, D, z))
+        (c,) = constants(mesh, weights.c)
+        return Slope(c, constants(mesh, weights.weights))
 
     places = [constants(mesh, p)[0] for p in POINTS]
     rates = [free(rate_at_point(p)) for p in POINTS]

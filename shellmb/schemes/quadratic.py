@@ -60,7 +60,7 @@ class QuadraticInTime:
         """How well it follows bodies that turn."""
         # 1.5 rad: rational functions that vibrations are multiplied by turn by 0.6 % less (alpha =
         # 0) to 1.6 % less there, and lose 5 % (alpha = 1)
-        return Rotations(1.5, kept=(1 - self.alpha) / (1 + self.alpha))
+        return Rotations(1.5)
 
     @property
     def order(self) -> int:

@@ -25,20 +25,22 @@ from shellmb.schemes.weights import (
 
 Floats = npt.NDArray[np.float64]
 
+NAMES = ("mean", "chord", "bow", "swing")
+
 
 class PathStates:
-    """Mean, chord and bow of a body's path as functions, which follow the unknown ones.
+    """Mean, chord, bow and swing of a body's path as functions that follow the unknown ones.
 
     Args:
         sources: Functions whose combinations they are.
-        weights: The combinations, shape (3, number of sources).
+        weights: The combinations, shape (4, number of sources).
     """
 
     def __init__(self, sources: Sequence[fem.Function], weights: Floats) -> None:
         self.sources, self.weights = sources, weights
         space = sources[0].function_space
-        mean, chord, bow = (fem.Function(space, name=name) for name in ("mean", "chord", "bow"))
-        self.functions = mean, chord, bow
+        mean, chord, bow, swing = (fem.Function(space, name=name) for name in NAMES)
+        self.functions = mean, chord, bow, swing
 
 
 def constants(mesh: Any, values: object) -> tuple[Expr, ...]:
@@ -58,8 +60,8 @@ def bound(mesh: Any, weights: PairWeights, holder: Expr) -> Pair:
     """
 
     def slope(of: SlopeWeights) -> Slope:
-        (c,), (x, D, z) = constants(mesh, of.c), constants(mesh, of.weights)
-        return Slope(c, (x, D, z))
+        (c,) = constants(mesh, of.c)
+        return Slope(c, constants(mesh, of.weights))
 
     changes = {}
     for number, change in weights.changes.items():
@@ -95,7 +97,7 @@ class Span:
         a, b, mid, at, held, beta = self.span
         holder = unknown[number]
         if self._linear or a is b is mid is at is held is holder:
-            self.states = PathStates([holder], SINGLE.reshape(3, 1))
+            self.states = PathStates([holder], SINGLE.reshape(4, 1))
             weights = single_pair(number, self._linear)
         else:
             middle = renumber_indices(mid) == renumber_indices(mean(a, b))

@@ -1,7 +1,7 @@
 """Weights of a step: what the rows of each scheme are made of, as numbers.
 
-The moments and slopes of `forms.path` are combinations of the mean, the chord and the bow of a
-path, which are combinations of the states themselves, so that their derivatives by the unknowns
+The moments and slopes of `forms.path` are combinations of mean, chord, bow and swing of a path,
+which are combinations of the states themselves, so that their derivatives by the unknowns
 follow from these tables. All states of a step that is quadratic in time are combinations of four:
 `q_i`, `h v_i`, and the unknown `q_f`, `h v_f`. A sub-interval of the paper's schemes, from `a` to
 `b`, is a path without bow, its stress the average of eqs. (22) and (32); a single state of statics
@@ -38,8 +38,8 @@ class MomentWeights(NamedTuple):
     products: Floats
 
     def by(self, state: Floats) -> SlopeWeights:
-        """Derivative by a state of which the states x, D, z have the given shares."""
-        out = np.zeros(3)
+        """Derivative by a state of which the states x, D, z, y have the given shares."""
+        out = np.zeros(4)
         for (a, b), w in zip(PAIRS, self.products, strict=True):
             out[b] += w * state[a]
             out[a] += w * state[b]
@@ -50,7 +50,7 @@ class ChangeWeights(NamedTuple):
     """Numbers of a `forms.path.Change`.
 
     Args:
-        states: Shares of the unknown state in the states x, D, z.
+        states: Shares of the unknown state in the states x, D, z, y.
         held: As of `Change`.
         share: As of `Change`.
         gain: As of `Change`.
@@ -81,7 +81,7 @@ class PairWeights(NamedTuple):
 
 
 def path_states(alpha: float) -> Floats:
-    """Mean, chord and bow of the path as combinations of the four states, shape (3, 4), eq. (Q1).
+    """Mean, chord, bow and swing as combinations of the four states, shape (4, 4), eq. (Q1).
 
     Args:
         alpha: Dissipation.
@@ -89,39 +89,39 @@ def path_states(alpha: float) -> Floats:
     chord = np.array([-1.0, 0.0, 1.0, 0.0])
     bow = np.array([0.0, -(1 - alpha), 0.0, 1 + alpha]) / 12 - alpha / 6 * chord
     mean = np.array([0.5, 0.0, 0.5, 0.0]) - bow
-    return np.array([mean, chord, bow])
+    swing = np.array([0.0, 1 - alpha, 0.0, 1 + alpha]) / 4
+    return np.array([mean, chord, bow, swing])
 
 
 def moments(alpha: float) -> tuple[MomentWeights, MomentWeights]:
-    """`E_0` and `E_1` of eq. (Q3) in closed form; `PAIRS` are xx, xD, xz, DD, Dz, zz."""
-    first = MomentWeights(np.array([1.0, 0, 0]), np.array([1 / 2, 0, 0, 1 / 24, 0, 1 / 10]))
-    second = MomentWeights(
-        np.array([0.0, 1 / 2, alpha]),
-        np.array([0, 1 / 2, alpha, alpha / 12, 1 / 2, 2 * alpha / 5]),
+    """`E_0` and `E_1` of eq. (Q3); `PAIRS` are xx, xD, xz, DD, Dz, zz, Dy."""
+    first = MomentWeights(
+        np.array([1.0, 0, 0, 0]), np.array([1 / 2, 0, 0, 1 / 8, 0, -1 / 2, -1 / 6])
     )
-    return first, second
+    half = MomentWeights(np.array([0.0, 1 / 2, 0, 0]), np.array([0, 1 / 2, 0, 0, 1 / 2, 0, 0]))
+    return first, combined((1, half), (alpha / 2, BOW))
 
 
 # what the stresses S_0 and S_1 act on in the rows P0 and P1, eq. (Q2)
 SLOPES = (
-    (SlopeWeights(1.0, np.array([1.0, 0, 0])), SlopeWeights(0.0, np.array([0, 1 / 6, 0]))),
+    (SlopeWeights(1.0, np.array([1.0, 0, 0, 0])), SlopeWeights(0.0, np.array([0, 0, 0, 1 / 3]))),
     (
-        SlopeWeights(0.0, np.array([0, 1 / 6, 0])),
-        SlopeWeights(1 / 3, np.array([1 / 3, 0, 2 / 15])),
+        SlopeWeights(0.0, np.array([0, 1 / 6, 0, 0])),
+        SlopeWeights(1 / 3, np.array([1 / 3, 0, 1 / 3, 0])),
     ),
 )
 
-# bow of a measure, `e_i + e_f - 2 <e>`
-BOW = MomentWeights(np.array([0.0, 0, 2]), np.array([0, 0, 2, 1 / 6, 0, 4 / 5]))
+# twice the bow of a measure's own path, by its ends and its rates there
+BOW = MomentWeights(np.array([0.0, 0, 2, 0]), np.array([0, 0, 2, 0, 0, 2, 1 / 3]))
 
 # what the only stress of a sub-interval acts on: the strains at its middle, eq. (20)
-MIDDLE = SlopeWeights(1.0, np.array([1.0, 0, 0]))
+MIDDLE = SlopeWeights(1.0, np.array([1.0, 0, 0, 0]))
 # what it is of where strains are linear
-LINEAR = MomentWeights(np.array([1.0, 0, 0]), np.zeros(6))
-AT_REFERENCE = SlopeWeights(1.0, np.zeros(3))
-# shares of the ends `a` and `b` in the states x, D, z, and of a single state
-FIRST, LAST = np.array([0.5, -1, 0]), np.array([0.5, 1, 0])
-SINGLE = np.array([1.0, 0, 0])
+LINEAR = MomentWeights(np.array([1.0, 0, 0, 0]), np.zeros(7))
+AT_REFERENCE = SlopeWeights(1.0, np.zeros(4))
+# shares of the ends `a` and `b` in the states x, D, z, y, and of a single state
+FIRST, LAST = np.array([0.5, -1, 0, 0]), np.array([0.5, 1, 0, 0])
+SINGLE = np.array([1.0, 0, 0, 0])
 
 
 def path_pairs(alpha: float, row: int) -> list[PairWeights]:
@@ -138,7 +138,8 @@ def path_pairs(alpha: float, row: int) -> list[PairWeights]:
 
 def average(beta: float) -> MomentWeights:
     """`(e_a + e_b)/2 + beta (e_b - e_a)/2`, eq. (32)."""
-    return MomentWeights(np.array([1.0, beta / 2, 0]), np.array([1 / 2, beta / 2, 0, 1 / 8, 0, 0]))
+    products = np.array([1 / 2, beta / 2, 0, 1 / 8, 0, 0, 0])
+    return MomentWeights(np.array([1.0, beta / 2, 0, 0]), products)
 
 
 def single_pair(number: int, linear: bool) -> PairWeights:

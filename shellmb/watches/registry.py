@@ -15,14 +15,12 @@ from shellmb.watches.lifting import Lifting
 from shellmb.watches.slipping import Slipping
 from shellmb.watches.step_error import StepErrors
 from shellmb.watches.stiff_spin import StiffSpin
-from shellmb.watches.stretch_rates import StretchRates
 
 # what is nearest to the cause comes first
 WATCHES: tuple[type[Watch], ...] = (
     LargeTurns,
     StepErrors,
     StiffSpin,
-    StretchRates,
     Lifting,
     Slipping,
     Drift,

@@ -65,7 +65,7 @@ def test_stiff_plate_spins_in_schemes_quadratic_in_time(scheme, alpha, driven, w
     worst("energy law", result.summary["energy_balance_error"], 1e-9)
     worst("linear momentum drift", result.summary["linear_momentum_drift"], 1e-10)
     # what the schemes lose with 0.05 rad a step: a sixteenth, an eighth of it with half the step
-    lost = {0.0: 1e-7, 1.0: 2e-5}[alpha]
+    lost = {0.0: 1e-7, 1.0: 3e-5}[alpha]
     worst("angular momentum drift", result.summary["angular_momentum_drift"], lost)
 
 

@@ -1,5 +1,6 @@
 """Schemes that are quadratic in time: their closed forms, orders in large motion, and forces."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -55,9 +56,9 @@ def measure() -> tuple[np.ndarray, np.ndarray]:
     return GENERAL.normal(size=SIZE), Q + Q.T
 
 
-def at(states: np.ndarray, tau: np.ndarray) -> np.ndarray:
+def at(states: Sequence[np.ndarray], tau: np.ndarray) -> np.ndarray:
     """The path, shape (n, size)."""
-    x, D, z = states
+    x, D, z, *_ = states
     return x + np.outer(tau - 0.5, D) + np.outer(6 * tau**2 - 6 * tau + 1, z)
 
 
@@ -69,26 +70,35 @@ def evaluated(weights: MomentWeights, states: np.ndarray, L: np.ndarray, Q: np.n
 
 
 @pytest.mark.parametrize("alpha", [0.0, 0.3, 1.0])
-def test_moments_and_slopes_are_integrals_over_the_path(alpha: float, measure) -> None:
-    """Equations (Q2) and (Q3) by Gauss' points in time, and in closed form."""
-    (L, Q), states = measure, GENERAL.normal(size=(3, SIZE))
-    q = at(states, TAUS)
-    e = q @ L + np.einsum("ni,ij,nj->n", q, Q, q) / 2
-    ends = at(states, np.array([0.0, 1.0]))
-    e_i, e_f = ends @ L + np.einsum("ni,ij,nj->n", ends, Q, ends) / 2
-    mean = WEIGHTS @ e
-    bow = e_i + e_f - 2 * mean
+def test_moments_are_those_of_a_path_of_the_strain(alpha: float, measure) -> None:
+    """(Q3): the path (Q1) through the strains at both ends, with their rates there."""
+    (L, Q), known = measure, GENERAL.normal(size=(4, SIZE))
+    ends, pushes = known[[START, END]], known[[PUSH, RATE]]
+    e = ends @ L + np.einsum("ni,ij,nj->n", ends, Q, ends) / 2
+    rates = pushes @ L + np.einsum("ni,ij,nj->n", ends, Q, pushes)
+    mean, chord, bow, _ = path_states(alpha) @ [e[0], rates[0], e[1], rates[1]]
+    states = path_states(alpha) @ known
     found = [evaluated(m, states, L, Q) for m in (*moments(alpha), BOW)]
-    expected = [mean, (e_f - e_i) / 2 + alpha / 2 * bow, bow]
     # round-off of some dozens of products
-    np.testing.assert_allclose(found, expected, rtol=1e-12)
-    gradient = L + q @ Q
-    for row, slopes in enumerate(SLOPES):
-        for k, slope in enumerate(slopes):
-            exact = np.einsum("n,n,n,ni->i", WEIGHTS, P[row], P[k], gradient)
-            np.testing.assert_allclose(
-                slope.c * L + Q @ (slope.weights @ states), exact, rtol=1e-12, atol=1e-12
-            )
+    np.testing.assert_allclose(found, [mean, chord / 2 + alpha * bow, 2 * bow], rtol=1e-11)
+
+
+@pytest.mark.parametrize("alpha", [0.0, 0.3, 1.0])
+def test_forces_work_on_the_path_of_the_strain(alpha: float, measure) -> None:
+    """(Q4): the mean forces act on is that over the path, and their work is that on `s'`."""
+    (L, Q), known = measure, GENERAL.normal(size=(4, SIZE))
+    states = path_states(alpha) @ known
+    gradient = L + at(states, TAUS) @ Q
+    slopes = np.array(
+        [[slope.c * L + Q @ (slope.weights @ states) for slope in row] for row in SLOPES]
+    )
+    for row in range(2):
+        exact = np.einsum("n,n,ni->i", WEIGHTS, P[row], gradient)
+        np.testing.assert_allclose(slopes[row, 0], exact, rtol=1e-12, atol=1e-12)
+    # those of P1 are tested with `q' = D + 6 z P1`
+    work = np.einsum("rki,ri->k", slopes, [states[1], 6 * states[2]])
+    change = 2 * evaluated(moments(0.0)[1], states, L, Q)
+    np.testing.assert_allclose(work, [change, evaluated(BOW, states, L, Q)], rtol=1e-11)
 
 
 @pytest.mark.parametrize("alpha", [0.0, 0.3, 1.0])
@@ -102,7 +112,7 @@ def test_the_path_obeys_the_equations_of_its_velocity(alpha: float) -> None:
     # the velocity that is quadratic, with its ends and, by P0, its mean
     first, last = known[PUSH], known[RATE]
     second = (first + last) / 2 - states[1]
-    v = at(np.array([states[1], last - first, second]), TAUS)
+    v = at((states[1], last - first, second), TAUS)
     np.testing.assert_allclose(WEIGHTS @ (rate - v), 0, atol=1e-12)
     np.testing.assert_allclose((WEIGHTS * P[1]) @ (rate - v), alpha * second / 3, atol=1e-12)
 
