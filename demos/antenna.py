@@ -9,12 +9,10 @@ panels bend, and the lay-up couples bending with twist: the edges rock about the
 deployment. In the beam model, panels are beams along their middle and the motion stays plane.
 
 The axes: `i_1` = x, along which the antenna is deployed; y along the hinges; z along the stowed
-panels. Nothing but springs, dampers and inertia acts. All that the text leaves open is a parameter
-of `scene`.
+panels. Nothing but springs, dampers and inertia acts. What the text leaves open are parameters.
 """
 
 # KIND: examples of the paper
-
 # CI: shellmb run antenna --set model=beam --dt 0.5 --t-end 100 --check --no-pictures
 # CI: shellmb run antenna --set nx=2 --dt 0.4 --t-end 20 --check
 # CI: shellmb run antenna --set nx=2 --set coupling=False --dt 0.4 --t-end 20 --check

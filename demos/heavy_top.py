@@ -6,7 +6,6 @@ point, integrated to 1e-10 in quaternions, without constraints or multipliers.
 """
 
 # KIND: mechanisms
-
 # CI: shellmb run heavy_top --check --no-pictures
 # CI: shellmb run heavy_top --scheme ed --alpha 0.5 --check --no-pictures --out runs/ci-top-ed
 

@@ -10,7 +10,6 @@ sideways motion has to grow.
 """
 
 # KIND: examples of the paper
-
 # CI: shellmb run lateral_buckling --t-end 0.2 --check --no-pictures
 # CI: shellmb run lateral_buckling --scheme ep --t-end 0.2 --check --no-pictures --out runs/61ep
 # CI: shellmb run lateral_buckling --set model=beam --t-end 0.2 --check --no-pictures --out runs/61b

@@ -15,7 +15,6 @@ it the plate is stiffer than a beam with a constant torsional stiffness, its fib
 """
 
 # KIND: statics and paths
-
 # CI: shellmb run lateral_plate --check
 # CI: shellmb run lateral_plate --set model=beam --check --no-pictures --out runs/ci-lateral-beam
 # CI: shellmb run lateral_plate --set branches=detect --check --no-pictures --out runs/ci-lateral

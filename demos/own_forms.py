@@ -21,7 +21,6 @@ scheme
 """
 
 # KIND: forms of your own
-
 # CI: shellmb run own_forms --set experiment=energy --check --no-pictures --out runs/ci-own-energy
 # CI: shellmb run own_forms --set experiment=strain --check --no-pictures --out runs/ci-own-strain
 # CI: shellmb run own_forms --set experiment=force --check --no-pictures --out runs/ci-own-force

@@ -6,7 +6,6 @@ thin plate are
 """
 
 # KIND: vibrations and motion
-
 # CI: shellmb modes plate_modes --count 11 --check --out runs/ci-plate_modes
 
 import math

@@ -10,7 +10,6 @@ ground add up to the weight across the slope less what the bouncing takes.
 """
 
 # KIND: mechanisms
-
 # CI: shellmb run rolling_cart --set t_end=0.2 --check --no-pictures
 
 import numpy as np

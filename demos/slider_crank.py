@@ -11,7 +11,6 @@ first order in the step only.
 """
 
 # KIND: start here
-
 # CI: shellmb run slider_crank --check --no-pictures
 # CI: shellmb run slider_crank --scheme ep --check --no-pictures --out runs/ci-crank-ep
 # CI: shellmb run slider_crank --set flexible=True --check --no-pictures --out runs/ci-crank-soft

