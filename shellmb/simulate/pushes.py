@@ -7,6 +7,7 @@ import numpy as np
 from shellmb.model.body import NodeLink
 from shellmb.schemes.base import Levels
 from shellmb.system.assembly import BlockSystem
+from shellmb.system.fields import DirectorPath
 
 
 class Pushes:
@@ -18,6 +19,9 @@ class Pushes:
         system: The block system.
         fields: Functions of each of its fields, and whether the field is one of velocities.
         links: Links of each.
+
+    Directors without inertia have none either, and begin each step at rest; where a support moves
+    them their path is that of its motion.
     """
 
     def __init__(
@@ -32,6 +36,11 @@ class Pushes:
             for k, (levels, rates) in enumerate(fields)
             if rates and (dofs := [link.dofs for link in links[k]])
         }
+        self._massless = {
+            k: np.setdiff1d(directors.dofs, field.fixed)
+            for k, field in enumerate(system.fields)
+            if isinstance(directors := field.directors, DirectorPath) and directors.massless
+        }
         self._vector = system.x.duplicate()
 
     def take(self, dt: float) -> None:
@@ -41,10 +50,12 @@ class Pushes:
             dt: Length of the step, s.
         """
         system, found = self._system, []
-        for levels, rates in self._fields:
+        for k, (levels, rates) in enumerate(self._fields):
             assert levels.push is not None
             if rates:
                 np.multiply(levels.rates["v"].x.array, dt, out=levels.push.x.array)
+                if k in self._massless:
+                    levels.push.x.array[self._massless[k]] = 0.0
             found.append(levels.push.x.array)
         for k, linked in self._linked.items():
             found[k][linked] = np.nan
