@@ -13,9 +13,9 @@ from ufl.core.expr import Expr
 from shellmb.build.nodes import NodeMesh, constant_vector, set_constants
 from shellmb.build.spaces import MixedSpace
 from shellmb.forms.discrete import variation
-from shellmb.forms.masslesspath import massless_row
 from shellmb.forms.mixed import Interval
-from shellmb.forms.path import ConstraintRow, Step, constraint_row
+from shellmb.forms.path import Step
+from shellmb.forms.pathconstraints import ConstraintRow, constraint_row, massless_row
 from shellmb.forms.state import Layout
 from shellmb.kernels import compiled_expression
 from shellmb.model.body import Dofs, FixedDofs, Massless, NodeLink, PartScale, Term

@@ -12,9 +12,9 @@ from ufl.core.expr import Expr
 from shellmb.build.spaces import MixedSpace
 from shellmb.forms import frame
 from shellmb.forms.frame import FrameMass, Vectors
-from shellmb.forms.masslesspath import massless_row
 from shellmb.forms.mixed import Interval
-from shellmb.forms.path import Path, constraint_row
+from shellmb.forms.path import Path
+from shellmb.forms.pathconstraints import constraint_row, massless_row
 from shellmb.forms.state import Layout
 from shellmb.model.body import FixedDofs, NodeLink, PartScale
 

@@ -13,10 +13,10 @@ from ufl.core.expr import Expr
 from shellmb.errors import SceneError
 from shellmb.forms import hourglass
 from shellmb.forms import shell as shell_forms
-from shellmb.forms.masslesspath import massless_row
 from shellmb.forms.mixed import Interval, LinearMixed, vector
 from shellmb.forms.mixed_nonlinear import NonlinearMixed
-from shellmb.forms.path import Measure, Row, Step, bow_of, constraint_row, is_quadratic, measure
+from shellmb.forms.path import Measure, Row, Step, bow_of, is_quadratic, measure
+from shellmb.forms.pathconstraints import constraint_row, massless_row
 from shellmb.forms.pathwork import interval_work
 from shellmb.forms.pathwork_nonlinear import NonlinearPath
 from shellmb.model.body import SubInterval, Term
