@@ -116,14 +116,17 @@ def _quadratic(scene: Scene) -> None:
     if scheme not in QUADRATIC:
         return
     bodies: list[Any] = [*scene.shells, *scene.beams]
-    light = {b.name: not b.rotary_inertia for b in bodies if not b.rigid}
+    light = {
+        b.name: not (b.rotary_inertia and np.any(b.section.mass[2])) for b in bodies if not b.rigid
+    }
     alpha = getattr(scene.scheme, "alpha", scene.alpha if scheme == "ed3" else 0.0)
     for body in scene.meshed:
         if alpha == 0 and light.get(body.name):
             raise SceneError(
-                f"{said(body)}: rotary_inertia is False; scheme '{scheme}' without dissipation "
-                "never forgets what directors without inertia are off by at the start and after "
-                "loads jump: leave it True, or use scheme 'ed3' with alpha > 0, 'ep' or 'ed'"
+                f"{said(body)}: rotary_inertia is False, or its section has no second moments of "
+                f"mass; scheme '{scheme}' without dissipation never forgets what directors without "
+                "inertia are off by at the start and after loads jump: they must have inertia, or "
+                "use scheme 'ed3' with alpha > 0, 'ep' or 'ed'"
             )
     pairs = [(join.first, join.second) for join in scene.joins]
     pairs += [(glue.beam, glue.shell) for glue in scene.glues]
@@ -131,9 +134,9 @@ def _quadratic(scene: Scene) -> None:
         if len({light[name] for name in pair if name in light}) > 1:
             idle, inert = sorted(pair, key=lambda name: not light[name])
             raise SceneError(
-                f"'{idle}' and '{inert}' are joined: rotary_inertia is False for '{idle}' only; "
-                f"with scheme '{scheme}' it must be the same for both, because directors of the "
-                "one are tied to those of the other"
+                f"'{idle}' and '{inert}' are joined: only '{idle}' has no rotary inertia; with "
+                f"scheme '{scheme}' both or none must have it, because directors of the one are "
+                "tied to those of the other"
             )
 
 
