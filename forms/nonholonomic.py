@@ -63,7 +63,8 @@ from ufl.core.expr import Expr
 from .discrete import variation
 from .joints import Place
 from .mixed import Interval
-from .path import ConstraintRow, Path
+from .path import Path
+from .pathconstraints import ConstraintRow
 
 Own = Mapping[str, Expr]
 # slip of a state and a direction, `A(q) dq`, shape (n,)

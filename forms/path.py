@@ -265,40 +265,6 @@ def is_quadratic(function: Callable[[Expr], Expr], state: Any) -> bool:
     return dz not in ufl.algorithms.extract_coefficients(found)
 
 
-class ConstraintRow(NamedTuple):
-    """Constraints in one of the rows, eq. (Q4), all of shape (n,).
-
-    Args:
-        own: What the multipliers of the row itself act on.
-        other: What those of the other row act on.
-        value: What the row demands to vanish at the end: their value, or their rate times the step.
-        multipliers: States that hold the row's own multipliers and those of the other row.
-    """
-
-    own: Expr
-    other: Expr
-    value: Expr
-    multipliers: tuple[Expr, Expr]
-
-
-def constraint_row(function: Callable[[Expr], Expr], path: Path, k: int, dq: Expr) -> ConstraintRow:
-    """Forces of quadratic constraints that do no work, and the constraints, eq. (Q4).
-
-    Args:
-        function: The constraints as a function of the state.
-        path: The step.
-        k: Row, 0 for P0 and 1 for P1.
-        dq: Direction.
-    """
-    quad = measure(function).quad
-    if k == 0:
-        mean, swing = variation(function, path.mean, dq), quad(path.swing, dq)
-        return ConstraintRow(mean, swing, function(path.end), (path.end, path.rate))
-    middle, chord = variation(function, path.middle, dq), quad(path.chord, dq) / 6
-    value = variation(function, path.end, path.rate)
-    return ConstraintRow(middle, chord, value, (path.rate, path.end))
-
-
 class Points(NamedTuple):
     """What rows of nonlinear sections need, by two Gauss points in time (`pathwork_nonlinear`).
 

@@ -11,7 +11,8 @@ from ufl.core.expr import Expr
 
 from .coordinates import angle_moments, perpendicular, swing_moment
 from .discrete import variation
-from .path import ConstraintRow, Path, measure
+from .path import Path, measure
+from .pathconstraints import ConstraintRow
 
 
 def turning_row(

@@ -143,6 +143,7 @@ class BeamModel(FrameBody):
             moved = mass if beam.eccentric_inertia else FrameMass(mass.m, J=mass.J)
             inert = moved if beam.rotary_inertia else FrameMass(mass.m)
             self.masses = ((inert, self.rules.nodes),)
+            self.inertialess = "lam" not in self.jump_parts
         self._loads = loads
         self.slenderness = slenderness = beam.section.size / domain.length
         label = f"of beam '{beam.name}'"

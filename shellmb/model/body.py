@@ -165,6 +165,11 @@ class Body(Protocol):
     slenderness: float
 
     @property
+    def inertialess(self) -> bool:
+        """Whether its directors have no inertia in motion, and so no velocity of their own."""
+        ...
+
+    @property
     def jump_parts(self) -> frozenset[str]:
         """Parts that have equations for the jump of velocities."""
         ...
@@ -273,6 +278,7 @@ class Massless:
     kinematic: frozenset[str] = frozenset()
     coupled: bool = False
     slenderness: float = 1.0
+    inertialess: bool = False
     jump_parts: frozenset[str] = frozenset()
 
     def velocity_constraint(self, v: Expr, mid: Expr, dv: Expr) -> Form | None:

@@ -14,7 +14,8 @@ from shellmb.build.nodes import NodeMesh, constant_vector, set_constants
 from shellmb.build.spaces import MixedSpace
 from shellmb.forms.discrete import variation
 from shellmb.forms.mixed import Interval
-from shellmb.forms.path import ConstraintRow, Step, constraint_row
+from shellmb.forms.path import Step
+from shellmb.forms.pathconstraints import ConstraintRow, constraint_row, massless_row
 from shellmb.forms.state import Layout
 from shellmb.kernels import compiled_expression
 from shellmb.model.body import Dofs, FixedDofs, Massless, NodeLink, PartScale, Term
@@ -135,8 +136,9 @@ class ConstraintGroup(Massless):
         return self._sum(span.unknown, self.violation(span.at), dq, work)
 
     def along(self, step: Step, k: int, dq: Expr, trial: Expr) -> tuple[Form | None, list[Term]]:
-        """Constraints and their rates at the end of a step, with two multipliers each."""
-        return self._row(constraint_row(self.violation, step.path, k, dq), dq), []
+        """Constraints over a step, with two multipliers each, eqs. (Q4) and (Q6)."""
+        make = massless_row if self.inertialess else constraint_row
+        return self._row(make(self.violation, step.path, k, dq), dq), []
 
     def _row(self, row: ConstraintRow, dq: Expr) -> Form:
         own, other = row.multipliers

@@ -13,7 +13,8 @@ from shellmb.build.spaces import MixedSpace
 from shellmb.forms import frame
 from shellmb.forms.frame import FrameMass, Vectors
 from shellmb.forms.mixed import Interval
-from shellmb.forms.path import Path, constraint_row
+from shellmb.forms.path import Path
+from shellmb.forms.pathconstraints import constraint_row, massless_row
 from shellmb.forms.state import Layout
 from shellmb.model.body import FixedDofs, NodeLink, PartScale
 
@@ -51,6 +52,7 @@ class FrameBody:
         self.links: tuple[NodeLink, ...] = ()
         # set with the model: where there are frames, jumps of velocities are unknown
         self.coupled = False
+        self.inertialess = False
         self.slenderness = 1.0
         self.kinematic = frozenset({"u", "w"})
         # parts of the mass with the rule that integrates each; none in statics
@@ -82,11 +84,10 @@ class FrameBody:
         return self.force * (work + ufl.dot(layout.part(dq, "lam"), violation)) * self.nodes
 
     def frame_row(self, path: Path, k: int, dq: Expr) -> Form:
-        """Orthonormality and its rate at the end of a step, eq. (Q4)."""
+        """Orthonormality and its rate at the end of a step, eq. (Q4), or twice of it (Q6)."""
         layout = self.layout
-        row = constraint_row(
-            lambda q: frame.orthonormality(layout.part(q, "w"), self.frames), path, k, dq
-        )
+        make = massless_row if self.inertialess else constraint_row
+        row = make(lambda q: frame.orthonormality(layout.part(q, "w"), self.frames), path, k, dq)
         own, other = (layout.part(q, "lam") for q in row.multipliers)
         work = ufl.dot(own, row.own) + ufl.dot(other, row.other)
         return self.force * (work + ufl.dot(layout.part(dq, "lam"), row.value)) * self.nodes

@@ -216,6 +216,7 @@ class ShellRevolutes(ConstraintGroup):
         ]
         super().__init__(name, mesh, mixed, tuple(links), violation, force)
         self.labels = labels
+        self.inertialess = not turns
         if not turns:
             self.jump_parts = frozenset()
 

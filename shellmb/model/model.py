@@ -176,9 +176,11 @@ def _join(scene: Scene, model: Model) -> list[NodalConstraint]:
     """Join shells along edges; returns the constraints of kinks."""
     kinks = []
     for join in scene.joins:
-        links, constraint = join_shells(join, model.shells[join.first], model.shells[join.second])
-        model.shells[join.second].links += tuple(links)
+        first, second = model.shells[join.first], model.shells[join.second]
+        links, constraint = join_shells(join, first, second)
+        second.links += tuple(links)
         if constraint is not None:
+            constraint.inertialess = first.inertialess and second.inertialess
             kinks.append(constraint)
     return kinks
 

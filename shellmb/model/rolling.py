@@ -17,7 +17,8 @@ from shellmb.build.nodes import constant_vector
 from shellmb.forms.discrete import variation
 from shellmb.forms.mixed import Interval
 from shellmb.forms.nonholonomic import CONTACTS, Own, interval_row, path_row
-from shellmb.forms.path import ConstraintRow, Step, constraint_row
+from shellmb.forms.path import Step
+from shellmb.forms.pathconstraints import ConstraintRow, constraint_row
 from shellmb.model.body import PartScale, Term
 from shellmb.model.ends import End, frame_about
 from shellmb.model.joints import BoundJoint, JointGroup

@@ -200,6 +200,11 @@ class ShellModel:
         """Whether the rotation of the director has inertia, or nothing has."""
         return self.mass is None or self.mass.I is not None
 
+    @property
+    def inertialess(self) -> bool:
+        """Whether the directors have no inertia though the shell moves."""
+        return not self._turns
+
     def velocity_constraint(self, v: Expr, mid: Expr, dv: Expr) -> Form | None:
         """Directors do not change their length, with the impulses for that."""
         if not self._turns:

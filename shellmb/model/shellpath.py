@@ -15,7 +15,8 @@ from shellmb.forms import hourglass
 from shellmb.forms import shell as shell_forms
 from shellmb.forms.mixed import Interval, LinearMixed, vector
 from shellmb.forms.mixed_nonlinear import NonlinearMixed
-from shellmb.forms.path import Measure, Row, Step, constraint_row, is_quadratic, measure
+from shellmb.forms.path import Measure, Row, Step, is_quadratic, measure
+from shellmb.forms.pathconstraints import constraint_row, massless_row
 from shellmb.forms.pathwork import interval_work
 from shellmb.forms.pathwork_nonlinear import NonlinearPath
 from shellmb.model.body import SubInterval, Term
@@ -134,7 +135,8 @@ def along(
         w = layout.part(q, "w")
         return ufl.as_vector([shell_forms.director_constraint(w, shell.director)])
 
-    row = constraint_row(constraint, step.path, k, dq)
+    make = massless_row if shell.inertialess else constraint_row
+    row = make(constraint, step.path, k, dq)
     first, second = (layout.part(q, "lam") for q in row.multipliers)
     acting = first * row.own[0] + second * row.other[0] + layout.part(dq, "lam") * row.value[0]
     form = shell.section.force * acting * shell.rules.nodes

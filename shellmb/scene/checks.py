@@ -107,17 +107,36 @@ def _scheme(scene: Scene) -> None:
 
 
 def _quadratic(scene: Scene) -> None:
-    """What the schemes that are quadratic in time cannot do."""
+    """What the schemes that are quadratic in time cannot do where directors have no inertia.
+
+    Raises:
+        SceneError: Names the body, or those that share directors.
+    """
     scheme = scene.scheme_name
     if scheme not in QUADRATIC:
         return
     bodies: list[Any] = [*scene.shells, *scene.beams]
-    for body in bodies:
-        who = f"{type(body).__name__.lower()} '{body.name}'"
-        if not body.rigid and not body.rotary_inertia:
+    light = {
+        b.name: not (b.rotary_inertia and np.any(b.section.mass[2])) for b in bodies if not b.rigid
+    }
+    alpha = getattr(scene.scheme, "alpha", scene.alpha if scheme == "ed3" else 0.0)
+    for body in scene.meshed:
+        if alpha == 0 and light.get(body.name):
             raise SceneError(
-                f"{who}: rotary_inertia is False; with scheme '{scheme}' directors have "
-                "velocities and must have inertia: leave it True, or use scheme 'ep' or 'ed'"
+                f"{said(body)}: rotary_inertia is False, or its section has no second moments of "
+                f"mass; scheme '{scheme}' without dissipation never forgets what directors without "
+                "inertia are off by at the start and after loads jump: they must have inertia, or "
+                "use scheme 'ed3' with alpha > 0, 'ep' or 'ed'"
+            )
+    pairs = [(join.first, join.second) for join in scene.joins]
+    pairs += [(glue.beam, glue.shell) for glue in scene.glues]
+    for pair in pairs:
+        if len({light[name] for name in pair if name in light}) > 1:
+            idle, inert = sorted(pair, key=lambda name: not light[name])
+            raise SceneError(
+                f"'{idle}' and '{inert}' are joined: only '{idle}' has no rotary inertia; with "
+                f"scheme '{scheme}' both or none must have it, because directors of the one are "
+                "tied to those of the other"
             )
 
 

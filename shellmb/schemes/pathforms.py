@@ -1,12 +1,15 @@
 """Residuals of a body for a step that is quadratic in time, eqs. (Q2)-(Q4)."""
 
+from collections.abc import Mapping
+
+import numpy as np
 import ufl
 from dolfinx import fem
 from ufl.core.expr import Expr
 
 from shellmb.forms.path import Pair, Path, Step
 from shellmb.model.body import Body, Rates
-from shellmb.schemes.base import Levels
+from shellmb.schemes.base import Levels, Tangent, Values
 from shellmb.schemes.pathpoints import at_points
 from shellmb.schemes.quadratic import QuadraticInTime
 from shellmb.schemes.residual import Sample, StageForms, acting, averaged
@@ -65,6 +68,24 @@ class PathForms:
             states = self.states if terms and k == 0 else None
             result[stage] = StageForms(None, tuple(parts), samples, tuple(terms), states)
         return result
+
+    def advance(
+        self,
+        q: Values,
+        rates: Mapping[str, Values],
+        unknown: Mapping[str, Values],
+        dt: float,
+        tangent: Tangent,
+    ) -> dict[str, Values]:
+        """As of the scheme; where directors have no inertia the rate of the path at its end."""
+        new, body = self._scheme.advance(q, rates, unknown, dt, tangent), self._body
+        if body.inertialess and "w" in body.mixed.dofs:
+            fixed = np.concatenate([*(f.dofs for f in body.fixed), np.zeros(0, np.int32)])
+            free = np.setdiff1d(body.mixed.dofs["w"], fixed)
+            # all that is carried on of it: strains of the next step begin with its rate there
+            push, rows = dt * rates["v"][free], {s: values[free] for s, values in unknown.items()}
+            new["v"][free] = sum(self._scheme.moved(q[free], push, rows).values()) / dt
+        return new
 
     def _samples(self, stage: str) -> tuple[Sample, ...]:
         """Loads and added terms: at Gauss' points in time, or as a mean if the state is nothing."""

@@ -97,5 +97,5 @@ def without_jump(body: Body) -> list[Dofs]:
 
 def resultant_dofs(body: Body) -> Dofs:
     """Local dofs of resultants that belong to the strains of a state, of linear sections."""
-    linear = "N" in body.mixed.elementwise and "S" not in body.mixed.parts
+    linear = "N" in body.mixed.parts and "S" not in body.mixed.parts
     return body.mixed.dofs["N"] if linear else NONE

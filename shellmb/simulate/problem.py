@@ -180,8 +180,9 @@ class Problem:
                 for key, s in (("state", END), ("rate", RATE))
                 if s != stage
             }
-            more = {"before": levels.q, "push": levels.push, "alpha": self.scheme.dissipation()[0]}
-            return DirectorPath(**vars(declared) | more | numbers)
+            alpha = self.scheme.dissipation()[0]
+            more = {"before": levels.q, "push": levels.push, "massless": body.inertialess}
+            return DirectorPath(**vars(declared) | more | numbers, alpha=alpha)
         found = self.forms[body.name][stage].stage
         if found is None:
             # jumps of velocities are tangent at the middle of the first sub-interval
@@ -314,7 +315,8 @@ class Problem:
             unknown = {s: f.x.array for s, f in levels.unknown.items()}
             rates = {k: f.x.array for k, f in levels.rates.items()}
             tangent = self._bodies[name].tangent_values
-            new = self.scheme.advance(levels.q.x.array, rates, unknown, dt, tangent)
+            advance = self.paths[name].advance if name in self.paths else self.scheme.advance
+            new = advance(levels.q.x.array, rates, unknown, dt, tangent)
             for key, values in new.items():
                 levels.rates[key].x.array[kinematic] = values[kinematic]
             if self.scheme.linear:

@@ -9,7 +9,13 @@ import numpy as np
 import numpy.typing as npt
 
 from shellmb.system import native
-from shellmb.system.directorpath import Half, PathDirectors, partial_bases, path_bases
+from shellmb.system.directorpath import (
+    Half,
+    MasslessPath,
+    PathDirectors,
+    partial_bases,
+    path_bases,
+)
 from shellmb.system.directors import (
     DEPENDENT,
     any_pseudo_inverse,
@@ -112,6 +118,11 @@ class DirectorNodes:
         return self.declared if isinstance(self.declared, DirectorPath) else None
 
     @property
+    def massless(self) -> bool:
+        """Whether the directors have no inertia over a step that is quadratic in time."""
+        return self.path is not None and self.path.massless
+
+    @property
     def state(self) -> int | None:
         """Number of the field whose directors these are the rates of; None: they are no rates."""
         if self.path is not None:
@@ -141,17 +152,24 @@ class DirectorNodes:
     def along(self, fields: Sequence[Field]) -> PathDirectors:
         """Directors over a step that is quadratic in time."""
         path = self.path
-        assert path is not None and path.before is not None and path.push is not None
+        assert path is not None
         own, other = self.values, fields[max(path.state, path.rate)].function.x.array
         end, rate = (own, other) if path.state < 0 else (other, own)
-        start, end = (self.reference + q[self.dofs] for q in (path.before.x.array, end))
-        return PathDirectors(start, path.push.x.array[self.dofs], end, rate[self.dofs], path.alpha)
+        return self._path(end[self.dofs], rate[self.dofs])
+
+    def _path(self, end: Floats, rate: Floats) -> PathDirectors:
+        """The same from values at the nodes."""
+        path = self.path
+        assert path is not None and path.before is not None and path.push is not None
+        start, end = self.reference + path.before.x.array[self.dofs], self.reference + end
+        make = MasslessPath if path.massless else PathDirectors
+        return make(start, path.push.x.array[self.dofs], end, rate, path.alpha)
 
     def mean(self, fields: Sequence[Field]) -> Floats:
         """Directors at which forces act."""
         if self.path is not None:
             along = self.along(fields)
-            return along.mean if self.path.state < 0 else along.middle
+            return along.mean if self.path.state < 0 else along.second
         before = self.declared.before
         if before is None:
             return self.now()
@@ -250,9 +268,9 @@ class DirectorNodes:
         """Rates without what the constraints forbid, at the middle or at the end of a path."""
         before, state = self.declared.before, self.state
         assert before is not None and state is not None
-        at = self.reference + others[state]
-        if self.path is None:
-            at = (at + self.reference + before.x.array[self.dofs]) / 2
+        if self.path is not None:
+            return self._path(others[state], rates).allowed()
+        at = (self.reference + others[state] + self.reference + before.x.array[self.dofs]) / 2
         C = constraint(at)
         return np.asarray(rates - np.einsum("nic,ncj,nj->ni", pseudo_inverse(C), C, rates))
 
@@ -281,8 +299,9 @@ class DirectorNodes:
         """The same of rates at the end of a path; of nodes that are free, rotations keep it."""
         out, path = np.zeros(self.dofs.shape), self.along(fields)
         for node, free, _ in self.partial:
-            C = constraint(path.end[node : node + 1])[0]
-            out[node, free] = -any_pseudo_inverse(C[:, free]) @ (C @ path.rate[node])
+            one = path.of(node)
+            C = constraint(one.rate_rows()[0])[0]
+            out[node, free] = -any_pseudo_inverse(C[:, free]) @ one.excess()[0]
         return out
 
 

@@ -12,6 +12,9 @@ The forces of the multipliers of both rows act along the columns of (eq. Q4)
 with the mean `x`, the swing `s`, the chord `D` and the middle `m` of the path. Tests are the
 columns of `Y` with `G^T Y = 0`: those of single directors at `x` and at `m`, corrected along
 `C(x)^+` and `C(m)^+`.
+
+Directors without inertia obey `g(d) = 0` at the middle in place of `C(d) V = 0`, and have other
+`s`, `m` and increments for it (`MasslessPath`).
 """
 
 from typing import NamedTuple
@@ -19,7 +22,14 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from shellmb.system.directors import any_pseudo_inverse, constraint, pseudo_inverse, tangent
+from shellmb.system.directors import (
+    any_pseudo_inverse,
+    constraint,
+    orthonormal,
+    pseudo_inverse,
+    tangent,
+    violation,
+)
 
 Floats = npt.NDArray[np.float64]
 
@@ -65,7 +75,7 @@ class PathDirectors(NamedTuple):
         """Those of one node."""
         one = slice(node, node + 1)
         states = self.start[one], self.push[one], self.end[one], self.rate[one]
-        return PathDirectors(*states, self.alpha)
+        return type(self)(*states, self.alpha)
 
     @property
     def middle(self) -> Floats:
@@ -78,11 +88,20 @@ class PathDirectors(NamedTuple):
         return self.end - self.start
 
     @property
+    def bow(self) -> Floats:
+        """Bow of the path."""
+        a = self.alpha
+        return ((1 + a) * self.rate - (1 - a) * self.push - 2 * a * self.chord) / 12
+
+    @property
     def mean(self) -> Floats:
         """Mean of the path."""
-        a = self.alpha
-        bow = ((1 + a) * self.rate - (1 - a) * self.push - 2 * a * self.chord) / 12
-        return self.middle - bow
+        return self.middle - self.bow
+
+    @property
+    def second(self) -> Floats:
+        """Where the second multiplier's force acts along `C` in its own row."""
+        return self.middle
 
     @property
     def swing(self) -> Floats:
@@ -90,19 +109,65 @@ class PathDirectors(NamedTuple):
         a = self.alpha
         return ((1 - a) * self.push + (1 + a) * self.rate) / 4
 
+    def rate_rows(self) -> tuple[Floats, Floats]:
+        """Directors that the rate is tangent at, and what its constraints have of the state."""
+        return self.end, constraint(self.rate)
+
+    def allowed(self) -> Floats:
+        """The rate without what the constraints forbid."""
+        C = constraint(self.end)
+        return np.asarray(self.rate - _applied(pseudo_inverse(C), _applied(C, self.rate)))
+
+    def excess(self) -> Floats:
+        """What constraints of the rate are off by, in terms of it, shape (n, c)."""
+        return _applied(constraint(self.end), self.rate)
+
     def force_rows(self) -> Floats:
         """`G^T`, shape (n, 2 c, 6 k)."""
-        x, s, D, m = (constraint(d) for d in (self.mean, self.swing, self.chord / 6, self.middle))
+        x, s, D, m = (constraint(d) for d in (self.mean, self.swing, self.chord / 6, self.second))
         return np.block([[x, D], [s, m]])
+
+
+class MasslessPath(PathDirectors):
+    """Directors without inertia: `rate` stands for the directors at the middle (eq. Q6)."""
+
+    @property
+    def half(self) -> Floats:
+        """Directors at the middle of the step."""
+        return self.middle - 1.5 * self.bow
+
+    @property
+    def second(self) -> Floats:
+        """Mean of the middle of the chord and the middle of the path."""
+        return (self.middle + self.half) / 2
+
+    @property
+    def swing(self) -> Floats:
+        """What the second multiplier's force turns with."""
+        return self.chord / 2
+
+    def rate_rows(self) -> tuple[Floats, Floats]:
+        """The directors at the middle change by `(2 + a)/4` of the state, `-(1 + a)/8` of it."""
+        half, a = self.half, self.alpha
+        return half, -(4 + 2 * a) / (1 + a) * constraint(half)
+
+    def allowed(self) -> Floats:
+        """The rate with which directors at the middle are orthonormal."""
+        a, bow = self.alpha, (self.middle - orthonormal(self.half)) / 1.5
+        return np.asarray((12 * bow + (1 - a) * self.push + 2 * a * self.chord) / (1 + a))
+
+    def excess(self) -> Floats:
+        """What constraints at the middle are off by, in terms of the rate, shape (n, c)."""
+        return -8 / (1 + self.alpha) * violation(self.half)
 
 
 def path_bases(path: PathDirectors) -> tuple[Half, Half]:
     """Bases of all nodes, of the states and of the velocities."""
-    end, rate = constraint(path.end), constraint(path.rate)
-    T = tangent(path.end)
-    along = -pseudo_inverse(end) @ (rate @ T)
-    T_x, T_m = tangent(path.mean), tangent(path.middle)
-    P_x, P_m = (pseudo_inverse(constraint(d)) for d in (path.mean, path.middle))
+    place, other = path.rate_rows()
+    T, T_v = tangent(path.end), tangent(place)
+    along = -pseudo_inverse(constraint(place)) @ (other @ T)
+    T_x, T_m = tangent(path.mean), tangent(path.second)
+    P_x, P_m = (pseudo_inverse(constraint(d)) for d in (path.mean, path.second))
     D, s = constraint(path.chord / 6), constraint(path.swing)
     # Y = [T_x a + P_x beta; T_m b + P_m gamma] with beta + D (..) = 0 and gamma + s (..) = 0
     DP, sP = D @ P_m, s @ P_x
@@ -117,7 +182,7 @@ def path_bases(path: PathDirectors) -> tuple[Half, Half]:
         T, nothing, T_x + P_x @ beta_a, P_x @ beta_b, inverse[:, :n, :c], inverse[:, :n, c:]
     )
     rates = Half(
-        T, along, T_m + P_m @ gamma_b, P_m @ gamma_a, inverse[:, n:, c:], inverse[:, n:, :c]
+        T_v, along, T_m + P_m @ gamma_b, P_m @ gamma_a, inverse[:, n:, c:], inverse[:, n:, :c]
     )
     return states, rates
 
@@ -132,11 +197,13 @@ def partial_bases(path: PathDirectors, free: npt.NDArray[np.bool_], size: int) -
     """
     n, m = len(free), 2 if len(free) == 3 else 3
     held = np.eye(n)[~free]
-    end, rate = constraint(path.end)[0], constraint(path.rate)[0]
-    T = np.zeros((n, m))
+    place, other_rows = path.rate_rows()
+    end, at = constraint(path.end)[0], constraint(place)[0]
+    T, T_v = np.zeros((n, m)), np.zeros((n, m))
     T[:, :size] = _null(np.concatenate([end, held]), size)
+    T_v[:, :size] = _null(np.concatenate([at, held]), size)
     along = np.zeros((n, m))
-    along[free] = -any_pseudo_inverse(end[:, free]) @ (rate @ T)
+    along[free] = -any_pseudo_inverse(at[:, free]) @ (other_rows[0] @ T)
     G = path.force_rows()[0]
     c = len(G) // 2
     none = np.zeros_like(held)
@@ -148,7 +215,7 @@ def partial_bases(path: PathDirectors, free: npt.NDArray[np.bool_], size: int) -
     left, other = np.zeros((2 * n, m)), np.zeros((2 * n, m))
     left[:, :size], other[:, :size] = Y[:, :size], Y[:, size:]
     states = Half(T, 0 * T, left[:n], other[:n], inverse[:n, :c], inverse[:n, c:])
-    rates = Half(T, along, other[n:], left[n:], inverse[n:, c:], inverse[n:, :c])
+    rates = Half(T_v, along, other[n:], left[n:], inverse[n:, c:], inverse[n:, :c])
     return states, rates
 
 
@@ -156,6 +223,10 @@ def pseudo_inverse_of(rows: Floats) -> Floats:
     """`R^T (R R^T)^-1` of the rows of all nodes."""
     turned = rows.transpose(0, 2, 1)
     return np.asarray(turned @ _solve(rows @ turned, np.eye(rows.shape[1])[None])[0])
+
+
+def _applied(matrices: Floats, vectors: Floats) -> Floats:
+    return np.asarray(np.einsum("nij,nj->ni", matrices, vectors))
 
 
 def _null(rows: Floats, size: int) -> Floats:

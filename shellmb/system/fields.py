@@ -97,12 +97,14 @@ class DirectorPath(Directors):
         alpha: Dissipation.
         state: Number of the field that has the directors; -1 in that field itself.
         rate: Number of the field that has the velocities; -1 in that field itself.
+        massless: Whether they have no inertia, and are held at the middle of the step (eq. Q6).
     """
 
     push: fem.Function | None = None
     alpha: float = 0.0
     state: int = -1
     rate: int = -1
+    massless: bool = False
 
 
 class Followers(NamedTuple):

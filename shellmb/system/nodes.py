@@ -55,7 +55,7 @@ class SystemNodes:
         self.rows = {k: n.by_field[k][s.dofs] for k, s in self.sets.items()}
         self._places = {k: s.dofs + int(n.offsets[k]) for k, s in self.sets.items()}
         self._given = {k: self.rows[k][s.regular] for k, s in self.sets.items()}
-        alone = self.full.serial and not any(s.rates for s in self.sets.values())
+        alone = self.full.serial and not any(s.rates or s.massless for s in self.sets.values())
         self._loops = (
             [
                 NodeLoops(s, self._given[k], None if s.partner is None else self._given[s.partner])

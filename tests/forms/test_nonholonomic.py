@@ -10,7 +10,8 @@ from dolfinx import fem
 from shellmb.build.nodes import node_mesh, node_space
 from shellmb.forms.discrete import variation
 from shellmb.forms.nonholonomic import path_row
-from shellmb.forms.path import Path, constraint_row
+from shellmb.forms.path import Path
+from shellmb.forms.pathconstraints import constraint_row
 
 SIZE, ROWS = 3, 2
 GENERAL = np.random.default_rng(5)

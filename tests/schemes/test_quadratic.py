@@ -10,15 +10,11 @@ import numpy as np
 import pytest
 
 from shellmb.demos import slider_crank
-from shellmb.errors import SceneError
 from shellmb.forms.path import PAIRS
 from shellmb.model.readings import drive
 from shellmb.scene import (
-    Beam,
-    CircularSection,
     InitialVelocity,
     Isotropic,
-    Line,
     Rectangle,
     Scene,
     Shell,
@@ -275,15 +271,3 @@ def test_every_dissipation_reaches_its_scheme() -> None:
         scene = double_pendulum("ep", 1.0, 20).with_options(scheme=name, alpha=0.25)
         made: Any = make_scheme(scene.scheme, scene.alpha)
         assert made.alpha == 0.25
-
-
-def test_what_they_cannot_do_is_refused() -> None:
-    light = Beam(
-        "rod",
-        Line((0, 0, 0), (1, 0, 0)),
-        CircularSection(E=1.0, nu=0.3, radius=0.05, density=1.0),
-        elements=1,
-        rotary_inertia=False,
-    )
-    with pytest.raises(SceneError, match="beam 'rod': rotary_inertia is False; with scheme 'ed3'"):
-        Scene("s", beams=light, scheme="ed3", dt=0.1, t_end=0.2)
