@@ -6,6 +6,7 @@ as velocities.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Hashable, Mapping, Sequence
 
 from petsc4py import PETSc
@@ -128,9 +129,12 @@ def weights(times: Floats) -> Floats:
     Returns:
         For the state a step ahead, row k for the polynomial of degree k, shape (n, n).
     """
-    found = np.zeros((len(times), len(times)))
-    for degree in range(len(times)):
-        for i, s in enumerate(times[: degree + 1]):
-            others = np.delete(times[: degree + 1], i)
-            found[degree, i] = np.prod((1 - others) / (s - others))
+    # so few numbers are much faster without NumPy, and each step asks for them
+    known = times.tolist()
+    found = np.zeros((len(known), len(known)))
+    for degree in range(len(known)):
+        through = known[: degree + 1]
+        for i, own in enumerate(through):
+            others = (s for k, s in enumerate(through) if k != i)
+            found[degree, i] = math.prod((1 - s) / (own - s) for s in others)
     return found
