@@ -33,7 +33,7 @@ def direction_1(
     """
     if not callable(shell.direction):
         return fem.Constant(surface_mesh.mesh, _vector(shell, surface_mesh, director))
-    field = interpolated(shell.direction, mixed, "direction")
+    field = interpolated(shell.direction, mixed, 3, f"shell '{shell.name}': direction")
     v, d = field.x.array.reshape(-1, 3), director.x.array.reshape(-1, 3)
     size = np.linalg.norm(v, axis=1)
     steep = np.abs((v * d).sum(axis=1)) > ALMOST_NORMAL * size

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import ufl
@@ -84,14 +84,14 @@ class ShellLoads(DistributedLoads):
 
         match load:
             case SurfaceForce():
-                return load_forms.dead_force(self._field(load.force), du), body.rules.full
+                return load_forms.dead_force(self._field(load, "force"), du), body.rules.full
             case FollowerSurfaceForce():
                 components = constant(load.components)
                 force = load_forms.follower_force(components, u, w, body.surface, du)
                 return force, body.rules.full
             case Pressure():
                 return (
-                    load_forms.pressure(self._field(load.p), u, body.surface, du),
+                    load_forms.pressure(self._field(load, "p", 1), u, body.surface, du),
                     body.rules.full,
                 )
             case Gravity():
@@ -102,7 +102,7 @@ class ShellLoads(DistributedLoads):
                     body.rules.full,
                 )
             case EdgeForce():
-                force = load_forms.dead_force(self._field(load.force), du)
+                force = load_forms.dead_force(self._field(load, "force"), du)
                 return force, body.ds(load.edge, "edge force")
             case FollowerEdgeForce():
                 components = constant(load.components)
@@ -112,14 +112,15 @@ class ShellLoads(DistributedLoads):
                     body.ds(load.edge, "follower edge force"),
                 )
             case EdgeMoment():
-                moment = load_forms.edge_moment(self._field(load.moment), w, body.surface, dw)
+                moment = load_forms.edge_moment(self._field(load, "moment"), w, body.surface, dw)
                 return moment, body.ds(load.edge, "edge moment")
         raise NotImplementedError(f"no form for {type(load).__name__}")
 
-    def _field(self, value: Any) -> Expr:
+    def _field(self, load: Load, name: str, size: int = 3) -> Expr:
         """A constant, or a function of the position interpolated once."""
+        value = getattr(load, name)
         if callable(value):
-            return interpolated(value, self._body.mixed, "load")
+            return interpolated(value, self._body.mixed, size, f"{load.label}: {name}")
         return fem.Constant(self._body.mixed.space.mesh, np.asarray(value, dtype=float))
 
     def _edge_basis(self) -> Surface:

@@ -1,23 +1,36 @@
 """Functions of the position as fields on a shell's nodes."""
 
-import numpy as np
 from dolfinx import fem
 
 from shellmb.build.spaces import MixedSpace
-from shellmb.scene.positions import OfPosition
+from shellmb.errors import SceneError
+from shellmb.scene.positions import OfPosition, values_at
 
 
-def interpolated(function: OfPosition, mixed: MixedSpace, name: str) -> fem.Function:
-    """A vector (3, n), or a number (n,), of reference positions (3, n), at the nodes.
+def interpolated(function: OfPosition, mixed: MixedSpace, size: int, who: str) -> fem.Function:
+    """A vector, or a number, of reference positions (3, n), at the nodes.
 
     Args:
         function: The function.
         mixed: Space of the shell, whose displacement has the nodes.
-        name: Name of the field.
+        size: Number of its components, 3 or 1.
+        who: What messages call it.
+
+    Collective.
+
+    Raises:
+        SceneError: If it fails, or gives another shape or a number that is not finite.
     """
     space = mixed.subspaces["u"]
-    if np.ndim(function(np.zeros((3, 1)))) == 1:
+    if size == 1:
         space = space.sub(0).collapse()[0]
-    field = fem.Function(space, name=name)
-    field.interpolate(function)
+    field, failed = fem.Function(space, name=who), None
+    try:
+        field.interpolate(lambda x: values_at(function, x, size, who))
+    except SceneError as error:
+        failed = error
+    # what one rank finds at its nodes all of them tell
+    told = next((e for e in space.mesh.comm.allgather(failed) if e is not None), None)
+    if told is not None:
+        raise told
     return field

@@ -1,6 +1,7 @@
 """Residuals of a body for a step that is quadratic in time, eqs. (Q2)-(Q4)."""
 
 from collections.abc import Mapping
+from functools import cached_property
 
 import numpy as np
 import ufl
@@ -8,7 +9,7 @@ from dolfinx import fem
 from ufl.core.expr import Expr
 
 from shellmb.forms.path import Pair, Path, Step
-from shellmb.model.body import Body, Rates
+from shellmb.model.body import Body, Dofs, Rates
 from shellmb.schemes.base import Levels, Tangent, Values
 from shellmb.schemes.pathpoints import at_points
 from shellmb.schemes.quadratic import QuadraticInTime
@@ -78,14 +79,21 @@ class PathForms:
         tangent: Tangent,
     ) -> dict[str, Values]:
         """As of the scheme; where directors have no inertia the rate of the path at its end."""
-        new, body = self._scheme.advance(q, rates, unknown, dt, tangent), self._body
-        if body.inertialess and "w" in body.mixed.dofs:
-            fixed = np.concatenate([*(f.dofs for f in body.fixed), np.zeros(0, np.int32)])
-            free = np.setdiff1d(body.mixed.dofs["w"], fixed)
+        new, free = self._scheme.advance(q, rates, unknown, dt, tangent), self._inertialess
+        if len(free):
             # all that is carried on of it: strains of the next step begin with its rate there
             push, rows = dt * rates["v"][free], {s: values[free] for s, values in unknown.items()}
             new["v"][free] = sum(self._scheme.moved(q[free], push, rows).values()) / dt
         return new
+
+    @cached_property
+    def _inertialess(self) -> Dofs:
+        """Dofs of directors without inertia that no support moves."""
+        body, none = self._body, np.zeros(0, np.int32)
+        if not body.inertialess:
+            return none
+        fixed = np.concatenate([none, *(f.dofs for f in body.fixed)])
+        return np.setdiff1d(body.mixed.dofs.get("w", none), fixed)
 
     def _samples(self, stage: str) -> tuple[Sample, ...]:
         """Loads and added terms: at Gauss' points in time, or as a mean if the state is nothing."""

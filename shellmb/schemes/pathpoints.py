@@ -5,8 +5,8 @@ from typing import Any
 
 from ufl.core.expr import Expr
 
-from shellmb.forms.path import Moment, Pair, Points, Slope
-from shellmb.schemes.rows import bound, constants
+from shellmb.forms.path import Moment, Pair, Points
+from shellmb.schemes.rows import bound, constants, moment_of, slope_of
 from shellmb.schemes.weights import (
     BOW,
     POINTS,
@@ -53,12 +53,7 @@ def at_points(mesh: Any, alpha: float, unknown: Sequence[Expr]) -> Points:
         return a, b
 
     def free(weights: MomentWeights) -> Moment:
-        linear, products = (constants(mesh, w) for w in weights)
-        return Moment(linear, products, first)
-
-    def slope(weights: SlopeWeights) -> Slope:
-        (c,) = constants(mesh, weights.c)
-        return Slope(c, constants(mesh, weights.weights))
+        return moment_of(mesh, weights, first)
 
     places = [constants(mesh, p)[0] for p in POINTS]
     rates = [free(rate_at_point(p)) for p in POINTS]
@@ -71,7 +66,7 @@ def at_points(mesh: Any, alpha: float, unknown: Sequence[Expr]) -> Points:
         free(at_end(1)),
         free(combined((2.0, moments(0.0)[1]))),
         free(BOW),
-        (slope(SLOPES[0][0]), slope(SLOPES[1][0])),
+        (slope_of(mesh, SLOPES[0][0]), slope_of(mesh, SLOPES[1][0])),
         (damping[0], damping[1]),
         alpha > 0,
     )

@@ -17,6 +17,7 @@ from shellmb.schemes.weights import (
     FIRST,
     LAST,
     SINGLE,
+    MomentWeights,
     PairWeights,
     SlopeWeights,
     interval_pair,
@@ -50,6 +51,18 @@ def constants(mesh: Any, values: object) -> tuple[Expr, ...]:
     return tuple(constant[k] for k in range(len(array)))
 
 
+def slope_of(mesh: Any, weights: SlopeWeights) -> Slope:
+    """A slope with its numbers as Constants."""
+    (c,) = constants(mesh, weights.c)
+    return Slope(c, constants(mesh, weights.weights))
+
+
+def moment_of(mesh: Any, weights: MomentWeights, holder: Expr) -> Moment:
+    """A moment with its numbers as Constants; `holder` is the state that holds its resultants."""
+    linear, products = (constants(mesh, w) for w in weights)
+    return Moment(linear, products, holder)
+
+
 def bound(mesh: Any, weights: PairWeights, holder: Expr) -> Pair:
     """A pair with its numbers as Constants.
 
@@ -58,20 +71,15 @@ def bound(mesh: Any, weights: PairWeights, holder: Expr) -> Pair:
         weights: The numbers.
         holder: The unknown state that holds its resultants.
     """
-
-    def slope(of: SlopeWeights) -> Slope:
-        (c,) = constants(mesh, of.c)
-        return Slope(c, constants(mesh, of.weights))
-
     changes = {}
     for number, change in weights.changes.items():
         turn = weights.slope.weights @ change.states
         numbers = change.held, change.share, turn, change.gain
-        moment = slope(weights.moment.by(change.states))
-        changes[number] = Change(moment, *constants(mesh, numbers))
-    linear, products = (constants(mesh, w) for w in weights.moment)
+        by = slope_of(mesh, weights.moment.by(change.states))
+        changes[number] = Change(by, *constants(mesh, numbers))
+    moment = moment_of(mesh, weights.moment, holder)
     own, ahead = constants(mesh, [weights.own, weights.ahead])
-    return Pair(Moment(linear, products, holder), slope(weights.slope), own, ahead, changes)
+    return Pair(moment, slope_of(mesh, weights.slope), own, ahead, changes)
 
 
 class Span:

@@ -16,6 +16,7 @@ from shellmb.scene import (
     Fixed,
     Isotropic,
     Laminate,
+    MeshFile,
     Ply,
     PlyMaterial,
     Pressure,
@@ -145,3 +146,29 @@ def test_a_diaphragm_of_any_axis_holds_its_plane() -> None:
     r = np.sqrt(0.5)
     assert straight > 0
     assert sag((r, 0.0, r), (r, 0.0, -r)) == pytest.approx(straight, rel=1e-9)
+
+
+def test_functions_need_to_hold_on_the_surface_only() -> None:
+    """One that has no value at the origin, on a tube about it."""
+    assert pressurised(direction=lambda x: hoop(x) / np.hypot(x[0], x[1])) == pytest.approx(
+        pressurised(), rel=1e-12
+    )
+
+
+def test_functions_on_meshes_of_files_are_looked_at_where_their_nodes_are(tmp_path: Any) -> None:
+    """What the surface does not tell before it is meshed is told in the same sentence."""
+    import meshio
+
+    file = tmp_path / "square.vtk"
+    points = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], dtype=float)
+    meshio.Mesh(points, [("quad", np.array([[0, 1, 2, 3]]))]).write(file)
+    root = {"root": lambda x: np.isclose(x[0], 0.0)}
+    scene = Scene(
+        "square",
+        Shell("square", MeshFile(file, edges_where=root), Isotropic(E, 0.0, H)),
+        supports=Clamped("root"),
+        loads=Pressure(lambda x: x),
+        scheme="linear",
+    )
+    with pytest.raises(SceneError, match=r"pressure: p gives an array of shape \(3, "):
+        execute(scene)
