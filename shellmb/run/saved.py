@@ -52,7 +52,6 @@ class _Counters(_Table):
     step: Count
     iterations: Count
     step_seconds: Seconds
-    last_dt: Seconds
     size: dict[str, float]
 
 

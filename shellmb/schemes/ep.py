@@ -2,26 +2,23 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 from dolfinx import fem
 
 from shellmb.schemes.base import (
-    END,
     LINEAR_PATH,
-    JumpStage,
     Levels,
-    Motion,
     Rotations,
     Stage,
     Tangent,
     Values,
     interval,
 )
+from shellmb.schemes.single import SingleStage
 
 
 @dataclass(frozen=True)
-class EnergyPreserving:
+class EnergyPreserving(SingleStage):
     """Mid-point forces with averaged stresses, eqs. (23), (26), (27); second order.
 
     Energy and both momenta are conserved whatever the step.
@@ -48,20 +45,6 @@ class EnergyPreserving:
             )
         }
 
-    def jump(self, levels: Levels, dt: fem.Constant) -> JumpStage | None:
-        """Velocities do not jump."""
-        return None
-
-    def load_weight(self, stage: str, tau: float) -> float:
-        """The mean over the step."""
-        return 1.0
-
-    def prescribed(
-        self, stage: str, motion: Motion, t: float, dt: float, rates: Mapping[str, Values]
-    ) -> Values:
-        """The motion at the end of the step."""
-        return motion(t + dt)
-
     def advance(
         self,
         q: Values,
@@ -72,11 +55,3 @@ class EnergyPreserving:
     ) -> dict[str, Values]:
         """Velocity at the end, eq. (23)."""
         return {"v": 2 * (unknown["f"] - q) / dt - rates["v"]}
-
-    def moved(self, q: Any, push: Any, unknown: Mapping[str, Any]) -> dict[str, Any]:
-        """The step."""
-        return {END: unknown[END] - q}
-
-    def dissipation(self) -> tuple[float, str | None]:
-        """Nothing is dissipated."""
-        return 0.0, None

@@ -8,15 +8,14 @@ from dolfinx import fem
 
 from shellmb.schemes.base import (
     END,
-    JumpStage,
     Levels,
-    Motion,
     Rotations,
     Stage,
     Tangent,
     Values,
     at_state,
 )
+from shellmb.schemes.single import SingleStage
 
 # a free rotation is too slow by `(1 + 10 alpha^2)/12` of its squared angle in a step (measured:
 # 0.083, 0.17, 0.89 for alpha = 0, 1/3, 1); 5 per cent of the angle are the bound
@@ -55,7 +54,7 @@ class Weights(NamedTuple):
 
 
 @dataclass(frozen=True)
-class GeneralizedAlpha:
+class GeneralizedAlpha(SingleStage):
     """Second order, with a chosen spectral radius at infinite frequency; no energy law.
 
     J. Chung and G. M. Hulbert, J. Appl. Mech. 60 (1993) 371-375, with the constraints of index 3
@@ -115,20 +114,6 @@ class GeneralizedAlpha:
         velocity, _, rate = weights.end(levels.q, levels.rates, qf, dt)
         return {END: Stage(at_state(qf), rate=rate, velocity=velocity)}
 
-    def jump(self, levels: Levels, dt: fem.Constant) -> JumpStage | None:
-        """Velocities do not jump."""
-        return None
-
-    def load_weight(self, stage: str, tau: float) -> float:
-        """Loads act with their value at the end, see `residual.stage_forms`."""
-        return 1.0
-
-    def prescribed(
-        self, stage: str, motion: Motion, t: float, dt: float, rates: Mapping[str, Values]
-    ) -> Values:
-        """The motion at the end of the step."""
-        return motion(t + dt)
-
     def advance(
         self,
         q: Values,
@@ -139,11 +124,3 @@ class GeneralizedAlpha:
     ) -> dict[str, Values]:
         """Velocity and both accelerations at the end."""
         return dict(zip(self.rates, self.weights.end(q, rates, unknown[END], dt), strict=True))
-
-    def moved(self, q: Any, push: Any, unknown: Mapping[str, Any]) -> dict[str, Any]:
-        """The step; work that is booked with forces at its end is of first order."""
-        return {END: unknown[END] - q}
-
-    def dissipation(self) -> tuple[float, str | None]:
-        """What the scheme takes or makes is not known."""
-        return 0.0, None

@@ -2,26 +2,23 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 from dolfinx import fem
 
 from shellmb.schemes.base import (
-    END,
     LINEAR_PATH,
-    JumpStage,
     Levels,
-    Motion,
     Rotations,
     Stage,
     Tangent,
     Values,
     at_state,
 )
+from shellmb.schemes.single import SingleStage
 
 
 @dataclass(frozen=True)
-class Static:
+class Static(SingleStage):
     """Static equilibrium at the end of each load step."""
 
     name: str = "static"
@@ -39,20 +36,6 @@ class Static:
         """All forces at the unknown state."""
         return {"f": Stage(at_state(levels.unknown["f"]))}
 
-    def jump(self, levels: Levels, dt: fem.Constant) -> JumpStage | None:
-        """There are no velocities."""
-        return None
-
-    def load_weight(self, stage: str, tau: float) -> float:
-        """Loads act with their value at the end of the load step."""
-        return 1.0
-
-    def prescribed(
-        self, stage: str, motion: Motion, t: float, dt: float, rates: Mapping[str, Values]
-    ) -> Values:
-        """Prescribed values at the end of the load step."""
-        return motion(t + dt)
-
     def advance(
         self,
         q: Values,
@@ -63,14 +46,6 @@ class Static:
     ) -> dict[str, Values]:
         """There are no rates."""
         return {}
-
-    def moved(self, q: Any, push: Any, unknown: Mapping[str, Any]) -> dict[str, Any]:
-        """The load step."""
-        return {END: unknown[END] - q}
-
-    def dissipation(self) -> tuple[float, str | None]:
-        """Nothing is dissipated."""
-        return 0.0, None
 
 
 @dataclass(frozen=True)

@@ -304,7 +304,7 @@ class PathSteps:
             "branches": self._branches.state(),
         }
 
-    def restore(self, arrays: Arrays, state: Any, last_dt: float) -> None:
+    def restore(self, arrays: Arrays, state: Any) -> None:
         """Take them up."""
         self.factor, self.rate = float(state["factor"]), float(state["rate"])
         self._scale, self._base = float(state["scale"]), int(state["base"])

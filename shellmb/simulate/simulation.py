@@ -314,7 +314,7 @@ class Simulation:
         self.size.restore(state["size"])
         self.model.mechanism.switches.restore(state["switches"])
         past = {k.removeprefix(PAST): a for k, a in arrays.items() if k.startswith(PAST)}
-        self.stepping.restore(past, state["past"], float(state["last_dt"]))
+        self.stepping.restore(past, state["past"])
 
     def state(self) -> dict[str, Any]:
         """Counters and step size, for a restart."""
@@ -326,5 +326,4 @@ class Simulation:
             "size": self.size.state(),
             "switches": self.model.mechanism.switches.state(),
             "past": self.stepping.state(),
-            "last_dt": self.last.dt if self.last else 0.0,
         }

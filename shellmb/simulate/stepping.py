@@ -71,13 +71,12 @@ class Stepping(Protocol):
         """Numbers that a restart needs."""
         ...
 
-    def restore(self, arrays: Arrays, state: Any, last_dt: float) -> None:
+    def restore(self, arrays: Arrays, state: Any) -> None:
         """Take up what was saved, the bodies having their states.
 
         Args:
             arrays: As from `arrays`.
             state: As from `state`.
-            last_dt: Length of the last step, s.
         """
         ...
 
@@ -133,7 +132,7 @@ class TimeSteps:
             "errors": None if self._errors is None else self._errors.state(),
         }
 
-    def restore(self, arrays: Arrays, state: Any, last_dt: float) -> None:
+    def restore(self, arrays: Arrays, state: Any) -> None:
         """Take them up."""
         mine = {k.removeprefix(ERRORS): a for k, a in arrays.items() if k.startswith(ERRORS)}
         guesses = {k: a for k, a in arrays.items() if not k.startswith(ERRORS)}
