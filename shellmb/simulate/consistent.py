@@ -13,10 +13,8 @@ import numpy as np
 import numpy.typing as npt
 import ufl
 from dolfinx import fem
-from ufl import Form
-from ufl.core.expr import Expr
 
-from shellmb.model.body import Body, FixedDofs
+from shellmb.model.body import FixedDofs
 from shellmb.model.model import Model
 from shellmb.schemes.base import Levels
 from shellmb.simulate.fields import NONE, body_field, kinematic_dofs, without_jump
@@ -39,8 +37,6 @@ class VelocityProjection:
         levels: Their functions: `q` the state, `rates["v"]` the velocities.
     """
 
-    title = "velocity"
-
     def __init__(self, model: Model, levels: dict[str, Levels]) -> None:
         self._levels = levels
         self.functions: dict[str, fem.Function] = {}
@@ -51,11 +47,15 @@ class VelocityProjection:
             unknown = fem.Function(space, name=f"v_{body.name}")
             self.functions[body.name] = unknown
             test = ufl.TestFunction(space)
-            rows = self.rows(body, unknown, test)
+            q, v = levels[body.name].q, levels[body.name].rates["v"]
+            rows = (
+                body.inertia(unknown - v, test),
+                body.velocity_constraint(unknown, q, test),
+            )
             found = [form for form in rows if form is not None]
             residual = (sum(found[1:], found[0]),) if found else ()
             parts = tuple(
-                Part(f"{self.title} of {p.title}", body.mixed.dofs[p.name], np.inf, p.advice)
+                Part(f"velocity of {p.title}", body.mixed.dofs[p.name], np.inf, p.advice)
                 for p in body.parts
             )
             without = without_jump(body)
@@ -66,13 +66,8 @@ class VelocityProjection:
         self.fields = {f.name: f for f in fields}
         self.system = BlockSystem(model.comm, fields)
         self._newton = NEWTON["newton"](
-            Iteration(self.system, NewtonSettings(1e-9, 5), f"shellmb_{self.title}_{id(self)}_")
+            Iteration(self.system, NewtonSettings(1e-9, 5), f"shellmb_velocity_{id(self)}_")
         )
-
-    def rows(self, body: Body, unknown: fem.Function, test: Expr) -> list[Form | None]:
-        """Equations of a body, linear in the unknown."""
-        q, v = self._levels[body.name].q, self._levels[body.name].rates["v"]
-        return [body.inertia(unknown - v, test), body.velocity_constraint(unknown, q, test)]
 
     def take_given(self) -> None:
         """Take velocities from the bodies' functions, those of held dofs as given."""

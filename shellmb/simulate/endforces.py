@@ -1,13 +1,15 @@
-"""Accelerations and constraint forces at the end of a step, for the report only.
+"""Accelerations and constraint forces at an instant: for the report, and to start with.
 
 What a scheme solves for are means over a step. Forces at an instant follow from the state there, by
 the equations of motion with the constraints differentiated twice (index 1):
 
     M a + f_int(q) + Dg(q)^T lambda = f_ext,        Dg(q) a = -D2g(q)(v, v)
 
-with `a` given where a motion prescribes it. Their order is that of the state. The velocities are
-the nearest ones that the constraints allow: those of EP and ED are not. Resultants are taken anew
-from the strains at the end, so nothing is needed of how a scheme averages stresses.
+with `a` given where a motion prescribes it. They are reported at the end of a step, and schemes
+that keep accelerations begin with them, also where velocities jump. Their order is that of the
+state. The velocities are the nearest ones that the constraints allow: those of EP and ED are not.
+Resultants are taken anew from the strains at the end, so nothing is needed of how a scheme averages
+stresses.
 """
 
 from __future__ import annotations
@@ -85,7 +87,8 @@ class EndForces:
 
         Args:
             t: Its time, s.
-            dt: Length of the step that led there, s.
+            dt: Length of the step that led there, s; negative: of that which leads on, where
+                prescribed motions are known only behind it.
 
         Raises:
             ConvergenceError: If accelerations do not follow, as of parts without inertia.
@@ -141,9 +144,14 @@ class EndForces:
         return body_field(body, unknown, residual, self._numbers, parts, without=idle)
 
 
+def _stresses(body: Body) -> list[str]:
+    """Parts that follow from the strains of a state: not what holds strains at zero."""
+    return [p for p in STRESSES if p in body.mixed.elementwise]
+
+
 def _stress_dofs(body: Body) -> npt.NDArray[np.int32]:
     """Local dofs of resultants and assumed strains."""
-    found = [body.mixed.dofs[p].ravel() for p in STRESSES if p in body.mixed.parts]
+    found = [body.mixed.dofs[p].ravel() for p in _stresses(body)]
     return np.concatenate([*found, np.zeros(0, np.int32)]).astype(np.int32)
 
 
@@ -153,7 +161,7 @@ def _internal(body: Body, q: fem.Function, unknown: fem.Function, dq: Expr) -> F
     owner: list[Expr] = [q[k] for k in range(size)]
     for name, (first, count) in body.mixed.parts.items():
         for k in range(first, first + count):
-            if name in STRESSES:
+            if name in _stresses(body):
                 owner[k] = unknown[k]
             elif name == "lam":
                 # forces of the directors' constraints are those of accelerations

@@ -9,7 +9,8 @@ import numpy as np
 from shellmb.errors import ConvergenceError, SceneError
 from shellmb.model.rolling import ContactGroup
 from shellmb.model.slipping import refuse_slip
-from shellmb.simulate.accelerations import Accelerations
+from shellmb.simulate.endforces import EndForces
+from shellmb.simulate.fields import kinematic_dofs
 from shellmb.simulate.problem import Problem
 from shellmb.simulate.redundancy import RATE_STEP, largest_gap
 from shellmb.simulate.relaxation import Relaxation
@@ -95,13 +96,18 @@ class Start:
         Args:
             t: Time, s.
         """
-        if "acceleration" in self.problem.scheme.rates:
-            self._accelerations.take(t, self._dt)
+        if "acceleration" not in self.problem.scheme.rates:
+            return
+        # motions are known from here on, and not before
+        self._forces.solve(t, -self._dt)
+        for body in self.model.bodies:
+            dofs, rates = kinematic_dofs(body), self.problem.levels[body.name].rates
+            for rate in ("a", "acceleration"):
+                rates[rate].x.array[dofs] = self._forces.state(body.name).x.array[dofs]
 
     @cached_property
-    def _accelerations(self) -> Accelerations:
-        problem = self.problem
-        return Accelerations(self.model, problem.levels, problem.start_factor)
+    def _forces(self) -> EndForces:
+        return EndForces(self.problem)
 
     def _inertialess(self) -> str:
         """Which rigid bodies have no inertia about an axis, for a message."""
