@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from shellmb.api.asked import ask
-from shellmb.observers.described import Described, read_described
+from shellmb.observers.files.described import Described, read_described
 from shellmb.scene import Scene
 from shellmb.show.fields import Fields
 

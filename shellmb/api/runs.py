@@ -139,7 +139,7 @@ def resume(
     """
     from mpi4py import MPI
 
-    from shellmb.run.resume import resume as go_on
+    from shellmb.run.resuming.resume import resume as go_on
 
     world = MPI.COMM_WORLD if comm is None else comm
     named = isinstance(scene, str)

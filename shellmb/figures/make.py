@@ -73,7 +73,7 @@ def find_examples(section: str | None = None) -> list[Example]:
     if section is not None and section not in EXAMPLES:
         raise SceneError(f"figures: there is no example '{section}'; give one of {_known()}")
     wanted = EXAMPLES if section is None else {section: EXAMPLES[section]}
-    return [importlib.import_module(f"shellmb.figures.{m}").EXAMPLE for m in wanted.values()]
+    return [importlib.import_module(f"shellmb.figures.examples.{m}").EXAMPLE for m in wanted.values()]
 
 
 def _known() -> str:

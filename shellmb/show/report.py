@@ -112,8 +112,8 @@ def _turnable(run: Run) -> str:
     """The last state, to be turned in the browser."""
     if not len(run.fields.times):
         return ""
-    from shellmb.show.scenery import showing
-    from shellmb.show.web import page
+    from shellmb.show.space.scenery import showing
+    from shellmb.show.space.web import page
 
     try:
         inner = page(showing(run.fields, run.described, [run.fields.nearest(None)]))
