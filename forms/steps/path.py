@@ -37,7 +37,7 @@ of `<s>` they would be for positions alone, and velocities along stiff fibres wo
 
 So a row is a sum of `stress of a moment . slope`, a moment is `lin` and `quad` of the four states
 with some weights, a slope that with the direction for one of them, and so are their derivatives.
-The weights are Constants (`shellmb/schemes/residuals/weights.py`): one kernel serves all rows. In the paper's
+The weights are Constants (`shellmb/schemes/residuals`): one kernel serves all rows. In the paper's
 schemes a sub-interval is a path without bow, its stress the average of (22), (32) at the middle:
 
     E = lin(x) + [quad(x, x) + quad(D, D)/4]/2 + beta/2 [lin(D) + quad(x, D)]             (20), (32)
