@@ -1,9 +1,13 @@
 """Node meshes: one unit interval per node or pair of nodes, for forms that act on single nodes.
 
 A field on a node mesh is piecewise constant, so `dx` over a cell evaluates the integrand once per
-node, and
-one compiled kernel serves any number of nodes. Its dofs are identified with the dofs of a body's
-nodes in the block system, so the form acts on the body itself.
+node, and one compiled kernel serves any number of nodes. Its dofs are identified with the dofs of a
+body's nodes in the block system, so the form acts on the body itself.
+
+What has no node of a body, multipliers of joints and frames of rigid bodies, are global real-space
+unknowns in this way: on one cell `DG 0` is `basix.ufl.real_element`, to the last digit. Real
+elements of their own would need a mesh for each joint and a call for each of them, 12 to 15 times
+the time for 16 joints (`tests/meshes/test_real_elements.py`).
 """
 
 from dataclasses import dataclass
