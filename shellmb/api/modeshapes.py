@@ -151,7 +151,7 @@ def modes(
     """
     from mpi4py import MPI
 
-    from shellmb.api.runs import gone_with, place
+    from shellmb.api.folders import gone_with, place
     from shellmb.run.modes import find_modes
 
     asked = ask(scene, parameters, mesh=mesh, degree=degree, cell=cell)
