@@ -11,7 +11,7 @@ from ufl.core.expr import Expr
 
 from shellmb.forms.shell import ShellStrains
 from shellmb.forms.state import Layout
-from shellmb.forms.steps.discrete import discrete_gradient, gradient, variation
+from shellmb.forms.steps.discrete import Acting, at_middle, discrete_gradient, gradient
 from shellmb.forms.steps.mixed import (
     Density,
     Interval,
@@ -81,7 +81,14 @@ class NonlinearMixed:
         jump = (gradient(psi, b) - gradient(psi, a)) / 2
         return discrete_gradient(psi, a, b, weight) + beta * jump
 
-    def virtual_work(self, strains: Measure, layout: Layout, span: Interval, dq: Expr) -> Density:
+    def virtual_work(
+        self,
+        strains: Measure,
+        layout: Layout,
+        span: Interval,
+        dq: Expr,
+        acting: Acting = at_middle,
+    ) -> Density:
         """Virtual work, stress equation (test `S`) and compatibility `s(q) = S` (test `N`)."""
 
         def e(q: Expr) -> Expr:
@@ -95,18 +102,15 @@ class NonlinearMixed:
         e_b, s_b = (e_a, s_a) if static else (e(span.b), s(span.b))
         full = self._average(self._psi_full, e_a, e_b, span.beta)
         red = self._average(self._psi_red, s_a, s_b, span.beta)
-        de = variation(e, span.mid, dq)
+        work = acting(e, span.a, span.b, span.mid, dq)
         N = (1 - self.a) * self.N0 * layout.part(span.unknown, "N")
         dN = (1 - self.a) * self.N0 * layout.part(dq, "N")
         dS = layout.part(dq, "S")
         gap = membrane_shear(e(span.at)) - layout.part(span.at, "S")
-        reduced = (
-            ufl.dot(membrane_shear(red), dS)
-            + ufl.dot(bending(red), bending(de))
-            + ufl.dot(N, membrane_shear(de) - dS)
-            + ufl.dot(dN, gap)
-        )
-        return ufl.dot(full, de), reduced
+        n, Q = split(N)
+        on_strains = ufl.as_vector([*n, *bending(red), *Q])
+        reduced = work(on_strains) + ufl.dot(membrane_shear(red) - N, dS) + ufl.dot(dN, gap)
+        return work(full), reduced
 
     def energy(self, strains: Measure, layout: Layout, q: Expr) -> Density:
         """Strain energy, its reduced part at the assumed strains."""

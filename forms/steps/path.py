@@ -58,6 +58,7 @@ from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
 from ufl.algorithms.apply_derivatives import apply_derivatives
 from ufl.core.expr import Expr
 
+from shellmb.forms.steps.anystrain import AnyStep
 from shellmb.forms.steps.discrete import variation
 
 # pairs of the states x, D, z, y in the order of a moment's weights
@@ -299,12 +300,14 @@ class Step(NamedTuple):
         states: Mean, chord, bow and swing of the path as functions that the scheme fills.
         pairs: Both pairs of a moment and a slope in the rows P0 and P1.
         points: The same at Gauss' points in time, for nonlinear sections.
+        whole: The same for strains of any form.
     """
 
     path: Path
     states: tuple[Expr, ...]
     pairs: tuple[tuple[Pair, Pair], tuple[Pair, Pair]]
     points: Points
+    whole: AnyStep
 
     def row(self, k: int) -> Row:
         """What row `k` is made of."""

@@ -7,7 +7,8 @@ import ufl
 from ufl.core.expr import Expr
 
 from shellmb.forms.state import Layout
-from shellmb.forms.steps.discrete import stress_average, variation
+from shellmb.forms.steps.anystrain import AnyRow, AnyStrain
+from shellmb.forms.steps.discrete import Acting, at_middle, stress_average
 from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.path import Change, Measure, Pair
 
@@ -89,6 +90,7 @@ def interval_work(
     strains: Callable[[Expr], Expr],
     span: Interval,
     dq: Expr,
+    acting: Acting = at_middle,
 ) -> list[Expr]:
     """The same over a sub-interval, for any strains: averaged stresses on the mid-point's strains.
 
@@ -101,7 +103,48 @@ def interval_work(
         e = stress_average(strains(span.a), strains(span.b), span.beta)
         mean = stress_average(section.forces(layout, span.a), last, span.beta)
         N = section.where_held(last, mean)
-    de = variation(strains, span.mid, dq)
-    found = [ufl.dot(s, de) for s in section.stress(e, N)]
+    work = acting(strains, span.a, span.b, span.mid, dq)
+    found = [work(s) for s in section.stress(e, N)]
     found[-1] += ufl.dot(section.forces(layout, dq), section.gap(e, end, last))
+    return found
+
+
+def any_stresses(
+    section: MixedSection, layout: Layout, strain: AnyStrain, held: Sequence[Expr], alpha: Expr
+) -> list[tuple[Expr, Expr]]:
+    """Stresses `S_0`, `S_1` over a step for strains of any form, for each quadrature rule.
+
+    Args:
+        section: The section.
+        layout: Parts of the state.
+        strain: Its strain over the step.
+        held: Unknown states that hold the resultants of the rows P0 and P1.
+        alpha: Dissipation.
+    """
+    moments = strain.moments(alpha)
+    found = [
+        section.stress(e, section.forces(layout, q)) for e, q in zip(moments, held, strict=True)
+    ]
+    return list(zip(*found, strict=True))
+
+
+def any_work(
+    section: MixedSection,
+    layout: Layout,
+    strain: AnyStrain,
+    held: Sequence[Expr],
+    alpha: Expr,
+    row: AnyRow,
+    dq: Expr,
+) -> list[Expr]:
+    """Densities of a row's work with its compatibility, for strains of any form.
+
+    One for each quadrature rule, without what Gauss' points lack.
+    """
+    stresses = any_stresses(section, layout, strain, held, alpha)
+    found = [strain.work(pair, row, dq) for pair in stresses]
+    own = list(zip(row.own, strain.moments(alpha), held, strict=True))
+    e = sum(o * moment for o, moment, _ in own)
+    N = sum(o * section.forces(layout, q) for o, _, q in own)
+    found[-1] += ufl.dot(section.forces(layout, dq), section.gap(e, e, N))
     return found

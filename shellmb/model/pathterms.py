@@ -1,13 +1,24 @@
 """Terms of a body with a linear section over a step."""
 
 from collections.abc import Callable
+from typing import Any
 
+import ufl
 from ufl import Form
+from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
+from ufl.algorithms.apply_derivatives import apply_derivatives
 from ufl.core.expr import Expr
 
 from shellmb.forms.state import Layout
-from shellmb.forms.steps.path import Measure, Points, Row
-from shellmb.forms.steps.pathwork import MixedSection, pair_change, pair_work
+from shellmb.forms.steps.anystrain import AnyStrain
+from shellmb.forms.steps.path import Measure, Points, Row, Step
+from shellmb.forms.steps.pathwork import (
+    MixedSection,
+    any_stresses,
+    any_work,
+    pair_change,
+    pair_work,
+)
 from shellmb.forms.steps.pathwork_nonlinear import NonlinearPath
 from shellmb.model.body import Term
 
@@ -69,6 +80,47 @@ def point_terms(
     if points.dissipates:
         residual += integrate(section.damping(k, dq))
     return Term(residual, derivatives)
+
+
+def any_terms(
+    section: MixedSection,
+    layout: Layout,
+    strain: Callable[[Expr], Expr],
+    product: Callable[[Expr, Expr], Expr],
+    step: Step,
+    k: int,
+    dq: Expr,
+    trial: Any,
+    integrate: Callable[[list[Expr]], Form],
+) -> Term:
+    """The same of a linear section with strains of any form: one kernel for all derivatives.
+
+    Args:
+        section: Its mixed form.
+        layout: Parts of the state.
+        strain: Its strains as a function of the state.
+        product: Product of two states, as of `AnyStrain.rest`.
+        step: The step.
+        k: Row.
+        dq: Virtual displacement.
+        trial: Direction of derivatives.
+        integrate: Integral of densities, one for each quadrature rule.
+    """
+    row, held, alpha = step.whole.rows[k], (step.path.end, step.path.rate), step.path.alpha
+    along = AnyStrain(strain, step.states, step.whole.places)
+    work = integrate(any_work(section, layout, along, held, alpha, row, dq))
+    first = [pair[0] for pair in any_stresses(section, layout, along, held, alpha)]
+    rest = integrate([row.rest * along.rest(stress, product, dq) for stress in first])
+    # gradients are derived in directions that stand by themselves
+    unknown, space = (*step.states, *held), trial.ufl_function_space()
+    directions = tuple(ufl.Coefficient(space) for _ in unknown)
+    derivative = ufl.derivative(work, unknown, directions)
+    derivative = apply_derivatives(apply_algebra_lowering(derivative))
+    derivatives = {}
+    for column, shares in enumerate(step.whole.shares):
+        put = {d: share * trial for d, share in zip(directions, shares, strict=True)}
+        derivatives[column] = (ufl.replace(derivative, put),)
+    return Term(work + rest, derivatives)
 
 
 def together(a: Term, b: Term) -> Term:

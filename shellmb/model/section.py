@@ -34,11 +34,13 @@ class BoundSection:
         formulation: Mixed form of its strain energy.
         force: Size of the shear stiffness, scale of the director's multiplier, N/m.
         hourglass: Stiffness of the hourglass control, N/m.
+        thickness: Length that makes curvatures comparable with strains, m.
     """
 
     formulation: Formulation
     force: fem.Constant
     hourglass: Expr
+    thickness: fem.Constant
 
 
 def bind_section(shell: Shell, domain: mesh.Mesh) -> BoundSection:
@@ -62,6 +64,7 @@ def bind_section(shell: Shell, domain: mesh.Mesh) -> BoundSection:
     def constant(value: float | npt.NDArray[np.float64]) -> fem.Constant:
         return fem.Constant(domain, np.asarray(value, dtype=float))
 
+    thickness = constant(section.thickness)
     a = per_element(STABILISATION[domain.topology.cell_name()] * slenderness**2)
     b = per_element(HOURGLASS * slenderness)
     if isinstance(section, LinearSection):
@@ -82,7 +85,8 @@ def bind_section(shell: Shell, domain: mesh.Mesh) -> BoundSection:
             if shell.holds_strains
             else None,
         )
-        return BoundSection(linear, constant(float(np.max(np.diag(section.G)))), N0 * b)
+        force = constant(float(np.max(np.diag(section.G))))
+        return BoundSection(linear, force, N0 * b, thickness)
     assert isinstance(section, Hyperelastic)
     parameters = {name: constant(value) for name, value in section.parameters.items()}
     N0, who = constant(section.stiffness), f"shell '{shell.name}': energy"
@@ -92,9 +96,9 @@ def bind_section(shell: Shell, domain: mesh.Mesh) -> BoundSection:
         psi=lambda strains: written(section.energy, (strains, parameters), who),
         N0=N0,
         a=a,
-        thickness=constant(section.thickness),
+        thickness=thickness,
     )
-    return BoundSection(nonlinear, N0, N0 * b)
+    return BoundSection(nonlinear, N0, N0 * b, thickness)
 
 
 def bind_mass(shell: Shell, domain: mesh.Mesh) -> Mass:

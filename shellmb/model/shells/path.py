@@ -14,22 +14,29 @@ from shellmb.errors import SceneError
 from shellmb.forms import hourglass
 from shellmb.forms import shell as shell_forms
 from shellmb.forms.constraints.pathconstraints import constraint_row, massless_row
+from shellmb.forms.steps.anystrain import AnyStrain, ExactInterval
+from shellmb.forms.steps.discrete import Strain, at_middle
 from shellmb.forms.steps.mixed import Interval, LinearMixed, vector
 from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
 from shellmb.forms.steps.path import Measure, Row, Step, is_quadratic, measure
 from shellmb.forms.steps.pathwork import interval_work
 from shellmb.forms.steps.pathwork_nonlinear import NonlinearPath
 from shellmb.model.body import SubInterval, Term
-from shellmb.model.pathterms import path_terms, point_terms, together
+from shellmb.model.pathterms import any_terms, path_terms, point_terms, together
 
 if TYPE_CHECKING:
     from shellmb.model.shells.shell import ShellModel
 
 
+def _vector_of(shell: ShellModel) -> Strain:
+    """Strains of shape (8,) as a function of the state."""
+    return lambda q: vector(shell.strains(q))
+
+
 def strain_measure(shell: ShellModel) -> Measure:
-    """Strains of shape (8,) by their derivative."""
+    """The same by their derivative."""
     if shell.shell.strains is not None:
-        return measure(lambda q: vector(shell.strains(q)))
+        return measure(_vector_of(shell))
     surf = shell.surface
 
     def slope(c: Expr | None, pairs: Sequence[tuple[Expr, Expr]], dq: Expr) -> Expr:
@@ -44,20 +51,19 @@ def strain_measure(shell: ShellModel) -> Measure:
 
 def general(shell: ShellModel, span: Interval, dq: Expr) -> Form:
     """Internal forces over a sub-interval, whatever the strains and the section."""
-    section, layout = shell.section.formulation, shell.layout
-
-    def strains(q: Expr) -> Expr:
-        return vector(shell.strains(q))
-
+    section, layout, strains = shell.section.formulation, shell.layout, _vector_of(shell)
+    quadratic, h = _quadratic_strains(shell), shell.section.thickness
+    acting = at_middle if quadratic else ExactInterval((1, 1, 1, h**2, h**2, h**2, 1, 1))
     if isinstance(section, LinearMixed):
-        full, red = interval_work(section, layout, strains, span, dq)
+        full, red = interval_work(section, layout, strains, span, dq, acting)
     else:
         assert isinstance(section, NonlinearMixed)
-        full, red = section.virtual_work(shell.strains, layout, span, dq)
+        full, red = section.virtual_work(shell.strains, layout, span, dq, acting)
     form = shell.integrate((full, red))
     if shell.rules.lines is not None:
         lines = hourglass.LineSection(), layout, shell.line_strains
-        first, second = interval_work(*lines, span, dq)
+        acting = at_middle if quadratic else ExactInterval((1, 1))
+        first, second = interval_work(*lines, span, dq, acting)
         form += shell.hourglass((first, second))
     return form
 
@@ -89,7 +95,7 @@ def _quadratic_strains(shell: ShellModel) -> bool:
     if shell.shell.strains is None:
         return True
     state = ufl.Coefficient(shell.mixed.space)
-    return is_quadratic(lambda q: vector(shell.strains(q)), state)
+    return is_quadratic(_vector_of(shell), state)
 
 
 def work(shell: ShellModel, row: Row, dq: Expr, trial: Expr) -> Term:
@@ -120,16 +126,17 @@ def along(
     """Internal forces, and the constraints of the directors; arguments as of `Body.along`.
 
     Raises:
-        SceneError: If a strain measure of the user is not quadratic.
+        SceneError: If a strain measure of the user is not quadratic, and the section not linear.
     """
-    if not _quadratic_strains(shell):
+    layout, quadratic = shell.layout, _quadratic_strains(shell)
+    if not quadratic and not isinstance(shell.section.formulation, LinearMixed):
         own = shell.shell.strains
         raise SceneError(
             f"shell '{shell.name}': strains is {getattr(own, '__name__', own)}, which is not "
-            "quadratic in displacement and director; with schemes that are quadratic in time it "
-            "must be, or use scheme 'ep' or 'ed'"
+            "quadratic in displacement and director; with a hyperelastic section and a scheme that "
+            "is quadratic in time it must be: put the function of such strains into the energy, or "
+            "use scheme 'ep' or 'ed'"
         )
-    layout = shell.layout
 
     def constraint(q: Expr) -> Expr:
         w = layout.part(q, "w")
@@ -140,11 +147,38 @@ def along(
     first, second = (layout.part(q, "lam") for q in row.multipliers)
     acting = first * row.own[0] + second * row.other[0] + layout.part(dq, "lam") * row.value[0]
     form = shell.section.force * acting * shell.rules.nodes
+    if not quadratic:
+        return form, [_of_any_form(shell, step, k, dq, trial)]
     if isinstance(shell.section.formulation, LinearMixed):
         return form, [work(shell, step.row(k), dq, trial)]
     integrate = partial(_integrate, shell)
     term = point_terms(_nonlinear(shell, step), step.points, k, dq, trial, integrate)
     return form, [_controlled(shell, term, step.row(k), dq, trial)]
+
+
+def _of_any_form(shell: ShellModel, step: Step, k: int, dq: Expr, trial: Expr) -> Term:
+    """Internal forces of a row for strains of any form, the hourglass control with them."""
+    section, layout, h = shell.section.formulation, shell.layout, shell.section.thickness
+    assert isinstance(section, LinearMixed)
+
+    def product(a: Expr, b: Expr) -> Expr:
+        first, second = (shell_forms.tangents(*shell.velocities(q), shell.surface) for q in (a, b))
+        sizes = 1, 1, 1, h**2, h**2
+        return sum(s * ufl.dot(x, y) for s, x, y in zip(sizes, first, second, strict=True))
+
+    make = partial(any_terms, product=product, step=step, k=k, dq=dq, trial=trial)
+    integrate = partial(_integrate, shell)
+    found = make(section, layout, _vector_of(shell), integrate=integrate)
+    if shell.rules.lines is None:
+        return found
+    lines = hourglass.LineSection(), layout, shell.line_strains
+    return together(found, make(*lines, integrate=lambda d: shell.hourglass((d[0], d[1]))))
+
+
+def _any_strain(strain: Strain, step: Step) -> AnyStrain:
+    """A strain of any form over a step, in terms of the unknown states."""
+    p = step.path
+    return AnyStrain(strain, (p.mean, p.chord, p.bow, p.swing), step.whole.places)
 
 
 def _integrate(shell: ShellModel, densities: Sequence[Expr]) -> Form:
@@ -169,14 +203,19 @@ def _lines(shell: ShellModel, strain: Measure) -> Measure:
 def lost(shell: ShellModel, step: Step, bow: Expr) -> Form | None:
     """Elastic energy of the bow of the strains, J; arguments as of `Body.lost`."""
     section, strain = shell.section.formulation, strain_measure(shell)
+    lines = shell.rules.lines is not None
+    if _quadratic_strains(shell):
+        e = step.bow_of(strain)
+        along_lines = step.bow_of(_lines(shell, strain)) if lines else None
+    else:
+        e = _any_strain(_vector_of(shell), step).bow
+        along_lines = _any_strain(shell.line_strains, step).bow if lines else None
     if isinstance(section, LinearMixed):
-        resultants = section.forces(shell.layout, bow)
-        form = shell.integrate(section.stored(step.bow_of(strain), resultants))
+        form = shell.integrate(section.stored(e, section.forces(shell.layout, bow)))
     else:
         form = _integrate(shell, _nonlinear(shell, step).lost())
-    if shell.rules.lines is not None:
-        e = step.bow_of(_lines(shell, strain))
-        form += shell.hourglass((e[0] ** 2 / 2, e[1] ** 2 / 2))
+    if along_lines is not None:
+        form += shell.hourglass((along_lines[0] ** 2 / 2, along_lines[1] ** 2 / 2))
     return form
 
 
@@ -185,5 +224,8 @@ def mean_resultants(shell: ShellModel, step: Step) -> Expr:
     section, layout = shell.section.formulation, shell.layout
     if not isinstance(section, LinearMixed):
         return _nonlinear(shell, step).mean_stress()
-    e = strain_measure(shell).moment(step.pairs[0][0].moment, step.states)
+    if _quadratic_strains(shell):
+        e = strain_measure(shell).moment(step.pairs[0][0].moment, step.states)
+    else:
+        e = AnyStrain(_vector_of(shell), step.states, step.whole.places).mean
     return section.joined(e, section.forces(layout, step.path.end))

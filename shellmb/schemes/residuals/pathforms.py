@@ -12,7 +12,7 @@ from shellmb.forms.steps.path import Pair, Path, Step
 from shellmb.model.body import Body, Dofs, Rates
 from shellmb.schemes.base import Levels, Tangent, Values
 from shellmb.schemes.quadratic import QuadraticInTime
-from shellmb.schemes.residuals.pathpoints import at_points
+from shellmb.schemes.residuals.pathpoints import at_points, of_any_form
 from shellmb.schemes.residuals.residual import Sample, StageForms, acting, averaged
 from shellmb.schemes.residuals.rows import PathStates, bound, constants
 from shellmb.schemes.residuals.weights import path_pairs, path_states
@@ -46,7 +46,8 @@ class PathForms:
         unknown = tuple(levels.unknown.values())
         points = at_points(self._mesh, scheme.alpha, unknown)
         pairs = self._pairs(0), self._pairs(1)
-        self.step = Step(self.path, self.states.functions, pairs, points)
+        whole = of_any_form(self._mesh, scheme.alpha)
+        self.step = Step(self.path, self.states.functions, pairs, points, whole)
 
     def _pairs(self, row: int) -> tuple[Pair, Pair]:
         """Both stresses in one row, with their derivatives."""

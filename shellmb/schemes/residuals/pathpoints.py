@@ -3,8 +3,10 @@
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
 from ufl.core.expr import Expr
 
+from shellmb.forms.steps.anystrain import AnyRow, AnyStep
 from shellmb.forms.steps.path import Moment, Pair, Points
 from shellmb.schemes.residuals.rows import bound, constants, moment_of, slope_of
 from shellmb.schemes.residuals.weights import (
@@ -70,3 +72,26 @@ def at_points(mesh: Any, alpha: float, unknown: Sequence[Expr]) -> Points:
         (damping[0], damping[1]),
         alpha > 0,
     )
+
+
+def of_any_form(mesh: Any, alpha: float) -> AnyStep:
+    """What rows of strains of any form consist of.
+
+    Args:
+        mesh: Mesh of the body.
+        alpha: Dissipation.
+    """
+
+    def row(points: Sequence[float], middle: float, turning: float, k: int) -> AnyRow:
+        own = [float(k == 0), float(k == 1)]
+        a, b, middling, turned, rest, first, second = constants(
+            mesh, [*points, middle, turning, own[0], *own]
+        )
+        return AnyRow((a, b), middling, turned, rest, (first, second))
+
+    first, last = constants(mesh, POINTS)
+    rows = row((0.5, 0.5), 0.0, 1 / 3, 0), row([p / 2 for p in POINTS], 1 / 3, 0.0, 1)
+    # of the states on the path, and of those that hold the resultants of both rows
+    held = np.eye(2)
+    shares = np.concatenate([path_states(alpha)[:, UNKNOWN], held]).T
+    return AnyStep((first, last), rows, tuple(constants(mesh, list(s)) for s in shares))
