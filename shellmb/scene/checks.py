@@ -15,6 +15,7 @@ from shellmb.scene.lookup import Body, bodies_of, find_shell, kind_of, listed, s
 from shellmb.scene.names import check_names
 from shellmb.scene.places import check_edges, check_point, edges_of, finite_in_time, points_of
 from shellmb.scene.positions import values_at
+from shellmb.scene.sections import LinearSection
 from shellmb.scene.supports import Driven, Fixed
 from shellmb.scene.validate import edge_names, show
 
@@ -116,9 +117,7 @@ def _quadratic(scene: Scene) -> None:
     if scheme not in QUADRATIC:
         return
     bodies: list[Any] = [*scene.shells, *scene.beams]
-    light = {
-        b.name: not (b.rotary_inertia and np.any(b.section.mass[2])) for b in bodies if not b.rigid
-    }
+    light = {b.name: not (b.rotary_inertia and b.section.masses[2]) for b in bodies if not b.rigid}
     alpha = getattr(scene.scheme, "alpha", scene.alpha if scheme == "ed3" else 0.0)
     for body in scene.meshed:
         if alpha == 0 and light.get(body.name):
@@ -203,7 +202,7 @@ def _time_functions(scene: Scene) -> None:
 
 
 def _functions_of_position(scene: Scene) -> None:
-    """Loads and directions that are, tried at a few points where the surface is known."""
+    """Loads, directions and sections that are, tried at a few points where the surface is known."""
     s = np.linspace(0.05, 0.95, 7)
     for load in scene.loads:
         given = {name: getattr(load, name, None) for name in ("force", "p", "moment")}
@@ -214,6 +213,10 @@ def _functions_of_position(scene: Scene) -> None:
                     x = surface.position(s, s[::-1].copy())
                     values_at(value, x, 1 if name == "p" else 3, f"{load.label}: {name}")
     for shell in scene.shells:
-        if callable(shell.direction) and shell.surface.edges is not None:
-            x = shell.surface.position(s, s[::-1].copy())
+        if shell.surface.edges is None:
+            continue
+        x = shell.surface.position(s, s[::-1].copy())
+        if callable(shell.direction):
             values_at(shell.direction, x, 3, f"shell '{shell.name}': direction")
+        if isinstance(shell.section, LinearSection) and shell.section.functions:
+            shell.section.at(x, f"shell '{shell.name}'")

@@ -23,6 +23,7 @@ from shellmb.scene.lookup import (
 from shellmb.scene.places import check_edges, check_point, finite_in_time
 from shellmb.scene.rigid import RigidBody
 from shellmb.scene.rolling import Contact, Rolling
+from shellmb.scene.sections import LinearSection
 from shellmb.scene.supports import Fixed
 from shellmb.scene.validate import show
 
@@ -257,7 +258,8 @@ def _massive(scene: Scene) -> None:
         if isinstance(body, RigidBody):
             m, what, remedy = body.mass, "mass", ""
         else:
-            m = body.section.mass[0]
+            section = body.section
+            m = (section.generic if isinstance(section, LinearSection) else section).mass[0]
             what = "mass per area" if isinstance(body, Shell) else "mass per length"
             remedy = ", so give its section a density"
         if not (m > 0 and math.isfinite(m)):

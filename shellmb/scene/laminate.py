@@ -98,7 +98,7 @@ class Laminate(LinearSection):
         """
         if not self.plies:
             raise SceneError("laminate: it has no plies; it must have one at least")
-        if self.shear_correction == "energy":
+        if self.shear_correction == "energy" or self.functions:
             return
         G = replace(self.generic, shear_correction="energy").G
         ratio = float(np.linalg.eigvals(np.linalg.solve(G, self.generic.G)).real.max())

@@ -14,7 +14,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Layer", "Layup", "plane_stress"]
+__all__ = ["Layer", "Layup", "cos_sin", "matrix", "plane_stress"]
 
 type Matrix = NDArray[np.float64]
 
@@ -28,25 +28,28 @@ class Layer:
         transverse: Transverse shear stiffness in the order 13, 23, shape (..., 2, 2) [Pa].
         density: Mass density [kg/m^3].
         thickness: Thickness, shape (...) [m].
+        angle: From the shell's 1-direction to the layer's own, shape (...) [degrees].
     """
 
     plane: Matrix
     transverse: Matrix
     density: float
     thickness: Any
+    angle: Any = 0.0
 
     def turned(self, degrees: Any) -> Layer:
         """The layer with its axes turned about the normal by an angle, shape (...) [degrees]."""
         c, s = cos_sin(degrees)
         # strains in the layer's axes from those in the shell's axes
-        t = _matrix(
+        t = matrix(
             [[c * c, s * s, c * s], [s * s, c * c, -c * s], [-2 * c * s, 2 * c * s, c * c - s * s]]
         )
-        r = _matrix([[c, s], [-s, c]])
+        r = matrix([[c, s], [-s, c]])
         return replace(
             self,
             plane=t.mT @ self.plane @ t,
             transverse=r.mT @ self.transverse @ r,
+            angle=self.angle + degrees,
         )
 
 
@@ -58,7 +61,7 @@ def cos_sin(degrees: Any) -> tuple[Matrix, Matrix]:
     return np.choose(turn, (c, -s, -c, s)), np.choose(turn, (s, c, -s, -c))
 
 
-def _matrix(rows: Sequence[Sequence[Any]]) -> Matrix:
+def matrix(rows: Sequence[Sequence[Any]]) -> Matrix:
     """A matrix at each point from its components, shape (..., rows, columns)."""
     return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
@@ -150,10 +153,8 @@ class Layup:
     def mass(self) -> tuple[Any, Any, Any]:
         """``(m, s_star, I_star)`` of eq. 16 about the reference surface, each of shape (...)."""
         z = self._faces
-        m, s, i = (
-            sum(p.density * (b**k - a**k) / k for p, a, b in zip(self.layers, z, z[1:], strict=False))
-            for k in (1, 2, 3)
-        )
+        pairs = list(zip(self.layers, z, z[1:], strict=False))
+        m, s, i = (sum(p.density * (b**k - a**k) / k for p, a, b in pairs) for k in (1, 2, 3))
         s = np.where(np.abs(s) < 1e-12 * m * z[-1], 0.0, s)[()]
         c = self.offset
         return m, s + c * m, i + 2 * c * s + c**2 * m
@@ -210,4 +211,4 @@ def _shear_step(layer: Layer, eps: Matrix, kappa: Matrix, low: Any, z: Any) -> M
     # rows of slope: 11, 22, 12; a force along 1 differentiates along 1, one along 2 along 2
     along_1 = [slope[..., 0, 0], slope[..., 2, 1]]
     along_2 = [slope[..., 2, 0], slope[..., 1, 1]]
-    return -_matrix([along_1, along_2])
+    return -matrix([along_1, along_2])

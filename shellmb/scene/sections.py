@@ -26,7 +26,8 @@ Least = Literal["positive", "not negative"]
 
 if TYPE_CHECKING:
     # mostly numbers: who reads one knows whether it is
-    PositiveAt = FiniteAt = Any
+    PositiveAt = Any
+    FiniteAt = Any
 else:
     PositiveAt = Positive | OfPosition
     FiniteAt = Finite | OfPosition
