@@ -55,10 +55,12 @@ class SectionFields:
             value: What it is of the section at points (...), shape (...) or (..., n, n).
             rule: The rule that it is used with.
         """
-        if not self._section.functions:
-            return fem.Constant(self._domain, np.asarray(value(self._section.generic), dtype=float))
         values = np.asarray(value(self._at(rule)), dtype=float)
-        if values.ndim == 2:
+        size = np.ndim(value(self._section.generic))
+        if values.ndim == size:
+            # nothing that it depends on varies
+            return fem.Constant(self._domain, values)
+        if size == 0:
             return self._field(values[..., None], rule)
         n = values.shape[-1]
         pairs = [(i, j) for i in range(n) for j in range(i, n)]
@@ -70,9 +72,8 @@ class SectionFields:
 
     def by_cell(self, value: Callable[[Layup], Floats]) -> Floats:
         """Means over the elements of this rank, shape (elements,), or one number for all."""
-        if not self._section.functions:
-            return np.asarray(value(self._section.generic), dtype=float)
-        return np.asarray(value(self._at("reduced")), dtype=float).mean(axis=1)
+        values = np.asarray(value(self._at("reduced")), dtype=float)
+        return values if values.ndim == 0 else values.mean(axis=1)
 
     def largest(self, value: Callable[[Layup], Floats]) -> float:
         """The largest value there is; collective."""
@@ -112,7 +113,12 @@ class SectionFields:
         return function
 
     def _at(self, rule: Rule) -> Layup:
-        """The section at the points of a rule in all elements of this rank, (elements, points)."""
+        """The section at the points of a rule in all elements of this rank, (elements, points).
+
+        Of a section that does not vary that of no point.
+        """
+        if not self._section.functions:
+            return self._section.generic
         if rule not in self._layups:
             x, failed, found = self._points(rule), None, None
             try:
@@ -136,5 +142,5 @@ class SectionFields:
         assert coordinates is not None
         element = coordinates.ufl_coordinate_element().sub_elements[0]
         shapes = element.basix_element.tabulate(0, inside)[0, :, :, 0]
-        corners = self._domain.geometry.x[self._domain.geometry.dofmap]
+        corners = self._domain.geometry.x[self._domain.geometry.dofmaps[0]]
         return np.asarray(np.einsum("pd,cdx->cpx", shapes, corners))
