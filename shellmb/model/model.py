@@ -268,8 +268,7 @@ def _support(scene: Scene, model: Model) -> Prescribed:
     assert scene.t_end is not None
     shells: list[Body] = list(model.shells.values())
     times = [part * scene.t_end for part in COMPARED]
-    linear = scene.scheme_name == "linear"
-    prescribed = Prescribed(_aliases(shells, model.comm), times, linear)
+    prescribed = Prescribed(_aliases(shells, model.comm), times, scene.linear)
     for support in scene.supports:
         for body in scene.bodies_of(support):
             SupportRows(support, model.meshed[body.name], body, prescribed).collect()

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from shellmb.errors import SceneError
-from shellmb.scene import checks_effect, checks_multibody
+from shellmb.scene import checks_effect, checks_linear, checks_multibody
 from shellmb.scene.checks_control import check_control
 from shellmb.scene.joints import GROUND
 from shellmb.scene.lookup import Body, bodies_of, find_shell, kind_of, listed, said
@@ -28,6 +28,7 @@ __all__ = ["SCHEMES", "check"]
 SCHEMES = {
     "static": (False, False),
     "linear": (False, False),
+    "linear-dynamics": (True, False),
     "ep": (True, False),
     "ed": (True, True),
     "ep4": (True, False),
@@ -35,6 +36,9 @@ SCHEMES = {
     "generalized-alpha": (True, False),
     "ed-printed": (True, True),
 }
+
+# those of small displacements
+LINEAR = ("linear", "linear-dynamics")
 
 # those that are quadratic in time
 QUADRATIC = ("ep4", "ed3")
@@ -55,6 +59,7 @@ def check(scene: Scene) -> None:
     _functions_of_position(scene)
     checks_multibody.check(scene)
     checks_effect.check(scene)
+    checks_linear.check(scene)
 
 
 def _names(scene: Scene) -> None:
