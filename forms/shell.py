@@ -201,7 +201,7 @@ def director_inertia(mass: Mass) -> Mass:
     return Mass(0 * mass.m, mass.s, mass.I)
 
 
-def tangent_jump(b: Expr, db: Expr, d: Expr, mass: Mass) -> Expr:
+def tangent_jump(b: Expr, db: Expr, d: Expr, arm: Expr | None) -> Expr:
     """Jump of the director's velocity without momentum along the director, shape (3,).
 
     With `|d| = 1` at both ends of a sub-interval, eq. (31) would tie the velocity *along* the
@@ -216,9 +216,9 @@ def tangent_jump(b: Expr, db: Expr, d: Expr, mass: Mass) -> Expr:
         b: Jump of the velocity of the surface, shape (3,), m/s.
         db: Jump of the director's velocity by eq. (31), shape (3,), 1/s.
         d: Mean director of the sub-interval, shape (3,), not necessarily of unit length.
-        mass: Mass coefficients with rotary inertia.
+        arm: First over second moment of the mass, `s*/I*`, 1/m; None without a first moment.
     """
-    momentum = db if mass.s is None else db + mass.s / mass.I * b
+    momentum = db if arm is None else db + arm * b
     return db - ufl.dot(momentum, d) / ufl.dot(d, d) * d
 
 

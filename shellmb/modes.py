@@ -161,10 +161,9 @@ def _shift(model: Model, loaded: bool) -> float:
     """A negative shift of the size of the lowest eigenvalues, rad^2/s^2."""
     found = []
     for shell in model.shells.values():
-        section = shell.shell.section
-        h = section.thickness
-        stiffness = getattr(section, "stiffness", None) or float(np.max(np.diag(section.A)))  # type: ignore[attr-defined]
-        found.append(stiffness * h**2 / 12 / section.mass[0] / shell.surface_mesh.length**4)
+        sizes = shell.section.sizes
+        bending = sizes.stiffness * sizes.thickness**2 / 12
+        found.append(bending / sizes.mass / shell.surface_mesh.length**4)
     for beam in model.beams.values():
         bending = float(np.min(np.diag(beam.beam.section.stiffness)[4:]))
         found.append(bending / beam.beam.section.mass[0] / beam.domain.length**4)

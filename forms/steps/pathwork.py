@@ -45,9 +45,9 @@ def pair_work(
     dq: Expr,
 ) -> list[Expr]:
     """Densities of the work of a stress, with its compatibility, one for each quadrature rule."""
-    x, D, *_ = states
+    D = states[1]
     e, N = strain.moment(pair.moment, states), section.forces(layout, pair.moment.held)
-    de, end = strain.at(pair.slope, states, dq), e + pair.ahead * strain.slope(1, ((1, x),), D)
+    de, end = strain.at(pair.slope, states, dq), e + pair.ahead * strain.at(pair.slope, states, D)
     found = [ufl.dot(s, de) for s in section.stress(e, _mean(section, layout, states, pair))]
     found[-1] += pair.own * ufl.dot(section.forces(layout, dq), section.gap(e, end, N))
     return found

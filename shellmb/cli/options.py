@@ -16,6 +16,7 @@ class Scheme(StrEnum):
 
     static = "static"
     linear = "linear"
+    linear_dynamics = "linear-dynamics"
     ep = "ep"
     ed = "ed"
     ep4 = "ep4"

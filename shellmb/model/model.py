@@ -236,7 +236,7 @@ def _force(scene: Scene, model: Model) -> float:
     if scene.static:
         return max((body.force_size for body in model.meshed.values()), default=1.0)
     mass = sum(body.mass for body in scene.rigid_bodies)
-    mass += sum(s.shell.section.mass[0] * s.domain.length**2 for s in model.shells.values())
+    mass += sum(s.section.sizes.mass * s.domain.length**2 for s in model.shells.values())
     mass += sum(b.beam.section.mass[0] * b.domain.length for b in model.beams.values())
     assert scene.dt is not None
     return (mass or 1.0) * model.length / scene.dt**2
@@ -268,8 +268,7 @@ def _support(scene: Scene, model: Model) -> Prescribed:
     assert scene.t_end is not None
     shells: list[Body] = list(model.shells.values())
     times = [part * scene.t_end for part in COMPARED]
-    linear = scene.scheme_name == "linear"
-    prescribed = Prescribed(_aliases(shells, model.comm), times, linear)
+    prescribed = Prescribed(_aliases(shells, model.comm), times, scene.linear)
     for support in scene.supports:
         for body in scene.bodies_of(support):
             SupportRows(support, model.meshed[body.name], body, prescribed).collect()

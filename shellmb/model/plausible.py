@@ -29,7 +29,7 @@ def doubt_thickness(
     if comm.rank != 0:
         return
     sizes = [
-        (shell.shell, "thickness", shell.shell.section.thickness, shell.surface_mesh.length)
+        (shell.shell, "thickness", shell.section.sizes.thickness, shell.surface_mesh.length)
         for shell in shells.values()
     ]
     sizes += [

@@ -1,17 +1,23 @@
-"""A section bound to a mesh: its constants, and the weights that depend on the element size."""
+"""A section bound to a mesh: its coefficients, and weights that depend on the element size."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from dolfinx import fem, mesh
+import ufl
+from dolfinx import fem, la, mesh
 from ufl.core.expr import Expr
 
 from shellmb.forms.shell import Mass, ShellStrains
 from shellmb.forms.steps.mixed import Formulation, LinearMixed
 from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
+from shellmb.model.varying import Rule, SectionFields
 from shellmb.model.written import resists_all, written
 from shellmb.scene import Hyperelastic, LinearSection, Shell
+from shellmb.scene.shells.lamination import Layup
+
+Floats = npt.NDArray[np.float64]
 
 # weight of the fully integrated part, c in design section 3
 STABILISATION = {"quadrilateral": 0.1, "triangle": 1.0}
@@ -27,6 +33,21 @@ SLACK = 1e-5
 
 
 @dataclass(frozen=True)
+class Sizes:
+    """Numbers that say how large things are; means, where a section varies.
+
+    Args:
+        thickness: Thickness, m.
+        stiffness: Membrane stiffness, N/m.
+        mass: Mass per area, kg/m^2.
+    """
+
+    thickness: float
+    stiffness: float
+    mass: float
+
+
+@dataclass(frozen=True)
 class BoundSection:
     """A section on a mesh.
 
@@ -34,71 +55,108 @@ class BoundSection:
         formulation: Mixed form of its strain energy.
         force: Size of the shear stiffness, scale of the director's multiplier, N/m.
         hourglass: Stiffness of the hourglass control, N/m.
+        sizes: How large things are.
         thickness: Length that makes curvatures comparable with strains, m.
     """
 
     formulation: Formulation
     force: fem.Constant
     hourglass: Expr
+    sizes: Sizes
     thickness: fem.Constant
 
 
 def bind_section(shell: Shell, domain: mesh.Mesh) -> BoundSection:
-    """Constants and element-wise weights of a shell's section; what is left out is absent.
+    """Coefficients and element-wise weights of a shell's section; what is left out is absent.
 
     Args:
         shell: The shell.
         domain: Its mesh.
+
+    Raises:
+        SceneError: If functions of the position fail, or a thickness is not positive somewhere.
     """
+    if isinstance(shell.section, LinearSection):
+        return _bind_linear(shell, shell.section, domain)
     section = shell.section
-    cells = domain.topology.index_map(2)
-    count = cells.size_local + cells.num_ghosts
-    slenderness = section.thickness / domain.h(2, np.arange(count, dtype=np.int32))
-
-    def per_element(weight: npt.NDArray[np.float64]) -> fem.Function:
-        # below one for any thickness, so that the reduced part never vanishes
-        function = fem.Function(fem.functionspace(domain, ("DG", 0)))
-        function.x.array[:] = weight / (1 + weight)
-        return function
-
-    def constant(value: float | npt.NDArray[np.float64]) -> fem.Constant:
-        return fem.Constant(domain, np.asarray(value, dtype=float))
-
-    thickness = constant(section.thickness)
-    a = per_element(STABILISATION[domain.topology.cell_name()] * slenderness**2)
-    b = per_element(HOURGLASS * slenderness)
-    if isinstance(section, LinearSection):
-        N0 = constant(float(np.max(np.diag(section.A))))
-        linear = LinearMixed(
-            A=constant(section.A),
-            D=constant(section.D),
-            G=constant(section.G),
-            A_inv=constant(np.linalg.inv(section.A)) if shell.stretching else None,
-            G_inv=constant(np.linalg.inv(section.G)) if shell.transverse_shear else None,
-            N0=N0,
-            a=a,
-            # without stretching there is nothing that bending could be coupled to
-            B=constant(section.B)
-            if section.coupled and shell.coupling and shell.stretching
-            else None,
-            slack=constant(SLACK / float(np.max(np.diag(section.G))))
-            if shell.holds_strains
-            else None,
-        )
-        force = constant(float(np.max(np.diag(section.G))))
-        return BoundSection(linear, force, N0 * b, thickness)
     assert isinstance(section, Hyperelastic)
-    parameters = {name: constant(value) for name, value in section.parameters.items()}
-    N0, who = constant(section.stiffness), f"shell '{shell.name}': energy"
-    strains = ShellStrains(*(constant(np.zeros(size)) for size in (3, 3, 2)))
+    parameters = {name: _constant(domain, value) for name, value in section.parameters.items()}
+    N0, who = _constant(domain, section.stiffness), f"shell '{shell.name}': energy"
+    strains = ShellStrains(*(_constant(domain, np.zeros(size)) for size in (3, 3, 2)))
     resists_all(section.energy, strains, parameters, who)
+    a, b = _weights(domain, section.thickness)
+    thickness = _constant(domain, section.thickness)
     nonlinear = NonlinearMixed(
         psi=lambda strains: written(section.energy, (strains, parameters), who),
         N0=N0,
-        a=a,
+        a=_per_element(domain, a),
         thickness=thickness,
     )
-    return BoundSection(nonlinear, N0, N0 * b, thickness)
+    sizes = Sizes(section.thickness, section.stiffness, section.mass[0])
+    return BoundSection(nonlinear, N0, N0 * _per_element(domain, b), sizes, thickness)
+
+
+def _bind_linear(shell: Shell, section: LinearSection, domain: mesh.Mesh) -> BoundSection:
+    fields = SectionFields(shell, domain)
+    membrane, shear = fields.largest(_membrane), fields.largest(_shear)
+    a, b = _weights(domain, fields.by_cell(lambda at: at.thickness))
+    # the control is as stiff as the section is in its element
+    b = b * fields.by_cell(_membrane) / membrane
+    N0 = _constant(domain, membrane)
+    # without stretching there is nothing that bending could be coupled to
+    couples = section.coupled and shell.coupling and shell.stretching
+    linear = LinearMixed(
+        A=fields.of(lambda at: at.A),
+        D=fields.of(lambda at: at.D),
+        G=fields.of(lambda at: at.G),
+        A_inv=fields.of(lambda at: np.linalg.inv(at.A), "reduced") if shell.stretching else None,
+        G_inv=fields.of(lambda at: np.linalg.inv(at.G), "reduced")
+        if shell.transverse_shear
+        else None,
+        N0=N0,
+        a=_per_element(domain, a),
+        B=fields.of(lambda at: at.B) if couples else None,
+        slack=_constant(domain, SLACK / shear) if shell.holds_strains else None,
+    )
+    sizes = Sizes(
+        fields.mean(lambda at: at.thickness), membrane, fields.mean(lambda at: at.mass[0])
+    )
+    thickness = _constant(domain, sizes.thickness)
+    hourglass = N0 * _per_element(domain, b)
+    return BoundSection(linear, _constant(domain, shear), hourglass, sizes, thickness)
+
+
+def _membrane(at: Layup) -> Floats:
+    """Largest membrane stiffness, shape (...)."""
+    return np.asarray(np.diagonal(at.A, axis1=-2, axis2=-1).max(axis=-1))
+
+
+def _shear(at: Layup) -> Floats:
+    """Largest shear stiffness, shape (...)."""
+    return np.asarray(np.diagonal(at.G, axis1=-2, axis2=-1).max(axis=-1))
+
+
+def _weights(domain: mesh.Mesh, thickness: float | Floats) -> tuple[Floats, Floats]:
+    """Weights of the fully integrated part and of the hourglass control in each element.
+
+    Below one for any thickness, so that the reduced part never vanishes.
+    """
+    cells = domain.topology.index_map(2)
+    count = cells.size_local + cells.num_ghosts
+    slenderness = thickness / domain.h(2, np.arange(count, dtype=np.int32))
+    a = STABILISATION[domain.topology.cell_name()] * slenderness**2
+    b = HOURGLASS * slenderness
+    return a / (1 + a), b / (1 + b)
+
+
+def _per_element(domain: mesh.Mesh, weight: Floats) -> fem.Function:
+    function = fem.Function(fem.functionspace(domain, ("DG", 0)))
+    function.x.array[:] = weight
+    return function
+
+
+def _constant(domain: mesh.Mesh, value: float | Floats) -> fem.Constant:
+    return fem.Constant(domain, np.asarray(value, dtype=float))
 
 
 def bind_mass(shell: Shell, domain: mesh.Mesh) -> Mass:
@@ -108,12 +166,58 @@ def bind_mass(shell: Shell, domain: mesh.Mesh) -> Mass:
         shell: The shell.
         domain: Its mesh.
     """
-    m, s, inertia = shell.section.mass
+    section = shell.section
+    _, first, second = section.masses
     # without I* a first moment would make the kinetic energy indefinite
-    eccentric = shell.rotary_inertia and shell.eccentric_inertia
+    first = first and shell.rotary_inertia and shell.eccentric_inertia
+    wanted = (True, first, second and shell.rotary_inertia)
+    if isinstance(section, LinearSection):
+        fields = SectionFields(shell, domain)
+        # with a first moment everything is taken at the nodes
+        rules: tuple[Rule, ...] = ("nodes" if first else "full", "nodes", "nodes")
+        found = [
+            fields.of(lambda at, k=k: at.mass[k], rule) if want else None  # type: ignore[misc]
+            for k, (rule, want) in enumerate(zip(rules, wanted, strict=True))
+        ]
+    else:
+        pairs = zip(section.mass, wanted, strict=True)
+        found = [_constant(domain, float(value)) if want else None for value, want in pairs]
+    return Mass(*found)
 
-    def constant(value: float, wanted: bool) -> fem.Constant | None:
-        return fem.Constant(domain, float(value)) if wanted and value else None
 
-    mass = fem.Constant(domain, float(m))
-    return Mass(mass, constant(s, eccentric), constant(inertia, shell.rotary_inertia))
+class Arm(NamedTuple):
+    """First over second moment of the mass, 1/m.
+
+    Args:
+        coefficient: In forms; None without a first moment.
+        values: At the nodes, shape (n, 1), or the same at all of them.
+    """
+
+    coefficient: Expr | None
+    values: Floats
+
+
+def mass_arm(mass: Mass, nodal: fem.FunctionSpace, dx: ufl.Measure) -> Arm:
+    """Where directors turn without momentum (`forms.shell.tangent_jump`); collective.
+
+    That is said node by node: where the section varies, by the moments that the elements around a
+    node have there.
+
+    Args:
+        mass: Mass coefficients with rotary inertia.
+        nodal: Space of vectors at the nodes.
+        dx: Rule whose points are the nodes.
+    """
+    if mass.s is None:
+        return Arm(None, np.zeros(1))
+    if isinstance(mass.s, fem.Constant) and isinstance(mass.I, fem.Constant):
+        return Arm(mass.s / mass.I, np.asarray(mass.s.value / mass.I.value).reshape(1))
+    test, moments = ufl.TestFunction(nodal)[0], []
+    for moment in mass[1:]:
+        vector = fem.assemble_vector(fem.form(moment * test * dx))
+        vector.scatter_reverse(la.InsertMode.add)
+        vector.scatter_forward()
+        moments.append(vector.array.reshape(-1, 3)[:, :1].copy())
+    arm = fem.Function(nodal)
+    arm.x.array[:] = np.repeat(moments[0] / moments[1], 3)
+    return Arm(arm[0], moments[0] / moments[1])

@@ -56,9 +56,9 @@ class Scene:
         joins: Joins between shells.
         initial: Initial velocities; they add up.
         probes: What to record at single points.
-        scheme: ``"static"``, ``"linear"`` (statics, small displacements), ``"ep"``, ``"ed"``,
-            ``"ep4"``, ``"ed3"``, a rival (``"generalized-alpha"``, ``"ed-printed"``), or a scheme
-            object.
+        scheme: ``"static"``, ``"linear"`` (statics, small displacements), ``"linear-dynamics"``
+            (the same in time), ``"ep"``, ``"ed"``, ``"ep4"``, ``"ed3"``, a rival
+            (``"generalized-alpha"``, ``"ed-printed"``), or a scheme object.
         alpha: Dissipation of schemes that have one, 0 (none) to 1: the spectral radius at infinite
             frequency is (1 - alpha)/(1 + alpha).
         dt: Time step [s]; in statics the load step in the same measure as ``t_end``; if left out
@@ -134,6 +134,13 @@ class Scene:
         return (
             self.scheme if isinstance(self.scheme, str) else str(getattr(self.scheme, "name", ""))
         )
+
+    @property
+    def linear(self) -> bool:
+        """Whether displacements are small, and all is linearised about the reference."""
+        if isinstance(self.scheme, str):
+            return self.scheme in checks.LINEAR
+        return bool(getattr(self.scheme, "linear", False))
 
     @property
     def static(self) -> bool:

@@ -25,7 +25,9 @@ class Solver:
         solve: Solve linear systems with ``"reduced"`` unknowns (five per shell node, six per frame)
             or with all of them (``"full"``). The result is the same.
         newton: When to factorise: in each iteration (``"full"``), once in each step
-            (``"modified"``), or as rarely as pays (``"auto"``). The result is the same.
+            (``"modified"``), or as rarely as pays (``"auto"``). The result is the same. Where all
+            is linear there is one factorisation; in linear dynamics ``"auto"`` solves once in each
+            step, and the others a second time, which takes out round-off.
         backend: DOLFINx's ``NewtonSolver`` or PETSc's SNES.
         tolerance: Relative tolerance, tested for every field by itself.
         max_iterations: Iterations after which a step counts as not converged.

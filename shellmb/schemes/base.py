@@ -44,6 +44,8 @@ class Levels:
         push: Velocity at the start times the step, for schemes that are quadratic in time.
         tangent: Takes a jump of velocities and a state, and returns the jump without what the
             constraints at the nodes forbid at that state; for bodies without an unknown jump.
+        reference: Functions that stay zero, at which a linear scheme takes its forms
+            (`schemes.linearised`); None for others.
     """
 
     q: fem.Function
@@ -51,6 +53,7 @@ class Levels:
     unknown: Mapping[str, fem.Function]
     tangent: Callable[[Expr, Expr], Expr] = lambda b, mid: b
     push: fem.Function | None = None
+    reference: "Levels | None" = None
 
 
 @dataclass(frozen=True)
@@ -132,7 +135,7 @@ class Scheme(Protocol):
         stages: Names of the stages; `END` is the state at the end of the step.
         rates: Names of the rates that it keeps from step to step.
         conserves: Any of "energy", "momentum", "angular momentum".
-        linear: Whether the equations are linear in the unknowns.
+        linear: Whether displacements are small: forms are linearised about the reference.
         jumps: Whether the jump of velocities is unknown where constraints tie it to others.
         rotations: How well it follows bodies that turn.
     """

@@ -55,3 +55,16 @@ class EnergyPreserving(SingleStage):
     ) -> dict[str, Values]:
         """Velocity at the end, eq. (23)."""
         return {"v": 2 * (unknown["f"] - q) / dt - rates["v"]}
+
+
+@dataclass(frozen=True)
+class LinearDynamics(EnergyPreserving):
+    """Small displacements in time: EP is the mid-point rule there, Newmark's average acceleration.
+
+    The matrix is the same in all steps of one length. The energy that is conserved is the quadratic
+    one, the angular momentum that about the reference positions.
+    """
+
+    name: str = "linear-dynamics"
+    title: str = "linear dynamics (small displacements)"
+    linear: bool = True

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from shellmb.errors import SceneError
 from shellmb.schemes.base import Scheme
 from shellmb.schemes.ed import EnergyDecaying
-from shellmb.schemes.ep import EnergyPreserving
+from shellmb.schemes.ep import EnergyPreserving, LinearDynamics
 from shellmb.schemes.quadratic import QuadraticInTime, energy_decaying_3
 from shellmb.schemes.rivals.ed_printed import EnergyDecayingAsPrinted
 from shellmb.schemes.rivals.generalized_alpha import GeneralizedAlpha
@@ -14,6 +14,7 @@ from shellmb.schemes.static import Linear, Static
 SCHEMES: dict[str, Callable[[float], Scheme]] = {
     "static": lambda alpha: Static(),
     "linear": lambda alpha: Linear(),
+    "linear-dynamics": lambda alpha: LinearDynamics(),
     "ep": lambda alpha: EnergyPreserving(),
     "ed": lambda alpha: EnergyDecaying(alpha),
     "ep4": lambda alpha: QuadraticInTime(),

@@ -50,15 +50,8 @@ class Static(SingleStage):
 
 @dataclass(frozen=True)
 class Linear(Static):
-    """Linear statics: internal forces linearised about the undeformed state.
-
-    The start of the step serves as the state of linearisation and stays undeformed.
-    """
+    """Linear statics: small displacements from the reference configuration."""
 
     name: str = "linear"
     title: str = "linear statics (small displacements)"
     linear: bool = True
-
-    def expand(self, levels: Levels, dt: fem.Constant) -> dict[str, Stage]:
-        """All forces at the undeformed state."""
-        return {"f": Stage(at_state(levels.q))}

@@ -15,6 +15,7 @@ from shellmb.errors import ConvergenceError
 from shellmb.model.body import Body, TimeFunction
 from shellmb.model.model import Model
 from shellmb.schemes.base import END, Levels, Scheme
+from shellmb.schemes.linearised import at_reference
 from shellmb.schemes.quadratic import RATE, QuadraticInTime
 from shellmb.schemes.residuals.pathforms import PathForms
 from shellmb.schemes.residuals.residual import StageForms, stage_forms
@@ -93,7 +94,7 @@ class Problem:
         followers = [Followers(**vars(states)) for states in made if states is not None]
         self.system = BlockSystem(model.comm, self.fields, followers)
         solver = model.scene.solver
-        newton = "once" if scheme.linear else solver.newton
+        newton = f"linear {solver.newton}" if scheme.linear else solver.newton
         settings = NewtonSettings(solver.tolerance, solver.max_iterations, newton)
         reduction = Reduction if solver.solve == "reduced" else None
         self.iteration = Iteration(self.system, settings, f"shellmb_{id(self)}_", reduction)
@@ -101,7 +102,8 @@ class Problem:
 
     def key(self, dt: float) -> tuple[Hashable, ...]:
         """Steps with the same one have nearly the same Jacobian; in linear statics all have it."""
-        return self.switches if self.scheme.linear else (dt, *self.switches)
+        linear = self.scheme.linear and not self.scheme.dynamic
+        return self.switches if linear else (dt, *self.switches)
 
     @property
     def switches(self) -> tuple[Hashable, ...]:
@@ -129,6 +131,8 @@ class Problem:
             body.tangent,
             function("push") if isinstance(self.scheme, QuadraticInTime) else None,
         )
+        if self.scheme.linear:
+            levels = replace(levels, reference=at_reference(levels))
         dt, time = fem.Constant(space.mesh, 1.0), fem.Constant(space.mesh, 0.0)
         self._dt.append(dt)
         self._time.append(time)
@@ -186,19 +190,19 @@ class Problem:
         found = self.forms[body.name][stage].stage
         if found is None:
             # jumps of velocities are tangent at the middle of the first sub-interval
-            first = self.scheme.stages[0]
-            state = self._index[body.name, first]
+            state = self._index[body.name, self.scheme.stages[0]]
             return DirectorRates(**vars(declared) | {"before": levels.q, "state": state})
         start = found.span.a
+        if levels.reference is not None:
+            return replace(declared, before=levels.reference.q, linear=True)
         if start is levels.unknown[stage]:
             return declared
         assert isinstance(start, fem.Function)
-        return replace(declared, before=start, linear=self.scheme.linear)
+        return replace(declared, before=start)
 
     def state(self, body: str) -> fem.Function:
-        """Function with the current state of a body; in linear statics `q` stays undeformed."""
-        levels = self.levels[body]
-        return levels.unknown[self.last] if self.scheme.linear else levels.q
+        """Function with the state of a body."""
+        return self.levels[body].q
 
     def number(self, body: str, stage: str) -> int:
         """Number of that field in the system."""
@@ -245,8 +249,6 @@ class Problem:
 
         A quadratic path is guessed straight: the bow of a very long step would lead astray.
         """
-        if self.scheme.linear:
-            return
         for levels in self.levels.values():
             for stage, unknown in levels.unknown.items():
                 if stage == RATE:
@@ -319,8 +321,6 @@ class Problem:
             new = advance(levels.q.x.array, rates, unknown, dt, tangent)
             for key, values in new.items():
                 levels.rates[key].x.array[kinematic] = values[kinematic]
-            if self.scheme.linear:
-                continue
             end = unknown[self.last]
             if isinstance(self.scheme, QuadraticInTime):
                 # the unknown ones stay: they are means over the step

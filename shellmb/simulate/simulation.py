@@ -284,10 +284,6 @@ class Simulation:
             found[f"{body}/q"] = levels.q.x.array
             for rate, function in levels.rates.items():
                 found[f"{body}/{rate}"] = function.x.array
-            if self.scheme.linear:
-                # `q` stays undeformed: the state is in the unknown
-                last = self.problem.last
-                found[f"{body}/q_{last}"] = levels.unknown[last].x.array
         return found
 
     def past(self) -> Arrays:
@@ -305,9 +301,6 @@ class Simulation:
             levels.q.x.array[:] = arrays[f"{body}/q"]
             for rate, function in levels.rates.items():
                 function.x.array[:] = arrays[f"{body}/{rate}"]
-            if self.scheme.linear:
-                last = self.problem.last
-                levels.unknown[last].x.array[:] = arrays[f"{body}/q_{last}"]
         self.t, self.step = float(state["t"]), int(state["step"])
         self.iterations = int(state["iterations"])
         self.step_seconds = float(state["step_seconds"])

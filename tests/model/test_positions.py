@@ -2,10 +2,13 @@
 
 from typing import Any
 
+from mpi4py import MPI
+
 import numpy as np
 import pytest
 
 from shellmb.errors import SceneError
+from shellmb.model.model import build_model
 from shellmb.run.execute import execute
 from shellmb.scene import (
     Clamped,
@@ -24,6 +27,7 @@ from shellmb.scene import (
     Rectangle,
     Scene,
     Shell,
+    Sphere,
     SymmetryPlane,
 )
 
@@ -114,8 +118,27 @@ def test_a_surface_turned_over_has_its_normal_inside() -> None:
 
 
 def test_a_direction_across_the_surface_is_refused() -> None:
-    with pytest.raises(SceneError, match="normal to the surface at some node"):
+    with pytest.raises(SceneError, match="direction is normal to the surface to 0 degrees at"):
         pressurised(direction=lambda x: np.stack([x[0], x[1], 0 * x[2]]))
+    # 3 degrees off the normal, where y is largest
+    with pytest.raises(
+        SceneError, match=r"direction \(0.0, 1.0, 0.0524\) is normal .* to 3 degrees"
+    ):
+        pressurised(direction=(0.0, 1.0, 0.0524))
+
+
+def test_a_cap_of_fibres_needs_a_direction() -> None:
+    """Every axis is normal to a whole sphere somewhere; what is isotropic does without."""
+    fibre = PlyMaterial(E1=1e8, E2=1e6, nu12=0.3, G12=1e6, G13=1e6, G23=1e6)
+    sphere = Sphere(1.0, (0.0, 90.0), (0.0, 90.0))
+
+    def model(section: Any) -> Any:
+        shell = Shell("cap", sphere, section, mesh=(4, 4))
+        return build_model(Scene("cap", shell, supports=Clamped("left")), MPI.COMM_WORLD)
+
+    with pytest.raises(SceneError, match=r"direction is None, and .*, the axis that"):
+        model(Laminate((Ply(fibre, 0.01),)))
+    model(Isotropic(E, 0.3, H))
 
 
 def test_a_diaphragm_of_any_axis_holds_its_plane() -> None:

@@ -166,10 +166,11 @@ def laminate(**changes):
 def test_stresses_of_plies_add_up_to_the_resultants() -> None:
     """Through the thickness: stresses are linear in a ply, so Gauss' two points are exact."""
     shell, R = laminate(), np.random.default_rng(0).normal(size=(4, 8))
+    at = shell.section.generic
     N, M = np.zeros((4, 3)), np.zeros((4, 3))
     z = -sum(ply.thickness for ply in shell.section.plies) / 2 + shell.section.offset
     for number, ply in enumerate(shell.section.plies):
-        along = section.ply_stress(shell, number)(R)
+        along = section.ply_stress(shell, at, number)(R)
         c, s = np.cos(np.radians(ply.angle)), np.sin(np.radians(ply.angle))
         # from the fibres' axes to those of the shell: the turn back
         back = np.array(
@@ -184,16 +185,16 @@ def test_stresses_of_plies_add_up_to_the_resultants() -> None:
     # round-off of the inverse of a matrix of condition 1e7
     np.testing.assert_allclose(N, R[:, :3], atol=1e-8)
     np.testing.assert_allclose(M, R[:, 3:6], atol=1e-8)
-    outer = section.surface_stress(shell)(R)
+    outer = section.surface_stress(shell, at)(R)
     # the lowest ply's fibres are along the shell's axes
-    np.testing.assert_allclose(outer[:, :3], section.ply_stress(shell, 0)(R)[:, :3])
+    np.testing.assert_allclose(outer[:, :3], section.ply_stress(shell, at, 0)(R)[:, :3])
 
 
 def test_strains_that_are_held_are_zero() -> None:
-    R = np.ones((1, 8))
-    held = section.strains_by(section.shell_compliance(laminate(stretching=False)))(R)
+    R, at = np.ones((1, 8)), laminate().section.generic
+    held = section.strains_by(section.shell_compliance(laminate(stretching=False), at))(R)
     assert not held[0, :3].any() and held[0, 3:].all()
-    thin = section.strains_by(section.shell_compliance(laminate(transverse_shear=False)))(R)
+    thin = section.strains_by(section.shell_compliance(laminate(transverse_shear=False), at))(R)
     assert not thin[0, 6:].any() and thin[0, :6].all()
 
 

@@ -51,6 +51,12 @@ SECTIONS = {
     "offset up": replace(SOFT, offset=OFFSET),
     "offset down": replace(SOFT, offset=-OFFSET),
     "nonlinear": STIFFENING,
+    # thicker towards a corner, its lower face flat: coupled and eccentric everywhere differently
+    "tapered": replace(
+        SOFT,
+        thickness=lambda x: 0.05 * (1 + x[0] * x[1]),
+        offset=lambda x: 0.025 * (1 + x[0] * x[1]),
+    ),
 }
 # Newton leaves an error of the order of the square of its tolerance; what is seen is round-off
 ROUND_OFF = 1e-11

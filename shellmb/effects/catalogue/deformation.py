@@ -70,18 +70,21 @@ def _soft(scene: Scene, part: str | None) -> Scene:
 
 def _nonlinearity(scene: Scene) -> Use:
     why = f"scheme={show(scene.scheme_name)}"
-    if scene.scheme_name == "linear":
+    if scene.linear:
         return Use(False, f"{why}: small displacements, one factorisation")
     return Use(True, f"{why}: strains quadratic in displacement and director")
 
 
 def _linear(scene: Scene) -> Scene:
-    if not scene.static:
-        raise SceneError(
-            f"scheme is {show(scene.scheme_name)}; small displacements are for statics and "
-            "vibrations: it must be 'static', or use `shellmb modes`"
-        )
-    return replace(scene, scheme="linear", dt=None)
+    if scene.static:
+        return replace(scene, scheme="linear", dt=None)
+    return replace(scene, scheme="linear-dynamics", alpha=1.0)
+
+
+def _nonlinear(scene: Scene) -> Scene:
+    if scene.static:
+        return replace(scene, scheme="static", dt=None)
+    return replace(scene, scheme="ep")
 
 
 def _nonlinear_material(scene: Scene) -> Use:
@@ -168,7 +171,7 @@ EFFECTS = (
         "large displacements and rotations",
         _nonlinearity,
         whole(_linear),
-        whole(lambda scene: replace(scene, scheme="static", dt=None)),
+        whole(_nonlinear),
     ),
     Effect(
         "nonlinear_material",

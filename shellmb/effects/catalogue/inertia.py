@@ -6,8 +6,6 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, cast
 
-import numpy as np
-
 from shellmb.effects.catalogue.parts import Fits, Flexible, switches, use_of_field
 from shellmb.effects.effect import Effect, Use, names, refuse, whole
 from shellmb.errors import SceneError
@@ -40,14 +38,14 @@ def _turns(body: Flexible) -> bool:
     """Whether the section has second moments."""
     if body.rigid:
         return False
-    return bool(np.any(body.section.mass[2]))
+    return body.section.masses[2]
 
 
 def _eccentric(body: Flexible) -> bool:
     """Whether the section has a first moment, with second moments that make it possible."""
     if body.rigid or not body.rotary_inertia:
         return False
-    return bool(np.any(body.section.mass[1]))
+    return body.section.masses[1]
 
 
 def _inertia(scene: Scene) -> Use:

@@ -306,17 +306,20 @@ def coordinate_of(scene: Scene, element: Any) -> tuple[str, str]:
     return element.name, "distance"
 
 
-def check_at_rest(scene: Scene, items: Sequence[BoundElement]) -> None:
-    """Linear statics knows no initial stress.
+def check_at_rest(scene: Scene, groups: Sequence[ElementGroup]) -> None:
+    """Where displacements are small there is no initial stress; collective.
 
     Raises:
-        SceneError: If a linear spring is not at rest in the reference configuration.
+        SceneError: If a spring is not at rest in the reference configuration.
     """
-    if scene.scheme_name != "linear":
-        return
-    for item in items:
-        if item.parameter and abs(item.rest) > 1e-12 * item.coordinate.size:
-            raise SceneError(
-                f"{item.element.label} '{item.element.name}': it is stretched by {-item.rest:g} in "
-                "the given positions; it must be at rest there with scheme 'linear'"
-            )
+    springs = [group for group in groups if isinstance(group, Springs)] if scene.linear else []
+    for group in springs:
+        zeros = np.zeros(len(group.items))
+        forces = group.forces(zeros, zeros, 0.0)
+        moved = group.forces(np.array([item.coordinate.size for item in group.items]), zeros, 0.0)
+        for item, force, scale in zip(group.items, forces, np.abs(moved - forces), strict=True):
+            if abs(force) > 1e-12 * scale:
+                raise SceneError(
+                    f"{item.element.label} '{item.element.name}': it pulls with {force:.4g} in the "
+                    f"given positions; with scheme '{scene.scheme_name}' it must be at rest there"
+                )

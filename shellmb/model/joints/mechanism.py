@@ -191,8 +191,8 @@ def build_mechanism(
     made.coordinate_groups, made.table = coordinate_groups(comm, needed, force, length)
     screws = _screws(scene, comm, made, force, length)
     elements = [bind_element(e, made.table[coordinate_of(scene, e)]) for e in scene.elements]
-    check_at_rest(scene, elements)
     made.element_groups = element_groups(comm, elements)
+    check_at_rest(scene, made.element_groups)
     _drive(scene, made)
     switches = _windows(scene, [*made.groups, *screws])
     locks = _locks(scene, comm, made, force, length)

@@ -32,13 +32,14 @@ from shellmb.model.body import (
     Term,
 )
 from shellmb.model.rules import quadrature_rules
-from shellmb.model.section import bind_mass, bind_section
+from shellmb.model.section import Arm, bind_mass, bind_section, mass_arm
 from shellmb.model.shells import path as shellpath
 from shellmb.model.shells.direction import direction_1
 from shellmb.model.shells.loads import ShellLoads
 from shellmb.model.written import virtual_work
 from shellmb.scene import LinearSection, Shell
 from shellmb.scene.loads.loads import Gravity, Load
+from shellmb.scene.shells.lamination import Layup
 
 _ADVICE_MOTION = "a smaller step, a finer mesh, or a smaller load step"
 _ADVICE_FORCE = "a smaller step, or check the stiffness and thickness of the section"
@@ -86,7 +87,7 @@ class ShellModel:
         self.kinematic = frozenset({"u", "w", "bubble"} & self.mixed.parts.keys())
         # set where joints tie the shell's velocities to those of other bodies
         self.coupled = False
-        self.slenderness = slenderness = shell.section.thickness / surface_mesh.length
+        self.slenderness = slenderness = self.section.sizes.thickness / surface_mesh.length
         label = f"of shell '{shell.name}'"
         scales = {
             "u": (f"displacement {label}", surface_mesh.length, _ADVICE_MOTION),
@@ -107,6 +108,14 @@ class ShellModel:
     def force_size(self) -> float:
         """Size of its resultants, N."""
         return float(self.section.force.value)
+
+    def layup(self) -> Layup:
+        """Its section at the local nodes, or of no point where it does not vary; linear ones."""
+        section = self.shell.section
+        assert isinstance(section, LinearSection)
+        if not section.functions:
+            return section.generic
+        return section.at(self.mixed.nodes("u").T, f"shell '{self.name}'")
 
     def node_directors(self) -> npt.NDArray[np.float64]:
         """Reference directors of the local nodes (owned and ghost), shape (n, 1, 3)."""
@@ -215,13 +224,18 @@ class ShellModel:
         violation = layout.part(dv, "lam") * ufl.dot(d, layout.director_change(v))
         return self.section.force * (impulse + violation) * self.rules.nodes
 
+    @cached_property
+    def _arm(self) -> Arm:
+        assert self.mass is not None
+        return mass_arm(self.mass, self.mixed.subspaces["u"], self.rules.nodes)
+
     def tangent(self, b: Expr, mid: Expr) -> Expr:
         """A jump of velocities, its director part without momentum along the mean director."""
         if self.mass is None or self.mass.I is None:
             return b
         first, size = self.mixed.parts["w"]
         d = self.director + self.layout.director_change(mid)
-        db = shell_forms.tangent_jump(*self.velocities(b), d, self.mass)
+        db = shell_forms.tangent_jump(*self.velocities(b), d, self._arm.coefficient)
         components = [b[k] for k in range(b.ufl_shape[0])]
         components[first : first + size] = [db[k] for k in range(size)]
         return ufl.as_vector(components)
@@ -237,9 +251,7 @@ class ShellModel:
         db = b[place].reshape(-1, 3)
         momentum = db
         if self.mass.s is not None:
-            _, s, inertia = self.shell.section.mass
-            ratio = s / inertia
-            momentum = db + ratio * b[self.mixed.dofs["u"]].reshape(-1, 3)
+            momentum = db + self._arm.values * b[self.mixed.dofs["u"]].reshape(-1, 3)
         along = np.sum(momentum * d, axis=1) / np.sum(d * d, axis=1)
         out = b.copy()
         out[place] = (db - along[:, None] * d).ravel()

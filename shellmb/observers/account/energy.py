@@ -19,6 +19,7 @@ from ufl import Form
 
 from shellmb.observers.account.sizes import stiffness_of
 from shellmb.schemes.base import Levels
+from shellmb.schemes.linearised import strain_energy
 from shellmb.simulate.simulation import Silent, Simulation
 from shellmb.system.assembly.functionals import Functionals
 
@@ -84,7 +85,7 @@ class EnergyAccount(Silent):
         kinetic: list[Form | None] = []
         if "v" in scheme.rates:
             kinetic = [b.kinetic_energy(problem.levels[b.name].rates["v"]) for b in bodies]
-        strain = [b.strain_energy(problem.state(b.name)) for b in bodies]
+        strain = [strain_energy(b, problem.levels[b.name]) for b in bodies]
         elastic, inert = self._dissipation(simulation)
         self._ends = Functionals([present(kinetic), present(strain), *inert.values()], comm)
         loads, terms = (present(self._work(simulation, kind)) for kind in ("loads", "terms"))

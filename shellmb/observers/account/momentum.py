@@ -78,7 +78,8 @@ class Momentum(Silent):
         angular: list[Form | None] = []
         for body, axis in zip(bodies, self._axes, strict=True):
             levels = simulation.problem.levels[body.name]
-            q, v = levels.q, levels.rates["v"]
+            # of small motions about the reference positions
+            q, v = (levels.reference or levels).q, levels.rates["v"]
             linear.append(body.momentum(v, axis))
             angular.append(body.angular_momentum(q, v, axis))
         return self._along_axes([present(linear), present(angular)], simulation.model.comm)

@@ -8,7 +8,6 @@ import numpy as np
 
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.shells.shell import ShellModel
-from shellmb.scene import Hyperelastic, LinearSection
 
 
 @dataclass(frozen=True)
@@ -28,13 +27,8 @@ class Stiffness:
 def stiffness_of(body: ShellModel | BeamModel) -> Stiffness:
     """Stiffness of a body with mass, in its stiffest direction."""
     if isinstance(body, ShellModel):
-        shell, section = body.shell, body.shell.section
-        if isinstance(section, LinearSection):
-            stiffness = float(np.max(np.diag(section.A)))
-        else:
-            assert isinstance(section, Hyperelastic)
-            stiffness = section.stiffness
-        return _stiffness(stiffness, section.mass[0], shell.stretching, body.domain.length**2)
+        sizes, area = body.section.sizes, body.domain.length**2
+        return _stiffness(sizes.stiffness, sizes.mass, body.shell.stretching, area)
     axial = float(body.beam.section.stiffness[0, 0])
     return _stiffness(axial, body.beam.section.mass[0], body.beam.stretching, body.domain.length)
 

@@ -2,38 +2,39 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from shellmb.scene import Beam, Laminate, LinearSection, Shell
+from shellmb.scene import Beam, Shell
+from shellmb.scene.shells.lamination import Layer, Layup, cos_sin, matrix
 
 Floats = npt.NDArray[np.float64]
 # values at points, shape (n, k), from resultants there, shape (n, 8) or (n, 6)
 type Derived = Callable[[Floats], Floats]
 
 
-def shell_compliance(shell: Shell, held: bool = True) -> Floats:
-    """Strains (eps, kap, gam) of resultants (N, M, Q), shape (8, 8); of linear sections.
+def shell_compliance(shell: Shell, at: Layup, held: bool = True) -> Floats:
+    """Strains (eps, kap, gam) of resultants (N, M, Q), shape (..., 8, 8); of linear sections.
 
     Args:
         shell: The shell.
+        at: Its section at points (...).
         held: Whether strains that are held at zero are; else they are what the section itself
             would give to the forces that hold them.
     """
-    section = shell.section
-    assert isinstance(section, LinearSection)
-    stiffness = np.zeros((8, 8))
-    stiffness[:3, :3], stiffness[3:6, 3:6], stiffness[6:, 6:] = section.A, section.D, section.G
+    stiffness = np.zeros((*at.D.shape[:-2], 8, 8))
+    stiffness[..., :3, :3], stiffness[..., 3:6, 3:6], stiffness[..., 6:, 6:] = at.A, at.D, at.G
     # without stretching there is nothing that bending could be coupled to
-    if section.coupled and shell.coupling and shell.stretching:
-        stiffness[:3, 3:6] = stiffness[3:6, :3] = section.B
+    if shell.coupling and shell.stretching:
+        stiffness[..., :3, 3:6] = stiffness[..., 3:6, :3] = at.B
     compliance = np.linalg.inv(stiffness)
     if held and not shell.stretching:
-        compliance[:3] = 0.0
+        compliance[..., :3, :] = 0.0
     if held and not shell.transverse_shear:
-        compliance[6:] = 0.0
+        compliance[..., 6:, :] = 0.0
     return compliance
 
 
@@ -52,13 +53,13 @@ def beam_compliance(beam: Beam) -> Floats:
 
 
 def strains_by(compliance: Floats) -> Derived:
-    """Strains from resultants."""
-    return lambda R: np.asarray(R @ compliance.T)
+    """Strains, or stresses, from resultants, compliance the same at all points or one for each."""
+    return lambda R: np.asarray(np.einsum("...ij,...j->...i", compliance, R))
 
 
 def energy_by(compliance: Floats) -> Derived:
     """Strain energy per area or length from resultants, shape (n,)."""
-    return lambda R: np.asarray(np.einsum("ni,ij,nj->n", R, compliance, R) / 2)
+    return lambda R: np.asarray(np.einsum("...i,...ij,...j->...", R, compliance, R) / 2)
 
 
 def principal(R: Floats) -> Floats:
@@ -68,48 +69,51 @@ def principal(R: Floats) -> Floats:
     return np.stack([middle + radius, middle - radius], axis=1)
 
 
-def surface_stress(shell: Shell) -> Derived:
+def surface_stress(shell: Shell, at: Layup) -> Derived:
     """Stresses 11, 22, 12 at the lower and the upper face along the shell's material axes.
 
     Args:
         shell: The shell, with a linear section.
+        at: Its section at points (...).
     """
-    section = shell.section
-    assert isinstance(section, LinearSection)
-    layers, z = section.layers, _heights(section)
-    lower = _stress_at(shell, layers[0].plane, z[0])
-    upper = _stress_at(shell, layers[-1].plane, z[-1])
-    both = np.vstack([lower, upper])
-    return lambda R: np.asarray(R @ both.T)
+    lower = _outermost(at.layers)
+    upper = _outermost(at.layers[::-1])
+    ends = ((lower, at.heights[0]), (upper, at.heights[-1]))
+    found = [_stress_at(shell, at, plane, z) for plane, z in ends]
+    return strains_by(np.concatenate(found, axis=-2))
 
 
-def ply_stress(shell: Shell, number: int) -> Derived:
+def _outermost(layers: Sequence[Layer]) -> Floats:
+    """Stiffness of the first layer that is not dropped, shape (..., 3, 3)."""
+    found = layers[-1].plane
+    for layer in layers[-2::-1]:
+        there = np.asarray(layer.thickness)[..., None, None] > 0
+        found = np.where(there, layer.plane, found)
+    return found
+
+
+def ply_stress(shell: Shell, at: Layup, number: int) -> Derived:
     """Stresses at the lower and the upper face of a ply along and across its fibres.
+
+    Where a ply is dropped they are zero.
 
     Args:
         shell: The shell, with a laminate.
+        at: Its section at points (...).
         number: Which ply, from 0 at the lower face of the laminate.
     """
-    section = shell.section
-    assert isinstance(section, Laminate)
-    angle = np.radians(section.plies[number].angle)
-    c, s = np.cos(angle), np.sin(angle)
-    turn = np.array(
+    ply = at.layers[number]
+    c, s = cos_sin(ply.angle)
+    turn = matrix(
         [[c * c, s * s, 2 * c * s], [s * s, c * c, -2 * c * s], [-c * s, c * s, c * c - s * s]]
     )
-    z, plane = _heights(section), section.layers[number].plane
-    both = np.vstack([turn @ _stress_at(shell, plane, z[number + k]) for k in (0, 1)])
-    return lambda R: np.asarray(R @ both.T)
+    turn = turn * (np.asarray(ply.thickness)[..., None, None] > 0)
+    both = [turn @ _stress_at(shell, at, ply.plane, at.heights[number + k]) for k in (0, 1)]
+    return strains_by(np.concatenate(both, axis=-2))
 
 
-def _heights(section: LinearSection) -> Floats:
-    """Heights of the faces of the layers above the reference surface, shape (n + 1,)."""
-    t = np.array([layer.thickness for layer in section.layers])
-    faces = np.concatenate([[0.0], np.cumsum(t)])
-    return np.asarray(faces - faces[-1] / 2 + section.offset)
-
-
-def _stress_at(shell: Shell, plane: Floats, z: float) -> Floats:
-    """Stresses at a height from resultants, shape (3, 8)."""
-    compliance = shell_compliance(shell, held=False)
-    return np.asarray(plane @ (compliance[:3] + z * compliance[3:6]))
+def _stress_at(shell: Shell, at: Layup, plane: Floats, z: Any) -> Floats:
+    """Stresses at a height from resultants, shape (..., 3, 8)."""
+    compliance = shell_compliance(shell, at, held=False)
+    height = np.asarray(z)[..., None, None]
+    return np.asarray(plane @ (compliance[..., :3, :] + height * compliance[..., 3:6, :]))

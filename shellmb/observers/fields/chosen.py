@@ -70,22 +70,21 @@ class ChosenFields:
             self._derived[name] = section.principal
         elif name == "surface_stress":
             assert isinstance(body, ShellModel)
-            self._derived[name] = section.surface_stress(body.shell)
+            self._derived[name] = section.surface_stress(body.shell, body.layup())
         elif name == "ply_stress":
             assert isinstance(body, ShellModel) and isinstance(body.shell.section, Laminate)
             six = self.components.pop(name)
             for k in range(len(body.shell.section.plies)):
                 self.components[f"{name}_{k + 1}"] = six
-                self._derived[f"{name}_{k + 1}"] = section.ply_stress(body.shell, k)
+                self._derived[f"{name}_{k + 1}"] = section.ply_stress(body.shell, body.layup(), k)
         elif isinstance(body, ShellModel) and not isinstance(body.shell.section, LinearSection):
             first, last = (0, 8) if name == "strains" else (8, 9)
             self._own[name] = partial(_columns, first, last)
         else:
-            compliance = (
-                section.beam_compliance(body.beam)
-                if isinstance(body, BeamModel)
-                else section.shell_compliance(body.shell)
-            )
+            if isinstance(body, BeamModel):
+                compliance = section.beam_compliance(body.beam)
+            else:
+                compliance = section.shell_compliance(body.shell, body.layup())
             make = section.strains_by if name == "strains" else section.energy_by
             self._derived[name] = make(compliance)
 

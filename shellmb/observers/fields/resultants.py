@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 import ufl
 from dolfinx import fem
+from ufl.algorithms.ad import expand_derivatives
 from ufl.core.expr import Expr
 
 from shellmb.forms.state import Layout
@@ -17,6 +18,8 @@ from shellmb.kernels import compiled_expression
 from shellmb.meshes.spaces import MixedSpace
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.shells.shell import ShellModel
+from shellmb.schemes.base import Levels
+from shellmb.schemes.linearised import change
 from shellmb.simulate.simulation import Simulation
 
 Floats = npt.NDArray[np.float64]
@@ -67,18 +70,18 @@ class Resultants:
 
     def __init__(self, simulation: Simulation, body: Resulting) -> None:
         self._simulation, problem = simulation, simulation.problem
-        found = [body.resultants(problem.state(body.name))]
-        self._levels = problem.levels[body.name]
+        self._levels = levels = problem.levels[body.name]
+        found = [_linear(body.resultants((levels.reference or levels).q), levels)]
         self._start: fem.Function | None = None
         if body.name in problem.paths:
             found.append(body.mean_resultants(problem.paths[body.name].step))
         elif simulation.scheme.dynamic:
-            stage = problem.forms[body.name][problem.last].stage
-            assert stage is not None
+            dt = fem.Constant(body.mixed.space.mesh, 1.0)
+            stage = simulation.scheme.expand(levels.reference or levels, dt)[problem.last]
             averaged = body.section.formulation.averaged(body.strains, body.layout, stage.span)
             # looked at when the step is accepted, and its start is overwritten
             self._start = fem.Function(body.mixed.space, name="start")
-            found.append(_replaced(averaged, {self._levels.q: self._start}))
+            found.append(_replaced(_linear(averaged, levels), {levels.q: self._start}))
         self._prepare(body, [_joined(each) if isinstance(each, tuple) else each for each in found])
 
     def _prepare(self, body: Resulting, vectors: list[Expr]) -> None:
@@ -141,6 +144,15 @@ class Strained(Resultants):
         energy = formulation.psi(strains)
         parts = [*strains.eps, *strains.kap, *strains.gam, energy]
         self._prepare(body, [ufl.as_vector(parts)])
+
+
+def _linear(vectors: Any, levels: Levels) -> Any:
+    """Resultants of small displacements by their linear part."""
+    if levels.reference is None:
+        return vectors
+    if isinstance(vectors, tuple):
+        return tuple(_linear(vector, levels) for vector in vectors)
+    return expand_derivatives(change(vectors, levels))
 
 
 def _replaced(vectors: Expr | tuple[Expr, Expr], by: dict[Expr, Expr]) -> Any:

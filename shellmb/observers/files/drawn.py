@@ -17,6 +17,7 @@ from shellmb.model.model import Model
 from shellmb.model.shells.shell import ShellModel
 from shellmb.observers.fields.nodal import NodalValues, Nodes, nodal_values, reference_nodes
 from shellmb.observers.files.grid import Gatherer, Grid
+from shellmb.scene import LinearSection
 from shellmb.simulate.simulation import Simulation
 
 Floats = npt.NDArray[np.float64]
@@ -74,7 +75,14 @@ class DrawnMesh:
         ones = np.ones(len(self.grid.vtk_types))
         if isinstance(self._body, BeamModel):
             return {"size": self._body.beam.section.size * ones}
-        return {"thickness": self._body.shell.section.thickness * ones}
+        width = 1 + self.grid.vtk_cells[0]
+        nodes = self.grid.vtk_cells.reshape(-1, width)[:, 1:]
+        # at the middle of each cell: what jumps between cells has no value at their nodes
+        middle = self.grid.nodes[nodes].mean(axis=1)
+        section = self._body.shell.section
+        if isinstance(section, LinearSection) and section.functions:
+            return {"thickness": np.asarray(section.at(middle.T).thickness) * ones}
+        return {"thickness": self._body.section.sizes.thickness * ones}
 
 
 class DrawnRigid:

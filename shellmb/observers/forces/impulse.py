@@ -35,16 +35,16 @@ Floats = npt.NDArray[np.float64]
 def last_middle(simulation: Simulation, body: str) -> Floats:
     """Dofs of a body at the middle of the last stage of the step just solved.
 
-    Where forces are those of a single state, that state; in linear statics, whose unknown is small,
-    the reference; over a step that is quadratic in time the mean.
+    Where forces are those of a single state, that state; where displacements are small the
+    reference; over a step that is quadratic in time the mean.
     """
     problem, scheme = simulation.problem, simulation.scheme
     levels = problem.levels[body]
     if isinstance(scheme, QuadraticInTime) and levels.push is not None:
         unknown = {stage: f.x.array for stage, f in levels.unknown.items()}
         return np.asarray(scheme.mean(levels.q.x.array, levels.push.x.array, unknown))
-    if scheme.linear:
-        return np.asarray(levels.q.x.array)
+    if levels.reference is not None:
+        return np.asarray(levels.reference.q.x.array)
     end = levels.unknown[problem.last].x.array
     stage = problem.forms[body][problem.last].stage
     if stage is not None and stage.single:

@@ -51,6 +51,12 @@ class BeamSection:
         """
         raise NotImplementedError
 
+    @property
+    def masses(self) -> tuple[bool, bool, bool]:
+        """Which of the mass, its first and its second moments differ from zero."""
+        m, first, second = self.mass
+        return bool(m), any(first), any(second)
+
 
 def _stiffness(value: Any) -> Matrix:
     try:

@@ -90,9 +90,9 @@ def _velocities(scene: Scene) -> None:
         )
 
 
-def _mass(body: Body) -> float:
-    """Mass, of a shell or beam per area or length."""
-    return body.mass if isinstance(body, RigidBody) else float(body.section.mass[0])
+def _heavy(body: Body) -> bool:
+    """Whether it has a mass."""
+    return bool(body.mass > 0 if isinstance(body, RigidBody) else body.section.masses[0])
 
 
 def _weights(scene: Scene) -> None:
@@ -100,7 +100,7 @@ def _weights(scene: Scene) -> None:
     for load in scene.loads:
         if not isinstance(load, Gravity):
             continue
-        light = [body for body in bodies_of(scene, load) if not _mass(body) > 0]
+        light = [body for body in bodies_of(scene, load) if not _heavy(body)]
         if len(light) == len(bodies_of(scene, load)):
             raise SceneError(
                 f"{said(load)}: it pulls at {', '.join(map(said, light))}, whose mass is 0; give "

@@ -23,6 +23,7 @@ from shellmb.scene.multibody.elements import Driver, JointElement, Lock, PointEl
 from shellmb.scene.multibody.joints import GROUND, Distance, Joint, ShellRevolute
 from shellmb.scene.multibody.rigid import RigidBody
 from shellmb.scene.multibody.rolling import Contact, Rolling
+from shellmb.scene.shells.sections import LinearSection
 from shellmb.scene.shells.shell import Shell
 from shellmb.scene.values.validate import show
 
@@ -257,7 +258,8 @@ def _massive(scene: Scene) -> None:
         if isinstance(body, RigidBody):
             m, what, remedy = body.mass, "mass", ""
         else:
-            m = body.section.mass[0]
+            section = body.section
+            m = (section.generic if isinstance(section, LinearSection) else section).mass[0]
             what = "mass per area" if isinstance(body, Shell) else "mass per length"
             remedy = ", so give its section a density"
         if not (m > 0 and math.isfinite(m)):

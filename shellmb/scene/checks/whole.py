@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from shellmb.errors import SceneError
+from shellmb.scene import checks_linear
 from shellmb.scene.checks import effect as checks_effect
 from shellmb.scene.checks import multibody as checks_multibody
 from shellmb.scene.checks.control import check_control
@@ -22,6 +23,7 @@ from shellmb.scene.loads.supports import Driven, Fixed
 from shellmb.scene.lookup import Body, bodies_of, find_shell, kind_of, listed, said
 from shellmb.scene.multibody.joints import GROUND
 from shellmb.scene.names import check_names
+from shellmb.scene.shells.sections import LinearSection
 from shellmb.scene.values.positions import values_at
 from shellmb.scene.values.validate import edge_names, show
 
@@ -34,6 +36,7 @@ __all__ = ["SCHEMES", "check"]
 SCHEMES = {
     "static": (False, False),
     "linear": (False, False),
+    "linear-dynamics": (True, False),
     "ep": (True, False),
     "ed": (True, True),
     "ep4": (True, False),
@@ -41,6 +44,9 @@ SCHEMES = {
     "generalized-alpha": (True, False),
     "ed-printed": (True, True),
 }
+
+# those of small displacements
+LINEAR = ("linear", "linear-dynamics")
 
 # those that are quadratic in time
 QUADRATIC = ("ep4", "ed3")
@@ -61,6 +67,7 @@ def check(scene: Scene) -> None:
     _functions_of_position(scene)
     checks_multibody.check(scene)
     checks_effect.check(scene)
+    checks_linear.check(scene)
 
 
 def _names(scene: Scene) -> None:
@@ -123,9 +130,7 @@ def _quadratic(scene: Scene) -> None:
     if scheme not in QUADRATIC:
         return
     bodies: list[Any] = [*scene.shells, *scene.beams]
-    light = {
-        b.name: not (b.rotary_inertia and np.any(b.section.mass[2])) for b in bodies if not b.rigid
-    }
+    light = {b.name: not (b.rotary_inertia and b.section.masses[2]) for b in bodies if not b.rigid}
     alpha = getattr(scene.scheme, "alpha", scene.alpha if scheme == "ed3" else 0.0)
     for body in scene.meshed:
         if alpha == 0 and light.get(body.name):
@@ -210,7 +215,7 @@ def _time_functions(scene: Scene) -> None:
 
 
 def _functions_of_position(scene: Scene) -> None:
-    """Loads and directions that are, tried at a few points where the surface is known."""
+    """Loads, directions and sections that are, tried at a few points where the surface is known."""
     s = np.linspace(0.05, 0.95, 7)
     for load in scene.loads:
         given = {name: getattr(load, name, None) for name in ("force", "p", "moment")}
@@ -221,6 +226,10 @@ def _functions_of_position(scene: Scene) -> None:
                     x = surface.position(s, s[::-1].copy())
                     values_at(value, x, 1 if name == "p" else 3, f"{load.label}: {name}")
     for shell in scene.shells:
-        if callable(shell.direction) and shell.surface.edges is not None:
-            x = shell.surface.position(s, s[::-1].copy())
+        if shell.surface.edges is None:
+            continue
+        x = shell.surface.position(s, s[::-1].copy())
+        if callable(shell.direction):
             values_at(shell.direction, x, 3, f"shell '{shell.name}': direction")
+        if isinstance(shell.section, LinearSection) and shell.section.functions:
+            shell.section.at(x, f"shell '{shell.name}'")

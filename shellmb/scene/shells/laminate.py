@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import warnings
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -13,7 +14,7 @@ from pydantic import BeforeValidator
 from shellmb.errors import SceneError, ShellmbWarning
 from shellmb.scene.shells import lamination
 from shellmb.scene.shells.lamination import Layer
-from shellmb.scene.shells.sections import LinearSection, check_stable
+from shellmb.scene.shells.sections import FiniteAt, LinearSection, PositiveAt, Value, check_stable
 from shellmb.scene.values.validate import Finite, NonNegative, Positive, described, show
 
 __all__ = ["Laminate", "Ply", "PlyMaterial", "stacking_angles"]
@@ -56,13 +57,15 @@ class Ply:
 
     Args:
         material: Its material.
-        thickness: Thickness [m].
-        angle: From the shell's 1-direction to the fibres, right-handed about the normal [degrees].
+        thickness: Thickness [m]: a number, or a function of the position that may be zero where
+            the ply is dropped.
+        angle: From the shell's 1-direction to the fibres, right-handed about the normal [degrees]:
+            a number, or a function of the position.
     """
 
     material: PlyMaterial
-    thickness: Positive
-    angle: Finite = 0.0
+    thickness: PositiveAt
+    angle: FiniteAt = 0.0
 
 
 def _correction(value: Any) -> Any:
@@ -79,12 +82,13 @@ class Laminate(LinearSection):
         plies: From the lower face to the upper one, along the normal.
         shear_correction: A factor on the transverse shear stiffness, or ``"energy"``: from the
             shear stresses that equilibrium asks for.
-        offset: Height of the laminate's middle above the reference surface [m].
+        offset: Height of the laminate's middle above the reference surface [m]: a number, or a
+            function of the position; half the thickness where the surface is the lower face.
     """
 
     plies: tuple[Ply, ...]
     shear_correction: Annotated[Positive | Literal["energy"], BeforeValidator(_correction)] = 5 / 6
-    offset: Finite = 0.0
+    offset: FiniteAt = 0.0
 
     def __post_init__(self) -> None:
         """Check that there are plies, and warn of a factor that hides a soft core.
@@ -94,10 +98,10 @@ class Laminate(LinearSection):
         """
         if not self.plies:
             raise SceneError("laminate: it has no plies; it must have one at least")
-        if self.shear_correction == "energy":
+        if self.shear_correction == "energy" or self.functions:
             return
-        G = lamination.stiffness(self.layers, "energy", 0.0).G
-        ratio = float(np.linalg.eigvals(np.linalg.solve(G, self.G)).real.max())
+        G = replace(self.generic, shear_correction="energy").G
+        ratio = float(np.linalg.eigvals(np.linalg.solve(G, self.generic.G)).real.max())
         if ratio > STIFFER:
             warnings.warn(
                 f"laminate: shear_correction is {self.shear_correction:.4g}, with which it is "
@@ -110,12 +114,11 @@ class Laminate(LinearSection):
     @property
     def thickness(self) -> float:
         """Total thickness [m]."""
-        return sum(ply.thickness for ply in self.plies)
+        return float(self._numbers.thickness)
 
-    @property
-    def layers(self) -> tuple[Layer, ...]:
+    def layers_by(self, value: Value) -> tuple[Layer, ...]:
         """The plies in the axes of the shell."""
-        return tuple(_layer(ply) for ply in self.plies)
+        return tuple(_layer(ply, f"plies[{k}]", value) for k, ply in enumerate(self.plies))
 
     @classmethod
     def from_stacking(
@@ -144,11 +147,12 @@ class Laminate(LinearSection):
         return cls(plies, shear_correction=shear_correction, offset=offset)
 
 
-def _layer(ply: Ply) -> Layer:
+def _layer(ply: Ply, name: str, value: Value) -> Layer:
     m = ply.material
     plane = lamination.plane_stress(m.E1, m.E2, m.nu12, m.G12)
-    layer = Layer(plane, np.diag([m.G13, m.G23]), m.density, ply.thickness)
-    return layer.turned(ply.angle)
+    thickness = value(f"{name}.thickness", ply.thickness, "not negative")
+    layer = Layer(plane, np.diag([m.G13, m.G23]), m.density, thickness)
+    return layer.turned(value(f"{name}.angle", ply.angle, None))
 
 
 _NUMBER = r"[+-]?\d+(?:\.\d*)?"

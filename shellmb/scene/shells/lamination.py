@@ -1,15 +1,20 @@
-"""Classical lamination theory and transverse shear of layered sections, in plain NumPy."""
+"""Classical lamination theory and transverse shear of layered sections, in plain NumPy.
+
+Everything is of one point, or of many at once: then thicknesses, angles and what follows from them
+are arrays with the points as their first axes, written (...).
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
+from functools import cached_property
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Layer", "Stiffness", "mass", "plane_stress", "stiffness"]
+__all__ = ["Layer", "Layup", "cos_sin", "matrix", "plane_stress"]
 
 type Matrix = NDArray[np.float64]
 
@@ -19,34 +24,46 @@ class Layer:
     """One layer in the axes of the shell.
 
     Args:
-        plane: Plane-stress stiffness in the order 11, 22, 12, shape (3, 3) [Pa].
-        transverse: Transverse shear stiffness in the order 13, 23, shape (2, 2) [Pa].
+        plane: Plane-stress stiffness in the order 11, 22, 12, shape (..., 3, 3) [Pa].
+        transverse: Transverse shear stiffness in the order 13, 23, shape (..., 2, 2) [Pa].
         density: Mass density [kg/m^3].
-        thickness: Thickness [m].
+        thickness: Thickness, shape (...) [m].
+        angle: From the shell's 1-direction to the layer's own, shape (...) [degrees].
     """
 
     plane: Matrix
     transverse: Matrix
     density: float
-    thickness: float
+    thickness: Any
+    angle: Any = 0.0
 
-    def turned(self, degrees: float) -> Layer:
-        """The layer with its axes turned about the normal by an angle [degrees]."""
-        c, s = _cos_sin(degrees)
+    def turned(self, degrees: Any) -> Layer:
+        """The layer with its axes turned about the normal by an angle, shape (...) [degrees]."""
+        c, s = cos_sin(degrees)
         # strains in the layer's axes from those in the shell's axes
-        t = np.array(
+        t = matrix(
             [[c * c, s * s, c * s], [s * s, c * c, -c * s], [-2 * c * s, 2 * c * s, c * c - s * s]]
         )
-        r = np.array([[c, s], [-s, c]])
-        return replace(self, plane=t.T @ self.plane @ t, transverse=r.T @ self.transverse @ r)
+        r = matrix([[c, s], [-s, c]])
+        return replace(
+            self,
+            plane=t.mT @ self.plane @ t,
+            transverse=r.mT @ self.transverse @ r,
+            angle=self.angle + degrees,
+        )
 
 
-def _cos_sin(degrees: float) -> tuple[float, float]:
+def cos_sin(degrees: Any) -> tuple[Matrix, Matrix]:
     """Exact at multiples of 90 degrees, so that a cross-ply laminate has no spurious coupling."""
-    quarter, rest = divmod(degrees, 90.0)
-    c, s = (float(f(np.radians(rest))) for f in (np.cos, np.sin))
-    turns = ((c, s), (-s, c), (-c, -s), (s, -c))
-    return turns[int(quarter) % 4]
+    quarter, rest = np.divmod(degrees, 90.0)
+    c, s = np.cos(np.radians(rest)), np.sin(np.radians(rest))
+    turn = np.asarray(quarter, dtype=int) % 4
+    return np.choose(turn, (c, -s, -c, s)), np.choose(turn, (s, c, -s, -c))
+
+
+def matrix(rows: Sequence[Sequence[Any]]) -> Matrix:
+    """A matrix at each point from its components, shape (..., rows, columns)."""
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
 
 def plane_stress(E1: float, E2: float, nu12: float, G12: float) -> Matrix:
@@ -56,65 +73,101 @@ def plane_stress(E1: float, E2: float, nu12: float, G12: float) -> Matrix:
 
 
 @dataclass(frozen=True)
-class Stiffness:
-    """Stiffness of a section per unit area; see :class:`shellmb.scene.LinearSection`."""
-
-    A: Matrix
-    B: Matrix
-    D: Matrix
-    G: Matrix
-
-
-def _heights(layers: Sequence[Layer]) -> Matrix:
-    """Heights of the faces of the layers above the section's middle, shape (n + 1,) [m]."""
-    t = np.array([layer.thickness for layer in layers])
-    z = np.concatenate([[0.0], np.cumsum(t)])
-    return np.asarray(z - z[-1] / 2)
-
-
-def stiffness(
-    layers: Sequence[Layer], shear_correction: float | Literal["energy"], offset: float
-) -> Stiffness:
-    """Integrate through the thickness.
+class Layup:
+    """A stack of layers at one point, or at many.
 
     Args:
         layers: From the lower to the upper face.
         shear_correction: Factor on the integrated transverse shear stiffness, or ``"energy"``.
-        offset: Height of the section's middle above the reference surface [m].
-
-    Returns:
-        ``A``, ``B``, ``D``, ``G`` about the reference surface.
+        offset: Height of the section's middle above the reference surface, shape (...) [m].
     """
-    z = _heights(layers)
-    pairs = list(zip(layers, z, z[1:], strict=False))
-    A = sum((p.plane * (b - a) for p, a, b in pairs), np.zeros((3, 3)))
-    B = sum((p.plane * (b**2 - a**2) / 2 for p, a, b in pairs), np.zeros((3, 3)))
-    D = sum((p.plane * (b**3 - a**3) / 3 for p, a, b in pairs), np.zeros((3, 3)))
-    h = z[-1] - z[0]
-    A, B, D = (_clean(m, np.abs(A).max() * h**k) for k, m in enumerate((A, B, D)))
-    if shear_correction == "energy":
-        G = shear_by_energy(layers, A, B, D)
-    else:
-        G = shear_correction * sum((p.transverse * (b - a) for p, a, b in pairs), np.zeros((2, 2)))
-        G = _clean(G, np.abs(G).max())
-    return Stiffness(A, B + offset * A, D + 2 * offset * B + offset**2 * A, G)
+
+    layers: tuple[Layer, ...]
+    shear_correction: float | Literal["energy"]
+    offset: Any
+
+    @cached_property
+    def thickness(self) -> Any:
+        """Total thickness, shape (...) [m]."""
+        return sum(layer.thickness for layer in self.layers)
+
+    @cached_property
+    def _faces(self) -> list[Any]:
+        """Heights of the faces of the layers above the section's middle."""
+        faces = [-self.thickness / 2]
+        for layer in self.layers:
+            faces.append(faces[-1] + layer.thickness)
+        return faces
+
+    @property
+    def heights(self) -> list[Any]:
+        """The same above the reference surface, one more than layers, shape (...) [m]."""
+        return [z + self.offset for z in self._faces]
+
+    @cached_property
+    def _about_middle(self) -> tuple[Matrix, Matrix, Matrix]:
+        """`A`, `B` and `D` about the section's middle."""
+        h = np.asarray(self.thickness)[..., None, None]
+        moments = []
+        for k in (1, 2, 3):
+            by_layer = (
+                layer.plane * np.asarray((b**k - a**k) / k)[..., None, None]
+                for layer, a, b in zip(self.layers, self._faces, self._faces[1:], strict=False)
+            )
+            moments.append(sum(by_layer, np.zeros((3, 3))))
+        size = np.abs(moments[0]).max(axis=(-2, -1), keepdims=True)
+        A, B, D = (_clean(m, size * h**k) for k, m in enumerate(moments))
+        return A, B, D
+
+    @property
+    def _offset(self) -> Matrix:
+        return np.asarray(self.offset)[..., None, None]
+
+    @property
+    def A(self) -> Matrix:
+        """Membrane stiffness, shape (..., 3, 3) [N/m]."""
+        return self._about_middle[0]
+
+    @cached_property
+    def B(self) -> Matrix:
+        """Coupling of membrane and bending, shape (..., 3, 3) [N]."""
+        A, B, _ = self._about_middle
+        return np.asarray(B + self._offset * A)
+
+    @cached_property
+    def D(self) -> Matrix:
+        """Bending stiffness, shape (..., 3, 3) [N m]."""
+        A, B, D = self._about_middle
+        return np.asarray(D + 2 * self._offset * B + self._offset**2 * A)
+
+    @cached_property
+    def G(self) -> Matrix:
+        """Transverse shear stiffness with its correction, shape (..., 2, 2) [N/m]."""
+        if self.shear_correction == "energy":
+            return shear_by_energy(self.layers, self._faces, *self._about_middle)
+        by_layer = (p.transverse * np.asarray(p.thickness)[..., None, None] for p in self.layers)
+        G = self.shear_correction * sum(by_layer, np.zeros((2, 2)))
+        return _clean(G, np.abs(G).max(axis=(-2, -1), keepdims=True))
+
+    @cached_property
+    def mass(self) -> tuple[Any, Any, Any]:
+        """``(m, s_star, I_star)`` of eq. 16 about the reference surface, each of shape (...)."""
+        z = self._faces
+        pairs = list(zip(self.layers, z, z[1:], strict=False))
+        m, s, i = (sum(p.density * (b**k - a**k) / k for p, a, b in pairs) for k in (1, 2, 3))
+        s = np.where(np.abs(s) < 1e-12 * m * z[-1], 0.0, s)[()]
+        c = self.offset
+        return m, s + c * m, i + 2 * c * s + c**2 * m
 
 
-def _clean(matrix: Matrix, size: float) -> Matrix:
+def _clean(matrix: Matrix, size: Matrix) -> Matrix:
     """Rounding errors become zero, so that an effect that is absent costs nothing."""
     return np.where(np.abs(matrix) < 1e-12 * size, 0.0, matrix)
 
 
-def mass(layers: Sequence[Layer], offset: float) -> tuple[float, float, float]:
-    """``(m, s_star, I_star)`` of eq. 16 about the reference surface, per unit area."""
-    z = _heights(layers)
-    rho = np.array([layer.density for layer in layers])
-    m, s, i = (float(rho @ np.diff(z**k) / k) for k in (1, 2, 3))
-    s = 0.0 if abs(s) < 1e-12 * m * float(z[-1]) else s
-    return m, s + offset * m, i + 2 * offset * s + offset**2 * m
-
-
-def shear_by_energy(layers: Sequence[Layer], A: Matrix, B: Matrix, D: Matrix) -> Matrix:
+def shear_by_energy(
+    layers: Sequence[Layer], z: Sequence[Any], A: Matrix, B: Matrix, D: Matrix
+) -> Matrix:
     """Transverse shear stiffness from the stresses that equilibrium asks for.
 
     In cylindrical bending along x (and along y) the moment grows by the shear force,
@@ -126,16 +179,17 @@ def shear_by_energy(layers: Sequence[Layer], A: Matrix, B: Matrix, D: Matrix) ->
 
     Args:
         layers: From the lower to the upper face.
-        A: Membrane stiffness about the section's middle, shape (3, 3).
-        B: Coupling about the middle, shape (3, 3).
-        D: Bending stiffness about the middle, shape (3, 3).
+        z: Heights of their faces above the section's middle, each of shape (...).
+        A: Membrane stiffness about the section's middle, shape (..., 3, 3).
+        B: Coupling about the middle, shape (..., 3, 3).
+        D: Bending stiffness about the middle, shape (..., 3, 3).
 
     Returns:
-        Stiffness in the order 13, 23, shape (2, 2) [N/m].
+        Stiffness in the order 13, 23, shape (..., 2, 2) [N/m].
     """
-    z = _heights(layers)
     compliance = np.linalg.inv(np.block([[A, B], [B, D]]))
-    eps, kappa = compliance[:3, 3:5], compliance[3:, 3:5]  # columns: unit M_11,1 and unit M_22,2
+    # columns: unit M_11,1 and unit M_22,2
+    eps, kappa = compliance[..., :3, 3:5], compliance[..., 3:, 3:5]
     points, weights = np.polynomial.legendre.leggauss(3)  # f is quadratic in a layer, f.f quartic
     S = np.zeros((2, 2))
     face = np.zeros((2, 2))
@@ -143,16 +197,18 @@ def shear_by_energy(layers: Sequence[Layer], A: Matrix, B: Matrix, D: Matrix) ->
         half = (high - low) / 2
         for x, w in zip(points, weights, strict=True):
             f = face + _shear_step(layer, eps, kappa, low, low + half * (1 + x))
-            S += half * w * f.T @ np.linalg.solve(layer.transverse, f)
+            share = f.mT @ np.linalg.solve(layer.transverse, f)
+            S = S + np.asarray(half * w)[..., None, None] * share
         face = face + _shear_step(layer, eps, kappa, low, high)
     stiff = np.linalg.inv(S)
-    return _clean((stiff + stiff.T) / 2, np.abs(stiff).max())
+    return _clean((stiff + stiff.mT) / 2, np.abs(stiff).max(axis=(-2, -1), keepdims=True))
 
 
-def _shear_step(layer: Layer, eps: Matrix, kappa: Matrix, low: float, z: float) -> Matrix:
-    """Change of ``[f_1, f_2]`` between two heights of a layer, shape (2, 2)."""
-    slope = layer.plane @ (eps * (z - low) + kappa * (z**2 - low**2) / 2)
+def _shear_step(layer: Layer, eps: Matrix, kappa: Matrix, low: Any, z: Any) -> Matrix:
+    """Change of ``[f_1, f_2]`` between two heights of a layer, shape (..., 2, 2)."""
+    first, second = (np.asarray((z**k - low**k) / k)[..., None, None] for k in (1, 2))
+    slope = layer.plane @ (eps * first + kappa * second)
     # rows of slope: 11, 22, 12; a force along 1 differentiates along 1, one along 2 along 2
-    along_1 = [slope[0, 0], slope[2, 0]]
-    along_2 = [slope[2, 1], slope[1, 1]]
-    return -np.array([along_1, along_2]).T
+    along_1 = [slope[..., 0, 0], slope[..., 2, 1]]
+    along_2 = [slope[..., 2, 0], slope[..., 1, 1]]
+    return -matrix([along_1, along_2])

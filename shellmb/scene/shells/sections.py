@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from functools import cached_property
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,13 +13,39 @@ from pydantic import Field
 
 from shellmb.errors import SceneError
 from shellmb.scene.shells import lamination
-from shellmb.scene.shells.lamination import Layer, Stiffness
+from shellmb.scene.shells.lamination import Layer, Layup
+from shellmb.scene.values.positions import OfPosition, check_sign, values_at
 from shellmb.scene.values.validate import Finite, NonNegative, Positive, described, show
 
 __all__ = ["Hyperelastic", "Isotropic", "LinearSection", "Orthotropic", "Section"]
 
 type Matrix = NDArray[np.float64]
 type Mass = tuple[float, float, float]
+
+Least = Literal["positive", "not negative"]
+
+if TYPE_CHECKING:
+    # mostly numbers: who reads one knows whether it is
+    PositiveAt = Any
+    FiniteAt = Any
+else:
+    PositiveAt = Positive | OfPosition
+    FiniteAt = Finite | OfPosition
+
+
+class Value(Protocol):
+    """Gives the value of a parameter that may be a function of the position."""
+
+    def __call__(self, name: str, given: Any, least: Least | None) -> Any:
+        """Its value.
+
+        Args:
+            name: What messages call it.
+            given: A number or a function.
+            least: What values of a function have to be.
+        """
+        ...
+
 
 PoissonRatio = Annotated[float, Field(gt=-1, lt=0.5, allow_inf_nan=False)]
 
@@ -36,12 +62,18 @@ class Section:
     if TYPE_CHECKING:
         # a real property here would become the default of the subclasses' field
         @property
-        def thickness(self) -> float: ...  # noqa: D102
+        def thickness(self) -> Any: ...  # noqa: D102
 
     @property
     def mass(self) -> Mass:
         """``(m, s_star, I_star)`` per unit area."""
         raise NotImplementedError
+
+    @property
+    def masses(self) -> tuple[bool, bool, bool]:
+        """Which of them differ from zero, anywhere."""
+        m, s, inertia = self.mass
+        return bool(m), bool(s), bool(inertia)
 
 
 class LinearSection(Section):
@@ -49,49 +81,131 @@ class LinearSection(Section):
 
     ``[N; M] = [[A, B], [B, D]] [eps; kappa]`` and ``Q = G gamma`` in the order 11, 22, 12 with
     engineering shears (2 eps_12, 2 kappa_12), and 13, 23, all along the material axes of the shell.
+
+    Thicknesses, angles and the offset may be functions of the position: vectorised, of reference
+    positions (3, n), they give (n,) numbers. Then the section has numbers at positions only,
+    :meth:`at`, and its own ``A``, ``B``, ``D``, ``G`` and ``mass`` raise an error.
     """
 
     shear_correction: float | Literal["energy"]
-    offset: float
+    offset: Any
+    label: ClassVar[str]
+
+    def layers_by(self, value: Value) -> tuple[Layer, ...]:
+        """The section from its lower to its upper face.
+
+        Args:
+            value: Gives the value of each parameter that may be a function of the position.
+        """
+        raise NotImplementedError
+
+    def _layup(self, value: Value) -> Layup:
+        offset = value("offset", self.offset, None)
+        return Layup(self.layers_by(value), self.shear_correction, offset)
+
+    @cached_property
+    def functions(self) -> dict[str, OfPosition]:
+        """Its parameters that are functions of the position, by their names."""
+        found: dict[str, OfPosition] = {}
+
+        def note(name: str, given: Any, least: Least | None) -> Any:
+            if callable(given):
+                found[name] = given
+            return 1.0
+
+        self._layup(note)
+        return found
+
+    def at(self, x: Any, who: str = "") -> Layup:
+        """The section at a position (3,), or with a further axis at many (3, n).
+
+        Args:
+            x: Reference positions [m].
+            who: Whose section it is, for messages.
+
+        Raises:
+            SceneError: If a function fails, or a thickness is not positive somewhere.
+        """
+        points = np.asarray(x, dtype=float)
+        many = points.reshape(3, -1)
+        said = f"{who}: {self.label}" if who else self.label
+
+        def value(name: str, given: Any, least: Least | None) -> Any:
+            if not callable(given):
+                return given
+            what = f"{said}: {name}"
+            found = values_at(given, many, 1, what)
+            if least is not None:
+                check_sign(found, many, what, strictly=least == "positive")
+            return found.reshape(points.shape[1:])[()]
+
+        layup = self._layup(value)
+        total = np.broadcast_to(layup.thickness, points.shape[1:]).ravel()
+        check_sign(total, many, f"{said}: thickness", strictly=True)
+        return layup
+
+    @cached_property
+    def generic(self) -> Layup:
+        """The section somewhere: what is zero of it is so everywhere, whatever its functions."""
+        numbers = {f: k for k, f in enumerate(dict.fromkeys(self.functions.values()))}
+
+        def value(name: str, given: Any, least: Least | None) -> Any:
+            # numbers in no relation to one another, but for the same function
+            return 1.0 + math.sqrt(2 + numbers[given]) if callable(given) else given
+
+        return self._layup(value)
+
+    @property
+    def _numbers(self) -> Layup:
+        if self.functions:
+            names = ", ".join(self.functions)
+            raise SceneError(
+                f"{self.label}: {names} is a function of the position; what follows from it has "
+                "values at positions only: it must be asked for by at((x, y, z))"
+            )
+        return self.generic
 
     @property
     def layers(self) -> tuple[Layer, ...]:
         """The section from its lower to its upper face."""
-        raise NotImplementedError
-
-    @cached_property
-    def _stiffness(self) -> Stiffness:
-        return lamination.stiffness(self.layers, self.shear_correction, self.offset)
+        return self._numbers.layers
 
     @property
     def A(self) -> Matrix:
         """Membrane stiffness, shape (3, 3) [N/m]."""
-        return self._stiffness.A
+        return self._numbers.A
 
     @property
     def B(self) -> Matrix:
         """Coupling of membrane and bending, shape (3, 3) [N]."""
-        return self._stiffness.B
+        return self._numbers.B
 
     @property
     def D(self) -> Matrix:
         """Bending stiffness, shape (3, 3) [N m]."""
-        return self._stiffness.D
+        return self._numbers.D
 
     @property
     def G(self) -> Matrix:
         """Transverse shear stiffness with its correction, shape (2, 2) [N/m]."""
-        return self._stiffness.G
+        return self._numbers.G
 
     @property
     def coupled(self) -> bool:
-        """Whether ``B`` differs from zero."""
-        return bool(np.any(self.B))
+        """Whether ``B`` differs from zero, anywhere."""
+        return bool(np.any(self.generic.B))
 
-    @cached_property
+    @property
     def mass(self) -> Mass:
         """``(m, s_star, I_star)`` per unit area."""
-        return lamination.mass(self.layers, self.offset)
+        m, s, inertia = self._numbers.mass
+        return float(m), float(s), float(inertia)
+
+    @property
+    def masses(self) -> tuple[bool, bool, bool]:
+        """Which of ``(m, s_star, I_star)`` differ from zero, anywhere."""
+        m, s, inertia = self.generic.mass
+        return bool(m), bool(s), bool(inertia)
 
 
 @described("isotropic section")
@@ -101,25 +215,26 @@ class Isotropic(LinearSection):
     Args:
         E: Young's modulus [Pa].
         nu: Poisson's ratio, in (-1, 0.5).
-        thickness: Thickness [m].
+        thickness: Thickness [m]: a number, or a function of the position.
         density: Mass density [kg/m^3].
         shear_correction: Factor on the transverse shear stiffness.
-        offset: Height of the layer's middle above the reference surface [m].
+        offset: Height of the layer's middle above the reference surface [m]: a number, or a
+            function of the position; half the thickness where the surface is the lower face.
     """
 
     E: Positive
     nu: PoissonRatio
-    thickness: Positive
+    thickness: PositiveAt
     density: NonNegative = 0.0
     shear_correction: Positive = 5 / 6
-    offset: Finite = 0.0
+    offset: FiniteAt = 0.0
 
-    @property
-    def layers(self) -> tuple[Layer, ...]:
+    def layers_by(self, value: Value) -> tuple[Layer, ...]:
         """The single layer."""
         shear = self.E / (2 * (1 + self.nu))
         plane = lamination.plane_stress(self.E, self.E, self.nu, shear)
-        return (Layer(plane, shear * np.eye(2), self.density, self.thickness),)
+        thickness = value("thickness", self.thickness, "positive")
+        return (Layer(plane, shear * np.eye(2), self.density, thickness),)
 
 
 def check_stable(what: str, E1: float, E2: float, nu12: float) -> None:
@@ -147,11 +262,13 @@ class Orthotropic(LinearSection):
         G12: In-plane shear modulus [Pa].
         G13: Transverse shear modulus of axis 1 [Pa].
         G23: Transverse shear modulus of axis 2 [Pa].
-        thickness: Thickness [m].
+        thickness: Thickness [m]: a number, or a function of the position.
         density: Mass density [kg/m^3].
-        angle: From the shell's 1-direction to axis 1, right-handed about the normal [degrees].
+        angle: From the shell's 1-direction to axis 1, right-handed about the normal [degrees]: a
+            number, or a function of the position.
         shear_correction: Factor on the transverse shear stiffness.
-        offset: Height of the layer's middle above the reference surface [m].
+        offset: Height of the layer's middle above the reference surface [m]: a number, or a
+            function of the position; half the thickness where the surface is the lower face.
     """
 
     E1: Positive
@@ -160,23 +277,23 @@ class Orthotropic(LinearSection):
     G12: Positive
     G13: Positive
     G23: Positive
-    thickness: Positive
+    thickness: PositiveAt
     density: NonNegative = 0.0
-    angle: Finite = 0.0
+    angle: FiniteAt = 0.0
     shear_correction: Positive = 5 / 6
-    offset: Finite = 0.0
+    offset: FiniteAt = 0.0
 
     def __post_init__(self) -> None:
         """Check that the strain energy is positive."""
         check_stable("orthotropic section", self.E1, self.E2, self.nu12)
 
-    @property
-    def layers(self) -> tuple[Layer, ...]:
+    def layers_by(self, value: Value) -> tuple[Layer, ...]:
         """The single layer, its axes turned."""
         plane = lamination.plane_stress(self.E1, self.E2, self.nu12, self.G12)
         transverse = np.diag([self.G13, self.G23])
-        layer = Layer(plane, transverse, self.density, self.thickness)
-        return (layer.turned(self.angle),)
+        thickness = value("thickness", self.thickness, "positive")
+        layer = Layer(plane, transverse, self.density, thickness)
+        return (layer.turned(value("angle", self.angle, None)),)
 
 
 @described("hyperelastic section")

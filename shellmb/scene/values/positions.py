@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from shellmb.errors import SceneError
 from shellmb.scene.values.validate import in_words
 
-__all__ = ["OfPosition", "values_at"]
+__all__ = ["OfPosition", "check_sign", "values_at"]
 
 OfPosition = Callable[[Any], Any]
 
@@ -48,3 +48,26 @@ def values_at(
     if not np.isfinite(value).all():
         raise SceneError(f"{who} gives a number that is not finite")
     return value
+
+
+def check_sign(
+    value: NDArray[np.float64], x: NDArray[np.float64], who: str, strictly: bool
+) -> None:
+    """Refuse values of a scalar function that are negative.
+
+    Args:
+        value: The values, shape (n,).
+        x: Positions, shape (3, n).
+        who: What messages call them.
+        strictly: Whether zero is refused, too.
+
+    Raises:
+        SceneError: Says where one is.
+    """
+    if (value <= 0).any() if strictly else (value < 0).any():
+        worst = int(np.argmin(value))
+        place = tuple(float(f"{c:.4g}") for c in x[:, worst])
+        raise SceneError(
+            f"{who} is {value[worst]:.4g} at {place}; it must be "
+            f"{'greater than' if strictly else 'at least'} 0 everywhere"
+        )

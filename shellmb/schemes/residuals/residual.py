@@ -10,6 +10,7 @@ from ufl.core.expr import Expr
 
 from shellmb.model.body import Body, LoadFactors, Rates, Term, TimeFunction
 from shellmb.schemes.base import GAUSS_TIMES, GAUSS_WEIGHTS, Levels, Scheme, Stage
+from shellmb.schemes.linearised import change
 from shellmb.schemes.residuals.rows import PathStates, Span
 
 # instants of a step and their weights
@@ -28,6 +29,8 @@ class Sample:
         time: Time that added terms see.
         tau: That time as a part of the step.
         weight: Weight of added terms; None: one.
+        levels: Functions of the body, where added terms are linearised; then the state is the
+            reference.
     """
 
     state: Expr
@@ -37,6 +40,7 @@ class Sample:
     time: fem.Constant
     tau: float
     weight: fem.Constant | None = None
+    levels: Levels | None = None
 
     def update(
         self, t: float, dt: float, factor: Callable[[float, TimeFunction | None], float]
@@ -63,7 +67,12 @@ class Sample:
     def of_terms(self, body: Body, dq: Expr) -> Form | None:
         """Virtual work of the added terms."""
         form = body.extra(self.state, self.rates, dq, self.time)
-        return form if form is None or self.weight is None else self.weight * form
+        if form is None:
+            return None
+        if self.levels is not None:
+            linear = change(form, self.levels)
+            form = form if linear is None else form + linear
+        return form if self.weight is None else self.weight * form
 
 
 @dataclass(frozen=True)
@@ -99,23 +108,26 @@ def stage_forms(
     """
     result = {}
     unknowns = [levels.unknown[name] for name in scheme.stages]
+    linear = levels.reference is not None
+    # where forms are taken: small displacements do not change it
+    at = scheme.expand(levels.reference or levels, dt)
     for number, (name, stage) in enumerate(scheme.expand(levels, dt).items()):
         unknown = levels.unknown[name]
         space = unknown.function_space
         dq, trial = ufl.TestFunction(space), ufl.TrialFunction(space)
-        sub = Span(stage.span, unknowns, number, scheme.linear)
+        sub = Span(stage.span, unknowns, number, at[name].span if linear else None)
         internal, terms = body.within(sub, dq, trial)
-        if internal is not None and scheme.linear:
-            # the span is the undeformed state; the unknown is the direction
-            internal = ufl.derivative(internal, levels.q, unknown)
+        if internal is not None and linear:
+            internal = change(internal, levels)
         inertia = None if stage.rate is None else body.inertia(stage.rate, dq)
         sample = Sample(
-            stage.span.mid,
-            stage.rates,
+            at[name].span.mid,
+            at[name].rates,
             body.loads(),
             ((1.0, 1.0),) if stage.single else averaged(scheme, name),
             fem.Constant(space.mesh, 0.0),
             1.0 if stage.single else 0.5,
+            levels=levels if linear else None,
         )
         own = [form for form in (inertia, internal) if form is not None]
         parts = [sum(own[1:], own[0])] if own else []

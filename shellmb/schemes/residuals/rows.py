@@ -89,22 +89,28 @@ class Span:
         span: Its states as expressions.
         unknown: Unknown states of the step.
         number: Number of the one whose row it is.
-        linear: Whether strains are linear; then `span` is at the reference.
+        reference: The same at the reference, where forms are linearised; None: they are not.
     """
 
     def __init__(
-        self, span: Interval, unknown: Sequence[fem.Function], number: int, linear: bool = False
+        self,
+        span: Interval,
+        unknown: Sequence[fem.Function],
+        number: int,
+        reference: Interval | None = None,
     ) -> None:
-        self.span, self._unknown, self._number, self._linear = span, unknown, number, linear
+        self.span = span if reference is None else reference
+        self._of, self._linear = span, reference is not None
+        self._unknown, self._number = unknown, number
         self.states: PathStates | None = None
 
     @cached_property
     def row(self) -> Row | None:
         """Its states as functions; None where it is none between two of them."""
         unknown, number = self._unknown, self._number
-        a, b, mid, at, held, beta = self.span
+        a, b, mid, at, held, beta = self._of
         holder = unknown[number]
-        if self._linear or a is b is mid is at is held is holder:
+        if a is b is mid is at is held is holder:
             self.states = PathStates([holder], SINGLE.reshape(4, 1))
             weights = single_pair(number, self._linear)
         else:
@@ -114,6 +120,6 @@ class Span:
             self.states = PathStates([a, b], np.array([FIRST, LAST]).T)
             first = next((n for n, other in enumerate(unknown) if other is a), None)
             # a Constant is a number here: it is given once
-            weights = interval_pair(float(beta), first, number)
+            weights = interval_pair(float(beta), first, number, self._linear)
         pair = bound(holder.function_space.mesh, weights, holder)
         return Row(self.states.functions, (pair,), 2)

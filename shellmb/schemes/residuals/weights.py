@@ -148,19 +148,23 @@ def single_pair(number: int, linear: bool) -> PairWeights:
     return PairWeights(moment, slope, True, {number: ChangeWeights(SINGLE, True, 1.0, 1.0)})
 
 
-def interval_pair(beta: float, first: int | None, last: int) -> PairWeights:
+def interval_pair(beta: float, first: int | None, last: int, linear: bool = False) -> PairWeights:
     """The average stress of a sub-interval, eq. (32), and what it acts on.
 
     Args:
         beta: Share of the jump.
         first: Number of the unknown state at its start; None where that is known.
         last: That of the one at its end, where strains and resultants are compatible.
+        linear: Whether strains are linear.
     """
     ahead = (1 - beta) / 2
+    moment, slope = average(beta), MIDDLE
+    if linear:
+        moment, slope = MomentWeights(moment.linear, np.zeros(7)), AT_REFERENCE
     changes = {last: ChangeWeights(LAST, True, 1 - ahead, 1 / (1 - ahead))}
     if first is not None:
         changes[first] = ChangeWeights(FIRST, False, ahead, 0.0)
-    return PairWeights(average(beta), MIDDLE, True, changes, ahead)
+    return PairWeights(moment, slope, True, changes, ahead)
 
 
 def combined(*parts: tuple[float, MomentWeights]) -> MomentWeights:

@@ -47,10 +47,10 @@ class VelocityProjection:
             unknown = fem.Function(space, name=f"v_{body.name}")
             self.functions[body.name] = unknown
             test = ufl.TestFunction(space)
-            q, v = levels[body.name].q, levels[body.name].rates["v"]
+            at, v = levels[body.name].reference or levels[body.name], levels[body.name].rates["v"]
             rows = (
                 body.inertia(unknown - v, test),
-                body.velocity_constraint(unknown, q, test),
+                body.velocity_constraint(unknown, at.q, test),
             )
             found = [form for form in rows if form is not None]
             residual = (sum(found[1:], found[0]),) if found else ()

@@ -27,7 +27,7 @@ class NewtonSettings:
         tolerance: Largest update of each part relative to its scale at which the iteration ends;
             the error left behind is of the square of it, convergence being quadratic.
         max_iterations: Iterations after which the step counts as failed.
-        newton: When to factorise: "full", "modified", "auto" or "once" (`refresh`).
+        newton: When to factorise: "full", "modified", "auto", the same behind "linear" (`refresh`).
     """
 
     tolerance: float = 1e-8
@@ -69,6 +69,7 @@ class Iteration:
         self.refresh = self._refresh
         self.failure: ConvergenceError | None = None
         self.residual_seconds = 0.0
+        self._dx = system.x.duplicate()
 
     @property
     def factorisations(self) -> int:
@@ -121,6 +122,22 @@ class Iteration:
         """
         update, moved = self.convergence.measure(x, dx)
         return self.refresh.converged(update, moved, self.settings.tolerance)
+
+    def update(self) -> None:
+        """The one update of a system that is known to be linear.
+
+        Raises:
+            ConvergenceError: If its matrix has no factors.
+        """
+        x, b = self.system.x, self.system.b
+        self.system.scatter(x)
+        self.residual(x, b)
+        self.solve_linear(b, self._dx)
+        if self.failure is not None:
+            raise self.failure
+        x.axpy(-1.0, self._dx)
+        self.converged(x, self._dx)
+        self.system.scatter(x)
 
     def warm_up(self, key: Hashable) -> None:
         """First assembly and factorisation: what is singular shows, later steps are alike.

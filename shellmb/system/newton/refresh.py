@@ -34,10 +34,12 @@ class Refresh(Protocol):
     Attributes:
         purpose: What factorisations are for: those of one exact solution are not kept.
         lasts: Whether the one made before the first solution is used in it.
+        exact: Whether one update is known to be the solution.
     """
 
     purpose: Purpose
     lasts: bool
+    exact: bool
 
     def begin(self, key: Hashable) -> None:
         """A new solution; another `key` than before means that the system is another one."""
@@ -76,6 +78,7 @@ class Full:
 
     purpose: Purpose = Purpose.ONE
     lasts: bool = False
+    exact: bool = False
 
     def begin(self, key: Hashable) -> None:
         """Nothing to remember."""
@@ -102,6 +105,7 @@ class Modified:
     keep: bool = False
     purpose: Purpose = Purpose.LAGGED
     lasts: bool = False
+    exact: bool = False
     _key: Hashable = field(default=None, init=False)
     _exists: bool = field(default=False, init=False)
     _updates: list[float] = field(default_factory=list, init=False)
@@ -156,10 +160,17 @@ class Modified:
 
 @dataclass
 class Once:
-    """A factorisation for as long as the system is the same one: all are linear."""
+    """A factorisation for as long as the system is the same one: all are linear.
 
+    Args:
+        trusting: Whether one update is enough once a second one has found round-off only. It leaves
+            that, as large as the stiffest forces make it; a second one costs as much as the first.
+    """
+
+    trusting: bool = False
     purpose: Purpose = Purpose.EXACT
     lasts: bool = True
+    exact: bool = False
     _key: Hashable = field(default=NOTHING, init=False)
     _wanted: bool = field(default=True, init=False)
     _updates: int = field(default=0, init=False)
@@ -167,6 +178,7 @@ class Once:
     def begin(self, key: Hashable) -> None:
         """Keep the factorisation unless the system is another one."""
         self._wanted = key != self._key
+        self.exact = self.exact and not self._wanted
         self._key, self._updates = key, 0
 
     def forget(self) -> None:
@@ -184,7 +196,9 @@ class Once:
     def converged(self, update: float, moved: float, tolerance: float) -> bool:
         """By the second update, which only takes out round-off: if not, nothing was linear."""
         self._updates += 1
-        return update == 0.0 or (self._updates > 1 and update <= tolerance)
+        done = self.exact or update == 0.0 or (self._updates > 1 and update <= tolerance)
+        self.exact = self.trusting and done and (self.exact or self._updates > 1)
+        return done
 
 
 def automatic() -> Modified:
@@ -192,9 +206,16 @@ def automatic() -> Modified:
     return Modified(keep=True)
 
 
+def trusting() -> Once:
+    """One update for each right-hand side."""
+    return Once(trusting=True)
+
+
 REFRESH: dict[str, Callable[[], Refresh]] = {
     "full": Full,
     "modified": Modified,
     "auto": automatic,
-    "once": Once,
+    "linear full": Once,
+    "linear modified": Once,
+    "linear auto": trusting,
 }

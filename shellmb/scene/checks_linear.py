@@ -1,0 +1,87 @@
+"""What makes no sense where displacements are small and all is linearised about the reference."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from shellmb.errors import SceneError
+from shellmb.scene.loads.supports import Driven
+from shellmb.scene.lookup import said
+from shellmb.scene.multibody.rolling import Contact
+from shellmb.scene.values.validate import show
+
+if TYPE_CHECKING:
+    from shellmb.scene.scene import Scene
+
+__all__ = ["SMALL_ANGLE", "check"]
+
+# a rotation by this is off by its square in a linear analysis: positions by half a per cent, rad
+SMALL_ANGLE = 0.1
+# times at which prescribed rotations are looked at, in parts of the run
+LOOKED_AT = np.linspace(0.0, 1.0, 33)
+
+
+def check(scene: Scene) -> None:
+    """Check a scene with a linear scheme.
+
+    Raises:
+        SceneError: If something of it is not small.
+    """
+    if not scene.linear:
+        return
+    scheme = f"with scheme '{scene.scheme_name}'"
+    for joint in scene.joints:
+        if isinstance(joint, Contact):
+            raise SceneError(
+                f"{joint.said}: what rolls goes far, and {scheme} displacements are small; the "
+                "scheme must be another, as 'ep'"
+            )
+    for driver in scene.drivers:
+        _small(scene, driver.rotation, f"driver '{driver.name}': rotation")
+    for support in scene.supports:
+        if isinstance(support, Driven):
+            _small(scene, support.angle, f"{said(support)}: angle")
+    for lock in scene.acting_locks:
+        late = [start for start, _ in lock.windows if start > 0]
+        if late:
+            raise SceneError(
+                f"lock of joint '{lock.joint}': a window begins at t = {late[0]:g}; {scheme} it "
+                "must begin at 0, in the reference configuration"
+            )
+    _given(scene, scheme)
+
+
+def _given(scene: Scene, scheme: str) -> None:
+    """Where it starts, and what is asked for."""
+    who = f"scene '{scene.name}'"
+    for what, wrong in (
+        ("start is 'equilibrium'", scene.start == "equilibrium"),
+        ("assemble is True", scene.assemble),
+    ):
+        if wrong:
+            raise SceneError(
+                f"{who}: {what}; {scheme} it must be left out: displacements are from the given "
+                "positions, which are at rest"
+            )
+    if scene.output.end_forces and not scene.static:
+        raise SceneError(
+            f"{who}: output has end_forces; {scheme} it must have none: forces are means over the "
+            "step, free of oscillation"
+        )
+
+
+def _small(scene: Scene, angle: Any, who: str) -> None:
+    if angle is None:
+        return
+    assert scene.t_end is not None
+    times = LOOKED_AT * scene.t_end
+    angles = [abs(float(angle(t)) if callable(angle) else float(angle)) for t in times]
+    worst = int(np.argmax(angles))
+    if angles[worst] > SMALL_ANGLE:
+        raise SceneError(
+            f"{who} is {show(float(f'{angles[worst]:.4g}'))} at t = {times[worst]:g}; with scheme "
+            f"'{scene.scheme_name}' rotations must be at most {SMALL_ANGLE:g} rad, or the scheme "
+            "another, as 'static' or 'ep'"
+        )
