@@ -71,8 +71,8 @@ def bind_joint(joint: Joint, find: FindEnd) -> BoundJoint:
         SceneError: If there is no such place, or a shell's director is not where it should be.
     """
     first = find(joint.first, joint.at, joint.said)
-    where = joint.second_at if joint.second_at is not None else first.point
-    second = find(joint.second, tuple(where) if not isinstance(where, str) else where, joint.said)
+    where = joint.second_at if joint.second_at is not None else tuple(first.point)
+    second = find(joint.second, where, joint.said)
     kind, axes, length = joint.label.removesuffix(" joint"), np.array([np.eye(3)] * 2), 1.0
     match joint:
         case scene_joints.Universal():

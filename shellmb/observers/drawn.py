@@ -220,10 +220,10 @@ class DrawnJoints:
             q = np.asarray(simulation.problem.state(group.name).x.array)
             for which, place in enumerate(group.ends):
                 moved = q[group.mixed.dofs[f"u{place.tag}"]].reshape(-1, 3).copy()
-                if place.turns and place.count == 3:
-                    w = q[group.mixed.dofs[f"w{place.tag}"]].reshape(-1, 3, 3)
+                if place.turns:
+                    w = q[group.mixed.dofs[f"w{place.tag}"]].reshape(-1, place.count, 3)
                     offsets = np.array([place.ends[k].offset for k in group.nodes.item])
-                    moved += np.einsum("nk,nki->ni", offsets.reshape(-1, 3), w)
+                    moved += np.einsum("nk,nki->ni", offsets.reshape(-1, place.count), w)
                 for row, item in enumerate(group.nodes.item):
                     k = self._number[group.joints[item].joint.name]
                     found[k, 1 - which if self._swapped[k] else which] = moved[row]

@@ -145,7 +145,7 @@ def _force(group: JointGroup, joint: BoundJoint, row: int, q: Floats, r: Floats)
     second = 0 if joint.ends[0].owner == joint.joint.second else 1
     end = group.ends[second]
     x, d, force, couples = _end(group, joint, second, row, q, r)
-    point = x + joint.ends[second].offset @ d if end.turns and end.count == 3 else x
+    point = x + joint.ends[second].offset @ d if end.turns else x
     moment = np.cross(x - point, force) + np.cross(d, couples).sum(axis=0)
     axes = _axes(group, joint, row, q)
     # what the left-hand side resists with is the opposite of what acts; without a sign of zero

@@ -61,6 +61,7 @@ from shellmb.scene.loads import (
     SurfaceForce,
 )
 from shellmb.scene.lookup import Body
+from shellmb.scene.offsets import Offset
 from shellmb.scene.paths import PathFollowing
 from shellmb.scene.probes import Probe
 from shellmb.scene.rigid import RigidBody
@@ -137,6 +138,7 @@ __all__ = [
     "Lock",
     "MeshFile",
     "Motor",
+    "Offset",
     "Orthotropic",
     "Output",
     "Parametric",

@@ -10,6 +10,8 @@ from shellmb.errors import SceneError
 from shellmb.scene.beams import Beam
 from shellmb.scene.bodies import Shell
 from shellmb.scene.lookup import Body, listed, said
+from shellmb.scene.offsets import Offset
+from shellmb.scene.rigid import RigidBody
 from shellmb.scene.validate import edge_names, in_words, show
 
 __all__ = ["check_edges", "check_point", "edges_of", "finite_in_time", "points_of"]
@@ -47,11 +49,21 @@ def check_point(body: Body, point: Any, who: str) -> None:
     """Refuse a point that the body does not have.
 
     Raises:
-        SceneError: If there is none of that name, or several are named.
+        SceneError: If there is none of that name, or an offset from it has no direction.
     """
     known = points_of(body)
-    if isinstance(point, tuple) and isinstance(point[0], str):
-        raise SceneError(f"{who}: point is {show(point)}; it must be one point")
+    if isinstance(point, Offset):
+        if isinstance(body, RigidBody):
+            raise SceneError(
+                f"{who}: an offset is from a node of a shell or beam and {said(body)} has none; "
+                "give the coordinates of the point"
+            )
+        if not (isinstance(point.by, tuple) or isinstance(body, Shell)):
+            raise SceneError(
+                f"{who}: the offset is {show(point.by)} and {said(body)} has no single director; "
+                "it must be a vector"
+            )
+        point = point.node
     if known is not None and isinstance(point, str) and point not in known:
         raise SceneError(
             f"{who}: {said(body)} has no point '{point}'; its points are {listed(known)}, "

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from typing import Any, ClassVar
 
 from shellmb.errors import SceneError
+from shellmb.scene.offsets import Arm
 from shellmb.scene.times import TimeFunction
 from shellmb.scene.validate import Axis, Edge, Finite, Name, Place, Vec3, described, show
 
@@ -64,10 +65,13 @@ class Hinged(Support):
     Args:
         edge: The edge or edges.
         body: Name of the shell or beam.
+        offset: From the nodes to what is held, as in ``Offset``: of a shell the distance along the
+            director [m], so that a hinge may be on one of its faces.
     """
 
     edge: Edge
     body: Name | None = None
+    offset: Arm = 0.0
 
 
 @described("soft support")
@@ -78,11 +82,13 @@ class SoftSupport(Support):
         edge: The edge or edges.
         axis: Direction of the displacement that is held, for a plate its normal.
         body: Name of the shell.
+        offset: From the nodes to what is held: the distance along the director [m].
     """
 
     edge: Edge
     axis: Axis = (0.0, 0.0, 1.0)
     body: Name | None = None
+    offset: Arm = 0.0
 
 
 @described("hard support")

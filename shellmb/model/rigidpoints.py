@@ -1,0 +1,56 @@
+"""Ends of arms on shells and beams that are declared rigid: points of the rigid bodies."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+from shellmb.model.beam import BeamModel
+from shellmb.model.places import shared_nodes
+from shellmb.model.shell import ShellModel
+from shellmb.scene import Scene
+from shellmb.scene.lookup import said
+from shellmb.scene.offsets import Offset, arm_components
+
+__all__ = ["RigidMeshes", "ended", "pointed"]
+
+RigidMeshes = dict[str, ShellModel | BeamModel]
+
+
+def pointed(item: Any, scene: Scene, meshes: RigidMeshes) -> Any:
+    """A load or probe with the point that it is at on a rigid body; collective.
+
+    Args:
+        item: The load or probe.
+        scene: The scene.
+        meshes: Meshes of the bodies that are rigid, by name.
+    """
+    point = getattr(item, "point", None)
+    if not isinstance(point, Offset):
+        return item
+    (target,) = scene.bodies_of(item)
+    if target.name not in meshes:
+        return item
+    return replace(item, point=_end(point, meshes[target.name], said(item)))
+
+
+def ended(item: Any, meshes: RigidMeshes) -> Any:
+    """The same of the ends of a joint or force element.
+
+    Args:
+        item: It.
+        meshes: Meshes of the bodies that are rigid, by name.
+    """
+    ends = {
+        at: (getattr(item, at), meshes[getattr(item, body)])
+        for at, body in (("at", "first"), ("second_at", "second"))
+        if isinstance(getattr(item, at, None), Offset) and getattr(item, body) in meshes
+    }
+    changed = {at: _end(offset, mesh, said(item)) for at, (offset, mesh) in ends.items()}
+    return replace(item, **changed) if changed else item
+
+
+def _end(offset: Offset, mesh: ShellModel | BeamModel, who: str) -> tuple[float, ...]:
+    nodes = shared_nodes(mesh, offset.node, who)
+    arm = arm_components(offset.by, nodes.directors[0], who, f"'{mesh.name}'")
+    return tuple(float(c) for c in nodes.x[0] + arm @ nodes.directors[0])
