@@ -49,6 +49,16 @@ class BoundJoint:
     length: float = 1.0
 
     @property
+    def about(self) -> Floats | None:
+        """Where on the first body its moment is about; None: its own point on the second."""
+        return None
+
+    @property
+    def shown(self) -> Floats:
+        """Axes of its forces in the results, as rows: they turn with the first place."""
+        return np.asarray(self.axes[0])
+
+    @property
     def vectors(self) -> tuple[int, int]:
         """Number of vectors that its places must have."""
         return KINDS[self.kind].vectors

@@ -155,7 +155,7 @@ def build_model(scene: Scene, comm: MPI.Comm) -> Model:
     refuse_idle_loads(scene, model.meshed, prescribed)
     model.bodies += glue_beams(scene, comm, model.beams, model.shells, lines)
     find = Finder(model.meshed, _rigid_places(scene, model))
-    model.mechanism = build_mechanism(scene, comm, find, force, model.length)
+    model.mechanism = build_mechanism(scene, comm, find, model.shells, force, model.length)
     _turnable(model)
     model.bodies += model.mechanism.bodies
     model.bodies += point_loads(scene, comm, find)

@@ -1,4 +1,4 @@
-"""Nodes of shells and beams found by edge, name or coordinates, the same on every rank."""
+"""Nodes of shells and beams found by edge, area, name or coordinates, the same on every rank."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -61,7 +61,7 @@ def local_nodes(body: Meshed, where: Place, who: str) -> npt.NDArray[np.int32]:
 
     Args:
         body: The shell.
-        where: Edge name or names, point name, or coordinates.
+        where: Name or names of edges and areas, name of a point, or coordinates.
         who: Who asks, for the error.
 
     Raises:
@@ -81,9 +81,10 @@ def local_nodes(body: Meshed, where: Place, who: str) -> npt.NDArray[np.int32]:
     if isinstance(where, str) or all(isinstance(item, str) for item in where):
         if isinstance(mesh, LineMesh):
             return np.unique(np.concatenate([local_nodes(body, item, who) for item in where]))  # type: ignore[arg-type]
-        facets = mesh.facets(where, who)  # type: ignore[arg-type]
         space = body.mixed.subspaces["u"]
-        return np.asarray(fem.locate_dofs_topological(space, 1, facets), dtype=np.int32)
+        entities = mesh.entities(where, who)  # type: ignore[arg-type]
+        found = [fem.locate_dofs_topological(space, dim, which) for dim, which in entities]
+        return np.unique(np.concatenate(found)).astype(np.int32)
     return _node_at(body, np.asarray(where, dtype=float), who)
 
 

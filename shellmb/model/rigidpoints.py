@@ -9,6 +9,7 @@ from shellmb.model.beam import BeamModel
 from shellmb.model.places import shared_nodes
 from shellmb.model.shell import ShellModel
 from shellmb.scene import Scene
+from shellmb.scene.joints import Weld
 from shellmb.scene.lookup import said
 from shellmb.scene.offsets import Offset, arm_components
 
@@ -35,7 +36,7 @@ def pointed(item: Any, scene: Scene, meshes: RigidMeshes) -> Any:
 
 
 def ended(item: Any, meshes: RigidMeshes) -> Any:
-    """The same of the ends of a joint or force element.
+    """The same of the ends of a joint or force element; of a weld along a region a node of it.
 
     Args:
         item: It.
@@ -46,7 +47,14 @@ def ended(item: Any, meshes: RigidMeshes) -> Any:
         for at, body in (("at", "first"), ("second_at", "second"))
         if isinstance(getattr(item, at, None), Offset) and getattr(item, body) in meshes
     }
-    changed = {at: _end(offset, mesh, said(item)) for at, (offset, mesh) in ends.items()}
+    changed: dict[str, Any] = {
+        at: _end(offset, mesh, said(item)) for at, (offset, mesh) in ends.items()
+    }
+    mesh = meshes.get(getattr(item, "second", ""))
+    if isinstance(item, Weld) and isinstance(mesh, ShellModel) and isinstance(item.second_at, str):
+        # two rigid bodies: any point of both will do
+        x = shared_nodes(mesh, item.second_at, said(item)).x[0]
+        changed |= {"at": tuple(map(float, x)), "second_at": None}
     return replace(item, **changed) if changed else item
 
 

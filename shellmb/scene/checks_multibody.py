@@ -10,7 +10,7 @@ from shellmb.scene.beams import Beam
 from shellmb.scene.bodies import Shell
 from shellmb.scene.curves import AlongEdge, AlongLine
 from shellmb.scene.elements import Driver, JointElement, Lock, PointElement
-from shellmb.scene.joints import GROUND, Distance, Joint, ShellRevolute
+from shellmb.scene.joints import GROUND, Distance, Joint, ShellRevolute, Weld
 from shellmb.scene.lookup import (
     Body,
     bodies_of,
@@ -21,7 +21,7 @@ from shellmb.scene.lookup import (
     said,
 )
 from shellmb.scene.offsets import Offset
-from shellmb.scene.places import check_edges, check_point, finite_in_time
+from shellmb.scene.places import areas_of, check_edges, check_point, edges_of, finite_in_time
 from shellmb.scene.probes import MOTIONS
 from shellmb.scene.rigid import RigidBody
 from shellmb.scene.rolling import Contact, Rolling
@@ -83,7 +83,8 @@ def _joint(scene: Scene, joint: Joint) -> None:
             )
     else:
         _end(scene, joint.first, joint.at, joint.said)
-    if joint.second_at is not None:
+    along = _regions(second) if isinstance(joint, Weld) else ()
+    if joint.second_at is not None and joint.second_at not in along:
         _end(scene, joint.second, joint.second_at, joint.said)
     elif isinstance(joint, Distance):
         raise SceneError(
@@ -105,6 +106,11 @@ def _joint(scene: Scene, joint: Joint) -> None:
             f"{joint.said}: the scheme is '{scene.scheme_name}'; it must be a dynamic one, because "
             "a contact holds velocities; in statics use an InPlane joint"
         )
+
+
+def _regions(body: Body | None) -> tuple[str, ...]:
+    """Edges and areas of a shell."""
+    return (*(edges_of(body) or ()), *areas_of(body)) if isinstance(body, Shell) else ()
 
 
 def _frameless(body: Body | None) -> bool:

@@ -213,7 +213,13 @@ class Screw(Joint):
 
 @described("weld")
 class Weld(Joint):
-    """The bodies do not move relative to each other; see :class:`Joint` for the parameters."""
+    """The bodies do not move relative to each other; see :class:`Joint` for the parameters.
+
+    The second body may be a shell. Then ``second_at`` is one of its nodes, or the name of an edge
+    or an area (``Shell(areas=...)``), all nodes of which are fixed to the frame of the first body,
+    as by rows of bolts: force and moment of the joint are those of all of them, the moment about
+    ``at``, in the scene's axes as they turn with the first body.
+    """
 
     shells = (False, True)
 

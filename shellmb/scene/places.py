@@ -14,7 +14,7 @@ from shellmb.scene.offsets import Offset
 from shellmb.scene.rigid import RigidBody
 from shellmb.scene.validate import edge_names, in_words, show
 
-__all__ = ["check_edges", "check_point", "edges_of", "finite_in_time", "points_of"]
+__all__ = ["areas_of", "check_edges", "check_point", "edges_of", "finite_in_time", "points_of"]
 
 
 def edges_of(body: Body) -> tuple[str, ...] | None:
@@ -31,17 +31,31 @@ def points_of(body: Body) -> tuple[str, ...] | None:
     return body.curve.point_names if isinstance(body, Beam) else body.point_names
 
 
-def check_edges(body: Body, edge: str | tuple[str, ...], who: str) -> None:
+def areas_of(body: Body) -> tuple[str, ...]:
+    """Names of the areas that a shell was given."""
+    return tuple(body.areas) if isinstance(body, Shell) else ()
+
+
+def check_edges(
+    body: Body, edge: str | tuple[str, ...], who: str, areas: tuple[str, ...] = ()
+) -> None:
     """Refuse edges that the body does not have.
+
+    Args:
+        body: The body.
+        edge: Name or names.
+        who: Who asks, for the error.
+        areas: Names of areas that will do, too.
 
     Raises:
         SceneError: If there is one.
     """
     known = edges_of(body)
     for name in edge_names(edge):
-        if known is not None and name not in known:
+        if known is not None and name not in (*known, *areas):
+            more = f", its areas {listed(areas)}" if areas else ""
             raise SceneError(
-                f"{who}: {said(body)} has no edge '{name}'; its edges are {listed(known)}"
+                f"{who}: {said(body)} has no edge '{name}'; its edges are {listed(known)}{more}"
             )
 
 

@@ -1,7 +1,9 @@
 """Supports and prescribed motions.
 
 Every ``edge`` is the name of an edge or a tuple of names; ``body`` names the shell and may be left
-out where the scene has one only. ``Clamped``, ``Hinged`` and ``Fixed`` hold beams too: their edges
+out where the scene has one only. An area of a shell (``Shell(areas=...)``) is held in the same way,
+all of its nodes: by its name in the place of an edge's, except where a support goes along an edge
+(``HardSupport``). ``Clamped``, ``Hinged`` and ``Fixed`` hold beams too: their edges
 are ``start`` and ``end``. Rigid bodies are held by joints to the ground.
 """
 
