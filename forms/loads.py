@@ -45,16 +45,18 @@ def pressure(p: Expr, u: Expr, surf: Surface, du: Expr) -> Expr:
     return p * ufl.dot(ufl.cross(x1, x2), du)
 
 
-def edge_moment(moment: Expr, w: Expr, surf: Surface, dw: Expr) -> Expr:
-    """Moment of constant direction: `m . (d x dd)`, the rotation about the director does no work.
+def director_moment(moment: Expr, d: Expr, dd: Expr) -> Expr:
+    """Moment of constant direction: the rotation of the director about itself does no work.
+
+    `dd = r x d` gives `m . r` for every `r` across `d`, also where `d` is no unit vector (at a
+    mid-point, between nodes), so that the angular momentum grows by the moment's impulse exactly.
 
     Args:
-        moment: Moment per length of edge (N) or at a point (N m), shape (3,).
-        w: Change of the director at the mid-point.
-        surf: Reference surface (its director).
-        dw: Variation of the director.
+        moment: Moment per length of edge (N) or at a node (N m), shape (3,).
+        d: Director at the mid-point.
+        dd: Its variation.
     """
-    return ufl.dot(ufl.cross(moment, surf.D + w), dw)
+    return ufl.dot(ufl.cross(moment, d), dd) / ufl.dot(d, d)
 
 
 def follower_frame_force(components: Expr, d: Vectors, du: Expr) -> Expr:

@@ -7,12 +7,15 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from shellmb.errors import SceneError
-from shellmb.meshes.raw import RawMesh, boundary_facets
+from shellmb.meshes.raw import Floats, RawMesh, boundary_facets
 from shellmb.scene.values.validate import in_words
 
-__all__ = ["with_edges"]
+__all__ = ["true_at", "with_edges"]
+
+type Bools = NDArray[np.bool_]
 
 
 def with_edges(raw: RawMesh, where: Mapping[str, Callable[[Any], Any]], shell: str) -> RawMesh:
@@ -36,14 +39,7 @@ def with_edges(raw: RawMesh, where: Mapping[str, Callable[[Any], Any]], shell: s
         who = f"shell '{shell}': edges_where['{name}']"
         if name in edges:
             raise SceneError(f"{who}: the mesh has an edge of this name; it must be another one")
-        try:
-            flat = np.asarray(function(places.reshape(-1, 3).T), dtype=bool)
-            on = flat.reshape(places.shape[:2]).all(axis=1)
-        except Exception as error:
-            raise SceneError(
-                f"{who} fails ({in_words(error)}); it must give (n,) truth values for positions "
-                "(3, n)"
-            ) from error
+        on = true_at(function, places, who).all(axis=1)
         if not on.any():
             low, high = ends.min(axis=(0, 1)), ends.max(axis=(0, 1))
             box = ", ".join(f"{a:.4g} to {b:.4g}" for a, b in zip(low, high, strict=True))
@@ -53,3 +49,25 @@ def with_edges(raw: RawMesh, where: Mapping[str, Callable[[Any], Any]], shell: s
             )
         edges[name] = facets[on]
     return replace(raw, edges=edges)
+
+
+def true_at(function: Callable[[Any], Any], places: Floats, who: str) -> Bools:
+    """Where a function of the position is true.
+
+    Args:
+        function: A function of positions (3, n) that gives (n,) truth values.
+        places: Positions, shape (c, p, 3).
+        who: What messages call it.
+
+    Returns:
+        Shape (c, p).
+
+    Raises:
+        SceneError: If it fails.
+    """
+    try:
+        return np.asarray(function(places.reshape(-1, 3).T), dtype=bool).reshape(places.shape[:2])
+    except Exception as error:
+        raise SceneError(
+            f"{who} fails ({in_words(error)}); it must give (n,) truth values for positions (3, n)"
+        ) from error

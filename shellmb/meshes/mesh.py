@@ -16,6 +16,7 @@ import numpy.typing as npt
 import ufl
 
 from shellmb.errors import SceneError, ShellmbError
+from shellmb.meshes.areas import with_areas
 from shellmb.meshes.edges_where import with_edges
 from shellmb.meshes.extent import check_extent
 from shellmb.meshes.raw import Floats, RawMesh, cell_cross, vertex_count
@@ -43,6 +44,7 @@ class SurfaceMesh:
         cell_normal_sign: For each local cell (owned and ghost) the sign with which
             ``cross(J[:, 0], J[:, 1])`` points to the positive side of the surface.
         length: Diagonal of the box around the surface [m].
+        areas: Local indices of the cells (owned and ghost) of each named area, sorted.
     """
 
     name: str
@@ -53,6 +55,24 @@ class SurfaceMesh:
     normal: Callable[[Floats], Floats] | None
     cell_normal_sign: npt.NDArray[np.int8]
     length: float
+    areas: dict[str, npt.NDArray[np.int32]]
+
+    def entities(
+        self, names: str | tuple[str, ...], who: str
+    ) -> list[tuple[int, npt.NDArray[np.int32]]]:
+        """Facets of edges and cells of areas: dimension and sorted local indices of each.
+
+        Args:
+            names: Name or names of edges and areas.
+            who: Who asks, for the error.
+
+        Raises:
+            SceneError: If there is no such edge or area.
+        """
+        each = (names,) if isinstance(names, str) else names
+        edges = tuple(name for name in each if name not in self.areas)
+        found = [(2, self.areas[name]) for name in each if name in self.areas]
+        return [*([(1, self.facets(edges, who))] if edges else []), *found]
 
     def facets(self, edge: str | tuple[str, ...], who: str) -> npt.NDArray[np.int32]:
         """Local indices of the facets of an edge or of several, sorted.
@@ -70,6 +90,7 @@ class SurfaceMesh:
                 raise SceneError(
                     f"{who}: shell '{self.name}' has no edge '{name}'; its edges are "
                     f"{', '.join(f"'{n}'" for n in self.edges) or 'none'}"
+                    + (f", its areas {', '.join(map(repr, self.areas))}" if self.areas else "")
                 )
         return np.unique(np.concatenate([self.edges[name] for name in names]))
 
@@ -118,6 +139,10 @@ def build_surface(shell: Shell, comm: MPI.Comm) -> SurfaceMesh:
         normal=_normal(shell.surface),
         cell_normal_sign=_signs(raw, mesh),
         length=float(np.linalg.norm(raw.x.max(axis=0) - raw.x.min(axis=0))),
+        areas={
+            name: np.flatnonzero(np.isin(mesh.topology.original_cell_index, cells)).astype(np.int32)
+            for name, cells in raw.areas.items()
+        },
     )
 
 
@@ -141,6 +166,10 @@ def _on_first_rank(shell: Shell, comm: MPI.Comm) -> RawMesh:
 
 
 def _raw(shell: Shell) -> RawMesh:
+    return with_areas(_with_edges(shell), shell.areas, shell.name)
+
+
+def _with_edges(shell: Shell) -> RawMesh:
     if not isinstance(shell.surface, Meshed):
         return structured_mesh(shell)
     # gmsh takes a second to load
@@ -186,7 +215,7 @@ def _distribute(raw: RawMesh, comm: MPI.Comm) -> dolfinx.mesh.Mesh:
         raw.x if first else raw.x[:0],
         partitioner=partitioner,
     )
-    for dim in ((1, 0), (1, 2), (2, 1), (0, 2)):
+    for dim in ((1, 0), (1, 2), (2, 1), (0, 2), *([(2, 2)] if raw.areas else [])):
         mesh.topology.create_connectivity(*dim)
     return mesh
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
@@ -30,6 +30,7 @@ class RawMesh:
         normals: A vector on the positive side of each cell, shape (c, 3).
         edges: The vertices of the facets of each named edge, shape (m, 2).
         points: Node of each named point, a vertex of its cells.
+        areas: Numbers of the cells of each named area.
     """
 
     x: Floats
@@ -39,6 +40,7 @@ class RawMesh:
     normals: Floats
     edges: dict[str, Ints]
     points: dict[str, int]
+    areas: dict[str, Ints] = field(default_factory=dict)
 
 
 def vertex_count(cell: Cell) -> int:

@@ -19,7 +19,7 @@ from shellmb.model.frames.rigidify import RigidMeshes, rigidified
 from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.joints.mechanism import Mechanism, build_mechanism
 from shellmb.model.places.finder import Finder, RigidPlaces
-from shellmb.model.places.nodes import local_nodes
+from shellmb.model.places.nodes import local_point
 from shellmb.model.plausible import doubt_thickness
 from shellmb.model.shells.joins import join_shells
 from shellmb.model.shells.shell import ShellModel
@@ -155,7 +155,7 @@ def build_model(scene: Scene, comm: MPI.Comm) -> Model:
     refuse_idle_loads(scene, model.meshed, prescribed)
     model.bodies += glue_beams(scene, comm, model.beams, model.shells, lines)
     find = Finder(model.meshed, _rigid_places(scene, model))
-    model.mechanism = build_mechanism(scene, comm, find, force, model.length)
+    model.mechanism = build_mechanism(scene, comm, find, model.shells, force, model.length)
     _turnable(model)
     model.bodies += model.mechanism.bodies
     model.bodies += point_loads(scene, comm, find)
@@ -168,7 +168,9 @@ def build_model(scene: Scene, comm: MPI.Comm) -> Model:
         # found out now: before anything is compiled
         (target,) = scene.bodies_of(probe)
         if target.name in model.meshed:
-            local_nodes(model.meshed[target.name], probe.point, f"probe '{probe.name}'")
+            local_point(model.meshed[target.name], probe.point, f"probe '{probe.name}'")
+        if probe.frame in model.meshed:
+            local_point(model.meshed[probe.frame], probe.frame_at, f"probe '{probe.name}'")
     return model
 
 
@@ -221,11 +223,7 @@ def _length(scene: Scene, model: Model) -> float:
     """Diagonal of the box around all reference points of rigid bodies, or the largest mesh."""
     points = [body.center for body in scene.rigid_bodies]
     points += [body.place(name) for body in scene.rigid_bodies for name in body.point_names]
-    points += [
-        np.asarray(j.at)
-        for j in scene.joints
-        if j.at is not None and len(j.at) == 3 and not isinstance(j.at, str)
-    ]
+    points += [np.asarray(j.at) for j in scene.joints if isinstance(j.at, tuple)]
     box = float(np.linalg.norm(np.ptp(np.array(points), axis=0))) if points else 0.0
     meshes = (*model.meshed.values(), *model.rigid_meshes.values())
     return max([box, *(m.domain.length for m in meshes)]) or 1.0
@@ -271,7 +269,10 @@ def _support(scene: Scene, model: Model) -> Prescribed:
     prescribed = Prescribed(_aliases(shells, model.comm), times, scene.linear)
     for support in scene.supports:
         for body in scene.bodies_of(support):
-            SupportRows(support, model.meshed[body.name], body, prescribed).collect()
+            described = model.meshed[body.name], body
+            rows = SupportRows(support, *described, prescribed, not scene.static)
+            rows.collect()
+            model.planes += rows.arms
     model.planes += prescribed.settle()
     model.bodies += model.planes
     return prescribed

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
+from itertools import islice
 from typing import Any, cast
 
 from mpi4py import MPI
@@ -12,16 +13,17 @@ from mpi4py import MPI
 import numpy as np
 import numpy.typing as npt
 
-from shellmb.model.places.nodes import local_nodes
+from shellmb.model.places.nodes import local_nodes, local_point
 from shellmb.observers.fields.nodal import Nodes
 from shellmb.observers.fields.resultants import Resultants, has_resultants
-from shellmb.scene import Probe, RigidBody
+from shellmb.observers.inframe import packed, seen, unpacked
+from shellmb.scene import Body, Probe, RigidBody
 from shellmb.simulate.simulation import Silent, Simulation
 
 Floats = npt.NDArray[np.float64]
 
 
-# sum of a probe's quantity over its nodes on this rank, shape (3,), and their number
+# sum of what a probe reads over its nodes on this rank, shape (n,), and their number
 type Sum = Callable[[], tuple[Floats, int]]
 
 
@@ -31,11 +33,17 @@ class _Spot:
 
     Args:
         probe: The probe.
-        sum: What it reads, between two steps.
+        sums: What it reads, between two steps: its quantity, or its pose and that of a frame.
     """
 
     probe: Probe
-    sum: Sum
+    sums: tuple[Sum, ...]
+
+    def vector(self, means: list[Floats]) -> Floats:
+        """The quantity by the means of what is read, shape (3,)."""
+        if self.probe.frame is None:
+            return means[0]
+        return seen(self.probe.quantity, *map(unpacked, means))
 
 
 class Probes(Silent):
@@ -59,30 +67,23 @@ class Probes(Silent):
         """
         self._comm = simulation.model.comm
         self._resultants: dict[str, Resultants] = {}
-        self._spots = [_Spot(p, self._sum(simulation, p)) for p in simulation.scene.probes]
+        self._spots = [_Spot(p, self._sums(simulation, p)) for p in simulation.scene.probes]
         self._measure()
 
-    def _sum(self, simulation: Simulation, probe: Probe) -> Sum:
-        model = simulation.model
-        (described,) = model.scene.bodies_of(probe)
-        if described.name not in model.meshed:
-            rigid = model.rigid
-            assert rigid is not None and isinstance(described, RigidBody)
-            number = rigid.index[described.name]
-            node = rigid.bodies[number]
-            offset = node.directors @ (described.place(cast(Any, probe.point)) - node.center)
-            here = np.flatnonzero(rigid.node_mesh.item == number).astype(np.int32)
-            offsets = np.tile(offset, (len(here), 1))
-            return _total(Nodes(rigid, here), simulation, rigid.name, probe.quantity, offsets)
-        body = model.meshed[described.name]
-        nodes = local_nodes(body, probe.point, f"probe '{probe.name}'")
-        if has_resultants(body, probe.quantity):
+    def _sums(self, simulation: Simulation, probe: Probe) -> tuple[Sum, ...]:
+        scene, who = simulation.model.scene, f"probe '{probe.name}'"
+        (described,) = scene.bodies_of(probe)
+        body = simulation.model.meshed.get(described.name)
+        if body is not None and has_resultants(body, probe.quantity):
             if body.name not in self._resultants:
                 self._resultants[body.name] = Resultants(simulation, body)
-            return partial(self._resultants[body.name].sums, nodes, probe.quantity)
-        # each node counts once, on the rank that owns it
-        nodes = nodes[nodes < body.mixed.subspaces["u"].dofmap.index_map.size_local]
-        return _total(Nodes(body, nodes), simulation, body.name, probe.quantity)
+            nodes = local_nodes(body, cast(Any, probe.point), who)
+            return (partial(self._resultants[body.name].sums, nodes, probe.quantity),)
+        spot = _spot(simulation, described, probe.point, who)
+        if probe.frame is None:
+            return (_total(simulation, *spot, probe.quantity),)
+        frame = _spot(simulation, scene.body(probe.frame), probe.frame_at, who)
+        return _pose(simulation, *spot), _pose(simulation, *frame)
 
     def solved(self, simulation: Simulation) -> None:
         """Means over a step need its start, too."""
@@ -94,25 +95,60 @@ class Probes(Silent):
         self._measure()
 
     def _measure(self) -> None:
-        sums = [spot.sum() for spot in self._spots]
+        sums = [[read() for read in spot.sums] for spot in self._spots]
         if self._comm.size > 1 and sums:
-            table = np.array([[*total, count] for total, count in sums])
-            self._comm.Allreduce(MPI.IN_PLACE, table)
-            sums = [(row[:3], row[3]) for row in table]
-        for spot, (total, count) in zip(self._spots, sums, strict=True):
-            part = spot.probe.component
-            size = np.linalg.norm(total) if part == "norm" else total[part]
-            self.values[spot.probe.name] = float(size) / count
+            flat = np.concatenate([[*total, count] for pair in sums for total, count in pair])
+            self._comm.Allreduce(MPI.IN_PLACE, flat)
+            rest = iter(flat)
+            sums = [
+                [(np.array([*islice(rest, len(total))]), next(rest)) for total, _ in pair]
+                for pair in sums
+            ]
+        for spot, pair in zip(self._spots, sums, strict=True):
+            part, vector = spot.probe.component, spot.vector([total / n for total, n in pair])
+            self.values[spot.probe.name] = float(
+                np.linalg.norm(vector) if part == "norm" else vector[part]
+            )
 
     def measure(self) -> dict[str, float]:
         """Columns of the history."""
         return dict(self.values)
 
 
+def _spot(
+    simulation: Simulation, described: Body, point: Any, who: str
+) -> tuple[str, Nodes, Floats | None]:
+    """Name of a body in the system, the nodes of a point on this rank, and its arms there."""
+    model = simulation.model
+    if isinstance(described, RigidBody):
+        rigid = model.rigid
+        assert rigid is not None
+        number = rigid.index[described.name]
+        node = rigid.bodies[number]
+        offset = node.directors @ (described.place(point) - node.center)
+        here = np.flatnonzero(rigid.node_mesh.item == number).astype(np.int32)
+        return rigid.name, Nodes(rigid, here), np.tile(offset, (len(here), 1))
+    body = model.meshed[described.name]
+    nodes, arms = local_point(body, point, who)
+    # each node counts once, on the rank that owns it
+    mine = nodes < body.mixed.subspaces["u"].dofmap.index_map.size_local
+    return body.name, Nodes(body, nodes[mine]), None if arms is None else arms[mine]
+
+
 def _total(
-    nodes: Nodes, simulation: Simulation, body: str, quantity: str, offsets: Floats | None = None
+    simulation: Simulation, body: str, nodes: Nodes, arms: Floats | None, quantity: str
 ) -> Sum:
-    """Sum over nodes, or over points that are fixed to them at `offsets`."""
-    read = nodes.reader(simulation, body, quantity, offsets)
+    """Sum over nodes, or over points at the ends of arms."""
+    read = nodes.reader(simulation, body, quantity, arms)
     count = nodes.count
     return lambda: (np.add.reduce(read()), count)
+
+
+def _pose(simulation: Simulation, body: str, nodes: Nodes, arms: Floats | None) -> Sum:
+    """Sum of poses."""
+
+    def read() -> tuple[Floats, int]:
+        values = nodes.now(simulation, body)
+        return packed(values if arms is None else values.at(arms)), nodes.count
+
+    return read

@@ -71,6 +71,7 @@ from shellmb.scene.multibody.joints import (
 )
 from shellmb.scene.multibody.rigid import RigidBody
 from shellmb.scene.multibody.rolling import KnifeEdge, Rolling
+from shellmb.scene.offsets import Offset
 from shellmb.scene.paths import PathFollowing
 from shellmb.scene.probes import Probe
 from shellmb.scene.scene import Scene
@@ -143,6 +144,7 @@ __all__ = [
     "Lock",
     "MeshFile",
     "Motor",
+    "Offset",
     "Orthotropic",
     "Output",
     "Parametric",

@@ -42,7 +42,7 @@ ACTS_ON: dict[type, tuple[type, ...]] = {
     body_loads.LineForce: (Beam,),
     body_loads.FollowerLineForce: (Beam,),
     body_loads.LineMoment: (Beam,),
-    body_loads.PointMoment: FRAMES,
+    body_loads.PointMoment: ANY,
     body_loads.FollowerForce: FRAMES,
     body_loads.FollowerMoment: FRAMES,
     supports.Clamped: (Shell, Beam),

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from shellmb.scene.values.validate import Name, Place, Untrue, described
+from shellmb.errors import SceneError
+from shellmb.scene.offsets import Point
+from shellmb.scene.values.validate import Name, Spot, Untrue, described, show
 
-__all__ = ["Probe"]
+__all__ = ["MOTIONS", "Probe"]
 
 Quantity = Literal[
     "displacement",
@@ -23,6 +25,10 @@ Quantity = Literal[
 ]
 
 
+# what a probe can record as a frame sees it
+MOTIONS = ("displacement", "position", "velocity", "director", "rotation", "angular_velocity")
+
+
 @described("probe")
 class Probe:
     """One number at one point over time.
@@ -30,19 +36,43 @@ class Probe:
     Args:
         name: Its column in ``history.csv``.
         point: A named point, or coordinates (x, y, z): of a node of a shell or a beam, of any
-            point of a rigid body [m].
+            point of a rigid body [m]; or an ``Offset`` from a node.
         quantity: What is recorded; of a shell ``"director"``, of a beam or a rigid body
             ``"rotation"`` (a rotation vector [rad]) and ``"angular_velocity"``, of a beam the
             resultants ``"force"`` and ``"moment"``; of a shell the resultants ``"membrane"`` [N/m]
             and ``"bending"`` [N] (11, 22, 12) and ``"shear"`` [N/m] (13, 23). In motion resultants
             are means over the step, all others values at its end.
-        component: 0, 1, 2 for x, y, z (of resultants: along d1, d2, d3; 11, 22, 12), or
-            ``"norm"`` for the magnitude.
+        component: 0, 1, 2 for x, y, z (of resultants: along d1, d2, d3; 11, 22, 12; in a frame
+            along its axes), or ``"norm"`` for the magnitude.
         body: Name of the body.
+        frame: Name of a rigid body or a beam that the motion is seen from: relative to it, along
+            its axes d1, d2, d3, in the same units. What moves with it rigidly has no displacement
+            and no velocity there. None: the scene's.
+        frame_at: Where on that body: a named point or coordinates [m]; None: the reference point
+            of a rigid body. Positions are from there; of a beam it is the node whose frame it is.
     """
 
     name: Name
-    point: Place
+    point: Point
     quantity: Quantity = "displacement"
     component: Annotated[Literal[0, 1, 2, "norm"], Untrue] = 2
     body: Name | None = None
+    frame: Name | None = None
+    frame_at: Spot | None = None
+
+    def __post_init__(self) -> None:
+        """Check that a frame can be seen from.
+
+        Raises:
+            SceneError: If it is a place on no body, or the quantity is no motion.
+        """
+        if self.frame is None and self.frame_at is not None:
+            raise SceneError(
+                f"probe '{self.name}': frame_at is {show(self.frame_at)} and frame is missing; it "
+                "must be the body whose frame it is"
+            )
+        if self.frame is not None and self.quantity not in MOTIONS:
+            raise SceneError(
+                f"probe '{self.name}': frame is {show(self.frame)} and quantity "
+                f"{show(self.quantity)}, which has the axes of its own body; frame must be left out"
+            )

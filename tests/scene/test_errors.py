@@ -134,8 +134,8 @@ BAD = {
     "edge force: edge is 3; it must be the name of an edge or a tuple of such names": lambda: (
         EdgeForce(3, (1, 2, 3))
     ),
-    "point force: point is (0, 0); it must be a name, a tuple of names, or finite coordinates (x, "
-    "y, z)": lambda: PointForce((0, 0), (0, 0, 1)),
+    "point force: point is (0, 0); it must be the name of a point, finite coordinates (x, y, z), "
+    "or an Offset": lambda: PointForce((0, 0), (0, 0, 1)),
     "pressure: p is inf; it must be a finite number": lambda: Pressure(float("inf")),
     "pressure: there is no parameter value; its parameters are p, body, time": lambda: Pressure(
         1.0, value=3
@@ -212,9 +212,8 @@ BAD = {
     "'left-top', 'right-top', or give coordinates": lambda: made_of(
         PLATE, supports=HELD, probes=Probe("p", "tip")
     ),
-    "probe 'p': point is ('left-top', 'right-top'); it must be one point": lambda: made_of(
-        PLATE, supports=HELD, probes=Probe("p", ("left-top", "right-top"))
-    ),
+    "probe 'p': point is ('left-top', 'right-top'); it must be the name of a point, finite "
+    "coordinates (x, y, z), or an Offset": lambda: Probe("p", ("left-top", "right-top")),
     "join: shell 'roof' has no edge 'x'; its edges are 'left', 'right', 'bottom', 'top'": lambda: (
         made_of(PLATE, ROOF, joins=Join("plate", "roof", "left", "x"))
     ),

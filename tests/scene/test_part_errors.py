@@ -193,8 +193,8 @@ BAD = {
     "shell revolute joint 'j': axis is (0, 0, 0); it must not be zero": lambda: ShellRevolute(
         "j", "a", "s", axis=(0, 0, 0)
     ),
-    "weld 'j': at is (1, 2); it must be the name of a point or finite coordinates (x, y, "
-    "z)": lambda: Weld("j", "a", at=(1, 2)),
+    "weld 'j': at is (1, 2); it must be the name of a point, finite coordinates (x, y, "
+    "z), or an Offset": lambda: Weld("j", "a", at=(1, 2)),
     "weld 'j': active is 3; it must be a pair (start, end) of times, or several pairs": lambda: (
         Weld("j", "a", active=3)
     ),
@@ -242,8 +242,8 @@ BAD = {
         FollowerLineForce((0, 0, NAN))
     ),
     "line moment: moment is 1; it must be a vector of three numbers": lambda: LineMoment(1),
-    "point moment: point is (1, 2); it must be the name of a point or finite coordinates (x, y, "
-    "z)": lambda: PointMoment((1, 2), (0, 0, 1)),
+    "point moment: point is (1, 2); it must be the name of a point, finite coordinates (x, y, z), "
+    "or an Offset": lambda: PointMoment((1, 2), (0, 0, 1)),
     "follower force: components is missing; its parameters are point, components, body, "
     "time": lambda: FollowerForce("end"),
     "probe 'p': quantity is 'torque'; it must be 'displacement', 'position', 'velocity', "

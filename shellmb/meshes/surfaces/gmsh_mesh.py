@@ -123,7 +123,8 @@ def _order(model: Any, kind: int) -> int:
 def _extract(model: Any, shell: Shell) -> RawMesh:
     tags, coordinates, _ = model.mesh.getNodes()
     coordinates = coordinates.reshape(-1, 3)
-    cell, order, raw_cells = _cells(model, shell)
+    entities = [int(tag) for tag in _surface_entities(model, shell)]
+    cell, order, raw_cells, owner = _cells(model, shell, entities)
     used, cells = np.unique(raw_cells, return_inverse=True)
     cells = cells.reshape(raw_cells.shape)
     place = np.argsort(tags)
@@ -141,6 +142,7 @@ def _extract(model: Any, shell: Shell) -> RawMesh:
         normals=oriented(x, cells, cell, shell.name),
         edges=_edges(model, used, facets(cells, cell)),
         points=_points(model, used),
+        areas=_areas(model, entities, owner),
     )
 
 
@@ -172,11 +174,23 @@ def _surface_entities(model: Any, shell: Shell) -> Any:
     return known[group]
 
 
-def _cells(model: Any, shell: Shell) -> tuple[Cell, int, Ints]:
-    """Cell type, order, and nodes (gmsh's tags) in the order of DOLFINx."""
+def _areas(model: Any, entities: list[int], owner: Ints) -> dict[str, Ints]:
+    """Cells of each physical surface that is a part of the shell's."""
+    parts = {name: set(map(int, tags)) for name, tags in _groups(model, 2).items()}
+    return {
+        name: np.flatnonzero(np.isin(owner, list(tags)))
+        for name, tags in parts.items()
+        if tags < set(entities)
+    }
+
+
+def _cells(model: Any, shell: Shell, entities: list[int]) -> tuple[Cell, int, Ints, Ints]:
+    """Cell type, order, nodes (gmsh's tags) in the order of DOLFINx, and the entity of each."""
     found: dict[int, list[Ints]] = {}
-    for entity in _surface_entities(model, shell):
-        kinds, _, nodes = model.mesh.getElements(2, entity)
+    owner: list[Ints] = []
+    for entity in entities:
+        kinds, tags, nodes = model.mesh.getElements(2, entity)
+        owner += [np.full(len(t), entity) for t in tags]
         for kind, flat in zip(kinds, nodes, strict=True):
             found.setdefault(int(kind), []).append(np.asarray(flat, dtype=np.int64))
     if not found:
@@ -192,7 +206,7 @@ def _cells(model: Any, shell: Shell) -> tuple[Cell, int, Ints]:
     cell, order, count = CELLS[kind]
     nodes = np.concatenate(lists).reshape(-1, count)
     like = CellType.quadrilateral if cell == "quad" else CellType.triangle
-    return cell, order, nodes[:, cell_perm_array(like, count)]
+    return cell, order, nodes[:, cell_perm_array(like, count)], np.concatenate(owner)
 
 
 def _edges(model: Any, used: Ints, cell_facets: Ints) -> dict[str, Ints]:

@@ -23,17 +23,18 @@ from shellmb.meshes.mesh import build_surface
 from shellmb.model.frames.beam import BeamModel, build_beam
 from shellmb.model.frames.glue import line_along
 from shellmb.model.places.nodes import shared_nodes
+from shellmb.model.rigidpoints import RigidMeshes, ended, pointed
 from shellmb.model.shells.shell import ShellModel
 from shellmb.scene import Beam, Gravity, RigidBody, Scene
 from shellmb.scene.loads.body_loads import FollowerForce, FollowerMoment, PointMoment
 from shellmb.scene.loads.loads import Load, PointForce
 from shellmb.scene.lookup import said
 from shellmb.scene.multibody.joints import Joint, Revolute, ShellRevolute, Weld
+from shellmb.scene.offsets import node_of
 
 __all__ = ["Inertia", "RigidMeshes", "inertia_of", "rigid_body", "rigidified"]
 
 Floats = npt.NDArray[np.float64]
-RigidMeshes = dict[str, ShellModel | BeamModel]
 
 # a rigid body turns about every axis with some inertia, relative to the largest
 NO_INERTIA = 1e-12
@@ -182,8 +183,15 @@ def rigidified(scene: Scene, comm: MPI.Comm) -> tuple[Scene, RigidMeshes]:
         shells=tuple(s for s in scene.shells if s.name not in names),
         beams=tuple(b for b in scene.beams if b.name not in names),
         rigid_bodies=(*scene.rigid_bodies, *bodies.values()),
-        loads=tuple(_load(load, scene, beams, bodies) for load in scene.loads),
-        joints=(*(_joint(j, scene, shells) for j in scene.joints), *_welds(scene, meshes)),
+        loads=tuple(
+            pointed(_load(load, scene, beams, bodies), scene, meshes) for load in scene.loads
+        ),
+        joints=(
+            *(ended(_joint(j, scene, shells), meshes) for j in scene.joints),
+            *_welds(scene, meshes),
+        ),
+        elements=tuple(ended(element, meshes) for element in scene.elements),
+        probes=tuple(pointed(probe, scene, meshes) for probe in scene.probes),
         joins=tuple(j for j in scene.joins if j.first not in names),
         glues=tuple(g for g in scene.glues if g.beam not in names),
     )
@@ -231,7 +239,7 @@ def _load(
     (target,) = scene.bodies_of(load)
     if target.name not in beams:
         return load
-    nodes = shared_nodes(beams[target.name], load.point, load.label)
+    nodes = shared_nodes(beams[target.name], node_of(load.point), load.label)
     vector = np.asarray(load.components) @ nodes.directors[0]
     return replace(load, components=_triple(bodies[target.name].axes.T @ vector))
 
@@ -241,7 +249,7 @@ def _joint(joint: Joint, scene: Scene, shells: dict[str, ShellModel]) -> Joint:
     if not isinstance(joint, ShellRevolute) or joint.second not in shells:
         return joint
     where = joint.second_at if joint.second_at is not None else _first_place(joint, scene)
-    nodes = shared_nodes(shells[joint.second], where, joint.said)
+    nodes = shared_nodes(shells[joint.second], node_of(where), joint.said)
     shared = ("name", "first", "second", "at", "second_at", "mass", "active")
     return Revolute(
         **{name: getattr(joint, name) for name in shared},

@@ -49,6 +49,16 @@ class BoundJoint:
     length: float = 1.0
 
     @property
+    def about(self) -> Floats | None:
+        """Where on the first body its moment is about; None: its own point on the second."""
+        return None
+
+    @property
+    def shown(self) -> Floats:
+        """Axes of its forces in the results, as rows: they turn with the first place."""
+        return np.asarray(self.axes[0])
+
+    @property
     def vectors(self) -> tuple[int, int]:
         """Number of vectors that its places must have."""
         return KINDS[self.kind].vectors
@@ -71,8 +81,8 @@ def bind_joint(joint: Joint, find: FindEnd) -> BoundJoint:
         SceneError: If there is no such place, or a shell's director is not where it should be.
     """
     first = find(joint.first, joint.at, joint.said)
-    where = joint.second_at if joint.second_at is not None else first.point
-    second = find(joint.second, tuple(where) if not isinstance(where, str) else where, joint.said)
+    where = joint.second_at if joint.second_at is not None else tuple(first.point)
+    second = find(joint.second, where, joint.said)
     kind, axes, length = joint.label.removesuffix(" joint"), np.array([np.eye(3)] * 2), 1.0
     match joint:
         case scene_joints.Universal():

@@ -42,7 +42,6 @@ from shellmb.model.joints.joints import (
     BoundJoint,
     JointGroup,
     PointMasses,
-    bind_joint,
     joint_groups,
 )
 from shellmb.model.joints.linear import HeldCoordinates, TiedCoordinates
@@ -50,6 +49,8 @@ from shellmb.model.joints.rolling import BoundContact, bind_contact, contact_gro
 from shellmb.model.joints.slipping import read_contacts
 from shellmb.model.joints.switches import Locks, State, Switched, Switches, Windows
 from shellmb.model.places.finder import Finder
+from shellmb.model.regions import bind
+from shellmb.model.shells.shell import ShellModel
 from shellmb.scene import Scene
 from shellmb.scene.loads.loads import Gravity
 from shellmb.scene.multibody.elements import PointElement
@@ -67,7 +68,7 @@ class Mechanism:
     """The joints of a scene, and what drives and resists them.
 
     Args:
-        joints: All joints with their places.
+        joints: All joints with their places, of a weld along a region that of its first node.
         groups: Their groups, by kind.
         bodies: All bodies of the system that it consists of.
         table: The coordinates that something acts on: of joints, and distances of elements.
@@ -159,6 +160,7 @@ def build_mechanism(
     scene: Scene,
     comm: MPI.Comm,
     find: Finder,
+    shells: Mapping[str, ShellModel],
     force: float,
     length: float,
 ) -> Mechanism:
@@ -168,6 +170,7 @@ def build_mechanism(
         scene: The scene.
         comm: Communicator.
         find: Places on bodies by name.
+        shells: The shells by name.
         force: Size of joint forces, N.
         length: Size of the scene, m.
 
@@ -176,15 +179,16 @@ def build_mechanism(
             is impossible.
     """
     made = Mechanism()
+    plain: list[BoundJoint] = []
     for joint in scene.joints:
-        made.joints[joint.name] = (
-            bind_contact(joint, find, length)
-            if isinstance(joint, Contact)
-            else bind_joint(joint, find)
-        )
+        if isinstance(joint, Contact):
+            made.joints[joint.name] = bind_contact(joint, find, length)
+            continue
+        bound = bind(joint, find, shells)
+        made.joints[joint.name] = bound[0]
+        plain += bound
     switched = frozenset(j.name for j in scene.joints if j.active is not None)
     contacts = [j for j in made.joints.values() if isinstance(j, BoundContact)]
-    plain = [j for j in made.joints.values() if not isinstance(j, BoundContact)]
     made.groups = joint_groups(comm, plain, force, length, switched)
     made.groups += contact_groups(comm, contacts, force, length)
     needed = _coordinates(scene, made, find, length)

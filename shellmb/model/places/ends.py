@@ -34,7 +34,7 @@ class End:
         dofs: Global dofs of the node: "u" of shape (3,), "w" of shape (3 m,).
         node: Reference position of the node, shape (3,), m.
         directors: Reference directors as rows, shape (m, 3): one of a shell, three of a frame.
-        point: Reference position of the place, shape (3,), m; that of the node for shells.
+        point: Reference position of the place, shape (3,), m; of a shell along its director.
     """
 
     body: str
@@ -51,9 +51,7 @@ class End:
 
     @property
     def offset(self) -> Floats:
-        """Components of `point - node` along the directors of a frame, shape (3,), m."""
-        if not self.framed:
-            return np.zeros(3)
+        """Components of `point - node` along the directors, shape (m,), m."""
         return np.asarray(self.directors @ (self.point - self.node))
 
     def needed(self, vectors: int) -> int:
@@ -77,6 +75,8 @@ class EndGroup:
     ) -> None:
         self.ends, self._nodes, self.tag, self.turns = list(ends), nodes, tag, turns
         self.count = len(ends[0].directors) if turns else 0
+        # joints on the director of a shell are mostly at its node: then there is no arm to it
+        self._arms = self.count == 3 or (turns and any(np.any(end.offset) for end in ends))
         self.parts = {f"u{tag}": 3} | ({f"w{tag}": 3 * self.count} if turns else {})
         rows = []
         for end, frame in zip(ends, axes, strict=True):
@@ -85,7 +85,7 @@ class EndGroup:
                 # e_a = E_a + R_ak w_k with R_ak = E_a . D_k
                 row += [end.offset, frame.ravel(), (frame @ end.directors.T).ravel()]
             elif turns:
-                row += [end.directors[0]]
+                row += [end.directors[0], *([end.offset] if self._arms else [])]
             rows.append(np.concatenate(row))
         self._data = constant_vector(nodes, np.array(rows), f"place{tag}")
 
@@ -107,6 +107,8 @@ class EndGroup:
             return Place(x, ())
         w = layout.part(q, f"w{self.tag}")
         if self.count == 1:
+            if self._arms:
+                x = x + data[6] * w
             return Place(x, (ufl.as_vector([data[3 + k] for k in range(3)]) + w,))
         W = [ufl.as_vector([w[3 * k + i] for i in range(3)]) for k in range(3)]
         x = x + sum((data[3 + k] * W[k] for k in range(3)), start=0 * u)

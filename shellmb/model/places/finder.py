@@ -9,8 +9,9 @@ from shellmb.errors import SceneError
 from shellmb.model.frames.rigid import GROUND
 from shellmb.model.places.ends import End, Floats
 from shellmb.model.places.nodes import Meshed, shared_nodes
+from shellmb.scene.offsets import Offset, arm_components
 
-Where = str | tuple[str, ...] | tuple[float, float, float] | None
+Where = str | tuple[float, float, float] | Offset | None
 
 
 @dataclass(frozen=True)
@@ -44,7 +45,8 @@ class Finder:
 
         Args:
             body: Name of a body, or "ground".
-            where: Name of a point, reference coordinates, or None for a rigid body's own point.
+            where: Name of a point, reference coordinates, an offset from one of these, or None for
+                a rigid body's own point.
             who: Who asks, for the error.
 
         Raises:
@@ -58,6 +60,8 @@ class Finder:
         places = self._rigid[body]
         if where is None:
             return replace(places.end, point=places.reference)
+        if isinstance(where, Offset):
+            raise AssertionError("the scene has refused it")
         if not isinstance(where, str):
             return replace(places.end, point=np.asarray(where, dtype=float))
         if where not in places.points:
@@ -71,11 +75,16 @@ class Finder:
     def _on_mesh(self, body: Meshed, where: Where, who: str) -> End:
         if where is None:
             raise SceneError(f"{who}: at is missing; body '{body.name}' needs one of its nodes")
-        nodes = shared_nodes(body, where, who)
+        node = where.node if isinstance(where, Offset) else where
+        nodes = shared_nodes(body, node, who)
         if len(nodes.x) != 1:
             raise SceneError(
-                f"{who}: there are {len(nodes.x)} nodes of '{body.name}' at '{where}'; give a "
+                f"{who}: there are {len(nodes.x)} nodes of '{body.name}' at '{node}'; give a "
                 "single point"
             )
         dofs = {part: nodes.dofs[part][0] for part in ("u", "w")}
-        return End(body.name, body.name, dofs, nodes.x[0], nodes.directors[0], nodes.x[0])
+        point = nodes.x[0]
+        if isinstance(where, Offset):
+            arm = arm_components(where.by, nodes.directors[0], who, f"'{body.name}'")
+            point = point + arm @ nodes.directors[0]
+        return End(body.name, body.name, dofs, nodes.x[0], nodes.directors[0], point)

@@ -1,8 +1,8 @@
-"""Nodes of shells and beams found by edge, name or coordinates, the same on every rank."""
+"""Nodes of shells and beams found by edge, area, name or coordinates, the same on every rank."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -12,6 +12,7 @@ from shellmb.errors import SceneError
 from shellmb.meshes.curve_mesh import LineMesh
 from shellmb.meshes.mesh import SurfaceMesh
 from shellmb.meshes.spaces import MixedSpace
+from shellmb.scene.offsets import Offset, arm_components, node_of
 
 # a point must lie on a node to within this fraction of the body's length
 ON_NODE = 1e-6
@@ -60,7 +61,7 @@ def local_nodes(body: Meshed, where: Place, who: str) -> npt.NDArray[np.int32]:
 
     Args:
         body: The shell.
-        where: Edge name or names, point name, or coordinates.
+        where: Name or names of edges and areas, name of a point, or coordinates.
         who: Who asks, for the error.
 
     Raises:
@@ -80,10 +81,32 @@ def local_nodes(body: Meshed, where: Place, who: str) -> npt.NDArray[np.int32]:
     if isinstance(where, str) or all(isinstance(item, str) for item in where):
         if isinstance(mesh, LineMesh):
             return np.unique(np.concatenate([local_nodes(body, item, who) for item in where]))  # type: ignore[arg-type]
-        facets = mesh.facets(where, who)  # type: ignore[arg-type]
         space = body.mixed.subspaces["u"]
-        return np.asarray(fem.locate_dofs_topological(space, 1, facets), dtype=np.int32)
+        entities = mesh.entities(where, who)  # type: ignore[arg-type]
+        found = [fem.locate_dofs_topological(space, dim, which) for dim, which in entities]
+        return np.unique(np.concatenate(found)).astype(np.int32)
     return _node_at(body, np.asarray(where, dtype=float), who)
+
+
+def local_point(
+    body: Meshed, point: Any, who: str
+) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.float64] | None]:
+    """Local nodes of a point, and the components of its arms along their directors, (n, m), m.
+
+    Args:
+        body: The shell or beam.
+        point: A place, or an offset from one.
+        who: Who asks, for the error.
+
+    Raises:
+        SceneError: If there is no such point.
+    """
+    nodes = local_nodes(body, node_of(point), who)
+    if not isinstance(point, Offset):
+        return nodes, None
+    directors = body.node_directors()
+    arms = [arm_components(point.by, directors[n], who, f"'{body.name}'") for n in nodes]
+    return nodes, np.array(arms).reshape(len(nodes), directors.shape[1])
 
 
 def _node_at(body: Meshed, point: npt.NDArray[np.float64], who: str) -> npt.NDArray[np.int32]:

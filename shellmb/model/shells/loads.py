@@ -112,7 +112,8 @@ class ShellLoads(DistributedLoads):
                     body.ds(load.edge, "follower edge force"),
                 )
             case EdgeMoment():
-                moment = load_forms.edge_moment(self._field(load, "moment"), w, body.surface, dw)
+                d, given = body.surface.D + w, self._field(load, "moment")
+                moment = load_forms.director_moment(given, d, dw)
                 return moment, body.ds(load.edge, "edge moment")
         raise NotImplementedError(f"no form for {type(load).__name__}")
 

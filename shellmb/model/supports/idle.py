@@ -13,6 +13,7 @@ from shellmb.scene import Scene
 from shellmb.scene.loads.body_loads import FollowerForce, FollowerMoment, PointMoment
 from shellmb.scene.loads.loads import EdgeForce, EdgeMoment, FollowerEdgeForce, PointForce
 from shellmb.scene.lookup import said
+from shellmb.scene.offsets import Offset, node_of
 from shellmb.scene.values.validate import show
 
 Floats = npt.NDArray[np.float64]
@@ -67,12 +68,16 @@ def _holding(load: Any, body: Meshed, prescribed: Prescribed) -> list[str]:
     if force is not None and not force.any():
         return []
     where = load.edge if hasattr(load, "edge") else load.point
+    # at the end of an arm a force turns the node, too
+    works = {part: force} | ({"w": None} if isinstance(where, Offset) else {})
+    nodes = shared_nodes(body, node_of(where), said(load))
     found: dict[str, None] = {}
-    for dofs in shared_nodes(body, where, said(load)).dofs[part]:
-        basis, supports = prescribed.held(body.name, dofs)
-        if not _held(basis, force):
-            return []
-        found |= dict.fromkeys(supports)
+    for part, along in works.items():
+        for dofs in nodes.dofs[part]:
+            basis, supports = prescribed.held(body.name, dofs)
+            if not _held(basis, along):
+                return []
+            found |= dict.fromkeys(supports)
     return list(found)
 
 

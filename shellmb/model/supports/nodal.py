@@ -96,13 +96,46 @@ def plane(
     x: Floats,
 ) -> NodalConstraint:
     """A nodal vector (a change from the reference) stays in the plane with the given normal."""
-    shell, dofs, _ = vector
+    body, dofs, _ = vector
     return NodalConstraint(
         name,
         comm,
-        {"q": (shell, dofs, np.zeros((len(normals), 3)))},
+        {"q": (body, dofs, np.zeros((len(normals), 3)))},
         lambda q, data: nodal_forms.in_plane(q["q"], data),
         normals,
         scale,
         x,
     )
+
+
+def arm_plane(
+    name: str,
+    comm: MPI.Comm,
+    body: str,
+    dofs: dict[str, Ints],
+    arms: Floats,
+    normals: Floats,
+    scale: float,
+    x: Floats,
+) -> NodalConstraint:
+    """The ends of arms at nodes stay in the planes with the given normals.
+
+    Args:
+        name: Name of the constraint.
+        comm: Communicator.
+        body: Name of the body.
+        dofs: Global dofs of the nodes' displacements "u", (n, 3), and directors "w", (n, 3 m).
+        arms: Components of the arms along the directors, shape (n, m), m.
+        normals: Unit normals, shape (n, 3).
+        scale: Size of the multiplier's force, N.
+        x: Positions of the nodes, for messages, shape (n, 3), m.
+    """
+    zeros, count = np.zeros((len(x), 3)), arms.shape[1]
+    turns = {f"w{k}": (body, dofs["w"][:, 3 * k : 3 * k + 3], zeros) for k in range(count)}
+
+    def constraint(q: dict[str, Expr], data: Expr) -> Expr:
+        end = sum((data[3 + k] * q[f"w{k}"] for k in range(count)), start=q["u"])
+        return nodal_forms.in_plane(end, ufl.as_vector([data[i] for i in range(3)]))
+
+    parts = {"u": (body, dofs["u"], zeros), **turns}
+    return NodalConstraint(name, comm, parts, constraint, np.hstack([normals, arms]), scale, x)

@@ -9,8 +9,14 @@ import ufl
 from ufl import Form
 from ufl.core.expr import Expr
 
+from shellmb.errors import SceneError
 from shellmb.forms.constraints.joints import Place
-from shellmb.forms.loads import dead_force, follower_frame_moment, frame_moment
+from shellmb.forms.loads import (
+    dead_force,
+    director_moment,
+    follower_frame_moment,
+    frame_moment,
+)
 from shellmb.forms.state import Layout
 from shellmb.forms.steps.discrete import variation
 from shellmb.meshes.nodes import constant_vector, node_mesh, node_space, set_constants
@@ -18,6 +24,9 @@ from shellmb.model.body import LoadFactors, Massless, TimeFunction
 from shellmb.model.places.ends import End, EndGroup
 from shellmb.model.places.finder import Finder
 from shellmb.scene import FollowerForce, FollowerMoment, PointForce, PointMoment, Scene
+
+# part of a moment about the director of a shell that counts as none
+DRILLING = 1e-6
 
 PointLoad = PointForce | PointMoment | FollowerForce | FollowerMoment
 
@@ -41,6 +50,8 @@ def _stacked(change: Place) -> Expr:
 
 
 def _dead_moment(components: Expr, place: Place, change: Place) -> Expr:
+    if len(place.e) == 1:
+        return director_moment(components, place.e[0], change.e[0])
     return frame_moment(components, _frame(place), _stacked(change))
 
 
@@ -132,6 +143,21 @@ class _PointFactors:
         return self._body.work(self._value, place, change) * ufl.dx
 
 
+def _refuse_drilling(load: PointMoment, end: End) -> None:
+    """A shell has no moment about its director, and would take no part of the load there."""
+    moment, director = np.array(load.moment), end.directors[0]
+    about = float(moment @ director)
+    if abs(about) > DRILLING * np.linalg.norm(moment):
+        normal, rest = (
+            ", ".join(f"{c:.9g}" for c in v + 0.0) for v in (director, moment - about * director)
+        )
+        raise SceneError(
+            f"{load.label} on '{end.owner}': moment is {load.moment}, {about:.4g} of it about the "
+            f"director ({normal}), about which a shell carries none; it must be across it, "
+            f"({rest}), or act on a rigid body or a beam that is fixed to the shell"
+        )
+
+
 def point_loads(scene: Scene, comm: MPI.Comm, find: Finder) -> list[PointLoads]:
     """Loads at points as bodies of the system, one for all that share their kernels.
 
@@ -141,7 +167,7 @@ def point_loads(scene: Scene, comm: MPI.Comm, find: Finder) -> list[PointLoads]:
         find: Places on bodies by name.
 
     Raises:
-        SceneError: If there is no such place.
+        SceneError: If there is no such place, or a shell cannot carry the moment.
     """
     groups: dict[tuple[type, int], list[tuple[PointLoad, End]]] = {}
     for load in scene.loads:
@@ -149,6 +175,8 @@ def point_loads(scene: Scene, comm: MPI.Comm, find: Finder) -> list[PointLoads]:
             continue
         (body,) = scene.bodies_of(load)
         end = find(body.name, load.point, load.label)
+        if isinstance(load, PointMoment) and not end.framed:
+            _refuse_drilling(load, end)
         vectors = end.needed(_WORK[type(load)][1])
         groups.setdefault((type(load), vectors), []).append((load, end))
     return [

@@ -45,6 +45,11 @@ class Supportable(Meshed, Protocol):
         """Size of its resultants, N."""
         ...
 
+    @property
+    def jump_parts(self) -> frozenset[str]:
+        """Parts that have equations for the jump of velocities."""
+        ...
+
 
 @dataclass(frozen=True)
 class Rows:

@@ -12,10 +12,12 @@ from shellmb.model.body import PrescribedTurn
 from shellmb.model.places.ends import frame_about
 from shellmb.model.places.nodes import ON_NODE, Nodes, Place, said_point, shared_nodes
 from shellmb.model.shells.shell import ShellModel
+from shellmb.model.supports.nodal import NodalConstraint, arm_plane
 from shellmb.model.supports.prescribed import PARALLEL, Prescribed, Rows, Supportable
 from shellmb.scene.loads import supports as scene_supports
 from shellmb.scene.loads.supports import Support
 from shellmb.scene.lookup import said
+from shellmb.scene.offsets import arm_components
 from shellmb.scene.values.validate import show
 
 Floats = npt.NDArray[np.float64]
@@ -30,13 +32,23 @@ class SupportRows:
         body: The body.
         described: Its description in the scene.
         prescribed: Collects the equations.
+        dynamic: Whether the scene moves in time.
+
+    Attributes:
+        arms: Constraints of what is held off its nodes.
     """
 
     def __init__(
-        self, support: Support, body: Supportable, described: Any, prescribed: Prescribed
+        self,
+        support: Support,
+        body: Supportable,
+        described: Any,
+        prescribed: Prescribed,
+        dynamic: bool,
     ) -> None:
         self._support, self._body, self._described = support, body, described
-        self._prescribed = prescribed
+        self._prescribed, self._dynamic = prescribed, dynamic
+        self.arms: list[NodalConstraint] = []
         self._turn: PrescribedTurn | None = None
         where = getattr(support, "edge", None) or getattr(support, "where", None)
         label = said(support)
@@ -52,8 +64,12 @@ class SupportRows:
             case scene_supports.Clamped():
                 self._hold(support.edge, "u")
                 self._hold(support.edge, "w")
+            case scene_supports.Hinged() if np.any(support.offset):
+                self._at_offset(support, list(np.eye(3)))
             case scene_supports.Hinged():
                 self._hold(support.edge, "u")
+            case scene_supports.SoftSupport() if np.any(support.offset):
+                self._at_offset(support, [np.asarray(support.axis, dtype=float)])
             case scene_supports.SoftSupport():
                 self._plane(support.edge, "u", support.axis)
             case scene_supports.Diaphragm():
@@ -73,6 +89,33 @@ class SupportRows:
                 self._drive(support)
             case _:
                 raise NotImplementedError(f"no form for {type(support).__name__}")
+
+    def _at_offset(
+        self, support: scene_supports.Hinged | scene_supports.SoftSupport, directions: list[Floats]
+    ) -> None:
+        """Hold the ends of arms: in motion what their directors do needs inertia."""
+        body, nodes = self._body, self._nodes(support.edge)
+        if self._dynamic and "lam" not in body.jump_parts:
+            raise SceneError(
+                f"{self._who}: offset is {show(support.offset)} and the directors of "
+                f"'{body.name}' have no inertia; it must have rotary_inertia=True and a section "
+                "with second moments, or the offset must be 0"
+            )
+        arms = [
+            arm_components(support.offset, D, self._who, f"'{body.name}'") for D in nodes.directors
+        ]
+        self.arms.append(
+            arm_plane(
+                f"displacement plane of '{body.name}' off {show(support.edge)}",
+                body.domain.mesh.comm,
+                body.name,
+                {part: np.tile(nodes.dofs[part], (len(directions), 1)) for part in ("u", "w")},
+                np.tile(arms, (len(directions), 1)),
+                np.repeat([d / np.linalg.norm(d) for d in directions], len(nodes.x), axis=0),
+                body.force_size,
+                np.tile(nodes.x, (len(directions), 1)),
+            )
+        )
 
     def _crosses(self, support: scene_supports.SymmetryPlane) -> None:
         """A director along the normal of its plane cannot stay in it."""

@@ -205,7 +205,7 @@ class DrawnJoints:
     def __init__(self, model: Model, name: str) -> None:
         self._groups, self._comm = model.mechanism.groups, model.comm
         self._number = {joint: k for k, joint in enumerate(model.mechanism.joints)}
-        joints = list(model.mechanism.joints.values())
+        self._joints = joints = list(model.mechanism.joints.values())
         # a weld to a shell has its ends the other way round; here the second body's end is second
         self._swapped = [j.ends[0].owner == j.joint.second for j in joints]
         ends = [j.ends[::-1] if s else j.ends for j, s in zip(joints, self._swapped, strict=True)]
@@ -228,12 +228,15 @@ class DrawnJoints:
             q = np.asarray(simulation.problem.state(group.name).x.array)
             for which, place in enumerate(group.ends):
                 moved = q[group.mixed.dofs[f"u{place.tag}"]].reshape(-1, 3).copy()
-                if place.turns and place.count == 3:
-                    w = q[group.mixed.dofs[f"w{place.tag}"]].reshape(-1, 3, 3)
+                if place.turns:
+                    w = q[group.mixed.dofs[f"w{place.tag}"]].reshape(-1, place.count, 3)
                     offsets = np.array([place.ends[k].offset for k in group.nodes.item])
-                    moved += np.einsum("nk,nki->ni", offsets.reshape(-1, 3), w)
+                    moved += np.einsum("nk,nki->ni", offsets.reshape(-1, place.count), w)
                 for row, item in enumerate(group.nodes.item):
                     k = self._number[group.joints[item].joint.name]
+                    if group.joints[item] is not self._joints[k]:
+                        # a weld along a region is shown at its first node
+                        continue
                     found[k, 1 - which if self._swapped[k] else which] = moved[row]
         self._comm.Allreduce(MPI.IN_PLACE, found)
         return {"displacement": found.reshape(-1, 3)} if self._comm.rank == 0 else {}

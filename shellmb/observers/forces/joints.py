@@ -33,9 +33,10 @@ class JointForces(Silent):
     They are means over the step, in statics the values: those of the row that balances the momentum
     of the step, at the middle of the path (of ED from the state j to f, which is where its eq. (29)
     has its forces). What they are at the end of the step, `EndForceColumns` tells. The moment is
-    about the joint's point on the second body. Components are along the axes `e1, e2, e3` that turn
-    with the first body, `e3` being the joint's axis or normal; of joints without axes (spherical,
-    distance) along those of the scene; of wheels and blades `e1` is the direction they move in.
+    about the joint's point on the second body; of a weld along an edge or area, which has many
+    there, about that on the first. Components are along the axes `e1, e2, e3` that turn with the
+    first body, `e3` being the joint's axis or normal; of joints without axes (spherical, distance)
+    along those of the scene; of wheels and blades `e1` is the direction they move in.
     What drivers, springs, dampers and motors add about or along the axis is theirs, not the
     joint's.
 
@@ -112,7 +113,8 @@ def joint_forces(
         q = state(group.name)
         for row, item in enumerate(group.nodes.item):
             joint = group.joints[item]
-            found[number[joint.joint.name]] = _force(group, joint, row, q, r)
+            # a weld along a region has an item for each of its nodes
+            found[number[joint.joint.name]] += _force(group, joint, row, q, r)
     model.comm.Allreduce(MPI.IN_PLACE, found)
     return {name: found[k] for name, k in number.items()}
 
@@ -145,7 +147,10 @@ def _force(group: JointGroup, joint: BoundJoint, row: int, q: Floats, r: Floats)
     second = 0 if joint.ends[0].owner == joint.joint.second else 1
     end = group.ends[second]
     x, d, force, couples = _end(group, joint, second, row, q, r)
-    point = x + joint.ends[second].offset @ d if end.turns and end.count == 3 else x
+    point = x + joint.ends[second].offset @ d if end.turns else x
+    if joint.about is not None:
+        first, axes, _, _ = _end(group, joint, 0, row, q, r)
+        point = first + (joint.ends[0].directors @ (joint.about - joint.ends[0].node)) @ axes
     moment = np.cross(x - point, force) + np.cross(d, couples).sum(axis=0)
     axes = _axes(group, joint, row, q)
     # what the left-hand side resists with is the opposite of what acts; without a sign of zero
@@ -175,7 +180,7 @@ def _axes(group: JointGroup, joint: BoundJoint, row: int, q: Floats) -> Floats:
     if joint.vectors[0] == 0:
         return np.eye(3)
     _, d, _, _ = _end(group, joint, 0, row, q, q)
-    axes, heading = joint.axes[0] @ joint.ends[0].directors.T @ d, group.heading(row, q)
+    axes, heading = joint.shown @ joint.ends[0].directors.T @ d, group.heading(row, q)
     if heading is not None:
         (c, s), axes = heading / np.linalg.norm(heading), np.array(axes)
         axes[:2] = c * axes[0] + s * axes[1], c * axes[1] - s * axes[0]

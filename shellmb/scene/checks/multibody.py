@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from shellmb.errors import SceneError
 from shellmb.scene.beams.beam import Beam
 from shellmb.scene.beams.curves import AlongEdge, AlongLine
-from shellmb.scene.checks.places import check_edges, check_point, finite_in_time
+from shellmb.scene.checks.places import areas_of, check_edges, check_point, edges_of, finite_in_time
 from shellmb.scene.loads.supports import Fixed
 from shellmb.scene.lookup import (
     Body,
@@ -20,10 +20,12 @@ from shellmb.scene.lookup import (
     said,
 )
 from shellmb.scene.multibody.elements import Driver, JointElement, Lock, PointElement
-from shellmb.scene.multibody.joints import GROUND, Distance, Joint, ShellRevolute
+from shellmb.scene.multibody.joints import GROUND, Distance, Joint, ShellRevolute, Weld
 from shellmb.scene.multibody.rigid import RigidBody
 from shellmb.scene.multibody.rolling import Contact, Rolling
 from shellmb.scene.shells.sections import LinearSection
+from shellmb.scene.offsets import Offset
+from shellmb.scene.probes import MOTIONS
 from shellmb.scene.shells.shell import Shell
 from shellmb.scene.values.validate import show
 
@@ -82,7 +84,8 @@ def _joint(scene: Scene, joint: Joint) -> None:
             )
     else:
         _end(scene, joint.first, joint.at, joint.said)
-    if joint.second_at is not None:
+    along = _regions(second) if isinstance(joint, Weld) else ()
+    if joint.second_at is not None and joint.second_at not in along:
         _end(scene, joint.second, joint.second_at, joint.said)
     elif isinstance(joint, Distance):
         raise SceneError(
@@ -106,6 +109,11 @@ def _joint(scene: Scene, joint: Joint) -> None:
         )
 
 
+def _regions(body: Body | None) -> tuple[str, ...]:
+    """Edges and areas of a shell."""
+    return (*(edges_of(body) or ()), *areas_of(body)) if isinstance(body, Shell) else ()
+
+
 def _frameless(body: Body | None) -> bool:
     return isinstance(body, Shell) and not body.rigid
 
@@ -119,9 +127,9 @@ def _end(scene: Scene, name: str, at: Any, who: str) -> None:
     body = find_end(scene, name, who)
     if body is not None:
         check_point(body, at, who)
-    elif isinstance(at, str):
+    elif not isinstance(at, tuple):
         raise SceneError(
-            f"{who}: the ground has no point '{at}'; it must be given by coordinates (x, y, z)"
+            f"{who}: the ground has no point {show(at)}; it must be given by coordinates (x, y, z)"
         )
 
 
@@ -200,9 +208,15 @@ def _glues(scene: Scene) -> None:
 
 
 def _quantity(scene: Scene, probe: Any) -> None:
-    """Whether the probe's body has what it records."""
+    """Whether the probe's body has what it records, and the frame that sees it is one."""
     (body,) = bodies_of(scene, probe)
     q = probe.quantity
+    if probe.frame is not None:
+        _frame(scene, probe)
+    if isinstance(probe.point, Offset) and q not in MOTIONS:
+        raise SceneError(
+            f"{said(probe)}: quantity is {show(q)} and point an Offset; point must be a node"
+        )
     if q in ("membrane", "bending", "shear") and not isinstance(body, Shell):
         needed = "a shell; of a beam record force and moment"
     elif q == "shear" and probe.component == 2:
@@ -218,6 +232,23 @@ def _quantity(scene: Scene, probe: Any) -> None:
     raise SceneError(
         f"{said(probe)}: quantity is {show(q)} and the body {said(body)}; it must be {needed}"
     )
+
+
+def _frame(scene: Scene, probe: Any) -> None:
+    """The body whose frame a probe's motion is seen from."""
+    body = find_body(scene, probe.frame, f"{said(probe)}: frame")
+    if _frameless(body):
+        raise SceneError(
+            f"{said(probe)}: frame is {said(body)}, whose nodes have a director only; it must be a "
+            "rigid body, or a beam with frame_at"
+        )
+    if probe.frame_at is not None:
+        check_point(body, probe.frame_at, f"{said(probe)}: frame_at")
+    elif isinstance(body, Beam) and not body.rigid:
+        raise SceneError(
+            f"{said(probe)}: frame_at is missing; it must be the node of {said(body)} whose frame "
+            "it is"
+        )
 
 
 def _directors(scene: Scene, support: Fixed) -> None:

@@ -9,10 +9,12 @@ import numpy as np
 from shellmb.errors import SceneError
 from shellmb.scene.beams.beam import Beam
 from shellmb.scene.lookup import Body, listed, said
+from shellmb.scene.multibody.rigid import RigidBody
+from shellmb.scene.offsets import Offset
 from shellmb.scene.shells.shell import Shell
 from shellmb.scene.values.validate import edge_names, in_words, show
 
-__all__ = ["check_edges", "check_point", "edges_of", "finite_in_time", "points_of"]
+__all__ = ["areas_of", "check_edges", "check_point", "edges_of", "finite_in_time", "points_of"]
 
 
 def edges_of(body: Body) -> tuple[str, ...] | None:
@@ -29,17 +31,31 @@ def points_of(body: Body) -> tuple[str, ...] | None:
     return body.curve.point_names if isinstance(body, Beam) else body.point_names
 
 
-def check_edges(body: Body, edge: str | tuple[str, ...], who: str) -> None:
+def areas_of(body: Body) -> tuple[str, ...]:
+    """Names of the areas that a shell was given."""
+    return tuple(body.areas) if isinstance(body, Shell) else ()
+
+
+def check_edges(
+    body: Body, edge: str | tuple[str, ...], who: str, areas: tuple[str, ...] = ()
+) -> None:
     """Refuse edges that the body does not have.
+
+    Args:
+        body: The body.
+        edge: Name or names.
+        who: Who asks, for the error.
+        areas: Names of areas that will do, too.
 
     Raises:
         SceneError: If there is one.
     """
     known = edges_of(body)
     for name in edge_names(edge):
-        if known is not None and name not in known:
+        if known is not None and name not in (*known, *areas):
+            more = f", its areas {listed(areas)}" if areas else ""
             raise SceneError(
-                f"{who}: {said(body)} has no edge '{name}'; its edges are {listed(known)}"
+                f"{who}: {said(body)} has no edge '{name}'; its edges are {listed(known)}{more}"
             )
 
 
@@ -47,11 +63,21 @@ def check_point(body: Body, point: Any, who: str) -> None:
     """Refuse a point that the body does not have.
 
     Raises:
-        SceneError: If there is none of that name, or several are named.
+        SceneError: If there is none of that name, or an offset from it has no direction.
     """
     known = points_of(body)
-    if isinstance(point, tuple) and isinstance(point[0], str):
-        raise SceneError(f"{who}: point is {show(point)}; it must be one point")
+    if isinstance(point, Offset):
+        if isinstance(body, RigidBody):
+            raise SceneError(
+                f"{who}: an offset is from a node of a shell or beam and {said(body)} has none; "
+                "give the coordinates of the point"
+            )
+        if not (isinstance(point.by, tuple) or isinstance(body, Shell)):
+            raise SceneError(
+                f"{who}: the offset is {show(point.by)} and {said(body)} has no single director; "
+                "it must be a vector"
+            )
+        point = point.node
     if known is not None and isinstance(point, str) and point not in known:
         raise SceneError(
             f"{who}: {said(body)} has no point '{point}'; its points are {listed(known)}, "

@@ -13,13 +13,14 @@ from shellmb.scene.checks import effect as checks_effect
 from shellmb.scene.checks import multibody as checks_multibody
 from shellmb.scene.checks.control import check_control
 from shellmb.scene.checks.places import (
+    areas_of,
     check_edges,
     check_point,
     edges_of,
     finite_in_time,
     points_of,
 )
-from shellmb.scene.loads.supports import Driven, Fixed
+from shellmb.scene.loads.supports import Driven, Fixed, HardSupport, Support
 from shellmb.scene.lookup import Body, bodies_of, find_shell, kind_of, listed, said
 from shellmb.scene.multibody.joints import GROUND
 from shellmb.scene.names import check_names
@@ -172,7 +173,9 @@ def _targets(scene: Scene) -> None:
         who = said(item)
         for body in bodies_of(scene, item):
             if hasattr(item, "edge"):
-                check_edges(body, item.edge, who)
+                # what is along an edge, as HardSupport and loads are, has no meaning on an area
+                held = isinstance(item, Support) and not isinstance(item, HardSupport)
+                check_edges(body, item.edge, who, areas_of(body) if held else ())
             if hasattr(item, "point"):
                 check_point(body, item.point, who)
             if isinstance(item, Fixed):
@@ -193,7 +196,7 @@ def _edge_or_point(body: Body, where: Any, who: str) -> None:
     if isinstance(where, str) and where in points:
         return
     for name in edge_names(where):
-        if name not in edges:
+        if name not in (*edges, *areas_of(body)):
             raise SceneError(
                 f"{who}: {said(body)} has no edge or point '{name}'; its edges are "
                 f"{listed(edges)}, its points {listed(points)}"

@@ -1,4 +1,4 @@
-"""Loads on beams and rigid bodies.
+"""Loads on beams and rigid bodies, and moments at points.
 
 The directors d1, d2, d3 are those of a beam's section, d1 along it, or the axes of a rigid body. A
 dead load keeps its direction, a follower load turns with the directors.
@@ -7,8 +7,9 @@ dead load keeps its direction, a follower load turns with the directors.
 from __future__ import annotations
 
 from shellmb.scene.loads.loads import Load
+from shellmb.scene.offsets import Point
 from shellmb.scene.values.times import TimeFunction
-from shellmb.scene.values.validate import Name, Spot, Vec3, described
+from shellmb.scene.values.validate import Name, Vec3, described
 
 __all__ = [
     "FollowerForce",
@@ -67,7 +68,10 @@ class LineMoment(Load):
 
 @described("point moment")
 class PointMoment(Load):
-    """A moment at a node of a beam, or on a rigid body.
+    """A moment at a node of a shell or beam, or on a rigid body.
+
+    A shell carries none about its director: at the start the moment must be across it; what is
+    about it later, when the shell has turned, does no work.
 
     Args:
         point: A named point, or coordinates (x, y, z) [m].
@@ -76,7 +80,7 @@ class PointMoment(Load):
         time: Function of time.
     """
 
-    point: Spot
+    point: Point
     moment: Vec3
     body: Name | None = None
     time: TimeFunction | None = None
@@ -93,7 +97,7 @@ class FollowerForce(Load):
         time: Function of time.
     """
 
-    point: Spot
+    point: Point
     components: Vec3
     body: Name | None = None
     time: TimeFunction | None = None
@@ -110,7 +114,7 @@ class FollowerMoment(Load):
         time: Function of time.
     """
 
-    point: Spot
+    point: Point
     components: Vec3
     body: Name | None = None
     time: TimeFunction | None = None

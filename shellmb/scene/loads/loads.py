@@ -13,9 +13,10 @@ from __future__ import annotations
 
 from typing import ClassVar
 
+from shellmb.scene.offsets import Point
 from shellmb.scene.values.positions import OfPosition
 from shellmb.scene.values.times import TimeFunction
-from shellmb.scene.values.validate import Edge, Finite, Name, Place, Vec3, described
+from shellmb.scene.values.validate import Edge, Finite, Name, Vec3, described
 
 __all__ = [
     "EdgeForce",
@@ -146,13 +147,13 @@ class PointForce(Load):
 
     Args:
         point: A named point, or coordinates (x, y, z): of a node of a shell or a beam, of any
-            point of a rigid body [m].
+            point of a rigid body [m]; or an ``Offset`` from a node.
         force: Its components [N].
         body: Name of the body.
         time: Function of time.
     """
 
-    point: Place
+    point: Point
     force: Vec3
     body: Name | None = None
     time: TimeFunction | None = None

@@ -1,7 +1,9 @@
 """Supports and prescribed motions.
 
 Every ``edge`` is the name of an edge or a tuple of names; ``body`` names the shell and may be left
-out where the scene has one only. ``Clamped``, ``Hinged`` and ``Fixed`` hold beams too: their edges
+out where the scene has one only. An area of a shell (``Shell(areas=...)``) is held in the same way,
+all of its nodes: by its name in the place of an edge's, except where a support goes along an edge
+(``HardSupport``). ``Clamped``, ``Hinged`` and ``Fixed`` hold beams too: their edges
 are ``start`` and ``end``. Rigid bodies are held by joints to the ground.
 """
 
@@ -11,6 +13,7 @@ from collections.abc import Callable
 from typing import Any, ClassVar
 
 from shellmb.errors import SceneError
+from shellmb.scene.offsets import Arm
 from shellmb.scene.values.times import TimeFunction
 from shellmb.scene.values.validate import Axis, Edge, Finite, Name, Place, Vec3, described, show
 
@@ -64,10 +67,13 @@ class Hinged(Support):
     Args:
         edge: The edge or edges.
         body: Name of the shell or beam.
+        offset: From the nodes to what is held, as in ``Offset``: of a shell the distance along the
+            director [m], so that a hinge may be on one of its faces.
     """
 
     edge: Edge
     body: Name | None = None
+    offset: Arm = 0.0
 
 
 @described("soft support")
@@ -78,11 +84,13 @@ class SoftSupport(Support):
         edge: The edge or edges.
         axis: Direction of the displacement that is held, for a plate its normal.
         body: Name of the shell.
+        offset: From the nodes to what is held: the distance along the director [m].
     """
 
     edge: Edge
     axis: Axis = (0.0, 0.0, 1.0)
     body: Name | None = None
+    offset: Arm = 0.0
 
 
 @described("hard support")

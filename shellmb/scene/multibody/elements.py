@@ -11,16 +11,9 @@ from collections.abc import Callable
 from typing import Any, ClassVar, Literal
 
 from shellmb.errors import SceneError
+from shellmb.scene.offsets import Point
 from shellmb.scene.values.times import TimeFunction
-from shellmb.scene.values.validate import (
-    Finite,
-    Name,
-    NonNegative,
-    Positive,
-    Spot,
-    Windows,
-    described,
-)
+from shellmb.scene.values.validate import Finite, Name, NonNegative, Positive, Windows, described
 
 __all__ = [
     "Coordinate",
@@ -122,14 +115,14 @@ class PointElement(Element):
     Attributes:
         first: Name of a body, or ``"ground"``.
         second: Name of the other.
-        at: Where on the first: coordinates [m], or the name of a point of it.
+        at: Where on the first: coordinates [m], the name of a point of it, or an ``Offset``.
         second_at: Where on the second.
     """
 
     first: str
     second: str
-    at: str | tuple[float, float, float]
-    second_at: str | tuple[float, float, float]
+    at: Point
+    second_at: Point
 
 
 def _one_of(said: str, **given: Any) -> None:
@@ -227,7 +220,7 @@ class Spring(PointElement):
         name: Its name in the results.
         first: Name of a body, or ``"ground"``.
         second: Name of the other.
-        at: Where on the first: coordinates [m], or the name of a point of it.
+        at: Where on the first: coordinates [m], the name of a point of it, or an ``Offset``.
         second_at: Where on the second.
         stiffness: Its stiffness [N/m].
         potential: In place of a stiffness its energy [J] as a function of its length, written with
@@ -238,8 +231,8 @@ class Spring(PointElement):
     name: Name
     first: Name
     second: Name
-    at: Spot
-    second_at: Spot
+    at: Point
+    second_at: Point
     stiffness: Positive | None = None
     potential: Callable[[Any], Any] | None = None
     length: NonNegative | None = None
@@ -268,7 +261,7 @@ class Damper(PointElement):
         name: Its name in the results.
         first: Name of a body, or ``"ground"``.
         second: Name of the other.
-        at: Where on the first: coordinates [m], or the name of a point of it.
+        at: Where on the first: coordinates [m], the name of a point of it, or an ``Offset``.
         second_at: Where on the second.
         viscosity: Force per rate of its length [N s/m].
         law: In place of it the resisting force [N] as a function of the rate of length, written
@@ -278,8 +271,8 @@ class Damper(PointElement):
     name: Name
     first: Name
     second: Name
-    at: Spot
-    second_at: Spot
+    at: Point
+    second_at: Point
     viscosity: NonNegative | None = None
     law: Callable[[Any], Any] | None = None
 

@@ -2,8 +2,9 @@
 
 Every joint connects a point of ``first`` with a point of ``second``: nodes of shells and beams, any
 point of a rigid body or of the ground. ``at`` says where, for both ends: coordinates in the
-reference configuration, or the name of a point of the first body (of a rigid body its reference
-point if left out); ``second_at`` where the second end differs. Axes and normals are those of the
+reference configuration, the name of a point of the first body (of a rigid body its reference
+point if left out), or an :class:`Offset` from one of its nodes; ``second_at`` where the second end
+differs. Axes and normals are those of the
 reference configuration, in the scene's axes. A joint may have a mass, which both ends carry by
 halves, and may act in windows ``(start, end)`` of time only.
 """
@@ -16,13 +17,13 @@ from typing import ClassVar
 import numpy as np
 
 from shellmb.errors import SceneError
+from shellmb.scene.offsets import Point
 from shellmb.scene.values.validate import (
     Axis,
     Finite,
     Name,
     NonNegative,
     Positive,
-    Spot,
     Windows,
     described,
     show,
@@ -56,8 +57,8 @@ class Joint:
         name: What drivers, force elements and results call it.
         first: Name of a body, or ``"ground"``.
         second: Name of the other, or ``"ground"``.
-        at: Where it is, for both ends: coordinates [m], or the name of a point of the first body;
-            None: the reference point of a rigid first body.
+        at: Where it is, for both ends: coordinates [m], the name of a point of the first body, or
+            an ``Offset`` from a node of it; None: the reference point of a rigid first body.
         second_at: Where its second end is, if elsewhere.
         mass: Mass of the joint, half of it at each end [kg].
         active: When it acts: one window ``(start, end)`` of time [s] or several; None: always.
@@ -70,8 +71,8 @@ class Joint:
     name: Name
     first: Name
     second: Name = GROUND
-    at: Spot | None = None
-    second_at: Spot | None = None
+    at: Point | None = None
+    second_at: Point | None = None
     mass: NonNegative = 0.0
     active: Windows | None = None
 
@@ -212,7 +213,13 @@ class Screw(Joint):
 
 @described("weld")
 class Weld(Joint):
-    """The bodies do not move relative to each other; see :class:`Joint` for the parameters."""
+    """The bodies do not move relative to each other; see :class:`Joint` for the parameters.
+
+    The second body may be a shell. Then ``second_at`` is one of its nodes, or the name of an edge
+    or an area (``Shell(areas=...)``), all nodes of which are fixed to the frame of the first body,
+    as by rows of bolts: force and moment of the joint are those of all of them, the moment about
+    ``at``, in the scene's axes as they turn with the first body.
+    """
 
     shells = (False, True)
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import field
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, InstanceOf
@@ -57,6 +58,10 @@ class Shell:
             ``ShellStrains``, as :func:`shellmb.forms.shell.shell_strains` does.
         terms: Terms added to the weak form, each a callable in UFL.
         rigid: Whether the shell is one rigid body, of the mass and inertia of its mesh and section.
+        areas: Names of areas with vectorised functions of positions (3, n) that say whether they
+            are inside: ``{"flange": lambda x: x[0] < 0.1}``. An area is the elements of which most
+            is inside. Supports hold it as they hold edges, and a ``Weld`` bolts it to a frame.
+            Physical groups of a gmsh surface that are part of it are areas, too.
     """
 
     name: Name
@@ -76,18 +81,25 @@ class Shell:
     strains: Callable[..., Any] | None = None
     terms: tuple[Callable[..., Any], ...] = ()
     rigid: bool = False
+    areas: Mapping[Name, Callable[[Any], Any]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Check what concerns several parameters.
 
         Raises:
-            SceneError: If triangles are asked for with degree 3, a gmsh mesh is to be distorted, or
-                a closed surface has too few elements around.
+            SceneError: If triangles are asked for with degree 3, an area has the name of an edge, a
+                gmsh mesh is to be distorted, or a closed surface has too few elements around.
         """
         if self.cell == "tri" and self.degree != 2:
             raise SceneError(
                 f"shell '{self.name}': degree is {self.degree}; it must be 2 on triangles"
             )
+        for name in self.areas:
+            if name in (*(self.surface.edges or ()), *(self.surface.points or ())):
+                raise SceneError(
+                    f"shell '{self.name}': an area is named {show(name)}, as one of its edges or "
+                    "points is; it must have another name"
+                )
         if self.distortion and isinstance(self.surface, Meshed):
             raise SceneError(
                 f"shell '{self.name}': distortion is {show(self.distortion)}; "

@@ -34,7 +34,9 @@ __all__ = [
     "number",
     "numbers",
     "show",
+    "spot",
     "unit_vector",
+    "vector",
 ]
 
 
@@ -78,7 +80,12 @@ def numbers(value: Any) -> np.ndarray:
     return np.array([number(v) for v in array.ravel()], dtype=float).reshape(array.shape)
 
 
-def _vector(value: Any) -> tuple[float, float, float]:
+def vector(value: Any) -> tuple[float, float, float]:
+    """Three finite numbers.
+
+    Raises:
+        ValueError: If it is no such vector.
+    """
     value = _plain(value)
     try:
         if isinstance(value, str | bytes | dict | set | frozenset):
@@ -98,7 +105,7 @@ def _place(value: Any) -> str | tuple[str, ...] | tuple[float, float, float]:
     if isinstance(value, Sequence) and value and all(isinstance(v, str) and v for v in value):
         return _once(value)
     try:
-        return _vector(value)
+        return vector(value)
     except ValueError:
         raise ValueError(
             "it must be a name, a tuple of names, or finite coordinates (x, y, z)"
@@ -120,12 +127,17 @@ def _edge(value: Any) -> str | tuple[str, ...]:
     raise ValueError("it must be the name of an edge or a tuple of such names")
 
 
-def _spot(value: Any) -> str | tuple[float, float, float]:
+def spot(value: Any) -> str | tuple[float, float, float]:
+    """A name or coordinates.
+
+    Raises:
+        ValueError: If it is neither.
+    """
     value = _plain(value)
     if isinstance(value, str) and value:
         return value
     try:
-        return _vector(value)
+        return vector(value)
     except ValueError:
         raise ValueError("it must be the name of a point or finite coordinates (x, y, z)") from None
 
@@ -138,7 +150,7 @@ def _nonzero(value: tuple[float, float, float]) -> tuple[float, float, float]:
 
 def _matrix(value: Any) -> tuple[tuple[float, float, float], ...]:
     try:
-        rows = tuple(_vector(row) for row in _plain(value))
+        rows = tuple(vector(row) for row in _plain(value))
     except (TypeError, ValueError):
         rows = ()
     if len(rows) != 3:
@@ -170,10 +182,10 @@ NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 PositiveInt = Annotated[int, Field(gt=0)]
 Untrue = BeforeValidator(_untrue)
 Name = Annotated[str, Field(min_length=1)]
-Vec3 = Annotated[tuple[float, float, float], BeforeValidator(_vector)]
+Vec3 = Annotated[tuple[float, float, float], BeforeValidator(vector)]
 Axis = Annotated[Vec3, AfterValidator(_nonzero)]
 Matrix3 = Annotated[tuple[Vec3, Vec3, Vec3], BeforeValidator(_matrix)]
-Spot = Annotated[str | tuple[float, float, float], BeforeValidator(_spot)]
+Spot = Annotated[str | tuple[float, float, float], BeforeValidator(spot)]
 Windows = Annotated[tuple[tuple[float, float], ...], BeforeValidator(_windows)]
 Edge = Annotated[str | tuple[str, ...], BeforeValidator(_edge)]
 Place = Annotated[str | tuple[str, ...] | tuple[float, float, float], BeforeValidator(_place)]

@@ -1,0 +1,81 @@
+"""Edges and areas of shells welded to a frame: eq. (35) at each of their nodes.
+
+Each node stays where it is in the frame of a rigid body, of the ground or of a beam's node, and so
+does its director. What all of them carry adds up to one force and moment of the joint.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from shellmb.errors import SceneError
+from shellmb.model.joints.joints import BoundJoint, FindEnd, bind_joint
+from shellmb.model.places.ends import End, frame_about
+from shellmb.model.places.nodes import shared_nodes
+from shellmb.model.shells.shell import ShellModel
+from shellmb.scene.multibody.joints import Joint, Weld
+
+__all__ = ["BoundNode", "bind"]
+
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class BoundNode(BoundJoint):
+    """One node of a region that is welded.
+
+    Args:
+        center: Reference position of the point on the first body that moments are about, (3,), m.
+    """
+
+    center: Floats | None = None
+
+    @property
+    def about(self) -> Floats | None:
+        """One point for all nodes."""
+        return self.center
+
+    @property
+    def shown(self) -> Floats:
+        """The same axes for all nodes, those of the scene as they turn with the first body."""
+        return np.eye(3)
+
+
+def bind(joint: Joint, find: FindEnd, shells: Mapping[str, ShellModel]) -> list[BoundJoint]:
+    """Find the places of a joint: one item, of a weld along a region one for each of its nodes.
+
+    Args:
+        joint: Description.
+        find: Gives the place on a body: its name, where on it, and who asks.
+        shells: The shells by name.
+
+    Raises:
+        SceneError: If there is no such place, or a joint along a region has a mass.
+    """
+    where = joint.second_at
+    if isinstance(joint, Weld) and isinstance(where, str) and joint.second in shells:
+        shell = shells[joint.second]
+        if where in shell.domain.edges or where in shell.domain.areas:
+            return _bind_region(joint, where, shell, find)
+    return [bind_joint(joint, find)]
+
+
+def _bind_region(joint: Weld, region: str, shell: ShellModel, find: FindEnd) -> list[BoundJoint]:
+    if joint.mass:
+        raise SceneError(
+            f"{joint.said}: mass is {joint.mass:g}; it must be 0 along an edge or an area, where "
+            "the masses of bolts are part of a rigid body or of the shell"
+        )
+    frame = find(joint.first, joint.at, joint.said)
+    nodes = shared_nodes(shell, region, joint.said)
+    found: list[BoundJoint] = []
+    for k, (x, director) in enumerate(zip(nodes.x, nodes.directors, strict=True)):
+        dofs = {part: nodes.dofs[part][k] for part in ("u", "w")}
+        ends = (replace(frame, point=x), End(shell.name, shell.name, dofs, x, director, x))
+        axes = np.array([frame_about(director[0])] * 2)
+        found.append(BoundNode(joint, "shell revolute", ends, axes, center=frame.point))
+    return found
