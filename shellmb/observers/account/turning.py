@@ -200,7 +200,8 @@ def _fit(sums: Floats) -> tuple[float, float]:
     spin = np.linalg.solve(inertia, axial(xdx) / size + axial(ddd))
     tangent = float(np.linalg.norm(spin))
     axis = spin / tangent if tangent > 0 else np.zeros(3)
-    radius = float(np.sqrt(axis @ _inertia(xx) @ axis / count))
+    # of nodes on the axis there may be less than nothing, by round-off
+    radius = float(np.sqrt(max(axis @ _inertia(xx) @ axis / count, 0.0)))
     return 2 * float(np.arctan(tangent / 2)), radius
 
 

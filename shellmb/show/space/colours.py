@@ -19,7 +19,7 @@ Floats = npt.NDArray[np.float64]
 # displacements without the motion of the body as a whole
 DEFORMATION = "deformation"
 # what shows that a body of a mechanism is strained, the first one that there is
-STRAINED = ("N", "force", "energy_density")
+STRAINED = ("N", "M", "Q", "force", "moment", "energy_density")
 # parts that are marks and no bodies
 MARKS = ("rigid bodies", "joints")
 
