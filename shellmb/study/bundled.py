@@ -157,7 +157,7 @@ BUNDLED: tuple[Bundled, ...] = (
                 Sweep(
                     Base("lateral_buckling", (("imperfection", "1e-4"),), 0.08, "plate"),
                     _quantities("lateral:l2", "drive.torque:mean"),
-                    scheme=SCHEMES,
+                    **ALL,
                     mesh=((6, 2), (12, 4)),
                     dt=(4e-3, 2e-3, 1e-3),
                     repeat=2,
@@ -174,9 +174,9 @@ BUNDLED: tuple[Bundled, ...] = (
                 Sweep(
                     Base("snap_through", (), 0.2, "shell"),
                     _quantities("M:l2"),
-                    scheme=SCHEMES,
+                    **ALL,
                     mesh=((8, 4), (12, 6)),
-                    dt=(1e-2, 5e-3),
+                    dt=(2e-2, 1e-2, 5e-3),
                     repeat=2,
                 ),
             ),
