@@ -13,8 +13,8 @@ from shellmb.demos.lateral_buckling import (
     scene,
     shear_force,
 )
+from shellmb.figures.ends import at_the_ends
 from shellmb.figures.lateral_buckling import EXAMPLE
-from shellmb.figures.lateral_statements import at_the_ends
 from shellmb.figures.make import find_examples
 from shellmb.figures.runs import request_of
 from shellmb.scene import Scene
