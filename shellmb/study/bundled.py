@@ -274,7 +274,8 @@ CONTROL = Bundled(
             Sweep(
                 Base("snap_through", (("model", "beam"),), 1.2),
                 _quantities("M:l2"),
-                scheme=("ed",),
+                scheme=("ed", "ed3"),
+                reference="ed",
                 dt=(2e-2, 1e-2, 5e-3),
                 step_tolerance=(1e-2, 1e-3, 1e-4),
                 repeat=1,
@@ -285,7 +286,8 @@ CONTROL = Bundled(
             Sweep(
                 Base("antenna", (("model", "beam"),), 90.0),
                 _quantities("A4_x:l2"),
-                scheme=("ed",),
+                scheme=("ed", "ed3"),
+                reference="ed",
                 dt=(0.8, 0.4, 0.2),
                 step_tolerance=(1e-2, 1e-3, 1e-4),
                 repeat=1,
