@@ -19,7 +19,7 @@ from shellmb.figures.ends import at_the_ends
 from shellmb.figures.example import FinishedRun, Results, Statement, Verdict
 from shellmb.figures.lateral_growth import LINEARISED, NAMES, growth
 
-__all__ = ["QUADRATIC", "STATEMENTS"]
+__all__ = ["STATEMENTS"]
 
 MODELS = ("shell", "beam")
 # Q = k Lc^2 Omega t for small angles of the crank [N m/s]
