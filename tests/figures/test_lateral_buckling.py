@@ -13,6 +13,7 @@ from shellmb.demos.lateral_buckling import (
     scene,
     shear_force,
 )
+from shellmb.figures.ends import at_the_ends
 from shellmb.figures.examples.lateral_buckling import EXAMPLE
 from shellmb.figures.make import find_examples
 from shellmb.figures.runs import request_of
@@ -41,6 +42,15 @@ def test_fast_sees_only_what_is_faster_than_its_window() -> None:
     # the window is a time, whatever the step
     fine = np.arange(0, 1, 2.5e-4)
     assert fast(fine, np.sin(2 * np.pi * 293 * fine)) == pytest.approx(2**-0.5, rel=0.1)
+
+
+def test_values_at_the_ends_of_steps_from_their_means() -> None:
+    """A slow force that alternates: its means over steps do not, values at their ends do."""
+    t = np.arange(0, 0.1, 1e-3)
+    ends = np.sin(10 * t) + np.where(t > 0.05, 3.0 * (-1.0) ** np.arange(t.size), 0.0)
+    means = np.concatenate([[np.nan], (ends[1:] + ends[:-1]) / 2])
+    assert roughness(means[60:]) < 1e-3 < 1 < roughness(ends[60:])
+    np.testing.assert_allclose(at_the_ends(means), ends, atol=1e-13)
 
 
 def made_up(kind: str) -> pd.DataFrame:

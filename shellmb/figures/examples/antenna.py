@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 
 from shellmb.demos.antenna import LAWS, PANELS, moments, opening, rocking
 from shellmb.figures.example import Example, Figure, FinishedRun, Results, Run
-from shellmb.figures.examples.antenna_statements import STATEMENTS
+from shellmb.figures.examples.antenna_statements import SCHEMES, STATEMENTS
 from shellmb.figures.pictures import shapes
 
 DEMO = "antenna"
@@ -23,6 +23,9 @@ RUNS = (
     Run("beam-ed", DEMO, {"model": "beam"}, {"scheme": "ed"}),
     Run("shell-off", DEMO, {"coupling": False}, {"scheme": "ed"}),
     Run("shell-ep", DEMO, {"model": "shell"}, {"scheme": "ep"}),
+    # beyond the paper: the schemes that are quadratic in time
+    Run("shell-ep4", DEMO, {"model": "shell"}, {"scheme": "ep4"}),
+    Run("shell-ed3", DEMO, {"model": "shell"}, {"scheme": "ed3"}),
     Run("fine-time", DEMO, {"dt": 0.1}, {"scheme": "ed"}),
     Run("fine-mesh", DEMO, {"nx": 10, "ny": 4}, {"scheme": "ed"}),
     # other readings of what the text says of the geometry
@@ -202,6 +205,12 @@ EXAMPLE = Example(
             "Ours: rocking of the outer edges with a finer mesh, a smaller step, and EP.",
             tuple(REFINED),
             _comparison(REFINED, _last_edge, "rotation about $i_1$ [degrees]"),
+        ),
+        Figure(
+            "21d",
+            "Ours: rocking of the outer edges with ED, ED3, EP and EP4.",
+            tuple(SCHEMES),
+            _comparison(SCHEMES, _last_edge, "rotation about $i_1$ [degrees]"),
         ),
         Figure(
             "21c",

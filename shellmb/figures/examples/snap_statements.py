@@ -5,7 +5,6 @@ from __future__ import annotations
 from functools import partial
 
 import numpy as np
-import pandas as pd
 
 from shellmb.demos.snap_through import (
     HEIGHT,
@@ -19,6 +18,7 @@ from shellmb.demos.snap_through import (
     noise,
     snap,
 )
+from shellmb.figures.ends import as_curve
 from shellmb.figures.example import FinishedRun, Results, Statement, Verdict
 
 __all__ = ["STATEMENTS"]
@@ -113,12 +113,14 @@ def _smaller_steps(results: Results) -> Verdict:
 
 
 def _noise(results: Results, column: str, unit: str) -> Verdict:
-    ed, ep, other = (
-        noise(results[n].history, column) for n in ("shell-ed", "shell-ep", "shell-ed0")
-    )
+    """Of EP at the ends of steps, as the paper's curves have it, and in the mean over them."""
+    h = results["shell-ep"].history
+    curve = h.assign(**{column: as_curve(results["shell-ep"], h[column].to_numpy())})
+    ep, mean = noise(curve, column), noise(h, column)
+    ed, other = (noise(results[n].history, column) for n in ("shell-ed", "shell-ed0"))
     said = (
-        f"{ep:.3g} against {ed:.3g} {unit}, x {ep / ed:.1f}; with alpha = 0 of ED {other:.3g}, "
-        f"x {other / ed:.1f}"
+        f"{ep:.3g} at the ends of steps, {mean:.3g} as means over them, against {ed:.3g} {unit}: "
+        f"x {ep / ed:.1f}, x {mean / ed:.1f}; with alpha = 0 of ED {other:.3g}, x {other / ed:.1f}"
     )
     return Verdict(said, ep > MAGNITUDE * ed)
 
@@ -139,10 +141,11 @@ def _agreement(results: Results) -> Verdict:
     return Verdict(said, before < 0.02 and before < after < 0.2)
 
 
-def _power(history: pd.DataFrame, highest: float) -> float:
+def _power(run: FinishedRun, highest: float) -> float:
     """Part of the variance of the lever's moment at frequencies up to `highest`, while inverted."""
+    history = run.history
     t = np.arange(INVERTED, float(history["t"].iloc[-1]), 1e-3)
-    y = np.interp(t, history["t"], history["lever_moment"])
+    y = np.interp(t, history["t"], as_curve(run, history["lever_moment"].to_numpy()))
     power = np.abs(np.fft.rfft((y - y.mean()) * np.hanning(len(y)))) ** 2
     return float(power[np.fft.rfftfreq(len(y), 1e-3) <= highest].sum() / power.sum())
 
@@ -152,7 +155,7 @@ def _two_modes(results: Results) -> Verdict:
     # third, of 1 and 9 times the lowest frequency; the next is the fifth, of 25 times
     limits = (4 * LOWEST, 17 * LOWEST)
     (first, both), (_, noisy) = (
-        tuple(_power(results[n].history, f) for f in limits) for n in ("shell-ed", "shell-ep")
+        tuple(_power(results[n], f) for f in limits) for n in ("shell-ed", "shell-ep")
     )
     said = (
         f"{first:.1%} of the variance in the first mode ({LOWEST:.2f} Hz), {both:.2%} with the "

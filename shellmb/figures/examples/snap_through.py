@@ -11,6 +11,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 
 from shellmb.demos.snap_through import follows, kinematic, strip_width
+from shellmb.figures.ends import as_curve
 from shellmb.figures.example import Example, Figure, Results, Run
 from shellmb.figures.examples.snap_statements import STATEMENTS
 from shellmb.figures.pictures import shapes
@@ -91,7 +92,8 @@ def _moments(made: matplotlib.figure.Figure, results: Results) -> None:
         for moment, mark, colour in MOMENTS:
             label = f"{moment}, {LABELS[name]}" + (f" {shift:+.0f}" if shift else "")
             style = {"linestyle": line, "marker": mark, "color": colour, "label": label}
-            _curve(axes, history, history[moment] + shift, **(style | {"linewidth": 0.7}))
+            values = as_curve(results[name], history[moment].to_numpy())
+            _curve(axes, history, values + shift, **(style | {"linewidth": 0.7}))
     axes.set(xlabel="time [s]", ylabel="bending moments at E [N m/m]")
     axes.legend(fontsize=8, loc="lower left")
 
@@ -101,7 +103,8 @@ def _lever(column: str, label: str) -> Callable[[matplotlib.figure.Figure, Resul
         pair = made.subplots(2, 1, sharex=True)
         for axes, name, colour in zip(pair, ("shell-ed", "shell-ep"), ("C0", "C3"), strict=True):
             history = results[name].history
-            axes.plot(history["t"], history[column], color=colour, linewidth=0.7)
+            values = as_curve(results[name], history[column].to_numpy())
+            axes.plot(history["t"], values, color=colour, linewidth=0.7)
             axes.set(ylabel=label, title=LABELS[name])
         pair[1].set_xlabel("time [s]")
 

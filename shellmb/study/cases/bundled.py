@@ -157,7 +157,7 @@ BUNDLED: tuple[Bundled, ...] = (
                 Sweep(
                     Base("lateral_buckling", (("imperfection", "1e-4"),), 0.08, "plate"),
                     _quantities("lateral:l2", "drive.torque:mean"),
-                    scheme=SCHEMES,
+                    **ALL,
                     mesh=((6, 2), (12, 4)),
                     dt=(4e-3, 2e-3, 1e-3),
                     repeat=2,
@@ -174,9 +174,9 @@ BUNDLED: tuple[Bundled, ...] = (
                 Sweep(
                     Base("snap_through", (), 0.2, "shell"),
                     _quantities("M:l2"),
-                    scheme=SCHEMES,
+                    **ALL,
                     mesh=((8, 4), (12, 6)),
-                    dt=(1e-2, 5e-3),
+                    dt=(2e-2, 1e-2),
                     repeat=2,
                 ),
             ),
@@ -281,13 +281,13 @@ CONTROL = Bundled(
             ),
         ),
         Part(
-            "antenna (6.3), of beams, opening",
+            "antenna (6.3), of beams, until the first hinges hit",
             Sweep(
-                Base("antenna", (("model", "beam"),), 90.0),
+                Base("antenna", (("model", "beam"),), 60.0),
                 _quantities("A4_x:l2"),
                 scheme=("ed",),
-                dt=(0.8, 0.4, 0.2),
-                step_tolerance=(1e-2, 1e-3, 1e-4),
+                dt=(1.6, 0.8, 0.4),
+                step_tolerance=(1e-2, 1e-3),
                 repeat=1,
             ),
         ),
