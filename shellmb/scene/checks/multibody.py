@@ -23,9 +23,9 @@ from shellmb.scene.multibody.elements import Driver, JointElement, Lock, PointEl
 from shellmb.scene.multibody.joints import GROUND, Distance, Joint, ShellRevolute, Weld
 from shellmb.scene.multibody.rigid import RigidBody
 from shellmb.scene.multibody.rolling import Contact, Rolling
-from shellmb.scene.shells.sections import LinearSection
 from shellmb.scene.offsets import Offset
 from shellmb.scene.probes import MOTIONS
+from shellmb.scene.shells.sections import LinearSection
 from shellmb.scene.shells.shell import Shell
 from shellmb.scene.values.validate import show
 
