@@ -36,7 +36,7 @@ G = 9.81
 GRAVITY = Gravity((0, -G, 0))
 ARM = RigidBody("arm", 2.0, (0.02, 0.3, 0.3), com=(0.5, 0, 0))
 HINGE = Revolute("hinge", "ground", "arm", at=(0, 0, 0), axis=(0, 0, 1))
-SCHEMES = [("ep", 0.0), ("ed", 0.0), ("ed", 0.5), ("ed", 1.0)]
+SCHEMES = [("ep", 0.0), ("ed", 0.0), ("ed", 0.5), ("ed", 1.0), ("ep4", 0.0), ("ed3", 0.5)]
 
 
 class Run(Silent):

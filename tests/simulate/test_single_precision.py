@@ -71,7 +71,10 @@ class End:
 
 
 @pytest.mark.parametrize("make", [plate, hinged])
-@pytest.mark.parametrize(("scheme", "newton"), [("ep", "full"), ("ep", "auto"), ("ed", "auto")])
+@pytest.mark.parametrize(
+    ("scheme", "newton"),
+    [("ep", "full"), ("ep", "auto"), ("ed", "auto"), ("ep4", "auto"), ("ed3", "auto")],
+)
 def test_motions_are_the_same(
     monkeypatch: pytest.MonkeyPatch, make: Any, scheme: str, newton: str
 ) -> None:

@@ -17,7 +17,7 @@ from shellmb.scene import (
     Shell,
 )
 
-SCHEMES = [("ep", 0.0), ("ed", 0.0), ("ed", 1.0)]
+SCHEMES = [("ep", 0.0), ("ed", 0.0), ("ed", 1.0), ("ep4", 0.0), ("ed3", 0.5)]
 
 
 def rotor(motion, scheme, alpha) -> Scene:
@@ -47,7 +47,9 @@ def test_fast_driver_keeps_the_energy_law(scheme, alpha) -> None:
 def test_jump_of_a_driver(scheme, alpha) -> None:
     """Less than half a turn is a step like others; more is refused by name."""
     result = execute(rotor(lambda t: 2.0 * (t > 0.35), scheme, alpha))
-    assert result.summary["energy_balance_error"] < 1e-12
+    # in ep4 the rotor rests at both ends of that step: what is exchanged over it is round-off
+    bound = 1e-8 if scheme == "ep4" else 1e-12
+    assert result.summary["energy_balance_error"] < bound
     with pytest.raises(ConvergenceError, match=r"driver 'motor' turns by 4 rad in a step .* pi"):
         execute(rotor(lambda t: 4.0 * (t > 0.35), scheme, alpha))
 

@@ -12,6 +12,7 @@ from shellmb.scene import checks_linear
 from shellmb.scene.checks import effect as checks_effect
 from shellmb.scene.checks import multibody as checks_multibody
 from shellmb.scene.checks.control import check_control
+from shellmb.scene.checks.names import check_names
 from shellmb.scene.checks.places import (
     areas_of,
     check_edges,
@@ -23,7 +24,6 @@ from shellmb.scene.checks.places import (
 from shellmb.scene.loads.supports import Driven, Fixed, HardSupport, Support
 from shellmb.scene.lookup import Body, bodies_of, find_shell, kind_of, listed, said
 from shellmb.scene.multibody.joints import GROUND
-from shellmb.scene.names import check_names
 from shellmb.scene.shells.sections import LinearSection
 from shellmb.scene.values.positions import values_at
 from shellmb.scene.values.validate import edge_names, show
