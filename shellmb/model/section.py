@@ -12,7 +12,7 @@ from ufl.core.expr import Expr
 from shellmb.forms.shell import Mass, ShellStrains
 from shellmb.forms.steps.mixed import Formulation, LinearMixed
 from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
-from shellmb.model.varying import Rule, SectionFields
+from shellmb.model.shells.varying import Rule, SectionFields
 from shellmb.model.written import resists_all, written
 from shellmb.scene import Hyperelastic, LinearSection, Shell
 from shellmb.scene.shells.lamination import Layup
@@ -170,19 +170,17 @@ def bind_mass(shell: Shell, domain: mesh.Mesh) -> Mass:
     _, first, second = section.masses
     # without I* a first moment would make the kinetic energy indefinite
     first = first and shell.rotary_inertia and shell.eccentric_inertia
-    wanted = (True, first, second and shell.rotary_inertia)
-    if isinstance(section, LinearSection):
-        fields = SectionFields(shell, domain)
-        # with a first moment everything is taken at the nodes
-        rules: tuple[Rule, ...] = ("nodes" if first else "full", "nodes", "nodes")
-        found = [
-            fields.of(lambda at, k=k: at.mass[k], rule) if want else None  # type: ignore[misc]
-            for k, (rule, want) in enumerate(zip(rules, wanted, strict=True))
-        ]
-    else:
-        pairs = zip(section.mass, wanted, strict=True)
-        found = [_constant(domain, float(value)) if want else None for value, want in pairs]
-    return Mass(*found)
+    second = second and shell.rotary_inertia
+    fields = SectionFields(shell, domain) if isinstance(section, LinearSection) else None
+
+    def moment(k: int, rule: Rule) -> Expr:
+        if fields is None:
+            return _constant(domain, float(section.mass[k]))
+        return fields.of(lambda at: np.asarray(at.mass[k]), rule)
+
+    # with a first moment everything is taken at the nodes
+    m = moment(0, "nodes" if first else "full")
+    return Mass(m, moment(1, "nodes") if first else None, moment(2, "nodes") if second else None)
 
 
 class Arm(NamedTuple):

@@ -103,7 +103,7 @@ class Problem:
     def key(self, dt: float) -> tuple[Hashable, ...]:
         """Steps with the same one have nearly the same Jacobian; in linear statics all have it."""
         linear = self.scheme.linear and not self.scheme.dynamic
-        return self.switches if linear else (dt, *self.switches)
+        return self.switches if linear else (float(f"{dt:.12g}"), *self.switches)
 
     @property
     def switches(self) -> tuple[Hashable, ...]:

@@ -73,6 +73,7 @@ def remedies(scheme: Scheme, *others: str) -> str:
     found = list(others)
     if scheme.rotations.stiff_loss > 0:
         made = {name: make(1.0) for name, make in SCHEMES.items()}
-        fit = [n for n, s in made.items() if s.rotations.stiff_loss == 0 and has_energy_law(s)]
+        made = {name: s for name, s in made.items() if not s.linear and has_energy_law(s)}
+        fit = [name for name, s in made.items() if s.rotations.stiff_loss == 0]
         found = [f"--scheme {name}" for name in fit] + found
     return " or ".join(filter(None, [", ".join(found[:-1]), found[-1]]))

@@ -12,7 +12,7 @@ import numpy as np
 from shellmb.model.frames.rigid import RigidBodies
 from shellmb.observers.fields.nodal import nodal_bodies
 from shellmb.observers.summary import Sources
-from shellmb.scene.checks_linear import SMALL_ANGLE
+from shellmb.scene.checks.linear import SMALL_ANGLE
 from shellmb.simulate.simulation import Silent, Simulation
 from shellmb.watches.base import Caution, said_of
 

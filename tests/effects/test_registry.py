@@ -84,6 +84,9 @@ def test_statics_and_back(plate) -> None:
     assert moving.scheme == "ep" and moving.loads[0].time(2e-3) == pytest.approx(0.5)
     linear = changed(still, ["geometric_nonlinearity"], [])
     assert linear.scheme == "linear" and linear.dt == linear.t_end
+    ringing = changed(plate(scheme="ed"), ["geometric_nonlinearity"], [])
+    assert ringing.scheme == "linear-dynamics" and not ringing.static
+    assert changed(ringing, [], ["geometric_nonlinearity"]).scheme == "ep"
 
 
 @pytest.mark.parametrize(
@@ -103,7 +106,6 @@ def test_statics_and_back(plate) -> None:
         ("", "material_damping", "sections are elastic"),
         ("", "weld_joint", "add Weld(...) to the scene's joints"),
         ("", "adaptivity", "it is there already"),
-        ("geometric_nonlinearity", "", "it must be 'static', or use `shellmb modes`"),
         ("observe_energy", "", "every run has it, for its summary"),
         ("", "flexibility", "it is there already"),
         ("", "flexibility:plate", "a RigidBody has no section"),

@@ -52,6 +52,7 @@ def test_all_schemes_share_the_kernels_of_a_section() -> None:
     assert len(blocks) == 1
     assert len(set.union(*residuals.values())) == 2
     assert residuals["static"] == residuals["linear"] == residuals["ep"] == residuals["ed"]
+    assert residuals["linear-dynamics"] == residuals["ep"]
     assert residuals["ep4"] == residuals["ed3"] != residuals["ep"]
 
 

@@ -10,7 +10,7 @@ from shellmb.errors import SceneError
 from shellmb.meshes.mesh import SurfaceMesh
 from shellmb.meshes.spaces import MixedSpace
 from shellmb.model.shells.positions import interpolated
-from shellmb.scene import Isotropic, Shell
+from shellmb.scene import Hyperelastic, Isotropic, Shell
 
 Floats = npt.NDArray[np.float64]
 
@@ -53,7 +53,9 @@ def direction_1(
             f"shell '{shell.name}': direction is None, and {'xyz'[int(np.argmax(vector))]}, the "
             "axis that would be taken for it,"
         )
-    if given is not None or not isinstance(shell.section, Isotropic):
+    # of an energy of the user's nobody knows whether it tells directions apart
+    blind = isinstance(shell.section, Isotropic | Hyperelastic)
+    if given is not None or not blind:
         _check(comm, who, np.broadcast_to(vector, directors.shape), directors, x)
     return fem.Constant(surface_mesh.mesh, vector)
 

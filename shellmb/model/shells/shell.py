@@ -39,7 +39,6 @@ from shellmb.model.shells.loads import ShellLoads
 from shellmb.model.written import virtual_work
 from shellmb.scene import LinearSection, Shell
 from shellmb.scene.loads.loads import Gravity, Load
-from shellmb.scene.shells.lamination import Layup
 
 _ADVICE_MOTION = "a smaller step, a finer mesh, or a smaller load step"
 _ADVICE_FORCE = "a smaller step, or check the stiffness and thickness of the section"
@@ -108,14 +107,6 @@ class ShellModel:
     def force_size(self) -> float:
         """Size of its resultants, N."""
         return float(self.section.force.value)
-
-    def layup(self) -> Layup:
-        """Its section at the local nodes, or of no point where it does not vary; linear ones."""
-        section = self.shell.section
-        assert isinstance(section, LinearSection)
-        if not section.functions:
-            return section.generic
-        return section.at(self.mixed.nodes("u").T, f"shell '{self.name}'")
 
     def node_directors(self) -> npt.NDArray[np.float64]:
         """Reference directors of the local nodes (owned and ghost), shape (n, 1, 3)."""
@@ -249,9 +240,8 @@ class ShellModel:
         place = self.mixed.dofs["w"]
         d = self.director.x.array.reshape(-1, 3) + mid[place].reshape(-1, 3)
         db = b[place].reshape(-1, 3)
-        momentum = db
-        if self.mass.s is not None:
-            momentum = db + self._arm.values * b[self.mixed.dofs["u"]].reshape(-1, 3)
+        surface = b[self.mixed.dofs["u"]].reshape(-1, 3)
+        momentum = db if self.mass.s is None else db + self._arm.values * surface
         along = np.sum(momentum * d, axis=1) / np.sum(d * d, axis=1)
         out = b.copy()
         out[place] = (db - along[:, None] * d).ravel()

@@ -8,12 +8,22 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from shellmb.scene import Beam, Shell
+from shellmb.model.shells.shell import ShellModel
+from shellmb.scene import Beam, LinearSection, Shell
 from shellmb.scene.shells.lamination import Layer, Layup, cos_sin, matrix
 
 Floats = npt.NDArray[np.float64]
 # values at points, shape (n, k), from resultants there, shape (n, 8) or (n, 6)
 type Derived = Callable[[Floats], Floats]
+
+
+def layup(body: ShellModel) -> Layup:
+    """The section of a shell at its local nodes, or of no point where it does not vary."""
+    section = body.shell.section
+    assert isinstance(section, LinearSection)
+    if not section.functions:
+        return section.generic
+    return section.at(body.mixed.nodes("u").T, f"shell '{body.name}'")
 
 
 def shell_compliance(shell: Shell, at: Layup, held: bool = True) -> Floats:

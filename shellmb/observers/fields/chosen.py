@@ -70,13 +70,15 @@ class ChosenFields:
             self._derived[name] = section.principal
         elif name == "surface_stress":
             assert isinstance(body, ShellModel)
-            self._derived[name] = section.surface_stress(body.shell, body.layup())
+            self._derived[name] = section.surface_stress(body.shell, section.layup(body))
         elif name == "ply_stress":
             assert isinstance(body, ShellModel) and isinstance(body.shell.section, Laminate)
             six = self.components.pop(name)
             for k in range(len(body.shell.section.plies)):
                 self.components[f"{name}_{k + 1}"] = six
-                self._derived[f"{name}_{k + 1}"] = section.ply_stress(body.shell, body.layup(), k)
+                self._derived[f"{name}_{k + 1}"] = section.ply_stress(
+                    body.shell, section.layup(body), k
+                )
         elif isinstance(body, ShellModel) and not isinstance(body.shell.section, LinearSection):
             first, last = (0, 8) if name == "strains" else (8, 9)
             self._own[name] = partial(_columns, first, last)
@@ -84,7 +86,7 @@ class ChosenFields:
             if isinstance(body, BeamModel):
                 compliance = section.beam_compliance(body.beam)
             else:
-                compliance = section.shell_compliance(body.shell, body.layup())
+                compliance = section.shell_compliance(body.shell, section.layup(body))
             make = section.strains_by if name == "strains" else section.energy_by
             self._derived[name] = make(compliance)
 

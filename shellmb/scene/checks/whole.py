@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from shellmb.errors import SceneError
-from shellmb.scene import checks_linear
 from shellmb.scene.checks import effect as checks_effect
+from shellmb.scene.checks import linear as checks_linear
 from shellmb.scene.checks import multibody as checks_multibody
 from shellmb.scene.checks.control import check_control
 from shellmb.scene.checks.names import check_names

@@ -130,6 +130,8 @@ class Iteration:
             ConvergenceError: If its matrix has no factors.
         """
         x, b = self.system.x, self.system.b
+        # an old factorisation knows no forces of values that change with the update
+        x.array[self.system.fixed] = self.system.fixed_values()
         self.system.scatter(x)
         self.residual(x, b)
         self.solve_linear(b, self._dx)
@@ -138,6 +140,8 @@ class Iteration:
         x.axpy(-1.0, self._dx)
         self.converged(x, self._dx)
         self.system.scatter(x)
+        # reactions are those of the solution
+        self.residual(x, b)
 
     def warm_up(self, key: Hashable) -> None:
         """First assembly and factorisation: what is singular shows, later steps are alike.

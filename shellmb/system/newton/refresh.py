@@ -24,6 +24,10 @@ FAR = 0.02
 # error is of the square of the last update, and this is to be as good
 ERROR = 1e-6
 
+# what the second update of a linear system may be of the first, for one to be enough: of a thin
+# plate it is 1e-6 in statics, and 1e-11 where inertia counts
+LEFT = 1e-9
+
 # what the system is before anything is factorised: no key is equal to it
 NOTHING: Hashable = object()
 
@@ -163,8 +167,9 @@ class Once:
     """A factorisation for as long as the system is the same one: all are linear.
 
     Args:
-        trusting: Whether one update is enough once a second one has found round-off only. It leaves
-            that, as large as the stiffest forces make it; a second one costs as much as the first.
+        trusting: Whether one update is enough once a second one has found next to nothing. It
+            leaves round-off as large as the stiffest forces make it; a second one takes that out,
+            and costs as much as the first.
     """
 
     trusting: bool = False
@@ -174,6 +179,7 @@ class Once:
     _key: Hashable = field(default=NOTHING, init=False)
     _wanted: bool = field(default=True, init=False)
     _updates: int = field(default=0, init=False)
+    _first: float = field(default=0.0, init=False)
 
     def begin(self, key: Hashable) -> None:
         """Keep the factorisation unless the system is another one."""
@@ -196,8 +202,11 @@ class Once:
     def converged(self, update: float, moved: float, tolerance: float) -> bool:
         """By the second update, which only takes out round-off: if not, nothing was linear."""
         self._updates += 1
+        if self._updates == 1:
+            self._first = update
         done = self.exact or update == 0.0 or (self._updates > 1 and update <= tolerance)
-        self.exact = self.trusting and done and (self.exact or self._updates > 1)
+        found = self._updates == 2 and update <= LEFT * self._first
+        self.exact = self.trusting and done and (self.exact or found)
         return done
 
 
