@@ -69,9 +69,9 @@ from shellmb.scene.multibody.joints import (
     Universal,
     Weld,
 )
+from shellmb.scene.multibody.offsets import Offset
 from shellmb.scene.multibody.rigid import RigidBody
 from shellmb.scene.multibody.rolling import KnifeEdge, Rolling
-from shellmb.scene.offsets import Offset
 from shellmb.scene.paths import PathFollowing
 from shellmb.scene.probes import Probe
 from shellmb.scene.scene import Scene

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Annotated, Literal
 
 from shellmb.errors import SceneError
-from shellmb.scene.offsets import Point
+from shellmb.scene.multibody.offsets import Point
 from shellmb.scene.values.validate import Name, Spot, Untrue, described, show
 
 __all__ = ["MOTIONS", "Probe"]

@@ -22,15 +22,15 @@ from shellmb.kernels import compiled
 from shellmb.meshes.mesh import build_surface
 from shellmb.model.frames.beam import BeamModel, build_beam
 from shellmb.model.frames.glue import line_along
+from shellmb.model.frames.rigidpoints import RigidMeshes, ended, pointed
 from shellmb.model.places.nodes import shared_nodes
-from shellmb.model.rigidpoints import RigidMeshes, ended, pointed
 from shellmb.model.shells.shell import ShellModel
 from shellmb.scene import Beam, Gravity, RigidBody, Scene
 from shellmb.scene.loads.body_loads import FollowerForce, FollowerMoment, PointMoment
 from shellmb.scene.loads.loads import Load, PointForce
 from shellmb.scene.lookup import said
 from shellmb.scene.multibody.joints import Joint, Revolute, ShellRevolute, Weld
-from shellmb.scene.offsets import node_of
+from shellmb.scene.multibody.offsets import node_of
 
 __all__ = ["Inertia", "RigidMeshes", "inertia_of", "rigid_body", "rigidified"]
 

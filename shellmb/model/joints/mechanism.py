@@ -45,11 +45,11 @@ from shellmb.model.joints.joints import (
     joint_groups,
 )
 from shellmb.model.joints.linear import HeldCoordinates, TiedCoordinates
+from shellmb.model.joints.regions import bind
 from shellmb.model.joints.rolling import BoundContact, bind_contact, contact_groups
 from shellmb.model.joints.slipping import read_contacts
 from shellmb.model.joints.switches import Locks, State, Switched, Switches, Windows
 from shellmb.model.places.finder import Finder
-from shellmb.model.regions import bind
 from shellmb.model.shells.shell import ShellModel
 from shellmb.scene import Scene
 from shellmb.scene.loads.loads import Gravity

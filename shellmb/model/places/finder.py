@@ -9,7 +9,7 @@ from shellmb.errors import SceneError
 from shellmb.model.frames.rigid import GROUND
 from shellmb.model.places.ends import End, Floats
 from shellmb.model.places.nodes import Meshed, shared_nodes
-from shellmb.scene.offsets import Offset, arm_components
+from shellmb.scene.multibody.offsets import Offset, arm_components
 
 Where = str | tuple[float, float, float] | Offset | None
 

@@ -12,7 +12,7 @@ from shellmb.errors import SceneError
 from shellmb.meshes.curve_mesh import LineMesh
 from shellmb.meshes.mesh import SurfaceMesh
 from shellmb.meshes.spaces import MixedSpace
-from shellmb.scene.offsets import Offset, arm_components, node_of
+from shellmb.scene.multibody.offsets import Offset, arm_components, node_of
 
 # a point must lie on a node to within this fraction of the body's length
 ON_NODE = 1e-6

@@ -13,7 +13,7 @@ from shellmb.scene import Scene
 from shellmb.scene.loads.body_loads import FollowerForce, FollowerMoment, PointMoment
 from shellmb.scene.loads.loads import EdgeForce, EdgeMoment, FollowerEdgeForce, PointForce
 from shellmb.scene.lookup import said
-from shellmb.scene.offsets import Offset, node_of
+from shellmb.scene.multibody.offsets import Offset, node_of
 from shellmb.scene.values.validate import show
 
 Floats = npt.NDArray[np.float64]

@@ -17,7 +17,7 @@ from shellmb.model.supports.prescribed import PARALLEL, Prescribed, Rows, Suppor
 from shellmb.scene.loads import supports as scene_supports
 from shellmb.scene.loads.supports import Support
 from shellmb.scene.lookup import said
-from shellmb.scene.offsets import arm_components
+from shellmb.scene.multibody.offsets import arm_components
 from shellmb.scene.values.validate import show
 
 Floats = npt.NDArray[np.float64]

@@ -21,9 +21,9 @@ from shellmb.scene.lookup import (
 )
 from shellmb.scene.multibody.elements import Driver, JointElement, Lock, PointElement
 from shellmb.scene.multibody.joints import GROUND, Distance, Joint, ShellRevolute, Weld
+from shellmb.scene.multibody.offsets import Offset
 from shellmb.scene.multibody.rigid import RigidBody
 from shellmb.scene.multibody.rolling import Contact, Rolling
-from shellmb.scene.offsets import Offset
 from shellmb.scene.probes import MOTIONS
 from shellmb.scene.shells.sections import LinearSection
 from shellmb.scene.shells.shell import Shell
@@ -284,9 +284,26 @@ def _supported(scene: Scene) -> None:
         )
 
 
+def _frames(body: Body | None, weld: Weld) -> bool:
+    """Whether a weld gives a massless body all of the inertia of this one."""
+    if isinstance(body, RigidBody):
+        return body.mass > 0
+    return isinstance(body, Beam) or weld.second_at in _regions(body)
+
+
 def _massive(scene: Scene) -> None:
+    """In motion every body needs mass; a massless frame has that of the body it is welded to."""
+    framed = {
+        name
+        for joint in scene.joints
+        if isinstance(joint, Weld) and joint.active is None
+        for name, other in ((joint.first, joint.second), (joint.second, joint.first))
+        if _frames(find_end(scene, other, joint.said), joint)
+    }
     for body in scene.bodies:
         if isinstance(body, RigidBody):
+            if body.name in framed:
+                continue
             m, what, remedy = body.mass, "mass", ""
         else:
             section = body.section

@@ -9,8 +9,8 @@ import numpy as np
 from shellmb.errors import SceneError
 from shellmb.scene.beams.beam import Beam
 from shellmb.scene.lookup import Body, listed, said
+from shellmb.scene.multibody.offsets import Offset
 from shellmb.scene.multibody.rigid import RigidBody
-from shellmb.scene.offsets import Offset
 from shellmb.scene.shells.shell import Shell
 from shellmb.scene.values.validate import edge_names, in_words, show
 

@@ -7,7 +7,7 @@ dead load keeps its direction, a follower load turns with the directors.
 from __future__ import annotations
 
 from shellmb.scene.loads.loads import Load
-from shellmb.scene.offsets import Point
+from shellmb.scene.multibody.offsets import Point
 from shellmb.scene.values.times import TimeFunction
 from shellmb.scene.values.validate import Name, Vec3, described
 

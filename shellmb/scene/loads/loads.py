@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from shellmb.scene.offsets import Point
+from shellmb.scene.multibody.offsets import Point
 from shellmb.scene.values.positions import OfPosition
 from shellmb.scene.values.times import TimeFunction
 from shellmb.scene.values.validate import Edge, Finite, Name, Vec3, described

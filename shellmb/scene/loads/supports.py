@@ -13,7 +13,7 @@ from collections.abc import Callable
 from typing import Any, ClassVar
 
 from shellmb.errors import SceneError
-from shellmb.scene.offsets import Arm
+from shellmb.scene.multibody.offsets import Arm
 from shellmb.scene.values.times import TimeFunction
 from shellmb.scene.values.validate import Axis, Edge, Finite, Name, Place, Vec3, described, show
 

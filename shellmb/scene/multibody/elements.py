@@ -11,7 +11,7 @@ from collections.abc import Callable
 from typing import Any, ClassVar, Literal
 
 from shellmb.errors import SceneError
-from shellmb.scene.offsets import Point
+from shellmb.scene.multibody.offsets import Point
 from shellmb.scene.values.times import TimeFunction
 from shellmb.scene.values.validate import Finite, Name, NonNegative, Positive, Windows, described
 

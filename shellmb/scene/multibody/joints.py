@@ -17,7 +17,7 @@ from typing import ClassVar
 import numpy as np
 
 from shellmb.errors import SceneError
-from shellmb.scene.offsets import Point
+from shellmb.scene.multibody.offsets import Point
 from shellmb.scene.values.validate import (
     Axis,
     Finite,

@@ -11,7 +11,7 @@ from shellmb.model.shells.shell import ShellModel
 from shellmb.scene import Scene
 from shellmb.scene.lookup import said
 from shellmb.scene.multibody.joints import Weld
-from shellmb.scene.offsets import Offset, arm_components
+from shellmb.scene.multibody.offsets import Offset, arm_components
 
 __all__ = ["RigidMeshes", "ended", "pointed"]
 
