@@ -1,10 +1,14 @@
 """Modes, pages and commands that show what a directory holds."""
 
 import json
+import re
+import shutil
+import subprocess
 from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
 from typer.testing import CliRunner
 
 import shellmb as sm
@@ -12,6 +16,7 @@ from shellmb.cli import app
 from shellmb.show.display import has_display, why_not
 
 SMALL = str(Path(__file__).parents[1] / "run" / "scene_small.py")
+BROWSER = shutil.which("chromium") or shutil.which("chromium-browser")
 needs_drawing = pytest.mark.skipif(why_not() is not None, reason=str(why_not()))
 
 
@@ -38,6 +43,30 @@ def test_a_report_is_one_file(folder) -> None:
     assert 'src="http' not in page and 'href="http' not in page
     # the scene in space is in it as data that its viewer reads
     assert page.count("data:image/png") >= 4 and page.count("data:image/gif") == 1
+
+
+@needs_drawing
+@pytest.mark.skipif(BROWSER is None, reason="there is no Chromium (Debian's package chromium)")
+def test_the_shape_of_a_report_appears_in_a_browser(folder, tmp_path) -> None:
+    assert command("report", folder, "--out", tmp_path / "whole.html").exit_code == 0
+    # without the other pictures, so that colours are those of the shape that can be turned
+    page = re.sub(r"<img [^>]*>", "", (tmp_path / "whole.html").read_text())
+    (tmp_path / "page.html").write_text(page)
+    options = [
+        *("--headless=new", "--no-sandbox", "--use-angle=swiftshader"),
+        *("--enable-unsafe-swiftshader", "--virtual-time-budget=10000", "--window-size=1100,2000"),
+        *("--enable-logging=stderr", f"--user-data-dir={tmp_path / 'profile'}"),
+        *(f"--screenshot={tmp_path / 'seen.png'}", (tmp_path / "page.html").as_uri()),
+    ]
+    done = subprocess.run(
+        [str(BROWSER), *options], capture_output=True, text=True, timeout=120, check=True
+    )
+    said = [line for line in done.stderr.splitlines() if "CONSOLE" in line]
+    assert not [s for s in said if "ERROR" in s or "Uncaught" in s], said
+    pixels = np.asarray(Image.open(tmp_path / "seen.png").convert("RGB")).astype(int)
+    # text, frames and outlines are grey
+    coloured = np.ptp(pixels, axis=2) > 60
+    assert coloured.sum() > 2000
 
 
 @needs_drawing
