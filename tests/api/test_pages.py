@@ -121,3 +121,38 @@ def test_a_study_from_python() -> None:
     assert "configurations" in repr(found)
     with pytest.raises(sm.SceneError, match="clock is 'sun'; it must be 'wall' or 'cpu'"):
         sm.study(SMALL, clock="sun")
+
+
+def pendulum(length=1.0):
+    rod = sm.RigidBody("rod", 1.0, (0.1, 0.1, 0.1), com=(length, 0, 0))
+    return sm.Scene(
+        "pendulum",
+        rigid_bodies=rod,
+        joints=sm.Spherical("pin", sm.GROUND, "rod", at=(0, 0, 0)),
+        loads=sm.Gravity(),
+        probes=sm.Probe("height", "center", component=2),
+        scheme="ep",
+        dt=0.02,
+        t_end=0.2,
+        results=lambda run: {"lowest": float(run.history["height"].min())},
+    )
+
+
+def test_a_study_of_scenes_at_hand(tmp_path) -> None:
+    steps = {"dt": [0.02, 0.01], "quantity": ["lowest", "height:end"]}
+    of_function = sm.study(pendulum, parameters={"length": 2.0}, out=tmp_path / "all", **steps)
+    table = of_function.table
+    assert not table["failed"].any() and len(table) == 4
+    of_scene = sm.study(pendulum(length=2.0), **steps)
+    np.testing.assert_array_equal(of_scene.table["error"], table["error"])
+    # a study goes on where it was, and is not mixed with that of another scene
+    again = sm.study(pendulum, parameters={"length": 2.0}, out=tmp_path / "all", **steps)
+    np.testing.assert_array_equal(again.table["time_s"], table["time_s"])
+    with pytest.raises(sm.SceneError, match="another"):
+        sm.study(pendulum, parameters={"length": 1.0}, out=tmp_path / "all", **steps)
+    with pytest.raises(sm.SceneError, match="width"):
+        sm.study(pendulum, parameters={"width": 1.0}, **steps)
+    with pytest.raises(sm.SceneError, match="parameters are length; they must be left out"):
+        sm.study(pendulum(), parameters={"length": 1.0}, **steps)
+    with pytest.raises(sm.SceneError, match="scene is a int; it must be a Scene, a function"):
+        sm.study(3)
