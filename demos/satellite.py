@@ -15,6 +15,7 @@ which panels open. Flexible panels lag behind as they bend, and swing about it.
 # CI: shellmb run satellite --set rigid=True --scheme ep4 --check --no-pictures --out runs/ci-rigid
 
 import math
+from functools import partial
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -73,10 +74,8 @@ def scene(rigid: bool = False, dt: float = 0.05, t_end: float = 6.0):
         joints.append(
             Revolute(f"{name} hinge", "bus", f"{name} root", at=hinge, axis=(0, -sign, 0))
         )
-        begin = 0.0 if sign > 0 else LATER
-        drivers.append(
-            Driver(f"{name} motor", f"{name} hinge", rotation=lambda t, b=begin: opening(t, b))
-        )
+        turn = partial(opening, begin=0.0 if sign > 0 else LATER)
+        drivers.append(Driver(f"{name} motor", f"{name} hinge", rotation=turn))
         tip = (hinge[0], 0.0, hinge[2] - LENGTH)
         probes.append(Probe(f"{name}_tip", tip, "position", 0, body=name))
     probes.append(Probe("turn", "center", "rotation", 1, body="bus"))

@@ -94,8 +94,8 @@ def scene(nu: float = 0.3, nx: int = 16, ny: int = 4, nz: int = 4):
     }
     half, stations = CHORD / 2, (*STATIONS, SPAN)
     # of each wall the middle, and the axis along which it goes as the box twists
-    middles = {"front": (-half, 0, 2), "rear": (half, 0, 2)}
-    middles |= {"lower": (0, -HEIGHT / 2, 1), "upper": (0, HEIGHT / 2, 1)}
+    middles = {"front": (-half, 0.0, 2), "rear": (half, 0.0, 2)}
+    middles |= {"lower": (0.0, -HEIGHT / 2, 1), "upper": (0.0, HEIGHT / 2, 1)}
     probes = [
         Probe(f"{name}_{k}", (x, y, z), component=axis, body=name)
         for name, (y, z, axis) in middles.items()

@@ -34,6 +34,8 @@ myst_heading_anchors = 3
 nb_execution_mode = "cache"
 nb_execution_raise_on_error = True
 nb_execution_timeout = 300
+# what tutorials write is not left beside them
+nb_execution_in_temp = True
 nb_execution_cache_path = "_build/tutorials"
 nb_merge_streams = True
 

@@ -9,16 +9,16 @@ also on a plane that moves.
 With the axes `e1, e2, e3` of the plane (`e3` its normal on the side of the other body) and its
 point `p`, the axes `d1, d2, d3` of the other body and its point `c`:
 
-==========  ======================================  ===================================  =========
-kind        unknowns                                on positions                         rows
-==========  ======================================  ===================================  =========
-wheel       `y` point of contact, `t` direction it  `c + R r_k d_k = p + y_j e_j`,       7 and 2
-            rolls in, `r` radius vector to the      `t_j e_j = r_2 d1 - r_1 d2`,
-            ground in its own axes                  `|r| = 1`
-sphere      `y`, `Q` the body's axes in the plane's `c - R e3 = p + y_j e_j`,            12 and 2
-                                                    `Q_kj = d_k . e_j`
-knife edge  `y`, `t` direction of the blade         `c = p + y_j e_j`, `t_j = d3 . e_j`  5 and 1
-==========  ======================================  ===================================  =========
+==========  =======================================  ===================================  =========
+kind        unknowns                                 on positions                         rows
+==========  =======================================  ===================================  =========
+wheel       `y` point of contact; `t` direction it   `c + R r_k d_k = p + y_j e_j`;       7 and 2
+            rolls in; `r` radius vector to the       `t_j e_j = r_2 d1 - r_1 d2`;
+            ground in its own axes                   `|r| = 1`
+sphere      `y`; `Q` the body's axes in the plane's  `c - R e3 = p + y_j e_j`;            12 and 2
+                                                     `Q_kj = d_k . e_j`
+knife edge  `y`; `t` direction of the blade          `c = p + y_j e_j`; `t_j = d3 . e_j`  5 and 1
+==========  =======================================  ===================================  =========
 
 ==========  =============================================================================
 kind        on velocities
@@ -33,18 +33,18 @@ blade. The point of contact moves as fast over the one body as over the other: t
 
 **Over a step.** Where the path is linear, `A(q_m)(q_b - q_a) = 0` with forces along `A(q_m)`, which
 work by the multipliers times what vanishes: not at all. Where it is quadratic (`forms.path`), the
-mean of the slip and the slip at the end vanish,
+mean of the slip and the slip at the end vanish::
 
     <A q'> = A(x) D + B(D, z) = 0,     A(q_f) v_f = 0
 
 with `B(., dq)` the derivative of `A dq`. The forces are those of multipliers `l_0 + l_1 P1` along
-`A(q)`, but for terms of third order in the step, as moments
+`A(q)`, but for terms of third order in the step, as moments::
 
     P0:  l_0 A(x) dq + l_1 [B(D, dq) + (1 - alpha^2) B(dq, h v_2) + 4 alpha B(dq, z)
                             + 2 alpha B(z, dq)]/6                                          (N1)
     P1:  l_0 B(D, dq)/6 + l_1 A((q_i + q_f)/2) dq/3
 
-Their work is `l_0 <A q'>`, and `l_1` times what vanishes by both equations: with (Q1)
+Their work is `l_0 <A q'>`, and `l_1` times what vanishes by both equations: with (Q1)::
 
     A(q_m) 6z/3 = [(1 + alpha) A(q_m) h v_f - (1 - alpha) A(q_m) h v_i - 2 alpha A(q_m) D]/6
 

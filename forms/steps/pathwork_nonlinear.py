@@ -1,7 +1,7 @@
 """Virtual work of any strain energy density over a step that is quadratic in time.
 
 The strain along the path is replaced by the quadratic one whose rate is the projection of `e'` on
-linear functions of time,
+linear functions of time::
 
     E(tau) = e_i + (e_f - e_i) tau + 3 bow (tau^2 - tau),      bow = e_i + e_f - 2 <s>,
 
@@ -9,7 +9,7 @@ and `S_0 + S_1 P1` is the projection of `psi'(E(tau))` on linear functions by tw
 There `E` is a moment of the strains as any other, `<s> -+ (e_f - e_i)/(2 sqrt(3))`, and both rows
 are sums of `stress at a point . slope`: the templates of `forms.pathwork`, with `psi'` and `psi''`
 at one strain in place of a stiffness. What two points leave is made good along the chord of the
-strains (per point in space, after O. Gonzalez, J. Nonlinear Sci. 6 (1996) 449-467),
+strains (per point in space, after O. Gonzalez, J. Nonlinear Sci. 6 (1996) 449-467)::
 
     r = psi(e_f) - psi(e_i) - S_0.(e_f - e_i) - S_1.bow,
     S_0 += r (e_f - e_i)/(|e_f - e_i|^2 + tiny),

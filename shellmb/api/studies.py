@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from shellmb.api.asked import as_text
 from shellmb.errors import SceneError
+from shellmb.scene import Scene
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -82,7 +83,7 @@ class Study:
 
 
 def study(
-    scene: str,
+    scene: Scene | Callable[..., Scene] | str,
     *,
     quantity: str | Sequence[str] = (),
     parameters: Mapping[str, Any] | None = None,
@@ -107,7 +108,8 @@ def study(
     """Error against time of all combinations of what is named, by a finer run or an exact value.
 
     Args:
-        scene: Name of a bundled scene, or path of a Python file.
+        scene: A scene, a function that makes one from `parameters`, the name of a bundled scene, or
+            the path of a Python file.
         quantity: Names of results, or "COLUMN:NORM" of the history with the norm end, max, min,
             mean, l2 or sup; none: the first probe.
         parameters: Values of the scene's parameters.
@@ -133,6 +135,7 @@ def study(
         SceneError: If the scene, a value or a quantity is impossible.
         ConvergenceError: If the reference fails.
     """
+    from shellmb.run.loader import SceneModule, given
     from shellmb.run.request import parse_mesh
     from shellmb.study.choice import Base
     from shellmb.study.quantity import parse_quantity
@@ -142,14 +145,19 @@ def study(
 
     if clock not in ("wall", "cpu"):
         raise SceneError(f"study: clock is '{clock}'; it must be 'wall' or 'cpu'")
-    if not isinstance(scene, str):
+    if not isinstance(scene, str | Scene) and not callable(scene):
         raise SceneError(
-            f"study: scene is a {type(scene).__name__}; it must be the name of a bundled scene or "
-            "the path of a Python file, which is built anew for each configuration"
+            f"study: scene is a {type(scene).__name__}; it must be a Scene, a function that makes "
+            "one, the name of a bundled scene, or the path of a Python file"
         )
+    source: str | SceneModule
+    if isinstance(scene, str):
+        source, text = scene, tuple(as_text(parameters or {}).items())
+    else:
+        source, text = given(scene, parameters or {}), ()
     quantities = [quantity] if isinstance(quantity, str) else quantity
     sweep = Sweep(
-        Base(scene, tuple(as_text(parameters or {}).items()), t_end, body),
+        Base(source, text, t_end, body),
         tuple(parse_quantity(q) for q in quantities),
         scheme=tuple(scheme),
         alpha=tuple(alpha),

@@ -217,6 +217,32 @@ def load(name: str) -> SceneModule:
     return loaded
 
 
+def given(scene: Scene | Callable[..., Scene], parameters: Mapping[str, Any]) -> SceneModule:
+    """A scene that somebody has at hand, or a function that makes it, as a module would define it.
+
+    Args:
+        scene: The scene, or the function.
+        parameters: Values of the function's parameters.
+
+    Raises:
+        SceneError: If a scene that is made already comes with parameters, or is impossible.
+    """
+    if isinstance(scene, Scene):
+        if parameters:
+            raise SceneError(
+                f"scene '{scene.name}': parameters are {', '.join(parameters)}; they must be left "
+                "out where the scene is made already"
+            )
+        name, make = scene.name, lambda: scene
+    else:
+        name, make = getattr(scene, "__name__", "scene"), lambda: scene(**parameters)
+    module = types.ModuleType(name)
+    module.__dict__["scene"] = make
+    found = SceneModule(name, module)
+    module.__dict__["results"] = found.build().results
+    return found
+
+
 def _module_of_file(path: Path) -> types.ModuleType:
     path = path.resolve()
     if not path.is_file():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -52,6 +53,7 @@ class Fields(Mapping[str, "xr.Dataset"]):
             name: there[name] for name in [*order, *(n for n in there if n not in order)]
         }
         self._made: dict[str, xr.Dataset] = {}
+        self._listed: dict[str, tuple[int, dict[Path, float]]] = {}
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._stems)
@@ -91,11 +93,16 @@ class Fields(Mapping[str, "xr.Dataset"]):
             name: Name of the body.
         """
         series = self.folder / f"{self.stem(name)}{SERIES}"
-        return {
-            self.folder / entry["name"]: float(entry["time"])
-            for entry in json.loads(series.read_text())["files"]
-            if (self.folder / entry["name"]).is_file()
-        }
+        # a run that goes on writes it anew
+        written = series.stat().st_mtime_ns
+        if name not in self._listed or self._listed[name][0] != written:
+            there = {file.name for file in os.scandir(self.folder)}
+            entries = json.loads(series.read_text())["files"]
+            found = {
+                self.folder / e["name"]: float(e["time"]) for e in entries if e["name"] in there
+            }
+            self._listed[name] = (written, found)
+        return self._listed[name][1]
 
     @property
     def times(self) -> Floats:

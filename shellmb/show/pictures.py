@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 # time that pictures may take at the end of a run: so much, or a part of the run's [s]
 BUDGET, SHARE = 2.0, 0.2
 # states of an animation that is drawn in any case, and that is drawn at all
-FEWEST, MOST = 8, 100
+FEWEST, MOST = 6, 100
 
 # of pictures of curves, points per inch: of 150 they take a third more time
 RESOLUTION = 110

@@ -166,12 +166,16 @@ def _turnable(run: Shown) -> str:
     from shellmb.show.space.scenery import showing
     from shellmb.show.space.web import page
 
+    what = showing(run.fields, run.described, [run.fields.nearest(None)])
     try:
-        inner = page(showing(run.fields, run.described, [run.fields.nearest(None)]))
+        inner = page(what)
     except RunError as error:
         return f'<p class="quiet">{html.escape(str(error))}</p>'
+    low, high = what.limits
+    said = f"{what.title(what.states[0])}; colours: {what.shown.label}, {low:.4g} to {high:.4g}"
     return (
         f'<iframe title="shape" loading="lazy" srcdoc="{html.escape(inner, quote=True)}"></iframe>'
+        f'<p class="quiet">To be turned with the mouse. {html.escape(said)}</p>'
     )
 
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
-from shellmb.run.loader import SceneModule
+from shellmb.run.loader import SceneModule, load
 from shellmb.run.request import Options
 from shellmb.scene import GmshFile, MeshFile, Scene, Shell
 from shellmb.scene.checks.effect import DISSIPATIVE
@@ -95,16 +95,24 @@ class Base:
     """The scene that is swept.
 
     Args:
-        scene: Name of a demo, or path of a Python file.
-        parameters: Values of the scene's parameters as text.
+        scene: Name of a demo, path of a Python file, or what defines the scene.
+        parameters: Values of the scene's parameters as text, of one that is named.
         t_end: Time at the end, s; None: that of the scene.
         body: The only shell or beam that gets mesh, degree and cell; None: all of them.
     """
 
-    scene: str
+    scene: str | SceneModule
     parameters: tuple[tuple[str, str], ...] = ()
     t_end: float | None = None
     body: str | None = None
+
+    def module(self) -> SceneModule:
+        """What defines the scene.
+
+        Raises:
+            SceneError: If there is no such scene.
+        """
+        return self.scene if isinstance(self.scene, SceneModule) else load(self.scene)
 
     def build(self, module: SceneModule, choice: Choice) -> Scene:
         """The scene with a choice.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import hashlib
+import json
 import math
 import time
 from collections.abc import Callable, Sequence
@@ -15,7 +16,8 @@ from mpi4py import MPI
 
 from shellmb.errors import SceneError, ShellmbError
 from shellmb.run.execute import RunResult, execute
-from shellmb.run.loader import SceneModule, load
+from shellmb.run.loader import SceneModule
+from shellmb.scene.fingerprint import fingerprint
 from shellmb.simulate.simulation import Silent, Simulation
 from shellmb.study.choice import Choice
 from shellmb.study.quantity import Quantity, default_quantity
@@ -89,7 +91,7 @@ def measure(
     Raises:
         SceneError: If the scene, a value or a quantity is impossible, or the folder is taken.
     """
-    module = load(sweep.base.scene)
+    module = sweep.base.module()
     grid = make_grid(sweep, module)
     scene = sweep.base.build(module, grid.choices[0])
     quantities = sweep.quantities or (default_quantity(scene),)
@@ -116,7 +118,10 @@ def measure(
 
 def about(sweep: Sweep, module: SceneModule, quantities: Sequence[Quantity]) -> dict[str, Any]:
     """What records belong to: scene with its source, parameters, end, quantities."""
-    source = Path(str(module.module.__file__)).read_bytes()
+    file = getattr(module.module, "__file__", None)
+    # of a scene that is in no file all its fields
+    fields = json.dumps(fingerprint(module.build()), sort_keys=True) if file is None else ""
+    source = fields.encode() if file is None else Path(file).read_bytes()
     return {
         "scene": module.name,
         "source": hashlib.sha256(source).hexdigest()[:16],

@@ -1,10 +1,14 @@
 """Modes, pages and commands that show what a directory holds."""
 
 import json
+import re
+import shutil
+import subprocess
 from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
 from typer.testing import CliRunner
 
 import shellmb as sm
@@ -12,6 +16,7 @@ from shellmb.cli import app
 from shellmb.show.space.display import has_display, why_not
 
 SMALL = str(Path(__file__).parents[1] / "run" / "scene_small.py")
+BROWSER = shutil.which("chromium") or shutil.which("chromium-browser")
 needs_drawing = pytest.mark.skipif(why_not() is not None, reason=str(why_not()))
 
 
@@ -38,6 +43,30 @@ def test_a_report_is_one_file(folder) -> None:
     assert 'src="http' not in page and 'href="http' not in page
     # the scene in space is in it as data that its viewer reads
     assert page.count("data:image/png") >= 4 and page.count("data:image/gif") == 1
+
+
+@needs_drawing
+@pytest.mark.skipif(BROWSER is None, reason="there is no Chromium (Debian's package chromium)")
+def test_the_shape_of_a_report_appears_in_a_browser(folder, tmp_path) -> None:
+    assert command("report", folder, "--out", tmp_path / "whole.html").exit_code == 0
+    # without the other pictures, so that colours are those of the shape that can be turned
+    page = re.sub(r"<img [^>]*>", "", (tmp_path / "whole.html").read_text())
+    (tmp_path / "page.html").write_text(page)
+    options = [
+        *("--headless=new", "--no-sandbox", "--use-angle=swiftshader"),
+        *("--enable-unsafe-swiftshader", "--virtual-time-budget=10000", "--window-size=1100,2000"),
+        *("--enable-logging=stderr", f"--user-data-dir={tmp_path / 'profile'}"),
+        *(f"--screenshot={tmp_path / 'seen.png'}", (tmp_path / "page.html").as_uri()),
+    ]
+    done = subprocess.run(
+        [str(BROWSER), *options], capture_output=True, text=True, timeout=120, check=True
+    )
+    said = [line for line in done.stderr.splitlines() if "CONSOLE" in line]
+    assert not [s for s in said if "ERROR" in s or "Uncaught" in s], said
+    pixels = np.asarray(Image.open(tmp_path / "seen.png").convert("RGB")).astype(int)
+    # text, frames and outlines are grey
+    coloured = np.ptp(pixels, axis=2) > 60
+    assert coloured.sum() > 2000
 
 
 @needs_drawing
@@ -92,3 +121,38 @@ def test_a_study_from_python() -> None:
     assert "configurations" in repr(found)
     with pytest.raises(sm.SceneError, match="clock is 'sun'; it must be 'wall' or 'cpu'"):
         sm.study(SMALL, clock="sun")
+
+
+def pendulum(length=1.0):
+    rod = sm.RigidBody("rod", 1.0, (0.1, 0.1, 0.1), com=(length, 0, 0))
+    return sm.Scene(
+        "pendulum",
+        rigid_bodies=rod,
+        joints=sm.Spherical("pin", sm.GROUND, "rod", at=(0, 0, 0)),
+        loads=sm.Gravity(),
+        probes=sm.Probe("height", "center", component=2),
+        scheme="ep",
+        dt=0.02,
+        t_end=0.2,
+        results=lambda run: {"lowest": float(run.history["height"].min())},
+    )
+
+
+def test_a_study_of_scenes_at_hand(tmp_path) -> None:
+    steps = {"dt": [0.02, 0.01], "quantity": ["lowest", "height:end"]}
+    of_function = sm.study(pendulum, parameters={"length": 2.0}, out=tmp_path / "all", **steps)
+    table = of_function.table
+    assert not table["failed"].any() and len(table) == 4
+    of_scene = sm.study(pendulum(length=2.0), **steps)
+    np.testing.assert_array_equal(of_scene.table["error"], table["error"])
+    # a study goes on where it was, and is not mixed with that of another scene
+    again = sm.study(pendulum, parameters={"length": 2.0}, out=tmp_path / "all", **steps)
+    np.testing.assert_array_equal(again.table["time_s"], table["time_s"])
+    with pytest.raises(sm.SceneError, match="another"):
+        sm.study(pendulum, parameters={"length": 1.0}, out=tmp_path / "all", **steps)
+    with pytest.raises(sm.SceneError, match="width"):
+        sm.study(pendulum, parameters={"width": 1.0}, **steps)
+    with pytest.raises(sm.SceneError, match="parameters are length; they must be left out"):
+        sm.study(pendulum(), parameters={"length": 1.0}, **steps)
+    with pytest.raises(sm.SceneError, match="scene is a int; it must be a Scene, a function"):
+        sm.study(3)

@@ -1,5 +1,6 @@
 """What the documentation shows runs: every Python block, and the first steps of every scene."""
 
+import inspect
 import re
 import types
 from pathlib import Path
@@ -7,6 +8,7 @@ from typing import Any
 
 import pytest
 
+import shellmb.scene
 from shellmb.run.execute import execute
 
 ROOT = Path(__file__).parents[2]
@@ -34,3 +36,19 @@ def test_it_runs(code: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
         scene = scene.with_options(t_end=STEPS * scene.dt)
     result = execute(scene)
     assert result.summary["failed"] is None
+
+
+def test_every_class_of_scenes_has_an_example() -> None:
+    """In the reference, a how-to or a tutorial; what only others derive from needs none."""
+    shown = "\n".join(
+        code
+        for page in PAGES
+        if "_build" not in page.parts
+        for code in re.findall(
+            r"^```(?:python|\{code-cell\})\n(.*?)^```$", page.read_text(), re.DOTALL | re.MULTILINE
+        )
+    )
+    classes = [n for n in shellmb.scene.__all__ if inspect.isclass(getattr(shellmb.scene, n))]
+    bases = {b.__name__ for n in classes for b in getattr(shellmb.scene, n).__mro__[1:]}
+    missing = [n for n in classes if n not in bases and not re.search(rf"\b{n}\b", shown)]
+    assert not missing

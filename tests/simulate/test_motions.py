@@ -16,6 +16,7 @@ from shellmb.simulate.soundness.motions import Frame, describe
         (np.eye(6)[:, :3], "translate along x, y and z"),
         ([[0], [0], [1], [0], [0], [0]], "translate along z"),
         ([[0], [3], [4], [0], [0], [0]], "translate along (0, 0.6, 0.8)"),
+        ([[0], [1], [0], [1e-16], [0], [-2e-19]], "translate along y"),
         # the middle moves along y where the body turns about z through a point at its left
         ([[0], [0.5], [0], [0], [0], [1]], "turn about z through (0, 0, 0)"),
     ],

@@ -153,17 +153,6 @@ def nodal_values(simulation: Simulation, name: str) -> NodalValues:
     return Nodes(nodal_bodies(simulation.model)[name]).now(simulation, name)
 
 
-def values_of(body: NodalBody, q: Floats, velocity: Floats | None = None) -> NodalValues:
-    """Values at the nodes for local arrays of a state and its rate.
-
-    Args:
-        body: The body.
-        q: Dofs of the state.
-        velocity: Dofs of its rate; None: at rest.
-    """
-    return Nodes(body).values(q, velocity)
-
-
 class Nodes:
     """Nodes of a body whose values are asked for again and again.
 

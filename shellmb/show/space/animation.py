@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
 from shellmb.errors import RunError
 from shellmb.observers.files.described import Described
@@ -60,32 +59,55 @@ def animate(
     some = times[_evenly(len(times), min(len(times), at_most))]
     what = showing(fields, described, some.tolist(), field, component)
     left = None if budget is None else budget - (clock.perf_counter() - begin)
-    pictures = list(images(what, WIDTH, _states(what.states, left, fewest)))
-    if len(what.states) > 1 and left is not None:
-        # the second one has only been for the time
-        del pictures[1]
-    write(pictures, file)
+    order = _Order(len(what.states), left, fewest)
+    drawn = list(images(what, WIDTH, (what.states[k] for k in order)))
+    pictures = dict(zip(order.asked, drawn, strict=True))
+    write([pictures[k] for k in order.kept], file)
     return file
 
 
-def _states[S](states: Sequence[S], budget: float | None, fewest: int) -> Iterator[S]:
-    """States to be drawn: when the first two are drawn, it is known how many there can be."""
-    if budget is None or len(states) < 2:
-        yield from states
-        return
-    begin = clock.perf_counter()
-    yield states[0]
-    first = clock.perf_counter()
-    yield states[0]
-    last = clock.perf_counter()
-    count = max(fewest, int((budget - (last - begin)) / (STORED * (last - first))))
-    for k in _evenly(len(states), min(count, len(states)))[1:]:
-        yield states[k]
+class _Order:
+    """Which states are drawn: when the first two are, it is known how many there can be.
+
+    Args:
+        count: How many there are.
+        budget: Time [s]; None: all are drawn.
+        fewest: How many are drawn in any case.
+
+    Attributes:
+        asked: Numbers of those that were drawn, in the order in which they were.
+        kept: Numbers of those that are shown.
+    """
+
+    def __init__(self, count: int, budget: float | None, fewest: int) -> None:
+        self._budget, self._fewest = budget, fewest
+        self.asked: list[int] = []
+        self.kept: list[int] = list(range(count))
+
+    def __iter__(self) -> Iterator[int]:
+        if self._budget is not None and len(self.kept) > self._fewest:
+            few = _evenly(len(self.kept), self._fewest)
+            begin = clock.perf_counter()
+            yield self._ask(0)
+            first = clock.perf_counter()
+            yield self._ask(few[1])
+            last = clock.perf_counter()
+            each = STORED * (last - first)
+            more = int((self._budget - (last - begin)) / each) if each else len(self.kept)
+            self.kept = _evenly(len(self.kept), min(max(self._fewest, more), len(self.kept)))
+        for k in self.kept:
+            if k not in self.asked:
+                yield self._ask(k)
+
+    def _ask(self, k: int) -> int:
+        self.asked.append(k)
+        return k
 
 
-def _evenly(many: int, count: int) -> npt.NDArray[np.int64]:
+def _evenly(many: int, count: int) -> list[int]:
     """Numbers of so many of many, the first and the last one among them."""
-    return np.unique(np.linspace(0, many - 1, max(count, 2)).round().astype(np.int64))
+    spread = np.linspace(0, many - 1, max(count, 2)).round()
+    return [int(k) for k in np.unique(spread)]
 
 
 def write(pictures: Sequence[Image], file: Path, duration: float = DURATION) -> None:

@@ -1,4 +1,4 @@
-"""Whether this machine can draw in space, and how: off-screen, or in a window."""
+"""Whether and how this machine draws in space: off-screen, or in a window."""
 
 from __future__ import annotations
 
@@ -8,6 +8,9 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
+from typing import Any
+
+from shellmb.errors import RunError
 
 # how VTK is told which kind of window to make
 KIND = "VTK_DEFAULT_OPENGL_WINDOW"
@@ -53,13 +56,30 @@ def why_not() -> str | None:
 
 
 @contextmanager
-def offscreen() -> Iterator[None]:
-    """VTK's windows made inside need no display."""
+def canvas(width: int, height: int) -> Iterator[Any]:
+    """A Plotter of pyvista's that needs no display.
+
+    Args:
+        width: Its width, pixels.
+        height: Its height.
+
+    Raises:
+        RunError: If this machine cannot draw.
+    """
+    reason = why_not()
+    if reason is not None:
+        raise RunError(reason)
+    import pyvista as pv
+
     before = os.environ.get(KIND)
     if before is None and offscreen_kind():
         os.environ[KIND] = str(offscreen_kind())
     try:
-        yield
+        plotter = pv.Plotter(off_screen=True, window_size=[width, height])
+        try:
+            yield plotter
+        finally:
+            plotter.close()
     finally:
         if before is None:
             os.environ.pop(KIND, None)

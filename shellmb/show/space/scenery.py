@@ -13,7 +13,7 @@ from shellmb.errors import RunError
 from shellmb.observers.files.described import Described
 from shellmb.show.fields import Fields
 from shellmb.show.space.colours import Colouring, colouring, values
-from shellmb.show.space.display import has_display, offscreen, why_not
+from shellmb.show.space.display import canvas, has_display
 from shellmb.show.space.shapes import Shape, State, read_state, shape_of
 from shellmb.show.space.views import View, axes, enlargement, look, view_of
 
@@ -58,6 +58,13 @@ class Showing:
     force: float
     caption: str = ""
     bar: bool = True
+
+    @property
+    def extent(self) -> View:
+        """What numbers of the extent are of: what is seen, or the reference if that is enlarged."""
+        if self.factor == 1:
+            return self.view
+        return view_of(np.concatenate([shape.reference for shape in self.shapes.values()]))
 
     def place(self, name: str, state: State) -> Floats:
         """Where the nodes of a body are drawn, shape (n, 3)."""
@@ -189,7 +196,7 @@ class Stage:
             label.prop.justification_horizontal = "center"
         look(plotter, what.view)
         if marks:
-            axes(plotter, what.view, what.described.labels)
+            axes(plotter, what.extent, what.described.labels)
 
     _coloured: Any = None
 
@@ -284,23 +291,15 @@ def images(
     Raises:
         RunError: If this machine cannot draw.
     """
-    reason = why_not()
-    if reason is not None:
-        raise RunError(reason)
-    import pyvista as pv
     from PIL import Image
 
-    with offscreen():
-        plotter = pv.Plotter(off_screen=True, window_size=[width, what.view.height(width)])
-        try:
-            stage = Stage(what, plotter, marks)
-            for state in what.states if states is None else states:
-                stage.set(state)
-                # a screenshot by itself may be of what was drawn before
-                plotter.render()
-                yield Image.fromarray(np.asarray(plotter.screenshot(None, return_img=True)))
-        finally:
-            plotter.close()
+    with canvas(width, what.view.height(width)) as plotter:
+        stage = Stage(what, plotter, marks)
+        for state in what.states if states is None else states:
+            stage.set(state)
+            # a screenshot by itself may be of what was drawn before
+            plotter.render()
+            yield Image.fromarray(np.asarray(plotter.screenshot(None, return_img=True)))
 
 
 def still(

@@ -7,8 +7,7 @@ import json
 import zipfile
 from typing import Any
 
-from shellmb.errors import RunError
-from shellmb.show.space.display import offscreen, why_not
+from shellmb.show.space.display import canvas
 from shellmb.show.space.scenery import Showing, Stage
 
 
@@ -24,20 +23,12 @@ def page(what: Showing) -> str:
     Raises:
         RunError: If this machine cannot draw.
     """
-    reason = why_not()
-    if reason is not None:
-        raise RunError(reason)
-    import pyvista as pv
     from trame_vtk.tools.vtksz2html import write_html
 
-    with offscreen():
-        plotter = pv.Plotter(off_screen=True, window_size=[640, 480])
-        try:
-            Stage(what, plotter, marks=False).set(what.states[0])
-            plotter.render()
-            data = _serialised(plotter.render_window, plotter.renderer)
-        finally:
-            plotter.close()
+    with canvas(640, 480) as plotter:
+        Stage(what, plotter, marks=False).set(what.states[0])
+        plotter.render()
+        data = _serialised(plotter.render_window, plotter.renderer)
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("index.json", json.dumps(data))

@@ -44,7 +44,8 @@ def describe(frame: Frame, motions: Floats) -> str:
     said = []
     if pure.shape[1]:
         said.append(f"translate along {_listed([_name(a) for a in _axes(pure)])}")
-    axes = _axes(_orthonormal(turns))
+    # of a motion that turns nothing round-off has directions, too
+    axes = _axes(_orthonormal(turns)) if rank else []
     moves = [shifts @ np.linalg.lstsq(turns, axis, rcond=SMALL)[0] for axis in axes]
     moves = [move - pure @ (pure.T @ move) for move in moves]
     words = [_name(axis) for axis in axes]
