@@ -11,6 +11,7 @@ from shellmb.errors import SceneError
 from shellmb.scene.checks import effect as checks_effect
 from shellmb.scene.checks import multibody as checks_multibody
 from shellmb.scene.checks.control import check_control
+from shellmb.scene.checks.names import check_names
 from shellmb.scene.checks.places import (
     check_edges,
     check_point,
@@ -21,7 +22,6 @@ from shellmb.scene.checks.places import (
 from shellmb.scene.loads.supports import Driven, Fixed
 from shellmb.scene.lookup import Body, bodies_of, find_shell, kind_of, listed, said
 from shellmb.scene.multibody.joints import GROUND
-from shellmb.scene.names import check_names
 from shellmb.scene.values.positions import values_at
 from shellmb.scene.values.validate import edge_names, show
 
