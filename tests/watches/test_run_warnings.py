@@ -11,12 +11,15 @@ from shellmb.cli.report import print_run
 from shellmb.observers.summary import Sources
 from shellmb.run.execute import execute
 from shellmb.scene import (
+    GROUND,
     Clamped,
     Driver,
     EdgeForce,
     Gravity,
     InitialVelocity,
     Isotropic,
+    JointDamper,
+    JointSpring,
     Rectangle,
     Revolute,
     RigidBody,
@@ -181,6 +184,26 @@ def test_much_dissipation_is_named_with_its_body() -> None:
     account = result.energy.values
     there = account["total_energy"] + account["dissipation"]
     assert caution.value == pytest.approx(account["dissipation"] / there)
+
+
+def test_what_springs_give_was_there_before() -> None:
+    """A hinge that a spring opens, its potential zero at the start: ED loses little of its work."""
+    scene = Scene(
+        "hinge",
+        rigid_bodies=RigidBody("door", 1.0, (0.1, 0.1, 0.1), position=(0.5, 0, 0)),
+        joints=Revolute("hinge", GROUND, "door", at=(0, 0, 0), axis=(0, 0, 1)),
+        elements=(
+            JointSpring("spring", "hinge", potential=lambda theta: theta**2 / 8 - theta),
+            JointDamper("damper", "hinge", viscosity=2.0),
+        ),
+        scheme="ed",
+        dt=0.1,
+        t_end=2.0,
+    )
+    result = execute(scene)
+    assert result.energy.values["total_energy"] < -0.5
+    assert 0 < result.summary["dissipated_share"] < 0.05
+    assert not [c for c in result.warnings if c.watch == "dissipation"]
 
 
 def test_warnings_are_printed(capsys) -> None:

@@ -75,7 +75,7 @@ class EnergyAccount(Silent):
         self.values = dict.fromkeys(self.NAMES, 0.0)
         self.error = self.largest = self.exchanged = self.floor = 0.0
         self.dissipated: dict[str, float] = {}
-        self._there = 0.0
+        self._there = self._lowest = 0.0
         self._initial: float | None = None
 
     def start(self, simulation: Simulation) -> None:
@@ -222,6 +222,7 @@ class EnergyAccount(Silent):
         ports = ("work_loads", "work_terms", "work_supports", "dissipation")
         self.exchanged = max(self.exchanged, self.largest, *(abs(values[p]) for p in ports))
         self._there = max(self._there, values["total_energy"] + values["dissipation"])
+        self._lowest = min(self._lowest, values["total_energy"])
 
     @property
     def relative_error(self) -> float:
@@ -230,9 +231,12 @@ class EnergyAccount(Silent):
 
     @property
     def dissipated_share(self) -> float:
-        """What the scheme has dissipated, of the energy at the start and all that was put in."""
+        """What the scheme has dissipated, of the energy at the start and all that was put in.
+
+        Potentials of springs may fall below zero: what they give is energy that was there.
+        """
         lost = sum(self.dissipated.values())
-        return lost / max(self._there, self.floor) if lost > 0 else 0.0
+        return lost / max(self._there - self._lowest, self.floor) if lost > 0 else 0.0
 
     def measure(self) -> dict[str, float]:
         """Columns of the history."""
@@ -247,6 +251,7 @@ class EnergyAccount(Silent):
             "exchanged": self.exchanged,
             "floor": self.floor,
             "there": self._there,
+            "lowest": self._lowest,
             "dissipated": dict(self.dissipated),
             "initial": self._initial,
         }
@@ -256,7 +261,8 @@ class EnergyAccount(Silent):
         self.values = dict(state["values"])
         self.error, self.largest = state["error"], state["largest"]
         self.exchanged, self.floor = state["exchanged"], state["floor"]
-        self._there, self.dissipated = state["there"], dict(state["dissipated"])
+        self._there, self._lowest = state["there"], state["lowest"]
+        self.dissipated = dict(state["dissipated"])
         self._initial = state["initial"]
 
 
