@@ -12,6 +12,7 @@ from shellmb.scene.beams.curves import (
 )
 from shellmb.scene.beams.sections import BeamSection, GeneralSection
 from shellmb.scene.beams.shapes import CircularSection, RectangularSection, TubularSection
+from shellmb.scene.description import Body
 from shellmb.scene.initial import InitialVelocity
 from shellmb.scene.loads.body_loads import (
     FollowerForce,
@@ -43,7 +44,6 @@ from shellmb.scene.loads.supports import (
     Support,
     SymmetryPlane,
 )
-from shellmb.scene.lookup import Body
 from shellmb.scene.multibody.elements import (
     Damper,
     Driver,

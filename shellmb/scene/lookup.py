@@ -16,10 +16,9 @@ from shellmb.scene.probes import Probe
 from shellmb.scene.shells.shell import Shell
 
 if TYPE_CHECKING:
-    from shellmb.scene.scene import Scene
+    from shellmb.scene.description import Body, Description
 
 __all__ = [
-    "Body",
     "bodies_of",
     "coordinates_of",
     "find_body",
@@ -30,8 +29,6 @@ __all__ = [
     "listed",
     "said",
 ]
-
-type Body = Shell | Beam | RigidBody
 
 ANY = (Shell, Beam, RigidBody)
 FRAMES = (Beam, RigidBody)
@@ -78,7 +75,7 @@ def kinds_of(item: Any) -> tuple[type, ...]:
 
 
 def find_body(
-    scene: Scene, name: str | None, who: str, kinds: tuple[type, ...] = ANY, wanted: str = ""
+    scene: Description, name: str | None, who: str, kinds: tuple[type, ...] = ANY, wanted: str = ""
 ) -> Any:
     """The body named ``name``, or the only one of the given kinds where that is None.
 
@@ -111,13 +108,13 @@ def find_body(
     raise SceneError(f"{who}: there is no {what} '{name}'; the scene has {known}")
 
 
-def find_shell(scene: Scene, name: str | None, who: str) -> Shell:
+def find_shell(scene: Description, name: str | None, who: str) -> Shell:
     """The shell named ``name``, or the only one where that is None; see :func:`find_body`."""
     shell: Shell = find_body(scene, name, who, (Shell,))
     return shell
 
 
-def find_end(scene: Scene, name: str, who: str) -> Body | None:
+def find_end(scene: Description, name: str, who: str) -> Body | None:
     """The body at an end of a joint or element, None for the ground.
 
     Raises:
@@ -129,7 +126,7 @@ def find_end(scene: Scene, name: str, who: str) -> Body | None:
     return body
 
 
-def find_joint(scene: Scene, name: str, who: str) -> Joint:
+def find_joint(scene: Description, name: str, who: str) -> Joint:
     """The joint named ``name``.
 
     Raises:
@@ -142,7 +139,7 @@ def find_joint(scene: Scene, name: str, who: str) -> Joint:
     raise SceneError(f"{who}: there is no joint '{name}'; the scene has {known}")
 
 
-def bodies_of(scene: Scene, item: Any) -> tuple[Body, ...]:
+def bodies_of(scene: Description, item: Any) -> tuple[Body, ...]:
     """The bodies that a support, load, initial velocity or probe acts on.
 
     Raises:
@@ -153,7 +150,7 @@ def bodies_of(scene: Scene, item: Any) -> tuple[Body, ...]:
     return (find_body(scene, item.body, said(item), kinds_of(item)),)
 
 
-def coordinates_of(scene: Scene, item: Any) -> tuple[Coordinate, ...]:
+def coordinates_of(scene: Description, item: Any) -> tuple[Coordinate, ...]:
     """Which coordinates of its joint a driver, lock or joint element acts on.
 
     Raises:

@@ -11,7 +11,7 @@ from shellmb.scene.loads.supports import moves
 from shellmb.scene.values.validate import Finite, PositiveInt, Untrue, described, show
 
 if TYPE_CHECKING:
-    from shellmb.scene.scene import Scene
+    from shellmb.scene.description import Description
 
 __all__ = ["PathFollowing"]
 
@@ -66,7 +66,7 @@ class PathFollowing:
             )
 
 
-def check_path(scene: Scene) -> None:
+def check_path(scene: Description) -> None:
     """Check that a scene is one whose path can be followed.
 
     Raises:

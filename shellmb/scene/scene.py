@@ -2,50 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
-from typing import Annotated, Any, Literal
-
-from pydantic import AfterValidator, BeforeValidator, Field, InstanceOf
+from typing import Any, Literal
 
 from shellmb.errors import SceneError
 from shellmb.scene import lookup
-from shellmb.scene.beams.beam import Beam, Glue
+from shellmb.scene.beams.beam import Beam
 from shellmb.scene.checks import whole as checks
-from shellmb.scene.checks.effect import DISSIPATIVE
 from shellmb.scene.checks.fields import check_fields
+from shellmb.scene.description import Body, Description
 from shellmb.scene.initial import InitialVelocity
 from shellmb.scene.loads.loads import Load
 from shellmb.scene.loads.supports import Support
-from shellmb.scene.lookup import Body
 from shellmb.scene.multibody.elements import Coordinate, Driver, Element, Lock
 from shellmb.scene.multibody.joints import Joint
-from shellmb.scene.multibody.rigid import RigidBody
-from shellmb.scene.paths import PathFollowing, check_path
+from shellmb.scene.paths import check_path
 from shellmb.scene.probes import Probe
-from shellmb.scene.settings import Output, Solver, StepControl
+from shellmb.scene.schemes import DISSIPATIVE, is_static
 from shellmb.scene.shells.gmsh_surfaces import GmshFile, MeshFile
-from shellmb.scene.shells.shell import Join, Shell
-from shellmb.scene.units import parse_units
-from shellmb.scene.values.validate import Name, Positive, described, show
+from shellmb.scene.shells.shell import Shell
+from shellmb.scene.values.validate import described, show
 
 __all__ = ["Scene"]
 
 STATIC_STEPS = 10
 
 
-def _several(value: Any) -> Any:
-    """A list, or a single object in place of a tuple of one, is welcome."""
-    return tuple(value) if isinstance(value, list | tuple) else (value,)
-
-
-def _units(value: str | None) -> str | None:
-    parse_units(value)
-    return value
-
-
 @described("scene")
-class Scene:
+class Scene(Description):
     """Bodies, what connects, holds and loads them, and how they are moved through time.
 
     Args:
@@ -88,34 +72,6 @@ class Scene:
         SceneError: If anything is impossible, in one sentence that tells what would be right.
     """
 
-    name: Name
-    shells: Annotated[tuple[InstanceOf[Shell], ...], BeforeValidator(_several)] = ()
-    supports: Annotated[tuple[InstanceOf[Support], ...], BeforeValidator(_several)] = ()
-    loads: Annotated[tuple[InstanceOf[Load], ...], BeforeValidator(_several)] = ()
-    joins: Annotated[tuple[InstanceOf[Join], ...], BeforeValidator(_several)] = ()
-    initial: Annotated[tuple[InstanceOf[InitialVelocity], ...], BeforeValidator(_several)] = ()
-    probes: Annotated[tuple[InstanceOf[Probe], ...], BeforeValidator(_several)] = ()
-    scheme: Any = "static"
-    alpha: Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)] = 1.0
-    dt: Positive | None = None
-    t_end: Positive | None = None
-    solver: Solver = Solver()
-    control: StepControl = StepControl()
-    output: Output = Output()
-    results: Callable[..., Any] | None = None
-    beams: Annotated[tuple[InstanceOf[Beam], ...], BeforeValidator(_several)] = ()
-    rigid_bodies: Annotated[tuple[InstanceOf[RigidBody], ...], BeforeValidator(_several)] = ()
-    joints: Annotated[tuple[InstanceOf[Joint], ...], BeforeValidator(_several)] = ()
-    drivers: Annotated[tuple[InstanceOf[Driver], ...], BeforeValidator(_several)] = ()
-    elements: Annotated[tuple[InstanceOf[Element], ...], BeforeValidator(_several)] = ()
-    glues: Annotated[tuple[InstanceOf[Glue], ...], BeforeValidator(_several)] = ()
-    locks: Annotated[tuple[InstanceOf[Lock], ...], BeforeValidator(_several)] = ()
-    assemble: bool = False
-    start: Literal["given", "equilibrium"] = "given"
-    redundant: Literal["error", "drop"] = "error"
-    path: PathFollowing | None = None
-    units: Annotated[str | None, AfterValidator(_units)] = None
-
     def __post_init__(self) -> None:
         """Fill in the times of a static scene and check the scene as a whole."""
         if self.static:
@@ -127,41 +83,6 @@ class Scene:
         checks.check(self)
         check_path(self)
         check_fields(self)
-
-    @property
-    def scheme_name(self) -> str:
-        """Name of the scheme, also where it is an object."""
-        return (
-            self.scheme if isinstance(self.scheme, str) else str(getattr(self.scheme, "name", ""))
-        )
-
-    @property
-    def linear(self) -> bool:
-        """Whether displacements are small, and all is linearised about the reference."""
-        if isinstance(self.scheme, str):
-            return self.scheme in checks.LINEAR
-        return bool(getattr(self.scheme, "linear", False))
-
-    @property
-    def static(self) -> bool:
-        """Whether the scene has no velocities."""
-        return is_static(self.scheme)
-
-    @property
-    def bodies(self) -> tuple[Body, ...]:
-        """All shells, beams and rigid bodies."""
-        return (*self.shells, *self.beams, *self.rigid_bodies)
-
-    @property
-    def meshed(self) -> tuple[Shell | Beam, ...]:
-        """All shells and beams."""
-        return (*self.shells, *self.beams)
-
-    @property
-    def acting_locks(self) -> tuple[Lock, ...]:
-        """The locks of which a window begins before the scene's end."""
-        end = self.t_end or 0.0
-        return tuple(k for k in self.locks if any(start < end for start, _ in k.windows))
 
     def body(self, name: str | None = None) -> Body:
         """The body of that name, or the only one.
@@ -262,13 +183,6 @@ class Scene:
                 "mesh is read from a file"
             )
         return {b.name for b in found}
-
-
-def is_static(scheme: Any) -> bool:
-    """Whether a scheme, or that of a name, has no velocities."""
-    if isinstance(scheme, str):
-        return not checks.SCHEMES.get(scheme, (True, True))[0]
-    return not getattr(scheme, "dynamic", True)
 
 
 def _lost(scheme: Any) -> dict[str, Any]:

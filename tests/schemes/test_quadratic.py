@@ -20,7 +20,7 @@ from shellmb.scene import (
     Shell,
     Solver,
 )
-from shellmb.scene.checks.effect import DISSIPATIVE
+from shellmb.scene.schemes import DISSIPATIVE
 from shellmb.schemes.registry import SCHEMES, make_scheme
 from shellmb.schemes.residuals.weights import (
     BOW,

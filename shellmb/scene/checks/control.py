@@ -9,12 +9,12 @@ from shellmb.scene.loads.supports import Driven, Fixed
 from shellmb.scene.values.validate import show
 
 if TYPE_CHECKING:
-    from shellmb.scene.scene import Scene
+    from shellmb.scene.description import Description
 
 __all__ = ["check_control", "corners"]
 
 
-def check_control(scene: Scene) -> None:
+def check_control(scene: Description) -> None:
     """Check the tolerance and the times of the step control.
 
     Raises:
@@ -53,7 +53,7 @@ def check_control(scene: Scene) -> None:
             )
 
 
-def corners(scene: Scene) -> tuple[float, ...]:
+def corners(scene: Description) -> tuple[float, ...]:
     """Times within a run at which a function of time is known to have a jump or a corner [s].
 
     Steps across one are less accurate than the scheme is.

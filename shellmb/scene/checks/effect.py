@@ -10,12 +10,13 @@ import numpy as np
 from shellmb.errors import SceneError, ShellmbWarning
 from shellmb.scene.loads.loads import Gravity
 from shellmb.scene.loads.supports import Driven, Fixed
-from shellmb.scene.lookup import Body, bodies_of, listed, said
+from shellmb.scene.lookup import bodies_of, listed, said
 from shellmb.scene.multibody.rigid import RigidBody
+from shellmb.scene.schemes import DISSIPATIVE
 from shellmb.scene.values.validate import show
 
 if TYPE_CHECKING:
-    from shellmb.scene.scene import Scene
+    from shellmb.scene.description import Body, Description
 
 __all__ = ["check", "check_alpha", "check_begin"]
 
@@ -25,7 +26,7 @@ ROUND_OFF = 1e-9
 UNSAID = (1.0, 0.0)
 
 
-def check(scene: Scene) -> None:
+def check(scene: Description) -> None:
     """Check that velocities, weights, steps and dissipation are asked for where there are any.
 
     Raises:
@@ -37,16 +38,12 @@ def check(scene: Scene) -> None:
         _weights(scene)
 
 
-# schemes with a dissipation
-DISSIPATIVE = ("ed", "ed3", "generalized-alpha", "ed-printed")
-
-
-def dissipates(scene: Scene) -> bool:
+def dissipates(scene: Description) -> bool:
     """Whether the scheme takes its dissipation from the scene's `alpha`."""
     return scene.scheme in DISSIPATIVE
 
 
-def check_alpha(scene: Scene, alpha: float) -> None:
+def check_alpha(scene: Description, alpha: float) -> None:
     """Refuse a dissipation for a scheme that has none, or one of its own.
 
     Raises:
@@ -59,7 +56,7 @@ def check_alpha(scene: Scene, alpha: float) -> None:
         )
 
 
-def _steps(scene: Scene) -> None:
+def _steps(scene: Description) -> None:
     assert scene.dt is not None and scene.t_end is not None
     if scene.alpha not in UNSAID:
         check_alpha(scene, scene.alpha)
@@ -76,7 +73,7 @@ def _steps(scene: Scene) -> None:
         )
 
 
-def _velocities(scene: Scene) -> None:
+def _velocities(scene: Description) -> None:
     for initial in scene.initial:
         what = f"{said(initial)}: linear is {show(initial.linear)} and spin {show(initial.spin)}"
         raise SceneError(
@@ -95,7 +92,7 @@ def _heavy(body: Body) -> bool:
     return bool(body.mass > 0 if isinstance(body, RigidBody) else body.section.masses[0])
 
 
-def _weights(scene: Scene) -> None:
+def _weights(scene: Description) -> None:
     """In statics bodies need no mass, unless they are weighed."""
     for load in scene.loads:
         if not isinstance(load, Gravity):
@@ -117,7 +114,7 @@ def _weights(scene: Scene) -> None:
             )
 
 
-def check_begin(scene: Scene) -> None:
+def check_begin(scene: Description) -> None:
     """In motion supports begin at the given positions: a jump would be an impact.
 
     Raises:
@@ -135,7 +132,7 @@ def check_begin(scene: Scene) -> None:
             _at_rest(scene, support.translation, f"{said(support)}: translation")
 
 
-def _at_rest(scene: Scene, value: Any, who: str) -> None:
+def _at_rest(scene: Description, value: Any, who: str) -> None:
     begin = value(0.0) if callable(value) else value
     if begin is not None and np.any(begin):
         raise SceneError(

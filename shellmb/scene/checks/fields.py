@@ -12,8 +12,7 @@ from shellmb.scene.shells.sections import LinearSection
 from shellmb.scene.shells.shell import Shell
 
 if TYPE_CHECKING:
-    from shellmb.scene.lookup import Body
-    from shellmb.scene.scene import Scene
+    from shellmb.scene.description import Body, Description
 
 __all__ = ["check_fields", "kinds_of", "wanted_fields"]
 
@@ -41,7 +40,7 @@ def kinds_of(body: Body) -> set[str]:
     return kinds
 
 
-def wanted_fields(scene: Scene, kinds: set[str]) -> tuple[str, ...]:
+def wanted_fields(scene: Description, kinds: set[str]) -> tuple[str, ...]:
     """Names of the fields that a body of some kinds gets.
 
     Args:
@@ -56,7 +55,7 @@ def wanted_fields(scene: Scene, kinds: set[str]) -> tuple[str, ...]:
     )
 
 
-def check_fields(scene: Scene) -> None:
+def check_fields(scene: Description) -> None:
     """Refuse fields that nothing in the scene has.
 
     Raises:

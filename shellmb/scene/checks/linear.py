@@ -13,7 +13,7 @@ from shellmb.scene.multibody.rolling import Contact
 from shellmb.scene.values.validate import show
 
 if TYPE_CHECKING:
-    from shellmb.scene.scene import Scene
+    from shellmb.scene.description import Description
 
 __all__ = ["SMALL_ANGLE", "check"]
 
@@ -23,7 +23,7 @@ SMALL_ANGLE = 0.1
 LOOKED_AT = np.linspace(0.0, 1.0, 33)
 
 
-def check(scene: Scene) -> None:
+def check(scene: Description) -> None:
     """Check a scene with a linear scheme.
 
     Raises:
@@ -53,7 +53,7 @@ def check(scene: Scene) -> None:
     _given(scene, scheme)
 
 
-def _given(scene: Scene, scheme: str) -> None:
+def _given(scene: Description, scheme: str) -> None:
     """Where it starts, and what is asked for."""
     who = f"scene '{scene.name}'"
     for what, wrong in (
@@ -72,7 +72,7 @@ def _given(scene: Scene, scheme: str) -> None:
         )
 
 
-def _small(scene: Scene, angle: Any, who: str) -> None:
+def _small(scene: Description, angle: Any, who: str) -> None:
     if angle is None:
         return
     assert scene.t_end is not None

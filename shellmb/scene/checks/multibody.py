@@ -11,7 +11,6 @@ from shellmb.scene.beams.curves import AlongEdge, AlongLine
 from shellmb.scene.checks.places import areas_of, check_edges, check_point, edges_of, finite_in_time
 from shellmb.scene.loads.supports import Fixed
 from shellmb.scene.lookup import (
-    Body,
     bodies_of,
     coordinates_of,
     find_body,
@@ -30,12 +29,12 @@ from shellmb.scene.shells.shell import Shell
 from shellmb.scene.values.validate import show
 
 if TYPE_CHECKING:
-    from shellmb.scene.scene import Scene
+    from shellmb.scene.description import Body, Description
 
 __all__ = ["check"]
 
 
-def check(scene: Scene) -> None:
+def check(scene: Description) -> None:
     """Check joints, drivers, force elements, glues, probes, and that a solution is possible.
 
     Raises:
@@ -60,7 +59,7 @@ def check(scene: Scene) -> None:
         _massive(scene)
 
 
-def _joint(scene: Scene, joint: Joint) -> None:
+def _joint(scene: Description, joint: Joint) -> None:
     first = find_end(scene, joint.first, joint.said)
     second = find_end(scene, joint.second, joint.said)
     for body, allowed, which in zip(
@@ -122,7 +121,7 @@ def _end_said(body: Body | None) -> str:
     return "the ground" if body is None else said(body)
 
 
-def _end(scene: Scene, name: str, at: Any, who: str) -> None:
+def _end(scene: Description, name: str, at: Any, who: str) -> None:
     """One end of a joint or element."""
     body = find_end(scene, name, who)
     if body is not None:
@@ -133,7 +132,9 @@ def _end(scene: Scene, name: str, at: Any, who: str) -> None:
         )
 
 
-def _within_time(scene: Scene, windows: tuple[tuple[float, float], ...] | None, who: str) -> None:
+def _within_time(
+    scene: Description, windows: tuple[tuple[float, float], ...] | None, who: str
+) -> None:
     assert scene.t_end is not None
     for start, end in windows or ():
         if start < 0 or start >= scene.t_end:
@@ -143,7 +144,7 @@ def _within_time(scene: Scene, windows: tuple[tuple[float, float], ...] | None, 
             )
 
 
-def _coordinates(scene: Scene) -> None:
+def _coordinates(scene: Description) -> None:
     """Drivers, locks and joint elements: the joint's coordinates, each prescribed once."""
     assert scene.t_end is not None
     owners: dict[tuple[str, str], str] = {}
@@ -173,7 +174,7 @@ def _coordinates(scene: Scene) -> None:
             coordinates_of(scene, element)
 
 
-def _glues(scene: Scene) -> None:
+def _glues(scene: Description) -> None:
     glued: set[str] = set()
     for glue in scene.glues:
         beam: Beam = find_body(scene, glue.beam, "glue", (Beam,))
@@ -207,7 +208,7 @@ def _glues(scene: Scene) -> None:
                 check_point(shell, point, said(beam))
 
 
-def _quantity(scene: Scene, probe: Any) -> None:
+def _quantity(scene: Description, probe: Any) -> None:
     """Whether the probe's body has what it records, and the frame that sees it is one."""
     (body,) = bodies_of(scene, probe)
     q = probe.quantity
@@ -234,7 +235,7 @@ def _quantity(scene: Scene, probe: Any) -> None:
     )
 
 
-def _frame(scene: Scene, probe: Any) -> None:
+def _frame(scene: Description, probe: Any) -> None:
     """The body whose frame a probe's motion is seen from."""
     body = find_body(scene, probe.frame, f"{said(probe)}: frame")
     if _frameless(body):
@@ -251,7 +252,7 @@ def _frame(scene: Scene, probe: Any) -> None:
         )
 
 
-def _directors(scene: Scene, support: Fixed) -> None:
+def _directors(scene: Description, support: Fixed) -> None:
     (body,) = bodies_of(scene, support)
     if isinstance(body, Beam) and any(c is not None for c in support.director):
         raise SceneError(
@@ -260,7 +261,7 @@ def _directors(scene: Scene, support: Fixed) -> None:
         )
 
 
-def _supported(scene: Scene) -> None:
+def _supported(scene: Description) -> None:
     """In equilibrium every group of connected bodies needs a support or a joint to the ground."""
     what = "a static scene" if scene.static else "a scene that starts in equilibrium"
     group = {name: name for name in (GROUND, *(b.name for b in scene.bodies))}
@@ -291,7 +292,7 @@ def _frames(body: Body | None, weld: Weld) -> bool:
     return isinstance(body, Beam) or weld.second_at in _regions(body)
 
 
-def _massive(scene: Scene) -> None:
+def _massive(scene: Description) -> None:
     """In motion every body needs mass; a massless frame has that of the body it is welded to."""
     framed = {
         name

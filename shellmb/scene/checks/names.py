@@ -8,7 +8,7 @@ from shellmb.errors import SceneError
 from shellmb.scene.lookup import said
 
 if TYPE_CHECKING:
-    from shellmb.scene.scene import Scene
+    from shellmb.scene.description import Description
 
 __all__ = ["check_names"]
 
@@ -22,7 +22,7 @@ RESERVED = ("rigid_bodies", "joints")
 COLUMNS = ("step", "t", "dt", "iterations", "rejected", "jump", "wall_s")
 
 
-def check_names(scene: Scene) -> None:
+def check_names(scene: Description) -> None:
     """Refuse names that cannot be those of files and columns.
 
     Raises:

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from shellmb.errors import SceneError
 from shellmb.scene.beams.beam import Beam
-from shellmb.scene.lookup import Body, listed, said
+from shellmb.scene.lookup import listed, said
 from shellmb.scene.multibody.offsets import Offset
 from shellmb.scene.multibody.rigid import RigidBody
 from shellmb.scene.shells.shell import Shell
 from shellmb.scene.values.validate import edge_names, in_words, show
+
+if TYPE_CHECKING:
+    from shellmb.scene.description import Body
 
 __all__ = ["areas_of", "check_edges", "check_point", "edges_of", "finite_in_time", "points_of"]
 

@@ -22,38 +22,20 @@ from shellmb.scene.checks.places import (
     points_of,
 )
 from shellmb.scene.loads.supports import Driven, Fixed, HardSupport, Support
-from shellmb.scene.lookup import Body, bodies_of, find_shell, kind_of, listed, said
+from shellmb.scene.lookup import bodies_of, find_shell, kind_of, listed, said
 from shellmb.scene.multibody.joints import GROUND
+from shellmb.scene.schemes import QUADRATIC, SCHEMES
 from shellmb.scene.shells.sections import LinearSection
 from shellmb.scene.values.positions import values_at
 from shellmb.scene.values.validate import edge_names, show
 
 if TYPE_CHECKING:
-    from shellmb.scene.scene import Scene
+    from shellmb.scene.description import Body, Description
 
-__all__ = ["SCHEMES", "check"]
-
-# name -> whether it has velocities, and whether it has a state j just after the step's beginning
-SCHEMES = {
-    "static": (False, False),
-    "linear": (False, False),
-    "linear-dynamics": (True, False),
-    "ep": (True, False),
-    "ed": (True, True),
-    "ep4": (True, False),
-    "ed3": (True, False),
-    "generalized-alpha": (True, False),
-    "ed-printed": (True, True),
-}
-
-# those of small displacements
-LINEAR = ("linear", "linear-dynamics")
-
-# those that are quadratic in time
-QUADRATIC = ("ep4", "ed3")
+__all__ = ["check"]
 
 
-def check(scene: Scene) -> None:
+def check(scene: Description) -> None:
     """Check the whole scene.
 
     Raises:
@@ -71,7 +53,7 @@ def check(scene: Scene) -> None:
     checks_linear.check(scene)
 
 
-def _names(scene: Scene) -> None:
+def _names(scene: Description) -> None:
     if not scene.bodies:
         raise SceneError(
             f"scene '{scene.name}': it has no bodies; it must have a shell, a beam or a rigid body"
@@ -92,7 +74,7 @@ def _names(scene: Scene) -> None:
     check_names(scene)
 
 
-def _scheme(scene: Scene) -> None:
+def _scheme(scene: Description) -> None:
     scheme = scene.scheme
     if isinstance(scheme, str):
         if scheme not in SCHEMES:
@@ -121,7 +103,7 @@ def _scheme(scene: Scene) -> None:
     check_control(scene)
 
 
-def _quadratic(scene: Scene) -> None:
+def _quadratic(scene: Description) -> None:
     """What the schemes that are quadratic in time cannot do where directors have no inertia.
 
     Raises:
@@ -153,7 +135,7 @@ def _quadratic(scene: Scene) -> None:
             )
 
 
-def _end_forces(scene: Scene) -> None:
+def _end_forces(scene: Description) -> None:
     """Forces at the end of a step need resultants that follow from strains."""
     if scene.static or not scene.output.end_forces:
         return
@@ -166,7 +148,7 @@ def _end_forces(scene: Scene) -> None:
             )
 
 
-def _targets(scene: Scene) -> None:
+def _targets(scene: Description) -> None:
     """Names of bodies, edges and points."""
     items: tuple[Any, ...] = (*scene.supports, *scene.loads, *scene.initial, *scene.probes)
     for item in items:
@@ -203,7 +185,7 @@ def _edge_or_point(body: Body, where: Any, who: str) -> None:
             )
 
 
-def _time_functions(scene: Scene) -> None:
+def _time_functions(scene: Description) -> None:
     """Every function of time gives finite numbers at the beginning, the middle and the end."""
     assert scene.t_end is not None
     for load in scene.loads:
@@ -217,7 +199,7 @@ def _time_functions(scene: Scene) -> None:
             finite_in_time(s.translation, scene.t_end, "driven edge: translation", 3)
 
 
-def _functions_of_position(scene: Scene) -> None:
+def _functions_of_position(scene: Description) -> None:
     """Loads, directions and sections that are, tried at a few points where the surface is known."""
     s = np.linspace(0.05, 0.95, 7)
     for load in scene.loads:

@@ -20,7 +20,7 @@ from shellmb.scene import (
     SurfaceForce,
     Table,
 )
-from shellmb.scene.checks.effect import DISSIPATIVE
+from shellmb.scene.schemes import DISSIPATIVE
 from shellmb.schemes.quadratic import energy_decaying_3
 from shellmb.simulate.simulation import Simulation
 from shellmb.verify.cases import Check, case

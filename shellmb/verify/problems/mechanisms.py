@@ -22,7 +22,7 @@ from shellmb.scene import (
     Spherical,
     Universal,
 )
-from shellmb.scene.checks.effect import DISSIPATIVE
+from shellmb.scene.schemes import DISSIPATIVE
 from shellmb.simulate.simulation import Silent, Simulation
 from shellmb.verify.cases import Check, case
 

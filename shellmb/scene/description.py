@@ -1,0 +1,105 @@
+"""What a scene is described by, each part checked by itself; `Scene` checks the whole."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Annotated, Any, Literal
+
+from pydantic import AfterValidator, BeforeValidator, Field, InstanceOf
+
+from shellmb.scene.beams.beam import Beam, Glue
+from shellmb.scene.initial import InitialVelocity
+from shellmb.scene.loads.loads import Load
+from shellmb.scene.loads.supports import Support
+from shellmb.scene.multibody.elements import Driver, Element, Lock
+from shellmb.scene.multibody.joints import Joint
+from shellmb.scene.multibody.rigid import RigidBody
+from shellmb.scene.paths import PathFollowing
+from shellmb.scene.probes import Probe
+from shellmb.scene.schemes import LINEAR, is_static
+from shellmb.scene.settings import Output, Solver, StepControl
+from shellmb.scene.shells.shell import Join, Shell
+from shellmb.scene.units import parse_units
+from shellmb.scene.values.validate import Name, Positive, described
+
+__all__ = ["Body", "Description"]
+
+type Body = Shell | Beam | RigidBody
+
+
+def _several(value: Any) -> Any:
+    """A list, or a single object in place of a tuple of one, is welcome."""
+    return tuple(value) if isinstance(value, list | tuple) else (value,)
+
+
+def _units(value: str | None) -> str | None:
+    parse_units(value)
+    return value
+
+
+@described("scene")
+class Description:
+    """All that a :class:`~shellmb.scene.Scene` has, each part checked by itself."""
+
+    name: Name
+    shells: Annotated[tuple[InstanceOf[Shell], ...], BeforeValidator(_several)] = ()
+    supports: Annotated[tuple[InstanceOf[Support], ...], BeforeValidator(_several)] = ()
+    loads: Annotated[tuple[InstanceOf[Load], ...], BeforeValidator(_several)] = ()
+    joins: Annotated[tuple[InstanceOf[Join], ...], BeforeValidator(_several)] = ()
+    initial: Annotated[tuple[InstanceOf[InitialVelocity], ...], BeforeValidator(_several)] = ()
+    probes: Annotated[tuple[InstanceOf[Probe], ...], BeforeValidator(_several)] = ()
+    scheme: Any = "static"
+    alpha: Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)] = 1.0
+    dt: Positive | None = None
+    t_end: Positive | None = None
+    solver: Solver = Solver()
+    control: StepControl = StepControl()
+    output: Output = Output()
+    results: Callable[..., Any] | None = None
+    beams: Annotated[tuple[InstanceOf[Beam], ...], BeforeValidator(_several)] = ()
+    rigid_bodies: Annotated[tuple[InstanceOf[RigidBody], ...], BeforeValidator(_several)] = ()
+    joints: Annotated[tuple[InstanceOf[Joint], ...], BeforeValidator(_several)] = ()
+    drivers: Annotated[tuple[InstanceOf[Driver], ...], BeforeValidator(_several)] = ()
+    elements: Annotated[tuple[InstanceOf[Element], ...], BeforeValidator(_several)] = ()
+    glues: Annotated[tuple[InstanceOf[Glue], ...], BeforeValidator(_several)] = ()
+    locks: Annotated[tuple[InstanceOf[Lock], ...], BeforeValidator(_several)] = ()
+    assemble: bool = False
+    start: Literal["given", "equilibrium"] = "given"
+    redundant: Literal["error", "drop"] = "error"
+    path: PathFollowing | None = None
+    units: Annotated[str | None, AfterValidator(_units)] = None
+
+    @property
+    def scheme_name(self) -> str:
+        """Name of the scheme, also where it is an object."""
+        return (
+            self.scheme if isinstance(self.scheme, str) else str(getattr(self.scheme, "name", ""))
+        )
+
+    @property
+    def linear(self) -> bool:
+        """Whether displacements are small, and all is linearised about the reference."""
+        if isinstance(self.scheme, str):
+            return self.scheme in LINEAR
+        return bool(getattr(self.scheme, "linear", False))
+
+    @property
+    def static(self) -> bool:
+        """Whether the scene has no velocities."""
+        return is_static(self.scheme)
+
+    @property
+    def bodies(self) -> tuple[Body, ...]:
+        """All shells, beams and rigid bodies."""
+        return (*self.shells, *self.beams, *self.rigid_bodies)
+
+    @property
+    def meshed(self) -> tuple[Shell | Beam, ...]:
+        """All shells and beams."""
+        return (*self.shells, *self.beams)
+
+    @property
+    def acting_locks(self) -> tuple[Lock, ...]:
+        """The locks of which a window begins before the scene's end."""
+        end = self.t_end or 0.0
+        return tuple(k for k in self.locks if any(start < end for start, _ in k.windows))

@@ -1,0 +1,32 @@
+"""Schemes by their names: what a scene may have with each of them."""
+
+from typing import Any
+
+# name -> whether it has velocities, and whether it has a state j just after the step's beginning
+SCHEMES = {
+    "static": (False, False),
+    "linear": (False, False),
+    "linear-dynamics": (True, False),
+    "ep": (True, False),
+    "ed": (True, True),
+    "ep4": (True, False),
+    "ed3": (True, False),
+    "generalized-alpha": (True, False),
+    "ed-printed": (True, True),
+}
+
+# those of small displacements
+LINEAR = ("linear", "linear-dynamics")
+
+# those that are quadratic in time
+QUADRATIC = ("ep4", "ed3")
+
+# those that take their dissipation from a scene's `alpha`
+DISSIPATIVE = ("ed", "ed3", "generalized-alpha", "ed-printed")
+
+
+def is_static(scheme: Any) -> bool:
+    """Whether a scheme, or that of a name, has no velocities."""
+    if isinstance(scheme, str):
+        return not SCHEMES.get(scheme, (True, True))[0]
+    return not getattr(scheme, "dynamic", True)
