@@ -120,7 +120,7 @@ BAD = {
     "shell 'a': surface is 'flat'; it must be a surface": lambda: Shell("a", "flat", STEEL),
     "shell 'a': section is missing; its parameters are name, surface, section, mesh, degree, cell, "
     "geometry_order, distortion, direction, rotary_inertia, eccentric_inertia, transverse_shear, "
-    "stretching, coupling, strains, terms, rigid": lambda: Shell("a", Rectangle(1, 1)),
+    "stretching, coupling, strains, terms, rigid, areas": lambda: Shell("a", Rectangle(1, 1)),
     "shell: name is ''; it must not be empty": lambda: Shell("", Rectangle(1, 1), STEEL),
     "join: first and second are both 'a'; they must be two shells": lambda: Join(
         "a", "a", "left", "right"
@@ -170,11 +170,11 @@ BAD = {
     "scene 's': 2 probes are named 'p'; each must have a name of its own": lambda: made_of(
         PLATE, supports=HELD, probes=[Probe("p", "left-top"), Probe("p", "right-top")]
     ),
-    "scene 's': scheme is 'newmark'; it must be one of 'static', 'linear', 'ep', 'ed', "
-    "'ep4', 'ed3', 'generalized-alpha', 'ed-printed', or a "
+    "scene 's': scheme is 'newmark'; it must be one of 'static', 'linear', 'linear-dynamics', "
+    "'ep', 'ed', 'ep4', 'ed3', 'generalized-alpha', 'ed-printed', or a "
     "scheme object": lambda: made_of(PLATE, scheme="newmark", dt=1, t_end=1),
-    "scene 's': scheme is NotAScheme; it must be one of 'static', 'linear', 'ep', 'ed', "
-    "'ep4', 'ed3', 'generalized-alpha', 'ed-printed', or a "
+    "scene 's': scheme is NotAScheme; it must be one of 'static', 'linear', 'linear-dynamics', "
+    "'ep', 'ed', 'ep4', 'ed3', 'generalized-alpha', 'ed-printed', or a "
     "scheme object with a name": lambda: made_of(PLATE, scheme=NotAScheme, dt=1, t_end=1),
     "scene 's': alpha is 1.5; it must be at most 1": lambda: made_of(PLATE, alpha=1.5),
     "scene 's': dt is 0; it must be greater than 0": lambda: made_of(
