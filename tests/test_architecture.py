@@ -42,6 +42,7 @@ TOP = (
     "effects",
     "demos",
     "study",
+    "measuring",
     "cli",
 )
 RANK |= dict.fromkeys(TOP, len(RANK))

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import gc
-import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
+from functools import partial
 
 from mpi4py import MPI
 
@@ -23,9 +21,9 @@ from shellmb.bench.record import (
 )
 from shellmb.bench.runner import Runner
 from shellmb.bench.scenes import plate
+from shellmb.measuring.stepping import WARM, free, scratch
+from shellmb.measuring.times import in_turn
 
-# steps before the first round: the predictor needs four, an observer may load its library
-WARM = 5
 # at this size memory is measured without being asked for
 LARGE = 4096
 # from this size on, modified Newton is not measured
@@ -116,8 +114,7 @@ def _measure_case(
 ) -> list[Measured]:
     """Rounds of all configurations in turn."""
     comm = MPI.COMM_WORLD
-    with tempfile.TemporaryDirectory() as scratch:
-        folder = Path(comm.bcast(scratch))
+    with scratch() as folder:
         runners = [
             Runner(plate(kind, scheme, mesh, how), folder / str(how).replace("/", "-"))
             for how in some
@@ -126,17 +123,16 @@ def _measure_case(
         for how, runner in zip(some, runners, strict=True):
             # full Newton has nothing to learn
             runner.advance(warm if how.newton != "full" or mesh[0] * mesh[1] < 100 else 1)
-        rounds = [
-            [r.round(plan.length(kind, mesh, how)) for how, r in zip(some, runners, strict=True)]
-            for _ in range(plan.rounds)
+        works = [
+            partial(runner.round, plan.length(kind, mesh, how))
+            for how, runner in zip(some, runners, strict=True)
         ]
+        rounds = in_turn(plan.rounds, works)
         unknowns = [r.unknowns for r in runners]
         for runner in runners:
-            runner.finish()
-        # meshes and matrices are freed collectively
-        del runners, runner
-        gc.collect()
-        comm.Barrier()
+            runner.stepping.finish()
+        del runners, runner, works
+        free()
     found = []
     for k, how in enumerate(some):
         own = tuple(r[k] for r in rounds)

@@ -49,7 +49,7 @@ def main(asked: str) -> None:
     with tempfile.TemporaryDirectory() as folder:
         runner = Runner(scene, Path(folder))
         runner.advance(STEPS)
-        runner.finish()
+        runner.stepping.finish()
         # not from `getrusage`, which begins with the size of the process that started this one
         lines = Path("/proc/self/status").read_text().splitlines()
     peak = next(line for line in lines if line.startswith("VmHWM"))

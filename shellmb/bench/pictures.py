@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 
 from shellmb.bench.bars import exponents
 from shellmb.bench.record import PARTS, Measured
-from shellmb.observers.drawing import STYLE, figure
+from shellmb.measuring.pictures import picture
 
 
 def draw(measured: Sequence[Measured], path: Path) -> None:
@@ -27,8 +27,7 @@ def draw(measured: Sequence[Measured], path: Path) -> None:
     columns = min(len(meshes), 4)
     rows = -(-len(meshes) // columns)
     grows = any(exponents(measured, scheme) for scheme in ("ep", "ed"))
-    with mpl.rc_context(STYLE):
-        made = figure(4.2 * columns, 3.4 * (rows + grows))
+    with picture(path, 4.2 * columns, 3.4 * (rows + grows)) as made:
         grid = made.add_gridspec(rows + grows, columns)
         for k, (scene, mesh) in enumerate(meshes):
             some = [m for m in measured if (m.record.scene, m.record.mesh) == (scene, mesh)]
@@ -39,7 +38,6 @@ def draw(measured: Sequence[Measured], path: Path) -> None:
                 axes.legend(fontsize=7)
         if grows:
             _growth(made.add_subplot(grid[rows, :]), measured)
-        made.savefig(path)
 
 
 def _bars(axes: Axes, some: Sequence[Measured]) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib
-import time as clock
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +13,7 @@ from shellmb.errors import SceneError
 from shellmb.figures.example import Example, FinishedRun, Results, Run
 from shellmb.figures.pictures import draw_animation, draw_figure
 from shellmb.figures.runs import finish
+from shellmb.measuring.times import Stopwatch
 
 # modules of the examples by their section in the paper
 EXAMPLES = {"6.1": "lateral_buckling", "6.2": "snap_through", "6.3": "antenna"}
@@ -108,7 +108,7 @@ def make(
         report(f"{example.section} {run.name}")
         finished[run.name] = finish(run, runs / run.name, comm)
     results = Results(finished)
-    begin = clock.perf_counter()
+    watch = Stopwatch()
     pictures: list[Path] = []
     if out is not None and comm.rank == 0:
         out.mkdir(parents=True, exist_ok=True)
@@ -121,7 +121,7 @@ def make(
             report(f"{example.section} animation")
             pictures.append(out / "animation.gif")
             draw_animation(finished[example.animation].states, pictures[-1])
-    drawing = clock.perf_counter() - begin
+    drawing = watch.wall
     judged = []
     for one in example.statements:
         if _has(finished, one.runs):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gc
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Literal
@@ -13,6 +12,7 @@ import pandas as pd
 
 from shellmb.errors import ConvergenceError, SceneError
 from shellmb.figures.example import FinishedRun, Run
+from shellmb.measuring.stepping import free
 from shellmb.observers.history import read_history
 from shellmb.observers.progress import ProgressReport
 from shellmb.run.execute import INTERRUPTED, execute
@@ -74,8 +74,7 @@ def finish(run: Run, directory: Path, comm: MPI.Comm = MPI.COMM_WORLD) -> Finish
     except ConvergenceError:
         if run.expected_failure is None:
             raise
-    gc.collect()
-    comm.Barrier()
+    free(comm)
     return read_run(run.name, scene, directory)
 
 

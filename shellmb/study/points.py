@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from statistics import median
 
+from shellmb.measuring.times import spread, unbeaten
 from shellmb.study.choice import REFINED, Choice
 from shellmb.study.quantity import Quantity
 from shellmb.study.records import Record
@@ -160,7 +161,7 @@ def _point(
         error,
         error < reference.uncertainty,
         middle,
-        (max(times) - min(times)) / middle if middle > 0 else 0.0,
+        spread(times, middle),
         len(times),
         median(r.setup_s for r in rounds),
         first.jit_s,
@@ -178,8 +179,4 @@ def front(points: Sequence[Point], uncertainty: float = 0.0) -> list[Point]:
         points: Points with errors.
         uncertainty: That of the reference: errors below it count as equal to it.
     """
-    found: list[Point] = []
-    for point in sorted(points, key=lambda p: (p.time_s, p.bound(uncertainty))):
-        if not found or point.bound(uncertainty) < found[-1].bound(uncertainty):
-            found.append(point)
-    return found
+    return unbeaten(points, lambda p: p.time_s, lambda p: p.bound(uncertainty))

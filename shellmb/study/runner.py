@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import gc
 import hashlib
 import math
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +12,8 @@ from typing import Any
 from mpi4py import MPI
 
 from shellmb.errors import SceneError, ShellmbError
+from shellmb.measuring.stepping import free
+from shellmb.measuring.times import Stopwatch
 from shellmb.run.execute import RunResult, execute
 from shellmb.run.loader import SceneModule, load
 from shellmb.simulate.simulation import Silent, Simulation
@@ -37,11 +37,11 @@ class ProcessorTime(Silent):
 
     def start(self, simulation: Simulation) -> None:
         """Before the first step."""
-        self._begin = time.process_time()
+        self._watch = Stopwatch()
 
     def finish(self, simulation: Simulation, error: BaseException | None) -> None:
         """After the last one."""
-        self.seconds = time.process_time() - self._begin
+        self.seconds = self._watch.cpu
 
 
 @dataclass(frozen=True)
@@ -157,10 +157,8 @@ def run_once(
     except ShellmbError as error:
         return Record(choice, round_, cpu_s=clock.seconds, failed=str(error))
     record = _record(choice, round_, clock.seconds, result, quantities)
-    # meshes and matrices are freed collectively
     del result
-    gc.collect()
-    comm.Barrier()
+    free(comm)
     return record
 
 

@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from shellmb.bench.effects.record import shares
 from shellmb.bench.effects.rows import CASES, EffectPlan
 from shellmb.cli.main import app
+from shellmb.measuring.times import shares
 
 SIDE = [
     "unknowns",

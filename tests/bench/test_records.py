@@ -18,11 +18,11 @@ from shellmb.bench.record import (
     Measured,
     Record,
     Round,
-    measured_in,
     typical,
 )
-from shellmb.bench.watchers import default_observers
 from shellmb.cli import app
+from shellmb.measuring.stepping import observers_of_run
+from shellmb.measuring.times import measured_in
 from shellmb.run.execute import execute
 from shellmb.run.request import Request
 from shellmb.simulate.simulation import Simulation
@@ -121,8 +121,9 @@ def test_observers_are_those_of_a_run(tmp_path, monkeypatch):
 
     scene, _ = Request("sudden_load").build()
     execute(scene, tmp_path / "run", _observers(quiet=False), pictures=False)
-    assert {type(o) for o in seen} == {type(o) for o in default_observers(tmp_path)}
-    assert len(seen) == len(default_observers(tmp_path))
+    of_bench = observers_of_run(tmp_path).values()
+    assert {type(o) for o in seen} == {type(o) for o in of_bench}
+    assert len(seen) == len(of_bench)
 
 
 def test_the_clock_is_set_back():
