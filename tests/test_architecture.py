@@ -151,6 +151,12 @@ def test_light_imports(module: str, allowed: set[str]) -> None:
     assert set(result.stdout.split()) & HEAVY <= allowed
 
 
+@pytest.mark.parametrize("module", sorted(m for m in MODULES if layer(m) == "measuring"))
+def test_measuring_knows_nobody_who_measures(module: str) -> None:
+    users = {"bench", "study", "effects", "verify", "figures", "api", "cli"}
+    assert not {layer(name) for name in imports(module)} & users
+
+
 def test_setuptools_lists_every_package() -> None:
     listed = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]["packages"]
     in_tree = {name for name, path in MODULES.items() if path.name == "__init__.py"}

@@ -41,7 +41,6 @@ class Plan:
         scenes: "dynamic", "static".
         schemes: Time schemes of the dynamic ones.
         meshes: Elements along and across.
-        configurations: Ways to solve, the yardstick first.
         steps: Steps of a round; None: by the size of the mesh.
         rounds: Rounds of each configuration.
         memory: Whether peak memory is measured for all; else for the default at large meshes.
@@ -52,7 +51,6 @@ class Plan:
     scenes: Sequence[str] = ("dynamic", "static")
     schemes: Sequence[str] = ("ep", "ed")
     meshes: Sequence[tuple[int, int]] = ((6, 2), (16, 4), (32, 32), (64, 64))
-    configurations: Sequence[Configuration] = CONFIGURATIONS
     steps: int | None = None
     rounds: int = 3
     memory: bool = False
@@ -88,18 +86,13 @@ class Plan:
 
 
 def measure(plan: Plan, report: Callable[[str], None] = lambda text: None) -> list[Measured]:
-    """Run all that is planned; collective.
-
-    Args:
-        plan: What.
-        report: Is told what is going on.
-    """
+    """Run all that is planned; collective."""
     found = []
     for kind, scheme, mesh in plan.cases():
         name = f"{kind} {scheme} {mesh[0]}x{mesh[1]}"
         unknowns = UNKNOWNS.get(scheme, 100) * mesh[0] * mesh[1]
-        some = [c for c in plan.configurations if c.path != "full" or unknowns <= plan.limit]
-        if UNREDUCED in plan.configurations and UNREDUCED not in some:
+        some = [c for c in CONFIGURATIONS if c.path != "full" or unknowns <= plan.limit]
+        if UNREDUCED not in some:
             report(f"{name}: no unreduced path (about {unknowns} unknowns, limit {plan.limit})")
         if mesh[0] * mesh[1] >= MANY:
             # between the two others, and each takes its time

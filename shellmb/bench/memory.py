@@ -20,12 +20,6 @@ OF_MPIEXEC = ("PMI", "HYDI_", "MPI_LOCAL", "OMPI_")
 def peak_mib(kind: str, scheme: str, mesh: tuple[int, int], how: Configuration) -> float:
     """Peak of the resident memory over set-up and some steps with all observers, MiB.
 
-    Args:
-        kind: "dynamic" or "static".
-        scheme: Time scheme.
-        mesh: Elements along and across.
-        how: How to solve.
-
     Raises:
         ShellmbError: If the process fails.
     """

@@ -18,10 +18,6 @@ def draw(measured: Sequence[Measured], path: Path) -> None:
     """Step times by part as stacked bars, and the time of a full Newton iteration over elements.
 
     The latter only where three meshes or more were measured.
-
-    Args:
-        measured: All of one run.
-        path: PNG file.
     """
     meshes = list(dict.fromkeys((m.record.scene, m.record.mesh) for m in measured))
     columns = min(len(meshes), 4)

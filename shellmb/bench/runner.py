@@ -78,11 +78,7 @@ class Runner:
         return total
 
     def round(self, steps: int) -> Round:
-        """Run steps, then time their bare work; of several ranks the slowest counts.
-
-        Args:
-            steps: Number of steps.
-        """
+        """Run steps, then time their bare work; of several ranks the slowest counts."""
         # others ran in between: without these steps the caches are theirs
         self.advance(AGAIN if self.unknowns < SMALL else 0)
         comm = self.stepping.simulation.model.comm

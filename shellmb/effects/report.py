@@ -20,23 +20,13 @@ WIDTH = 150
 
 
 def survey_json(name: str, found: Survey) -> str:
-    """A survey for machines.
-
-    Args:
-        name: Name of the scene.
-        found: The survey.
-    """
+    """A survey for machines."""
     counts = {"total": found.total, "solved": found.solved, "step_s": found.step_seconds}
     return to_json({"scene": name, "effects": found.rows, **counts})
 
 
 def print_survey(name: str, found: Survey) -> None:
-    """The effects of a scene with their costs, then what it does not have, and why.
-
-    Args:
-        name: Name of the scene.
-        found: The survey.
-    """
+    """The effects of a scene with their costs, then what it does not have, and why."""
     lines: list[Line] = []
     used = (row for row in found.rows if row.used)
     for group, rows in groupby(used, lambda row: row.group):
@@ -73,24 +63,12 @@ def _costs(row: Row) -> list[str]:
 
 
 def comparison_json(name: str, said: dict[str, list[str]], found: Comparison) -> str:
-    """A comparison for machines.
-
-    Args:
-        name: Name of the scene.
-        said: What was left out and taken in.
-        found: The comparison.
-    """
+    """A comparison for machines."""
     return to_json({"scene": name, **said, "results": found.results, "times": found.times})
 
 
 def print_comparison(name: str, said: dict[str, list[str]], found: Comparison) -> None:
-    """Results and times of both runs.
-
-    Args:
-        name: Name of the scene.
-        said: What was left out and taken in.
-        found: The comparison.
-    """
+    """Results and times of both runs."""
     words = [f"{option} {', '.join(items)}" for option, items in said.items() if items]
     columns: tuple[Column[Change], ...] = (
         Column("", lambda change: change.name, "words"),

@@ -69,19 +69,8 @@ class FinishedRun:
         return Fields(self.directory / FIELDS, described.bodies, described.labels)
 
 
-@dataclass(frozen=True)
-class Results:
-    """Finished runs by name.
-
-    Args:
-        runs: The runs.
-    """
-
-    runs: Mapping[str, FinishedRun]
-
-    def __getitem__(self, name: str) -> FinishedRun:
-        """The run of that name."""
-        return self.runs[name]
+# finished runs by name
+Results = dict[str, FinishedRun]
 
 
 @dataclass(frozen=True)

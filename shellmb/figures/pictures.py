@@ -32,13 +32,7 @@ WIDTH = 500
 
 
 def draw_figure(wanted: Figure, results: Results, path: Path) -> None:
-    """Draw a figure; it begins 7 x 5 inches large, `draw` may change that.
-
-    Args:
-        wanted: The figure.
-        results: The runs.
-        path: The PNG file.
-    """
+    """Draw a figure; it begins 7 x 5 inches large, `draw` may change that."""
     with picture(path, 7.0, 5.0, {"savefig.dpi": RESOLUTION}) as made:
         wanted.draw(made, results)
     with Image.open(path) as image:
@@ -84,12 +78,7 @@ def _showing(states: Fields, times: Iterable[float]) -> Showing:
 
 
 def draw_animation(states: Fields, path: Path) -> None:
-    """The deformed system over time, small enough for a page.
-
-    Args:
-        states: States of the run.
-        path: The GIF file.
-    """
+    """The deformed system over time, small enough for a page."""
     count, times = PICTURES, states.times
     while True:
         every = np.linspace(0, len(times) - 1, min(count, len(times)))

@@ -16,11 +16,7 @@ COLUMNS: tuple[Column[Judged], ...] = (
 
 
 def print_made(made: Made) -> None:
-    """Statements, wall times, pictures of an example.
-
-    Args:
-        made: What was made of it.
-    """
+    """Statements, wall times, pictures of an example."""
     to = console(160)
     to.print(f"{made.example.section} {made.example.title}", style="bold")
     if made.judged:

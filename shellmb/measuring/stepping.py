@@ -28,12 +28,12 @@ WARM = 5
 
 
 @contextmanager
-def scratch(comm: MPI.Comm = MPI.COMM_WORLD) -> Iterator[Path]:
+def scratch() -> Iterator[Path]:
     """A folder for a while, the same on all ranks; collective."""
     with tempfile.TemporaryDirectory() as own:
-        yield Path(comm.bcast(own))
+        yield Path(MPI.COMM_WORLD.bcast(own))
         # others may still write
-        comm.Barrier()
+        MPI.COMM_WORLD.Barrier()
 
 
 def free(comm: MPI.Comm = MPI.COMM_WORLD) -> None:

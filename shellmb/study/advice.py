@@ -50,12 +50,7 @@ class Target:
 
 
 def find_targets(judged: Judged, errors: Sequence[float] = TARGETS) -> list[Target]:
-    """Offers for each error.
-
-    Args:
-        judged: The quantity.
-        errors: What is asked for.
-    """
+    """Offers for each error."""
     return [_target(judged, error) for error in errors]
 
 

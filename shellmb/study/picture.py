@@ -23,10 +23,6 @@ def draw(studies: Sequence[tuple[str, Judged]], path: Path) -> None:
     Points are runs, lines go along what no other run of the family beats, a run being credited with
     no less than the errors of finer ones; hollow points at the upper rim of the grey band have
     errors that the reference cannot tell.
-
-    Args:
-        studies: Titles and quantities.
-        path: The file.
     """
     columns = min(len(studies), 2)
     rows = -(-len(studies) // columns)

@@ -105,14 +105,7 @@ class Judged:
 def judge_points(
     measured: Measured, quantity: Quantity, reference: Reference, clock: str
 ) -> Judged:
-    """Errors and times of all configurations.
-
-    Args:
-        measured: The study.
-        quantity: The quantity.
-        reference: Its reference.
-        clock: "wall" or "cpu".
-    """
+    """Errors and times of all configurations."""
     points = [
         _point(c, measured.store.rounds(c)[: measured.sweep.repeat], quantity, reference, clock)
         for c in measured.grid.choices
@@ -121,11 +114,7 @@ def judge_points(
 
 
 def credited(points: Sequence[Point]) -> tuple[Point, ...]:
-    """The points with their `credit`.
-
-    Args:
-        points: Points of one study.
-    """
+    """The points with their `credit`."""
     good = [p for p in points if p.error is not None]
     return tuple(
         replace(p, credit=max(q.error or 0.0 for q in good if _finer(q.choice, p.choice)))

@@ -117,12 +117,7 @@ def _plain_point(point: Point, judged: Judged) -> dict[str, Any]:
 
 
 def print_finding(finding: Finding, to: Console) -> None:
-    """Table, orders, reference and advice.
-
-    Args:
-        finding: What.
-        to: Where.
-    """
+    """Table, orders, reference and advice."""
     judged = finding.judged
     to.print(f"[bold]{finding.title}[/]")
     _print_reference(finding, to)

@@ -73,7 +73,6 @@ def measure(
     sweep: Sweep,
     folder: Path | None = None,
     tell: Tell = lambda text: None,
-    comm: MPI.Comm = MPI.COMM_WORLD,
 ) -> Measured:
     """Run a study, or what is left of it; collective.
 
@@ -84,12 +83,11 @@ def measure(
         sweep: What.
         folder: Where the records are kept; None: nowhere.
         tell: Is told what is going on.
-        comm: Communicator.
 
     Raises:
         SceneError: If the scene, a value or a quantity is impossible, or the folder is taken.
     """
-    module = load(sweep.base.scene)
+    comm, module = MPI.COMM_WORLD, load(sweep.base.scene)
     grid = make_grid(sweep, module)
     scene = sweep.base.build(module, grid.choices[0])
     quantities = sweep.quantities or (default_quantity(scene),)
@@ -136,14 +134,6 @@ def run_once(
     comm: MPI.Comm,
 ) -> Record:
     """One run; what goes wrong in it is recorded.
-
-    Args:
-        sweep: The study.
-        module: Module of its scene.
-        choice: The configuration.
-        quantities: What is kept.
-        round_: Which repetition.
-        comm: Communicator.
 
     Raises:
         SceneError: If a quantity does not exist.

@@ -1,7 +1,6 @@
 """What `shellmb bench` measures: the records, their consistency, the bars."""
 
 import json
-import time
 from dataclasses import fields, replace
 
 import pytest
@@ -22,7 +21,6 @@ from shellmb.bench.record import (
 )
 from shellmb.cli import app
 from shellmb.measuring.stepping import observers_of_run
-from shellmb.measuring.times import measured_in
 from shellmb.run.execute import execute
 from shellmb.run.request import Request
 from shellmb.simulate.simulation import Simulation
@@ -124,14 +122,6 @@ def test_observers_are_those_of_a_run(tmp_path, monkeypatch):
     of_bench = observers_of_run(tmp_path).values()
     assert {type(o) for o in seen} == {type(o) for o in of_bench}
     assert len(seen) == len(of_bench)
-
-
-def test_the_clock_is_set_back():
-    kept = time.perf_counter
-    with pytest.raises(ZeroDivisionError), measured_in("cpu"):
-        assert time.perf_counter is time.process_time
-        1 / 0  # noqa: B018
-    assert time.perf_counter is kept
 
 
 def made(how, step, mesh="6x2", scheme="ep", elements=12, bare=1.0, observers=0.0, peak=None):

@@ -25,7 +25,7 @@ SECOND = Run("second", "slider_crank", {}, {**SHORT, "scheme": "ep"})
 
 def plot(made: matplotlib.figure.Figure, results: Results) -> None:
     axes = made.subplots()
-    for run in results.runs.values():
+    for run in results.values():
         axes.plot(run.history["t"], run.history["slider_x"], label=run.name)
 
 

@@ -15,12 +15,7 @@ LONGEST = 200.0
 
 
 def draw(found: Sequence[EffectRecord], path: Path) -> None:
-    """Bars of the time without an effect, in per cent of that with it, one colour for each group.
-
-    Args:
-        found: All of one run.
-        path: PNG file.
-    """
+    """Bars of the time without an effect, in per cent of that with it, a colour for each group."""
     groups = list(dict.fromkeys(r.group for r in found))
     places = np.arange(len(found))
     with picture(path, 8.0, 1.2 + 0.24 * len(found)) as made:

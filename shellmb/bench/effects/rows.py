@@ -86,12 +86,7 @@ class EffectPlan:
 def measure_effects(
     plan: EffectPlan, report: Callable[[str], None] = lambda text: None
 ) -> list[EffectRecord]:
-    """Run all that is planned; collective.
-
-    Args:
-        plan: What.
-        report: Is told what is going on.
-    """
+    """Run all that is planned; collective."""
     found = []
     for case, scheme, mesh in plan.cases():
         effect, pair = EFFECTS[case.effect], case.pair(scheme, mesh)

@@ -156,12 +156,7 @@ def in_turn(first: Sequence[Plate], second: Sequence[Plate]) -> list[Plate]:
 
 
 def compare(study: Study, report: Callable[[str], None] = lambda text: None) -> Comparison:
-    """Run the study.
-
-    Args:
-        study: What.
-        report: Is told what is going on.
-    """
+    """Run the study."""
     report("converged answers")
     ours = [run(p) for p in study.fine]
     theirs = [run(p) for p in study.peer_fine]

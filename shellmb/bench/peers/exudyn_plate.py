@@ -85,9 +85,6 @@ def _quiet() -> Any:
 def run(plate: ExudynPlate) -> TipHistory:
     """Solve; set-up is not timed.
 
-    Args:
-        plate: How.
-
     Raises:
         SceneError: If Exudyn is not installed.
     """

@@ -39,11 +39,7 @@ class OurPlate:
 
 
 def run(plate: OurPlate) -> TipHistory:
-    """Solve with fixed steps; set-up and compilation are not timed.
-
-    Args:
-        plate: How.
-    """
+    """Solve with fixed steps; set-up and compilation are not timed."""
     base = sudden_load.scene(force=plate.force, dt=plate.dt, t_end=plate.t_end)
     scene = replace(
         base,

@@ -9,12 +9,7 @@ from shellmb.measuring.pictures import picture
 
 
 def draw(found: Comparison, path: Path) -> None:
-    """All runs as points, the best of each code as a line.
-
-    Args:
-        found: The comparison.
-        path: PNG file.
-    """
+    """All runs as points, the best of each code as a line."""
     markers = ("o", "s", "^", "D", "v")
     with picture(path, 8.0, 5.0) as made:
         axes = made.add_subplot()
