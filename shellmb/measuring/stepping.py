@@ -168,19 +168,15 @@ class Stepping:
             self.iterations += self.simulation.last.iterations
         return total
 
-    def processor_time(self, steps: int) -> float:
-        """Run steps; returns the processor time of one, s.
+    def round(self, steps: int) -> float:
+        """Run the first steps of the scene anew; returns the processor time of one, s.
 
         Of several ranks the slowest counts. Wall times would tell how busy the machine is.
         """
+        self.again()
         before, watch = self.steps, Stopwatch()
         self.advance(steps)
         return slowest(self.simulation.model.comm, watch.cpu) / (self.steps - before)
-
-    def round(self, steps: int) -> float:
-        """Run the first steps of the scene anew; as `processor_time`."""
-        self.again()
-        return self.processor_time(steps)
 
     def seconds(self) -> dict[str, float]:
         """Time spent in each of the observers so far, s."""

@@ -63,23 +63,7 @@ class Finding:
             "points": [_plain_point(p, judged) for p in judged.points],
             "left_out": [{"choice": c, "reason": reason} for c, reason in measured.grid.left_out],
             "orders": self.orders,
-            "targets": [
-                {
-                    "error": t.error,
-                    "known": t.known,
-                    "offers": [
-                        {
-                            "family": o.family,
-                            "choice": o.point.choice,
-                            "time_s": o.time_s,
-                            "upper_bound": o.bound,
-                        }
-                        for o in t.offers
-                    ],
-                    "not_reached": t.missing,
-                }
-                for t in self.targets
-            ],
+            "targets": self.targets,
             "sentence": self.sentence,
         }
 

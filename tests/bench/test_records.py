@@ -19,7 +19,9 @@ from shellmb.bench.record import (
     Round,
     typical,
 )
+from shellmb.bench.report import plan_of
 from shellmb.cli import app
+from shellmb.errors import SceneError
 from shellmb.measuring.stepping import observers_of_run
 from shellmb.run.execute import execute
 from shellmb.run.request import Request
@@ -122,6 +124,16 @@ def test_observers_are_those_of_a_run(tmp_path, monkeypatch):
     of_bench = observers_of_run(tmp_path).values()
     assert {type(o) for o in seen} == {type(o) for o in of_bench}
     assert len(seen) == len(of_bench)
+
+
+def test_no_round_outlasts_the_motion():
+    """Of 500 steps, 5 before the first round and 2 before each."""
+    assert plan_of(False, steps=245, rounds=2).steps == 245
+    with pytest.raises(SceneError, match="steps is 246; it must be at most 245 in 2 rounds"):
+        plan_of(False, steps=246, rounds=2)
+    with pytest.raises(SceneError, match="steps is 40; it must be at most 22 in 20 rounds"):
+        plan_of(False, rounds=20)
+    assert plan_of(False, steps=246, rounds=2, scenes=["static"]).steps == 246
 
 
 def made(how, step, mesh="6x2", scheme="ep", elements=12, bare=1.0, observers=0.0, peak=None):
