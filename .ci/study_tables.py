@@ -15,6 +15,7 @@ import json
 from pathlib import Path
 from typing import Any
 
+from shellmb.measuring.tables import Column, markdown, replaced
 from shellmb.study.advice import TARGETS
 from shellmb.study.cases.bundled import BUNDLED
 
@@ -24,8 +25,6 @@ PAGE, SECTIONS = ROOT / "docs" / "evidence" / "accuracy.md", STORED / "README.md
 BEGIN, END = "<!-- shellmb study: begin -->", "<!-- shellmb study: end -->"
 # what others are compared with, and how many of them a cell names
 BASE, NAMED = "EP", 3
-# errors asked for
-ERRORS = len(TARGETS)
 
 Entry = dict[str, Any]
 
@@ -76,20 +75,25 @@ def cell(entry: Entry, target: Entry) -> str:
 
 def table() -> str:
     """The table of the page in Markdown."""
-    lines = [
-        "| study | reference | for 1 % error | for 0.1 % | for 0.01 % |",
-        "| --- | --- | --- | --- | --- |",
+
+    def whose(row: tuple[str, Entry]) -> str:
+        source = str(row[1]["reference"]["source"])
+        return f"own: {source}" if is_own(row[1]) else source
+
+    def target(title: str, k: int) -> Column[tuple[str, Entry]]:
+        def said(row: tuple[str, Entry]) -> str:
+            entry, targets = row[1], row[1]["targets"]
+            # a study of before did not ask for the smallest error
+            return cell(entry, targets[k]) if k < len(targets) else "-"
+
+        return Column(title, said)
+
+    columns = [
+        Column[tuple[str, Entry]]("study", lambda row: f"`{row[0]}` {row[1]['title']}"),
+        Column("reference", whose),
+        *map(target, ("for 1 % error", "for 0.1 %", "for 0.01 %"), range(len(TARGETS))),
     ]
-    for study in BUNDLED:
-        for entry in stored(study.name):
-            reference = entry["reference"]
-            whose = f"own: {reference['source']}" if is_own(entry) else reference["source"]
-            cells = [f"`{study.name}` {entry['title']}", whose]
-            cells += [cell(entry, target) for target in entry["targets"]]
-            # a study of before that did not ask for the smallest error
-            cells += ["-"] * (2 + ERRORS - len(cells))
-            lines.append("| " + " | ".join(cells) + " |")
-    return "\n".join(lines)
+    return "\n".join(markdown(columns, ((s.name, e) for s in BUNDLED for e in stored(s.name))))
 
 
 def sections() -> str:
@@ -120,23 +124,15 @@ def sections() -> str:
     return "\n".join(lines).rstrip()
 
 
-def with_part(path: Path, made: str) -> str:
-    """A file with a part between its marks."""
-    before, begin, rest = path.read_text().partition(BEGIN)
-    _, end, after = rest.partition(END)
-    if not begin or not end:
-        raise SystemExit(f"{path.name} has no lines '{BEGIN}' and '{END}'")
-    return f"{before}{BEGIN}\n{made}\n{END}{after}"
-
-
 def main() -> None:
     """Write, or check."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--check", action="store_true", help="fail if the files differ")
     check = parser.parse_args().check
     for path, made in ((PAGE, table()), (SECTIONS, sections())):
-        wanted = with_part(path, made)
-        if check and path.read_text() != wanted:
+        text = path.read_text()
+        wanted = replaced(text, BEGIN, END, made)
+        if check and text != wanted:
             raise SystemExit(f"{path.relative_to(ROOT)} is not what the JSON files say")
         if not check:
             path.write_text(wanted)

@@ -20,6 +20,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from shellmb.measuring.tables import Column, markdown, replaced
 from shellmb.verify.table import find_cases
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -36,7 +37,7 @@ def by_case(entries: list[Entry]) -> dict[str, list[Entry]]:
     """Rows of each case, in their order."""
     cases: dict[str, list[Entry]] = {}
     for entry in entries:
-        cases.setdefault(entry["case"].partition(": ")[0], []).append(entry)
+        cases.setdefault(name_of(entry), []).append(entry)
     return cases
 
 
@@ -72,32 +73,33 @@ def table(entries: list[Entry]) -> str:
     if cases.keys() != said.keys():
         odd = ", ".join(sorted(cases.keys() ^ said.keys()))
         raise SystemExit(f"{STORED.name} and the registered cases differ in: {odd}; make it anew")
-    lines = [
-        f"{len(entries)} values, {sum(e['pass'] for e in entries)} pass:",
-        "",
-        "| case | what | values | nearest to its bound | error, allowed | largest error, allowed |",
-        "| --- | --- | --- | --- | --- | --- |",
+    columns: list[Column[list[Entry]]] = [
+        Column("case", lambda rows: name_of(rows[0])),
+        Column("what", lambda rows: what(said[name_of(rows[0])], rows)),
+        Column("values", lambda rows: str(len(rows))),
+        Column("nearest to its bound", lambda rows: which(max(rows, key=share))),
+        Column("error, allowed", lambda rows: shown(max(rows, key=share))),
+        Column("largest error, allowed", lambda rows: shown(max(rows, key=size))),
     ]
-    for name, rows in cases.items():
-        worst = max(rows, key=share)
-        what = said[name].rstrip(".")
-        found = [int(n) for row in rows for n in re.findall(r"(\d+) iterations", row["source"])]
-        if found:
-            what += f" ({min(found)} to {max(found)} iterations)"
-        which = worst["case"].partition(": ")[2].replace("|", "\\|")
-        largest = max(rows, key=size)
-        cells = (name, what, str(len(rows)), which, shown(worst), shown(largest))
-        lines.append("| " + " | ".join(cells) + " |")
-    return "\n".join(lines)
+    passed = f"{len(entries)} values, {sum(e['pass'] for e in entries)} pass:"
+    return "\n".join([passed, "", *markdown(columns, cases.values())])
 
 
-def with_table(text: str, made: str) -> str:
-    """The page with the table between its marks."""
-    before, begin, rest = text.partition(BEGIN)
-    _, end, after = rest.partition(END)
-    if not begin or not end:
-        raise SystemExit(f"{PAGE} has no lines '{BEGIN}' and '{END}'")
-    return f"{before}{BEGIN}\n{made}\n{END}{after}"
+def name_of(entry: Entry) -> str:
+    """Name of the case of a row."""
+    return str(entry["case"].partition(": ")[0])
+
+
+def which(entry: Entry) -> str:
+    """What is compared in a row."""
+    return str(entry["case"].partition(": ")[2].replace("|", "\\|"))
+
+
+def what(said: str, rows: list[Entry]) -> str:
+    """What a case is, with the Newton iterations that its rows tell."""
+    found = [int(n) for row in rows for n in re.findall(r"(\d+) iterations", row["source"])]
+    told = f" ({min(found)} to {max(found)} iterations)" if found else ""
+    return said.rstrip(".") + told
 
 
 def differences(stored: list[Entry], now: list[Entry]) -> list[str]:
@@ -108,7 +110,7 @@ def differences(stored: list[Entry], now: list[Entry]) -> list[str]:
         now: Rows of some cases, complete.
     """
     names = by_case(now)
-    before = {e["case"]: e for e in stored if e["case"].partition(": ")[0] in names}
+    before = {e["case"]: e for e in stored if name_of(e) in names}
     after = {e["case"]: e for e in now}
     found = [f"{name}: not in both" for name in sorted(before.keys() ^ after.keys())]
     for name in before.keys() & after.keys():
@@ -134,7 +136,7 @@ def main() -> None:
         if found:
             raise SystemExit(f"{STORED.name} is not what is found:\n" + "\n".join(found))
     text = PAGE.read_text()
-    wanted = with_table(text, table(stored))
+    wanted = replaced(text, BEGIN, END, table(stored))
     if asked.check and text != wanted:
         raise SystemExit(f"{PAGE.name}: the table of `shellmb verify` is not that of its JSON")
     if not asked.check and not asked.part:

@@ -42,6 +42,7 @@ TOP = (
     "effects",
     "demos",
     "study",
+    "measuring",
     "cli",
 )
 RANK |= dict.fromkeys(TOP, len(RANK))
@@ -148,6 +149,12 @@ def test_light_imports(module: str, allowed: set[str]) -> None:
         [sys.executable, "-c", code], capture_output=True, text=True, check=True
     )
     assert set(result.stdout.split()) & HEAVY <= allowed
+
+
+@pytest.mark.parametrize("module", sorted(m for m in MODULES if layer(m) == "measuring"))
+def test_measuring_knows_nobody_who_measures(module: str) -> None:
+    users = {"bench", "study", "effects", "verify", "figures", "api", "cli"}
+    assert not {layer(name) for name in imports(module)} & users
 
 
 def test_setuptools_lists_every_package() -> None:

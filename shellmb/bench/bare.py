@@ -11,6 +11,7 @@ from mpi4py import MPI
 
 import numpy as np
 
+from shellmb.measuring.times import slowest
 from shellmb.simulate.problem import Problem
 from shellmb.system.assembly import native
 from shellmb.system.assembly.loops import FormLoop, LoopResiduals, mesh_groups
@@ -133,7 +134,7 @@ def _alone(comm: MPI.Comm, work: Callable[[], object]) -> float:
         times.append(time.perf_counter() - begin)
 
     once()
-    first = comm.allreduce(times[0], op=MPI.MAX)
+    first = slowest(comm, times[0])
     for _ in range(min(MOST, max(FEWEST, int(ENOUGH / first))) - 1):
         once()
     return median(times)

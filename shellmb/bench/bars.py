@@ -48,9 +48,6 @@ def bars(measured: Sequence[Measured]) -> list[Bar]:
     """All bars that the measurements decide.
 
     Ratios of configurations are medians over the rounds, in which they took turns.
-
-    Args:
-        measured: All of one run.
     """
     by: dict[tuple[str, str, str], dict[Configuration, Measured]] = {}
     for m in measured:
@@ -137,18 +134,12 @@ class Growth:
         return float(slopes.max())
 
 
-def exponents(measured: Sequence[Measured], scheme: str, scene: str = "dynamic") -> Growth | None:
-    """Growth of a full Newton iteration of the reduced path; None for less than three meshes.
-
-    Args:
-        measured: All of one run.
-        scheme: Time scheme.
-        scene: "dynamic" or "static".
-    """
+def exponents(measured: Sequence[Measured], scheme: str) -> Growth | None:
+    """Growth of a full Newton iteration of the reduced path; None for less than three meshes."""
     times: dict[int, float] = {}
     for m in measured:
         r = m.record
-        if (r.scene, r.scheme, r.configuration) == (scene, scheme, FULL):
+        if (r.scheme, r.configuration) == (scheme, FULL):
             times[r.elements] = (r.step_s - r.observers_s) / r.iterations_per_step
     if len(times) < 3:
         return None

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import gc
-import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
+from functools import partial
 
 from mpi4py import MPI
 
@@ -23,9 +21,9 @@ from shellmb.bench.record import (
 )
 from shellmb.bench.runner import Runner
 from shellmb.bench.scenes import plate
+from shellmb.measuring.stepping import WARM, free, scratch
+from shellmb.measuring.times import in_turn
 
-# steps before the first round: the predictor needs four, an observer may load its library
-WARM = 5
 # at this size memory is measured without being asked for
 LARGE = 4096
 # from this size on, modified Newton is not measured
@@ -43,7 +41,6 @@ class Plan:
         scenes: "dynamic", "static".
         schemes: Time schemes of the dynamic ones.
         meshes: Elements along and across.
-        configurations: Ways to solve, the yardstick first.
         steps: Steps of a round; None: by the size of the mesh.
         rounds: Rounds of each configuration.
         memory: Whether peak memory is measured for all; else for the default at large meshes.
@@ -54,7 +51,6 @@ class Plan:
     scenes: Sequence[str] = ("dynamic", "static")
     schemes: Sequence[str] = ("ep", "ed")
     meshes: Sequence[tuple[int, int]] = ((6, 2), (16, 4), (32, 32), (64, 64))
-    configurations: Sequence[Configuration] = CONFIGURATIONS
     steps: int | None = None
     rounds: int = 3
     memory: bool = False
@@ -90,18 +86,13 @@ class Plan:
 
 
 def measure(plan: Plan, report: Callable[[str], None] = lambda text: None) -> list[Measured]:
-    """Run all that is planned; collective.
-
-    Args:
-        plan: What.
-        report: Is told what is going on.
-    """
+    """Run all that is planned; collective."""
     found = []
     for kind, scheme, mesh in plan.cases():
         name = f"{kind} {scheme} {mesh[0]}x{mesh[1]}"
         unknowns = UNKNOWNS.get(scheme, 100) * mesh[0] * mesh[1]
-        some = [c for c in plan.configurations if c.path != "full" or unknowns <= plan.limit]
-        if UNREDUCED in plan.configurations and UNREDUCED not in some:
+        some = [c for c in CONFIGURATIONS if c.path != "full" or unknowns <= plan.limit]
+        if UNREDUCED not in some:
             report(f"{name}: no unreduced path (about {unknowns} unknowns, limit {plan.limit})")
         if mesh[0] * mesh[1] >= MANY:
             # between the two others, and each takes its time
@@ -116,8 +107,7 @@ def _measure_case(
 ) -> list[Measured]:
     """Rounds of all configurations in turn."""
     comm = MPI.COMM_WORLD
-    with tempfile.TemporaryDirectory() as scratch:
-        folder = Path(comm.bcast(scratch))
+    with scratch() as folder:
         runners = [
             Runner(plate(kind, scheme, mesh, how), folder / str(how).replace("/", "-"))
             for how in some
@@ -126,17 +116,16 @@ def _measure_case(
         for how, runner in zip(some, runners, strict=True):
             # full Newton has nothing to learn
             runner.advance(warm if how.newton != "full" or mesh[0] * mesh[1] < 100 else 1)
-        rounds = [
-            [r.round(plan.length(kind, mesh, how)) for how, r in zip(some, runners, strict=True)]
-            for _ in range(plan.rounds)
+        works = [
+            partial(runner.round, plan.length(kind, mesh, how))
+            for how, runner in zip(some, runners, strict=True)
         ]
+        rounds = in_turn(plan.rounds, works)
         unknowns = [r.unknowns for r in runners]
         for runner in runners:
-            runner.finish()
-        # meshes and matrices are freed collectively
-        del runners, runner
-        gc.collect()
-        comm.Barrier()
+            runner.stepping.finish()
+        del runners, runner, works
+        free()
     found = []
     for k, how in enumerate(some):
         own = tuple(r[k] for r in rounds)

@@ -20,12 +20,6 @@ OF_MPIEXEC = ("PMI", "HYDI_", "MPI_LOCAL", "OMPI_")
 def peak_mib(kind: str, scheme: str, mesh: tuple[int, int], how: Configuration) -> float:
     """Peak of the resident memory over set-up and some steps with all observers, MiB.
 
-    Args:
-        kind: "dynamic" or "static".
-        scheme: Time scheme.
-        mesh: Elements along and across.
-        how: How to solve.
-
     Raises:
         ShellmbError: If the process fails.
     """
@@ -49,7 +43,7 @@ def main(asked: str) -> None:
     with tempfile.TemporaryDirectory() as folder:
         runner = Runner(scene, Path(folder))
         runner.advance(STEPS)
-        runner.finish()
+        runner.stepping.finish()
         # not from `getrusage`, which begins with the size of the process that started this one
         lines = Path("/proc/self/status").read_text().splitlines()
     peak = next(line for line in lines if line.startswith("VmHWM"))

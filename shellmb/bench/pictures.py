@@ -11,24 +11,19 @@ from matplotlib.axes import Axes
 
 from shellmb.bench.bars import exponents
 from shellmb.bench.record import PARTS, Measured
-from shellmb.observers.drawing import STYLE, figure
+from shellmb.measuring.pictures import picture
 
 
 def draw(measured: Sequence[Measured], path: Path) -> None:
     """Step times by part as stacked bars, and the time of a full Newton iteration over elements.
 
     The latter only where three meshes or more were measured.
-
-    Args:
-        measured: All of one run.
-        path: PNG file.
     """
     meshes = list(dict.fromkeys((m.record.scene, m.record.mesh) for m in measured))
     columns = min(len(meshes), 4)
     rows = -(-len(meshes) // columns)
     grows = any(exponents(measured, scheme) for scheme in ("ep", "ed"))
-    with mpl.rc_context(STYLE):
-        made = figure(4.2 * columns, 3.4 * (rows + grows))
+    with picture(path, 4.2 * columns, 3.4 * (rows + grows)) as made:
         grid = made.add_gridspec(rows + grows, columns)
         for k, (scene, mesh) in enumerate(meshes):
             some = [m for m in measured if (m.record.scene, m.record.mesh) == (scene, mesh)]
@@ -39,7 +34,6 @@ def draw(measured: Sequence[Measured], path: Path) -> None:
                 axes.legend(fontsize=7)
         if grows:
             _growth(made.add_subplot(grid[rows, :]), measured)
-        made.savefig(path)
 
 
 def _bars(axes: Axes, some: Sequence[Measured]) -> None:

@@ -1,37 +1,15 @@
-"""What `shellmb bench` records, and what it measures in."""
+"""What `shellmb bench` records."""
 
 from __future__ import annotations
 
-import json
-import time
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
-from dataclasses import asdict, dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass
 from statistics import median_low
 
-CLOCKS: dict[str, Callable[[], float]] = {"cpu": time.process_time, "wall": time.perf_counter}
+from shellmb.measuring.times import spread
 
 # the parts of a step that are measured inside it, in the order in which they are drawn
 PARTS = ("residual_s", "jacobian_s", "reduction_s", "factor_s", "solve_s", "observers_s")
-
-
-@contextmanager
-def measured_in(clock: str) -> Iterator[None]:
-    """For a moment, all clocks of the process tell that time.
-
-    On a machine that others use, too, a step is interrupted and a kernel timed alone is not:
-    only processor times can be compared there. On an idle machine they are the wall times, the
-    process computing on one thread.
-
-    Args:
-        clock: "cpu" or "wall".
-    """
-    kept = time.perf_counter
-    time.perf_counter = CLOCKS[clock]
-    try:
-        yield
-    finally:
-        time.perf_counter = kept
 
 
 @dataclass(frozen=True)
@@ -154,16 +132,10 @@ class Measured:
     @property
     def spread(self) -> float:
         """Difference of the slowest and the fastest round, relative to the median."""
-        times = [r.step_s for r in self.rounds]
-        return (max(times) - min(times)) / self.record.step_s
+        return spread([r.step_s for r in self.rounds], self.record.step_s)
 
 
 def typical(rounds: Sequence[Round]) -> Round:
     """The round with the median of the step times; of two, the faster one."""
     wanted = median_low([r.step_s for r in rounds])
     return next(r for r in rounds if r.step_s == wanted)
-
-
-def to_json(records: Sequence[Record]) -> str:
-    """Records as a JSON list."""
-    return json.dumps([asdict(r) for r in records], indent=1)

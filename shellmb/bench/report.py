@@ -3,23 +3,27 @@
 from __future__ import annotations
 
 import os
-import sys
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from rich.console import Console
-from rich.table import Table
 
 from shellmb.bench.bars import Bar, bars
 from shellmb.bench.measure import Plan, measure, quick
-from shellmb.bench.record import PARTS, Measured, measured_in, to_json
+from shellmb.bench.pictures import draw
+from shellmb.bench.record import AUTO, PARTS, Measured
+from shellmb.bench.runner import AGAIN
+from shellmb.bench.scenes import STEPS
 from shellmb.cli.failures import first_rank, tell
 from shellmb.cli.report import say
 from shellmb.errors import SceneError
-
-PICTURE = "bench.png"
+from shellmb.measuring.records import to_json, write
+from shellmb.measuring.stepping import WARM
+from shellmb.measuring.tables import Column, console, line, rich_table, verdict
+from shellmb.measuring.times import measured_in
 
 
 def plan_of(fast: bool, **chosen: Any) -> Plan:
@@ -30,12 +34,17 @@ def plan_of(fast: bool, **chosen: Any) -> Plan:
         chosen: Members of the plan.
 
     Raises:
-        SceneError: If a number is not possible.
+        SceneError: If the plates do not move for so long.
     """
-    for name in ("steps", "rounds"):
-        if chosen.get(name) is not None and chosen[name] < 1:
-            raise SceneError(f"bench: {name} is {chosen[name]}; it must be at least 1")
-    return replace(quick() if fast else Plan(), **{k: v for k, v in chosen.items() if v})
+    plan = replace(quick() if fast else Plan(), **{k: v for k, v in chosen.items() if v})
+    steps = max(plan.length(kind, mesh, AUTO) for kind, _, mesh in plan.cases())
+    most = (STEPS - WARM) // plan.rounds - AGAIN
+    if "dynamic" in plan.scenes and steps > most:
+        raise SceneError(
+            f"bench: steps is {steps}; it must be at most {most} in {plan.rounds} rounds: the "
+            f"plates move for {STEPS} steps"
+        )
+    return plan
 
 
 def run_bench(plan: Plan, out: Path | None, as_json: bool, check: bool) -> bool:
@@ -50,78 +59,63 @@ def run_bench(plan: Plan, out: Path | None, as_json: bool, check: bool) -> bool:
     with measured_in(plan.clock):
         found = measure(plan, tell)
     judged = bars(found) if check else []
-    if not first_rank():
-        return all(bar.passed for bar in judged)
-    text = to_json([m.record for m in found])
-    if out is not None:
-        from shellmb.bench.pictures import draw
-
-        out.mkdir(parents=True, exist_ok=True)
-        (out / "bench.json").write_text(text + "\n")
-        draw(found, out / PICTURE)
-    if as_json:
-        say(text)
-        console = Console(stderr=True, highlight=False, width=width(sys.stderr.isatty()))
-    else:
-        console = Console(highlight=False, width=width(sys.stdout.isatty()))
-        _print_records(console, found, plan)
-    if check:
-        _print_bars(console, judged)
+    if first_rank():
+        text = to_json([m.record for m in found])
+        if out is not None:
+            write("bench", text, partial(draw, found), out)
+        if as_json:
+            say(text)
+        else:
+            _print_records(console(), found, plan)
+        if check:
+            _print_bars(console(stderr=as_json), judged)
     return all(bar.passed for bar in judged)
 
 
-def width(terminal: bool) -> int | None:
-    """Width of a table: in a file or pipe it is as wide as it has to be.
+def _time(name: str) -> Column[Measured]:
+    """A time of the record, in milliseconds of three digits."""
 
-    Args:
-        terminal: Whether it is printed to one.
-    """
-    return None if terminal else 200
+    def cell(m: Measured) -> str:
+        value = 1e3 * getattr(m.record, name)
+        return f"{value:.3g}" if value < 1000 else f"{value:.0f}"
+
+    return Column("step [ms]" if name == "step_s" else name.removesuffix("_s"), cell)
 
 
-def _print_records(console: Console, found: Sequence[Measured], plan: Plan) -> None:
-    table = Table(box=None, header_style="bold", pad_edge=False)
-    for title in ("scene", "scheme", "mesh", "path/newton"):
-        table.add_column(title, no_wrap=True)
-    parts = [part.removesuffix("_s") for part in PARTS]
-    numbers = ("unknowns", "iterations", "factored", "step [ms]", *parts, "bare", "spread", "MiB")
-    for title in numbers:
-        table.add_column(title, justify="right", no_wrap=True)
-    for m in found:
-        r = m.record
-        times = [1e3 * getattr(r, name) for name in ("step_s", *PARTS, "bare_s")]
-        table.add_row(
-            r.scene,
-            r.scheme,
-            r.mesh,
-            str(r.configuration),
-            str(r.unknowns),
-            f"{r.iterations_per_step:.2f}",
-            f"{r.factorisations_per_step:.2f}",
-            *(f"{t:.3g}" if t < 1000 else f"{t:.0f}" for t in times),
-            f"{100 * m.spread:.0f} %",
-            "" if r.peak_mib is None else f"{r.peak_mib:.0f}",
-        )
-    console.print(table)
+RECORDS: tuple[Column[Measured], ...] = (
+    Column("scene", lambda m: m.record.scene, "words"),
+    Column("scheme", lambda m: m.record.scheme, "words"),
+    Column("mesh", lambda m: m.record.mesh, "words"),
+    Column("path/newton", lambda m: str(m.record.configuration), "words"),
+    Column("unknowns", lambda m: str(m.record.unknowns)),
+    Column("iterations", lambda m: f"{m.record.iterations_per_step:.2f}"),
+    Column("factored", lambda m: f"{m.record.factorisations_per_step:.2f}"),
+    *map(_time, ("step_s", *PARTS, "bare_s")),
+    Column("spread", lambda m: f"{100 * m.spread:.0f} %"),
+    Column("MiB", lambda m: "" if m.record.peak_mib is None else f"{m.record.peak_mib:.0f}"),
+)
+BARS: tuple[Column[Bar], ...] = (
+    Column("bar", lambda bar: bar.name, "words"),
+    Column("measured", lambda bar: f"{bar.value:.3g}"),
+    Column("asked", lambda bar: f"{'>=' if bar.least else '<='} {bar.bound:g}"),
+    Column("", lambda bar: verdict(bar.passed, "MISS"), "words"),
+)
+
+
+def _print_records(to: Console, found: Sequence[Measured], plan: Plan) -> None:
+    to.print(rich_table(RECORDS, found))
     clock = "processor" if plan.clock == "cpu" else "wall"
     threads = os.environ.get("OMP_NUM_THREADS", "all")
-    console.print(
+    line(
+        to,
         f"{clock} times per step in ms, threads: {threads}; the round with the median step of "
         f"{plan.rounds}, configurations in turn; spread: slowest less fastest round over the "
         "median. Set-up and first steps excluded. Square plates where the mesh is as wide as "
         "long, else strips of 1 m x 0.08 m.",
-        soft_wrap=True,
     )
 
 
-def _print_bars(console: Console, judged: Sequence[Bar]) -> None:
-    table = Table(box=None, header_style="bold", pad_edge=False)
-    for title in ("bar", "measured", "asked", ""):
-        table.add_column(title, justify="left" if title in ("bar", "") else "right", no_wrap=True)
-    for bar in judged:
-        sign = ">=" if bar.least else "<="
-        mark = "[green]pass[/]" if bar.passed else "[red bold]MISS[/]"
-        table.add_row(bar.name, f"{bar.value:.3g}", f"{sign} {bar.bound:g}", mark)
-    console.print(table)
+def _print_bars(to: Console, judged: Sequence[Bar]) -> None:
+    to.print(rich_table(BARS, judged))
     missed = sum(not bar.passed for bar in judged)
-    console.print(f"{len(judged) - missed} of {len(judged)} met, {missed} missed")
+    line(to, f"{len(judged) - missed} of {len(judged)} met, {missed} missed")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from pathlib import Path
 
 from mpi4py import MPI
@@ -12,11 +11,8 @@ import numpy.typing as npt
 
 from shellmb.bench.bare import BareWork, direct_solver
 from shellmb.bench.record import PARTS, Round
-from shellmb.bench.restart import Restart
-from shellmb.bench.watchers import Timed, default_observers
-from shellmb.run.directory import make_directory
+from shellmb.measuring.stepping import Stepping, together
 from shellmb.scene import Scene
-from shellmb.simulate.simulation import Simulation
 from shellmb.system.assembly.blocks import Residuals
 
 Floats = npt.NDArray[np.float64]
@@ -59,23 +55,12 @@ class Runner:
     """
 
     def __init__(self, scene: Scene, folder: Path) -> None:
-        self.simulation = Simulation(scene, MPI.COMM_WORLD)
-        make_directory(folder, self.comm)
-        self._observers = Timed(default_observers(folder))
-        self._observers.start(self.simulation)
-        problem = self.simulation.problem
-        self._iteration = problem.newton.iteration
+        self.stepping = Stepping(scene, folder, together)
+        problem = self.stepping.simulation.problem
+        self._iteration = problem.iteration
         problem.system.residuals = self._counted = Counted(problem.system.residuals)
-        self._restart = Restart(self.simulation)
-        self._anew = scene.scheme == "static"
+        self._anew = scene.static
         self._bare: BareWork | None = None
-        # the simulation's own number goes back to zero where a static one starts anew
-        self._iterations = 0
-
-    @property
-    def comm(self) -> MPI.Comm:
-        """Communicator."""
-        return self.simulation.model.comm
 
     @property
     def unknowns(self) -> int:
@@ -84,57 +69,47 @@ class Runner:
 
     def advance(self, steps: int) -> float:
         """Run steps as users do; returns the time they took, s."""
+        if not self._anew:
+            return self.stepping.advance(steps)
         total = 0.0
         for _ in range(steps):
-            if self._anew:
-                self._restart()
-            begin = time.perf_counter()
-            self.simulation.advance([self._observers])
-            total += time.perf_counter() - begin
-            assert self.simulation.last is not None
-            self._iterations += self.simulation.last.iterations
+            self.stepping.again()
+            total += self.stepping.advance(1)
         return total
 
     def round(self, steps: int) -> Round:
-        """Run steps, then time their bare work; of several ranks the slowest counts.
-
-        Args:
-            steps: Number of steps.
-        """
+        """Run steps, then time their bare work; of several ranks the slowest counts."""
         # others ran in between: without these steps the caches are theirs
         self.advance(AGAIN if self.unknowns < SMALL else 0)
+        comm = self.stepping.simulation.model.comm
         before = self._read()
-        self.comm.Barrier()
+        comm.Barrier()
         took = self.advance(steps)
         done = self._read() - before
         counts, seconds = done[:5] / steps, done[5:]
-        self._bare = self._bare or BareWork(self.simulation.problem)
+        self._bare = self._bare or BareWork(self.stepping.simulation.problem)
         bare = self._bare.measure()
         iterations, factorisations, residuals, jacobians, solutions = counts
         own = np.array([took, *seconds]) / steps
         own = np.append(own, bare.total(residuals, jacobians, factorisations, solutions))
-        self.comm.Allreduce(MPI.IN_PLACE, own, op=MPI.MAX)
+        comm.Allreduce(MPI.IN_PLACE, own, op=MPI.MAX)
         parts = dict(zip(PARTS, map(float, own[1:-1]), strict=True))
         numbers = float(iterations), float(factorisations), float(own[0]), float(own[-1])
         return Round(steps, *numbers, parts)
 
     def _read(self) -> Floats:
         """Counters and clocks so far: five numbers, then the seconds of `PARTS`."""
-        iteration = self._iteration
+        iteration, stepping = self._iteration, self.stepping
         inside = iteration.linear.seconds
         return np.array(
             [
-                self._iterations,
-                iteration.factorisations,
+                stepping.iterations,
+                stepping.factorisations,
                 self._counted.count,
                 iteration.linear.jacobians,
                 direct_solver(iteration.linear).solutions,
                 iteration.residual_seconds,
                 *(inside[name] for name in ("jacobian", "reduction", "factor", "solve")),
-                self._observers.seconds,
+                *stepping.seconds().values(),
             ]
         )
-
-    def finish(self) -> None:
-        """Close the files."""
-        self._observers.finish(self.simulation, None)

@@ -9,7 +9,8 @@ from shellmb.cli.report import say
 from shellmb.errors import SceneError
 from shellmb.figures.example import Example
 from shellmb.figures.make import find_examples, make
-from shellmb.figures.report import print_made, to_json
+from shellmb.figures.report import print_made
+from shellmb.measuring.records import to_json
 
 
 def run_figures(
@@ -40,7 +41,7 @@ def run_figures(
         if first_rank() and not as_json:
             print_made(made)
     if first_rank() and as_json:
-        say(to_json(judged))
+        say(to_json(judged, passed="pass"))
     return all(j.passed for j in judged)
 
 

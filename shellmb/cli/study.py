@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -182,21 +182,18 @@ def _finish(done: list[Done], as_json: bool, pictures: bool) -> None:
     """Print and write what was found, on the first rank."""
     if not first_rank() or not done:
         return
-    from rich.console import Console
+    from shellmb.measuring.records import to_json, write
+    from shellmb.measuring.tables import console
+    from shellmb.study.picture import draw
+    from shellmb.study.report import print_finding
 
-    from shellmb.study.report import print_finding, to_json
-
-    console = Console(highlight=False, width=None if sys.stdout.isatty() else 160)
+    to = console(160)
     for name, folder, findings in done:
-        folder.mkdir(parents=True, exist_ok=True)
-        (folder / f"{name}.json").write_text(to_json(findings) + "\n")
-        if pictures:
-            from shellmb.study.picture import draw
-
-            draw([(f.title, f.judged) for f in findings], folder / f"{name}.png")
+        drawn = partial(draw, [(f.title, f.judged) for f in findings])
+        write(name, to_json(findings), drawn if pictures else None, folder)
         if not as_json:
             for finding in findings:
-                print_finding(finding, console)
+                print_finding(finding, to)
             say(f"written to {folder}")
     if as_json:
         say(to_json([f for _, _, findings in done for f in findings]))

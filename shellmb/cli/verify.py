@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import sys
-
-from rich.console import Console
-from rich.table import Table
-
 from shellmb.cli.report import say
 from shellmb.errors import SceneError
-from shellmb.verify.table import Row, run_cases, to_json
+from shellmb.measuring.records import to_json
+from shellmb.measuring.tables import Column, console, line, rich_table, verdict
+from shellmb.verify.table import Row, run_cases
 
 
 def run_verification(pattern: str | None, slow: bool, as_json: bool) -> bool:
@@ -23,41 +20,36 @@ def run_verification(pattern: str | None, slow: bool, as_json: bool) -> bool:
     Raises:
         SceneError: If no case has such a name.
     """
-    errors = Console(stderr=True, highlight=False)
+    errors = console(stderr=True)
 
     def report(row: Row) -> None:
         # what has been done so far, while the table waits for all
         mark = "pass" if row.passed else "FAIL"
-        errors.print(f"{mark}  {row.case}  ({row.wall_s:.1f} s)", markup=False, soft_wrap=True)
+        line(errors, f"{mark}  {row.case}  ({row.wall_s:.1f} s)")
 
     rows = run_cases(pattern, slow, report)
     if not rows:
         raise SceneError(f"verify: no case has '{pattern}' in its name")
     if as_json:
-        say(to_json(rows))
+        say(to_json(rows, passed="pass"))
     else:
         _print_table(rows)
     return all(row.passed for row in rows)
 
 
+COLUMNS: tuple[Column[Row], ...] = (
+    Column("case", lambda row: row.case, "words"),
+    Column("value", lambda row: f"{row.value:.6g}"),
+    Column("reference", lambda row: f"{row.reference:.6g}"),
+    Column("error", lambda row: f"{row.error:.1e}"),
+    Column("allowed", lambda row: f"{row.tolerance:.1e}"),
+    Column("wall [s]", lambda row: f"{row.wall_s:.1f}"),
+    Column("", lambda row: verdict(row.passed), "words"),
+    Column("source", lambda row: row.source, "folded"),
+)
+
+
 def _print_table(rows: list[Row]) -> None:
-    table = Table(box=None, header_style="bold", pad_edge=False)
-    for title in ("case", "value", "reference", "error", "allowed", "wall [s]", ""):
-        table.add_column(title, justify="left" if title in ("case", "") else "right", no_wrap=True)
-    table.add_column("source", overflow="fold")
-    for row in rows:
-        table.add_row(
-            row.case,
-            f"{row.value:.6g}",
-            f"{row.reference:.6g}",
-            f"{row.error:.1e}",
-            f"{row.tolerance:.1e}",
-            f"{row.wall_s:.1f}",
-            "[green]pass[/]" if row.passed else "[red bold]FAIL[/]",
-            row.source,
-        )
-    # in a file or pipe the table is as wide as it has to be
-    wide = None if sys.stdout.isatty() else 220
-    Console(highlight=False, width=wide).print(table)
+    console(220).print(rich_table(COLUMNS, rows))
     failed = sum(not row.passed for row in rows)
     say(f"{len(rows) - failed} of {len(rows)} pass" + (f", {failed} fail" if failed else ""))

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
+from itertools import count
 from statistics import median
-from typing import Any
 
 from shellmb.errors import ShellmbError
+from shellmb.measuring.times import in_turn
 from shellmb.run.execute import RunResult, execute
 from shellmb.run.results import Results
 from shellmb.scene import Scene
@@ -70,12 +72,14 @@ def compare(
         repeat: How often both are run; times are medians.
         report: Is told what is going on.
     """
-    runs: dict[str, list[RunResult]] = {"as it is": [], "changed": []}
-    for k in range(repeat):
-        for name, one in zip(runs, (scene, changed), strict=True):
-            report(f"{name}, run {k + 1} of {repeat}")
-            runs[name].append(execute(one, pictures=False))
-    first, second = runs.values()
+    number = count(1)
+
+    def run(name: str, one: Scene) -> RunResult:
+        report(f"{name}, run {next(number)} of {2 * repeat}")
+        return execute(one, pictures=False)
+
+    pairs = in_turn(repeat, [partial(run, "as it is", scene), partial(run, "changed", changed)])
+    first, second = zip(*pairs, strict=True)
     measured = [_measured(run[0], results) for run in (first, second)]
     return Comparison(_changes(*measured), _changes(_times(first), _times(second)))
 
@@ -105,19 +109,15 @@ def _measured(run: RunResult, results: Results | None) -> dict[str, float]:
     return found
 
 
-def _times(runs: list[RunResult]) -> dict[str, float]:
+def _times(runs: Sequence[RunResult]) -> dict[str, float]:
     """What a run took."""
-
-    def typical(value: Callable[[Any], float]) -> float:
-        return median(value(run.simulation) for run in runs)
-
     last = runs[-1].simulation
-    steps = max(last.step, 1)
+    steps, spent = max(last.step, 1), median(run.simulation.step_seconds for run in runs)
     return {
         "unknowns": float(last.problem.system.size),
         "steps": float(last.step),
         "iterations per step": last.iterations / steps,
         "factorisations per step": last.problem.iteration.factorisations / steps,
-        "time per step [ms]": 1e3 * typical(lambda s: s.step_seconds) / steps,
-        "time of all steps [s]": typical(lambda s: s.step_seconds),
+        "time per step [ms]": 1e3 * spent / steps,
+        "time of all steps [s]": spent,
     }

@@ -40,11 +40,7 @@ class Count:
 
 
 def count(problem: Problem) -> Count:
-    """Count a whole problem.
-
-    Args:
-        problem: The problem of one step.
-    """
+    """Count a whole problem."""
     stored = sum(_stored(problem, body.name) for body in problem.model.bodies)
     return Count(problem.system.size, stored, *_forms(problem, range(len(problem.fields))))
 
@@ -93,18 +89,10 @@ def _integrals(form: Form) -> int:
 
 
 def coefficients(forms: Iterable[Form]) -> set[object]:
-    """Functions and constants in forms.
-
-    Args:
-        forms: They.
-    """
+    """Functions and constants in forms."""
     return {c for form in forms for c in (*form.coefficients(), *form.constants())}
 
 
 def kernels_of(forms: Iterable[fem.Form]) -> set[str]:
-    """Names of the compiled modules of forms: forms that are alike share one.
-
-    Args:
-        forms: Compiled forms.
-    """
+    """Names of the compiled modules of forms: forms that are alike share one."""
     return {kernel_name(form) for form in forms}

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from shellmb.errors import SceneError
 from shellmb.scene import Scene
@@ -129,13 +129,8 @@ def fixed(used: bool, why: str) -> Callable[[Scene], Use]:
     return lambda scene: Use(used, why)
 
 
-def names(items: object, limit: int = 3) -> str:
-    """Names for a reason, the first ones of many.
-
-    Args:
-        items: Objects with names.
-        limit: How many are told.
-    """
-    listed = [f"'{item.name}'" for item in items]  # type: ignore[attr-defined]
-    more = f" and {len(listed) - limit} more" if len(listed) > limit else ""
-    return ", ".join(listed[:limit]) + more
+def names(items: Iterable[Any]) -> str:
+    """Names for a reason, the first ones of many."""
+    listed = [f"'{item.name}'" for item in items]
+    more = f" and {len(listed) - 3} more" if len(listed) > 3 else ""
+    return ", ".join(listed[:3]) + more

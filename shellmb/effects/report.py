@@ -2,76 +2,57 @@
 
 from __future__ import annotations
 
-import json
-from typing import Any
+from itertools import groupby
+from operator import itemgetter
 
-from rich.console import Console
-from rich.table import Table
 from rich.text import Text
 
 from shellmb.effects.compare import Change, Comparison
 from shellmb.effects.survey import Row, Survey
+from shellmb.measuring.records import to_json
+from shellmb.measuring.tables import Column, console, rich_table
+
+# cells of a line
+type Line = list[str | Text]
 
 # wide enough for the reasons, also where no terminal says how wide it is
 WIDTH = 150
 
 
 def survey_json(name: str, found: Survey) -> str:
-    """A survey for machines.
-
-    Args:
-        name: Name of the scene.
-        found: The survey.
-    """
-    content = {
-        "scene": name,
-        "effects": [row.to_dict() for row in found.rows],
-        "total": None if found.total is None else vars(found.total),
-        "solved": found.solved,
-        "step_s": found.step_seconds,
-    }
-    return json.dumps(content, indent=2, allow_nan=False)
+    """A survey for machines."""
+    counts = {"total": found.total, "solved": found.solved, "step_s": found.step_seconds}
+    return to_json({"scene": name, "effects": found.rows, **counts})
 
 
 def print_survey(name: str, found: Survey) -> None:
-    """The effects of a scene with their costs, then what it does not have, and why.
-
-    Args:
-        name: Name of the scene.
-        found: The survey.
-    """
-    table = Table(title=f"effects of {name}", box=None, title_justify="left", pad_edge=False)
-    table.add_column("effect", no_wrap=True)
-    table.add_column("why", max_width=58)
-    for column in ("unknowns", "stored", "integrals", "coefficients", "kernels", "step time"):
-        table.add_column(column, justify="right")
-    group = ""
-    for row in (row for row in found.rows if row.used):
-        if row.group != group:
-            group = row.group
-            table.add_row(Text(group, style="bold"))
-        table.add_row(f"  {row.effect}", Text(row.why), *_costs(row))
+    """The effects of a scene with their costs, then what it does not have, and why."""
+    lines: list[Line] = []
+    used = (row for row in found.rows if row.used)
+    for group, rows in groupby(used, lambda row: row.group):
+        lines.append([Text(group, "bold"), *[""] * 7])
+        lines += [[f"  {row.effect}", row.why, *_costs(row)] for row in rows]
     if found.total is not None and found.step_seconds is not None:
         counts = [str(value) for value in vars(found.total).values()]
         solved = f"{found.solved} of the unknowns in the linear systems"
-        table.add_row("all together", solved, *counts, f"{1e3 * found.step_seconds:.2f} ms")
-    console = Console(highlight=False, width=WIDTH)
-    console.print(table)
+        step = f"{1e3 * found.step_seconds:.2f} ms"
+        lines.append(["all together", solved, *counts, step])
+    to = console(WIDTH)
+    numbers = ("unknowns", "stored", "integrals", "coefficients", "kernels", "step time")
+    to.print(rich_table(_columns(*numbers), lines, title=f"effects of {name}"))
     stuck = [(row.effect, row.needed.partition(": ")[2]) for row in found.rows if row.needed]
-    if stuck:
-        console.print(_reasons("cannot be left out", stuck))
     absent = [(row.effect, row.why) for row in found.rows if not row.used]
-    console.print(_reasons("not there", absent))
+    for title, reasons in (("cannot be left out", stuck), ("not there", absent)):
+        if reasons:
+            items: list[Line] = [[f"  {effect}", why] for effect, why in reasons]
+            to.print(rich_table(_columns(), items, title=f"\n{title}"))
 
 
-def _reasons(title: str, items: list[tuple[str, str]]) -> Table:
-    """Effects with a reason each."""
-    table = Table(title=f"\n{title}", box=None, title_justify="left", pad_edge=False)
-    table.add_column("effect", no_wrap=True)
-    table.add_column("why")
-    for effect, why in items:
-        table.add_row(f"  {effect}", Text(why))
-    return table
+def _columns(*numbers: str) -> list[Column[Line]]:
+    """Effects with a reason each, and numbers behind it."""
+    reason = Column[Line]("why", itemgetter(1), "folded")
+    found = [Column[Line]("effect", itemgetter(0), "words"), reason]
+    return found + [Column(title, itemgetter(k)) for k, title in enumerate(numbers, start=2)]
 
 
 def _costs(row: Row) -> list[str]:
@@ -82,49 +63,31 @@ def _costs(row: Row) -> list[str]:
 
 
 def comparison_json(name: str, said: dict[str, list[str]], found: Comparison) -> str:
-    """A comparison for machines.
-
-    Args:
-        name: Name of the scene.
-        said: What was left out and taken in.
-        found: The comparison.
-    """
-    content: dict[str, Any] = {"scene": name, **said}
-    content["results"] = [change.to_dict() for change in found.results]
-    content["times"] = [change.to_dict() for change in found.times]
-    return json.dumps(content, indent=2)
+    """A comparison for machines."""
+    return to_json({"scene": name, **said, "results": found.results, "times": found.times})
 
 
 def print_comparison(name: str, said: dict[str, list[str]], found: Comparison) -> None:
-    """Results and times of both runs.
-
-    Args:
-        name: Name of the scene.
-        said: What was left out and taken in.
-        found: The comparison.
-    """
+    """Results and times of both runs."""
     words = [f"{option} {', '.join(items)}" for option, items in said.items() if items]
-    table = Table(title=name, box=None, title_justify="left", pad_edge=False)
-    table.add_column("", no_wrap=True)
-    for column in ("as it is", " and ".join(words), "change"):
-        table.add_column(column, justify="right")
-    for change in (*found.results, *found.times):
-        relative = change.relative
-        table.add_row(
-            Text(change.name),
-            _number(change.before),
-            _number(change.after),
-            "-" if relative is None else _percent(relative, change),
-        )
-    Console(highlight=False, width=WIDTH).print(table)
+    columns: tuple[Column[Change], ...] = (
+        Column("", lambda change: change.name, "words"),
+        Column("as it is", lambda change: _number(change.before)),
+        Column(" and ".join(words), lambda change: _number(change.after)),
+        Column("change", _percent),
+    )
+    console(WIDTH).print(rich_table(columns, (*found.results, *found.times), title=name))
 
 
 def _number(value: float | None) -> str:
     return "-" if value is None else f"{value:.6g}"
 
 
-def _percent(relative: float, change: Change) -> str:
+def _percent(change: Change) -> str:
     """In per cent, small ones with their size, large ones as a factor."""
+    relative = change.relative
+    if relative is None:
+        return "-"
     if change.before == change.after:
         return "0"
     if relative > 9:

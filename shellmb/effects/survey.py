@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
-import gc
-import tempfile
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
+from functools import partial
 from pathlib import Path
+from statistics import median
 from typing import Any
-
-from mpi4py import MPI
 
 from shellmb.effects.catalogue.registry import EFFECTS
 from shellmb.effects.count import Count, count, count_bodies
 from shellmb.effects.effect import Effect
-from shellmb.effects.measure import Stepping, share
 from shellmb.errors import ConvergenceError, SceneError
+from shellmb.measuring.stepping import WARM, Stepping, free, observer_shares, scratch
+from shellmb.measuring.times import in_turn, shares
 from shellmb.scene import Scene
-
-# steps before those that are measured: the predictor needs four
-WARM = 5
 
 
 @dataclass(frozen=True)
@@ -91,66 +87,58 @@ def survey(
     if not steps:
         plain = (Row(e.name, e.group, e.title, *used[e.name]) for e in EFFECTS.values())
         return Survey(tuple(plain))
-    with tempfile.TemporaryDirectory() as scratch:
-        folder = Path(MPI.COMM_WORLD.bcast(scratch))
+    with scratch() as folder:
         report("the scene as it is")
         base = Stepping(scene, folder / "base")
-        base.begin(WARM, 2 * steps)
+        first = observer_shares(base, WARM)
+        # of a scene that is over better the first steps than none
+        observers = observer_shares(base, 2 * steps) or first
         problem = base.simulation.problem
         total = count(problem)
-        rows = []
+        rows, times = [], []
         for effect in EFFECTS.values():
-            use = used[effect.name]
-            row = Row(effect.name, effect.group, effect.title, *use)
-            if use.used:
-                row = _costed(row, effect, base, total, (folder, steps, rounds), report)
+            row = Row(effect.name, effect.group, effect.title, *used[effect.name])
+            if row.used and effect.observer is not None:
+                own = len(base.observers[effect.observer].kernels)
+                part = observers.get(effect.observer)
+                row = replace(row, count=Count(0, 0, 0, 0, own), share=part)
+            elif row.used:
+                cost, pairs = _cost(effect, base, total, (folder, steps, rounds), report)
+                row = replace(row, **cost)
+                times += [own for own, _ in pairs]
+                free()
             rows.append(row)
-        if not base.seconds:
-            base.round(steps)
-        rows = [_observed(row, EFFECTS[row.effect], base) for row in rows]
-        found = Survey(tuple(rows), total, problem.iteration.linear.size, base.step_seconds)
+        step = median(times or [base.round(steps)])
+        found = Survey(tuple(rows), total, problem.iteration.linear.size, step)
         base.finish()
-        MPI.COMM_WORLD.Barrier()
     return found
 
 
-def _costed(
-    row: Row,
+def _cost(
     effect: Effect,
     base: Stepping,
     total: Count,
     how: tuple[Path, int, int],
     report: Callable[[str], None],
-) -> Row:
-    """The row with what the effect costs, by leaving it out where that is possible."""
+) -> tuple[dict[str, Any], list[tuple[float, ...]]]:
+    """What an effect costs, by leaving it out where that is possible; times with and without it."""
     folder, steps, rounds = how
     scene, problem = base.simulation.scene, base.simulation.problem
-    own = count_bodies(problem, effect.bodies) if effect.bodies else None
-    if effect.observer is not None:
-        return row
     try:
         changed = effect.without(scene)
         report(f"without {effect.name}")
         other = Stepping(changed, folder / effect.name)
     except SceneError as error:
-        return replace(row, count=own, needed=str(error))
+        own = count_bodies(problem, effect.bodies) if effect.bodies else None
+        return {"count": own, "needed": str(error)}, []
     found: dict[str, Any] = {"count": total - count(other.simulation.problem)}
+    pairs: list[tuple[float, ...]] = []
     if not effect.motion:
         try:
-            other.begin(WARM, 0)
-            found["share"] = share(base, other, steps, rounds)
+            other.advance(WARM)
+            pairs = in_turn(rounds, [partial(s.round, steps) for s in (base, other)])
+            found["share"] = shares(pairs)[0]
         except ConvergenceError as error:
             found["needed"] = f"without it a step does not converge: {error}"
     other.finish()
-    del other
-    # meshes and matrices are freed collectively
-    gc.collect()
-    return replace(row, **found)
-
-
-def _observed(row: Row, effect: Effect, base: Stepping) -> Row:
-    """The row of an observer, with its kernels and its share of the time."""
-    if not row.used or effect.observer is None:
-        return row
-    own = Count(0, 0, 0, 0, len(base.kernels[effect.observer]))
-    return replace(row, count=own, share=base.observer_share(effect.observer))
+    return found, pairs

@@ -11,8 +11,10 @@ from typing import Any
 import matplotlib.figure
 import pandas as pd
 
-from shellmb.figures.states import States, read_states
+from shellmb.observers.files.described import read_described
+from shellmb.run.standard import FIELDS
 from shellmb.scene import Scene
+from shellmb.show.fields import Fields
 
 __all__ = ["Example", "Figure", "FinishedRun", "Results", "Run", "Statement", "Verdict"]
 
@@ -61,24 +63,14 @@ class FinishedRun:
         return dict(self.summary["results"])
 
     @cached_property
-    def states(self) -> States:
+    def states(self) -> Fields:
         """The frames that were written, for pictures of the deformed system."""
-        return read_states(self.directory)
+        described = read_described(self.directory)
+        return Fields(self.directory / FIELDS, described.bodies, described.labels)
 
 
-@dataclass(frozen=True)
-class Results:
-    """Finished runs by name.
-
-    Args:
-        runs: The runs.
-    """
-
-    runs: Mapping[str, FinishedRun]
-
-    def __getitem__(self, name: str) -> FinishedRun:
-        """The run of that name."""
-        return self.runs[name]
+# finished runs by name
+Results = dict[str, FinishedRun]
 
 
 @dataclass(frozen=True)

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import importlib
-import time as clock
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 from mpi4py import MPI
 
 from shellmb.errors import SceneError
-from shellmb.figures.example import Example, FinishedRun, Results, Run
+from shellmb.figures.example import Example, FinishedRun, Results
 from shellmb.figures.pictures import draw_animation, draw_figure
 from shellmb.figures.runs import finish
+from shellmb.measuring.times import Stopwatch
 
 # modules of the examples by their section in the paper
 EXAMPLES = {"6.1": "lateral_buckling", "6.2": "snap_through", "6.3": "antenna"}
@@ -71,14 +71,11 @@ def find_examples(section: str | None = None) -> list[Example]:
         SceneError: If there is none of that section.
     """
     if section is not None and section not in EXAMPLES:
-        raise SceneError(f"figures: there is no example '{section}'; give one of {_known()}")
+        known = ", ".join(EXAMPLES)
+        raise SceneError(f"figures: there is no example '{section}'; give one of {known}")
     wanted = EXAMPLES if section is None else {section: EXAMPLES[section]}
     rooms = (f"shellmb.figures.examples.{module}" for module in wanted.values())
     return [importlib.import_module(name).EXAMPLE for name in rooms]
-
-
-def _known() -> str:
-    return ", ".join(EXAMPLES)
 
 
 def make(
@@ -103,29 +100,28 @@ def make(
         SceneError: If a run directory holds another run.
         ConvergenceError: If a run fails that the paper does not say to fail.
     """
-    finished: dict[str, FinishedRun] = {}
-    for run in _wanted(example, only):
+    finished: Results = {}
+    for run in example.runs if only is None else (example.run(only),):
         report(f"{example.section} {run.name}")
         finished[run.name] = finish(run, runs / run.name, comm)
-    results = Results(finished)
-    begin = clock.perf_counter()
+    watch = Stopwatch()
     pictures: list[Path] = []
     if out is not None and comm.rank == 0:
         out.mkdir(parents=True, exist_ok=True)
         for figure in example.figures:
-            if _has(finished, figure.runs):
+            if finished.keys() >= {*figure.runs}:
                 report(f"{example.section} figure {figure.number}")
                 pictures.append(out / f"figure-{figure.number}.png")
-                draw_figure(figure, results, pictures[-1])
+                draw_figure(figure, finished, pictures[-1])
         if example.animation in finished:
             report(f"{example.section} animation")
             pictures.append(out / "animation.gif")
             draw_animation(finished[example.animation].states, pictures[-1])
-    drawing = clock.perf_counter() - begin
+    drawing = watch.wall
     judged = []
     for one in example.statements:
-        if _has(finished, one.runs):
-            verdict = one.judge(results)
+        if finished.keys() >= {*one.runs}:
+            verdict = one.judge(finished)
             passed = bool(verdict.passed)
             why = "" if passed else one.why
             judged.append(Judged(example.section, one.text, one.paper, verdict.ours, passed, why))
@@ -134,19 +130,7 @@ def make(
     return Made(example, finished, judged, pictures, wall, drawing)
 
 
-def _wanted(example: Example, only: str | None) -> tuple[Run, ...]:
-    return example.runs if only is None else (example.run(only),)
-
-
-def _has(finished: dict[str, FinishedRun], names: Iterable[str]) -> bool:
-    return set(names) <= finished.keys()
-
-
 def wall_time(run: FinishedRun) -> float:
-    """Wall time of a run with its set-up, those of all its parts if it was resumed [s].
-
-    Args:
-        run: The run.
-    """
+    """Wall time of a run with its set-up, those of all its parts if it was resumed [s]."""
     # the column goes on where a run is resumed, the time of the set-up is that of the last part
     return float(run.history["wall_s"].iloc[-1]) + float(run.summary["setup_s"] or 0.0)

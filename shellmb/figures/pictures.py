@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import io
-import textwrap
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
-import matplotlib as mpl
 import matplotlib.figure
 import numpy as np
 from matplotlib.cm import ScalarMappable
@@ -15,16 +13,12 @@ from matplotlib.colors import Normalize
 from PIL import Image
 
 from shellmb.figures.example import Figure, Results
-from shellmb.figures.states import States
-from shellmb.observers.drawing import STYLE, figure
-from shellmb.observers.files.described import Described
-from shellmb.observers.files.frames import Frame
+from shellmb.measuring.pictures import picture
+from shellmb.observers.files.described import read_described
+from shellmb.show.fields import Fields
 from shellmb.show.space.animation import write
-from shellmb.show.space.colours import Colouring
 from shellmb.show.space.scenery import COLOURS as COLOUR_MAP
-from shellmb.show.space.scenery import Showing, images
-from shellmb.show.space.shapes import Shape, State
-from shellmb.show.space.views import view_of
+from shellmb.show.space.scenery import Showing, images, showing
 
 __all__ = ["draw_animation", "draw_figure", "shapes"]
 
@@ -38,25 +32,16 @@ WIDTH = 500
 
 
 def draw_figure(wanted: Figure, results: Results, path: Path) -> None:
-    """Draw a figure; it begins 7 x 5 inches large, `draw` may change that.
-
-    Args:
-        wanted: The figure.
-        results: The runs.
-        path: The PNG file.
-    """
-    with mpl.rc_context(STYLE):
-        made = figure(7.0, 5.0)
+    """Draw a figure; it begins 7 x 5 inches large, `draw` may change that."""
+    with picture(path, 7.0, 5.0, {"savefig.dpi": RESOLUTION}) as made:
         wanted.draw(made, results)
-        drawn = io.BytesIO()
-        made.savefig(drawn, dpi=RESOLUTION)
-    with Image.open(drawn) as image:
+    with Image.open(path) as image:
         image.convert("RGB").quantize(COLOURS).save(path, optimize=True)
 
 
 def shapes(
     made: matplotlib.figure.Figure,
-    states: States,
+    states: Fields,
     times: Sequence[float],
     columns: int = 3,
     only: Sequence[str] | None = None,
@@ -72,70 +57,33 @@ def shapes(
         only: Names of the bodies that are shown; None: everything.
         panel: Width and height of one picture, inches.
     """
-    states = states if only is None else states.only(only)
-    what = _showing(states, [states.at(t) for t in times])
+    what = _showing(states if only is None else states.only(only), times)
     rows = -(-len(what.states) // columns)
     made.set_size_inches(panel[0] * columns + 0.8, panel[1] * rows)
     every = made.subplots(rows, columns, squeeze=False).ravel()
     for axes in every:
         axes.set_axis_off()
     width = round(panel[0] * 2 * RESOLUTION)
-    for axes, frame, image in zip(every, times, images(what, width, marks=False), strict=False):
+    for axes, t, image in zip(every, times, images(what, width, marks=False), strict=False):
         axes.imshow(np.asarray(image))
-        axes.set_title(f"t = {states.at(frame).t:.3g} s", fontsize=10)
+        axes.set_title(f"t = {states.nearest(t):.3g} s", fontsize=10)
     colours = ScalarMappable(Normalize(*what.limits), COLOUR_MAP)
-    made.colorbar(colours, ax=list(every), label="displacement [m]", shrink=0.65, pad=0.03)
+    made.colorbar(colours, ax=list(every), label=what.shown.label, shrink=0.65, pad=0.03)
 
 
-def _showing(states: States, frames: Sequence[Frame]) -> Showing:
-    """What is shown of a run: as any run's pictures show it."""
-    parts = {
-        name: Shape(name, grid.nodes, grid.faces, grid.outlines, grid.lines, grid.dots)
-        for name, grid in states.grids.items()
-    }
-    found = [
-        {
-            name: State(f.t, parts[name].reference + u, {"displacement": u}, {})
-            for name, u in f.displacement.items()
-        }
-        for f in frames
-    ]
-    points = [s.position for state in found for s in state.values()]
-    view = view_of(np.concatenate([*(p.reference for p in parts.values()), *points]))
-    scene = Described("", "", True, False, "m, kg, s", {}, (), (), (), ())
-    shown = Colouring("displacement", None, "displacement [m]")
-    return Showing(scene, parts, found, shown, (0.0, _largest(states)), view, 1.0, 0.0)
+def _showing(states: Fields, times: Iterable[float]) -> Showing:
+    """What is shown of a run, without the forces of its joints."""
+    described = read_described(states.folder.parent)
+    return replace(showing(states, described, times, "displacement", factor=1.0), force=0.0)
 
 
-def _largest(states: States) -> float:
-    """Largest displacement of the surfaces and lines, joints and rigid bodies left out, m."""
-    names = [n for n, grid in states.grids.items() if not len(grid.dots)] or list(states.grids)
-    every = (f.displacement[n] for f in states.frames for n in names)
-    return max(float(np.linalg.norm(u, axis=1).max()) for u in every)
-
-
-def draw_animation(states: States, path: Path) -> None:
-    """The deformed system over time, small enough for a page.
-
-    Args:
-        states: States of the run.
-        path: The GIF file.
-    """
-    count = PICTURES
+def draw_animation(states: Fields, path: Path) -> None:
+    """The deformed system over time, small enough for a page."""
+    count, times = PICTURES, states.times
     while True:
-        every = np.linspace(0, len(states.frames) - 1, min(count, len(states.frames)))
-        what = _showing(states, [states.frames[round(k)] for k in every])
+        every = np.linspace(0, len(times) - 1, min(count, len(times)))
+        what = _showing(states, times[np.round(every).astype(int)])
         write(list(images(what, WIDTH)), path, DURATION)
         if path.stat().st_size <= BYTES or count < 8:
             return
         count = count * 3 // 4
-
-
-def wrapped(text: str, width: int = 100) -> str:
-    """A text in lines, as for the title of a figure.
-
-    Args:
-        text: The text.
-        width: Letters in a line.
-    """
-    return "\n".join(textwrap.wrap(text, width))

@@ -2,67 +2,31 @@
 
 from __future__ import annotations
 
-import json
-import sys
-
-from rich.console import Console
-from rich.table import Table
-
 from shellmb.figures.make import Judged, Made
+from shellmb.measuring.tables import Column, console, line, rich_table, verdict
 
-__all__ = ["print_made", "to_json"]
+__all__ = ["print_made"]
 
-# width of the table in a file or pipe
-WIDE = 160
-
-
-def to_json(judged: list[Judged]) -> str:
-    """The statements as a JSON list of {example, statement, paper, ours, pass, why}.
-
-    Args:
-        judged: The statements.
-    """
-    rows = [
-        {
-            "example": j.example,
-            "statement": j.statement,
-            "paper": j.paper,
-            "ours": j.ours,
-            "pass": j.passed,
-            "why": j.why,
-        }
-        for j in judged
-    ]
-    return json.dumps(rows, indent=1)
+COLUMNS: tuple[Column[Judged], ...] = (
+    Column("statement", lambda j: j.statement, "folded"),
+    Column("paper", lambda j: j.paper, "folded"),
+    Column("ours", lambda j: f"{j.ours}; {j.why}" if j.why else j.ours, "folded"),
+    Column("", lambda j: verdict(j.passed), "words"),
+)
 
 
 def print_made(made: Made) -> None:
-    """Statements, wall times, pictures of an example.
-
-    Args:
-        made: What was made of it.
-    """
-    console = Console(highlight=False, width=None if sys.stdout.isatty() else WIDE)
-    console.print(f"{made.example.section} {made.example.title}", style="bold")
-    table = Table(box=None, header_style="bold", pad_edge=False, padding=(0, 2, 0, 0))
-    for name in ("statement", "paper", "ours"):
-        table.add_column(name, overflow="fold")
-    table.add_column("")
-    for j in made.judged:
-        mark = "[green]pass[/]" if j.passed else "[red bold]FAIL[/]"
-        table.add_row(j.statement, j.paper, f"{j.ours}; {j.why}" if j.why else j.ours, mark)
+    """Statements, wall times, pictures of an example."""
+    to = console(160)
+    to.print(f"{made.example.section} {made.example.title}", style="bold")
     if made.judged:
-        console.print(table)
+        to.print(rich_table(COLUMNS, made.judged, padding=(0, 2, 0, 0)))
     for name, seconds in made.wall_s.items():
         summary = made.runs[name].summary
         rejected = summary["rejected_steps"]
         also = f", {rejected} rejected" if rejected else ""
         stopped = ", stopped as expected" if summary["failed"] else ""
-        console.print(
-            f"run {name}: {seconds:.0f} s, {summary['steps']} steps{also}{stopped}", markup=False
-        )
+        line(to, f"run {name}: {seconds:.0f} s, {summary['steps']} steps{also}{stopped}")
     total = sum(made.wall_s.values()) + made.drawing_s
-    console.print(
-        f"{len(made.pictures)} pictures in {made.drawing_s:.0f} s; with the runs {total:.0f} s",
-        markup=False,
-    )
+    drawing = f"{len(made.pictures)} pictures in {made.drawing_s:.0f} s"
+    line(to, f"{drawing}; with the runs {total:.0f} s")

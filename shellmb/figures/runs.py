@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gc
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Literal
@@ -13,6 +12,7 @@ import pandas as pd
 
 from shellmb.errors import ConvergenceError, SceneError
 from shellmb.figures.example import FinishedRun, Run
+from shellmb.measuring.stepping import free
 from shellmb.observers.history import read_history
 from shellmb.observers.progress import ProgressReport
 from shellmb.run.execute import INTERRUPTED, execute
@@ -29,11 +29,7 @@ END = 1e-9
 
 
 def request_of(run: Run) -> Request:
-    """How a run is asked for on the command line.
-
-    Args:
-        run: The run.
-    """
+    """How a run is asked for on the command line."""
     return Request(run.demo, {k: _text(v) for k, v in run.settings.items()}, Options(**run.options))
 
 
@@ -43,11 +39,6 @@ def _text(value: Any) -> str:
 
 def finish(run: Run, directory: Path, comm: MPI.Comm = MPI.COMM_WORLD) -> FinishedRun:
     """Make a run, or go on with it, or read it if it is finished.
-
-    Args:
-        run: The run.
-        directory: Its directory.
-        comm: Communicator; the call is collective.
 
     Raises:
         SceneError: If the directory holds another run, or the run is impossible.
@@ -74,8 +65,7 @@ def finish(run: Run, directory: Path, comm: MPI.Comm = MPI.COMM_WORLD) -> Finish
     except ConvergenceError:
         if run.expected_failure is None:
             raise
-    gc.collect()
-    comm.Barrier()
+    free(comm)
     return read_run(run.name, scene, directory)
 
 
@@ -118,13 +108,7 @@ def _ended(run: Run, summary: Mapping[str, Any]) -> bool:
 
 
 def read_run(name: str, scene: Scene, directory: Path) -> FinishedRun:
-    """A run from its files.
-
-    Args:
-        name: Its name.
-        scene: The scene that was run.
-        directory: The run directory.
-    """
+    """A run from its files."""
     summary = _summary(directory)
     history = pd.DataFrame(read_history(directory / HISTORY))
     return FinishedRun(name, scene, history, summary, directory)

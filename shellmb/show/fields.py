@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import copy
 import json
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -74,6 +75,19 @@ class Fields(Mapping[str, "xr.Dataset"]):
             sizes = f"{data.sizes[self.along]} states, {data.sizes['node']} nodes"
             lines.append(f"  {name!r}: {sizes}: {fields}")
         return "\n".join(lines)
+
+    def only(self, names: Iterable[str]) -> Fields:
+        """The fields of some bodies.
+
+        Args:
+            names: Their names.
+
+        Raises:
+            SceneError: If there is no such body.
+        """
+        some = copy.copy(self)
+        some._stems = {name: self.stem(name) for name in names}
+        return some
 
     def stem(self, name: str) -> str:
         """What the files of a body begin with.

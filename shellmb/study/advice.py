@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import exp, log
+from typing import Any
 
 from shellmb.study.points import Judged, Point, front
 
@@ -31,6 +32,11 @@ class Offer:
     time_s: float
     bound: bool = False
 
+    def to_dict(self) -> dict[str, Any]:
+        """For machines."""
+        said = {"family": self.family, "choice": self.point.choice}
+        return {**said, "time_s": self.time_s, "upper_bound": self.bound}
+
 
 @dataclass(frozen=True)
 class Target:
@@ -48,14 +54,14 @@ class Target:
     missing: tuple[str, ...]
     known: bool
 
+    def to_dict(self) -> dict[str, Any]:
+        """For machines."""
+        said = {"error": self.error, "known": self.known}
+        return {**said, "offers": self.offers, "not_reached": self.missing}
+
 
 def find_targets(judged: Judged, errors: Sequence[float] = TARGETS) -> list[Target]:
-    """Offers for each error.
-
-    Args:
-        judged: The quantity.
-        errors: What is asked for.
-    """
+    """Offers for each error."""
     return [_target(judged, error) for error in errors]
 
 

@@ -117,10 +117,6 @@ class Base:
     def build(self, module: SceneModule, choice: Choice) -> Scene:
         """The scene with a choice.
 
-        Args:
-            module: The scene's module.
-            choice: What replaces the scene's own choices.
-
         Raises:
             SceneError: If it is impossible.
         """
@@ -129,10 +125,6 @@ class Base:
 
     def complete(self, module: SceneModule, choice: Choice) -> Choice:
         """The choice with the scene's own where it has none.
-
-        Args:
-            module: The scene's module.
-            choice: What is chosen.
 
         Raises:
             SceneError: If the scene with it is impossible.

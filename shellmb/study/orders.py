@@ -39,9 +39,6 @@ def find_orders(judged: Judged) -> list[Order]:
     Where both step and mesh are swept, that in time is found at the finest mesh, that in space with
     the smallest step: the other error limits it there as little as it can. Runs with errors above
     30 %, or below three times what is known of the reference, tell nothing.
-
-    Args:
-        judged: The quantity.
     """
     found = []
     for family, points in judged.families().items():

@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
-from shellmb.observers.drawing import STYLE, figure
+from shellmb.measuring.pictures import picture
 from shellmb.study.advice import TARGETS
 from shellmb.study.points import Judged, front
 
@@ -24,22 +23,16 @@ def draw(studies: Sequence[tuple[str, Judged]], path: Path) -> None:
     Points are runs, lines go along what no other run of the family beats, a run being credited with
     no less than the errors of finer ones; hollow points at the upper rim of the grey band have
     errors that the reference cannot tell.
-
-    Args:
-        studies: Titles and quantities.
-        path: The file.
     """
     columns = min(len(studies), 2)
     rows = -(-len(studies) // columns)
-    with mpl.rc_context({**STYLE, "axes.formatter.limits": (-5, 5), "savefig.dpi": 100}):
-        made = figure(6.0 * columns, 4.2 * rows)
+    style = {"axes.formatter.limits": (-5, 5), "savefig.dpi": 100}
+    with picture(path, 6.0 * columns, 4.2 * rows, style) as made:
         grid = made.add_gridspec(rows, columns)
         for k, (title, judged) in enumerate(studies):
             axes = made.add_subplot(grid[k // columns, k % columns])
             _plot(axes, judged)
             axes.set_title(title, fontsize=10)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        made.savefig(path)
 
 
 def _plot(axes: Axes, judged: Judged) -> None:

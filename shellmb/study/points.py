@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from statistics import median
 
+from shellmb.measuring.times import spread, unbeaten
 from shellmb.study.choice import REFINED, Choice
 from shellmb.study.quantity import Quantity
 from shellmb.study.records import Record
@@ -104,14 +105,7 @@ class Judged:
 def judge_points(
     measured: Measured, quantity: Quantity, reference: Reference, clock: str
 ) -> Judged:
-    """Errors and times of all configurations.
-
-    Args:
-        measured: The study.
-        quantity: The quantity.
-        reference: Its reference.
-        clock: "wall" or "cpu".
-    """
+    """Errors and times of all configurations."""
     points = [
         _point(c, measured.store.rounds(c)[: measured.sweep.repeat], quantity, reference, clock)
         for c in measured.grid.choices
@@ -120,11 +114,7 @@ def judge_points(
 
 
 def credited(points: Sequence[Point]) -> tuple[Point, ...]:
-    """The points with their `credit`.
-
-    Args:
-        points: Points of one study.
-    """
+    """The points with their `credit`."""
     good = [p for p in points if p.error is not None]
     return tuple(
         replace(p, credit=max(q.error or 0.0 for q in good if _finer(q.choice, p.choice)))
@@ -160,7 +150,7 @@ def _point(
         error,
         error < reference.uncertainty,
         middle,
-        (max(times) - min(times)) / middle if middle > 0 else 0.0,
+        spread(times, middle),
         len(times),
         median(r.setup_s for r in rounds),
         first.jit_s,
@@ -178,8 +168,4 @@ def front(points: Sequence[Point], uncertainty: float = 0.0) -> list[Point]:
         points: Points with errors.
         uncertainty: That of the reference: errors below it count as equal to it.
     """
-    found: list[Point] = []
-    for point in sorted(points, key=lambda p: (p.time_s, p.bound(uncertainty))):
-        if not found or point.bound(uncertainty) < found[-1].bound(uncertainty):
-            found.append(point)
-    return found
+    return unbeaten(points, lambda p: p.time_s, lambda p: p.bound(uncertainty))

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from mpi4py import MPI
 
 from shellmb.errors import SceneError
+from shellmb.measuring.records import plain
 from shellmb.study.choice import Choice
 
 RECORDS = "records.jsonl"
@@ -50,10 +50,6 @@ class Record:
     jump: float | None = None
     taken: dict[str, dict[str, Any]] | None = None
     failed: str = ""
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values."""
-        return {**asdict(self), "choice": self.choice.to_dict()}
 
     @classmethod
     def from_dict(cls, values: Mapping[str, Any]) -> Record:
@@ -116,7 +112,7 @@ class Store:
     def add(self, record: Record) -> None:
         """Keep a finished run; the file is whole before and after."""
         self._keep(record)
-        self._lines.append(json.dumps(_plain(record.to_dict()), allow_nan=False))
+        self._lines.append(json.dumps(plain(record), allow_nan=False))
         if self._path is None:
             return
         self._path.parent.mkdir(parents=True, exist_ok=True)
@@ -127,11 +123,3 @@ class Store:
 
 def _round(item: tuple[tuple[Choice, int], Record]) -> int:
     return item[0][1]
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {key: _plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value

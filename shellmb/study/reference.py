@@ -49,10 +49,6 @@ class Reference:
 def find_reference(measured: Measured, quantity: Quantity) -> Reference:
     """The reference of a quantity.
 
-    Args:
-        measured: The study.
-        quantity: The quantity.
-
     Raises:
         ConvergenceError: If its run failed.
     """

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 from rich.console import Console
-from rich.markup import escape
-from rich.table import Table
 
+from shellmb.measuring.tables import Column, line, rich_table
 from shellmb.study.advice import Target, find_targets, sentence
 from shellmb.study.orders import Order, find_orders
 from shellmb.study.points import Judged, Point, judge_points
@@ -41,6 +39,34 @@ class Finding:
     targets: list[Target]
     sentence: str
 
+    def to_dict(self) -> dict[str, Any]:
+        """All that was found, for machines."""
+        measured, judged = self.measured, self.judged
+        reference, base = judged.reference, measured.sweep.base
+        return {
+            "schema": SCHEMA,
+            "title": self.title,
+            "scene": measured.name,
+            "parameters": dict(base.parameters),
+            "t_end": base.t_end,
+            "quantity": str(judged.quantity),
+            "clock": judged.clock,
+            "swept": judged.swept,
+            "reference": {
+                "source": reference.source,
+                "own": reference.own,
+                "value": reference.taken["value"],
+                "uncertainty": reference.uncertainty,
+                "order": reference.order,
+                "differences": reference.differences,
+            },
+            "points": [_plain_point(p, judged) for p in judged.points],
+            "left_out": [{"choice": c, "reason": reason} for c, reason in measured.grid.left_out],
+            "orders": self.orders,
+            "targets": self.targets,
+            "sentence": self.sentence,
+        }
+
 
 def evaluate(measured: Measured, clock: str, title: str = "") -> list[Finding]:
     """What a study found, by quantity.
@@ -63,112 +89,48 @@ def evaluate(measured: Measured, clock: str, title: str = "") -> list[Finding]:
     return found
 
 
-def to_json(findings: Sequence[Finding]) -> str:
-    """All that was found, as a JSON list: one object for each study and quantity."""
-    return json.dumps([_plain(f) for f in findings], indent=1, allow_nan=False)
-
-
-def _plain(finding: Finding) -> dict[str, Any]:
-    measured, judged = finding.measured, finding.judged
-    reference = judged.reference
-    return {
-        "schema": SCHEMA,
-        "title": finding.title,
-        "scene": measured.name,
-        "parameters": dict(measured.sweep.base.parameters),
-        "t_end": measured.sweep.base.t_end,
-        "quantity": str(judged.quantity),
-        "clock": judged.clock,
-        "swept": list(judged.swept),
-        "reference": {
-            "source": reference.source,
-            "own": reference.own,
-            "value": reference.taken["value"],
-            "uncertainty": reference.uncertainty,
-            "order": reference.order,
-            "differences": list(reference.differences),
-        },
-        "points": [_plain_point(p, judged) for p in judged.points],
-        "left_out": [
-            {"choice": c.to_dict(), "reason": reason} for c, reason in measured.grid.left_out
-        ],
-        "orders": [asdict(o) for o in finding.orders],
-        "targets": [
-            {
-                "error": t.error,
-                "known": t.known,
-                "offers": [
-                    {
-                        "family": o.family,
-                        "choice": o.point.choice.to_dict(),
-                        "time_s": o.time_s,
-                        "upper_bound": o.bound,
-                    }
-                    for o in t.offers
-                ],
-                "not_reached": list(t.missing),
-            }
-            for t in finding.targets
-        ],
-        "sentence": finding.sentence,
-    }
-
-
 def _plain_point(point: Point, judged: Judged) -> dict[str, Any]:
-    plain = {**asdict(point), "choice": point.choice.to_dict()}
     if point.failed:
-        keep = ("choice", "failed")
-        return {k: plain[k] for k in keep}
+        return {"choice": point.choice, "failed": point.failed}
     # an error below the uncertainty is no number that anybody knows
-    plain["error"] = None if point.below else point.error
-    plain["error_below"] = judged.reference.uncertainty if plain.pop("below") else None
-    return plain
+    error = None if point.below else point.error
+    below = judged.reference.uncertainty if point.below else None
+    values = {**vars(point), "error": error, "error_below": below}
+    del values["below"]
+    return values
 
 
-def print_finding(finding: Finding, console: Console) -> None:
-    """Table, orders, reference and advice.
-
-    Args:
-        finding: What.
-        console: Where.
-    """
+def print_finding(finding: Finding, to: Console) -> None:
+    """Table, orders, reference and advice."""
     judged = finding.judged
-    console.print(f"[bold]{finding.title}[/]")
-    _print_reference(finding, console)
-    table = Table(box=None, header_style="bold", pad_edge=False)
-    table.add_column("choice", no_wrap=True)
-    for title in (
-        *("error", "time [s]", "spread", "set-up [s]", "jit [s]"),
-        *("steps", "rejected", "it/step", "jump"),
-    ):
-        # or rich would strike the rest through
-        table.add_column(escape(title), justify="right", no_wrap=True)
+    to.print(f"[bold]{finding.title}[/]")
+    _print_reference(finding, to)
+    to.print(rich_table(_columns(judged), judged.points))
     for point in judged.points:
         if point.failed:
-            table.add_row(judged.name(point), "failed")
-            continue
-        numbers = (
-            _error(point, judged),
-            f"{point.time_s:.3g}",
-            f"{100 * point.spread:.0f} %",
-            f"{point.setup_s:.2g}",
-            f"{point.jit_s:.2g}",
-            str(point.steps),
-            str(point.rejected),
-            f"{point.iterations:.1f}",
-            "" if point.jump is None else f"{point.jump:.1e}",
-        )
-        table.add_row(judged.name(point), *numbers)
-    console.print(table)
-    for point in judged.points:
-        if point.failed:
-            text = f"failed: {judged.name(point)}: {point.failed}"
-            console.print(text, markup=False, soft_wrap=True)
+            line(to, f"failed: {judged.name(point)}: {point.failed}")
     for choice, reason in finding.measured.grid.left_out:
-        text = f"left out: {choice.label()}: {reason}"
-        console.print(text, markup=False, soft_wrap=True)
-    _print_orders(finding, console)
-    console.print(finding.sentence, markup=False, soft_wrap=True)
+        line(to, f"left out: {choice.label()}: {reason}")
+    _print_orders(finding, to)
+    line(to, finding.sentence)
+
+
+def _columns(judged: Judged) -> tuple[Column[Point], ...]:
+    def number(title: str, said: Callable[[Point], str]) -> Column[Point]:
+        return Column(title, lambda p: "" if p.failed else said(p))
+
+    return (
+        Column("choice", judged.name, "words"),
+        Column("error", lambda p: "failed" if p.failed else _error(p, judged)),
+        number("time [s]", lambda p: f"{p.time_s:.3g}"),
+        number("spread", lambda p: f"{100 * p.spread:.0f} %"),
+        number("set-up [s]", lambda p: f"{p.setup_s:.2g}"),
+        number("jit [s]", lambda p: f"{p.jit_s:.2g}"),
+        number("steps", lambda p: str(p.steps)),
+        number("rejected", lambda p: str(p.rejected)),
+        number("it/step", lambda p: f"{p.iterations:.1f}"),
+        number("jump", lambda p: "" if p.jump is None else f"{p.jump:.1e}"),
+    )
 
 
 def _error(point: Point, judged: Judged) -> str:
@@ -177,7 +139,7 @@ def _error(point: Point, judged: Judged) -> str:
     return f"{100 * (point.error or 0.0):.3g} %"
 
 
-def _print_reference(finding: Finding, console: Console) -> None:
+def _print_reference(finding: Finding, to: Console) -> None:
     reference = finding.judged.reference
     text = f"reference: {reference.taken['value']:.8g} ({reference.source})"
     if finding.judged.quantity.is_curve:
@@ -191,15 +153,14 @@ def _print_reference(finding: Finding, console: Console) -> None:
         if reference.order is not None and reference.order <= 0:
             by = "three runs, whose differences do not shrink"
         text += f", a run of our own; known to {100 * reference.uncertainty:.2g} % ({by})"
-    console.print(text, markup=False, soft_wrap=True)
+    line(to, text)
 
 
-def _print_orders(finding: Finding, console: Console) -> None:
+def _print_orders(finding: Finding, to: Console) -> None:
     told = []
     for order in finding.orders:
         value = "too few runs tell" if order.order is None else f"{order.order:.2f}"
         where = f" at {order.at}" if order.at else ""
         told.append(f"{order.family or 'all'} in {order.direction}{where}: {value}")
     if told:
-        text = "observed orders: " + "; ".join(told)
-        console.print(text, markup=False, soft_wrap=True)
+        line(to, "observed orders: " + "; ".join(told))

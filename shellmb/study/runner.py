@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import gc
 import hashlib
 import json
 import math
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,6 +13,8 @@ from typing import Any
 from mpi4py import MPI
 
 from shellmb.errors import SceneError, ShellmbError
+from shellmb.measuring.stepping import free
+from shellmb.measuring.times import Stopwatch
 from shellmb.run.execute import RunResult, execute
 from shellmb.run.loader import SceneModule
 from shellmb.scene.fingerprint import fingerprint
@@ -39,11 +39,11 @@ class ProcessorTime(Silent):
 
     def start(self, simulation: Simulation) -> None:
         """Before the first step."""
-        self._begin = time.process_time()
+        self._watch = Stopwatch()
 
     def finish(self, simulation: Simulation, error: BaseException | None) -> None:
         """After the last one."""
-        self.seconds = time.process_time() - self._begin
+        self.seconds = self._watch.cpu
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,6 @@ def measure(
     sweep: Sweep,
     folder: Path | None = None,
     tell: Tell = lambda text: None,
-    comm: MPI.Comm = MPI.COMM_WORLD,
 ) -> Measured:
     """Run a study, or what is left of it; collective.
 
@@ -86,12 +85,11 @@ def measure(
         sweep: What.
         folder: Where the records are kept; None: nowhere.
         tell: Is told what is going on.
-        comm: Communicator.
 
     Raises:
         SceneError: If the scene, a value or a quantity is impossible, or the folder is taken.
     """
-    module = sweep.base.module()
+    comm, module = MPI.COMM_WORLD, sweep.base.module()
     grid = make_grid(sweep, module)
     scene = sweep.base.build(module, grid.choices[0])
     quantities = sweep.quantities or (default_quantity(scene),)
@@ -142,14 +140,6 @@ def run_once(
 ) -> Record:
     """One run; what goes wrong in it is recorded.
 
-    Args:
-        sweep: The study.
-        module: Module of its scene.
-        choice: The configuration.
-        quantities: What is kept.
-        round_: Which repetition.
-        comm: Communicator.
-
     Raises:
         SceneError: If a quantity does not exist.
     """
@@ -162,10 +152,8 @@ def run_once(
     except ShellmbError as error:
         return Record(choice, round_, cpu_s=clock.seconds, failed=str(error))
     record = _record(choice, round_, clock.seconds, result, quantities)
-    # meshes and matrices are freed collectively
     del result
-    gc.collect()
-    comm.Barrier()
+    free(comm)
     return record
 
 

@@ -148,10 +148,6 @@ class Grid:
 def make_grid(sweep: Sweep, module: SceneModule) -> Grid:
     """All combinations of what is named.
 
-    Args:
-        sweep: The study.
-        module: Module of its scene.
-
     Raises:
         SceneError: If the scene cannot have some value, whatever the others are.
     """
@@ -208,10 +204,6 @@ def chain(sweep: Sweep, grid: Grid) -> list[Choice]:
 
     It is finer in time and mesh if these are swept; if neither is, in time where the scene is
     dynamic, in its mesh where it is static.
-
-    Args:
-        sweep: The study.
-        grid: Its grid.
 
     Raises:
         SceneError: If the reference is to have a scheme that is not in the grid.

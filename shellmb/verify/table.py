@@ -1,11 +1,10 @@
 """The table of `shellmb verify`: cases run one after another, one row per number compared."""
 
 import importlib
-import json
 import math
 import time
-from collections.abc import Callable, Iterable, Iterator
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from fnmatch import fnmatch
 
 from shellmb.errors import ShellmbError
@@ -114,19 +113,3 @@ def run_cases(
             if report is not None:
                 report(row)
     return rows
-
-
-def to_json(rows: Iterable[Row]) -> str:
-    """The rows as a JSON list of {case, value, reference, source, error, wall_s, pass, tolerance}.
-
-    Numbers that are not finite become null.
-    """
-
-    def entry(row: Row) -> dict[str, object]:
-        names = {"passed": "pass"}
-        return {
-            names.get(key, key): None if isinstance(v, float) and not math.isfinite(v) else v
-            for key, v in asdict(row).items()
-        }
-
-    return json.dumps([entry(row) for row in rows], indent=2)

@@ -6,7 +6,6 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from shellmb.bench.effects.record import shares
 from shellmb.bench.effects.rows import CASES, EffectPlan
 from shellmb.cli.main import app
 
@@ -79,13 +78,6 @@ def test_a_plan_measures_nothing_twice() -> None:
     kinds = [(case.effect, scheme, mesh) for case, scheme, mesh in plan.cases()]
     assert len(set(kinds)) == len(kinds) == 4 + 2 + 2
     assert {scheme for name, scheme, _ in kinds if name == "dissipation"} == {"ed"}
-
-
-def test_shares_are_of_rounds() -> None:
-    """A round in which the machine did something else changes neither of the two."""
-    pairs = [(2.0, 1.0), (4.0, 1.0), (1.0, 1.0), (8.0, 4.0), (1.0, 9.0)]
-    assert shares(pairs) == (0.5, 0.5)
-    assert shares(pairs[:1]) == (0.5, 0.0)
 
 
 @pytest.mark.parametrize(

@@ -38,7 +38,7 @@ def test_difference_counts_what_happens_within_steps():
     assert difference(history(slow, 5, "it diverged"), truth) == (np.inf, np.inf)
 
 
-def point(code, error, seconds, own=None, failed=""):
+def point(code, error, seconds, own=np.inf, failed=""):
     return Point(code, "s", "1x1", 0.1, error, error, own, seconds, seconds, 1.0, 1.0, failed)
 
 
@@ -48,7 +48,7 @@ def test_the_best_and_the_front():
         point(OURS, 9e-3, 0.2),
         point(OURS, 5e-4, 0.4),
         point(EXUDYN, 8e-3, 0.3, own=2e-2),
-        point(EXUDYN, None, 0.01, failed="it diverged"),
+        point(EXUDYN, np.inf, 0.01, failed="it diverged"),
     )
     found = Comparison(points, {}, {}, apart=False)
     assert found.best(OURS, 1e-2) == points[0] and found.best(OURS, 1e-3) == points[2]

@@ -1,7 +1,6 @@
 """What `shellmb bench` measures: the records, their consistency, the bars."""
 
 import json
-import time
 from dataclasses import fields, replace
 
 import pytest
@@ -18,11 +17,12 @@ from shellmb.bench.record import (
     Measured,
     Record,
     Round,
-    measured_in,
     typical,
 )
-from shellmb.bench.watchers import default_observers
+from shellmb.bench.report import plan_of
 from shellmb.cli import app
+from shellmb.errors import SceneError
+from shellmb.measuring.stepping import observers_of_run
 from shellmb.run.execute import execute
 from shellmb.run.request import Request
 from shellmb.simulate.simulation import Simulation
@@ -121,16 +121,19 @@ def test_observers_are_those_of_a_run(tmp_path, monkeypatch):
 
     scene, _ = Request("sudden_load").build()
     execute(scene, tmp_path / "run", _observers(quiet=False), pictures=False)
-    assert {type(o) for o in seen} == {type(o) for o in default_observers(tmp_path)}
-    assert len(seen) == len(default_observers(tmp_path))
+    of_bench = observers_of_run(tmp_path).values()
+    assert {type(o) for o in seen} == {type(o) for o in of_bench}
+    assert len(seen) == len(of_bench)
 
 
-def test_the_clock_is_set_back():
-    kept = time.perf_counter
-    with pytest.raises(ZeroDivisionError), measured_in("cpu"):
-        assert time.perf_counter is time.process_time
-        1 / 0  # noqa: B018
-    assert time.perf_counter is kept
+def test_no_round_outlasts_the_motion():
+    """Of 500 steps, 5 before the first round and 2 before each."""
+    assert plan_of(False, steps=245, rounds=2).steps == 245
+    with pytest.raises(SceneError, match="steps is 246; it must be at most 245 in 2 rounds"):
+        plan_of(False, steps=246, rounds=2)
+    with pytest.raises(SceneError, match="steps is 40; it must be at most 22 in 20 rounds"):
+        plan_of(False, rounds=20)
+    assert plan_of(False, steps=246, rounds=2, scenes=["static"]).steps == 246
 
 
 def made(how, step, mesh="6x2", scheme="ep", elements=12, bare=1.0, observers=0.0, peak=None):

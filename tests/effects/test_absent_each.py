@@ -9,8 +9,8 @@ import pytest
 from shellmb.bench.effects.rows import CASES, NO_ROW
 from shellmb.effects.catalogue.registry import EFFECTS, changed
 from shellmb.effects.count import count, kernels_of
-from shellmb.effects.measure import Stepping
 from shellmb.kernels import watched
+from shellmb.measuring.stepping import Stepping
 from shellmb.scene import Scene
 from shellmb.simulate.simulation import Simulation
 
@@ -199,8 +199,9 @@ def test_observers_compile_what_they_look_at(plate, tmp_path) -> None:
     def looked(scene: Scene, name: str) -> set[str]:
         stepping = Stepping(scene, tmp_path / name)
         stepping.finish()
-        assert set().union(*stepping.kernels.values()) - needed(scene)
-        return {k for k, found in stepping.kernels.items() if found}
+        kernels = {name: timed.kernels for name, timed in stepping.observers.items()}
+        assert set().union(*kernels.values()) - needed(scene)
+        return {name for name, found in kernels.items() if found}
 
     assert looked(plate(), "moving") == {"energy", "momentum"}
     still: dict[str, Any] = {"scheme": "static", "dt": None, "t_end": None, "probes": ()}

@@ -12,8 +12,9 @@ from PIL import Image
 from shellmb.errors import SceneError, Stopped
 from shellmb.figures.example import Example, Figure, Results, Run, Statement, Verdict
 from shellmb.figures.make import Made, find_examples, make
-from shellmb.figures.report import print_made, to_json
+from shellmb.figures.report import print_made
 from shellmb.figures.runs import finish, request_of
+from shellmb.measuring.records import to_json
 from shellmb.run.execute import execute
 from shellmb.simulate.simulation import Silent, Simulation
 
@@ -24,7 +25,7 @@ SECOND = Run("second", "slider_crank", {}, {**SHORT, "scheme": "ep"})
 
 def plot(made: matplotlib.figure.Figure, results: Results) -> None:
     axes = made.subplots()
-    for run in results.runs.values():
+    for run in results.values():
         axes.plot(run.history["t"], run.history["slider_x"], label=run.name)
 
 
@@ -141,7 +142,7 @@ def test_failures_that_are_expected(made: Made, folder: Path, tmp_path: Path) ->
 
 
 def test_what_is_printed(made: Made, capsys: pytest.CaptureFixture[str]) -> None:
-    rows = json.loads(to_json(made.judged))
+    rows = json.loads(to_json(made.judged, passed="pass"))
     assert rows[0] == {
         "example": "0.0",
         "statement": "The slider is in its range",

@@ -5,7 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from shellmb.figures.states import _vtk_points, read_states
+from shellmb.errors import SceneError
+from shellmb.observers.files.described import describe
 from shellmb.observers.files.frames import Frames
 from shellmb.observers.files.grid import lattice
 from shellmb.scene import (
@@ -22,7 +23,23 @@ from shellmb.scene import (
     Shell,
     Spherical,
 )
+from shellmb.show.fields import Fields
+from shellmb.show.space.shapes import read_state, shape_of
 from shellmb.simulate.simulation import Simulation
+
+
+def _vtk_points(k: int) -> np.ndarray:
+    """Reference positions of the nodes of VTK's Lagrange quadrilateral of degree k.
+
+    They are: the corners; those inside its sides, along bottom, right, top, left as the coordinates
+    grow; those inside, row by row.
+    """
+    inner = range(1, k)
+    order = [(0, 0), (k, 0), (k, k), (0, k)]
+    order += [(i, 0) for i in inner] + [(k, j) for j in inner]
+    order += [(i, k) for i in inner] + [(0, j) for j in inner]
+    order += [(i, j) for j in inner for i in inner]
+    return np.array(order) / k
 
 
 @pytest.mark.parametrize("k", [1, 2, 3])
@@ -56,21 +73,26 @@ def test_read_back(tmp_path: Path) -> None:
     )
     frames = Frames(tmp_path / "fields")
     Simulation(scene).run([frames])
-    read = read_states(tmp_path)
-    # files have no spaces in their names
-    assert set(read.grids) == {name.replace(" ", "_") for name in frames.grids}
-    assert [f.t for f in read.frames] == [f.t for f in frames.frames]
+    described = describe(scene)
+    read = Fields(tmp_path / "fields", described.bodies, described.labels)
+    assert set(read) == set(frames.grids)
+    assert list(read.times) == [f.t for f in frames.frames]
     for name, grid in frames.grids.items():
-        file = name.replace(" ", "_")
-        other = read.grids[file]
+        other = shape_of(read, name)
         # files hold single or double precision alike: positions of size 1
-        np.testing.assert_allclose(other.nodes, grid.nodes, atol=1e-7)
-        for part in ("faces", "outlines", "lines", "dots"):
+        np.testing.assert_allclose(other.reference, grid.nodes, atol=1e-7)
+        # lines through all nodes there, from node to node here
+        through = np.stack([other.lines[:, :-1], other.lines[:, 1:]], axis=-1).reshape(-1, 2)
+        assert _sets(through) == _sets(grid.lines), name
+        for part in ("faces", "outlines", "dots"):
             assert _sets(getattr(other, part)) == _sets(getattr(grid, part)), (name, part)
-        for a, b in zip(read.frames, frames.frames, strict=True):
-            np.testing.assert_allclose(a.displacement[file], b.displacement[name], atol=1e-7)
-    assert read.at(0.012).t == pytest.approx(0.01)
-    assert set(read.only(["rib"]).frames[0].displacement) == {"rib"}
+        for frame in frames.frames:
+            moved = read_state(read.file(name, frame.t), frame.t).arrays["displacement"]
+            np.testing.assert_allclose(moved, frame.displacement[name], atol=1e-7)
+    assert read.nearest(0.012) == pytest.approx(0.01)
+    assert list(read.only(["rib"])) == ["rib"]
+    with pytest.raises(SceneError, match="there is no body 'rob'"):
+        read.only(["rob"])
 
 
 def _sets(cells: np.ndarray) -> list[list[int]]:

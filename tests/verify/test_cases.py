@@ -6,9 +6,10 @@ import math
 import pytest
 
 from shellmb.errors import ConvergenceError
+from shellmb.measuring.records import to_json
 from shellmb.verify import table
 from shellmb.verify.cases import Case, Check
-from shellmb.verify.table import Row, find_cases, rows_of, run_cases, to_json
+from shellmb.verify.table import Row, find_cases, rows_of, run_cases
 
 # a minute or more each
 LONG = {"dynamics/tumbling plate", "dynamics/sudden load", "dynamics/order, large motion"}
@@ -64,7 +65,7 @@ def test_a_failed_run_is_a_failed_row() -> None:
 
 
 def test_json_is_a_list_of_plain_numbers() -> None:
-    good, bad = json.loads(to_json(rows_of(_made_up())))
+    good, bad = json.loads(to_json(list(rows_of(_made_up())), passed="pass"))
     wanted = {"case", "value", "reference", "source", "error", "wall_s", "pass", "tolerance"}
     assert set(good) == set(bad) == wanted
     assert good["pass"] is True and good["value"] == 1.0

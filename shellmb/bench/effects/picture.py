@@ -5,27 +5,20 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-import matplotlib as mpl
 import numpy as np
 
 from shellmb.bench.effects.record import EffectRecord
-from shellmb.observers.drawing import STYLE, figure
+from shellmb.measuring.pictures import picture
 
 # bars beyond are cut, and their lengths written at the cut [%]
 LONGEST = 200.0
 
 
 def draw(found: Sequence[EffectRecord], path: Path) -> None:
-    """Bars of the time without an effect, in per cent of that with it, one colour for each group.
-
-    Args:
-        found: All of one run.
-        path: PNG file.
-    """
+    """Bars of the time without an effect, in per cent of that with it, a colour for each group."""
     groups = list(dict.fromkeys(r.group for r in found))
     places = np.arange(len(found))
-    with mpl.rc_context(STYLE):
-        made = figure(8.0, 1.2 + 0.24 * len(found))
+    with picture(path, 8.0, 1.2 + 0.24 * len(found)) as made:
         axes = made.add_subplot()
         for k, group in enumerate(groups):
             some = [i for i, r in enumerate(found) if r.group == group]
@@ -46,4 +39,3 @@ def draw(found: Sequence[EffectRecord], path: Path) -> None:
                 axes.text(end, place, f"{share:.0f} % → ", va="center", ha="right", fontsize=6)
         axes.set_xlabel("time of a step without the effect, % of that with it; lines: spread")
         axes.legend(fontsize=7, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3)
-        made.savefig(path)

@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass
-from statistics import quantiles
-from typing import Any
+from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
@@ -64,31 +60,3 @@ class EffectRecord:
     spread: float
     rounds: int
     ranks: int
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values."""
-        values = asdict(self)
-        return {
-            {"having": "with", "lacking": "without"}.get(name, name): value
-            for name, value in values.items()
-        }
-
-
-def shares(pairs: Sequence[tuple[float, float]]) -> tuple[float, float]:
-    """Median share of the time that is saved, and the width of the middle half of the shares.
-
-    The extremes of many short rounds tell what else the machine did.
-
-    Args:
-        pairs: Times with and without, of each round.
-    """
-    found = [1 - less / own for own, less in pairs]
-    if len(found) == 1:
-        return found[0], 0.0
-    lower, middle, upper = quantiles(found, n=4, method="inclusive")
-    return middle, upper - lower
-
-
-def to_json(records: Sequence[EffectRecord]) -> str:
-    """Records as a JSON list."""
-    return json.dumps([r.to_dict() for r in records], indent=1)

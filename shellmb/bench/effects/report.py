@@ -2,25 +2,20 @@
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
-from rich.console import Console
-from rich.markup import escape
-from rich.table import Table
-
-from shellmb.bench.effects.record import EffectRecord, to_json
+from shellmb.bench.effects.picture import draw
+from shellmb.bench.effects.record import EffectRecord, Side
 from shellmb.bench.effects.rows import NO_ROW, EffectPlan, measure_effects
-from shellmb.bench.report import width
 from shellmb.cli.failures import first_rank, tell
 from shellmb.cli.report import say
 from shellmb.errors import SceneError
-
-PICTURE = "effects.png"
-NUMBERS = ("unknowns", "solved", "stored", "coefficients", "integrals", "kernels")
+from shellmb.measuring.records import to_json, write
+from shellmb.measuring.tables import Column, console, line, rich_table
 
 
 def effect_plan_of(fast: bool, refused: Sequence[str], **chosen: Any) -> EffectPlan:
@@ -51,52 +46,53 @@ def run_effects(plan: EffectPlan, out: Path | None, as_json: bool) -> None:
     found = measure_effects(plan, tell)
     if not first_rank():
         return
-    text = to_json(found)
+    text = to_json(found, having="with", lacking="without")
     if out is not None:
-        from shellmb.bench.effects.picture import draw
-
-        out.mkdir(parents=True, exist_ok=True)
-        (out / "effects.json").write_text(text + "\n")
-        draw(found, out / PICTURE)
+        write("effects", text, partial(draw, found), out)
     if as_json:
         say(text)
     else:
-        _print(Console(highlight=False, width=width(sys.stdout.isatty())), found, plan)
+        _print(found, plan)
 
 
-def _print(console: Console, found: Sequence[EffectRecord], plan: EffectPlan) -> None:
-    table = Table(box=None, header_style="bold", pad_edge=False)
-    for title in ("effect", "scheme", "mesh"):
-        table.add_column(title, no_wrap=True)
-    for title in (*NUMBERS, "iterations", "factored", "step [ms]", "saved", "spread"):
-        # in brackets there is markup otherwise
-        table.add_column(escape(title), justify="right", no_wrap=True)
-    for r in found:
-        a, b = r.having, r.lacking
-        table.add_row(
-            r.effect,
-            r.scheme,
-            r.mesh,
-            *(_both(str(getattr(a, name)), str(getattr(b, name))) for name in NUMBERS),
-            _both(f"{a.iterations_per_step:.2f}", f"{b.iterations_per_step:.2f}"),
-            _both(f"{a.factorisations_per_step:.2f}", f"{b.factorisations_per_step:.2f}"),
-            f"{1e3 * a.step_s:.3g} / {1e3 * b.step_s:.3g}",
-            f"{100 * r.saved:.0f} %",
-            f"{100 * r.spread:.0f} %",
-        )
-    console.print(table)
-    without = "; ".join(f"{name}, which {why}" for name, why in NO_ROW.items())
-    console.print(
+def _both(title: str, value: Callable[[Side], str]) -> Column[EffectRecord]:
+    """A number with and without the effect; one where both are the same."""
+
+    def cell(r: EffectRecord) -> str:
+        return " / ".join(dict.fromkeys((value(r.having), value(r.lacking))))
+
+    return Column(title, cell)
+
+
+COLUMNS: tuple[Column[EffectRecord], ...] = (
+    Column("effect", lambda r: r.effect, "words"),
+    Column("scheme", lambda r: r.scheme, "words"),
+    Column("mesh", lambda r: r.mesh, "words"),
+    _both("unknowns", lambda side: str(side.unknowns)),
+    _both("solved", lambda side: str(side.solved)),
+    _both("stored", lambda side: str(side.stored)),
+    _both("coefficients", lambda side: str(side.coefficients)),
+    _both("integrals", lambda side: str(side.integrals)),
+    _both("kernels", lambda side: str(side.kernels)),
+    _both("iterations", lambda side: f"{side.iterations_per_step:.2f}"),
+    _both("factored", lambda side: f"{side.factorisations_per_step:.2f}"),
+    Column("step [ms]", lambda r: f"{1e3 * r.having.step_s:.3g} / {1e3 * r.lacking.step_s:.3g}"),
+    Column("saved", lambda r: f"{100 * r.saved:.0f} %"),
+    Column("spread", lambda r: f"{100 * r.spread:.0f} %"),
+)
+
+
+def _print(found: Sequence[EffectRecord], plan: EffectPlan) -> None:
+    to = console()
+    to.print(rich_table(COLUMNS, found))
+    line(
+        to,
         "with / without the effect, one number where both are the same. Processor times of a step "
         f"with the observers of every run, medians of {plan.rounds} rounds of {plan.steps} steps "
         "in turn; saved: share of the step that goes without the effect, median over the rounds; "
         "spread: width of the middle half of them. What an observer takes is timed inside the "
         "steps. Set-up and compilation excluded. Plates as in `shellmb bench`, mesh '-': two "
         "rigid rods.",
-        soft_wrap=True,
     )
-    console.print(f"without a row: {without}.", soft_wrap=True)
-
-
-def _both(having: str, lacking: str) -> str:
-    return having if having == lacking else f"{having} / {lacking}"
+    without = "; ".join(f"{name}, which {why}" for name, why in NO_ROW.items())
+    line(to, f"without a row: {without}.")

@@ -2,25 +2,26 @@
 
 from __future__ import annotations
 
-import gc
-import tempfile
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from statistics import median
 
 from mpi4py import MPI
 
+import numpy as np
+import numpy.typing as npt
+
 from shellmb.bench.effects.case import Case, Mesh
 from shellmb.bench.effects.mechanisms import CASES as MECHANISMS
 from shellmb.bench.effects.plates import CASES as PLATES
-from shellmb.bench.effects.record import EffectRecord, Side, shares
-from shellmb.bench.measure import WARM
+from shellmb.bench.effects.record import EffectRecord, Side
 from shellmb.effects.catalogue.registry import EFFECTS, find_effect
 from shellmb.effects.count import count
-from shellmb.effects.measure import Stepping, in_turn
 from shellmb.errors import SceneError
+from shellmb.measuring.stepping import WARM, Stepping, free, observer_shares, scratch
+from shellmb.measuring.times import Stopwatch, in_turn, shares, slowest
 from shellmb.scene import Output, Scene
 
 # effects that no step pays for, or that cannot be left out: why they have no row
@@ -40,7 +41,8 @@ CASES = {name: _MADE[name] for name in EFFECTS if name in _MADE}
 FRAME = 10
 
 Sides = tuple[Side, Side]
-Pairs = list[tuple[float, float]]
+Pairs = list[tuple[float, ...]]
+Ints = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -84,50 +86,35 @@ class EffectPlan:
 def measure_effects(
     plan: EffectPlan, report: Callable[[str], None] = lambda text: None
 ) -> list[EffectRecord]:
-    """Run all that is planned; collective.
-
-    Args:
-        plan: What.
-        report: Is told what is going on.
-    """
+    """Run all that is planned; collective."""
     found = []
-    comm = MPI.COMM_WORLD
     for case, scheme, mesh in plan.cases():
         effect, pair = EFFECTS[case.effect], case.pair(scheme, mesh)
         row = (effect.name, effect.group, pair[0].scheme_name, case.size(mesh))
         report(f"{row[0]}, {row[2]} {row[3]}: with and without it")
-        with tempfile.TemporaryDirectory() as scratch:
-            folder = Path(comm.bcast(scratch))
+        with scratch() as folder:
             if effect.observer is None:
                 sides, pairs = _compared(pair, folder, plan)
             else:
                 sides, pairs = _observed(pair[0], effect.observer, folder, plan)
-            comm.Barrier()
-        found.append(EffectRecord(*row, *sides, *shares(pairs), plan.rounds, comm.size))
-        # meshes and matrices are freed collectively
-        gc.collect()
+        ranks = MPI.COMM_WORLD.size
+        found.append(EffectRecord(*row, *sides, *shares(pairs), plan.rounds, ranks))
+        free()
     return found
 
 
 def _compared(pair: tuple[Scene, Scene], folder: Path, plan: EffectPlan) -> tuple[Sides, Pairs]:
     """Two scenes whose first steps are run in turn."""
-    having, lacking = Stepping(pair[0], folder / "with"), Stepping(pair[1], folder / "without")
-    having.begin(WARM, 0)
-    lacking.begin(WARM, 0)
-    before = _factorisations(having), _factorisations(lacking)
-    pairs = in_turn(
-        lambda: having.round(plan.steps), lambda: lacking.round(plan.steps), plan.rounds
-    )
-    # each round begins at the start again, so that the last step's number is that of its steps
-    having_times, lacking_times = zip(*pairs, strict=True)
-    done = having.simulation.step * plan.rounds, lacking.simulation.step * plan.rounds
-    sides = (
-        _side(having, having_times, before[0], done[0]),
-        _side(lacking, lacking_times, before[1], done[1]),
-    )
-    having.finish()
-    lacking.finish()
-    return sides, pairs
+    both = [Stepping(scene, folder / str(k)) for k, scene in enumerate(pair)]
+    before = []
+    for stepping in both:
+        stepping.advance(WARM)
+        before.append(_numbers(stepping))
+    pairs = in_turn(plan.rounds, [partial(stepping.round, plan.steps) for stepping in both])
+    having, lacking = map(_side, both, zip(*pairs, strict=True), before)
+    for stepping in both:
+        stepping.finish()
+    return (having, lacking), pairs
 
 
 def _observed(scene: Scene, observer: str, folder: Path, plan: EffectPlan) -> tuple[Sides, Pairs]:
@@ -141,39 +128,37 @@ def _observed(scene: Scene, observer: str, folder: Path, plan: EffectPlan) -> tu
     frames = -(-(WARM + plan.steps * plan.rounds) // FRAME)
     long = replace(scene, t_end=frames * FRAME * scene.dt, output=Output(frames=frames + 1))
     stepping = Stepping(long, folder)
-    stepping.begin(WARM, 0)
-    before, pairs = _factorisations(stepping), []
+    stepping.advance(WARM)
+    before, pairs = _numbers(stepping), Pairs()
     for _ in range(plan.rounds):
-        begin = time.process_time()
-        stepping.begin(0, plan.steps)
-        spent = (time.process_time() - begin) / plan.steps
-        spent = float(stepping.simulation.model.comm.allreduce(spent, op=MPI.MAX))
-        pairs.append((spent, spent * (1 - (stepping.observer_share(observer) or 0.0))))
-    without = _side(stepping, [less for _, less in pairs], before, plan.steps * plan.rounds)
-    own = len(stepping.kernels[observer])
-    having = replace(
-        without, kernels=without.kernels + own, step_s=median(spent for spent, _ in pairs)
-    )
+        watch = Stopwatch()
+        share = observer_shares(stepping, plan.steps)[observer]
+        spent = slowest(MPI.COMM_WORLD, watch.cpu / plan.steps)
+        pairs.append((spent, spent * (1 - share)))
+    own, less = zip(*pairs, strict=True)
+    without = _side(stepping, less, before)
+    kernels = without.kernels + len(stepping.observers[observer].kernels)
+    having = replace(without, kernels=kernels, step_s=median(own))
     stepping.finish()
     return (having, without), pairs
 
 
-def _factorisations(stepping: Stepping) -> int:
-    return stepping.simulation.problem.iteration.factorisations
+def _numbers(stepping: Stepping) -> Ints:
+    """Steps, iterations and factorisations so far."""
+    return np.array([stepping.steps, stepping.iterations, stepping.factorisations])
 
 
-def _side(stepping: Stepping, times: Sequence[float], before: int, done: int) -> Side:
+def _side(stepping: Stepping, times: Sequence[float], before: Ints) -> Side:
     """Counts of a scene, and what its steps took.
 
     Args:
         stepping: The scene after all rounds.
         times: Processor time of a step in each of them, s.
-        before: Factorisations before the first round.
-        done: Steps since then.
+        before: Its numbers before the first round.
     """
-    simulation = stepping.simulation
-    problem = simulation.problem
+    problem = stepping.simulation.problem
     made = count(problem)
+    steps, iterations, factorisations = map(int, _numbers(stepping) - before)
     return Side(
         made.unknowns,
         problem.iteration.linear.size,
@@ -181,7 +166,7 @@ def _side(stepping: Stepping, times: Sequence[float], before: int, done: int) ->
         made.coefficients,
         made.integrals,
         made.kernels,
-        simulation.iterations / simulation.step,
-        (_factorisations(stepping) - before) / done,
+        iterations / steps,
+        factorisations / steps,
         median(times),
     )

@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from shellmb.bench.peers import exudyn_plate, our_plate
 from shellmb.bench.peers.exudyn_plate import ExudynPlate
 from shellmb.bench.peers.history import TipHistory, difference
 from shellmb.bench.peers.our_plate import OurPlate
+from shellmb.measuring.times import unbeaten
 
 type Plate = OurPlate | ExudynPlate
 
@@ -28,7 +27,8 @@ class Point:
         scheme: "EP", "ED alpha=1", "rho=0.9".
         mesh: Elements, "6x2".
         dt: Time step, s.
-        error: L2 norm over time of the error of the tip, relative to that of the tip's deflection.
+        error: L2 norm over time of the error of the tip, relative to that of the tip's deflection;
+            as the others infinite if the run ended early.
         largest: Largest error over the largest deflection.
         error_own: As `error`, against the converged answer of the code itself.
         cpu_s: Processor time of the steps, s; the least of all runs.
@@ -42,9 +42,9 @@ class Point:
     scheme: str
     mesh: str
     dt: float
-    error: float | None
-    largest: float | None
-    error_own: float | None
+    error: float
+    largest: float
+    error_own: float
     cpu_s: float
     wall_s: float
     iterations: float
@@ -129,8 +129,7 @@ class Comparison:
 
     def judged(self, point: Point) -> float:
         """The error of a run that counts."""
-        error = point.error_own if self.apart else point.error
-        return np.inf if error is None else error
+        return point.error_own if self.apart else point.error
 
     def best(self, code: str, error: float) -> Point | None:
         """The fastest run of a code with at most that error, by processor time."""
@@ -139,11 +138,8 @@ class Comparison:
 
     def front(self, code: str) -> list[Point]:
         """Runs that no other one beats in both error and time, the fastest first."""
-        found: list[Point] = []
-        for p in sorted((p for p in self.points if p.code == code), key=lambda p: p.cpu_s):
-            if self.judged(p) < min((self.judged(f) for f in found), default=np.inf):
-                found.append(p)
-        return found
+        own = (p for p in self.points if p.code == code)
+        return unbeaten(own, lambda p: p.cpu_s, self.judged)
 
 
 def run(plate: Plate) -> TipHistory:
@@ -160,12 +156,7 @@ def in_turn(first: Sequence[Plate], second: Sequence[Plate]) -> list[Plate]:
 
 
 def compare(study: Study, report: Callable[[str], None] = lambda text: None) -> Comparison:
-    """Run the study.
-
-    Args:
-        study: What.
-        report: Is told what is going on.
-    """
+    """Run the study."""
     report("converged answers")
     ours = [run(p) for p in study.fine]
     theirs = [run(p) for p in study.peer_fine]
@@ -217,20 +208,15 @@ def _point(plate: Plate, history: TipHistory, truth: TipHistory, own: TipHistory
         scheme_of(plate),
         f"{plate.mesh[0]}x{plate.mesh[1]}",
         plate.dt,
-        _finite(error),
-        _finite(largest),
-        _finite(own_error),
+        error,
+        largest,
+        own_error,
         history.cpu_s,
         history.wall_s,
         history.iterations,
         history.factorisations,
         history.failed,
     )
-
-
-def _finite(error: float) -> float | None:
-    """An error as JSON knows it."""
-    return float(error) if np.isfinite(error) else None
 
 
 def scheme_of(plate: Plate) -> str:

@@ -12,7 +12,6 @@ import contextlib
 import importlib.util
 import itertools
 import sys
-import time
 import warnings
 from dataclasses import dataclass
 from typing import Any
@@ -22,6 +21,7 @@ import numpy as np
 from shellmb.bench.peers.history import TipHistory
 from shellmb.demos.sudden_load import LENGTH, WIDTH
 from shellmb.errors import SceneError
+from shellmb.measuring.times import Stopwatch
 
 E, NU, DENSITY, THICKNESS = 210e9, 0.25, 7870.0, 2e-3
 # coordinates of a node that a clamp holds: the position, the slope along the edge, and the other
@@ -85,9 +85,6 @@ def _quiet() -> Any:
 def run(plate: ExudynPlate) -> TipHistory:
     """Solve; set-up is not timed.
 
-    Args:
-        plate: How.
-
     Raises:
         SceneError: If Exudyn is not installed.
     """
@@ -95,13 +92,12 @@ def run(plate: ExudynPlate) -> TipHistory:
     with _quiet():
         system, sensor, keep = _build(exu, plate)
         settings = _settings(exu, plate)
-        begin = time.process_time(), time.perf_counter()
-        failed = ""
+        watch, failed = Stopwatch(), ""
         try:
             system.SolveDynamic(settings, showHints=False)
         except Exception as error:
             failed = str(error).strip().splitlines()[0][:200] or type(error).__name__
-        cpu, wall = time.process_time() - begin[0], time.perf_counter() - begin[1]
+        cpu, wall = watch.cpu, watch.wall
         rows = np.array(system.GetSensorStoredData(sensor))
         it = system.sys["dynamicSolver"].it
         steps = max(len(rows) - 1, 1)

@@ -50,10 +50,6 @@ def difference(history: TipHistory, reference: TipHistory) -> tuple[float, float
 
     So what a large step leaves out between its ends counts as an error.
 
-    Args:
-        history: What is judged.
-        reference: The truth, with small steps.
-
     Returns:
         Relative error in the L2 norm over time, and the largest error over the largest deflection.
         Infinite for a history that ended early.

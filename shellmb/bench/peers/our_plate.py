@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,6 +9,7 @@ import numpy as np
 from shellmb.bench.peers.history import TipHistory
 from shellmb.demos import sudden_load
 from shellmb.errors import ConvergenceError
+from shellmb.measuring.times import Stopwatch
 from shellmb.model.places.nodes import local_nodes
 from shellmb.scene import StepControl
 from shellmb.simulate.simulation import Simulation
@@ -39,11 +39,7 @@ class OurPlate:
 
 
 def run(plate: OurPlate) -> TipHistory:
-    """Solve with fixed steps; set-up and compilation are not timed.
-
-    Args:
-        plate: How.
-    """
+    """Solve with fixed steps; set-up and compilation are not timed."""
     base = sudden_load.scene(force=plate.force, dt=plate.dt, t_end=plate.t_end)
     scene = replace(
         base,
@@ -63,7 +59,7 @@ def run(plate: OurPlate) -> TipHistory:
     iteration = simulation.problem.newton.iteration
     factored = iteration.factorisations
     t, u, failed = [0.0], [float(q[dof])], ""
-    begin = time.process_time(), time.perf_counter()
+    watch = Stopwatch()
     try:
         for _ in range(round(plate.t_end / plate.dt)):
             simulation.advance()
@@ -71,7 +67,7 @@ def run(plate: OurPlate) -> TipHistory:
             u.append(float(q[dof]))
     except ConvergenceError as error:
         failed = str(error)
-    cpu, wall = time.process_time() - begin[0], time.perf_counter() - begin[1]
+    cpu, wall = watch.cpu, watch.wall
     steps = max(len(t) - 1, 1)
     numbers = simulation.iterations / steps, (iteration.factorisations - factored) / steps
     return TipHistory(np.array(t), np.array(u), cpu, wall, *numbers, failed)

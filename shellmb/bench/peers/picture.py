@@ -4,22 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import matplotlib as mpl
-
 from shellmb.bench.peers.compare import ASKED, EXUDYN, OURS, Comparison
-from shellmb.observers.drawing import STYLE, figure
+from shellmb.measuring.pictures import picture
 
 
 def draw(found: Comparison, path: Path) -> None:
-    """All runs as points, the best of each code as a line.
-
-    Args:
-        found: The comparison.
-        path: PNG file.
-    """
+    """All runs as points, the best of each code as a line."""
     markers = ("o", "s", "^", "D", "v")
-    with mpl.rc_context(STYLE):
-        made = figure(8.0, 5.0)
+    with picture(path, 8.0, 5.0) as made:
         axes = made.add_subplot()
         for code, colour in ((OURS, "C0"), (EXUDYN, "C3")):
             some = [p for p in found.points if p.code == code and not p.failed]
@@ -40,4 +32,3 @@ def draw(found: Comparison, path: Path) -> None:
         axes.set_xlabel("processor time of 0.5 s [s]")
         axes.set_ylabel("error of the tip, L2 over time, relative")
         axes.legend(fontsize=8)
-        made.savefig(path)

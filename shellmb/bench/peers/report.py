@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-import json
-import sys
 from collections.abc import Sequence
-from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 
 from rich.console import Console
-from rich.markup import escape
-from rich.table import Table
 
 from shellmb.bench.peers.compare import (
     ASKED,
@@ -18,6 +14,7 @@ from shellmb.bench.peers.compare import (
     OURS,
     Comparison,
     Plate,
+    Point,
     Study,
     compare,
     large_load,
@@ -27,10 +24,13 @@ from shellmb.bench.peers.compare import (
 from shellmb.bench.peers.exudyn_plate import require
 from shellmb.bench.peers.history import TipHistory
 from shellmb.bench.peers.our_plate import OurPlate
+from shellmb.bench.peers.picture import draw
+from shellmb.cli.failures import tell
 from shellmb.cli.report import say
 from shellmb.errors import SceneError
+from shellmb.measuring.records import to_json, write
+from shellmb.measuring.tables import Column, console, line, rich_table
 
-PICTURE = "peer.png"
 NOTE = (
     "Processor times of the steps on one thread, recording the tip and nothing else; set-up and "
     "compilation excluded; the least of several runs, the codes in turn. Error: L2 norm over the "
@@ -56,19 +56,14 @@ def run_peer(out: Path | None, as_json: bool, fast: bool, check: bool) -> bool:
     if MPI.COMM_WORLD.size > 1:
         raise SceneError("bench: codes are compared on one thread; leave out mpiexec")
     require()
-    found = compare(quick() if fast else Study(), lambda t: print(t, file=sys.stderr, flush=True))
+    found = compare(quick() if fast else Study(), tell)
     large = large_load(*(((1e-2,), 0.05) if fast else ()))
-    text = json.dumps([asdict(p) for p in found.points], indent=1)
+    text = to_json(found.points)
     if out is not None:
-        from shellmb.bench.peers.picture import draw
-
-        out.mkdir(parents=True, exist_ok=True)
-        (out / "peer.json").write_text(text + "\n")
-        draw(found, out / PICTURE)
+        write("peer", text, partial(draw, found), out)
     if as_json:
         say(text)
-    console = Console(stderr=as_json, highlight=False, width=150)
-    _print(console, found, large)
+    _print(console(stderr=as_json), found, large)
     ours, theirs = ([found.best(code, e) for e in ASKED] for code in (OURS, EXUDYN))
     faster = [
         a is not None and (b is None or a.cpu_s < b.cpu_s)
@@ -94,41 +89,41 @@ def sentence(found: Comparison) -> str:
     return "; ".join(parts) + "."
 
 
-def _print(console: Console, found: Comparison, large: Sequence[tuple[Plate, TipHistory]]) -> None:
+COLUMNS: tuple[Column[Point], ...] = (
+    Column("code", lambda p: p.code, "words"),
+    Column("scheme", lambda p: p.scheme, "words"),
+    Column("mesh", lambda p: p.mesh, "words"),
+    Column("dt [s]", lambda p: f"{p.dt:g}"),
+    Column("error", lambda p: f"{100 * p.error:.3g} %"),
+    Column("own error", lambda p: f"{100 * p.error_own:.3g} %"),
+    Column("cpu [s]", lambda p: f"{p.cpu_s:.3g}"),
+    Column("wall [s]", lambda p: f"{p.wall_s:.3g}"),
+    Column("iterations", lambda p: f"{p.iterations:.2f}"),
+    Column("factored", lambda p: f"{p.factorisations:.2f}"),
+)
+
+
+def _print(to: Console, found: Comparison, large: Sequence[tuple[Plate, TipHistory]]) -> None:
     for name, value in found.checks.items():
-        console.print(f"{name}: {100 * value:.3g} %")
+        line(to, f"{name}: {100 * value:.3g} %")
     peaks = ", ".join(f"{code} {peak:.5f} m" for code, peak in found.peaks.items())
-    console.print(f"largest deflection, converged: {peaks}")
+    line(to, f"largest deflection, converged: {peaks}")
     if found.apart:
-        console.print(
+        line(
+            to,
             "The converged answers differ by more than half of the smallest error asked for: each "
-            "code is judged by its own."
+            "code is judged by its own.",
         )
-    table = Table(box=None, header_style="bold", pad_edge=False)
-    for name in ("code", "scheme", "mesh"):
-        table.add_column(name, no_wrap=True)
-    for name in ("dt [s]", "error", "own error", "cpu [s]", "wall [s]", "iterations", "factored"):
-        # in brackets there is markup otherwise
-        table.add_column(escape(name), justify="right", no_wrap=True)
-    for code in (OURS, EXUDYN):
-        for p in found.front(code):
-            error, own = (
-                f"{100 * e:.3g} %" if e is not None else "" for e in (p.error, p.error_own)
-            )
-            numbers = f"{p.cpu_s:.3g}", f"{p.wall_s:.3g}", f"{p.iterations:.2f}"
-            row = (f"{p.dt:g}", error, own, *numbers, f"{p.factorisations:.2f}")
-            table.add_row(p.code, p.scheme, p.mesh, *row)
-    console.print(table)
+    to.print(rich_table(COLUMNS, [p for code in (OURS, EXUDYN) for p in found.front(code)]))
     failed = [p for p in found.points if p.failed]
-    console.print(f"the best of {len(found.points)} runs, {len(failed)} of which failed")
+    line(to, f"the best of {len(found.points)} runs, {len(failed)} of which failed")
     for p in failed:
-        where = f"{p.code} {p.scheme} {p.mesh} dt = {p.dt:g} s"
-        console.print(f"  {where}: {p.failed}", markup=False, soft_wrap=True)
-    console.print(NOTE, soft_wrap=True)
-    console.print("under 40 N, 12x2:")
+        line(to, f"  {p.code} {p.scheme} {p.mesh} dt = {p.dt:g} s: {p.failed}")
+    line(to, NOTE)
+    line(to, "under 40 N, 12x2:")
     for plate, history in large:
         code = OURS if isinstance(plate, OurPlate) else EXUDYN
         what = f"failed at {history.t[-1]:.4g} s" if history.failed else "came through"
-        numbers_ = f"{history.iterations:.1f} iterations per step, peak {history.peak:.4f} m"
-        console.print(f"  {code} {title(plate)}: {what}, {numbers_}", markup=False, soft_wrap=True)
-    console.print(sentence(found), soft_wrap=True)
+        numbers = f"{history.iterations:.1f} iterations per step, peak {history.peak:.4f} m"
+        line(to, f"  {code} {title(plate)}: {what}, {numbers}")
+    line(to, sentence(found))

@@ -44,13 +44,7 @@ def chosen(items: Iterable[Any], part: str | None, what: str) -> list[Any]:
 
 
 def replaced(scene: Scene, bodies: Iterable[Any], **changes: Any) -> Scene:
-    """The scene with some shells and beams changed.
-
-    Args:
-        scene: The scene.
-        bodies: Those that are changed.
-        changes: Their new values.
-    """
+    """The scene with some shells and beams changed."""
     some = {body.name for body in bodies}
 
     def changed(body: Any) -> Any:

@@ -66,18 +66,18 @@ def _order(results: Results) -> Verdict:
 
 def _double_s(results: Results) -> Verdict:
     """Curvature along the arc through M, from the deformed nodes."""
-    states = results["shell-ed"].states
-    frame, nodes = states.at(0.55), states.grids["shell"].nodes
+    state = results["shell-ed"].states["shell"].sel(t=0.55, method="nearest")
+    nodes = state["reference"].values
     row = np.flatnonzero(np.abs(nodes[:, 1] - HEIGHT) < 1e-6)
     row = row[np.argsort(nodes[row, 0])]
-    x = (nodes + frame.displacement["shell"])[row][:, (0, 2)]
+    x = (nodes + state["displacement"].values)[row][:, (0, 2)]
     d = np.diff(x, axis=0)
     turn = np.diff(np.unwrap(np.arctan2(d[:, 1], d[:, 0])))
     step = np.hypot(*d.T)
     curved = -turn / ((step[1:] + step[:-1]) / 2)
     middle, sides = float(curved[len(curved) // 2]), (float(curved[0]), float(curved[-1]))
     said = (
-        f"at {frame.t:.2f} s along the edge of E: {middle:.2f} 1/m in the middle, "
+        f"at {float(state.t):.2f} s along the edge of E: {middle:.2f} 1/m in the middle, "
         f"{sides[0]:.2f} and {sides[1]:.2f} at the straight edges (at first {1 / RADIUS:.2f})"
     )
     return Verdict(said, middle < 0 < min(sides))

@@ -141,19 +141,17 @@ def bends() -> Iterator[Check]:
 TORSION, WEAK, STRONG, STIFF = 0.8, 1.0, 1e5, 1e8
 
 
-def buckling_factor(held: bool, elements: int = 8, degree: Degree = 2) -> float:
+def buckling_factor(held: bool) -> float:
     """Load factor `P L^2 / sqrt(EI GJ)` at which the lowest frequency of a cantilever is zero.
 
     Args:
         held: Whether the loaded end is held laterally.
-        elements: Number of elements.
-        degree: Degree of the beam.
     """
     stiffness = section_stiffness(STIFF, STIFF, STIFF, TORSION, STRONG, WEAK)
     # the mass sets the scale of the frequency and not the load at which it is zero
     section = GeneralSection(stiffness, mass_per_length=1.0, second_moments=(1e-4, 0.0, 1e-4))
     unit = math.sqrt(WEAK * TORSION)
-    beam = Beam("beam", Line((0, 0, 0), (1, 0, 0)), section, elements=elements, degree=degree)
+    beam = Beam("beam", Line((0, 0, 0), (1, 0, 0)), section, elements=8)
     side = (Fixed("end", displacement=(None, 0.0, None)),) if held else ()
 
     def lowest(factor: float) -> float:

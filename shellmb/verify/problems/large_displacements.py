@@ -31,9 +31,9 @@ def strip(length: float, load: Load, steps: int) -> Scene:
     )
 
 
-def full_circle(length: float = 12.0) -> EdgeMoment:
-    """The moment that bends a strip into a circle, towards +z."""
-    return EdgeMoment("right", (0.0, -2 * math.pi * BENDING / length, 0.0))
+# the moment that bends a strip of length 12 into a circle, towards +z
+CIRCLE = 2 * math.pi * BENDING / 12.0
+FULL_CIRCLE = EdgeMoment("right", (0.0, -CIRCLE, 0.0))
 
 
 def path_checks(
@@ -83,14 +83,14 @@ def end_shear() -> Iterator[Check]:
 def end_moment() -> Iterator[Check]:
     """Cantilever rolled up to a full circle: along the curve, and at once."""
     table = tables.curve("sze32_cantilever_moment")
-    path = curve(strip(12.0, full_circle(), len(table.load)), table.load, TIP)[:, 0]
+    path = curve(strip(12.0, FULL_CIRCLE, len(table.load)), table.load, TIP)[:, 0]
     found = {"minus_U_tip_exact": -path[:, 0], "W_tip_exact": path[:, 2]}
     for column, values in found.items():
         yield from path_checks(
             f"{column}, quad 16x1", table.load, values, table.values[column], "exact arc"
         )
-    end = linear_displacement(strip(12.0, full_circle(), 1), TIP)
-    exact = roll_up(2 * math.pi * BENDING / 12.0, BENDING, 12.0)
+    end = linear_displacement(strip(12.0, FULL_CIRCLE, 1), TIP)
+    exact = roll_up(CIRCLE, BENDING, 12.0)
     for name, value, reference in (("U", end[0], exact[0]), ("W", end[2], exact[1])):
         yield Check(
             f"full circle in one load step, {name} tip over L, quad 16x1",

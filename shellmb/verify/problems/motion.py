@@ -1,73 +1,47 @@
-"""Momenta of a motion and the lengths of its directors, followed over all steps."""
+"""What motions are judged by: schemes and their orders, slopes of errors, drifts of momenta."""
 
-from mpi4py import MPI
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
-from dolfinx import fem
-from numpy.typing import NDArray
+import numpy.typing as npt
 
-from shellmb.observers.account.energy import Scalar, scalar
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.scene.schemes import DISSIPATIVE
 
-Floats = NDArray[np.float64]
+PAPER = (("ep", 0.0), ("ed", 0.0), ("ed", 0.5), ("ed", 1.0))
+QUADRATIC = (("ep4", 0.0), ("ed3", 1.0))
+SCHEMES = (*PAPER, *QUADRATIC)
+# in large rotations, whatever the dissipation
+LARGE = {"ep": 2, "ed": 2, "ep4": 4, "ed3": 3}
+# of the energy law, relative: what Newton's method leaves
+ENERGY = 1e-9
 
 
-class Momenta(Silent):
-    """Drift of the momenta in free flight, and deviation of the directors from unit length.
+def title(scheme: str, alpha: float) -> str:
+    """A scheme in words."""
+    return scheme.upper() + (f" alpha={alpha:g}" if scheme in DISSIPATIVE else "")
+
+
+def order(error: Callable[[int], float | np.floating], counts: Sequence[int]) -> float:
+    """Slope of an error over the step size, by regression.
 
     Args:
-        free_after: Time from which the body flies freely, s.
-
-    Attributes:
-        linear: Linear momentum at the accepted steps after that, one (3,) each, kg m/s.
-        angular: Angular momentum about the origin, kg m^2/s.
-        director: Largest deviation of a director's length from one in all steps.
+        error: The error with so many steps.
+        counts: Numbers of steps.
     """
-
-    def __init__(self, free_after: float = 0.0) -> None:
-        self.free_after = free_after
-        self.linear: list[Floats] = []
-        self.angular: list[Floats] = []
-        self.director = 0.0
-
-    def start(self, simulation: Simulation) -> None:
-        """Compile the functionals: one of each kind for all three axes."""
-        (shell,) = simulation.model.shells.values()
-        levels, comm = simulation.problem.levels[shell.name], simulation.model.comm
-        v = levels.rates["v"]
-        self._axis = fem.Constant(shell.mixed.space.mesh, np.zeros(3))
-        self._linear = scalar([shell.momentum(v, self._axis)], comm)
-        self._angular = scalar([shell.angular_momentum(levels.q, v, self._axis)], comm)
-
-    def _components(self, functional: Scalar | None) -> Floats:
-        assert functional is not None
-        components = []
-        for k in range(3):
-            self._axis.value = np.eye(3)[k]
-            components.append(functional())
-        return np.array(components)
-
-    def accepted(self, simulation: Simulation) -> None:
-        """Take momenta and directors of the new state."""
-        (shell,) = simulation.model.shells.values()
-        here = shell.constraint_error(simulation.problem.levels[shell.name].q)
-        self.director = max(self.director, simulation.model.comm.allreduce(here, op=MPI.MAX))
-        if simulation.t >= self.free_after:
-            self.linear.append(self._components(self._linear))
-            self.angular.append(self._components(self._angular))
-
-    @property
-    def linear_drift(self) -> float:
-        """Largest change of the linear momentum relative to its size."""
-        return _drift(self.linear)
-
-    @property
-    def angular_drift(self) -> float:
-        """Largest change of the angular momentum relative to its size."""
-        return _drift(self.angular)
+    errors = [float(error(n)) for n in counts]
+    return float(-np.polyfit(np.log(counts), np.log(errors), 1)[0])
 
 
-def _drift(values: list[Floats]) -> float:
-    table = np.array(values)
+def drift(rows: Sequence[Mapping[str, float]], momentum: str, begin: float) -> float:
+    """Largest change of a momentum in free flight, relative to its size.
+
+    Args:
+        rows: Rows of the history.
+        momentum: "momentum" or "angular_momentum".
+        begin: Time from which the body flies freely, s.
+    """
+    flight = [row for row in rows if row["t"] >= begin]
+    table: npt.NDArray[np.float64]
+    table = np.array([[row[f"{momentum}_{axis}"] for axis in "xyz"] for row in flight])
     change = np.linalg.norm(table - table[0], axis=1)
     return float(np.max(change) / np.max(np.linalg.norm(table, axis=1)))

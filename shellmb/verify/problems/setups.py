@@ -54,11 +54,9 @@ SUPPORTS: dict[Edges, tuple[Support, ...]] = {
 }
 
 
-def plate_section(
-    thickness: float, density: float = 0.0, shear_correction: float = 5 / 6
-) -> Isotropic:
+def plate_section(thickness: float, density: float = 0.0) -> Isotropic:
     """Isotropic section with Young's modulus 1."""
-    return Isotropic(1.0, NU, thickness, density, shear_correction)
+    return Isotropic(1.0, NU, thickness, density)
 
 
 def square(

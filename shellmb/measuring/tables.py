@@ -1,0 +1,105 @@
+"""Tables from columns, on a terminal and in Markdown."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+Kind = Literal["number", "words", "folded"]
+
+
+@dataclass(frozen=True)
+class Column[R]:
+    """A column.
+
+    Args:
+        title: Its head.
+        cell: What it says of a row.
+        kind: "number": to the right; "words": to the left; "folded": likewise, in several lines
+            where it is too long.
+    """
+
+    title: str
+    cell: Callable[[R], str | Text]
+    kind: Kind = "number"
+
+
+def rich_table[R](columns: Sequence[Column[R]], rows: Iterable[R], **options: Any) -> Table:
+    """The table for a terminal; brackets in it are no markup.
+
+    Args:
+        columns: The columns.
+        rows: What they are of.
+        options: Of rich's table.
+    """
+    table = Table(box=None, header_style="bold", pad_edge=False, title_justify="left", **options)
+    for column in columns:
+        folds = column.kind == "folded"
+        table.add_column(
+            Text(column.title),
+            justify="right" if column.kind == "number" else "left",
+            no_wrap=not folds,
+            overflow="fold" if folds else "ellipsis",
+        )
+    for row in rows:
+        found = [column.cell(row) for column in columns]
+        table.add_row(*(Text(cell) if isinstance(cell, str) else cell for cell in found))
+    return table
+
+
+def markdown[R](columns: Sequence[Column[R]], rows: Iterable[R]) -> list[str]:
+    """The lines of the table in Markdown."""
+    cells = [[column.title for column in columns], ["---"] * len(columns)]
+    cells += [[str(column.cell(row)) for column in columns] for row in rows]
+    return ["| " + " | ".join(line) + " |" for line in cells]
+
+
+def replaced(text: str, begin: str, end: str, made: str) -> str:
+    """A page with what was made between its marks.
+
+    Args:
+        text: The page.
+        begin: The mark before it.
+        end: The mark behind it.
+        made: What is put there.
+
+    Raises:
+        ValueError: If the page has no such marks.
+    """
+    before, found, rest = text.partition(begin)
+    _, last, after = rest.partition(end)
+    if not found or not last:
+        raise ValueError(f"the page has no lines '{begin}' and '{end}'")
+    return f"{before}{begin}\n{made}\n{end}{after}"
+
+
+def verdict(passed: bool, otherwise: str = "FAIL") -> Text:
+    """Whether something passes, in colour.
+
+    Args:
+        passed: Whether.
+        otherwise: The word where it does not.
+    """
+    return Text("pass", "green") if passed else Text(otherwise, "red bold")
+
+
+def console(width: int = 200, stderr: bool = False) -> Console:
+    """Where tables are printed.
+
+    Args:
+        width: Width in a file or pipe, letters: wide enough for all that does not fold.
+        stderr: Whether stdout is for something else.
+    """
+    terminal = (sys.stderr if stderr else sys.stdout).isatty()
+    return Console(highlight=False, stderr=stderr, width=None if terminal else width)
+
+
+def line(to: Console, text: str) -> None:
+    """A line of text as it is, however long."""
+    to.print(text, markup=False, soft_wrap=True)
