@@ -36,7 +36,7 @@ nb_execution_raise_on_error = True
 nb_execution_timeout = 300
 # what tutorials write is not left beside them
 nb_execution_in_temp = True
-nb_execution_cache_path = "_build/tutorials"
+nb_execution_cache_path = str(Path(__file__).parent / "_build" / "tutorials")
 nb_merge_streams = True
 
 autodoc_typehints = "description"
