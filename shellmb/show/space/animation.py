@@ -1,0 +1,153 @@
+"""States over time as an animation: GIF, or MP4 where imageio can write it."""
+
+from __future__ import annotations
+
+import time as clock
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from shellmb.errors import RunError
+from shellmb.observers.files.described import Described
+from shellmb.show.fields import Fields
+from shellmb.show.space.scenery import images, showing
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
+
+# an animation takes about this long [s]
+DURATION = 5.0
+WIDTH = 640
+# light enough in all channels to be meant white
+NEARLY_WHITE = 245
+# a state takes so long at least [s]
+LEAST = 0.01
+# what drawing and storing a state takes, over what drawing it takes
+STORED = 1.6
+
+
+def animate(
+    fields: Fields,
+    described: Described,
+    file: Path,
+    budget: float | None = None,
+    fewest: int = 2,
+    most: int = 100,
+    field: str | None = None,
+    component: str | int | None = None,
+) -> Path:
+    """Draw all states, or as many of them as the time allows, evenly over the run.
+
+    Args:
+        fields: The fields.
+        described: The scene.
+        file: The GIF or MP4 file.
+        budget: Time [s]; None: as long as it takes.
+        fewest: States that are drawn in any case.
+        most: States that are drawn at most.
+        field: What the colours show, as of `colouring`.
+        component: Its component.
+
+    Raises:
+        RunError: If this machine cannot draw, or write such a file.
+    """
+    begin = clock.perf_counter()
+    times = fields.times
+    at_most = most if budget is None else min(most, fewest + int(max(budget, 0.0) / LEAST))
+    some = times[_evenly(len(times), min(len(times), at_most))]
+    what = showing(fields, described, some.tolist(), field, component)
+    left = None if budget is None else budget - (clock.perf_counter() - begin)
+    order = _Order(len(what.states), left, fewest)
+    drawn = list(images(what, WIDTH, (what.states[k] for k in order)))
+    pictures = dict(zip(order.asked, drawn, strict=True))
+    write([pictures[k] for k in order.kept], file)
+    return file
+
+
+class _Order:
+    """Which states are drawn: when the first two are, it is known how many there can be.
+
+    Args:
+        count: How many there are.
+        budget: Time [s]; None: all are drawn.
+        fewest: How many are drawn in any case.
+
+    Attributes:
+        asked: Numbers of those that were drawn, in the order in which they were.
+        kept: Numbers of those that are shown.
+    """
+
+    def __init__(self, count: int, budget: float | None, fewest: int) -> None:
+        self._budget, self._fewest = budget, fewest
+        self.asked: list[int] = []
+        self.kept: list[int] = list(range(count))
+
+    def __iter__(self) -> Iterator[int]:
+        if self._budget is not None and len(self.kept) > self._fewest:
+            few = _evenly(len(self.kept), self._fewest)
+            begin = clock.perf_counter()
+            yield self._ask(0)
+            first = clock.perf_counter()
+            yield self._ask(few[1])
+            last = clock.perf_counter()
+            each = STORED * (last - first)
+            more = int((self._budget - (last - begin)) / each) if each else len(self.kept)
+            self.kept = _evenly(len(self.kept), min(max(self._fewest, more), len(self.kept)))
+        for k in self.kept:
+            if k not in self.asked:
+                yield self._ask(k)
+
+    def _ask(self, k: int) -> int:
+        self.asked.append(k)
+        return k
+
+
+def _evenly(many: int, count: int) -> list[int]:
+    """Numbers of so many of many, the first and the last one among them."""
+    spread = np.linspace(0, many - 1, max(count, 2)).round()
+    return [int(k) for k in np.unique(spread)]
+
+
+def write(pictures: Sequence[Image], file: Path, duration: float = DURATION) -> None:
+    """Write pictures as an animation.
+
+    Args:
+        pictures: They.
+        file: The GIF or MP4 file.
+        duration: How long it takes, s.
+
+    Raises:
+        RunError: If the file is neither, or there is nothing to write MP4 with.
+    """
+    delay = max(0.04, duration / len(pictures))
+    if file.suffix.lower() == ".mp4":
+        try:
+            import imageio_ffmpeg  # noqa: F401
+        except ImportError:
+            raise RunError(
+                f"animation: {file.name} cannot be written without the package imageio-ffmpeg; "
+                "install it, or write a .gif"
+            ) from None
+        import imageio
+
+        # encoders want even sides
+        even: list[Any] = [np.asarray(p)[: p.height // 2 * 2, : p.width // 2 * 2] for p in pictures]
+        imageio.mimwrite(file, even, fps=1 / delay, macro_block_size=2)
+        return
+    if file.suffix.lower() != ".gif":
+        raise RunError(f"animation: the file is {file.name}; its name must end in .gif or .mp4")
+    from PIL import Image
+
+    # one palette for all, of what is different: only what changes is stored
+    some = pictures[:: max(1, len(pictures) // 4)]
+    palette = Image.fromarray(np.concatenate([np.asarray(p) for p in some])).quantize(128)
+    table = np.array(palette.getpalette()).reshape(-1, 3)
+    # means of nearly white are a grey background
+    table[table.min(axis=1) >= NEARLY_WHITE] = 255
+    palette.putpalette(table.ravel().tolist())
+    small = [p.quantize(palette=palette, dither=Image.Dither.NONE) for p in pictures]
+    small[0].save(
+        file, save_all=True, append_images=small[1:], duration=1000 * delay, loop=0, disposal=1
+    )
