@@ -36,13 +36,13 @@ nb_execution_raise_on_error = True
 nb_execution_timeout = 300
 # what tutorials write is not left beside them
 nb_execution_in_temp = True
-nb_execution_cache_path = "_build/tutorials"
+nb_execution_cache_path = str(Path(__file__).parent / "_build" / "tutorials")
 nb_merge_streams = True
 
 autodoc_typehints = "description"
 autodoc_typehints_description_target = "documented"
 autodoc_member_order = "bysource"
-autodoc_default_options = {"members": True, "show-inheritance": False}
+autodoc_default_options = {"members": True}
 # docstrings put code between single backticks
 default_role = "code"
 napoleon_google_docstring = True
@@ -66,6 +66,25 @@ def _markdown(app: Any, what: str, name: str, obj: Any, options: Any, lines: lis
         lines[k] = "".join(parts)
 
 
+def _without_checks(text: str) -> str:
+    """A type without what checks its values: `Annotated[float, Gt(0)]` is `float`."""
+    while found := re.search(r"~?(?:\w+\.)*Annotated\[", text):
+        depth, first, end = 1, None, found.end()
+        while depth:
+            depth += (text[end] in "[(") - (text[end] in "])")
+            if depth == 1 and text[end] == "," and first is None:
+                first = end
+            end += 1
+        text = text[: found.start()] + text[found.end() : first] + text[end:]
+    return text
+
+
+def _types(app: Any, *_: Any) -> None:
+    """Types as a reader needs them, before they are written beside their parameters."""
+    for types in app.env.current_document.autodoc_annotations.values():
+        types.update({name: _without_checks(text) for name, text in types.items()})
+
+
 def _commands(app: Any) -> None:
     """The command line's own help, as a page."""
     command = ["-m", "typer", "shellmb.cli", "utils", "docs", "--name", "shellmb"]
@@ -80,3 +99,4 @@ def setup(app: Any) -> None:
     """Hooks of Sphinx."""
     app.connect("builder-inited", _commands)
     app.connect("autodoc-process-docstring", _markdown, priority=100)
+    app.connect("object-description-transform", _types, priority=400)
