@@ -13,12 +13,13 @@ from ufl.core.expr import Expr
 from shellmb.build.nodes import NodeMesh, constant_vector, set_constants
 from shellmb.build.spaces import MixedSpace
 from shellmb.forms.discrete import variation
+from shellmb.forms.leap import Leap, LeapRow, held_row
 from shellmb.forms.mixed import Interval
 from shellmb.forms.path import Step
 from shellmb.forms.pathconstraints import ConstraintRow, constraint_row, massless_row
 from shellmb.forms.state import Layout
 from shellmb.kernels import compiled_expression
-from shellmb.model.body import Dofs, FixedDofs, Massless, NodeLink, PartScale, Term
+from shellmb.model.body import Dofs, FixedDofs, Leaping, Massless, NodeLink, PartScale, Term
 
 Floats = npt.NDArray[np.float64]
 
@@ -148,6 +149,17 @@ class ConstraintGroup(Massless):
         """Velocities do not violate the constraints, with the impulses for that."""
         work = variation(self.violation, mid, dv)
         return self._sum(v, variation(self.violation, mid, v), dv, work)
+
+    def leaping(self, leap: Leap, dq: Expr) -> Leaping:
+        """Velocities at the end of a step with a jump do not violate the constraints, (N2)."""
+        return self._leaping(held_row(self.violation, leap, dq), leap, dq)
+
+    def _leaping(self, row: LeapRow, leap: Leap, dq: Expr) -> Leaping:
+        mu = self._part(leap.jump, "mu")
+        force = sum((mu[k] * row.force[k] for k in range(1, self.count)), mu[0] * row.force[0])
+        impulses = self._sum(leap.jump, row.value, dq, row.impulse)
+        # of linear constraints there is none: zero, on the mesh
+        return impulses, self._force * force * ufl.dx(self.nodes.mesh)
 
     def looked_at(self, state: Expr) -> Expr:
         """What is evaluated at a state, and whose derivatives at the reference are looked at."""

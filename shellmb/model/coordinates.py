@@ -19,11 +19,12 @@ from shellmb.errors import SceneError
 from shellmb.forms import coordinates as forms
 from shellmb.forms.discrete import variation
 from shellmb.forms.joints import Place
+from shellmb.forms.leap import Leap
 from shellmb.forms.mixed import Interval
 from shellmb.forms.path import Step
 from shellmb.forms.turning import turning_row
 from shellmb.kernels import compiled_expression
-from shellmb.model.body import Dofs, NodeLink, PartScale, Term
+from shellmb.model.body import Dofs, Leaping, NodeLink, PartScale, Term
 from shellmb.model.constraints import ConstraintGroup
 from shellmb.model.ends import End, end_pair
 from shellmb.model.joints import BoundJoint
@@ -189,6 +190,10 @@ class CoordinateGroup(ConstraintGroup):
     def velocity_constraint(self, v: Expr, mid: Expr, dv: Expr) -> Form:
         """The rate of the coordinate is that of the places, with the impulse for that."""
         return self._sum(v, self._rate_gap(mid, v), dv, self._rate_gap(mid, dv))
+
+    def leaping(self, leap: Leap, dq: Expr) -> Leaping:
+        """Angles hold the jump: they are not quadratic."""
+        return None if self.kind == "rotation" else super().leaping(leap, dq)
 
     def _rate_gap(self, q: Expr, v: Expr) -> Expr:
         """Derivative of the equation at the state `q` along the velocity `v`."""

@@ -15,11 +15,12 @@ from ufl.core.expr import Expr
 
 from shellmb.build.nodes import constant_vector
 from shellmb.forms.discrete import variation
+from shellmb.forms.leap import Leap, LeapRow, held_row, slip_row
 from shellmb.forms.mixed import Interval
 from shellmb.forms.nonholonomic import CONTACTS, Own, interval_row, path_row
 from shellmb.forms.path import Step
 from shellmb.forms.pathconstraints import ConstraintRow, constraint_row
-from shellmb.model.body import PartScale, Term
+from shellmb.model.body import Leaping, PartScale, Term
 from shellmb.model.ends import End, frame_about
 from shellmb.model.joints import BoundJoint, JointGroup
 from shellmb.scene.rolling import Contact, KnifeEdge, Rolling
@@ -180,6 +181,12 @@ class ContactGroup(JointGroup):
         work = _both(variation(self._violation, mid, dv), self.slip(mid, dv))
         rows = _both(variation(self._violation, mid, v), self.slip(mid, v))
         return self._sum(v, rows, dv, work)
+
+    def leaping(self, leap: Leap, dq: Expr) -> Leaping:
+        """Velocities at the end of a step with a jump violate neither."""
+        held, moving = held_row(self._violation, leap, dq), slip_row(self.slip, leap, dq)
+        row = LeapRow(*(_both(a, b) for a, b in zip(held, moving, strict=True)))
+        return self._leaping(row, leap, dq)
 
     def looked_at(self, state: Expr) -> Expr:
         """Slips as of a small motion from the reference configuration."""

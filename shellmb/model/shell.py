@@ -16,6 +16,7 @@ from shellmb.build.mesh import SurfaceMesh
 from shellmb.build.spaces import MixedSpace, shell_space
 from shellmb.forms import hourglass
 from shellmb.forms import shell as shell_forms
+from shellmb.forms.leap import Leap
 from shellmb.forms.mixed import Density, Interval
 from shellmb.forms.path import Step
 from shellmb.forms.shell import Mass, ShellStrains
@@ -25,6 +26,7 @@ from shellmb.forms.terms import Point
 from shellmb.model import shellpath
 from shellmb.model.body import (
     FixedDofs,
+    Leaping,
     LoadFactors,
     NodeLink,
     PartScale,
@@ -85,7 +87,7 @@ class ShellModel:
         self.links: tuple[NodeLink, ...] = ()
         self.kinematic = frozenset({"u", "w", "bubble"} & self.mixed.parts.keys())
         # set where joints tie the shell's velocities to those of other bodies
-        self.coupled = False
+        self.coupled = self.leaps = False
         self.slenderness = slenderness = shell.section.thickness / surface_mesh.length
         label = f"of shell '{shell.name}'"
         scales = {
@@ -207,13 +209,11 @@ class ShellModel:
 
     def velocity_constraint(self, v: Expr, mid: Expr, dv: Expr) -> Form | None:
         """Directors do not change their length, with the impulses for that."""
-        if not self._turns:
-            return None
-        layout = self.layout
-        d = self.director + layout.director_change(mid)
-        impulse = layout.part(v, "lam") * ufl.dot(d, layout.director_change(dv))
-        violation = layout.part(dv, "lam") * ufl.dot(d, layout.director_change(v))
-        return self.section.force * (impulse + violation) * self.rules.nodes
+        return shellpath.lengths_kept(self, v, mid, dv) if self._turns else None
+
+    def leaping(self, leap: Leap, dq: Expr) -> Leaping:
+        """Velocities at the end of a step with a jump keep the directors' length, eq. (N2)."""
+        return shellpath.leaping(self, leap, dq) if self._turns else None
 
     def tangent(self, b: Expr, mid: Expr) -> Expr:
         """A jump of velocities, its director part without momentum along the mean director."""

@@ -16,6 +16,7 @@ from dolfinx import fem
 from ufl.core.expr import Expr
 
 from shellmb.forms.discrete import mean
+from shellmb.forms.leap import Leap
 from shellmb.forms.mixed import Interval
 from shellmb.model.body import Rates
 
@@ -94,11 +95,13 @@ class JumpStage:
         defect: Rate whose momentum, with the impulses of the constraints, is zero.
         jump: The unknown jump, which holds the constraints' impulses, too.
         mid: State at which the constraints are taken.
+        leap: The step with it.
     """
 
     defect: Expr
     jump: Expr
     mid: Expr
+    leap: Leap
 
 
 @dataclass(frozen=True)
