@@ -89,7 +89,7 @@ def slip_row(slip: Slip, leap: Leap, dq: Expr) -> LeapRow:
     return LeapRow(slip(leap.end, leap.velocity), slip(middle, dq), force)
 
 
-def held_row(function: Callable[[Expr], Expr], leap: Leap, dq: Expr) -> LeapRow:
+def leap_row(function: Callable[[Expr], Expr], leap: Leap, dq: Expr) -> LeapRow:
     """The same of quadratic constraints on positions.
 
     Args:

@@ -240,6 +240,7 @@ class Body(Protocol):
         Args:
             mid: State at which it acts.
             rates: Velocities; None in statics.
+            dq: Virtual displacement.
             time: Time at the middle of the step.
         """
         ...

@@ -13,10 +13,10 @@ from ufl.core.expr import Expr
 from shellmb.build.nodes import NodeMesh, constant_vector, set_constants
 from shellmb.build.spaces import MixedSpace
 from shellmb.forms.discrete import variation
-from shellmb.forms.leap import Leap, LeapRow, held_row
+from shellmb.forms.leap import Leap, LeapRow, leap_row
 from shellmb.forms.mixed import Interval
 from shellmb.forms.path import Step
-from shellmb.forms.pathconstraints import ConstraintRow, constraint_row, massless_row
+from shellmb.forms.pathconstraints import ConstraintRow, held_row
 from shellmb.forms.state import Layout
 from shellmb.kernels import compiled_expression
 from shellmb.model.body import Dofs, FixedDofs, Leaping, Massless, NodeLink, PartScale, Term
@@ -138,8 +138,8 @@ class ConstraintGroup(Massless):
 
     def along(self, step: Step, k: int, dq: Expr, trial: Expr) -> tuple[Form | None, list[Term]]:
         """Constraints over a step, with two multipliers each, eqs. (Q4) and (Q6)."""
-        make = massless_row if self.inertialess else constraint_row
-        return self._row(make(self.violation, step.path, k, dq), dq), []
+        row = held_row(self.violation, step.path, k, dq, self.inertialess)
+        return self._row(row, dq), []
 
     def _row(self, row: ConstraintRow, dq: Expr) -> Form:
         own, other = row.multipliers
@@ -152,7 +152,7 @@ class ConstraintGroup(Massless):
 
     def leaping(self, leap: Leap, dq: Expr) -> Leaping:
         """Velocities at the end of a step with a jump do not violate the constraints, (N2)."""
-        return self._leaping(held_row(self.violation, leap, dq), leap, dq)
+        return self._leaping(leap_row(self.violation, leap, dq), leap, dq)
 
     def _leaping(self, row: LeapRow, leap: Leap, dq: Expr) -> Leaping:
         mu = self._part(leap.jump, "mu")

@@ -12,10 +12,10 @@ from ufl.core.expr import Expr
 from shellmb.build.spaces import MixedSpace
 from shellmb.forms import frame
 from shellmb.forms.frame import FrameMass, Vectors
-from shellmb.forms.leap import Leap, held_row
+from shellmb.forms.leap import Leap, leap_row
 from shellmb.forms.mixed import Interval
 from shellmb.forms.path import Path
-from shellmb.forms.pathconstraints import constraint_row, massless_row
+from shellmb.forms.pathconstraints import held_row
 from shellmb.forms.state import Layout
 from shellmb.model.body import FixedDofs, Leaping, NodeLink, PartScale
 
@@ -87,8 +87,7 @@ class FrameBody:
     def frame_row(self, path: Path, k: int, dq: Expr) -> Form:
         """Orthonormality and its rate at the end of a step, eq. (Q4), or twice of it (Q6)."""
         layout = self.layout
-        make = massless_row if self.inertialess else constraint_row
-        row = make(self._orthonormality, path, k, dq)
+        row = held_row(self._orthonormality, path, k, dq, self.inertialess)
         own, other = (layout.part(q, "lam") for q in row.multipliers)
         work = ufl.dot(own, row.own) + ufl.dot(other, row.other)
         return self.force * (work + ufl.dot(layout.part(dq, "lam"), row.value)) * self.nodes
@@ -107,7 +106,7 @@ class FrameBody:
         """Velocities at the end of a step with a jump keep frames orthonormal, eq. (N2)."""
         if "lam" not in self.jump_parts:
             return None
-        row = held_row(self._orthonormality, leap, dq)
+        row = leap_row(self._orthonormality, leap, dq)
         lam, dlam = (self.layout.part(q, "lam") for q in (leap.jump, dq))
         impulses = ufl.dot(lam, row.impulse) + ufl.dot(dlam, row.value)
         pulls = ufl.dot(lam, row.force)

@@ -15,7 +15,7 @@ from ufl.core.expr import Expr
 
 from shellmb.build.nodes import constant_vector
 from shellmb.forms.discrete import variation
-from shellmb.forms.leap import Leap, LeapRow, held_row, slip_row
+from shellmb.forms.leap import Leap, LeapRow, leap_row, slip_row
 from shellmb.forms.mixed import Interval
 from shellmb.forms.nonholonomic import CONTACTS, Own, interval_row, path_row
 from shellmb.forms.path import Step
@@ -184,7 +184,7 @@ class ContactGroup(JointGroup):
 
     def leaping(self, leap: Leap, dq: Expr) -> Leaping:
         """Velocities at the end of a step with a jump violate neither."""
-        held, moving = held_row(self._violation, leap, dq), slip_row(self.slip, leap, dq)
+        held, moving = leap_row(self._violation, leap, dq), slip_row(self.slip, leap, dq)
         row = LeapRow(*(_both(a, b) for a, b in zip(held, moving, strict=True)))
         return self._leaping(row, leap, dq)
 

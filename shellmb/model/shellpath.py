@@ -14,11 +14,11 @@ from shellmb.errors import SceneError
 from shellmb.forms import hourglass
 from shellmb.forms import shell as shell_forms
 from shellmb.forms.discrete import variation
-from shellmb.forms.leap import Leap, held_row
+from shellmb.forms.leap import Leap, leap_row
 from shellmb.forms.mixed import Interval, LinearMixed, vector
 from shellmb.forms.mixed_nonlinear import NonlinearMixed
 from shellmb.forms.path import Measure, Row, Step, is_quadratic, measure
-from shellmb.forms.pathconstraints import constraint_row, massless_row
+from shellmb.forms.pathconstraints import held_row
 from shellmb.forms.pathwork import interval_work
 from shellmb.forms.pathwork_nonlinear import NonlinearPath
 from shellmb.model.body import Leaping, SubInterval, Term
@@ -88,7 +88,7 @@ def lengths_kept(shell: ShellModel, v: Expr, mid: Expr, dv: Expr) -> Form:
 
 def leaping(shell: ShellModel, leap: Leap, dq: Expr) -> Leaping:
     """Directors' velocities at the end of a step with a jump; as of `Body.leaping`."""
-    row = held_row(partial(_length, shell), leap, dq)
+    row = leap_row(partial(_length, shell), leap, dq)
     lam, dlam = (shell.layout.part(q, "lam") for q in (leap.jump, dq))
     force, nodes = shell.section.force, shell.rules.nodes
     impulses = lam * row.impulse[0] + dlam * row.value[0]
@@ -154,8 +154,7 @@ def along(
             "must be, or use scheme 'ep' or 'ed'"
         )
     layout = shell.layout
-    make = massless_row if shell.inertialess else constraint_row
-    row = make(partial(_length, shell), step.path, k, dq)
+    row = held_row(partial(_length, shell), step.path, k, dq, shell.inertialess)
     first, second = (layout.part(q, "lam") for q in row.multipliers)
     acting = first * row.own[0] + second * row.other[0] + layout.part(dq, "lam") * row.value[0]
     form = shell.section.force * acting * shell.rules.nodes

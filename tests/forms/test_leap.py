@@ -9,7 +9,7 @@ from dolfinx import fem
 
 from shellmb.build.nodes import node_mesh, node_space
 from shellmb.forms.discrete import variation
-from shellmb.forms.leap import Leap, LeapRow, held_row, slip_row
+from shellmb.forms.leap import Leap, LeapRow, leap_row, slip_row
 
 SIZE, STEP = 3, 0.3
 GENERAL = np.random.default_rng(8)
@@ -85,7 +85,7 @@ def test_work_is_of_what_vanishes(slope: np.ndarray) -> None:
 def test_positions_are_the_symmetric_case() -> None:
     step = Step()
     held, general = (
-        held_row(position, step.leap, step.dq),
+        leap_row(position, step.leap, step.dq),
         slip_row(lambda q, dq: variation(position, q, dq), step.leap, step.dq),
     )
     for ours, theirs in zip(held[1:], general[1:], strict=True):
