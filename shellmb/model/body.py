@@ -10,10 +10,10 @@ from dolfinx import fem
 from ufl import Form
 from ufl.core.expr import Expr
 
-from shellmb.build.spaces import MixedSpace
-from shellmb.forms.leap import Leap
-from shellmb.forms.mixed import Interval
-from shellmb.forms.path import Row, Step
+from shellmb.forms.constraints.leap import Leap
+from shellmb.forms.steps.mixed import Interval
+from shellmb.forms.steps.path import Row, Step
+from shellmb.meshes.spaces import MixedSpace
 
 TimeFunction = Callable[[float], float]
 # equations of velocities with their impulses, and forces in the rows of sub-intervals; None: none
@@ -164,7 +164,7 @@ class Body(Protocol):
     # whether constraints tie its jump of velocities to those of other bodies: then the jump is
     # unknown, and these parts of it have equations
     coupled: bool
-    # whether its constraints then hold the velocities at the end of a step (`forms.leap`)
+    # whether constraints then hold velocities at the end of a step (`forms.constraints.leap`)
     leaps: bool
     # thickness over length: how much stiffer than bending the body is in its own plane or line
     slenderness: float

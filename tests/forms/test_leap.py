@@ -7,9 +7,9 @@ import pytest
 import ufl
 from dolfinx import fem
 
-from shellmb.build.nodes import node_mesh, node_space
-from shellmb.forms.discrete import variation
-from shellmb.forms.leap import Leap, LeapRow, leap_row, slip_row
+from shellmb.forms.constraints.leap import Leap, LeapRow, leap_row, slip_row
+from shellmb.forms.steps.discrete import variation
+from shellmb.meshes.nodes import node_mesh, node_space
 
 SIZE, STEP = 3, 0.3
 GENERAL = np.random.default_rng(8)
