@@ -45,6 +45,21 @@ class ConstraintRow(NamedTuple):
     multipliers: tuple[Expr, Expr]
 
 
+def held_row(
+    function: Callable[[Expr], Expr], path: Path, k: int, dq: Expr, inertialess: bool
+) -> ConstraintRow:
+    """Quadratic constraints in one of the rows, eq. (Q4) or (Q6).
+
+    Args:
+        function: The constraints as a function of the state.
+        path: The step.
+        k: Row, 0 for P0 and 1 for P1.
+        dq: Direction.
+        inertialess: Whether what they hold has no inertia.
+    """
+    return (massless_row if inertialess else constraint_row)(function, path, k, dq)
+
+
 def constraint_row(function: Callable[[Expr], Expr], path: Path, k: int, dq: Expr) -> ConstraintRow:
     """Forces of quadratic constraints that do no work, and the constraints, eq. (Q4).
 

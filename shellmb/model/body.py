@@ -10,11 +10,14 @@ from dolfinx import fem
 from ufl import Form
 from ufl.core.expr import Expr
 
+from shellmb.forms.constraints.leap import Leap
 from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.path import Row, Step
 from shellmb.meshes.spaces import MixedSpace
 
 TimeFunction = Callable[[float], float]
+# equations of velocities with their impulses, and forces in the rows of sub-intervals; None: none
+Leaping = tuple[Form, Form] | None
 Dofs = npt.NDArray[np.int32]
 Values = npt.NDArray[np.float64]
 
@@ -161,6 +164,8 @@ class Body(Protocol):
     # whether constraints tie its jump of velocities to those of other bodies: then the jump is
     # unknown, and these parts of it have equations
     coupled: bool
+    # whether constraints then hold velocities at the end of a step (`forms.constraints.leap`)
+    leaps: bool
     # thickness over length: how much stiffer than bending the body is in its own plane or line
     slenderness: float
 
@@ -178,6 +183,10 @@ class Body(Protocol):
         """Constraints on velocities at the state `mid`, with their impulses; None without any."""
         ...
 
+    def leaping(self, leap: Leap, dq: Expr) -> Leaping:
+        """Constraints on velocities at the end of a step that begins with a jump, if it `leaps`."""
+        ...
+
     def internal(self, span: Interval, dq: Expr) -> Form | None:
         """Virtual work of internal and constraint forces, with the constraints themselves."""
         ...
@@ -185,10 +194,7 @@ class Body(Protocol):
     def within(self, sub: SubInterval, dq: Expr, trial: Expr) -> tuple[Form | None, list[Term]]:
         """The same, what has kernels that know no scheme as terms.
 
-        Args:
-            sub: A sub-interval of a step, or a single state.
-            dq: Virtual displacement.
-            trial: Direction of derivatives.
+        Arguments as of `along`; `sub` is a sub-interval of a step, or a single state.
         """
         ...
 
@@ -200,9 +206,6 @@ class Body(Protocol):
             k: Row, 0 for P0 and 1 for P1.
             dq: Virtual displacement.
             trial: Direction of derivatives.
-
-        Returns:
-            Virtual work as a function of the unknown states, and terms with their derivatives.
         """
         ...
 
@@ -277,11 +280,16 @@ class Massless:
     fixed: list[FixedDofs] = field(default_factory=list)
     kinematic: frozenset[str] = frozenset()
     coupled: bool = False
+    leaps: bool = False
     slenderness: float = 1.0
     inertialess: bool = False
     jump_parts: frozenset[str] = frozenset()
 
     def velocity_constraint(self, v: Expr, mid: Expr, dv: Expr) -> Form | None:
+        """No constraints."""
+        return None
+
+    def leaping(self, leap: Leap, dq: Expr) -> Leaping:
         """No constraints."""
         return None
 

@@ -31,6 +31,7 @@ from shellmb.model.supports.supports import SupportRows
 from shellmb.scene import Beam, RigidBody, Scene, Shell
 from shellmb.scene.loads.loads import Gravity, Load
 from shellmb.scene.multibody.elements import PointElement
+from shellmb.scene.multibody.rolling import Contact
 
 Ints = npt.NDArray[np.int64]
 Floats = npt.NDArray[np.float64]
@@ -163,6 +164,7 @@ def build_model(scene: Scene, comm: MPI.Comm) -> Model:
         # constraints tie velocities together: see `Body.coupled`
         for body in model.bodies:
             body.coupled = bool(body.kinematic) or isinstance(body, ConstraintGroup)
+            body.leaps = any(isinstance(joint, Contact) for joint in scene.joints)
     _resolve_links(model.bodies, comm)
     for probe in scene.probes:
         # found out now: before anything is compiled

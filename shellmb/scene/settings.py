@@ -129,8 +129,9 @@ class Output:
             :data:`shellmb.scene.fields.FIELDS`, or ``"all"`` that the scene's bodies have. What is
             not named is neither computed nor compiled.
         end_forces: Whether forces of joints, drivers, locks and supports are in the history also
-            as they are at the end of each step, and not only as means over it. It costs two
-            factorisations per step; in statics forces are values anyway, and nothing is added.
+            as they are at the end of each step, and not only as means over it, and means also
+            without what alternates in EP. It costs two factorisations per step; in statics forces
+            are values anyway, and nothing is added.
     """
 
     frames: PositiveInt = 50

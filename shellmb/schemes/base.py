@@ -15,6 +15,7 @@ import numpy.typing as npt
 from dolfinx import fem
 from ufl.core.expr import Expr
 
+from shellmb.forms.constraints.leap import Leap
 from shellmb.forms.steps.discrete import mean
 from shellmb.forms.steps.mixed import Interval
 from shellmb.model.body import Rates
@@ -97,11 +98,13 @@ class JumpStage:
         defect: Rate whose momentum, with the impulses of the constraints, is zero.
         jump: The unknown jump, which holds the constraints' impulses, too.
         mid: State at which the constraints are taken.
+        leap: The step with it.
     """
 
     defect: Expr
     jump: Expr
     mid: Expr
+    leap: Leap
 
 
 @dataclass(frozen=True)

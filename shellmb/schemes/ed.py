@@ -7,6 +7,7 @@ from typing import Any
 from dolfinx import fem
 from ufl.core.expr import Expr
 
+from shellmb.forms.constraints.leap import Leap
 from shellmb.forms.steps.discrete import mean
 from shellmb.schemes.base import (
     END,
@@ -96,8 +97,10 @@ class EnergyDecaying:
     def jump(self, levels: Levels, dt: fem.Constant) -> JumpStage | None:
         """Eq. (31) solved for the jump of velocities, as far as constraints allow."""
         both, skew, weight = self._differences_of(levels, dt)
-        b = levels.unknown["b"]
-        return JumpStage(weight * b - (both - skew), b, mean(levels.q, levels.unknown["j"]))
+        q, qj, b = levels.q, levels.unknown["j"], levels.unknown["b"]
+        a = both - b
+        leap = Leap(q, qj, levels.unknown["f"], b, a, levels.rates["v"] + a, dt)
+        return JumpStage(weight * b - (both - skew), b, mean(q, qj), leap)
 
     def load_weight(self, stage: str, tau: float) -> float:
         """Row f: the mean; row j: with the first moment that eq. (30) stands for."""

@@ -176,7 +176,7 @@ class Problem:
     def _directors(self, body: Body, stage: str) -> Directors | None:
         """The directors of a stage, with the start of its sub-interval."""
         declared, levels = body_directors(body), self.levels[body.name]
-        if declared is None:
+        if declared is None or (body.leaps and stage == JUMP):
             return None
         if levels.push is not None:
             numbers = {

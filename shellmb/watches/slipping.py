@@ -17,7 +17,7 @@ BOUND = 2e-2
 
 
 class Slipping(Silent):
-    """Looks at the end of a run at the slip of contacts, which schemes linear in time leave.
+    """Looks at the end of a run at the slip of contacts, which EP leaves.
 
     Args:
         sources: The observers of the run.

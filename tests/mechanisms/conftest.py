@@ -32,10 +32,11 @@ class ConstraintWork(Silent):
     def start(self, simulation: Simulation) -> None:
         problem = simulation.problem
         self._groups = [
-            (body, {s: [compiled(f) for f in problem.forms[body.name][s].residual] for s in stages})
+            # impulses of an unknown jump of velocities, too
+            (body, {s: [compiled(f) for f in forms.residual] for s, forms in stages.items()})
             for body in simulation.model.bodies
             if isinstance(body, ConstraintGroup)
-            for stages in [problem.scheme.stages]
+            for stages in [problem.forms[body.name]]
         ]
         assert self._groups
 

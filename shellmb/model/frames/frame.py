@@ -10,13 +10,14 @@ from ufl import Form
 from ufl.core.expr import Expr
 
 from shellmb.forms import frame
-from shellmb.forms.constraints.pathconstraints import constraint_row, massless_row
+from shellmb.forms.constraints.leap import Leap, leap_row
+from shellmb.forms.constraints.pathconstraints import held_row
 from shellmb.forms.frame import FrameMass, Vectors
 from shellmb.forms.state import Layout
 from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.path import Path
 from shellmb.meshes.spaces import MixedSpace
-from shellmb.model.body import FixedDofs, NodeLink, PartScale
+from shellmb.model.body import FixedDofs, Leaping, NodeLink, PartScale
 
 Values = npt.NDArray[np.float64]
 
@@ -51,7 +52,7 @@ class FrameBody:
         self.fixed: list[FixedDofs] = []
         self.links: tuple[NodeLink, ...] = ()
         # set with the model: where there are frames, jumps of velocities are unknown
-        self.coupled = False
+        self.coupled = self.leaps = False
         self.inertialess = False
         self.slenderness = 1.0
         self.kinematic = frozenset({"u", "w"})
@@ -86,8 +87,7 @@ class FrameBody:
     def frame_row(self, path: Path, k: int, dq: Expr) -> Form:
         """Orthonormality and its rate at the end of a step, eq. (Q4), or twice of it (Q6)."""
         layout = self.layout
-        make = massless_row if self.inertialess else constraint_row
-        row = make(lambda q: frame.orthonormality(layout.part(q, "w"), self.frames), path, k, dq)
+        row = held_row(self._orthonormality, path, k, dq, self.inertialess)
         own, other = (layout.part(q, "lam") for q in row.multipliers)
         work = ufl.dot(own, row.own) + ufl.dot(other, row.other)
         return self.force * (work + ufl.dot(layout.part(dq, "lam"), row.value)) * self.nodes
@@ -101,6 +101,19 @@ class FrameBody:
         violation = frame.orthonormality_change(d, layout.part(v, "w"))
         impulse = ufl.dot(layout.part(v, "lam"), change)
         return self.force * (impulse + ufl.dot(layout.part(dv, "lam"), violation)) * self.nodes
+
+    def leaping(self, leap: Leap, dq: Expr) -> Leaping:
+        """Velocities at the end of a step with a jump keep frames orthonormal, eq. (N2)."""
+        if "lam" not in self.jump_parts:
+            return None
+        row = leap_row(self._orthonormality, leap, dq)
+        lam, dlam = (self.layout.part(q, "lam") for q in (leap.jump, dq))
+        impulses = ufl.dot(lam, row.impulse) + ufl.dot(dlam, row.value)
+        pulls = ufl.dot(lam, row.force)
+        return self.force * impulses * self.nodes, self.force * pulls * self.nodes
+
+    def _orthonormality(self, q: Expr) -> Expr:
+        return frame.orthonormality(self.layout.part(q, "w"), self.frames)
 
     def inertia(self, rate: Expr, dq: Expr) -> Form | None:
         """Virtual work of the inertia forces for the acceleration `rate`."""

@@ -20,10 +20,11 @@ from ufl import Form
 from ufl.core.expr import Expr
 
 from shellmb.forms.constraints.joints import KINDS, Place
+from shellmb.forms.constraints.leap import Leap
 from shellmb.forms.state import Layout
 from shellmb.meshes.nodes import constant_vector, node_mesh, node_space
 from shellmb.meshes.shell_lines import ShellLine, shell_line
-from shellmb.model.body import FixedDofs, NodeLink
+from shellmb.model.body import FixedDofs, Leaping, NodeLink
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.links import node_links
@@ -223,6 +224,10 @@ class ShellRevolutes(ConstraintGroup):
     def velocity_constraint(self, v: Expr, mid: Expr, dv: Expr) -> Form | None:  # type: ignore[override]
         """As of all; directors without inertia follow, and constrain nothing."""
         return super().velocity_constraint(v, mid, dv) if self._turns else None
+
+    def leaping(self, leap: Leap, dq: Expr) -> Leaping:
+        """As of all."""
+        return super().leaping(leap, dq) if self._turns else None
 
 
 def glue_beams(

@@ -10,7 +10,8 @@ from dolfinx import fem
 from ufl import Form
 from ufl.core.expr import Expr
 
-from shellmb.forms.constraints.pathconstraints import ConstraintRow, constraint_row, massless_row
+from shellmb.forms.constraints.leap import Leap, LeapRow, leap_row
+from shellmb.forms.constraints.pathconstraints import ConstraintRow, held_row
 from shellmb.forms.state import Layout
 from shellmb.forms.steps.discrete import variation
 from shellmb.forms.steps.mixed import Interval
@@ -18,7 +19,7 @@ from shellmb.forms.steps.path import Step
 from shellmb.kernels import compiled_expression
 from shellmb.meshes.nodes import NodeMesh, constant_vector, set_constants
 from shellmb.meshes.spaces import MixedSpace
-from shellmb.model.body import Dofs, FixedDofs, Massless, NodeLink, PartScale, Term
+from shellmb.model.body import Dofs, FixedDofs, Leaping, Massless, NodeLink, PartScale, Term
 
 Floats = npt.NDArray[np.float64]
 
@@ -137,8 +138,8 @@ class ConstraintGroup(Massless):
 
     def along(self, step: Step, k: int, dq: Expr, trial: Expr) -> tuple[Form | None, list[Term]]:
         """Constraints over a step, with two multipliers each, eqs. (Q4) and (Q6)."""
-        make = massless_row if self.inertialess else constraint_row
-        return self._row(make(self.violation, step.path, k, dq), dq), []
+        row = held_row(self.violation, step.path, k, dq, self.inertialess)
+        return self._row(row, dq), []
 
     def _row(self, row: ConstraintRow, dq: Expr) -> Form:
         own, other = row.multipliers
@@ -148,6 +149,17 @@ class ConstraintGroup(Massless):
         """Velocities do not violate the constraints, with the impulses for that."""
         work = variation(self.violation, mid, dv)
         return self._sum(v, variation(self.violation, mid, v), dv, work)
+
+    def leaping(self, leap: Leap, dq: Expr) -> Leaping:
+        """Velocities at the end of a step with a jump do not violate the constraints, (N2)."""
+        return self._leaping(leap_row(self.violation, leap, dq), leap, dq)
+
+    def _leaping(self, row: LeapRow, leap: Leap, dq: Expr) -> Leaping:
+        mu = self._part(leap.jump, "mu")
+        force = sum((mu[k] * row.force[k] for k in range(1, self.count)), mu[0] * row.force[0])
+        impulses = self._sum(leap.jump, row.value, dq, row.impulse)
+        # of linear constraints there is none: zero, on the mesh
+        return impulses, self._force * force * ufl.dx(self.nodes.mesh)
 
     def looked_at(self, state: Expr) -> Expr:
         """What is evaluated at a state, and whose derivatives at the reference are looked at."""

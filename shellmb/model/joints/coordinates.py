@@ -16,6 +16,7 @@ from ufl.core.expr import Expr
 from shellmb.errors import SceneError
 from shellmb.forms.constraints import coordinates as forms
 from shellmb.forms.constraints.joints import Place
+from shellmb.forms.constraints.leap import Leap
 from shellmb.forms.constraints.turning import turning_row
 from shellmb.forms.steps.discrete import variation
 from shellmb.forms.steps.mixed import Interval
@@ -23,7 +24,7 @@ from shellmb.forms.steps.path import Step
 from shellmb.kernels import compiled_expression
 from shellmb.meshes.nodes import NodeMesh, constant_vector, node_mesh, node_space
 from shellmb.meshes.spaces import MixedSpace
-from shellmb.model.body import Dofs, NodeLink, PartScale, Term
+from shellmb.model.body import Dofs, Leaping, NodeLink, PartScale, Term
 from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.joints.joints import BoundJoint
 from shellmb.model.links import node_links
@@ -189,6 +190,10 @@ class CoordinateGroup(ConstraintGroup):
     def velocity_constraint(self, v: Expr, mid: Expr, dv: Expr) -> Form:
         """The rate of the coordinate is that of the places, with the impulse for that."""
         return self._sum(v, self._rate_gap(mid, v), dv, self._rate_gap(mid, dv))
+
+    def leaping(self, leap: Leap, dq: Expr) -> Leaping:
+        """Angles hold the jump: they are not quadratic."""
+        return None if self.kind == "rotation" else super().leaping(leap, dq)
 
     def _rate_gap(self, q: Expr, v: Expr) -> Expr:
         """Derivative of the equation at the state `q` along the velocity `v`."""

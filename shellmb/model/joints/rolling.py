@@ -13,13 +13,14 @@ from dolfinx import fem
 from ufl import Form
 from ufl.core.expr import Expr
 
+from shellmb.forms.constraints.leap import Leap, LeapRow, leap_row, slip_row
 from shellmb.forms.constraints.nonholonomic import CONTACTS, Own, interval_row, path_row
 from shellmb.forms.constraints.pathconstraints import ConstraintRow, constraint_row
 from shellmb.forms.steps.discrete import variation
 from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.path import Step
 from shellmb.meshes.nodes import constant_vector
-from shellmb.model.body import PartScale, Term
+from shellmb.model.body import Leaping, PartScale, Term
 from shellmb.model.joints.joints import BoundJoint, JointGroup
 from shellmb.model.places.ends import End, frame_about
 from shellmb.scene.multibody.rolling import Contact, KnifeEdge, Rolling
@@ -180,6 +181,12 @@ class ContactGroup(JointGroup):
         work = _both(variation(self._violation, mid, dv), self.slip(mid, dv))
         rows = _both(variation(self._violation, mid, v), self.slip(mid, v))
         return self._sum(v, rows, dv, work)
+
+    def leaping(self, leap: Leap, dq: Expr) -> Leaping:
+        """Velocities at the end of a step with a jump violate neither."""
+        held, moving = leap_row(self._violation, leap, dq), slip_row(self.slip, leap, dq)
+        row = LeapRow(*(_both(a, b) for a, b in zip(held, moving, strict=True)))
+        return self._leaping(row, leap, dq)
 
     def looked_at(self, state: Expr) -> Expr:
         """Slips as of a small motion from the reference configuration."""

@@ -13,15 +13,16 @@ from ufl.core.expr import Expr
 from shellmb.errors import SceneError
 from shellmb.forms import hourglass
 from shellmb.forms import shell as shell_forms
-from shellmb.forms.constraints.pathconstraints import constraint_row, massless_row
+from shellmb.forms.constraints.leap import Leap, leap_row
+from shellmb.forms.constraints.pathconstraints import held_row
 from shellmb.forms.steps.anystrain import AnyStrain, ExactInterval
-from shellmb.forms.steps.discrete import Strain, at_middle
+from shellmb.forms.steps.discrete import Strain, at_middle, variation
 from shellmb.forms.steps.mixed import Interval, LinearMixed, vector
 from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
 from shellmb.forms.steps.path import Measure, Row, Step, is_quadratic, measure
 from shellmb.forms.steps.pathwork import interval_work
 from shellmb.forms.steps.pathwork_nonlinear import NonlinearPath
-from shellmb.model.body import SubInterval, Term
+from shellmb.model.body import Leaping, SubInterval, Term
 from shellmb.model.pathterms import any_terms, path_terms, point_terms, together
 
 if TYPE_CHECKING:
@@ -75,6 +76,28 @@ def directors(shell: ShellModel, span: Interval, dq: Expr) -> Form:
     work = lam * ufl.dot(D + layout.part(span.mid, "w"), layout.part(dq, "w"))
     violation = shell_forms.director_constraint(layout.part(span.at, "w"), D)
     return shell.section.force * (work + dlam * violation) * shell.rules.nodes
+
+
+def _length(shell: ShellModel, q: Expr) -> Expr:
+    """The constraint of the director, shape (1,)."""
+    w = shell.layout.part(q, "w")
+    return ufl.as_vector([shell_forms.director_constraint(w, shell.director)])
+
+
+def lengths_kept(shell: ShellModel, v: Expr, mid: Expr, dv: Expr) -> Form:
+    """Velocities do not change the directors' length; as of `Body.velocity_constraint`."""
+    lam, dlam = (shell.layout.part(q, "lam") for q in (v, dv))
+    rate, work = (variation(partial(_length, shell), mid, q)[0] for q in (v, dv))
+    return shell.section.force * (lam * work + dlam * rate) * shell.rules.nodes
+
+
+def leaping(shell: ShellModel, leap: Leap, dq: Expr) -> Leaping:
+    """Directors' velocities at the end of a step with a jump; as of `Body.leaping`."""
+    row = leap_row(partial(_length, shell), leap, dq)
+    lam, dlam = (shell.layout.part(q, "lam") for q in (leap.jump, dq))
+    force, nodes = shell.section.force, shell.rules.nodes
+    impulses = lam * row.impulse[0] + dlam * row.value[0]
+    return force * impulses * nodes, force * lam * row.force[0] * nodes
 
 
 def within(
@@ -137,13 +160,7 @@ def along(
             "is quadratic in time it must be: put the function of such strains into the energy, or "
             "use scheme 'ep' or 'ed'"
         )
-
-    def constraint(q: Expr) -> Expr:
-        w = layout.part(q, "w")
-        return ufl.as_vector([shell_forms.director_constraint(w, shell.director)])
-
-    make = massless_row if shell.inertialess else constraint_row
-    row = make(constraint, step.path, k, dq)
+    row = held_row(partial(_length, shell), step.path, k, dq, shell.inertialess)
     first, second = (layout.part(q, "lam") for q in row.multipliers)
     acting = first * row.own[0] + second * row.other[0] + layout.part(dq, "lam") * row.value[0]
     form = shell.section.force * acting * shell.rules.nodes

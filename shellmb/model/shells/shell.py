@@ -13,6 +13,7 @@ from ufl.core.expr import Expr
 
 from shellmb.forms import hourglass
 from shellmb.forms import shell as shell_forms
+from shellmb.forms.constraints.leap import Leap
 from shellmb.forms.shell import Mass, ShellStrains
 from shellmb.forms.state import Layout
 from shellmb.forms.steps.mixed import Density, Interval
@@ -24,6 +25,7 @@ from shellmb.meshes.mesh import SurfaceMesh
 from shellmb.meshes.spaces import MixedSpace, shell_space
 from shellmb.model.body import (
     FixedDofs,
+    Leaping,
     LoadFactors,
     NodeLink,
     PartScale,
@@ -85,7 +87,7 @@ class ShellModel:
         self.links: tuple[NodeLink, ...] = ()
         self.kinematic = frozenset({"u", "w", "bubble"} & self.mixed.parts.keys())
         # set where joints tie the shell's velocities to those of other bodies
-        self.coupled = False
+        self.coupled = self.leaps = False
         self.slenderness = slenderness = self.section.sizes.thickness / surface_mesh.length
         label = f"of shell '{shell.name}'"
         scales = {
@@ -207,13 +209,11 @@ class ShellModel:
 
     def velocity_constraint(self, v: Expr, mid: Expr, dv: Expr) -> Form | None:
         """Directors do not change their length, with the impulses for that."""
-        if not self._turns:
-            return None
-        layout = self.layout
-        d = self.director + layout.director_change(mid)
-        impulse = layout.part(v, "lam") * ufl.dot(d, layout.director_change(dv))
-        violation = layout.part(dv, "lam") * ufl.dot(d, layout.director_change(v))
-        return self.section.force * (impulse + violation) * self.rules.nodes
+        return shellpath.lengths_kept(self, v, mid, dv) if self._turns else None
+
+    def leaping(self, leap: Leap, dq: Expr) -> Leaping:
+        """Velocities at the end of a step with a jump keep the directors' length, eq. (N2)."""
+        return shellpath.leaping(self, leap, dq) if self._turns else None
 
     @cached_property
     def _arm(self) -> Arm:

@@ -8,6 +8,7 @@ import numpy as np
 
 from shellmb.observers.forces.impulse import last_middle
 from shellmb.observers.forces.joints import columns, group_loops, joint_forces
+from shellmb.observers.forces.meanforces import ConsistentMeans
 from shellmb.observers.forces.supports import SupportForces
 from shellmb.simulate.simulation import Silent, Simulation
 from shellmb.simulate.start.endforces import EndForces
@@ -22,12 +23,15 @@ class EndForceColumns(Silent):
 
     Attributes:
         values: Columns of the history, named as the means with `_end` behind; those of supports
-            (`SupportForces`) as means, too. NaN before the first step.
+            (`SupportForces`) as means, too. NaN before the first step. Those of joints, drivers and
+            locks with `_mean` behind are `ConsistentMeans`.
     """
 
     def __init__(self) -> None:
         self.values: dict[str, float] = {}
         self._solution: EndForces | None = None
+        self._consistent: ConsistentMeans | None = None
+        self._solved: dict[str, float] = {}
 
     def start(self, simulation: Simulation) -> None:
         """Compile the equations, and list the columns."""
@@ -35,21 +39,38 @@ class EndForceColumns(Silent):
             return
         self._solution = EndForces(simulation.problem)
         self._loops = group_loops(self._solution, simulation.model.mechanism)
+        self._acting = group_loops(simulation.problem, simulation.model.mechanism)
         self._means = SupportForces(simulation.problem, simulation.model)
         self._ends = SupportForces(self._solution, simulation.model)
         names = [*self._means.names, *self._measured(simulation, self._solution)]
+        if simulation.scheme.rates == ("v",):
+            self._consistent = ConsistentMeans(simulation)
+            names += self._consistent.names
         self.values = dict.fromkeys(names, float("nan"))
 
     def solved(self, simulation: Simulation) -> None:
         """Take the means of what supports hold."""
         if self._solution is not None:
-            self.values.update(self._means(partial(last_middle, simulation)))
+            middle = partial(last_middle, simulation)
+            self.values.update(self._means(middle))
+            if self._consistent is not None:
+                model = simulation.model
+                joints = columns(joint_forces(model, self._acting, middle))
+                self._solved = joints | model.mechanism.efforts(simulation.problem)
+
+    def switched(self, simulation: Simulation) -> None:
+        """Velocities have been made consistent."""
+        if self._consistent is not None:
+            self._consistent.switched()
 
     def accepted(self, simulation: Simulation) -> None:
         """Solve at the new state."""
         if self._solution is None or simulation.last is None:
             return
         self._solution.solve(simulation.t, simulation.last.dt)
+        if self._consistent is not None:
+            # the solution has begun with the projection of the velocities
+            self.values.update(self._consistent(simulation, self._solved))
         self.values.update(self._measured(simulation, self._solution))
 
     def _measured(self, simulation: Simulation, solution: EndForces) -> dict[str, float]:

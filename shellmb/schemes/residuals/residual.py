@@ -8,7 +8,7 @@ from dolfinx import fem
 from ufl import Form
 from ufl.core.expr import Expr
 
-from shellmb.model.body import Body, LoadFactors, Rates, Term, TimeFunction
+from shellmb.model.body import Body, Leaping, LoadFactors, Rates, Term, TimeFunction
 from shellmb.schemes.base import GAUSS_TIMES, GAUSS_WEIGHTS, Levels, Scheme, Stage
 from shellmb.schemes.linearised import change
 from shellmb.schemes.residuals.rows import PathStates, Span
@@ -111,6 +111,12 @@ def stage_forms(
     linear = levels.reference is not None
     # where forms are taken: small displacements do not change it
     at = scheme.expand(levels.reference or levels, dt)
+    jump = scheme.jump(levels, dt) if "b" in levels.unknown else None
+
+    def leaping(dq: Expr) -> Leaping:
+        """Constraints on velocities at the end of a step with a jump."""
+        return None if jump is None or not body.leaps else body.leaping(jump.leap, dq)
+
     for number, (name, stage) in enumerate(scheme.expand(levels, dt).items()):
         unknown = levels.unknown[name]
         space = unknown.function_space
@@ -129,16 +135,18 @@ def stage_forms(
             1.0 if stage.single else 0.5,
             levels=levels if linear else None,
         )
-        own = [form for form in (inertia, internal) if form is not None]
+        leap = leaping(dq)
+        forces = inertia, internal, None if leap is None else leap[1]
+        own = [form for form in forces if form is not None]
         parts = [sum(own[1:], own[0])] if own else []
         parts += acting(body, (sample,), dq)
         result[name] = StageForms(stage, tuple(parts), (sample,), tuple(terms), sub.states)
-    jump = scheme.jump(levels, dt) if "b" in levels.unknown else None
     if jump is not None:
         db = ufl.TestFunction(levels.unknown["b"].function_space)
+        leap = leaping(db)
         rows = (
             body.inertia(jump.defect, db),
-            body.velocity_constraint(jump.jump, jump.mid, db),
+            body.velocity_constraint(jump.jump, jump.mid, db) if leap is None else leap[0],
         )
         found = [form for form in rows if form is not None]
         result["b"] = StageForms(None, (sum(found[1:], found[0]),) if found else ())

@@ -144,6 +144,35 @@ class EndForces:
         return body_field(body, unknown, residual, self._numbers, parts, without=idle)
 
 
+class Impulses:
+    """Impulses that make velocities consistent, as a `readings.Solution`: those of the projection.
+
+    Args:
+        problem: The problem whose velocities they are of.
+
+    Attributes:
+        model: Its bodies.
+        system: The block system of the projection.
+        fields: Its fields, one for each body.
+        last: Name of the only stage.
+    """
+
+    def __init__(self, problem: Problem) -> None:
+        self.model, self.scheme = problem.model, problem.scheme
+        self.levels, self.last = problem.levels, END
+        self._projection, self.time = problem.projection, problem.time
+        self.system, self.fields = self._projection.system, list(self._projection.fields.values())
+        self._numbers = {body.name: k for k, body in enumerate(self.model.bodies)}
+
+    def number(self, body: str, stage: str) -> int:
+        """Number of a body's field in the system."""
+        return self._numbers[body]
+
+    def state(self, body: str) -> fem.Function:
+        """Function that holds a body's velocities and impulses."""
+        return self._projection.functions[body]
+
+
 def _stresses(body: Body) -> list[str]:
     """Parts that follow from the strains of a state: not what holds strains at zero."""
     return [p for p in STRESSES if p in body.mixed.elementwise]
