@@ -84,9 +84,9 @@ FAULTS = (
     ),
     Fault(
         "first moment with the wrong sign throughout",
-        "shellmb/model/section.py",
-        "return Mass(mass, constant(s, eccentric)",
-        "return Mass(mass, constant(-s, eccentric)",
+        "shellmb/scene/shells/lamination.py",
+        "return m, s + c * m,",
+        "return m, -(s + c * m),",
         (
             f"{SECTIONS}::test_momenta_of_an_eccentric_plate_in_closed_form",
             f"{DESCRIPTION}[ep-0-1]",
@@ -95,15 +95,15 @@ FAULTS = (
     Fault(
         "first moment left out of the jump of the director's velocity",
         "forms/shell.py",
-        "momentum = db if mass.s is None else db + mass.s / mass.I * b",
+        "momentum = db if arm is None else db + arm * b",
         "momentum = db",
         (f"{SECTIONS}::test_energy_law_and_momenta[offset up-ed-1]",),
     ),
     Fault(
         "coupling of membrane and bending with the wrong sign",
         "shellmb/model/section.py",
-        "B=constant(section.B)",
-        "B=constant(-section.B)",
+        "B=fields.of(lambda at: at.B)",
+        "B=fields.of(lambda at: -at.B)",
         (
             f"{DESCRIPTION}[ep-0-1]",
             f"{DESCRIPTION}[ep-0--1]",
