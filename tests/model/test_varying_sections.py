@@ -9,8 +9,9 @@ import pytest
 from scipy.integrate import quad
 
 import shellmb as sm
-from shellmb.errors import SceneError
+from shellmb.errors import SceneError, ShellmbWarning
 from shellmb.model.model import build_model
+from shellmb.modes import natural_modes
 from shellmb.observers.files.drawn import DrawnMesh
 from shellmb.run.execute import execute
 from shellmb.scene import (
@@ -79,6 +80,22 @@ def test_on_triangles() -> None:
         tip(strip(Isotropic(E, 0.0, taper), (n, 2), cell="tri")) / exact(taper) - 1 for n in (8, 16)
     )
     assert abs(fine) < 1.2e-3 and abs(coarse) > 3 * abs(fine)
+
+
+def test_a_wedge_rings() -> None:
+    """Kirchhoff's cantilever wedge, its edge sharp: 5.315, 15.207, 30.020 (Conway and Dubil)."""
+    section = Isotropic(E, 0.0, lambda x: THIN * (1 - x[0] / L), density=RHO)
+    found = natural_modes(strip(section), count=3).omega * L**2 / np.sqrt(E * THIN**2 / 12 / RHO)
+    # 2e-3: the third mode on eight elements
+    np.testing.assert_allclose(found, (5.315, 15.207, 30.020), rtol=2e-3)
+
+
+def test_a_soft_core_that_varies_is_doubted_as_any_other() -> None:
+    foam = PlyMaterial(E1=1e7, E2=1e7, nu12=0.3, G12=4e6, G13=4e6, G23=4e6)
+    core = Ply(foam, lambda x: 0.02 + 0.01 * x[0])
+    section = Laminate((Ply(CARBON, 1e-3), core, Ply(CARBON, 1e-3)))
+    with pytest.warns(ShellmbWarning, match="shear_correction is 0.8333, with which it is"):
+        section.at((0.5, 0.0, 0.0))
 
 
 def test_functions_that_are_constant_are_numbers() -> None:

@@ -188,7 +188,8 @@ def test_what_damps_is_in_the_account() -> None:
 def test_a_small_drive() -> None:
     """The driven arm follows; its work is in the account."""
     drive = Driver("motor", "hinge", rotation=lambda t: 0.02 * math.sin(math.pi * t) ** 2)
-    _, account, _ = watched(pendulum(drivers=drive, initial=(), t_end=0.5))
+    simulation, account, _ = watched(pendulum(drivers=drive, initial=(), t_end=0.5))
+    assert simulation.iterations == simulation.step + 1
     # at rest at the end of the drive
     assert account.values["work_supports"] == pytest.approx(K * 0.02**2 / 2, rel=1e-9)
     assert account.relative_error < 1e-11

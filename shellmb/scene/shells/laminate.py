@@ -13,7 +13,7 @@ from pydantic import BeforeValidator
 
 from shellmb.errors import SceneError, ShellmbWarning
 from shellmb.scene.shells import lamination
-from shellmb.scene.shells.lamination import Layer
+from shellmb.scene.shells.lamination import Layer, Layup
 from shellmb.scene.shells.sections import FiniteAt, LinearSection, PositiveAt, Value, check_stable
 from shellmb.scene.values.validate import Finite, NonNegative, Positive, described, show
 
@@ -98,17 +98,27 @@ class Laminate(LinearSection):
         """
         if not self.plies:
             raise SceneError("laminate: it has no plies; it must have one at least")
-        if self.shear_correction == "energy" or self.functions:
+        if not self.functions:
+            self._doubt(self.generic)
+
+    def at(self, x: Any, who: str = "") -> Layup:
+        """The section at positions, as of the base class; warns as where nothing varies."""
+        found = super().at(x, who)
+        self._doubt(found)
+        return found
+
+    def _doubt(self, layup: Layup) -> None:
+        if self.shear_correction == "energy":
             return
-        G = replace(self.generic, shear_correction="energy").G
-        ratio = float(np.linalg.eigvals(np.linalg.solve(G, self.generic.G)).real.max())
+        G = replace(layup, shear_correction="energy").G
+        ratio = float(np.linalg.eigvals(np.linalg.solve(G, layup.G)).real.max(initial=0.0))
         if ratio > STIFFER:
             warnings.warn(
                 f"laminate: shear_correction is {self.shear_correction:.4g}, with which it is "
                 f"{ratio:.2g} times as stiff against transverse shear as its plies in equilibrium "
                 "are; it should be 'energy', unless the factor belongs to these plies",
                 ShellmbWarning,
-                stacklevel=3,
+                stacklevel=4,
             )
 
     @property

@@ -89,6 +89,9 @@ class Iteration:
         self.system.gather()
         self.system.follow()
         self.system.update_fixed_values()
+        if self.refresh.lasts:
+            # an old factorisation knows no forces of given values that an update changes
+            self.system.x.array[self.system.fixed] = self.system.fixed_values()
         self.system.residuals.refresh()
 
     def residual(self, x: PETSc.Vec, b: PETSc.Vec) -> None:
@@ -130,8 +133,6 @@ class Iteration:
             ConvergenceError: If its matrix has no factors.
         """
         x, b = self.system.x, self.system.b
-        # an old factorisation knows no forces of values that change with the update
-        x.array[self.system.fixed] = self.system.fixed_values()
         self.system.scatter(x)
         self.residual(x, b)
         self.solve_linear(b, self._dx)
