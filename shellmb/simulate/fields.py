@@ -79,7 +79,7 @@ def body_directors(body: Body) -> Directors | None:
     if reference is None:
         return None
     size = reference.shape[1]
-    lam = body.mixed.dofs["lam"].reshape(len(reference), -1)
+    lam = body.mixed.dofs["lam"].reshape(-1, body.mixed.parts["lam"][1])
     return Directors(body.mixed.dofs["w"].reshape(-1, size), lam, reference)
 
 

@@ -171,7 +171,7 @@ class Carrier:
             r = values[self._where].copy()
             r[self._elsewhere] = 0.0
             force = r[dofs["u"]].reshape(-1, 3)
-            couples = r[dofs["w"]].reshape(len(force), -1, 3)
+            couples = r[dofs["w"]].reshape(arms.d.shape)
             if nodes is not None:
                 force, couples = (np.where(_wide(nodes, a), a, 0.0) for a in (force, couples))
             products = arms.x.T @ force + arms.d.reshape(-1, 3).T @ couples.reshape(-1, 3)

@@ -71,7 +71,7 @@ class Start:
                 body, nodes, X, D = self.model.nodes_of(target.name)
                 v = self.problem.levels[body.name].rates["v"].x.array
                 u = body.mixed.dofs["u"].reshape(-1, 3)[nodes]
-                w = body.mixed.dofs["w"].reshape(len(body.mixed.dofs["u"]) // 3, -1)[nodes]
+                w = body.mixed.dofs["w"].reshape(-1, body.mixed.parts["w"][1])[nodes]
                 v[u] += linear + np.cross(spin, X - np.asarray(initial.about))
                 v[w] += np.cross(spin, D).reshape(w.shape)
         self._given_velocities()
