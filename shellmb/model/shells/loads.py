@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 import numpy as np
 import ufl
@@ -15,6 +14,7 @@ from ufl.core.expr import Expr
 from shellmb.forms import loads as load_forms
 from shellmb.forms.surface import Surface
 from shellmb.model.body import TimeFunction
+from shellmb.model.shells.bound import BoundShell
 from shellmb.model.shells.positions import interpolated
 from shellmb.scene.loads.loads import (
     EdgeForce,
@@ -26,9 +26,6 @@ from shellmb.scene.loads.loads import (
     Pressure,
     SurfaceForce,
 )
-
-if TYPE_CHECKING:
-    from shellmb.model.shells.shell import ShellModel
 
 
 class DistributedLoads(ABC):
@@ -70,7 +67,7 @@ class ShellLoads(DistributedLoads):
         loads: Its loads.
     """
 
-    def __init__(self, body: ShellModel, loads: list[Load]) -> None:
+    def __init__(self, body: BoundShell, loads: list[Load]) -> None:
         super().__init__(body.mixed.space.mesh, loads)
         self._body = body
 

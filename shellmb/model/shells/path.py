@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import partial
-from typing import TYPE_CHECKING
 
 import ufl
 from ufl import Form
@@ -24,17 +23,15 @@ from shellmb.forms.steps.pathwork import interval_work
 from shellmb.forms.steps.pathwork_nonlinear import NonlinearPath
 from shellmb.model.body import Leaping, SubInterval, Term
 from shellmb.model.pathterms import any_terms, path_terms, point_terms, together
-
-if TYPE_CHECKING:
-    from shellmb.model.shells.shell import ShellModel
+from shellmb.model.shells.bound import BoundShell
 
 
-def _vector_of(shell: ShellModel) -> Strain:
+def _vector_of(shell: BoundShell) -> Strain:
     """Strains of shape (8,) as a function of the state."""
     return lambda q: vector(shell.strains(q))
 
 
-def strain_measure(shell: ShellModel) -> Measure:
+def strain_measure(shell: BoundShell) -> Measure:
     """The same by their derivative."""
     if shell.shell.strains is not None:
         return measure(_vector_of(shell))
@@ -50,7 +47,7 @@ def strain_measure(shell: ShellModel) -> Measure:
     return Measure(slope)
 
 
-def general(shell: ShellModel, span: Interval, dq: Expr) -> Form:
+def general(shell: BoundShell, span: Interval, dq: Expr) -> Form:
     """Internal forces over a sub-interval, whatever the strains and the section."""
     section, layout, strains = shell.section.formulation, shell.layout, _vector_of(shell)
     quadratic, h = _quadratic_strains(shell), shell.section.thickness
@@ -69,7 +66,7 @@ def general(shell: ShellModel, span: Interval, dq: Expr) -> Form:
     return form
 
 
-def directors(shell: ShellModel, span: Interval, dq: Expr) -> Form:
+def directors(shell: BoundShell, span: Interval, dq: Expr) -> Form:
     """Constraints of the directors at the end of a sub-interval, with their forces."""
     layout, D = shell.layout, shell.director
     lam, dlam = layout.part(span.unknown, "lam"), layout.part(dq, "lam")
@@ -78,20 +75,20 @@ def directors(shell: ShellModel, span: Interval, dq: Expr) -> Form:
     return shell.section.force * (work + dlam * violation) * shell.rules.nodes
 
 
-def _length(shell: ShellModel, q: Expr) -> Expr:
+def _length(shell: BoundShell, q: Expr) -> Expr:
     """The constraint of the director, shape (1,)."""
     w = shell.layout.part(q, "w")
     return ufl.as_vector([shell_forms.director_constraint(w, shell.director)])
 
 
-def lengths_kept(shell: ShellModel, v: Expr, mid: Expr, dv: Expr) -> Form:
+def lengths_kept(shell: BoundShell, v: Expr, mid: Expr, dv: Expr) -> Form:
     """Velocities do not change the directors' length; as of `Body.velocity_constraint`."""
     lam, dlam = (shell.layout.part(q, "lam") for q in (v, dv))
     rate, work = (variation(partial(_length, shell), mid, q)[0] for q in (v, dv))
     return shell.section.force * (lam * work + dlam * rate) * shell.rules.nodes
 
 
-def leaping(shell: ShellModel, leap: Leap, dq: Expr) -> Leaping:
+def leaping(shell: BoundShell, leap: Leap, dq: Expr) -> Leaping:
     """Directors' velocities at the end of a step with a jump; as of `Body.leaping`."""
     row = leap_row(partial(_length, shell), leap, dq)
     lam, dlam = (shell.layout.part(q, "lam") for q in (leap.jump, dq))
@@ -101,27 +98,27 @@ def leaping(shell: ShellModel, leap: Leap, dq: Expr) -> Leaping:
 
 
 def within(
-    shell: ShellModel, sub: SubInterval, dq: Expr, trial: Expr
+    shell: BoundShell, sub: SubInterval, dq: Expr, trial: Expr
 ) -> tuple[Form | None, list[Term]]:
     """As of `Body.within`: the section's forces are terms where strains are quadratic."""
     if not _is_quadratic(shell) or sub.row is None:
-        return shell.internal(sub.span, dq), []
+        return general(shell, sub.span, dq) + directors(shell, sub.span, dq), []
     return directors(shell, sub.span, dq), [work(shell, sub.row, dq, trial)]
 
 
-def _is_quadratic(shell: ShellModel) -> bool:
+def _is_quadratic(shell: BoundShell) -> bool:
     """Whether forms at mean, chord and bow of a path are exact: of linear sections they are."""
     return isinstance(shell.section.formulation, LinearMixed) and _quadratic_strains(shell)
 
 
-def _quadratic_strains(shell: ShellModel) -> bool:
+def _quadratic_strains(shell: BoundShell) -> bool:
     if shell.shell.strains is None:
         return True
     state = ufl.Coefficient(shell.mixed.space)
     return is_quadratic(_vector_of(shell), state)
 
 
-def work(shell: ShellModel, row: Row, dq: Expr, trial: Expr) -> Term:
+def work(shell: BoundShell, row: Row, dq: Expr, trial: Expr) -> Term:
     """Internal forces of a row, the hourglass control with them."""
     section, layout, strain = shell.section.formulation, shell.layout, strain_measure(shell)
     assert isinstance(section, LinearMixed)
@@ -131,7 +128,7 @@ def work(shell: ShellModel, row: Row, dq: Expr, trial: Expr) -> Term:
     return _controlled(shell, found, row, dq, trial)
 
 
-def _controlled(shell: ShellModel, term: Term, row: Row, dq: Expr, trial: Expr) -> Term:
+def _controlled(shell: BoundShell, term: Term, row: Row, dq: Expr, trial: Expr) -> Term:
     """A term with the hourglass control of its row, if there is any."""
     if shell.rules.lines is None:
         return term
@@ -144,7 +141,7 @@ def _controlled(shell: ShellModel, term: Term, row: Row, dq: Expr, trial: Expr) 
 
 
 def along(
-    shell: ShellModel, step: Step, k: int, dq: Expr, trial: Expr
+    shell: BoundShell, step: Step, k: int, dq: Expr, trial: Expr
 ) -> tuple[Form | None, list[Term]]:
     """Internal forces, and the constraints of the directors; arguments as of `Body.along`.
 
@@ -173,7 +170,7 @@ def along(
     return form, [_controlled(shell, term, step.row(k), dq, trial)]
 
 
-def _of_any_form(shell: ShellModel, step: Step, k: int, dq: Expr, trial: Expr) -> Term:
+def _of_any_form(shell: BoundShell, step: Step, k: int, dq: Expr, trial: Expr) -> Term:
     """Internal forces of a row for strains of any form, the hourglass control with them."""
     section, layout, h = shell.section.formulation, shell.layout, shell.section.thickness
     assert isinstance(section, LinearMixed)
@@ -198,18 +195,18 @@ def _any_strain(strain: Strain, step: Step) -> AnyStrain:
     return AnyStrain(strain, (p.mean, p.chord, p.bow, p.swing), step.whole.places)
 
 
-def _integrate(shell: ShellModel, densities: Sequence[Expr]) -> Form:
+def _integrate(shell: BoundShell, densities: Sequence[Expr]) -> Form:
     return shell.integrate((densities[0], densities[1]))
 
 
-def _nonlinear(shell: ShellModel, step: Step) -> NonlinearPath:
+def _nonlinear(shell: BoundShell, step: Step) -> NonlinearPath:
     section = shell.section.formulation
     assert isinstance(section, NonlinearMixed)
     strain = strain_measure(shell)
     return NonlinearPath(section, shell.layout, strain, step.states, step.points)
 
 
-def _lines(shell: ShellModel, strain: Measure) -> Measure:
+def _lines(shell: BoundShell, strain: Measure) -> Measure:
     """Membrane strains along the coordinate lines of the element, for the hourglass control."""
     jacobian = ufl.Jacobian(shell.mixed.space.mesh)
     return Measure(
@@ -217,7 +214,7 @@ def _lines(shell: ShellModel, strain: Measure) -> Measure:
     )
 
 
-def lost(shell: ShellModel, step: Step, bow: Expr) -> Form | None:
+def lost(shell: BoundShell, step: Step, bow: Expr) -> Form | None:
     """Elastic energy of the bow of the strains, J; arguments as of `Body.lost`."""
     section, strain = shell.section.formulation, strain_measure(shell)
     lines = shell.rules.lines is not None
@@ -236,7 +233,7 @@ def lost(shell: ShellModel, step: Step, bow: Expr) -> Form | None:
     return form
 
 
-def mean_resultants(shell: ShellModel, step: Step) -> Expr:
+def mean_resultants(shell: BoundShell, step: Step) -> Expr:
     """Resultants as means over a step, those of the row P0, shape (8,)."""
     section, layout = shell.section.formulation, shell.layout
     if not isinstance(section, LinearMixed):

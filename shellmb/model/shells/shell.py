@@ -1,160 +1,38 @@
 """A shell as the schemes see it: forms of `shellmb.forms` bound to a mesh, a section and loads."""
 
 from collections.abc import Callable
-from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
 import ufl
-from dolfinx import fem, mesh
+from dolfinx import fem
 from ufl import Form
 from ufl.core.expr import Expr
 
 from shellmb.forms import hourglass
 from shellmb.forms import shell as shell_forms
 from shellmb.forms.constraints.leap import Leap
-from shellmb.forms.shell import Mass, ShellStrains
-from shellmb.forms.state import Layout
-from shellmb.forms.steps.mixed import Density, Interval
+from shellmb.forms.shell import Mass
+from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.path import Step
-from shellmb.forms.surface import Surface, surface
 from shellmb.forms.terms import Point
-from shellmb.meshes.directors import reference_director
-from shellmb.meshes.mesh import SurfaceMesh
-from shellmb.meshes.spaces import MixedSpace, shell_space
 from shellmb.model.body import (
-    FixedDofs,
     Leaping,
     LoadFactors,
-    NodeLink,
-    PartScale,
     Rates,
     SubInterval,
     Term,
 )
-from shellmb.model.rules import quadrature_rules
-from shellmb.model.section import Arm, bind_mass, bind_section, mass_arm
+from shellmb.model.section import Arm, mass_arm
 from shellmb.model.shells import path as shellpath
-from shellmb.model.shells.direction import direction_1
+from shellmb.model.shells.bound import BoundShell
 from shellmb.model.shells.loads import ShellLoads
 from shellmb.model.written import virtual_work
-from shellmb.scene import LinearSection, Shell
-from shellmb.scene.loads.loads import Gravity, Load
-
-_ADVICE_MOTION = "a smaller step, a finer mesh, or a smaller load step"
-_ADVICE_FORCE = "a smaller step, or check the stiffness and thickness of the section"
 
 
-class ShellModel:
-    """A shell body.
-
-    Args:
-        shell: Description.
-        surface_mesh: Its meshed surface.
-        loads: Loads on it.
-        dynamic: Whether it moves in time, and so has inertia.
-    """
-
-    def __init__(
-        self, shell: Shell, surface_mesh: SurfaceMesh, loads: list[Load], dynamic: bool
-    ) -> None:
-        self.name, self.shell, self.surface_mesh = shell.name, shell, surface_mesh
-        domain = surface_mesh.mesh
-        linear = isinstance(shell.section, LinearSection)
-        self.mixed: MixedSpace = shell_space(domain, shell.degree, not linear)
-        if shell.holds_strains:
-            # multipliers: no compliance by which they could be eliminated cell by cell
-            self.mixed = replace(self.mixed, elementwise=self.mixed.elementwise - {"N"})
-        self.layout = Layout(self.mixed.parts)
-        self.director = reference_director(
-            surface_mesh, self.mixed.subspaces["u"], shell.degree, shell.name
-        )
-        direction = direction_1(shell, surface_mesh, self.mixed, self.director)
-        self.surface: Surface = surface(ufl.Jacobian(domain), direction, self.director)
-        self.rules = quadrature_rules(domain, shell.degree)
-        self._ds = self._edge_measure(domain)
-        self.section = bind_section(shell, domain)
-        jacobian = ufl.Jacobian(domain)
-        self.line_strains = hourglass.line_strains(self.strains, self.surface, jacobian)
-        weighed = any(isinstance(load, Gravity) for load in loads)
-        # an eccentric weight turns the director whether or not its rotation has inertia
-        every = replace(shell, rotary_inertia=True, eccentric_inertia=True)
-        self.mass_of_section = bind_mass(every, domain) if weighed else None
-        self.mass = bind_mass(shell, domain) if dynamic else None
-        self._loads = loads
-        self.fixed: list[FixedDofs] = []
-        self.links: tuple[NodeLink, ...] = ()
-        self.kinematic = frozenset({"u", "w", "bubble"} & self.mixed.parts.keys())
-        # set where joints tie the shell's velocities to those of other bodies
-        self.coupled = self.leaps = False
-        self.slenderness = slenderness = self.section.sizes.thickness / surface_mesh.length
-        label = f"of shell '{shell.name}'"
-        scales = {
-            "u": (f"displacement {label}", surface_mesh.length, _ADVICE_MOTION),
-            "bubble": (f"displacement bubble {label}", surface_mesh.length, _ADVICE_MOTION),
-            "w": (f"director {label}", 1.0, _ADVICE_MOTION),
-            "N": (f"resultants {label}", min(slenderness, 1e-3), _ADVICE_FORCE),
-            "S": (f"assumed strains {label}", min(slenderness, 1e-3), _ADVICE_FORCE),
-            "lam": (f"director multiplier {label}", slenderness**2, _ADVICE_MOTION),
-        }
-        self.parts = tuple(PartScale(name, *scales[name]) for name in self.mixed.parts)
-
-    @property
-    def domain(self) -> SurfaceMesh:
-        """Its mesh with names."""
-        return self.surface_mesh
-
-    @property
-    def force_size(self) -> float:
-        """Size of its resultants, N."""
-        return float(self.section.force.value)
-
-    def node_directors(self) -> npt.NDArray[np.float64]:
-        """Reference directors of the local nodes (owned and ghost), shape (n, 1, 3)."""
-        return np.asarray(self.director.x.array.reshape(-1, 1, 3))
-
-    def _edge_measure(self, domain: mesh.Mesh) -> ufl.Measure:
-        """Measure over all named edges, numbered in their order; edges may share facets."""
-        kind = fem.IntegralType.exterior_facet
-        entities = [
-            (k, fem.compute_integration_domains(kind, domain.topology, facets))
-            for k, facets in enumerate(self.surface_mesh.edges.values())
-        ]
-        degree = {"quadrature_degree": 2 * self.shell.degree + 1}
-        return ufl.Measure("ds", domain, subdomain_data=entities, metadata=degree)
-
-    def ds(self, edge: str | tuple[str, ...], who: str) -> ufl.Measure:
-        """Measure along an edge or several.
-
-        Args:
-            edge: Name or names.
-            who: Who asks, for the error.
-
-        Raises:
-            SceneError: If there is no such edge.
-        """
-        self.surface_mesh.facets(edge, who)
-        names = (edge,) if isinstance(edge, str) else edge
-        numbers = list(self.surface_mesh.edges)
-        return self._ds(tuple(numbers.index(name) for name in names))
-
-    def hourglass(self, pair: tuple[Expr, Expr]) -> Form:
-        """Difference of the finer rules and the reduced rule of a pair of densities."""
-        assert self.rules.lines is not None
-        first, second = (self.section.hourglass * density for density in pair)
-        dx1, dx2 = self.rules.lines
-        return first * dx1 + second * dx2 - (first + second) * self.rules.reduced
-
-    def strains(self, q: Expr) -> ShellStrains:
-        """Strains of a state, by the user's measure where there is one."""
-        measure = self.shell.strains or shell_forms.shell_strains
-        u, w = self.layout.displacement(q), self.layout.director_change(q)
-        return measure(u, w, self.surface)
-
-    def integrate(self, density: Density) -> Form:
-        """Integral of densities for the full and the reduced rule."""
-        return density[0] * self.rules.full + density[1] * self.rules.reduced
+class ShellModel(BoundShell):
+    """A shell body: energies, and virtual work of all that acts in it; made as `BoundShell` is."""
 
     def internal(self, span: Interval, dq: Expr) -> Form:
         """Internal virtual work, compatibility, and the director constraint with its force."""
@@ -171,10 +49,6 @@ class ShellModel:
     def lost(self, step: Step, bow: Expr) -> Form | None:
         """Elastic energy of the bow of the strains, J."""
         return shellpath.lost(self, step, bow)
-
-    def velocities(self, v: Expr) -> tuple[Expr, Expr]:
-        """Velocity of the surface and of the director in a rate of the state."""
-        return self.layout.displacement(v), self.layout.director_change(v)
 
     def _integrate_mass(self, density: Callable[[Mass], Expr]) -> Form:
         """Mass by the full rule, moments of inertia of the director at the nodes.
@@ -196,16 +70,6 @@ class ShellModel:
         """Parts that have equations for the jump of velocities."""
         turning = {"w", "lam"} if self._turns else set()
         return frozenset(({"u", "bubble"} | turning) & self.mixed.parts.keys())
-
-    @property
-    def _turns(self) -> bool:
-        """Whether the rotation of the director has inertia, or nothing has."""
-        return self.mass is None or self.mass.I is not None
-
-    @property
-    def inertialess(self) -> bool:
-        """Whether the directors have no inertia though the shell moves."""
-        return not self._turns
 
     def velocity_constraint(self, v: Expr, mid: Expr, dv: Expr) -> Form | None:
         """Directors do not change their length, with the impulses for that."""
@@ -323,14 +187,6 @@ class ShellModel:
             return ufl.dot(ufl.cross(x, h) + ufl.cross(d, g), axis)
 
         return self._integrate_mass(density)
-
-    def position(self, q: Expr) -> Expr:
-        """Position of the deformed surface, shape (3,), m."""
-        return ufl.SpatialCoordinate(self.mixed.space.mesh) + self.layout.displacement(q)
-
-    def reference_directors(self) -> npt.NDArray[np.float64]:
-        """Reference directors of the local nodes, shape (n, 3)."""
-        return np.asarray(self.director.x.array.reshape(-1, 3))
 
     def constraint_error(self, q: fem.Function) -> float:
         """Largest deviation of a director's length from one on this rank."""

@@ -1,0 +1,166 @@
+"""What a shell is bound to: mesh, space, section, rules of its integrals, and its kinematics."""
+
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
+import ufl
+from dolfinx import fem, mesh
+from ufl import Form
+from ufl.core.expr import Expr
+
+from shellmb.forms import hourglass
+from shellmb.forms import shell as shell_forms
+from shellmb.forms.shell import ShellStrains
+from shellmb.forms.state import Layout
+from shellmb.forms.steps.mixed import Density
+from shellmb.forms.surface import Surface, surface
+from shellmb.meshes.directors import reference_director
+from shellmb.meshes.mesh import SurfaceMesh
+from shellmb.meshes.spaces import MixedSpace, shell_space
+from shellmb.model.body import (
+    FixedDofs,
+    NodeLink,
+    PartScale,
+)
+from shellmb.model.rules import quadrature_rules
+from shellmb.model.section import bind_mass, bind_section
+from shellmb.model.shells.direction import direction_1
+from shellmb.scene import LinearSection, Shell
+from shellmb.scene.loads.loads import Gravity, Load
+
+_ADVICE_MOTION = "a smaller step, a finer mesh, or a smaller load step"
+_ADVICE_FORCE = "a smaller step, or check the stiffness and thickness of the section"
+
+
+class BoundShell:
+    """A shell on its mesh, before any force acts in it.
+
+    Args:
+        shell: Description.
+        surface_mesh: Its meshed surface.
+        loads: Loads on it.
+        dynamic: Whether it moves in time, and so has inertia.
+    """
+
+    def __init__(
+        self, shell: Shell, surface_mesh: SurfaceMesh, loads: list[Load], dynamic: bool
+    ) -> None:
+        self.name, self.shell, self.surface_mesh = shell.name, shell, surface_mesh
+        domain = surface_mesh.mesh
+        linear = isinstance(shell.section, LinearSection)
+        self.mixed: MixedSpace = shell_space(domain, shell.degree, not linear)
+        if shell.holds_strains:
+            # multipliers: no compliance by which they could be eliminated cell by cell
+            self.mixed = replace(self.mixed, elementwise=self.mixed.elementwise - {"N"})
+        self.layout = Layout(self.mixed.parts)
+        self.director = reference_director(
+            surface_mesh, self.mixed.subspaces["u"], shell.degree, shell.name
+        )
+        direction = direction_1(shell, surface_mesh, self.mixed, self.director)
+        self.surface: Surface = surface(ufl.Jacobian(domain), direction, self.director)
+        self.rules = quadrature_rules(domain, shell.degree)
+        self._ds = self._edge_measure(domain)
+        self.section = bind_section(shell, domain)
+        jacobian = ufl.Jacobian(domain)
+        self.line_strains = hourglass.line_strains(self.strains, self.surface, jacobian)
+        weighed = any(isinstance(load, Gravity) for load in loads)
+        # an eccentric weight turns the director whether or not its rotation has inertia
+        every = replace(shell, rotary_inertia=True, eccentric_inertia=True)
+        self.mass_of_section = bind_mass(every, domain) if weighed else None
+        self.mass = bind_mass(shell, domain) if dynamic else None
+        self._loads = loads
+        self.fixed: list[FixedDofs] = []
+        self.links: tuple[NodeLink, ...] = ()
+        self.kinematic = frozenset({"u", "w", "bubble"} & self.mixed.parts.keys())
+        # set where joints tie the shell's velocities to those of other bodies
+        self.coupled = self.leaps = False
+        self.slenderness = slenderness = self.section.sizes.thickness / surface_mesh.length
+        label = f"of shell '{shell.name}'"
+        scales = {
+            "u": (f"displacement {label}", surface_mesh.length, _ADVICE_MOTION),
+            "bubble": (f"displacement bubble {label}", surface_mesh.length, _ADVICE_MOTION),
+            "w": (f"director {label}", 1.0, _ADVICE_MOTION),
+            "N": (f"resultants {label}", min(slenderness, 1e-3), _ADVICE_FORCE),
+            "S": (f"assumed strains {label}", min(slenderness, 1e-3), _ADVICE_FORCE),
+            "lam": (f"director multiplier {label}", slenderness**2, _ADVICE_MOTION),
+        }
+        self.parts = tuple(PartScale(name, *scales[name]) for name in self.mixed.parts)
+
+    @property
+    def domain(self) -> SurfaceMesh:
+        """Its mesh with names."""
+        return self.surface_mesh
+
+    @property
+    def force_size(self) -> float:
+        """Size of its resultants, N."""
+        return float(self.section.force.value)
+
+    def node_directors(self) -> npt.NDArray[np.float64]:
+        """Reference directors of the local nodes (owned and ghost), shape (n, 1, 3)."""
+        return np.asarray(self.director.x.array.reshape(-1, 1, 3))
+
+    def _edge_measure(self, domain: mesh.Mesh) -> ufl.Measure:
+        """Measure over all named edges, numbered in their order; edges may share facets."""
+        kind = fem.IntegralType.exterior_facet
+        entities = [
+            (k, fem.compute_integration_domains(kind, domain.topology, facets))
+            for k, facets in enumerate(self.surface_mesh.edges.values())
+        ]
+        degree = {"quadrature_degree": 2 * self.shell.degree + 1}
+        return ufl.Measure("ds", domain, subdomain_data=entities, metadata=degree)
+
+    def ds(self, edge: str | tuple[str, ...], who: str) -> ufl.Measure:
+        """Measure along an edge or several.
+
+        Args:
+            edge: Name or names.
+            who: Who asks, for the error.
+
+        Raises:
+            SceneError: If there is no such edge.
+        """
+        self.surface_mesh.facets(edge, who)
+        names = (edge,) if isinstance(edge, str) else edge
+        numbers = list(self.surface_mesh.edges)
+        return self._ds(tuple(numbers.index(name) for name in names))
+
+    def hourglass(self, pair: tuple[Expr, Expr]) -> Form:
+        """Difference of the finer rules and the reduced rule of a pair of densities."""
+        assert self.rules.lines is not None
+        first, second = (self.section.hourglass * density for density in pair)
+        dx1, dx2 = self.rules.lines
+        return first * dx1 + second * dx2 - (first + second) * self.rules.reduced
+
+    def strains(self, q: Expr) -> ShellStrains:
+        """Strains of a state, by the user's measure where there is one."""
+        measure = self.shell.strains or shell_forms.shell_strains
+        u, w = self.layout.displacement(q), self.layout.director_change(q)
+        return measure(u, w, self.surface)
+
+    def integrate(self, density: Density) -> Form:
+        """Integral of densities for the full and the reduced rule."""
+        return density[0] * self.rules.full + density[1] * self.rules.reduced
+
+    def velocities(self, v: Expr) -> tuple[Expr, Expr]:
+        """Velocity of the surface and of the director in a rate of the state."""
+        return self.layout.displacement(v), self.layout.director_change(v)
+
+    @property
+    def _turns(self) -> bool:
+        """Whether the rotation of the director has inertia, or nothing has."""
+        return self.mass is None or self.mass.I is not None
+
+    @property
+    def inertialess(self) -> bool:
+        """Whether the directors have no inertia though the shell moves."""
+        return not self._turns
+
+    def position(self, q: Expr) -> Expr:
+        """Position of the deformed surface, shape (3,), m."""
+        return ufl.SpatialCoordinate(self.mixed.space.mesh) + self.layout.displacement(q)
+
+    def reference_directors(self) -> npt.NDArray[np.float64]:
+        """Reference directors of the local nodes, shape (n, 3)."""
+        return np.asarray(self.director.x.array.reshape(-1, 3))
