@@ -10,13 +10,13 @@ from shellmb.scene import lookup
 from shellmb.scene.beams.beam import Beam
 from shellmb.scene.checks import whole as checks
 from shellmb.scene.checks.fields import check_fields
+from shellmb.scene.checks.paths import check_path
 from shellmb.scene.description import Body, Description
 from shellmb.scene.initial import InitialVelocity
 from shellmb.scene.loads.loads import Load
 from shellmb.scene.loads.supports import Support
 from shellmb.scene.multibody.elements import Coordinate, Driver, Element, Lock
 from shellmb.scene.multibody.joints import Joint
-from shellmb.scene.paths import check_path
 from shellmb.scene.probes import Probe
 from shellmb.scene.schemes import DISSIPATIVE, is_static
 from shellmb.scene.shells.gmsh_surfaces import GmshFile, MeshFile
