@@ -16,7 +16,8 @@ REDUCED = {"6x2": 2.0, "32x32": 3.0}
 RARELY = {"6x2": 2.0}
 # step over bare work
 OVERHEAD = {"6x2": 2.0, "32x32": 1.3}
-ED_OVER_EP = 3.0
+# a step over one of another scheme, in some of the ways to solve
+OVER = (("ed", "ep", (FULL, AUTO), 3.0), ("ep4", "ed", (AUTO,), 1.5))
 EXPONENT = 1.25
 OBSERVERS = 0.10
 PEAK_MIB = 2048.0
@@ -54,11 +55,13 @@ def bars(measured: Sequence[Measured]) -> list[Bar]:
         by.setdefault(m.record.case, {})[m.record.configuration] = m
     found = [bar for case, some in by.items() for bar in _of_case(case, some)]
     for (scene, scheme, mesh), some in by.items():
-        ep = by.get((scene, "ep", mesh), {})
-        for how in (FULL, AUTO):
-            if scheme == "ed" and how in some and how in ep:
-                ratio = some[how].record.step_s / ep[how].record.step_s
-                found.append(Bar(f"ED step over EP step, {how}, {mesh}", ratio, ED_OVER_EP))
+        for one, other, ways, bound in OVER:
+            there = by.get((scene, other, mesh), {})
+            for how in ways:
+                if scheme == one and how in some and how in there:
+                    ratio = some[how].record.step_s / there[how].record.step_s
+                    names = f"{one.upper()} step over {other.upper()} step"
+                    found.append(Bar(f"{names}, {how}, {mesh}", ratio, bound))
     for scheme in ("ep", "ed"):
         growth = exponents(measured, scheme)
         if growth is not None:

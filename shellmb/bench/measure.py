@@ -49,7 +49,7 @@ class Plan:
     """
 
     scenes: Sequence[str] = ("dynamic", "static")
-    schemes: Sequence[str] = ("ep", "ed")
+    schemes: Sequence[str] = ("ep", "ed", "ep4", "ed3")
     meshes: Sequence[tuple[int, int]] = ((6, 2), (16, 4), (32, 32), (64, 64))
     steps: int | None = None
     rounds: int = 3
@@ -155,4 +155,4 @@ def _measure_case(
 
 def quick() -> Plan:
     """What a test can wait for."""
-    return Plan(meshes=((4, 1),), steps=5, rounds=2)
+    return Plan(schemes=("ep", "ed"), meshes=((4, 1),), steps=5, rounds=2)

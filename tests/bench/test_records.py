@@ -171,6 +171,7 @@ def test_bars_by_hand():
         made(FULL, 4.0, bare=2.0),
         made(AUTO, 2.5, observers=0.2, peak=3000.0),
         made(AUTO, 7.0, scheme="ed"),
+        made(AUTO, 14.0, scheme="ep4"),
     )
     assert found["full/full over reduced/full, dynamic ep 6x2"] == (2.5, True)
     assert found["reduced/full over reduced/auto, dynamic ep 6x2"] == (1.6, False)
@@ -180,6 +181,7 @@ def test_bars_by_hand():
     assert found["share of observers, reduced/auto, dynamic ed 6x2"] == (0.0, True)
     assert found["peak memory [MiB], reduced/auto, dynamic ep 6x2"] == (3000.0, False)
     assert found["ED step over EP step, reduced/auto, 6x2"] == (2.8, True)
+    assert found["EP4 step over ED step, reduced/auto, 6x2"] == (2.0, False)
     assert Bar("at least", 1.0, 1.0, True).passed and not Bar("", 0.9, 1.0, True).passed
 
 

@@ -230,6 +230,24 @@ def test_reduced_iterates_are_those_of_the_unreduced_system(
         assert full.difference(rare, -1) < 1e-9
 
 
+# kernels of one joint between rigid bodies are small
+SMALL = sorted(KINDS)[0]
+
+
+@pytest.mark.parametrize("scheme", [{"scheme": "ep4"}, {"scheme": "ed3", "alpha": 0.5}])
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=[] if n == SMALL else pytest.mark.slow) for n in MOVING]
+)
+def test_schemes_quadratic_in_time_have_the_same_solution(
+    name: str, scheme: dict[str, Any]
+) -> None:
+    scene = MOVING[name](**scheme)
+    full, reduced = (Iterates(scene, solve, "full") for solve in ("full", "reduced"))
+    assert reduced.iteration.linear.size < full.iteration.linear.size
+    # what both leave of the last iteration
+    assert full.difference(reduced, -1) < 1e-9
+
+
 @pytest.mark.parametrize("scheme", ["static", "linear"])
 def test_statics(scheme: str) -> None:
     for scene in (plate(scheme=scheme), symmetric(scheme=scheme), plate(scheme=scheme, degree=3)):

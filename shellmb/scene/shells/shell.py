@@ -55,7 +55,8 @@ class Shell:
         stretching: Whether it stretches in its surface; False: inextensible.
         coupling: Whether bending and stretching are coupled, where the section does so.
         strains: A strain measure in place of the usual one: ``strains(u, w, surface)`` returns
-            ``ShellStrains``, as :func:`shellmb.forms.shell.shell_strains` does.
+            ``ShellStrains``, as :func:`shellmb.forms.shell.shell_strains` does; of any form, and
+            quickest to compile if at most quadratic in the unknowns.
         terms: Terms added to the weak form, each a callable in UFL.
         rigid: Whether the shell is one rigid body, of the mass and inertia of its mesh and section.
         areas: Names of areas with vectorised functions of positions (3, n) that say whether they
