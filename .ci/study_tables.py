@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from shellmb.study.advice import TARGETS
-from shellmb.study.bundled import BUNDLED
+from shellmb.study.cases.bundled import BUNDLED
 
 ROOT = Path(__file__).resolve().parents[1]
 STORED = ROOT / "demos" / "studies"

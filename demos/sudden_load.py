@@ -6,6 +6,7 @@ swings out to nearly twice the static deflection and back; the energy account cl
 
 # KIND: start here
 # CI: shellmb run sudden_load --check
+# CI: shellmb run sudden_load --backend snes --check --no-pictures --out runs/ci-snes
 # CI: mpiexec -n 2 shellmb run sudden_load --check --no-pictures --quiet
 
 import math

@@ -39,11 +39,11 @@ from typing import NamedTuple
 import ufl
 from ufl.core.expr import Expr
 
-from .discrete import stress_average
-from .frame import vectors
-from .mixed import Interval
-from .state import Layout
-from .surface import along, unit
+from shellmb.forms.frame import vectors
+from shellmb.forms.state import Layout
+from shellmb.forms.steps.discrete import stress_average
+from shellmb.forms.steps.mixed import Interval
+from shellmb.forms.surface import along, unit
 
 Strains = Callable[[Expr], Expr]
 

@@ -28,9 +28,9 @@ from collections.abc import Callable
 import ufl
 from ufl.core.expr import Expr
 
-from .mixed import Measure
-from .state import Layout
-from .surface import Surface, unit
+from shellmb.forms.state import Layout
+from shellmb.forms.steps.mixed import Measure
+from shellmb.forms.surface import Surface, unit
 
 Pair = tuple[Expr, Expr]
 

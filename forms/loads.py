@@ -7,9 +7,9 @@ sub-interval), in the direction `du, dw`.
 import ufl
 from ufl.core.expr import Expr
 
-from .frame import Vectors, vectors
-from .shell import Mass
-from .surface import Surface, along
+from shellmb.forms.frame import Vectors, vectors
+from shellmb.forms.shell import Mass
+from shellmb.forms.surface import Surface, along
 
 
 def dead_force(force: Expr, du: Expr) -> Expr:

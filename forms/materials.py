@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 import ufl
 from ufl.core.expr import Expr
 
-from .shell import ShellStrains
+from shellmb.forms.shell import ShellStrains
 
 # Gauss-Legendre rule with three points on [-1/2, 1/2]: exact for the quintic part of the energy in
 # z

@@ -22,7 +22,7 @@ from typing import NamedTuple
 import ufl
 from ufl.core.expr import Expr
 
-from .surface import Surface, along
+from shellmb.forms.surface import Surface, along
 
 
 class ShellStrains(NamedTuple):

@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 from ufl.core.expr import Expr
 
-from .shell import Mass
-from .surface import Surface
+from shellmb.forms.shell import Mass
+from shellmb.forms.surface import Surface
 
 
 class Point(NamedTuple):

@@ -16,15 +16,15 @@ from shellmb.calling import callable_module
 from shellmb.errors import ConvergenceError, SceneError
 from shellmb.model.model import Model
 from shellmb.scene import Scene
-from shellmb.scene.loads import FollowerEdgeForce, FollowerSurfaceForce, Gravity, Pressure
+from shellmb.scene.loads.loads import FollowerEdgeForce, FollowerSurfaceForce, Gravity, Pressure
 from shellmb.schemes.base import at_state
-from shellmb.schemes.rows import Span
+from shellmb.schemes.residuals.rows import Span
 from shellmb.simulate.fields import body_field
 from shellmb.simulate.simulation import Simulation
-from shellmb.simulate.sound import sound_model
-from shellmb.system.assembly import BlockSystem
-from shellmb.system.direct import MUMPS_OPTIONS
-from shellmb.system.fields import Field, Followers
+from shellmb.simulate.soundness.sound import sound_model
+from shellmb.system.assembly.blocks import BlockSystem
+from shellmb.system.assembly.fields import Field, Followers
+from shellmb.system.direct.mumps import MUMPS_OPTIONS
 
 # shellmb.modes(scene)
 callable_module(__name__, "shellmb.api.modeshapes:modes")

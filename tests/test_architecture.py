@@ -1,9 +1,11 @@
 """The arrows of the design do not turn back, and the installed package is the tree."""
 
 import ast
+import re
 import subprocess
 import sys
 import tomllib
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -15,7 +17,17 @@ FOLDERS = {"shellmb.forms": ROOT / "forms", "shellmb.demos": ROOT / "demos"}
 FOLDERS["shellmb"] = ROOT / "shellmb"
 
 # a layer imports only layers of a smaller rank, and itself
-FLOW = ("scene", "build", "forms", "model", "schemes", "system", "simulate", "observers", "watches")
+FLOW = (
+    "scene",
+    "meshes",
+    "forms",
+    "model",
+    "schemes",
+    "system",
+    "simulate",
+    "observers",
+    "watches",
+)
 FIRST = ("errors", "calling", "locks", "stopping", "compiler", "kernels", "analytic")
 RANK = {name: rank for rank, name in enumerate((*FIRST, *FLOW))}
 # what a user starts; these may import one another
@@ -37,6 +49,8 @@ RANK |= dict.fromkeys(TOP, len(RANK))
 FORMS_MAY_IMPORT = {"ufl", "__future__", "collections", "dataclasses", "math", "typing"}
 HEAVY = {"dolfinx", "basix", "ffcx", "ufl", "petsc4py", "slepc4py", "mpi4py", "gmsh"}
 MAX_LINES = 350
+# modules of one folder; scenes that a user starts by name stay beside one another
+MAX_MODULES, NO_ROOM = 12, {"demos"}
 
 
 def modules() -> dict[str, Path]:
@@ -108,7 +122,7 @@ def test_scene_and_analytic_know_no_finite_elements(module: str) -> None:
 
 @pytest.mark.parametrize("module", sorted(m for m in MODULES if layer(m) == "system"))
 def test_system_knows_no_shells(module: str) -> None:
-    shells = {"scene", "build", "forms", "model", "schemes", "analytic"}
+    shells = {"scene", "meshes", "forms", "model", "schemes", "analytic"}
     assert not {layer(name) for name in imports(module)} & shells
 
 
@@ -142,6 +156,32 @@ def test_setuptools_lists_every_package() -> None:
     assert sorted(listed) == sorted(in_tree)
     with_code = {path.parent for path in MODULES.values()}
     assert with_code == {path.parent for path in MODULES.values() if path.name == "__init__.py"}
+
+
+def test_small_rooms() -> None:
+    folders = Counter(str(path.parent.relative_to(ROOT)) for path in MODULES.values())
+    assert not {name: n for name, n in folders.items() if n > MAX_MODULES and name not in NO_ROOM}
+
+
+def test_contributing_lists_the_rooms() -> None:
+    text = (ROOT / "CONTRIBUTING.md").read_text()
+    for name, path in MODULES.items():
+        if path.name == "__init__.py" and name not in ("shellmb", "shellmb.demos"):
+            said = (ast.get_docstring(ast.parse(path.read_text())) or "").splitlines()[0]
+            room = name.removeprefix("shellmb.").replace(".", "/")
+            assert f"- `{room}`: {said.rstrip('.')}\n" in text
+
+
+def test_files_that_texts_name_are_there() -> None:
+    named = re.compile(r"(?<![\w./-])(?:shellmb|forms|tests|demos)/[\w/.-]*\w")
+    texts = [*MODULES.values(), *ROOT.glob("*.md"), *(ROOT / "docs").glob("*/*.md")]
+    gone = {
+        (str(path.relative_to(ROOT)), name)
+        for path in texts
+        for name in named.findall(path.read_text())
+        if not (ROOT / name).exists()
+    }
+    assert not gone
 
 
 def test_small_files() -> None:

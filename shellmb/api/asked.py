@@ -10,7 +10,7 @@ from shellmb.errors import SceneError
 from shellmb.run.loader import SceneModule
 from shellmb.run.request import Options, Request, parse_mesh
 from shellmb.scene import Scene
-from shellmb.scene.checks_effect import check_alpha
+from shellmb.scene.checks.effect import check_alpha
 
 
 @dataclass(frozen=True)

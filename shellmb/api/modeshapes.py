@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from shellmb.api.asked import ask
-from shellmb.observers.described import Described, read_described
+from shellmb.observers.files.described import Described, read_described
 from shellmb.scene import Scene
 from shellmb.show.fields import Fields
 
@@ -151,7 +151,7 @@ def modes(
     """
     from mpi4py import MPI
 
-    from shellmb.api.runs import gone_with, place
+    from shellmb.api.folders import gone_with, place
     from shellmb.run.modes import find_modes
 
     asked = ask(scene, parameters, mesh=mesh, degree=degree, cell=cell)

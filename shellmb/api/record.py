@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from shellmb.errors import SceneError
-from shellmb.observers.described import Described, read_described
+from shellmb.observers.files.described import Described, read_described
 from shellmb.scene import Scene
 from shellmb.show.fields import Fields
 
@@ -131,7 +131,7 @@ class Run:
                 among their fields those.
             component: Name or number of its component; None: its magnitude.
         """
-        from shellmb.show.scenery import still
+        from shellmb.show.space.scenery import still
 
         return still(self.fields, self.described, t, field, component)
 
@@ -148,7 +148,7 @@ class Run:
         Raises:
             RunError: If there is no display.
         """
-        from shellmb.show.scenery import show
+        from shellmb.show.space.scenery import show
 
         show(self.fields, self.described, t, field, component)
 

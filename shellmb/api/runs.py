@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import atexit
-import shutil
-import tempfile
-import weakref
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from shellmb.api.asked import ask
+from shellmb.api.folders import gone_with, place
 from shellmb.api.modeshapes import ModeShapes, is_modes
 from shellmb.api.record import Run
 from shellmb.scene import Scene
@@ -139,7 +136,7 @@ def resume(
     """
     from mpi4py import MPI
 
-    from shellmb.run.resume import resume as go_on
+    from shellmb.run.resuming.resume import resume as go_on
 
     world = MPI.COMM_WORLD if comm is None else comm
     named = isinstance(scene, str)
@@ -187,32 +184,3 @@ def load_scene(scene: str, **parameters: Any) -> Scene:
         SceneError: If there is no such scene, or it is impossible.
     """
     return ask(scene, parameters).scene
-
-
-def place(out: Path | str | None, comm: MPI.Comm) -> tuple[Path, bool]:
-    """Directory of a run, and whether it is a temporary one; collective.
-
-    Args:
-        out: As given.
-        comm: Communicator.
-    """
-    if out is not None:
-        return Path(out), False
-    made = tempfile.mkdtemp(prefix="shellmb-") if comm.rank == 0 else None
-    directory = Path(comm.bcast(made))
-    # also where the run fails, and nobody holds it
-    if comm.rank == 0:
-        atexit.register(shutil.rmtree, directory, ignore_errors=True)
-    return directory, True
-
-
-def gone_with(owner: object, directory: Path, rank: int) -> None:
-    """Remove a directory when its run is not used any more.
-
-    Args:
-        owner: The run.
-        directory: Its directory.
-        rank: That of this process; the first one removes.
-    """
-    if rank == 0:
-        weakref.finalize(owner, shutil.rmtree, directory, ignore_errors=True)

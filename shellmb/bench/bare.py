@@ -12,11 +12,11 @@ from mpi4py import MPI
 import numpy as np
 
 from shellmb.simulate.problem import Problem
-from shellmb.system import native
-from shellmb.system.direct import DirectSolver, Purpose
-from shellmb.system.linear import Linear, Unreduced
-from shellmb.system.loops import FormLoop, LoopResiduals, mesh_groups
-from shellmb.system.reduction import Reduction
+from shellmb.system.assembly import native
+from shellmb.system.assembly.loops import FormLoop, LoopResiduals, mesh_groups
+from shellmb.system.condensation.reduction import Reduction
+from shellmb.system.direct.linear import Linear, Unreduced
+from shellmb.system.direct.mumps import DirectSolver, Purpose
 
 # a part is timed until it has taken so long, but at least and at most so often
 ENOUGH, FEWEST, MOST = 0.02, 3, 15

@@ -17,7 +17,7 @@ from shellmb.bench.watchers import Timed, default_observers
 from shellmb.run.directory import make_directory
 from shellmb.scene import Scene
 from shellmb.simulate.simulation import Simulation
-from shellmb.system.assembly import Residuals
+from shellmb.system.assembly.blocks import Residuals
 
 Floats = npt.NDArray[np.float64]
 

@@ -73,7 +73,7 @@ def bench(
     from shellmb.run.request import parse_mesh
 
     if effects or effect:
-        from shellmb.bench.effect_report import effect_plan_of, run_effects
+        from shellmb.bench.effects.report import effect_plan_of, run_effects
 
         refused = {"scene": scene, "limit": limit, "memory": memory, "peer": peer, "check": check}
         by_effect = effect_plan_of(
@@ -88,7 +88,7 @@ def bench(
         run_effects(by_effect, out, json)
         return
     if peer is not None:
-        from shellmb.bench.peer_report import run_peer
+        from shellmb.bench.peers.report import run_peer
 
         passed = run_peer(out, json, quick, check)
     else:

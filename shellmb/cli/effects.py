@@ -58,7 +58,7 @@ def effects(
     built, module = asked(scene, parameters, **times, **elements).build()
     said = {"without": without or [], "with": with_ or []}
 
-    from shellmb.effects.registry import changed
+    from shellmb.effects.catalogue.registry import changed
 
     if without or with_:
         other = changed(built, said["without"], said["with"])

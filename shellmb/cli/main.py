@@ -198,7 +198,7 @@ def resume(
     request = read_request(directory).trusted(scene, trust)
     built, _ = request.build()
 
-    from shellmb.run.resume import resume as go_on
+    from shellmb.run.resuming.resume import resume as go_on
 
     with announced(built.name, quiet):
         result = go_on(

@@ -58,7 +58,7 @@ def plot(
     run.picture(t, field, component).save(file)
     say(f"written: {file}")
     if animation is not None:
-        from shellmb.show.animation import animate
+        from shellmb.show.space.animation import animate
 
         animate(run.fields, run.described, animation, field=field, component=component)
         say(f"written: {animation}")

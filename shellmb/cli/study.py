@@ -144,7 +144,7 @@ def _refuse(scene: str | None, bundled: str | None, given: list[str]) -> None:
 def _run_bundled(
     name: str, repeat: int | None, clock: str, out: Path | None, quiet: bool
 ) -> list[Done]:
-    from shellmb.study.bundled import BUNDLED, find_bundled
+    from shellmb.study.cases.bundled import BUNDLED, find_bundled
 
     if name == "list":
         if first_rank():

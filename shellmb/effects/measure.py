@@ -15,8 +15,8 @@ from shellmb.kernels import watched
 from shellmb.run.directory import make_directory
 from shellmb.run.standard import StandardObservers
 from shellmb.scene import Scene
-from shellmb.simulate.landing import ROUND_OFF
 from shellmb.simulate.simulation import Observer, Simulation
+from shellmb.simulate.stepsize.landing import ROUND_OFF
 
 
 class Stepping:

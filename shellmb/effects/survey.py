@@ -11,10 +11,10 @@ from typing import Any
 
 from mpi4py import MPI
 
+from shellmb.effects.catalogue.registry import EFFECTS
 from shellmb.effects.count import Count, count, count_bodies
 from shellmb.effects.effect import Effect
 from shellmb.effects.measure import Stepping, share
-from shellmb.effects.registry import EFFECTS
 from shellmb.errors import ConvergenceError, SceneError
 from shellmb.scene import Scene
 

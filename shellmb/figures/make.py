@@ -73,7 +73,8 @@ def find_examples(section: str | None = None) -> list[Example]:
     if section is not None and section not in EXAMPLES:
         raise SceneError(f"figures: there is no example '{section}'; give one of {_known()}")
     wanted = EXAMPLES if section is None else {section: EXAMPLES[section]}
-    return [importlib.import_module(f"shellmb.figures.{m}").EXAMPLE for m in wanted.values()]
+    rooms = (f"shellmb.figures.examples.{module}" for module in wanted.values())
+    return [importlib.import_module(name).EXAMPLE for name in rooms]
 
 
 def _known() -> str:

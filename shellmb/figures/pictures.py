@@ -16,15 +16,15 @@ from PIL import Image
 
 from shellmb.figures.example import Figure, Results
 from shellmb.figures.states import States
-from shellmb.observers.described import Described
 from shellmb.observers.drawing import STYLE, figure
-from shellmb.observers.frames import Frame
-from shellmb.show.animation import write
-from shellmb.show.colours import Colouring
-from shellmb.show.scenery import COLOURS as COLOUR_MAP
-from shellmb.show.scenery import Showing, images
-from shellmb.show.shapes import Shape, State
-from shellmb.show.views import view_of
+from shellmb.observers.files.described import Described
+from shellmb.observers.files.frames import Frame
+from shellmb.show.space.animation import write
+from shellmb.show.space.colours import Colouring
+from shellmb.show.space.scenery import COLOURS as COLOUR_MAP
+from shellmb.show.space.scenery import Showing, images
+from shellmb.show.space.shapes import Shape, State
+from shellmb.show.space.views import view_of
 
 __all__ = ["draw_animation", "draw_figure", "shapes"]
 

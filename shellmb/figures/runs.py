@@ -17,7 +17,7 @@ from shellmb.observers.history import read_history
 from shellmb.observers.progress import ProgressReport
 from shellmb.run.execute import INTERRUPTED, execute
 from shellmb.run.request import REQUEST, Options, Request, read_request
-from shellmb.run.resume import resume
+from shellmb.run.resuming.resume import resume
 from shellmb.run.standard import HISTORY, SUMMARY
 from shellmb.run.tables import Damaged, read_table
 from shellmb.scene import Scene

@@ -11,9 +11,9 @@ import numpy as np
 import numpy.typing as npt
 import pyvista
 
-from shellmb.observers.drawn import LINE, VERTEX
-from shellmb.observers.frames import Frame
-from shellmb.observers.grid import Grid, lattice
+from shellmb.observers.files.drawn import LINE, VERTEX
+from shellmb.observers.files.frames import Frame
+from shellmb.observers.files.grid import Grid, lattice
 from shellmb.run.standard import FIELDS
 
 Floats = npt.NDArray[np.float64]

@@ -10,9 +10,9 @@ from dolfinx import fem
 from ufl import Form
 from ufl.core.expr import Expr
 
-from shellmb.build.spaces import MixedSpace
-from shellmb.forms.mixed import Interval
-from shellmb.forms.path import Row, Step
+from shellmb.forms.steps.mixed import Interval
+from shellmb.forms.steps.path import Row, Step
+from shellmb.meshes.spaces import MixedSpace
 
 TimeFunction = Callable[[float], float]
 Dofs = npt.NDArray[np.int32]

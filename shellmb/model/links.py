@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from shellmb.build.nodes import NodeMesh
+from shellmb.meshes.nodes import NodeMesh
 from shellmb.model.body import Dofs, NodeLink
 
 

@@ -9,28 +9,28 @@ from mpi4py import MPI
 import numpy as np
 import numpy.typing as npt
 
-from shellmb.build.mesh import build_surface
 from shellmb.errors import SceneError
-from shellmb.model.beam import BeamModel, build_beam
+from shellmb.meshes.mesh import build_surface
 from shellmb.model.body import Body, NodeLink
-from shellmb.model.constraints import ConstraintGroup
-from shellmb.model.finder import Finder, RigidPlaces
-from shellmb.model.glue import glue_beams, line_along
-from shellmb.model.idle import refuse_idle_loads
-from shellmb.model.joins import join_shells
-from shellmb.model.mechanism import Mechanism, build_mechanism
-from shellmb.model.nodal import NodalConstraint
-from shellmb.model.places import local_nodes
+from shellmb.model.frames.beam import BeamModel, build_beam
+from shellmb.model.frames.glue import glue_beams, line_along
+from shellmb.model.frames.rigid import GROUND, RigidBodies, RigidNode, ground_node
+from shellmb.model.frames.rigidify import RigidMeshes, rigidified
+from shellmb.model.joints.constraints import ConstraintGroup
+from shellmb.model.joints.mechanism import Mechanism, build_mechanism
+from shellmb.model.places.finder import Finder, RigidPlaces
+from shellmb.model.places.nodes import local_nodes
 from shellmb.model.plausible import doubt_thickness
-from shellmb.model.pointloads import point_loads
-from shellmb.model.prescribed import Prescribed
-from shellmb.model.rigid import GROUND, RigidBodies, RigidNode, ground_node
-from shellmb.model.rigidify import RigidMeshes, rigidified
-from shellmb.model.shell import ShellModel
-from shellmb.model.supports import SupportRows
+from shellmb.model.shells.joins import join_shells
+from shellmb.model.shells.shell import ShellModel
+from shellmb.model.supports.idle import refuse_idle_loads
+from shellmb.model.supports.nodal import NodalConstraint
+from shellmb.model.supports.pointloads import point_loads
+from shellmb.model.supports.prescribed import Prescribed
+from shellmb.model.supports.supports import SupportRows
 from shellmb.scene import Beam, RigidBody, Scene, Shell
-from shellmb.scene.elements import PointElement
-from shellmb.scene.loads import Gravity, Load
+from shellmb.scene.loads.loads import Gravity, Load
+from shellmb.scene.multibody.elements import PointElement
 
 Ints = npt.NDArray[np.int64]
 Floats = npt.NDArray[np.float64]

@@ -5,10 +5,10 @@ from collections.abc import Callable
 from ufl import Form
 from ufl.core.expr import Expr
 
-from shellmb.forms.path import Measure, Points, Row
-from shellmb.forms.pathwork import MixedSection, pair_change, pair_work
-from shellmb.forms.pathwork_nonlinear import NonlinearPath
 from shellmb.forms.state import Layout
+from shellmb.forms.steps.path import Measure, Points, Row
+from shellmb.forms.steps.pathwork import MixedSection, pair_change, pair_work
+from shellmb.forms.steps.pathwork_nonlinear import NonlinearPath
 from shellmb.model.body import Term
 
 

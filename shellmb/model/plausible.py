@@ -12,8 +12,8 @@ from shellmb.errors import ShellmbWarning
 from shellmb.scene.lookup import said
 
 if TYPE_CHECKING:
-    from shellmb.model.beam import BeamModel
-    from shellmb.model.shell import ShellModel
+    from shellmb.model.frames.beam import BeamModel
+    from shellmb.model.shells.shell import ShellModel
 
 
 def doubt_thickness(

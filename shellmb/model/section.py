@@ -7,9 +7,9 @@ import numpy.typing as npt
 from dolfinx import fem, mesh
 from ufl.core.expr import Expr
 
-from shellmb.forms.mixed import Formulation, LinearMixed
-from shellmb.forms.mixed_nonlinear import NonlinearMixed
 from shellmb.forms.shell import Mass, ShellStrains
+from shellmb.forms.steps.mixed import Formulation, LinearMixed
+from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
 from shellmb.model.written import resists_all, written
 from shellmb.scene import Hyperelastic, LinearSection, Shell
 

@@ -13,7 +13,7 @@ from ufl.core.expr import Expr
 from ufl.corealg.traversal import traverse_unique_terminals
 
 from shellmb.errors import SceneError
-from shellmb.scene.validate import in_words, show
+from shellmb.scene.values.validate import in_words, show
 
 
 def written(function: Callable[..., Any], arguments: Sequence[Any], who: str) -> Expr:

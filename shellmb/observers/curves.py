@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from matplotlib.axes import Axes
 
-from shellmb.observers.described import Described
+from shellmb.observers.files.described import Described
 
 Floats = npt.NDArray[np.float64]
 # columns of a history by name: a DataFrame, or arrays

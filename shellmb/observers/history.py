@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
 
 from shellmb.errors import SceneError
-from shellmb.observers.batches import Batches
-from shellmb.observers.growingfile import GrowingFile
+from shellmb.observers.files.batches import Batches
+from shellmb.observers.files.growingfile import GrowingFile
 from shellmb.simulate.simulation import Silent, Simulation
 
 # what every history begins and ends with

@@ -12,9 +12,9 @@ from mpi4py import MPI
 import numpy as np
 import numpy.typing as npt
 
-from shellmb.model.places import local_nodes
-from shellmb.observers.nodal import Nodes
-from shellmb.observers.resultants import Resultants, has_resultants
+from shellmb.model.places.nodes import local_nodes
+from shellmb.observers.fields.nodal import Nodes
+from shellmb.observers.fields.resultants import Resultants, has_resultants
 from shellmb.scene import Probe, RigidBody
 from shellmb.simulate.simulation import Silent, Simulation
 

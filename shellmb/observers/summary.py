@@ -13,13 +13,13 @@ from typing import Any
 import numpy as np
 
 from shellmb import __version__
-from shellmb.observers.constraints import Constraints
-from shellmb.observers.energy import EnergyAccount
+from shellmb.observers.account.constraints import Constraints
+from shellmb.observers.account.energy import EnergyAccount
+from shellmb.observers.account.jumps import jump_error
+from shellmb.observers.account.momentum import Momentum
+from shellmb.observers.account.step_error import controlled
+from shellmb.observers.account.turning import Turning
 from shellmb.observers.history import History
-from shellmb.observers.jumps import jump_error
-from shellmb.observers.momentum import Momentum
-from shellmb.observers.step_error import controlled
-from shellmb.observers.turning import Turning
 from shellmb.simulate.simulation import Simulation
 
 PACKAGES = {"dolfinx": "dolfinx-solver-real", "ufl": "fenics-ufl", "ffcx": "fenics-ffcx"}

@@ -19,9 +19,9 @@ import numpy as np
 import numpy.typing as npt
 
 from shellmb.errors import ConvergenceError, RunError, SceneError, ShellmbError, Stopped
-from shellmb.observers.checkpoint import Saved
-from shellmb.observers.described import describe
-from shellmb.observers.energy import EnergyAccount
+from shellmb.observers.account.energy import EnergyAccount
+from shellmb.observers.files.checkpoint import Saved
+from shellmb.observers.files.described import describe
 from shellmb.observers.path import path_points
 from shellmb.observers.summary import summarise, write_json
 from shellmb.run.blame import user_frame

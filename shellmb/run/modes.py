@@ -10,9 +10,9 @@ from typing import Any
 from mpi4py import MPI
 
 from shellmb.modes import Modes, natural_modes
-from shellmb.observers.described import describe
-from shellmb.observers.drawn import drawn_bodies
-from shellmb.observers.gridfiles import GridFiles
+from shellmb.observers.files.described import describe
+from shellmb.observers.files.drawn import drawn_bodies
+from shellmb.observers.files.gridfiles import GridFiles
 from shellmb.observers.summary import versions, write_json
 from shellmb.run.directory import claimed, written
 from shellmb.run.memory import check_memory

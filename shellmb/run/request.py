@@ -10,11 +10,11 @@ from typing import Any, ClassVar, Literal
 from pydantic import ConfigDict, TypeAdapter, ValidationError
 
 from shellmb.errors import SceneError
-from shellmb.observers.seal import checksum, is_sealed, sealed
+from shellmb.observers.files.seal import checksum, is_sealed, sealed
 from shellmb.run.loader import SceneModule, demos, is_file_name, load
 from shellmb.run.tables import Damaged, first_error, read_table
 from shellmb.scene import Scene
-from shellmb.scene.checks_effect import check_alpha
+from shellmb.scene.checks.effect import check_alpha
 
 # name in a run directory
 REQUEST = "request.json"
@@ -249,7 +249,7 @@ def read_request(out: Path | str) -> StoredRequest:
 def _lost(what: str) -> str:
     return (
         f"resume: {what}; the state may be whole: go on from Python with "
-        "`shellmb.run.resume.resume(directory, scene=...)`"
+        "`shellmb.run.resuming.resume.resume(directory, scene=...)`"
     )
 
 

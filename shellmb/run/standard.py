@@ -6,24 +6,24 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from shellmb.observers.checkpoint import Checkpoint
-from shellmb.observers.constraints import Constraints
-from shellmb.observers.endforces import EndForceColumns
-from shellmb.observers.energy import EnergyAccount
+from shellmb.observers.account.constraints import Constraints
+from shellmb.observers.account.energy import EnergyAccount
+from shellmb.observers.account.momentum import Momentum
+from shellmb.observers.account.step_error import StepError
+from shellmb.observers.account.turning import Turning
+from shellmb.observers.files.checkpoint import Checkpoint
+from shellmb.observers.forces.endforces import EndForceColumns
+from shellmb.observers.forces.joints import JointForces
 from shellmb.observers.history import History, Measuring
-from shellmb.observers.joints import JointForces
-from shellmb.observers.momentum import Momentum
 from shellmb.observers.path import PathRecord
 from shellmb.observers.probes import Probes
-from shellmb.observers.step_error import StepError
 from shellmb.observers.summary import Sources
-from shellmb.observers.turning import Turning
 from shellmb.run.stop import Stop
 from shellmb.simulate.simulation import Observer
 from shellmb.watches.registry import watches
 
 if TYPE_CHECKING:
-    from shellmb.observers.frames import Frames
+    from shellmb.observers.files.frames import Frames
 
 # names in a run directory
 SUMMARY, HISTORY, FIELDS, STATE = "summary.json", "history.csv", "fields", "state"
@@ -68,7 +68,7 @@ class StandardObservers:
         self.frames: Frames | None = None
         if directory is not None:
             # VTK and matplotlib are only loaded where something is written
-            from shellmb.observers.frames import Frames
+            from shellmb.observers.files.frames import Frames
 
             self.frames = Frames(directory / FIELDS, joints)
             self.named["frames"] = self.frames

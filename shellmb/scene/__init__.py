@@ -1,18 +1,7 @@
 """The scene: plain descriptions of bodies, supports, loads and settings, checked when made."""
 
-from shellmb.scene.beam_sections import BeamSection, GeneralSection
-from shellmb.scene.beam_shapes import CircularSection, RectangularSection, TubularSection
-from shellmb.scene.beams import Beam, Glue
-from shellmb.scene.bodies import Join, Shell
-from shellmb.scene.body_loads import (
-    FollowerForce,
-    FollowerLineForce,
-    FollowerMoment,
-    LineForce,
-    LineMoment,
-    PointMoment,
-)
-from shellmb.scene.curves import (
+from shellmb.scene.beams.beam import Beam, Glue
+from shellmb.scene.beams.curves import (
     AlongEdge,
     AlongLine,
     Arc,
@@ -21,7 +10,41 @@ from shellmb.scene.curves import (
     Line,
     ParametricCurve,
 )
-from shellmb.scene.elements import (
+from shellmb.scene.beams.sections import BeamSection, GeneralSection
+from shellmb.scene.beams.shapes import CircularSection, RectangularSection, TubularSection
+from shellmb.scene.initial import InitialVelocity
+from shellmb.scene.loads.body_loads import (
+    FollowerForce,
+    FollowerLineForce,
+    FollowerMoment,
+    LineForce,
+    LineMoment,
+    PointMoment,
+)
+from shellmb.scene.loads.loads import (
+    EdgeForce,
+    EdgeMoment,
+    FollowerEdgeForce,
+    FollowerSurfaceForce,
+    Gravity,
+    Load,
+    PointForce,
+    Pressure,
+    SurfaceForce,
+)
+from shellmb.scene.loads.supports import (
+    Clamped,
+    Diaphragm,
+    Driven,
+    Fixed,
+    HardSupport,
+    Hinged,
+    SoftSupport,
+    Support,
+    SymmetryPlane,
+)
+from shellmb.scene.lookup import Body
+from shellmb.scene.multibody.elements import (
     Damper,
     Driver,
     Element,
@@ -31,9 +54,7 @@ from shellmb.scene.elements import (
     Motor,
     Spring,
 )
-from shellmb.scene.gmsh_surfaces import GmshFile, GmshModel, MeshFile
-from shellmb.scene.initial import InitialVelocity
-from shellmb.scene.joints import (
+from shellmb.scene.multibody.joints import (
     GROUND,
     Cylindrical,
     Distance,
@@ -48,40 +69,25 @@ from shellmb.scene.joints import (
     Universal,
     Weld,
 )
-from shellmb.scene.laminate import Laminate, Ply, PlyMaterial, stacking_angles
-from shellmb.scene.loads import (
-    EdgeForce,
-    EdgeMoment,
-    FollowerEdgeForce,
-    FollowerSurfaceForce,
-    Gravity,
-    Load,
-    PointForce,
-    Pressure,
-    SurfaceForce,
-)
-from shellmb.scene.lookup import Body
+from shellmb.scene.multibody.rigid import RigidBody
+from shellmb.scene.multibody.rolling import KnifeEdge, Rolling
 from shellmb.scene.paths import PathFollowing
 from shellmb.scene.probes import Probe
-from shellmb.scene.rigid import RigidBody
-from shellmb.scene.rolling import KnifeEdge, Rolling
-from shellmb.scene.round_surfaces import Cylinder, Disc, Sphere
 from shellmb.scene.scene import Scene
-from shellmb.scene.sections import Hyperelastic, Isotropic, LinearSection, Orthotropic, Section
 from shellmb.scene.settings import Output, Solver, StepControl
-from shellmb.scene.supports import (
-    Clamped,
-    Diaphragm,
-    Driven,
-    Fixed,
-    HardSupport,
-    Hinged,
-    SoftSupport,
-    Support,
-    SymmetryPlane,
+from shellmb.scene.shells.gmsh_surfaces import GmshFile, GmshModel, MeshFile
+from shellmb.scene.shells.laminate import Laminate, Ply, PlyMaterial, stacking_angles
+from shellmb.scene.shells.round_surfaces import Cylinder, Disc, Sphere
+from shellmb.scene.shells.sections import (
+    Hyperelastic,
+    Isotropic,
+    LinearSection,
+    Orthotropic,
+    Section,
 )
-from shellmb.scene.surfaces import Parametric, Rectangle, Surface
-from shellmb.scene.times import Ramp, Sine, Step, Table, TimeFunction
+from shellmb.scene.shells.shell import Join, Shell
+from shellmb.scene.shells.surfaces import Parametric, Rectangle, Surface
+from shellmb.scene.values.times import Ramp, Sine, Step, Table, TimeFunction
 
 __all__ = [
     "GROUND",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from shellmb.scene.validate import Name, Vec3, described
+from shellmb.scene.values.validate import Name, Vec3, described
 
 __all__ = ["InitialVelocity"]
 

@@ -6,14 +6,14 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 from shellmb.errors import SceneError
-from shellmb.scene import body_loads, loads, supports
-from shellmb.scene.beams import Beam
-from shellmb.scene.bodies import Shell
-from shellmb.scene.elements import Coordinate, Driver, JointElement
+from shellmb.scene.beams.beam import Beam
 from shellmb.scene.initial import InitialVelocity
-from shellmb.scene.joints import GROUND, Joint
+from shellmb.scene.loads import body_loads, loads, supports
+from shellmb.scene.multibody.elements import Coordinate, Driver, JointElement
+from shellmb.scene.multibody.joints import GROUND, Joint
+from shellmb.scene.multibody.rigid import RigidBody
 from shellmb.scene.probes import Probe
-from shellmb.scene.rigid import RigidBody
+from shellmb.scene.shells.shell import Shell
 
 if TYPE_CHECKING:
     from shellmb.scene.scene import Scene

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from pydantic import Field
 
 from shellmb.errors import SceneError
-from shellmb.scene.supports import moves
-from shellmb.scene.validate import Finite, PositiveInt, Untrue, described, show
+from shellmb.scene.loads.supports import moves
+from shellmb.scene.values.validate import Finite, PositiveInt, Untrue, described, show
 
 if TYPE_CHECKING:
     from shellmb.scene.scene import Scene

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from shellmb.scene.validate import Name, Place, Untrue, described
+from shellmb.scene.values.validate import Name, Place, Untrue, described
 
 __all__ = ["Probe"]
 

@@ -9,24 +9,25 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, BeforeValidator, Field, InstanceOf
 
 from shellmb.errors import SceneError
-from shellmb.scene import checks, lookup
-from shellmb.scene.beams import Beam, Glue
-from shellmb.scene.bodies import Join, Shell
-from shellmb.scene.checks_effect import DISSIPATIVE
-from shellmb.scene.checks_fields import check_fields
-from shellmb.scene.elements import Coordinate, Driver, Element, Lock
-from shellmb.scene.gmsh_surfaces import GmshFile, MeshFile
+from shellmb.scene import lookup
+from shellmb.scene.beams.beam import Beam, Glue
+from shellmb.scene.checks import whole as checks
+from shellmb.scene.checks.effect import DISSIPATIVE
+from shellmb.scene.checks.fields import check_fields
 from shellmb.scene.initial import InitialVelocity
-from shellmb.scene.joints import Joint
-from shellmb.scene.loads import Load
+from shellmb.scene.loads.loads import Load
+from shellmb.scene.loads.supports import Support
 from shellmb.scene.lookup import Body
+from shellmb.scene.multibody.elements import Coordinate, Driver, Element, Lock
+from shellmb.scene.multibody.joints import Joint
+from shellmb.scene.multibody.rigid import RigidBody
 from shellmb.scene.paths import PathFollowing, check_path
 from shellmb.scene.probes import Probe
-from shellmb.scene.rigid import RigidBody
 from shellmb.scene.settings import Output, Solver, StepControl
-from shellmb.scene.supports import Support
+from shellmb.scene.shells.gmsh_surfaces import GmshFile, MeshFile
+from shellmb.scene.shells.shell import Join, Shell
 from shellmb.scene.units import parse_units
-from shellmb.scene.validate import Name, Positive, described, show
+from shellmb.scene.values.validate import Name, Positive, described, show
 
 __all__ = ["Scene"]
 

@@ -9,7 +9,7 @@ from pydantic import BeforeValidator, Field
 
 from shellmb.errors import SceneError
 from shellmb.scene.fields import DEFAULT, FIELDS
-from shellmb.scene.validate import Positive, PositiveInt, described, show
+from shellmb.scene.values.validate import Positive, PositiveInt, described, show
 
 __all__ = ["Output", "Solver", "StepControl"]
 

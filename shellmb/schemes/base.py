@@ -15,8 +15,8 @@ import numpy.typing as npt
 from dolfinx import fem
 from ufl.core.expr import Expr
 
-from shellmb.forms.discrete import mean
-from shellmb.forms.mixed import Interval
+from shellmb.forms.steps.discrete import mean
+from shellmb.forms.steps.mixed import Interval
 from shellmb.model.body import Rates
 
 Values = npt.NDArray[np.float64]

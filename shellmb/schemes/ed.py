@@ -7,7 +7,7 @@ from typing import Any
 from dolfinx import fem
 from ufl.core.expr import Expr
 
-from shellmb.forms.discrete import mean
+from shellmb.forms.steps.discrete import mean
 from shellmb.schemes.base import (
     END,
     JumpStage,

@@ -6,7 +6,7 @@ from typing import Any
 
 from dolfinx import fem
 
-from shellmb.forms.path import Path
+from shellmb.forms.steps.path import Path
 from shellmb.schemes.base import (
     END,
     JumpStage,

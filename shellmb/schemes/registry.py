@@ -5,10 +5,10 @@ from collections.abc import Callable
 from shellmb.errors import SceneError
 from shellmb.schemes.base import Scheme
 from shellmb.schemes.ed import EnergyDecaying
-from shellmb.schemes.ed_printed import EnergyDecayingAsPrinted
 from shellmb.schemes.ep import EnergyPreserving
-from shellmb.schemes.generalized_alpha import GeneralizedAlpha
 from shellmb.schemes.quadratic import QuadraticInTime, energy_decaying_3
+from shellmb.schemes.rivals.ed_printed import EnergyDecayingAsPrinted
+from shellmb.schemes.rivals.generalized_alpha import GeneralizedAlpha
 from shellmb.schemes.static import Linear, Static
 
 SCHEMES: dict[str, Callable[[float], Scheme]] = {

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from shellmb.observers.described import Described
+from shellmb.observers.files.described import Described
 from shellmb.show.fields import Fields
-from shellmb.show.scenery import Showing, images, showing
-from shellmb.show.views import SHOWN, view_of
+from shellmb.show.space.scenery import Showing, images, showing
+from shellmb.show.space.views import SHOWN, view_of
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -83,7 +83,7 @@ def animate_mode(fields: Fields, described: Described, mode: int, file: Path) ->
         SceneError: If there is no such mode.
     """
     from shellmb.errors import SceneError
-    from shellmb.show.animation import write
+    from shellmb.show.space.animation import write
 
     if mode not in fields.times:
         raise SceneError(f"mode is {mode}; it must be one of 1 to {len(fields.times)}")

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from shellmb.errors import RunError
-from shellmb.observers.described import Described, read_described
+from shellmb.observers.files.described import Described, read_described
 from shellmb.show.fields import Fields
 
 if TYPE_CHECKING:
@@ -88,7 +88,7 @@ def _draw(directory: Path, out: Path, budget: float | None) -> list[Path]:
             return made
     made += _curves(directory, described, summary, out, _size(fields))
     if fields is not None and described.dynamic and len(fields.times) > 1:
-        from shellmb.show.animation import animate
+        from shellmb.show.space.animation import animate
 
         left = None if budget is None else budget - (clock.perf_counter() - begin)
         made.append(animate(fields, described, out / "animation.gif", left, FEWEST, MOST))
@@ -99,7 +99,7 @@ def _shape(fields: Fields, described: Described, file: Path) -> list[Path]:
     """The last state, and where the motion is one, the state of the largest displacement."""
     if not len(fields.times):
         return []
-    from shellmb.show.scenery import images, showing
+    from shellmb.show.space.scenery import images, showing
 
     times = [float(fields.times[-1])]
     if described.dynamic and len(fields.times) > 2:
@@ -140,7 +140,7 @@ def _size(fields: Fields | None) -> float:
     """Diagonal of the box around the scene; 1 where nothing is known of it."""
     if fields is None or not len(fields):
         return 1.0
-    from shellmb.show.shapes import shape_of
+    from shellmb.show.space.shapes import shape_of
 
     nodes = np.concatenate([shape_of(fields, name).reference for name in fields])
     return float(np.linalg.norm(np.ptp(nodes, axis=0))) or 1.0

@@ -14,8 +14,8 @@ from matplotlib.figure import Figure
 
 from shellmb.errors import SceneError
 from shellmb.observers.curves import Table, draw_curves, joint_plots, legend
-from shellmb.observers.described import Described, ProbeLine
 from shellmb.observers.drawing import STYLE, figure
+from shellmb.observers.files.described import Described, ProbeLine
 from shellmb.scene.lookup import listed
 
 Floats = npt.NDArray[np.float64]

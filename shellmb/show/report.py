@@ -8,13 +8,13 @@ import io
 import json
 from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from shellmb.errors import RunError
 
 if TYPE_CHECKING:
-    from shellmb.api.modeshapes import ModeShapes
-    from shellmb.api.record import Run
+    from shellmb.observers.files.described import Described
+    from shellmb.show.fields import Fields
 
 STYLE = """
 body { font: 15px/1.5 system-ui, sans-serif; max-width: 64rem; margin: 2rem auto; padding: 0 1rem;
@@ -37,7 +37,58 @@ CURVES = {
 }
 
 
-def card(run: Run) -> str:
+class Shown(Protocol):
+    """What a page shows of a run (`shellmb.api.record.Run`)."""
+
+    directory: Path
+
+    @property
+    def name(self) -> str:
+        """Name of its scene."""
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        """What is in `summary.json`."""
+
+    @property
+    def account(self) -> dict[str, str]:
+        """The numbers that say whether to trust it."""
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What it says against itself."""
+
+    @property
+    def described(self) -> Described:
+        """Names and kinds of what the scene has."""
+
+    @property
+    def fields(self) -> Fields:
+        """Its fields."""
+
+    def picture(self) -> Any:
+        """Its last state, as an image."""
+
+    def draw(self) -> Any:
+        """Draw all pictures."""
+
+
+class ShownModes(Protocol):
+    """What a notebook shows of modes (`shellmb.api.modeshapes.ModeShapes`)."""
+
+    @property
+    def rigid(self) -> int:
+        """How many of them are rigid."""
+
+    @property
+    def frequencies(self) -> list[float]:
+        """Frequencies, Hz."""
+
+    def picture(self) -> Any:
+        """All of them, as an image."""
+
+
+def card(run: Shown) -> str:
     """A run in a notebook: its picture beside the account, and its warnings."""
     picture = _first_picture(run)
     rows = _table(run.account.items())
@@ -50,7 +101,7 @@ def card(run: Run) -> str:
     )
 
 
-def modes_card(modes: ModeShapes) -> str:
+def modes_card(modes: ShownModes) -> str:
     """Modes in a notebook: their picture and frequencies."""
     rows = _table(
         (f"mode {k}", "rigid" if k <= modes.rigid else f"{f:.6g}")
@@ -63,7 +114,7 @@ def modes_card(modes: ModeShapes) -> str:
     return f"<div><p><b>{html.escape(repr(modes)[1:-1])}</b></p>{picture}{rows}</div>"
 
 
-def write_report(run: Run, file: Path) -> Path:
+def write_report(run: Shown, file: Path) -> Path:
     """Write the page.
 
     Args:
@@ -108,12 +159,12 @@ def write_report(run: Run, file: Path) -> Path:
     return file
 
 
-def _turnable(run: Run) -> str:
+def _turnable(run: Shown) -> str:
     """The last state, to be turned in the browser."""
     if not len(run.fields.times):
         return ""
-    from shellmb.show.scenery import showing
-    from shellmb.show.web import page
+    from shellmb.show.space.scenery import showing
+    from shellmb.show.space.web import page
 
     try:
         inner = page(showing(run.fields, run.described, [run.fields.nearest(None)]))
@@ -139,7 +190,7 @@ def _details(folder: Path) -> list[str]:
     return found
 
 
-def _first_picture(run: Run) -> str:
+def _first_picture(run: Shown) -> str:
     file = run.directory / "shape.png"
     try:
         if file.is_file():

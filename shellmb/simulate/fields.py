@@ -10,8 +10,8 @@ from dolfinx import fem
 from ufl import Form
 
 from shellmb.model.body import Body, Dofs
-from shellmb.system.assembly import BlockSystem
-from shellmb.system.fields import Directors, Field, Link, Part
+from shellmb.system.assembly.blocks import BlockSystem
+from shellmb.system.assembly.fields import Directors, Field, Link, Part
 
 # thickness over length below which resultants are not eliminated: round-off leaves
 # `1e-16 / THIN^2 = 1e-8` of forces of bending, which Newton's method still makes up for

@@ -14,7 +14,7 @@ from petsc4py import PETSc
 import numpy as np
 import numpy.typing as npt
 
-from shellmb.system.iteration import Iteration
+from shellmb.system.newton.iteration import Iteration
 
 Floats = npt.NDArray[np.float64]
 

@@ -15,10 +15,9 @@ from shellmb.errors import ConvergenceError
 from shellmb.model.body import Body, TimeFunction
 from shellmb.model.model import Model
 from shellmb.schemes.base import END, Levels, Scheme
-from shellmb.schemes.pathforms import PathForms
 from shellmb.schemes.quadratic import RATE, QuadraticInTime
-from shellmb.schemes.residual import StageForms, stage_forms
-from shellmb.simulate.consistent import VelocityProjection
+from shellmb.schemes.residuals.pathforms import PathForms
+from shellmb.schemes.residuals.residual import StageForms, stage_forms
 from shellmb.simulate.fields import (
     body_directors,
     body_field,
@@ -29,8 +28,9 @@ from shellmb.simulate.fields import (
 )
 from shellmb.simulate.predictor import Predictor
 from shellmb.simulate.pushes import Pushes
-from shellmb.system.assembly import BlockSystem
-from shellmb.system.fields import (
+from shellmb.simulate.start.consistent import VelocityProjection
+from shellmb.system.assembly.blocks import BlockSystem
+from shellmb.system.assembly.fields import (
     DirectorPath,
     DirectorRates,
     Directors,
@@ -39,9 +39,9 @@ from shellmb.system.fields import (
     Part,
     ResidualTerm,
 )
-from shellmb.system.iteration import Iteration, NewtonSettings
-from shellmb.system.newton import NEWTON
-from shellmb.system.reduction import Reduction
+from shellmb.system.condensation.reduction import Reduction
+from shellmb.system.newton.iteration import Iteration, NewtonSettings
+from shellmb.system.newton.solver import NEWTON
 
 # name of the unknown jump of velocities
 JUMP = "b"

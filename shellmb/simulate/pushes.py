@@ -6,7 +6,7 @@ import numpy as np
 
 from shellmb.model.body import NodeLink
 from shellmb.schemes.base import Levels
-from shellmb.system.assembly import BlockSystem
+from shellmb.system.assembly.blocks import BlockSystem
 
 
 class Pushes:

@@ -15,19 +15,19 @@ import numpy as np
 from shellmb.errors import ConvergenceError
 from shellmb.model.model import Model
 from shellmb.scene import Scene
-from shellmb.scene.checks_effect import check_begin
+from shellmb.scene.checks.effect import check_begin
 from shellmb.schemes.base import Scheme
 from shellmb.schemes.localerror import local_error
 from shellmb.schemes.registry import make_scheme
-from shellmb.simulate.arclength import ArcSize, PathSteps
-from shellmb.simulate.control import StepSize
-from shellmb.simulate.dropped import DroppedConstraints
-from shellmb.simulate.landing import ROUND_OFF, Landing, step_to
+from shellmb.simulate.paths.arclength import ArcSize, PathSteps
 from shellmb.simulate.problem import Problem
-from shellmb.simulate.sound import sound_model
-from shellmb.simulate.start import Start
+from shellmb.simulate.soundness.dropped import DroppedConstraints
+from shellmb.simulate.soundness.sound import sound_model
+from shellmb.simulate.start.start import Start
 from shellmb.simulate.stepping import Arrays, Stepping, TimeSteps
-from shellmb.simulate.tolerance import ErrorSize
+from shellmb.simulate.stepsize.control import StepSize
+from shellmb.simulate.stepsize.landing import ROUND_OFF, Landing, step_to
+from shellmb.simulate.stepsize.tolerance import ErrorSize
 
 # what names of saved arrays of steps before the last one begin with
 PAST = "past/"

@@ -7,8 +7,8 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from shellmb.simulate.errors import StepErrors
 from shellmb.simulate.problem import Problem
+from shellmb.simulate.stepsize.errors import StepErrors
 from shellmb.simulate.turns import PrescribedTurns
 
 Arrays = dict[str, npt.NDArray[np.float64]]

@@ -9,7 +9,7 @@ from typing import Any
 from shellmb.run.loader import SceneModule
 from shellmb.run.request import Options
 from shellmb.scene import GmshFile, MeshFile, Scene, Shell
-from shellmb.scene.checks_effect import DISSIPATIVE
+from shellmb.scene.checks.effect import DISSIPATIVE
 
 # in this order choices are named, and vary from the slowest to the fastest in the grid
 AXES = (

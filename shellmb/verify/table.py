@@ -58,7 +58,7 @@ def find_cases(pattern: str | None = None, slow: bool = False) -> list[Case]:
         slow: Whether those that take long are among them; a case named in full always is.
     """
     for module in MODULES:
-        importlib.import_module(f"shellmb.verify.{module}")
+        importlib.import_module(f"shellmb.verify.problems.{module}")
     return [
         case
         for case in CASES.values()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from shellmb.observers.momentum import KINDS
+from shellmb.observers.account.momentum import KINDS
 from shellmb.observers.summary import Sources
 from shellmb.simulate.simulation import Silent, Simulation
 from shellmb.watches.base import Caution, remedies, said_of

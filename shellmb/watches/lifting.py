@@ -9,7 +9,7 @@ from mpi4py import MPI
 
 import numpy as np
 
-from shellmb.model.rolling import ContactGroup
+from shellmb.model.joints.rolling import ContactGroup
 from shellmb.observers.summary import Sources
 from shellmb.simulate.simulation import Silent, Simulation
 from shellmb.watches.base import Caution

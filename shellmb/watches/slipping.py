@@ -6,8 +6,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from shellmb.model.rolling import ContactGroup
-from shellmb.model.slipping import sliding
+from shellmb.model.joints.rolling import ContactGroup
+from shellmb.model.joints.slipping import sliding
 from shellmb.observers.summary import Sources
 from shellmb.simulate.simulation import Silent, Simulation
 from shellmb.watches.base import Caution

@@ -11,7 +11,7 @@ import numpy as np
 
 from shellmb.observers.summary import Sources
 from shellmb.simulate.simulation import Silent, Simulation
-from shellmb.simulate.tolerance import ErrorSize
+from shellmb.simulate.stepsize.tolerance import ErrorSize
 from shellmb.watches.base import Caution
 
 # a motion smaller than so many tolerances is not known to a tenth of it

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from shellmb.observers.sizes import stiffness_of
+from shellmb.observers.account.sizes import stiffness_of
 from shellmb.observers.summary import Sources
 from shellmb.simulate.simulation import Silent, Simulation
 from shellmb.watches.base import Caution, remedies, said_of

@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 
 import shellmb as sm
 from shellmb.cli import app
-from shellmb.show.display import has_display, why_not
+from shellmb.show.space.display import has_display, why_not
 
 SMALL = str(Path(__file__).parents[1] / "run" / "scene_small.py")
 needs_drawing = pytest.mark.skipif(why_not() is not None, reason=str(why_not()))

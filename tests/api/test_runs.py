@@ -37,7 +37,7 @@ def test_a_run_read_back_is_the_run(computed) -> None:
 
 
 def test_fields_are_what_was_computed(computed) -> None:
-    from shellmb.observers.nodal import nodal_values
+    from shellmb.observers.fields.nodal import nodal_values
 
     simulation = computed.computed.simulation
     values = nodal_values(simulation, "plate")

@@ -38,8 +38,8 @@ from shellmb.scene import (
     Table,
     Weld,
 )
-from shellmb.scene.checks_effect import check_begin
-from shellmb.scene.supports import Clamped
+from shellmb.scene.checks.effect import check_begin
+from shellmb.scene.loads.supports import Clamped
 
 STEEL = Isotropic(E=2e11, nu=0.3, thickness=0.01, density=7800)
 SQUARE = Rectangle(1, 1)

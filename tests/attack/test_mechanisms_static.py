@@ -47,7 +47,7 @@ from shellmb.scene import (
     Weld,
 )
 from shellmb.simulate.simulation import Simulation
-from shellmb.simulate.sound import sound_model
+from shellmb.simulate.soundness.sound import sound_model
 
 SECTION = Isotropic(E=1e5, nu=0.3, thickness=0.05, density=1.0)
 PLATE = Shell("plate", Rectangle(1.0, 0.5), SECTION, mesh=(2, 1))
@@ -315,7 +315,7 @@ def test_a_motion_is_refused_before_anything_is_compiled(monkeypatch: pytest.Mon
     def compiled(form: Any) -> None:
         raise AssertionError("a form was compiled")
 
-    monkeypatch.setattr("shellmb.system.assembly.compiled", compiled)
+    monkeypatch.setattr("shellmb.system.assembly.blocks.compiled", compiled)
     with pytest.raises(SceneError, match="nothing holds"):
         Simulation(Scene("s", **FREE["a plane of symmetry"][0]))
 

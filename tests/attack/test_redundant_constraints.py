@@ -31,7 +31,7 @@ from shellmb.scene import (
     Weld,
 )
 from shellmb.simulate.simulation import Simulation
-from shellmb.simulate.sound import sound_model
+from shellmb.simulate.soundness.sound import sound_model
 
 SECTION = Isotropic(E=1e5, nu=0.0, thickness=0.05, density=1.0)
 LYING = Shell("lying", Rectangle(1.0, 0.5), SECTION, mesh=(2, 1))

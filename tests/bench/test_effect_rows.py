@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from shellmb.bench.effect_record import shares
-from shellmb.bench.effect_rows import CASES, EffectPlan
+from shellmb.bench.effects.record import shares
+from shellmb.bench.effects.rows import CASES, EffectPlan
 from shellmb.cli.main import app
 
 SIDE = [

@@ -5,12 +5,13 @@ import importlib.util
 import numpy as np
 import pytest
 
-from shellmb.bench import exudyn_plate, our_plate, peer
-from shellmb.bench.exudyn_plate import ExudynPlate
-from shellmb.bench.history import TipHistory, difference
-from shellmb.bench.our_plate import OurPlate
-from shellmb.bench.peer import EXUDYN, OURS, Comparison, Point
-from shellmb.bench.peer_report import sentence
+from shellmb.bench.peers import compare as peer
+from shellmb.bench.peers import exudyn_plate, our_plate
+from shellmb.bench.peers.compare import EXUDYN, OURS, Comparison, Point
+from shellmb.bench.peers.exudyn_plate import ExudynPlate
+from shellmb.bench.peers.history import TipHistory, difference
+from shellmb.bench.peers.our_plate import OurPlate
+from shellmb.bench.peers.report import sentence
 from shellmb.errors import SceneError
 
 

@@ -9,8 +9,8 @@ from mpi4py import MPI  # noqa: F401  (before dolfinx)
 import pytest
 from dolfinx import fem
 
+from shellmb.effects.catalogue.registry import changed
 from shellmb.effects.count import coefficients, count
-from shellmb.effects.registry import changed
 from shellmb.kernels import watched
 from shellmb.scene import Gravity, Hyperelastic, JointSpring, Scene
 from shellmb.simulate.simulation import Simulation
@@ -213,7 +213,7 @@ def test_kernels_that_are_not_needed_are_not_compiled(plate) -> None:
 
 
 def test_observers_have_kernels_of_their_own_only_where_they_look(plate) -> None:
-    from shellmb.observers.energy import EnergyAccount
+    from shellmb.observers.account.energy import EnergyAccount
 
     still, moving = built("static steel", plate(**STILL)), built("plate", plate())
     found = []

@@ -6,10 +6,10 @@ from mpi4py import MPI  # noqa: F401  (before dolfinx)
 
 import pytest
 
-from shellmb.bench.effect_rows import CASES, NO_ROW
+from shellmb.bench.effects.rows import CASES, NO_ROW
+from shellmb.effects.catalogue.registry import EFFECTS, changed
 from shellmb.effects.count import count, kernels_of
 from shellmb.effects.measure import Stepping
-from shellmb.effects.registry import EFFECTS, changed
 from shellmb.kernels import watched
 from shellmb.scene import Scene
 from shellmb.simulate.simulation import Simulation

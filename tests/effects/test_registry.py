@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from shellmb.effects.registry import EFFECTS, changed, find_effect
+from shellmb.effects.catalogue.registry import EFFECTS, changed, find_effect
 from shellmb.effects.report import survey_json
 from shellmb.effects.survey import survey
 from shellmb.errors import SceneError

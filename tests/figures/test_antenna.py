@@ -17,7 +17,7 @@ from shellmb.demos.antenna import (
     rocking,
     scene,
 )
-from shellmb.figures.antenna import EXAMPLE
+from shellmb.figures.examples.antenna import EXAMPLE
 from shellmb.figures.make import find_examples
 from shellmb.figures.runs import request_of
 from shellmb.run.execute import execute

@@ -14,7 +14,7 @@ from shellmb.demos.lateral_buckling import (
     shear_force,
 )
 from shellmb.figures.ends import at_the_ends
-from shellmb.figures.lateral_buckling import EXAMPLE
+from shellmb.figures.examples.lateral_buckling import EXAMPLE
 from shellmb.figures.make import find_examples
 from shellmb.figures.runs import request_of
 from shellmb.scene import Scene

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure as Canvas
 
 from shellmb.demos import snap_through as demo
 from shellmb.figures.example import FinishedRun, Results
-from shellmb.figures.snap_through import EXAMPLE
+from shellmb.figures.examples.snap_through import EXAMPLE
 
 # figures and statements that need the frames of a run too
 WITH_STATES = {"10", "10b", "At first a double-S: reversed in the middle only"}

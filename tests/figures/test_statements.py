@@ -8,8 +8,8 @@ import pandas as pd
 import pytest
 
 from shellmb.demos import antenna, snap_through
-from shellmb.figures import antenna_statements, snap_statements
 from shellmb.figures.example import FinishedRun, Results, Statement
+from shellmb.figures.examples import antenna_statements, snap_statements
 
 WIDTH = 2.0
 # what fails where panels do not act as plates

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from shellmb.figures.states import _vtk_points, read_states
-from shellmb.observers.frames import Frames
-from shellmb.observers.grid import lattice
+from shellmb.observers.files.frames import Frames
+from shellmb.observers.files.grid import lattice
 from shellmb.scene import (
     AlongEdge,
     Beam,

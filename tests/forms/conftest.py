@@ -11,9 +11,9 @@ import ufl
 from dolfinx import fem
 
 from shellmb import kernels
-from shellmb.build.mesh import build_surface
 from shellmb.forms import materials
-from shellmb.model.shell import ShellModel
+from shellmb.meshes.mesh import build_surface
+from shellmb.model.shells.shell import ShellModel
 from shellmb.scene import Cylinder, Hyperelastic, Isotropic, Laminate, Load, PlyMaterial, Shell
 
 # moduli of order one: nothing is scaled away in the comparisons

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import ufl
 
-from shellmb.forms import coordinates
-from shellmb.forms.joints import Place
+from shellmb.forms.constraints import coordinates
+from shellmb.forms.constraints.joints import Place
 
 
 def value(expression: ufl.core.expr.Expr) -> float:

@@ -9,10 +9,11 @@ from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
 from ufl.algorithms.apply_derivatives import apply_derivatives
 from ufl.core.expr import Expr
 
-from shellmb.forms import materials, nodal
-from shellmb.forms.discrete import discrete_gradient, gradient, mean, stress_average
+from shellmb.forms import materials
+from shellmb.forms.constraints import nodal
 from shellmb.forms.frame import PAIRS, orthonormality
 from shellmb.forms.shell import ShellStrains, director_constraint
+from shellmb.forms.steps.discrete import discrete_gradient, gradient, mean, stress_average
 
 RUBBER = {"mu": 1.3, "thickness": 0.1, "shear_correction": 5 / 6}
 

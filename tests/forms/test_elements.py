@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import ufl
 
-from shellmb.forms import elements
+from shellmb.forms.constraints import elements
 
 U = ufl.as_ufl
 SIZE = U(1.0)

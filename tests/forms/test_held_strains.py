@@ -12,9 +12,9 @@ import ufl
 from dolfinx import fem
 
 from shellmb import kernels
-from shellmb.build.mesh import build_surface
-from shellmb.model.beam import build_beam
-from shellmb.model.shell import ShellModel
+from shellmb.meshes.mesh import build_surface
+from shellmb.model.frames.beam import build_beam
+from shellmb.model.shells.shell import ShellModel
 from shellmb.scene import (
     Beam,
     Cylinder,

@@ -8,7 +8,7 @@ import ufl
 from dolfinx import fem
 
 from shellmb import kernels
-from shellmb.forms.mixed import Interval, vector
+from shellmb.forms.steps.mixed import Interval, vector
 from shellmb.schemes.base import at_state, interval
 
 # central differences of step H: error H^2 of the third derivative, plus eps/H of round-off

@@ -7,11 +7,11 @@ import pytest
 import ufl
 from dolfinx import fem
 
-from shellmb.forms.joints import KINDS
-from shellmb.forms.mixed import Interval
+from shellmb.forms.constraints.joints import KINDS
+from shellmb.forms.steps.mixed import Interval
 from shellmb.kernels import compiled
-from shellmb.model.ends import End, frame_about
-from shellmb.model.joints import BoundJoint, JointGroup
+from shellmb.model.joints.joints import BoundJoint, JointGroup
+from shellmb.model.places.ends import End, frame_about
 from shellmb.scene import Spherical
 
 FORCE = 3.0

@@ -7,11 +7,11 @@ import pytest
 import ufl
 from dolfinx import fem
 
-from shellmb.build.nodes import node_mesh, node_space
-from shellmb.forms.discrete import variation
-from shellmb.forms.nonholonomic import path_row
-from shellmb.forms.path import Path
-from shellmb.forms.pathconstraints import constraint_row
+from shellmb.forms.constraints.nonholonomic import path_row
+from shellmb.forms.constraints.pathconstraints import constraint_row
+from shellmb.forms.steps.discrete import variation
+from shellmb.forms.steps.path import Path
+from shellmb.meshes.nodes import node_mesh, node_space
 
 SIZE, ROWS = 3, 2
 GENERAL = np.random.default_rng(5)

@@ -15,8 +15,8 @@ from mpi4py import MPI  # noqa: F401  (before dolfinx)
 
 import pytest
 
-from shellmb.observers.constraints import Constraints
-from shellmb.observers.energy import EnergyAccount
+from shellmb.observers.account.constraints import Constraints
+from shellmb.observers.account.energy import EnergyAccount
 from shellmb.scene import Isotropic, Rectangle, Scene, Shell
 from shellmb.simulate.simulation import Silent, Simulation
 

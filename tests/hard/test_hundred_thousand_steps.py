@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from shellmb.run.execute import execute
-from shellmb.verify.mechanisms import double_pendulum
+from shellmb.verify.problems.mechanisms import double_pendulum
 
 SCHEMES = [("ep", 0.0), ("ed", 1.0), ("ep4", 0.0), ("ed3", 0.5)]
 

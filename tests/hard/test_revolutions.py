@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from shellmb.observers.joints import JointForces
+from shellmb.observers.forces.joints import JointForces
 from shellmb.scene import (
     GROUND,
     Driven,

@@ -21,9 +21,9 @@ from shellmb.scene import (
     Scene,
     StepControl,
 )
-from shellmb.simulate.control import StepSize
 from shellmb.simulate.simulation import Silent, Simulation
 from shellmb.simulate.stepping import Attempt, TimeSteps
+from shellmb.simulate.stepsize.control import StepSize
 
 SCHEMES = [("ep", 0.0), ("ed", 1.0)]
 Z = (0.0, 0.0, 1.0)

@@ -74,7 +74,7 @@ THEORY = STIFF.density * STIFF.thickness * RATE**2 * (TIP**2 - ROOT**2) / 2
 
 @pytest.mark.parametrize(
     ("scheme", "alpha", "at_end"),
-    # in stiff bodies values at the end of a step are those of compression in ED, and alternate in EP
+    # in stiff bodies values at the end of a step are of compression in ED, and alternate in EP
     [("ep", 0.0, None), ("ed", 1.0, None), ("ep4", 0.0, 3e-3), ("ed3", 1.0, 3e-3)],
 )
 def test_a_driven_plate_pulls_as_it_should(scheme, alpha, at_end, worst) -> None:

@@ -20,7 +20,7 @@ from mpi4py import MPI  # noqa: F401  (before dolfinx)
 import numpy as np
 
 import shellmb.run.standard as standard
-from shellmb.observers.checkpoint import Checkpoint
+from shellmb.observers.files.checkpoint import Checkpoint
 from shellmb.run.execute import execute
 from shellmb.run.request import Options, Request
 from shellmb.simulate.simulation import Silent, Simulation

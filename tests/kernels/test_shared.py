@@ -11,7 +11,7 @@ import ufl
 from dolfinx import fem
 
 from shellmb.kernels import compile_all, compiled, kernel_name
-from shellmb.model import shellpath
+from shellmb.model.shells import path as shellpath
 from shellmb.scene import (
     Clamped,
     EdgeForce,

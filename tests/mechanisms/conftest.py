@@ -10,9 +10,9 @@ import pytest
 from dolfinx import fem
 
 from shellmb.kernels import compiled
-from shellmb.model.constraints import ConstraintGroup
-from shellmb.observers.constraints import Constraints
-from shellmb.observers.energy import EnergyAccount
+from shellmb.model.joints.constraints import ConstraintGroup
+from shellmb.observers.account.constraints import Constraints
+from shellmb.observers.account.energy import EnergyAccount
 from shellmb.scene import RigidBody, Scene
 from shellmb.simulate.simulation import Silent, Simulation
 

@@ -10,9 +10,9 @@ PROGRAM = """
 import json, sys
 from mpi4py import MPI
 import numpy as np
-from shellmb.observers.constraints import Constraints
-from shellmb.observers.energy import EnergyAccount
-from shellmb.observers.joints import JointForces
+from shellmb.observers.account.constraints import Constraints
+from shellmb.observers.account.energy import EnergyAccount
+from shellmb.observers.forces.joints import JointForces
 from shellmb.scene import *
 from shellmb.simulate.simulation import Simulation
 

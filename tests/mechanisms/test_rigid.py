@@ -12,8 +12,8 @@ import pytest
 
 from shellmb.analytic.rigid import pendulum
 from shellmb.demos import slider_crank
-from shellmb.observers.energy import EnergyAccount
-from shellmb.observers.momentum import Momentum
+from shellmb.observers.account.energy import EnergyAccount
+from shellmb.observers.account.momentum import Momentum
 from shellmb.run.execute import execute
 from shellmb.scene import (
     GROUND,
@@ -25,9 +25,9 @@ from shellmb.scene import (
     Scene,
     Spherical,
 )
-from shellmb.scene.rigid import rotation_matrix
+from shellmb.scene.multibody.rigid import rotation_matrix
 from shellmb.simulate.simulation import Simulation
-from shellmb.verify.mechanisms import free_body, path_of
+from shellmb.verify.problems.mechanisms import free_body, path_of
 
 SCHEMES = [("ep", 1.0), ("ed", 0.0), ("ed", 1.0)]
 GRAVITY = Gravity((0, 0, -9.81))

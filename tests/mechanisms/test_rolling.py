@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from shellmb.analytic.rolling import Disc, Sleigh, ball_on_turntable, rolling_disc
-from shellmb.observers.joints import JointForces
+from shellmb.observers.forces.joints import JointForces
 from shellmb.run.execute import execute
 from shellmb.scene import (
     GROUND,
@@ -25,7 +25,7 @@ from shellmb.scene import (
     Solver,
     Spherical,
 )
-from shellmb.scene.joints import Joint
+from shellmb.scene.multibody.joints import Joint
 from shellmb.simulate.simulation import Silent, Simulation
 
 SCHEMES = [("ep", 1.0), ("ed", 0.0), ("ed", 1.0), ("ep4", 1.0), ("ed3", 0.5)]

@@ -163,7 +163,7 @@ def test_a_hanging_chain_stays_at_rest(scheme: str, alpha: float, rod, watch) ->
 
 
 def _energy(simulation: Simulation) -> float:
-    from shellmb.observers.energy import EnergyAccount
+    from shellmb.observers.account.energy import EnergyAccount
 
     account = EnergyAccount()
     account.start(simulation)

@@ -10,8 +10,8 @@ import ufl
 
 from shellmb.analytic.slider_crank import SliderCrank
 from shellmb.errors import ConvergenceError, SceneError
-from shellmb.observers.constraints import Constraints
-from shellmb.observers.energy import EnergyAccount
+from shellmb.observers.account.constraints import Constraints
+from shellmb.observers.account.energy import EnergyAccount
 from shellmb.scene import (
     Cylindrical,
     Driver,

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from shellmb.errors import SceneError
-from shellmb.model.glue import line_along
+from shellmb.model.frames.glue import line_along
 from shellmb.model.model import Model, build_model
-from shellmb.observers.energy import EnergyAccount
+from shellmb.observers.account.energy import EnergyAccount
 from shellmb.scene import (
     AlongEdge,
     AlongLine,
@@ -247,7 +247,7 @@ PROGRAM = """
 import json, sys
 from mpi4py import MPI
 import numpy as np
-from shellmb.observers.energy import EnergyAccount
+from shellmb.observers.account.energy import EnergyAccount
 from shellmb.scene import *
 from shellmb.simulate.simulation import Simulation
 

@@ -7,9 +7,9 @@ import pytest
 import ufl
 from dolfinx import fem
 
-from shellmb.build.mesh import build_surface
 from shellmb.kernels import compiled
-from shellmb.model.shell import ShellModel
+from shellmb.meshes.mesh import build_surface
+from shellmb.model.shells.shell import ShellModel
 from shellmb.scene import Isotropic, Rectangle, Shell
 
 THICKNESS = 0.1

@@ -10,8 +10,8 @@ import pytest
 
 from shellmb.errors import SceneError
 from shellmb.model.model import build_model
-from shellmb.observers.energy import EnergyAccount
-from shellmb.observers.momentum import Momentum
+from shellmb.observers.account.energy import EnergyAccount
+from shellmb.observers.account.momentum import Momentum
 from shellmb.scene import (
     AlongLine,
     Arc,

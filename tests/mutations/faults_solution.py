@@ -36,21 +36,21 @@ FAULTS: tuple[Fault, ...] = (
     ),
     Fault(
         "forces at the end without the constraints' own acceleration",
-        "shellmb/simulate/endforces.py",
+        "shellmb/simulate/start/endforces.py",
         "turned = None if rate is None else ufl.derivative(rate, q, v)",
         "turned = None if rate is None else -ufl.derivative(rate, q, v)",
         (f"{ENDS}::test_forces_of_a_pendulum_have_the_order_of_the_scheme[ep-0]",),
     ),
     Fault(
         "forces at the end from velocities that violate constraints",
-        "shellmb/simulate/consistent.py",
+        "shellmb/simulate/start/consistent.py",
         "found[name][dofs] = unknown.x.array[dofs]",
         "found[name][dofs] = self._levels[name].rates['v'].x.array[dofs]",
         (f"{ENDS}::test_torque_of_the_slider_crank_at_the_end_of_a_step[ep]",),
     ),
     Fault(
         "moment of a quadratic step's forces without their first moment in time",
-        "shellmb/observers/impulse.py",
+        "shellmb/observers/forces/impulse.py",
         "arms = carrier.changes(chord / 2)",
         "arms = carrier.changes(0 * chord)",
         (
@@ -60,7 +60,7 @@ FAULTS: tuple[Fault, ...] = (
     ),
     Fault(
         "resultants of ED at the end of a step",
-        "shellmb/observers/resultants.py",
+        "shellmb/observers/fields/resultants.py",
         "expression = self._expressions[-1 if self._simulation.last else 0]",
         "expression = self._expressions[0]",
         ("tests/hard/test_spins.py::test_a_driven_plate_pulls_as_it_should[ed-1.0-None]",),
@@ -68,14 +68,14 @@ FAULTS: tuple[Fault, ...] = (
     # supports
     Fault(
         "driven edges that turn the other way",
-        "shellmb/model/supports.py",
+        "shellmb/model/supports/supports.py",
         "return np.sin(angle) * cross +",
         "return -np.sin(angle) * cross +",
         (f"{SUPPORTS}::test_a_driven_edge_goes_where_it_is_told",),
     ),
     Fault(
         "driven edges that leave their directors",
-        "shellmb/model/supports.py",
+        "shellmb/model/supports/supports.py",
         "lambda t: turned(nodes.director, t).ravel())",
         "lambda t: 0 * turned(nodes.director, t).ravel())",
         (f"{SUPPORTS}::test_a_driven_edge_goes_where_it_is_told",),
@@ -83,21 +83,21 @@ FAULTS: tuple[Fault, ...] = (
     # the system
     Fault(
         "a border that is left with the wrong sign",
-        "shellmb/system/bordered.py",
+        "shellmb/system/newton/bordered.py",
         "missing = given - self.dot(normal, system.x.array_r)",
         "missing = given + self.dot(normal, system.x.array_r)",
         ("tests/simulate/test_arclength.py::test_a_truss_goes_through_both_limit_points",),
     ),
     Fault(
         "pivots of one sign only",
-        "shellmb/system/inertia.py",
+        "shellmb/system/direct/inertia.py",
         "return int(self._pc.getFactorMatrix().getInertia()[0])",
         "return int(self._pc.getFactorMatrix().getInertia()[2])",
         ("tests/system/test_inertia.py::test_negative_eigenvalues",),
     ),
     Fault(
         "factorisations kept when they do not pay",
-        "shellmb/system/refresh.py",
+        "shellmb/system/newton/refresh.py",
         "self._wanted = left > self._cost + AFRESH",
         "self._wanted = left < self._cost + AFRESH",
         ("tests/system/test_refresh.py::test_costly_factorisations_are_kept_for_longer",),

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from shellmb.observers import batches
-from shellmb.observers.checkpoint import Checkpoint
+from shellmb.observers.files import batches
+from shellmb.observers.files.checkpoint import Checkpoint
 from shellmb.observers.history import read_history
 from shellmb.run import standard
 from shellmb.run.execute import execute

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import shellmb as sm
-from shellmb.observers import sectionfields as section
+from shellmb.observers.fields import by_section as section
 from shellmb.run.execute import execute
 from shellmb.show.fields import Fields
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 import pyvista
 
-from shellmb.observers.grid import Grid
-from shellmb.observers.gridfiles import GridFiles
+from shellmb.observers.files.grid import Grid
+from shellmb.observers.files.gridfiles import GridFiles
 
 
 def ranges(file: Path, name: str) -> tuple[float, ...]:

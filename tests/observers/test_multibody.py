@@ -7,10 +7,10 @@ import pytest
 import pyvista
 from scipy.spatial.transform import Rotation
 
-from shellmb.observers.constraints import Constraints
-from shellmb.observers.nodal import rotation_vectors
+from shellmb.observers.account.constraints import Constraints
+from shellmb.observers.fields.nodal import rotation_vectors
 from shellmb.run.execute import execute
-from shellmb.run.resume import resume
+from shellmb.run.resuming.resume import resume
 from shellmb.scene import (
     Beam,
     Clamped,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from shellmb.errors import SceneError
-from shellmb.observers.grid import lattice
+from shellmb.observers.files.grid import lattice
 from shellmb.observers.history import History
 from shellmb.run.execute import execute
 from shellmb.scene import (
@@ -90,7 +90,7 @@ def test_linear_statics_is_observed_where_it_is():
 
 @pytest.mark.parametrize(("count", "steps"), [(3, 10), (4, 10), (50, 10), (1, 10), (11, 10)])
 def test_frames_are_equally_spaced_and_include_both_ends(tmp_path, count, steps):
-    from shellmb.observers.frames import Frames
+    from shellmb.observers.files.frames import Frames
 
     frames = Frames()
     taken: list[float] = []

@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 
 from shellmb.observers.curves import MANY, joint_plots
-from shellmb.observers.described import describe
+from shellmb.observers.files.described import describe
 from shellmb.scene import Driver, Revolute, RigidBody, Scene, Spherical
 from shellmb.show.plots import ENERGIES, energies
 

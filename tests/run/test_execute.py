@@ -13,7 +13,7 @@ from shellmb.errors import ConvergenceError, SceneError
 from shellmb.run.execute import execute
 from shellmb.run.loader import load
 from shellmb.run.request import Options, Request
-from shellmb.run.resume import resume
+from shellmb.run.resuming.resume import resume
 from shellmb.scene import Solver, StepControl
 from shellmb.simulate.simulation import Silent
 

@@ -9,7 +9,7 @@ import pytest
 
 from shellmb.run.execute import execute
 from shellmb.run.request import Options, Request
-from shellmb.run.resume import resume
+from shellmb.run.resuming.resume import resume
 from shellmb.simulate.simulation import Silent
 
 REQUEST = Request("hinged_roof", {"load_end": "0.745"}, Options(mesh=(2, 2)))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from shellmb.scene import RigidBody
-from shellmb.scene.rigid import rotation_matrix
+from shellmb.scene.multibody.rigid import rotation_matrix
 
 
 def test_euler_tensor_of_a_brick():

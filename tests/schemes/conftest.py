@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from dolfinx import fem
 
-from shellmb.observers.energy import EnergyAccount, scalar
+from shellmb.observers.account.energy import EnergyAccount, scalar
 from shellmb.scene import Clamped, EdgeForce, InitialVelocity, Isotropic, Rectangle, Scene, Shell
 from shellmb.schemes.base import has_energy_law
 from shellmb.schemes.registry import SCHEMES, make_scheme

@@ -13,7 +13,7 @@ from shellmb.run.execute import RunResult, execute
 from shellmb.run.request import Options
 from shellmb.scene import Clamped, Gravity, Output, Scene
 from shellmb.schemes.base import end_acceleration
-from shellmb.verify.mechanisms import ANGLES, LINKS, double_pendulum
+from shellmb.verify.problems.mechanisms import ANGLES, LINKS, double_pendulum
 
 ENDS = Output(frames=2, end_forces=True)
 # two are enough where each halves the step cleanly, and setting up a run is what costs

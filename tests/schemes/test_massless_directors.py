@@ -11,9 +11,9 @@ import ufl
 from dolfinx import fem, mesh
 
 from shellmb.errors import SceneError
-from shellmb.forms.path import Path
-from shellmb.forms.pathconstraints import massless_row
-from shellmb.observers.energy import EnergyAccount
+from shellmb.forms.constraints.pathconstraints import massless_row
+from shellmb.forms.steps.path import Path
+from shellmb.observers.account.energy import EnergyAccount
 from shellmb.scene import (
     AlongEdge,
     Beam,
@@ -35,7 +35,7 @@ from shellmb.scene import (
     Solver,
 )
 from shellmb.simulate.simulation import Silent, Simulation
-from shellmb.system.directorpath import MasslessPath, path_bases
+from shellmb.system.nullspace.directorpath import MasslessPath, path_bases
 
 from .test_quadratic import GENERAL, SOFT, slope
 

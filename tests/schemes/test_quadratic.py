@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from shellmb.demos import slider_crank
-from shellmb.forms.path import PAIRS
-from shellmb.model.readings import drive
+from shellmb.forms.steps.path import PAIRS
+from shellmb.model.joints.columns import drive
 from shellmb.scene import (
     InitialVelocity,
     Isotropic,
@@ -20,9 +20,9 @@ from shellmb.scene import (
     Shell,
     Solver,
 )
-from shellmb.scene.checks_effect import DISSIPATIVE
+from shellmb.scene.checks.effect import DISSIPATIVE
 from shellmb.schemes.registry import SCHEMES, make_scheme
-from shellmb.schemes.weights import (
+from shellmb.schemes.residuals.weights import (
     BOW,
     END,
     PUSH,
@@ -34,7 +34,7 @@ from shellmb.schemes.weights import (
     path_states,
 )
 from shellmb.simulate.simulation import Silent, Simulation
-from shellmb.verify.mechanisms import double_pendulum, pendulum_centers
+from shellmb.verify.problems.mechanisms import double_pendulum, pendulum_centers
 
 GENERAL = np.random.default_rng(3)
 SIZE = 4

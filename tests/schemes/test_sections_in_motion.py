@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 import ufl
 
-from shellmb.observers.momentum import Momentum
+from shellmb.observers.account.momentum import Momentum
 from shellmb.scene import (
     Clamped,
     Driven,

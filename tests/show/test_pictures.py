@@ -5,16 +5,16 @@ import pytest
 
 import shellmb as sm
 from shellmb.observers.curves import draw_curves
-from shellmb.observers.described import describe
 from shellmb.observers.drawing import figure
-from shellmb.observers.grid import Grid
-from shellmb.observers.gridfiles import GridFiles
-from shellmb.show.colours import colouring
-from shellmb.show.display import why_not
+from shellmb.observers.files.described import describe
+from shellmb.observers.files.grid import Grid
+from shellmb.observers.files.gridfiles import GridFiles
 from shellmb.show.fields import Fields
-from shellmb.show.scenery import images, showing
-from shellmb.show.shapes import deformation
-from shellmb.show.views import AZIMUTH, ELEVATION, view_of
+from shellmb.show.space.colours import colouring
+from shellmb.show.space.display import why_not
+from shellmb.show.space.scenery import images, showing
+from shellmb.show.space.shapes import deformation
+from shellmb.show.space.views import AZIMUTH, ELEVATION, view_of
 
 needs_drawing = pytest.mark.skipif(why_not() is not None, reason=str(why_not()))
 
@@ -131,14 +131,14 @@ def test_curves_on_one_another_are_all_seen() -> None:
 
 
 def test_a_machine_that_cannot_draw_says_so(tmp_path, monkeypatch) -> None:
-    from shellmb.show import display
+    from shellmb.show.space import display
 
     fields, described = two_walls(tmp_path, ("a", "b"), (0.0, 1.0))
     monkeypatch.setattr(display, "offscreen_kind", lambda: None)
     with pytest.raises(sm.RunError, match="this machine has no way to draw in space"):
         next(iter(images(showing(fields, described, [0.0]))))
     monkeypatch.delenv("DISPLAY", raising=False)
-    from shellmb.show.scenery import show
+    from shellmb.show.space.scenery import show
 
     with pytest.raises(sm.RunError, match="there is no display; use `shellmb report RUN`"):
         show(fields, described)

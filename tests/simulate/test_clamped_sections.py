@@ -10,10 +10,10 @@ import pytest
 
 from shellmb.analytic.beams import timoshenko_frequencies
 from shellmb.modes import natural_modes
-from shellmb.observers.energy import EnergyAccount
+from shellmb.observers.account.energy import EnergyAccount
 from shellmb.scene import Clamped, EdgeForce, Isotropic, Join, Rectangle, Scene, Shell
 from shellmb.simulate.simulation import Simulation
-from shellmb.simulate.sound import sound_model
+from shellmb.simulate.soundness.sound import sound_model
 
 L, B, T, E, RHO = 2.0, 0.2, 0.01, 7e10, 2700.0
 SECTION = Isotropic(E=E, nu=0.0, thickness=T, density=RHO)

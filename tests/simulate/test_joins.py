@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from shellmb.observers.energy import EnergyAccount
+from shellmb.observers.account.energy import EnergyAccount
 from shellmb.scene import (
     Clamped,
     EdgeForce,

@@ -17,7 +17,7 @@ from shellmb.scene import (
     Weld,
 )
 from shellmb.simulate.simulation import Simulation
-from shellmb.system.refresh import Once
+from shellmb.system.newton.refresh import Once
 from shellmb.verify.solve import displacement
 
 TIP = (1.0, 0.25, 0.0)

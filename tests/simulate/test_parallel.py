@@ -10,7 +10,7 @@ PROGRAM = """
 import json, sys
 from mpi4py import MPI
 import numpy as np
-from shellmb.observers.energy import EnergyAccount
+from shellmb.observers.account.energy import EnergyAccount
 from shellmb.scene import *
 from shellmb.simulate.simulation import Simulation
 

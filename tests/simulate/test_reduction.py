@@ -9,7 +9,7 @@ from mpi4py import MPI  # noqa: F401  (before dolfinx)
 import numpy as np
 import pytest
 
-from shellmb.observers.energy import EnergyAccount
+from shellmb.observers.account.energy import EnergyAccount
 from shellmb.scene import (
     GROUND,
     AlongLine,

@@ -11,7 +11,7 @@ import pytest
 
 from shellmb.bench.record import Configuration
 from shellmb.bench.scenes import plate as bench_plate
-from shellmb.observers.energy import EnergyAccount
+from shellmb.observers.account.energy import EnergyAccount
 from shellmb.scene import (
     Clamped,
     EdgeForce,
@@ -24,9 +24,9 @@ from shellmb.scene import (
     ShellRevolute,
 )
 from shellmb.simulate.simulation import Simulation
-from shellmb.system import direct
-from shellmb.system.direct import DirectSolver
-from shellmb.system.reduction import Reduction
+from shellmb.system.condensation.reduction import Reduction
+from shellmb.system.direct import mumps as direct
+from shellmb.system.direct.mumps import DirectSolver
 
 RUBBER = Isotropic(E=2e6, nu=0.3, thickness=0.02, density=500.0)
 

@@ -28,10 +28,10 @@ from shellmb.scene import (
     Table,
 )
 from shellmb.schemes.registry import SCHEMES
-from shellmb.simulate.errors import difference
 from shellmb.simulate.simulation import Silent, Simulation
-from shellmb.simulate.tolerance import AIM, ErrorSize
-from shellmb.verify.mechanisms import RigidPath, double_pendulum, pendulum_centers
+from shellmb.simulate.stepsize.errors import difference
+from shellmb.simulate.stepsize.tolerance import AIM, ErrorSize
+from shellmb.verify.problems.mechanisms import RigidPath, double_pendulum, pendulum_centers
 
 # with the dissipation that is the default, where there is one
 # rivals are there to be compared with steps that are fixed

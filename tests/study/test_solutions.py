@@ -7,12 +7,12 @@ from typing import Any
 import pytest
 
 from shellmb.run.loader import load
-from shellmb.study.bundled import BUNDLED
+from shellmb.study.cases.bundled import BUNDLED
+from shellmb.study.cases.solutions import crank_torque, top_center
 from shellmb.study.choice import Base
 from shellmb.study.quantity import parse_quantity
 from shellmb.study.report import evaluate
 from shellmb.study.runner import measure
-from shellmb.study.solutions import crank_torque, top_center
 from shellmb.study.sweep import Sweep, make_grid
 
 ROOT = Path(__file__).parents[2]

@@ -7,7 +7,7 @@ import pytest
 from shellmb.errors import SceneError
 from shellmb.run.loader import SceneModule, load
 from shellmb.scene import Clamped, GmshFile, Isotropic, Scene, Shell
-from shellmb.study.bundled import BUNDLED, find_bundled
+from shellmb.study.cases.bundled import BUNDLED, find_bundled
 from shellmb.study.choice import Base, Choice
 from shellmb.study.quantity import parse_quantity
 from shellmb.study.sweep import Sweep, chain, make_grid

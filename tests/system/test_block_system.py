@@ -11,10 +11,10 @@ import ufl
 from dolfinx import fem, mesh
 
 from shellmb.errors import ConvergenceError
-from shellmb.system.assembly import BlockSystem
-from shellmb.system.fields import Field, Link, Part
-from shellmb.system.iteration import Iteration, NewtonSettings
-from shellmb.system.newton import NEWTON
+from shellmb.system.assembly.blocks import BlockSystem
+from shellmb.system.assembly.fields import Field, Link, Part
+from shellmb.system.newton.iteration import Iteration, NewtonSettings
+from shellmb.system.newton.solver import NEWTON
 
 N = 6
 

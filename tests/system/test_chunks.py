@@ -16,9 +16,9 @@ from shellmb.scene import (
     Shell,
 )
 from shellmb.simulate.simulation import Simulation
-from shellmb.system.chunks import Chunks, elimination
-from shellmb.system.meshreduction import MeshReduction
-from shellmb.system.native import CArrays
+from shellmb.system.assembly.native import CArrays
+from shellmb.system.condensation.eliminated import Chunks, elimination
+from shellmb.system.condensation.meshreduction import MeshReduction
 
 
 def part(scheme: str, **body: Shell | Beam) -> MeshReduction:

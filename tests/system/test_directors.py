@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from shellmb.system.directors import (
+from shellmb.system.nullspace.directors import (
     any_pseudo_inverse,
     constraint,
     null_space,

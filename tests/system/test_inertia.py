@@ -6,7 +6,7 @@ from petsc4py import PETSc
 import numpy as np
 import pytest
 
-from shellmb.system.inertia import Inertia
+from shellmb.system.direct.inertia import Inertia
 
 
 def matrix(values: np.ndarray) -> PETSc.Mat:

@@ -6,7 +6,7 @@ from petsc4py import PETSc
 import numpy as np
 import pytest
 
-from shellmb.system.direct import OPERATIONS, SMALL_COST, DirectSolver
+from shellmb.system.direct.mumps import OPERATIONS, SMALL_COST, DirectSolver
 
 
 @pytest.mark.parametrize("n", [30, 600, 1200])

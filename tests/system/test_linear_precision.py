@@ -8,7 +8,7 @@ from petsc4py import PETSc
 import numpy as np
 import pytest
 
-from shellmb.system.direct import (
+from shellmb.system.direct.mumps import (
     CONTRACTION,
     KRYLOV_TOLERANCE,
     REFINED_TOLERANCE,

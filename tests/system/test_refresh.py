@@ -2,7 +2,7 @@
 
 import pytest
 
-from shellmb.system.refresh import FAR, REFRESH, Modified
+from shellmb.system.newton.refresh import FAR, REFRESH, Modified
 
 TOLERANCE = 1e-9
 

@@ -4,7 +4,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from shellmb.system.runs import Lists, find_runs
+from shellmb.system.condensation.sparsity import Lists, find_runs
 
 CELLS, SIZE, PLACES = 70, 12, 300
 

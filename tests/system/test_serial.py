@@ -7,11 +7,11 @@ import pytest
 
 from shellmb.scene import Clamped, EdgeForce, Isotropic, Rectangle, Scene, Shell
 from shellmb.simulate.simulation import Simulation
-from shellmb.system.directornodes import TURN
-from shellmb.system.exchange import ParallelExchange, SerialExchange
-from shellmb.system.nodes import NodeLoops
-from shellmb.system.passes import ParallelPasses, SerialPasses
-from shellmb.system.reduction import Reduction
+from shellmb.system.assembly.scatter import ParallelExchange, SerialExchange
+from shellmb.system.condensation.reduction import Reduction
+from shellmb.system.condensation.substitution import ParallelPasses, SerialPasses
+from shellmb.system.nullspace.directornodes import TURN
+from shellmb.system.nullspace.nodes import NodeLoops
 
 # differences are those of sums in another order
 ROUND_OFF = 1e-12

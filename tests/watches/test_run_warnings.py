@@ -28,7 +28,7 @@ from shellmb.scene import (
     SoftSupport,
 )
 from shellmb.schemes.ep import EnergyPreserving
-from shellmb.schemes.generalized_alpha import GeneralizedAlpha
+from shellmb.schemes.rivals.generalized_alpha import GeneralizedAlpha
 from shellmb.simulate.simulation import Simulation
 from shellmb.watches.base import Caution
 from shellmb.watches.energy_law import EnergyLaw

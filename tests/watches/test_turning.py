@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from shellmb.observers.turning import Turning, _fit
+from shellmb.observers.account.turning import Turning, _fit
 from shellmb.scene import InitialVelocity, Isotropic, Rectangle, Scene, Shell
 from shellmb.simulate.simulation import Simulation
 

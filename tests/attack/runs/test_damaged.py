@@ -9,9 +9,9 @@ from typing import Any
 import pytest
 
 from shellmb.errors import SceneError
+from shellmb.observers.files.seal import sealed
 from shellmb.observers.history import read_history
-from shellmb.observers.seal import sealed
-from shellmb.run.resume import resume
+from shellmb.run.resuming.resume import resume
 
 SCENE = str(Path(__file__).with_name("scene_pendulum.py"))
 

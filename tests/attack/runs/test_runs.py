@@ -17,12 +17,12 @@ from typer.testing import CliRunner
 from shellmb.cli import app
 from shellmb.errors import RunError, SceneError, Stopped
 from shellmb.locks import FileLock
-from shellmb.observers.gridfiles import GridFiles
-from shellmb.observers.growingfile import GrowingFile
+from shellmb.observers.files.gridfiles import GridFiles
+from shellmb.observers.files.growingfile import GrowingFile
 from shellmb.run import execute as executing
 from shellmb.run.execute import execute
 from shellmb.run.loader import load
-from shellmb.run.resume import resume
+from shellmb.run.resuming.resume import resume
 from shellmb.simulate.simulation import Silent
 from shellmb.stopping import STOPPING
 

@@ -12,7 +12,7 @@ import ufl
 from dolfinx import fem
 
 from shellmb import kernels
-from shellmb.model.beam import BeamModel, build_beam
+from shellmb.model.frames.beam import BeamModel, build_beam
 from shellmb.scene import Beam, Curve, GeneralSection, Load, ParametricCurve, RectangularSection
 
 POINTS = np.array([[0.1], [0.5], [0.8]])

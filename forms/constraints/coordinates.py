@@ -1,0 +1,157 @@
+"""Relative coordinates between two places as unknowns of their own.
+
+Drivers prescribe them, springs, dampers and motors act on them, a screw ties two of them together.
+Each comes with one equation, whose multiplier is the generalised force that the rest of the model
+exerts on the coordinate.
+
+A distance `l` with `l^2 = |x2 - x1|^2` and a translation `s = e3 . (x2 - x1)` are quadratic, and
+their mid-point gradient is exact. A rotation is not: with `c = e1 . e1'` and `s = e2 . e1'` its
+increment over a sub-interval is
+
+    delta = atan2(c_a s_b - s_a c_b, c_a c_b + s_a s_b)
+
+and with `c, s` quadratic in the unknowns
+
+    delta = delta / (c_a s_b - s_a c_b) [c_m Ds - s_m Dc](q_m)[q_b - q_a]
+
+holds exactly, so the bracket is an exact discrete gradient. The angle that belongs to `c, s` is
+known up to whole turns only, so the equation of a rotation `x` is that the angle between
+`(cos x, sin x)` and `(c, s)` vanishes: `x` counts the turns, as long as no step is half a turn, and
+no error adds up from step to step.
+"""
+
+import ufl
+from ufl.core.expr import Expr
+
+from shellmb.forms.constraints.joints import Place
+
+# below this tangent of the increment its series is exact to round-off
+SMALL_TANGENT = 1e-3
+
+
+def cosine_sine(a: Place, b: Place) -> Expr:
+    """Cosine and sine of the rotation of the second place about the axis of the first, (2,)."""
+    return ufl.as_vector([ufl.dot(a.e[0], b.e[0]), ufl.dot(a.e[1], b.e[0])])
+
+
+def increment(start: Expr, end: Expr) -> Expr:
+    """Angle between two values of `cosine_sine`, in (-pi, pi], rad."""
+    return ufl.atan2(start[0] * end[1] - start[1] * end[0], start[0] * end[0] + start[1] * end[1])
+
+
+def increment_gradient(start: Expr, end: Expr, change: Expr) -> Expr:
+    """Discrete gradient of `increment`: along `end - start` it is the increment itself.
+
+    That holds for vectors of any length, as they are before Newton's method has converged.
+
+    Args:
+        start: Cosine and sine at the start of the sub-interval, shape (2,).
+        end: The same at its end.
+        change: Variation of cosine and sine at the mid-point configuration, shape (2,).
+    """
+    sine = start[0] * end[1] - start[1] * end[0]
+    cosine = start[0] * end[0] + start[1] * end[1]
+    near = ufl.lt(abs(sine), SMALL_TANGENT * cosine)
+    tangent = sine / ufl.conditional(near, cosine, 1.0)
+    # delta / sine
+    series = (1 - tangent**2 / 3 + tangent**4 / 5) / ufl.conditional(near, cosine, 1.0)
+    ratio = ufl.conditional(
+        near, series, ufl.atan2(sine, cosine) / ufl.conditional(near, 1.0, sine)
+    )
+    middle = (start + end) / 2
+    return ratio * (middle[0] * change[1] - middle[1] * change[0])
+
+
+def turning(at: Expr, change: Expr) -> Expr:
+    """Change of the angle for a change of cosine and sine, at a single state, rad.
+
+    Args:
+        at: Cosine and sine, shape (2,).
+        change: Their change, shape (2,).
+    """
+    return (at[0] * change[1] - at[1] * change[0]) / ufl.dot(at, at)
+
+
+def rotation_gap(a: Place, b: Place, x: Expr) -> Expr:
+    """Difference of the angle `x` and the rotation of the places, modulo whole turns, rad."""
+    return increment(cosine_sine(a, b), ufl.as_vector([ufl.cos(x), ufl.sin(x)]))
+
+
+def translation(a: Place, b: Place) -> Expr:
+    """Displacement of the second point along the axis of the first place, m."""
+    return ufl.dot(a.e[2], b.x - a.x)
+
+
+def translation_gap(a: Place, b: Place, s: Expr) -> Expr:
+    """Difference of `s` and the translation of the places, m."""
+    return s - translation(a, b)
+
+
+def distance_gap(a: Place, b: Place, l: Expr, size: Expr) -> Expr:  # noqa: E741 - the usual letter
+    """`(l^2 - |x2 - x1|^2) / (2 size)`, near `l = size` the difference of the lengths, m."""
+    gap = b.x - a.x
+    return (l**2 - ufl.dot(gap, gap)) / (2 * size)
+
+
+# Gauss points on [-1, 1] with their weights on a step
+_GAUSS = (
+    (-0.8611363115940526, 0.1739274225687269),
+    (-0.3399810435848563, 0.3260725774312731),
+    (0.3399810435848563, 0.3260725774312731),
+    (0.8611363115940526, 0.1739274225687269),
+)
+# squares of changes of a cosine or sine below this leave no digits of the correction
+_TINY = 1e-16
+
+
+def angle_moments(start: Expr, end: Expr, bow: Expr) -> tuple[Expr, Expr]:
+    """Discrete gradient of the angle over a step that is quadratic in time (`forms.path`).
+
+    With the moments `T_0, T_1` of its gradient along the path of cosine and sine, projected on
+    linear functions of time, `T_0 . (end - start) + T_1 . bow` is the increment of the angle, by a
+    correction that is far below the order of the scheme.
+
+    Args:
+        start: Cosine and sine at the start, shape (2,).
+        end: The same at the end.
+        bow: Their bow, `e_i + e_f - 2 <e>`.
+    """
+    chord = end - start
+    first, second = 0 * start, 0 * start
+    for g, weight in _GAUSS:
+        tau = (1 + g) / 2
+        a = start + tau * chord + 3 * (tau**2 - tau) * bow
+        slope = perpendicular(a) / ufl.dot(a, a)
+        first, second = first + weight * slope, second + 3 * g * weight * slope
+    defect = increment(start, end) - ufl.dot(first, chord) - ufl.dot(second, bow)
+    ratio = defect / (ufl.dot(chord, chord) + ufl.dot(bow, bow) + _TINY)
+    return first + ratio * chord, second + ratio * bow
+
+
+def perpendicular(a: Expr) -> Expr:
+    """A vector of the plane turned by a right angle."""
+    return ufl.as_vector([-a[1], a[0]])
+
+
+def swing_moment(start: Expr, end: Expr, rates: Expr, alpha: Expr) -> tuple[Expr, Expr]:
+    """What the force of the rate of an angle has beyond that of a quadratic constraint.
+
+    The rate is `a x a'` of cosine and sine `a`. Forces `J_m.Da` with the mean of both ends, as of a
+    quadratic constraint, work on `a_m x (..)` instead of it; the vector works the difference on the
+    chord, and the number times the discrete gradient of the angle makes up for `alpha`.
+
+    Args:
+        start: Cosine and sine at the start, shape (2,).
+        end: The same at the end.
+        rates: `(1 + alpha) a'_f + (1 - alpha) a'_i`, times the step.
+        alpha: Dissipation.
+
+    Returns:
+        The vector and the number.
+    """
+    angle = increment(start, end)
+    sine = start[0] * end[1] - start[1] * end[0]
+    near = ufl.lt(angle**2, SMALL_TANGENT**2)
+    series = -(angle**2) / 6 + angle**4 / 120
+    share = ufl.conditional(near, series, sine / ufl.conditional(near, 1.0, angle) - 1)
+    return -perpendicular(rates) / 4, alpha * share

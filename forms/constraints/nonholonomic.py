@@ -1,0 +1,172 @@
+"""Rolling and sliding without slip: constraints `A(q) q' = 0` on velocities that no position obeys.
+
+Contact coordinates are unknowns of their own, without mass: the point of contact in the plane of
+the first body, where the second one is touched, and which way it heads. They are tied to both
+bodies by constraints on positions, at most quadratic, whose multipliers carry the forces to the
+bodies. Velocities then obey equations between contact coordinates alone, with `A` linear in them,
+also on a plane that moves.
+
+With the axes `e1, e2, e3` of the plane (`e3` its normal on the side of the other body) and its
+point `p`, the axes `d1, d2, d3` of the other body and its point `c`:
+
+==========  ======================================  ===================================  =========
+kind        unknowns                                on positions                         rows
+==========  ======================================  ===================================  =========
+wheel       `y` point of contact, `t` direction it  `c + R r_k d_k = p + y_j e_j`,       7 and 2
+            rolls in, `r` radius vector to the      `t_j e_j = r_2 d1 - r_1 d2`,
+            ground in its own axes                  `|r| = 1`
+sphere      `y`, `Q` the body's axes in the plane's `c - R e3 = p + y_j e_j`,            12 and 2
+                                                    `Q_kj = d_k . e_j`
+knife edge  `y`, `t` direction of the blade         `c = p + y_j e_j`, `t_j = d3 . e_j`  5 and 1
+==========  ======================================  ===================================  =========
+
+==========  =============================================================================
+kind        on velocities
+==========  =============================================================================
+wheel       `t . y' = R (r_2 r_1' - r_1 r_2')`, `t_1 y_2' = t_2 y_1'`
+sphere      `y_j' + R Q_kj Q_k3' = 0`, j = 1, 2
+knife edge  `t_1 y_2' = t_2 y_1'`
+==========  =============================================================================
+
+`d3` is the axis of the wheel, which rolls along `t` as it turns about it, and the direction of the
+blade. The point of contact moves as fast over the one body as over the other: that is rolling.
+
+**Over a step.** Where the path is linear, `A(q_m)(q_b - q_a) = 0` with forces along `A(q_m)`, which
+work by the multipliers times what vanishes: not at all. Where it is quadratic (`forms.path`), the
+mean of the slip and the slip at the end vanish,
+
+    <A q'> = A(x) D + B(D, z) = 0,     A(q_f) v_f = 0
+
+with `B(., dq)` the derivative of `A dq`. The forces are those of multipliers `l_0 + l_1 P1` along
+`A(q)`, but for terms of third order in the step, as moments
+
+    P0:  l_0 A(x) dq + l_1 [B(D, dq) + (1 - alpha^2) B(dq, h v_2) + 4 alpha B(dq, z)
+                            + 2 alpha B(z, dq)]/6                                          (N1)
+    P1:  l_0 B(D, dq)/6 + l_1 A((q_i + q_f)/2) dq/3
+
+Their work is `l_0 <A q'>`, and `l_1` times what vanishes by both equations: with (Q1)
+
+    A(q_m) 6z/3 = [(1 + alpha) A(q_m) h v_f - (1 - alpha) A(q_m) h v_i - 2 alpha A(q_m) D]/6
+
+where `A(q_m) v_f = -B(D, v_f)/2`, `A(q_m) v_i = B(D, v_i)/2`, `A(q_m) D = B(z, D) - B(D, z)`. For a
+symmetric `B`, where `A q'` is the rate of a position, (N1) is (Q4). With `<P1 A q'> = 0` in place
+of the equation at the end all forces would be along `A(q)`, but slip would remain in the velocities
+at the ends of steps, of second order, and add up.
+"""
+
+from collections.abc import Callable, Mapping
+from typing import NamedTuple
+
+import ufl
+from ufl.core.expr import Expr
+
+from shellmb.forms.constraints.joints import Place
+from shellmb.forms.constraints.pathconstraints import ConstraintRow
+from shellmb.forms.steps.discrete import variation
+from shellmb.forms.steps.mixed import Interval
+from shellmb.forms.steps.path import Path
+
+Own = Mapping[str, Expr]
+# slip of a state and a direction, `A(q) dq`, shape (n,)
+Slip = Callable[[Expr, Expr], Expr]
+
+
+class ContactKind(NamedTuple):
+    """A kind of contact.
+
+    Args:
+        parts: Sizes of the contact coordinates, by name.
+        rows: Number of constraints on positions.
+        slips: Number of those on velocities.
+        constraints: The former, at two places with contact coordinates and a length `R`, m.
+        slip: The latter, `A(own) change` with the length, m.
+    """
+
+    parts: dict[str, int]
+    rows: int
+    slips: int
+    constraints: Callable[[Place, Place, Own, Expr], list[Expr]]
+    slip: Callable[[Own, Own, Expr], list[Expr]]
+
+
+def _touching(a: Place, point: Expr, y: Expr) -> list[Expr]:
+    gap = point - a.x - y[0] * a.e[0] - y[1] * a.e[1]
+    return [gap[0], gap[1], gap[2]]
+
+
+def _wheel(a: Place, b: Place, own: Own, size: Expr) -> list[Expr]:
+    r, t = own["r"], own["t"]
+    lowest = b.x + size * (r[0] * b.e[0] + r[1] * b.e[1])
+    turn = size * (t[0] * a.e[0] + t[1] * a.e[1] + r[0] * b.e[1] - r[1] * b.e[0])
+    unit = size * (r[0] ** 2 + r[1] ** 2 - 1) / 2
+    return [*_touching(a, lowest, own["y"]), turn[0], turn[1], turn[2], unit]
+
+
+def _wheel_slip(own: Own, d: Own, size: Expr) -> list[Expr]:
+    r, t, dr, dy = own["r"], own["t"], d["r"], d["y"]
+    rolled = size * (r[1] * dr[0] - r[0] * dr[1])
+    return [t[0] * dy[0] + t[1] * dy[1] - rolled, *_edge_slip(own, d, size)]
+
+
+def _sphere(a: Place, b: Place, own: Own, size: Expr) -> list[Expr]:
+    turned = [
+        size * (own["Q"][3 * k + j] - ufl.dot(b.e[k], a.e[j])) for k in range(3) for j in range(3)
+    ]
+    return [*_touching(a, b.x - size * a.e[2], own["y"]), *turned]
+
+
+def _sphere_slip(own: Own, d: Own, size: Expr) -> list[Expr]:
+    Q, dQ = own["Q"], d["Q"]
+    rolled = [sum(Q[3 * k + j] * dQ[3 * k + 2] for k in range(3)) for j in range(2)]
+    return [d["y"][j] + size * rolled[j] for j in range(2)]
+
+
+def _edge(a: Place, b: Place, own: Own, size: Expr) -> list[Expr]:
+    heading = [size * (own["t"][j] - ufl.dot(b.e[2], a.e[j])) for j in range(2)]
+    return [*_touching(a, b.x, own["y"]), *heading]
+
+
+def _edge_slip(own: Own, d: Own, size: Expr) -> list[Expr]:
+    return [own["t"][0] * d["y"][1] - own["t"][1] * d["y"][0]]
+
+
+CONTACTS: dict[str, ContactKind] = {
+    "wheel": ContactKind({"y": 2, "t": 2, "r": 2}, 7, 2, _wheel, _wheel_slip),
+    "sphere": ContactKind({"y": 2, "Q": 9}, 12, 2, _sphere, _sphere_slip),
+    "knife edge": ContactKind({"y": 2, "t": 2}, 5, 1, _edge, _edge_slip),
+}
+
+
+def interval_row(slip: Slip, span: Interval, dq: Expr) -> tuple[Expr, Expr]:
+    """What multipliers act on over a sub-interval, and what must vanish.
+
+    Args:
+        slip: The constraints.
+        span: The sub-interval.
+        dq: Direction.
+    """
+    return slip(span.mid, dq), slip(span.mid, span.b - span.a)
+
+
+def path_row(slip: Slip, path: Path, k: int, dq: Expr) -> ConstraintRow:
+    """The same in one of the rows of a step that is quadratic in time, eq. (N1).
+
+    Args:
+        slip: The constraints.
+        path: The step.
+        k: Row, 0 for P0 and 1 for P1.
+        dq: Direction.
+    """
+
+    def turned(change: Expr, dq: Expr) -> Expr:
+        """`B(change, dq)`: `A` is linear."""
+        return variation(lambda q: slip(q, dq), path.mean, change)
+
+    D, z, alpha = path.chord, path.bow, path.alpha
+    if k == 0:
+        extra = (1 - alpha**2) / 6 * path.shake + 2 * alpha / 3 * z
+        other = turned(D, dq) / 6 + turned(dq, extra) + alpha / 3 * turned(z, dq)
+        value = slip(path.mean, D) + turned(D, z)
+        return ConstraintRow(slip(path.mean, dq), other, value, (path.end, path.rate))
+    own, value = slip(path.middle, dq) / 3, slip(path.end, path.rate)
+    return ConstraintRow(own, turned(D, dq) / 6, value, (path.rate, path.end))

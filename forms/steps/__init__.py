@@ -1,0 +1,1 @@
+"""A step in time: averages, paths, and the internal virtual work over them."""

@@ -1,0 +1,137 @@
+"""Internal virtual work of shells of any strain energy density, with assumed strains, eq. (21).
+
+As in `forms.mixed`; the assumed strains stand for those of the reduced part.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import ufl
+from ufl.core.expr import Expr
+
+from shellmb.forms.shell import ShellStrains
+from shellmb.forms.state import Layout
+from shellmb.forms.steps.discrete import discrete_gradient, gradient, variation
+from shellmb.forms.steps.mixed import (
+    Density,
+    Interval,
+    Measure,
+    bending,
+    membrane_shear,
+    split,
+    vector,
+)
+
+
+@dataclass(frozen=True)
+class NonlinearMixed:
+    """Hu-Washizu form for any strain energy density `psi(strains)`, eq. (21).
+
+    The assumed strains `S` stand for (eps, gam) in the reduced part, the resultants `N` tie them
+    to the
+    displacements. `N` is the average stress of the sub-interval, so it needs no value of its own
+    at the start.
+
+    Args:
+        psi: Strain energy per area as a function of `ShellStrains`, J/m^2.
+        N0: Scale of the resultants, N/m.
+        a: Fully integrated fraction per element.
+        thickness: Length that makes curvatures comparable with strains, m.
+    """
+
+    psi: Callable[[ShellStrains], Expr]
+    N0: Expr
+    a: Expr
+    thickness: Expr
+
+    @property
+    def densities(self) -> tuple[Callable[[Expr], Expr], Callable[[Expr], Expr]]:
+        """Energies of the full and of the reduced rule as functions of the strains, shape (8,)."""
+        return self._psi_full, self._psi_red
+
+    def stress(self, e: Expr) -> Expr:
+        """Resultants of strains, shape (8,) both."""
+        return gradient(self._psi, e)
+
+    def _psi(self, e: Expr) -> Expr:
+        eps, gam = split(membrane_shear(e))
+        return self.psi(ShellStrains(eps, bending(e), gam))
+
+    def _pure_bending(self, e: Expr) -> Expr:
+        zero = 0 * e[0]
+        return self._psi(ufl.as_vector([zero, zero, zero, e[3], e[4], e[5], zero, zero]))
+
+    def _psi_full(self, e: Expr) -> Expr:
+        return self.a * self._psi(e) + (1 - self.a) * self._pure_bending(e)
+
+    def _psi_red(self, e: Expr) -> Expr:
+        return (1 - self.a) * (self._psi(e) - self._pure_bending(e))
+
+    def _assumed(self, strains: Measure, layout: Layout, q: Expr) -> Expr:
+        """Strain vector with (eps, gam) replaced by the assumed strains, shape (8,)."""
+        S, kap = layout.part(q, "S"), strains(q).kap
+        return ufl.as_vector([S[0], S[1], S[2], *kap, S[3], S[4]])
+
+    def _average(self, psi: Callable[[Expr], Expr], a: Expr, b: Expr, beta: Expr | float) -> Expr:
+        if a is b:
+            return gradient(psi, a)
+        h = self.thickness
+        one = h / h
+        weight = ufl.as_vector([one, one, one, h, h, h, one, one])
+        jump = (gradient(psi, b) - gradient(psi, a)) / 2
+        return discrete_gradient(psi, a, b, weight) + beta * jump
+
+    def virtual_work(self, strains: Measure, layout: Layout, span: Interval, dq: Expr) -> Density:
+        """Virtual work, stress equation (test `S`) and compatibility `s(q) = S` (test `N`)."""
+
+        def e(q: Expr) -> Expr:
+            return vector(strains(q))
+
+        def s(q: Expr) -> Expr:
+            return self._assumed(strains, layout, q)
+
+        static = span.a is span.b
+        e_a, s_a = e(span.a), s(span.a)
+        e_b, s_b = (e_a, s_a) if static else (e(span.b), s(span.b))
+        full = self._average(self._psi_full, e_a, e_b, span.beta)
+        red = self._average(self._psi_red, s_a, s_b, span.beta)
+        de = variation(e, span.mid, dq)
+        N = (1 - self.a) * self.N0 * layout.part(span.unknown, "N")
+        dN = (1 - self.a) * self.N0 * layout.part(dq, "N")
+        dS = layout.part(dq, "S")
+        gap = membrane_shear(e(span.at)) - layout.part(span.at, "S")
+        reduced = (
+            ufl.dot(membrane_shear(red), dS)
+            + ufl.dot(bending(red), bending(de))
+            + ufl.dot(N, membrane_shear(de) - dS)
+            + ufl.dot(dN, gap)
+        )
+        return ufl.dot(full, de), reduced
+
+    def energy(self, strains: Measure, layout: Layout, q: Expr) -> Density:
+        """Strain energy, its reduced part at the assumed strains."""
+        return (
+            self._psi_full(vector(strains(q))),
+            self._psi_red(self._assumed(strains, layout, q)),
+        )
+
+    def jump(self, strains: Measure, layout: Layout, a: Expr, b: Expr) -> Density:
+        """Half the work of the stress jump on the strain jump (eq. 34 for any material)."""
+        pairs = (
+            (self._psi_full, vector(strains(a)), vector(strains(b))),
+            (self._psi_red, self._assumed(strains, layout, a), self._assumed(strains, layout, b)),
+        )
+        full, red = (
+            ufl.dot(gradient(psi, q1) - gradient(psi, q0), q1 - q0) / 2 for psi, q0, q1 in pairs
+        )
+        return full, red
+
+    def resultants(self, strains: Measure, layout: Layout, q: Expr) -> Expr:
+        """Resultants N/m and moments N of a state, accurate at the points of the reduced rule."""
+        return self.stress(self._assumed(strains, layout, q))
+
+    def averaged(self, strains: Measure, layout: Layout, span: Interval) -> Expr:
+        """The same of the averaged stress of a sub-interval, the discrete gradient."""
+        first = self._assumed(strains, layout, span.a)
+        last = first if span.a is span.b else self._assumed(strains, layout, span.b)
+        return self._average(self._psi, first, last, span.beta)

@@ -1,0 +1,316 @@
+"""A step over which the state is quadratic in time, and quadratic measures along it.
+
+With the mean `x` of the path, its chord `D = q_f - q_i` and its bow `z` (the coefficient of the
+second Legendre polynomial) the path is
+
+    q(tau) = x + D (tau - 1/2) + z (6 tau^2 - 6 tau + 1),     q'(tau) = D + 6 z P1,   P1 = 2 tau - 1
+
+Measures are `e(q) = lin(q) + quad(q, q)/2` (strains, constraints); `<.>` is the integral over a
+step. The velocity is quadratic, too, and with a dissipation `alpha`
+
+    <q' - h v> = 0,   <P1 (q' - h v)> = alpha h v_2/3,   z = [(1 + alpha) h v_f - (1 - alpha) h v_i
+                                                              - 2 alpha D]/12               (Q1)
+
+Constraints `g(q_f) = 0`, `Dg(q_f) v_f = 0` hold by forces that do no work (`H` is g's Hessian):
+
+    P0:  lambda_0 <Dg> + lambda_1 H y,   y = [(1 - alpha) h v_i + (1 + alpha) h v_f]/4         (Q4)
+    P1:  lambda_0 H D/6 + lambda_1 Dg((q_i + q_f)/2)
+
+A strain is a coordinate `s` without mass that is tied to `e(q)` so. Its path is that of (Q1) with
+the ends `e_i, e_f` and the rates `De v` there,
+
+    e_f - e_i              = lin(D) + quad(x + z, D)
+    <s>                    = lin(x) + [quad(x, x) - quad(z, z) + quad(D, D)/4]/2 - quad(D, y)/6
+    bow, s_i + s_f - 2 <s> = 2 lin(z) + 2 quad(x + z, z) + quad(D, y)/3
+
+and a stress `S_0 + S_1 P1` acts on it by the forces (Q4) with `lambda_0 = S_0, lambda_1 = S_1/3`,
+
+    P0:  S_0.[lin(dq) + quad(x, dq)] + S_1.quad(y, dq)/3                                        (Q2)
+    P1:  S_0.quad(D, dq)/6 + S_1.[lin(dq) + quad(x + z, dq)]/3
+
+whose work is `S_0.(e_f - e_i) + S_1.bow`, that of the stress on `s'`. Exactly,
+
+    E_f - E_i = work - alpha [2 v_2.M v_2 + bow.C bow/2].                                      (Q5)
+
+Infinitely stiff strains are constraints by (Q4), for positions and velocities; with `<e>` in place
+of `<s>` they would be for positions alone, and velocities along stiff fibres would grow.
+
+So a row is a sum of `stress of a moment . slope`, a moment is `lin` and `quad` of the four states
+with some weights, a slope that with the direction for one of them, and so are their derivatives.
+The weights are Constants (`shellmb/schemes/residuals`): one kernel serves all rows. In the paper's
+schemes a sub-interval is a path without bow, its stress the average of (22), (32) at the middle:
+
+    E = lin(x) + [quad(x, x) + quad(D, D)/4]/2 + beta/2 [lin(D) + quad(x, D)]             (20), (32)
+
+============  =====================================================================  ====
+symbol        name                                                                   eq.
+============  =====================================================================  ====
+`x, D, z, y`  mean, chord, bow and swing of the path                                 -
+`S_0, S_1`    stress `C E_0`, `C E_1`: `E_0 = <s>`, `2 E_1 = e_f - e_i + alpha bow`  (Q3)
+============  =====================================================================  ====
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import ufl
+from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
+from ufl.algorithms.apply_derivatives import apply_derivatives
+from ufl.core.expr import Expr
+
+from shellmb.forms.steps.discrete import variation
+
+# pairs of the states x, D, z, y in the order of a moment's weights
+PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2), (1, 3))
+
+
+class Slope(NamedTuple):
+    """Derivative of a measure, `c lin(dq) + quad(y, dq)` with `y = sum_a w_a s_a`.
+
+    Args:
+        c: Share of the reference configuration.
+        weights: Those of the states x, D, z, y.
+    """
+
+    c: Expr
+    weights: tuple[Expr, ...]
+
+
+class Moment(NamedTuple):
+    """A moment of a measure over the step, `sum_a l_a lin(s_a) + sum_ab w_ab quad(s_a, s_b)`.
+
+    Args:
+        linear: Weights `l` of the states x, D, z, y.
+        products: Weights `w` of their pairs, in the order of `PAIRS`.
+        held: State that holds the resultants that belong to it.
+    """
+
+    linear: tuple[Expr, ...]
+    products: tuple[Expr, ...]
+    held: Expr
+
+
+class Change(NamedTuple):
+    """Derivative of a pair with respect to one of the unknown states.
+
+    Args:
+        moment: Derivative of the moment.
+        held: One where the state holds the resultants that belong to the moment; else zero.
+        share: Share of the state's resultants in those of the moment.
+        turn: Weight of that state in the slope: the stress acts on second derivatives, too.
+        gain: Derivative of the measure whose compatibility is demanded, over that of the moment.
+    """
+
+    moment: Slope
+    held: Expr
+    share: Expr
+    turn: Expr
+    gain: Expr
+
+
+class Pair(NamedTuple):
+    """A stress of one moment and what it acts on in one row.
+
+    Args:
+        moment: The moment.
+        slope: What its stress acts on.
+        own: One where the moment is the row's own, whose compatibility it demands; else zero.
+        ahead: What the end of a sub-interval is ahead of the moment, as a share of the measure's
+            change: resultants are those of the end, and compatible there.
+        changes: Derivatives by the unknown states, of those that it depends on.
+    """
+
+    moment: Moment
+    slope: Slope
+    own: Expr
+    ahead: Expr
+    changes: Mapping[int, Change]
+
+
+class Row(NamedTuple):
+    """What a row of a step is made of, as bodies see it.
+
+    Args:
+        states: Mean, chord, bow and swing of the path as functions that the scheme fills.
+        pairs: Stresses with what they act on.
+        moving: Number of the states that are not always zero: without a bow and a swing two.
+    """
+
+    states: tuple[Expr, ...]
+    pairs: tuple[Pair, ...]
+    moving: int = 4
+
+
+class Path(NamedTuple):
+    """A step, its states as expressions.
+
+    Args:
+        start: State at the start, `q_i`.
+        end: Unknown state at the end, `q_f`; its resultants and multipliers are those of P0.
+        push: Velocity at the start times the step, `h v_i`.
+        rate: Unknown velocity at the end times the step; its resultants are those of P1.
+        alpha: Dissipation.
+    """
+
+    start: Expr
+    end: Expr
+    push: Expr
+    rate: Expr
+    alpha: Expr
+
+    @property
+    def chord(self) -> Expr:
+        """`D = q_f - q_i`."""
+        return self.end - self.start
+
+    @property
+    def bow(self) -> Expr:
+        """`z`, by eq. (Q1)."""
+        a = self.alpha
+        return ((1 + a) * self.rate - (1 - a) * self.push - 2 * a * self.chord) / 12
+
+    @property
+    def middle(self) -> Expr:
+        """`(q_i + q_f)/2`."""
+        return (self.start + self.end) / 2
+
+    @property
+    def mean(self) -> Expr:
+        """`x`."""
+        return self.middle - self.bow
+
+    @property
+    def swing(self) -> Expr:
+        """`y`, what the second stress and multiplier turn with in row P0, eqs. (Q2), (Q4)."""
+        a = self.alpha
+        return ((1 - a) * self.push + (1 + a) * self.rate) / 4
+
+    @property
+    def acceleration(self) -> tuple[Expr, Expr]:
+        """What the inertia sees in the rows P0 and P1, times the square of the step, eq. (Q2)."""
+        return self.rate - self.push, self.rate + self.push - 2 * self.chord
+
+    @property
+    def moved(self) -> tuple[Expr, Expr]:
+        """What forces of the rows P0 and P1 work on: the chord, and six times the bow."""
+        return self.chord, 6 * self.bow
+
+    @property
+    def shake(self) -> Expr:
+        """Second coefficient of the velocity times the step, `h v_2`: what alpha damps, (Q5)."""
+        return (self.push + self.rate) / 2 - self.chord
+
+    def at(self, tau: Any) -> Expr:
+        """State at a time in [0, 1]."""
+        return self.mean + (tau - 0.5) * self.chord + (6 * tau**2 - 6 * tau + 1) * self.bow
+
+    def velocity(self, tau: Any) -> Expr:
+        """Its rate, times the step."""
+        return self.chord + 6 * (2 * tau - 1) * self.bow
+
+
+class Measure(NamedTuple):
+    """A measure of the state that is at most quadratic, by its derivative.
+
+    Args:
+        slope: `c lin(dq) + sum_a w_a quad(s_a, dq)` from `c`, pairs `(w_a, s_a)` and `dq`; `c` is
+            None where there is no linear part.
+    """
+
+    slope: Callable[[Any, Sequence[tuple[Any, Expr]], Expr], Expr]
+
+    def at(self, slope: Slope, states: Sequence[Expr], dq: Expr) -> Expr:
+        """Derivative at the weighted states, or at the first few of them."""
+        return self.slope(slope.c, tuple(zip(slope.weights, states, strict=False)), dq)
+
+    def moment(self, m: Moment, states: Sequence[Expr]) -> Expr:
+        """Moment over the step."""
+        parts = []
+        for b, state in enumerate(states):
+            weighed = zip(PAIRS, m.products, strict=True)
+            pairs = [(w, states[a]) for (a, other), w in weighed if other == b]
+            parts.append(self.slope(m.linear[b], pairs, state))
+        return sum(parts[1:], parts[0])
+
+    def quad(self, a: Expr, b: Expr) -> Expr:
+        """Bilinear part."""
+        return self.slope(None, ((1, a),), b)
+
+
+def measure(function: Callable[[Expr], Expr]) -> Measure:
+    """A quadratic measure from its value as a function of the state."""
+
+    def slope(c: Expr | None, pairs: Sequence[tuple[Expr, Expr]], dq: Expr) -> Expr:
+        found = [] if c is None else [c * variation(function, 0 * dq, dq)]
+        if pairs:
+            y = sum((w * s for w, s in pairs[1:]), pairs[0][0] * pairs[0][1])
+            found.append(variation(lambda q: variation(function, q, dq), 0 * dq, y))
+        return sum(found[1:], found[0])
+
+    return Measure(slope)
+
+
+def is_quadratic(function: Callable[[Expr], Expr], state: Any) -> bool:
+    """Whether a measure is at most quadratic: whether its third derivative vanishes.
+
+    Args:
+        function: The measure.
+        state: A function of the state's space.
+    """
+    space = state.ufl_function_space()
+    z, dz = ufl.Coefficient(space), ufl.Coefficient(space)
+    found = function(z)
+    for _ in range(3):
+        found = apply_derivatives(apply_algebra_lowering(ufl.derivative(found, z, dz)))
+    return dz not in ufl.algorithms.extract_coefficients(found)
+
+
+class Points(NamedTuple):
+    """What rows of nonlinear sections need, by two Gauss points in time (`pathwork_nonlinear`).
+
+    Args:
+        pairs: Strain and slope of each point in the rows P0 and P1.
+        rates: Rate of the strain at each point times its weight.
+        start: Strain at the start, `e_i`.
+        end: Strain at the end, `e_f`.
+        chord: Their difference.
+        bow: Bow of the strain.
+        mean: What `S_0` acts on in each row.
+        damping: `alpha/2 bow`, and what `S_1` acts on in each row.
+        dissipates: Whether there is a dissipation.
+    """
+
+    pairs: tuple[tuple[Pair, Pair], tuple[Pair, Pair]]
+    rates: tuple[Moment, Moment]
+    start: Moment
+    end: Moment
+    chord: Moment
+    bow: Moment
+    mean: tuple[Slope, Slope]
+    damping: tuple[Pair, Pair]
+    dissipates: bool
+
+
+class Step(NamedTuple):
+    """A step as bodies see it: its states as expressions, and what rows of mixed sections need.
+
+    Args:
+        path: The states as expressions.
+        states: Mean, chord, bow and swing of the path as functions that the scheme fills.
+        pairs: Both pairs of a moment and a slope in the rows P0 and P1.
+        points: The same at Gauss' points in time, for nonlinear sections.
+    """
+
+    path: Path
+    states: tuple[Expr, ...]
+    pairs: tuple[tuple[Pair, Pair], tuple[Pair, Pair]]
+    points: Points
+
+    def row(self, k: int) -> Row:
+        """What row `k` is made of."""
+        return Row(self.states, self.pairs[k])
+
+    def bow_of(self, strain: Measure) -> Expr:
+        """Bow of a strain's own path, of which the dissipation takes the energy (Q5)."""
+        p = self.path
+        return strain.moment(self.points.bow, (p.mean, p.chord, p.bow, p.swing))

@@ -1,0 +1,1 @@
+"""What each effect costs: steps with and without it, in turn."""

@@ -1,0 +1,43 @@
+"""The picture of `shellmb bench --peer`: error against time."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import matplotlib as mpl
+
+from shellmb.bench.peers.compare import ASKED, EXUDYN, OURS, Comparison
+from shellmb.observers.drawing import STYLE, figure
+
+
+def draw(found: Comparison, path: Path) -> None:
+    """All runs as points, the best of each code as a line.
+
+    Args:
+        found: The comparison.
+        path: PNG file.
+    """
+    markers = ("o", "s", "^", "D", "v")
+    with mpl.rc_context(STYLE):
+        made = figure(8.0, 5.0)
+        axes = made.add_subplot()
+        for code, colour in ((OURS, "C0"), (EXUDYN, "C3")):
+            some = [p for p in found.points if p.code == code and not p.failed]
+            schemes = list(dict.fromkeys(p.scheme for p in some))
+            for scheme, marker in zip(schemes, markers, strict=False):
+                here = [p for p in some if p.scheme == scheme]
+                times, errors = [p.cpu_s for p in here], [found.judged(p) for p in here]
+                label = f"{code} {scheme}"
+                axes.plot(times, errors, marker, color=colour, alpha=0.5, ms=4, label=label)
+            front = found.front(code)
+            axes.plot([p.cpu_s for p in front], [found.judged(p) for p in front], color=colour)
+        for error in ASKED:
+            axes.axhline(error, color="0.5", lw=0.8, ls="--")
+        axes.set_xscale("log")
+        axes.set_yscale("log")
+        # runs that were lost without a word are above
+        axes.set_ylim(top=0.2)
+        axes.set_xlabel("processor time of 0.5 s [s]")
+        axes.set_ylabel("error of the tip, L2 over time, relative")
+        axes.legend(fontsize=8)
+        made.savefig(path)

@@ -1,0 +1,1 @@
+"""All effects, by what they are about."""

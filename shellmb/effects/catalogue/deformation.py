@@ -1,0 +1,192 @@
+"""Effects of deformation: what shells and beams resist with, and how large it may be."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from shellmb.effects.catalogue.parts import (
+    Flexible,
+    chosen,
+    flexible,
+    replaced,
+    switches,
+    use_of_field,
+)
+from shellmb.effects.effect import Effect, Use, fixed, names, refuse, whole
+from shellmb.errors import SceneError
+from shellmb.scene import Beam, Hyperelastic, LinearSection, RigidBody, Scene
+from shellmb.scene.values.validate import show
+
+_GROUP = "deformation"
+_NO_BODY = "no shell or beam is flexible"
+# couplings smaller than this, relative to stiffness and size, are round-off
+NOTHING = 1e-14
+
+
+def _separable(body: Flexible) -> bool:
+    """Whether the energy falls into parts of which one may be left out."""
+    return not body.rigid and (isinstance(body, Beam) or isinstance(body.section, LinearSection))
+
+
+def _couples(body: Flexible) -> bool:
+    """Whether the section couples bending and stretching, which there must be."""
+    if not _separable(body) or not body.stretching:
+        return False
+    if isinstance(body, Beam):
+        C = np.asarray(body.section.stiffness, dtype=float)
+        H = np.linalg.solve(C[:3, :3], C[:3, 3:])
+        return bool(np.abs(H).max() > NOTHING * body.section.size)
+    assert isinstance(body.section, LinearSection)
+    return body.section.coupled
+
+
+def _flexibility(scene: Scene) -> Use:
+    soft = flexible(scene)
+    if not soft:
+        rigid = [b for b in scene.bodies if isinstance(b, RigidBody) or b.rigid]
+        return Use(False, f"all bodies are rigid: {names(rigid)}")
+    return Use(True, f"rigid=False of {names(soft)}")
+
+
+def _rigid(scene: Scene, part: str | None) -> Scene:
+    bodies = chosen(flexible(scene), part, "shell or beam that is flexible")
+    for body in bodies:
+        held = [s for s in scene.supports if body in scene.bodies_of(s)]
+        if held:
+            raise SceneError(
+                f"{body.label} '{body.name}' is held by a {held[0].label}; of a rigid body that "
+                "must be a joint to the ground"
+            )
+    return replaced(scene, bodies, rigid=True)
+
+
+def _soft(scene: Scene, part: str | None) -> Scene:
+    able = [b for b in scene.meshed if b.rigid]
+    what = "shell or beam with rigid=True (a RigidBody has no section to be flexible with)"
+    return replaced(scene, chosen(able, part, what), rigid=False)
+
+
+def _nonlinearity(scene: Scene) -> Use:
+    why = f"scheme={show(scene.scheme_name)}"
+    if scene.scheme_name == "linear":
+        return Use(False, f"{why}: small displacements, one factorisation")
+    return Use(True, f"{why}: strains quadratic in displacement and director")
+
+
+def _linear(scene: Scene) -> Scene:
+    if not scene.static:
+        raise SceneError(
+            f"scheme is {show(scene.scheme_name)}; small displacements are for statics and "
+            "vibrations: it must be 'static', or use `shellmb modes`"
+        )
+    return replace(scene, scheme="linear", dt=None)
+
+
+def _nonlinear_material(scene: Scene) -> Use:
+    found = [b for b in flexible(scene) if isinstance(b.section, Hyperelastic)]
+    if found:
+        return Use(True, f"Hyperelastic section of {names(found)}")
+    return Use(False, "every section is linear")
+
+
+def _own_strains(scene: Scene) -> Use:
+    found = [s for s in scene.shells if s.strains is not None and not s.rigid]
+    return Use(bool(found), f"strains of {names(found)}" if found else "strains=None: eq. 9")
+
+
+def _usual_strains(scene: Scene) -> Scene:
+    return replace(scene, shells=tuple(replace(s, strains=None) for s in scene.shells))
+
+
+_SEPARABLE = "flexible shell or beam with a linear section"
+
+EFFECTS = (
+    Effect(
+        "flexibility",
+        _GROUP,
+        "deformation of shells and beams; rigid ones have six freedoms",
+        _flexibility,
+        _rigid,
+        _soft,
+    ),
+    Effect(
+        "bending",
+        _GROUP,
+        "bending stiffness, D of eq. 11",
+        lambda scene: Use(
+            bool(flexible(scene)),
+            f"sections of {names(flexible(scene))}" if flexible(scene) else _NO_BODY,
+        ),
+        refuse(
+            "without bending stiffness nothing holds the directors; a section must have one: make "
+            "it small by a thin section"
+        ),
+        refuse(f"{_NO_BODY}; it must have a shell or a beam with rigid=False"),
+    ),
+    Effect(
+        "stretching",
+        _GROUP,
+        "stretching in the surface or along the line; without it inextensible",
+        use_of_field("stretching", lambda body: True, _NO_BODY),
+        *switches("stretching", _separable, _SEPARABLE),
+    ),
+    Effect(
+        "transverse_shear",
+        _GROUP,
+        "shear across the thickness; without it Kirchhoff's and Bernoulli's limit",
+        use_of_field("transverse_shear", lambda body: True, _NO_BODY),
+        *switches("transverse_shear", _separable, _SEPARABLE),
+    ),
+    Effect(
+        "coupling",
+        _GROUP,
+        "coupling of bending and stretching, B",
+        use_of_field("coupling", _couples, "every section is symmetric about its reference: B = 0"),
+        *switches(
+            "coupling",
+            _couples,
+            "section with bending-stretching coupling",
+            "section that couples (an offset, or a laminate that is not symmetric)",
+        ),
+    ),
+    Effect(
+        "drilling",
+        _GROUP,
+        "stiffness against rotation about the director",
+        fixed(False, "a director has no rotation about itself: five freedoms per node"),
+        refuse("no shell has it"),
+        refuse(
+            "the shells of eq. 9 have no moment about the director; what must carry one is a beam, "
+            "or a Glue or ShellRevolute joint to one"
+        ),
+    ),
+    Effect(
+        "geometric_nonlinearity",
+        _GROUP,
+        "large displacements and rotations",
+        _nonlinearity,
+        whole(_linear),
+        whole(lambda scene: replace(scene, scheme="static", dt=None)),
+    ),
+    Effect(
+        "nonlinear_material",
+        _GROUP,
+        "a strain energy that is not quadratic, with assumed strains S",
+        _nonlinear_material,
+        refuse(
+            "an energy of the user's has no linear counterpart that would be known; the section "
+            "must be Isotropic, Orthotropic or a Laminate"
+        ),
+        refuse("there is no energy to take; a shell's section must be Hyperelastic"),
+    ),
+    Effect(
+        "own_strains",
+        _GROUP,
+        "a strain measure of the user's",
+        _own_strains,
+        whole(_usual_strains),
+        refuse("there is no measure to take; a shell must have strains"),
+    ),
+)

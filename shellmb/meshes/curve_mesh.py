@@ -1,0 +1,297 @@
+"""The mesh of one beam: a line of intervals in space with a frame of directors at every node."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from mpi4py import MPI
+
+import basix
+import basix.ufl
+import dolfinx.mesh
+import numpy as np
+import ufl
+from dolfinx import fem
+from dolfinx.graph import adjacencylist
+
+from shellmb.errors import SceneError
+from shellmb.meshes.extent import check_extent
+from shellmb.meshes.raw import Floats, Ints
+from shellmb.scene.beams.curves import Curve
+
+__all__ = ["LineMesh", "build_line", "line_mesh_from_nodes"]
+
+# cosine of the angle to the tangent beyond which a direction has no useful projection across it
+NEARLY_TANGENT = 0.95
+ALMOST_TANGENT = 1 - 1e-9
+# intervals along a curve in which directors are transported, at least
+TRANSPORT = 256
+
+
+@dataclass(frozen=True)
+class LineMesh:
+    """A meshed reference line.
+
+    The nodes of a beam of degree k are counted along the line: the start of element e is node k e.
+
+    Args:
+        name: Name of the beam.
+        mesh: Mesh with tdim 1 and gdim 3, its elements from the start of the line to its end.
+        points: Position of each named point, shape (3,) [m].
+        length: Arc length [m].
+        triads: Reference directors D1, D2, D3 (one after the other) of every node, the same on
+            every rank, shape (n, 9).
+        degree: Degree k of the beam.
+    """
+
+    name: str
+    mesh: dolfinx.mesh.Mesh
+    points: dict[str, Floats]
+    length: float
+    triads: Floats
+    degree: int
+
+    def numbers(self, space: fem.FunctionSpace) -> Ints:
+        """Number along the line of each local node (owned and ghost) of a space.
+
+        Args:
+            space: Lagrange space of the beam's degree on `mesh`, of any shape.
+        """
+        index = space.dofmap.index_map
+        numbers = np.zeros(index.size_local + index.num_ghosts, dtype=np.int64)
+        place = np.argsort(np.argsort(space.element.interpolation_points[:, 0]))
+        cells = np.asarray(self.mesh.topology.original_cell_index, dtype=np.int64)
+        along = self.degree * cells[:, None] + place
+        numbers[space.dofmap.list[: len(cells)]] = along % len(self.triads)
+        return numbers
+
+    def frames(self, space: fem.FunctionSpace) -> fem.Function:
+        """Reference directors as a function.
+
+        Args:
+            space: Lagrange space of the beam's degree with nine components.
+        """
+        function = fem.Function(space, name="D")
+        function.x.array[:] = self.triads[self.numbers(space)].ravel()
+        return function
+
+
+def build_line(
+    name: str,
+    curve: Curve,
+    elements: int,
+    degree: int,
+    up: tuple[float, float, float] | None,
+    comm: MPI.Comm,
+) -> LineMesh:
+    """Mesh a curve with elements of equal length in its parameter.
+
+    At every node D1 is the unit tangent and D3 the projection of `up` across it, D2 = D3 x D1.
+    Without `up`, D3 begins as the projection of the z axis (where that is nearly tangent, of the
+    axis that is the least so) and is carried along the curve without turning about it.
+
+    Args:
+        name: Name of the beam.
+        curve: The curve.
+        elements: Number of elements.
+        degree: Degree of the beam.
+        up: Direction of the third director, or None.
+        comm: Communicator of the mesh; the call is collective.
+
+    Raises:
+        SceneError: If `up` is tangent somewhere, or a closed curve has fewer than three elements.
+    """
+    closed = curve.closed
+    if closed and elements < 3:
+        raise SceneError(
+            f"beam '{name}': elements is {elements}; a closed curve must have at least 3"
+        )
+    # of lower order, or through other nodes, the geometry would bound the error: the length of an
+    # element is right to the order 2 k with these
+    order = 1 if curve.straight else degree
+    ends = np.arange(elements)[:, None]
+    xi = np.append(((ends + _element_nodes(degree)[:-1]) / elements).ravel(), 1.0)
+    x = curve.position(xi if order == degree else np.linspace(0, 1, elements + 1)).T
+    check_extent(np.abs(np.diff(x, axis=0)).max(axis=1), "m", f"beam '{name}'")
+    tangents = _unit(curve.tangent(xi).T)
+    if up is None:
+        third = _transported(curve, xi, tangents)
+    else:
+        third = np.tile(np.asarray(up, dtype=float) / np.linalg.norm(up), (len(xi), 1))
+        steep = np.abs(np.sum(third * tangents, axis=1))
+        if np.max(steep) > ALMOST_TANGENT:
+            where = ", ".join(f"{c:g}" for c in curve.position(xi[[np.argmax(steep)]])[:, 0])
+            raise SceneError(
+                f"beam '{name}': up {tuple(map(float, up))} is tangent to its curve at ({where}); "
+                "it must point across the curve everywhere"
+            )
+    second = _unit(np.cross(third, tangents))
+    triads = np.hstack([tangents, second, np.cross(tangents, second)])
+    points = {key: np.asarray(value, dtype=float) for key, value in curve.points.items()}
+    keep = len(xi) - closed
+    return _line_mesh(name, comm, x, order, closed, points, triads[:keep], degree)
+
+
+def line_mesh_from_nodes(
+    name: str,
+    comm: MPI.Comm,
+    x: Floats,
+    order: int,
+    third: Floats,
+    degree: int,
+    closed: bool = False,
+) -> LineMesh:
+    """Mesh a line of given nodes, along a shell.
+
+    Third directors are kept as they are, so that they may be the shell's own; first directors are
+    the tangents' projections across them.
+
+    Args:
+        name: Name of the beam.
+        comm: Communicator of the mesh; the call is collective, with the same arguments everywhere.
+        x: Nodes of the geometry in the order of the line, the last of a closed line not being the
+            first again, shape (order * elements + 1 (closed: 0), 3) [m].
+        order: Order of the geometry.
+        third: Unit third directors at the nodes of the beam in the order of the line, shape
+            (degree * elements + 1 (closed: 0), 3).
+        degree: Degree of the beam.
+        closed: Whether the line is closed.
+
+    Raises:
+        SceneError: If a third director is tangent to the line.
+    """
+    if closed:
+        x = np.vstack([x, x[:1]])
+    elements = (len(x) - 1) // order
+    local = _element_nodes(degree)
+    slope = _shape_slopes(order, local)
+    cells = order * np.arange(elements)[:, None] + np.arange(order + 1)
+    directions = _unit(np.einsum("ja,eai->eji", slope, x[cells]))
+    # the mean of the two elements that meet at a node
+    sums = np.zeros((degree * elements + 1, 3))
+    for j in range(degree + 1):
+        sums[degree * np.arange(elements) + j] += directions[:, j]
+    if closed:
+        sums[0] += sums[-1]
+        sums = sums[:-1]
+    tangents = _unit(sums)
+    steep = np.sum(tangents * third, axis=1, keepdims=True)
+    if np.max(np.abs(steep)) > ALMOST_TANGENT:
+        raise SceneError(
+            f"beam '{name}': the shell's director is tangent to the line somewhere; "
+            "the beam must run along the shell"
+        )
+    first = _unit(tangents - steep * third)
+    triads = np.hstack([first, np.cross(third, first), third])
+    points = {"start": x[0], "end": x[-1]}
+    return _line_mesh(name, comm, x, order, closed, points, triads, degree)
+
+
+def _line_mesh(
+    name: str,
+    comm: MPI.Comm,
+    x: Floats,
+    order: int,
+    closed: bool,
+    points: dict[str, Floats],
+    triads: Floats,
+    degree: int,
+) -> LineMesh:
+    """Elements shared out over the ranks in the order of the line; some ranks may get none."""
+    count = (len(x) - 1) // order
+    inner = [order * np.arange(count) + j for j in range(1, order)]
+    cells = np.stack(
+        [order * np.arange(count), order * np.arange(1, count + 1), *inner], axis=1
+    ).astype(np.int64)
+    length = _arc_length(x, order)
+    if closed:
+        x = x[:-1]
+        cells %= len(x)
+    element = basix.ufl.element(
+        "Lagrange",
+        "interval",
+        order,
+        lagrange_variant=basix.LagrangeVariant.gll_warped,
+        shape=(3,),
+    )
+    mine = np.array_split(cells, comm.size)[comm.rank]
+
+    def stay(comm: Any, nparts: Any, cell_types: Any, cells_in: Any) -> Any:
+        own = np.full(len(mine), comm.rank, dtype=np.int32)
+        return adjacencylist(own, np.arange(len(mine) + 1, dtype=np.int32))._cpp_object
+
+    mesh = dolfinx.mesh.create_mesh(
+        comm, mine, ufl.Mesh(element), x if comm.rank == 0 else x[:0], partitioner=stay
+    )
+    mesh.topology.create_connectivity(0, 1)
+    return LineMesh(name, mesh, points, length, triads, degree)
+
+
+def _element_nodes(degree: int) -> Floats:
+    """Nodes of the Lagrange element on [0, 1] from its start to its end, shape (degree + 1,)."""
+    element = basix.create_element(
+        basix.ElementFamily.P,
+        basix.CellType.interval,
+        degree,
+        basix.LagrangeVariant.gll_warped,
+    )
+    return np.sort(np.asarray(element.points)[:, 0])
+
+
+def _shape_slopes(order: int, s: Floats) -> Floats:
+    """Derivatives at `s` of the Lagrange polynomials on [0, 1], (n, order + 1)."""
+    powers = np.linalg.inv(np.vander(_element_nodes(order), increasing=True))
+    return np.asarray(
+        np.stack([j * s ** (j - 1) for j in range(1, order + 1)], axis=1) @ powers[1:]
+    )
+
+
+def _arc_length(x: Floats, order: int) -> float:
+    s, weights = np.polynomial.legendre.leggauss(4)
+    cells = order * np.arange((len(x) - 1) // order)[:, None] + np.arange(order + 1)
+    slopes = np.einsum("ja,eai->eji", _shape_slopes(order, (1 + s) / 2), x[cells])
+    return float(np.sum(np.linalg.norm(slopes, axis=2) @ weights) / 2)
+
+
+def _unit(v: Floats) -> Floats:
+    return np.asarray(v / np.linalg.norm(v, axis=-1, keepdims=True))
+
+
+def _transported(curve: Curve, xi: Floats, tangents: Floats) -> Floats:
+    """Directions across the tangents that do not turn about them along the way, shape (n, 3).
+
+    By double reflection, of fourth order (W. Wang et al., ACM Trans. Graph. 27 (2008) 2:1-18).
+    """
+    t0 = tangents[0]
+    steep = np.abs(t0)
+    axis = 2 if steep[2] < NEARLY_TANGENT else int(np.argmin(steep))
+    r = np.eye(3)[axis]
+    r = _unit(r - (r @ t0) * t0)
+    pieces = -(-TRANSPORT // (len(xi) - 1))
+    fine = np.append(
+        (xi[:-1, None] + np.diff(xi)[:, None] * np.arange(pieces) / pieces).ravel(), xi[-1]
+    )
+    x, t = curve.position(fine).T, curve.tangent(fine).T
+    found = [r]
+    for k in range(len(fine) - 1):
+        chord = x[k + 1] - x[k]
+        r, along = _reflected(chord, r), _reflected(chord, t[k])
+        # on a straight piece the second reflection has nothing to do
+        rest = t[k + 1] - along
+        r = _reflected(rest, r) if rest @ rest > 1e-30 else r
+        found.append(r)
+    third = np.array(found[::pieces])
+    if curve.closed:
+        # what the way round turns it by is taken back evenly
+        end = third[-1]
+        angle = np.arctan2(np.cross(third[0], end) @ t0, third[0] @ end)
+        back = -angle * np.arange(len(third)) / (len(third) - 1)
+        across = np.cross(tangents, third)
+        third = np.cos(back)[:, None] * third + np.sin(back)[:, None] * across
+    return third
+
+
+def _reflected(normal: Floats, v: Floats) -> Floats:
+    """Mirror image of `v` in the plane with the given normal."""
+    return np.asarray(v - 2 * (normal @ v) / (normal @ normal) * normal)

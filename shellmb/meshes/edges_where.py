@@ -1,0 +1,55 @@
+"""Edges of a mesh by where they lie."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from shellmb.errors import SceneError
+from shellmb.meshes.raw import RawMesh, boundary_facets
+from shellmb.scene.values.validate import in_words
+
+__all__ = ["with_edges"]
+
+
+def with_edges(raw: RawMesh, where: Mapping[str, Callable[[Any], Any]], shell: str) -> RawMesh:
+    """A mesh with further edges: the facets on its boundary where a function is true.
+
+    Args:
+        raw: The mesh.
+        where: Functions of positions (3, n) by the names of the edges.
+        shell: Name of the shell, for messages.
+
+    Raises:
+        SceneError: If there is an edge of that name, or a function fails or is true on no facet.
+    """
+    if not where:
+        return raw
+    facets = boundary_facets(raw.cells, raw.cell)
+    ends = raw.x[facets]
+    places = np.concatenate([ends, ends.mean(axis=1, keepdims=True)], axis=1)
+    edges = dict(raw.edges)
+    for name, function in where.items():
+        who = f"shell '{shell}': edges_where['{name}']"
+        if name in edges:
+            raise SceneError(f"{who}: the mesh has an edge of this name; it must be another one")
+        try:
+            flat = np.asarray(function(places.reshape(-1, 3).T), dtype=bool)
+            on = flat.reshape(places.shape[:2]).all(axis=1)
+        except Exception as error:
+            raise SceneError(
+                f"{who} fails ({in_words(error)}); it must give (n,) truth values for positions "
+                "(3, n)"
+            ) from error
+        if not on.any():
+            low, high = ends.min(axis=(0, 1)), ends.max(axis=(0, 1))
+            box = ", ".join(f"{a:.4g} to {b:.4g}" for a, b in zip(low, high, strict=True))
+            raise SceneError(
+                f"{who} is true on no edge of an element of the boundary, which lies in {box}; it "
+                "must be true at both ends of some"
+            )
+        edges[name] = facets[on]
+    return replace(raw, edges=edges)

@@ -1,0 +1,226 @@
+"""The mesh of one shell, distributed over the ranks, with its edges, points and positive side."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from mpi4py import MPI
+
+import basix
+import basix.ufl
+import dolfinx.mesh
+import numpy as np
+import numpy.typing as npt
+import ufl
+
+from shellmb.errors import SceneError, ShellmbError
+from shellmb.meshes.edges_where import with_edges
+from shellmb.meshes.extent import check_extent
+from shellmb.meshes.raw import Floats, RawMesh, cell_cross, vertex_count
+from shellmb.meshes.surfaces.structured import structured_mesh
+from shellmb.scene import MeshFile, Shell, Surface
+from shellmb.scene.shells.gmsh_surfaces import Meshed
+
+__all__ = ["SurfaceMesh", "build_surface"]
+
+CELL_NAMES = {"quad": "quadrilateral", "tri": "triangle"}
+
+
+@dataclass(frozen=True)
+class SurfaceMesh:
+    """A meshed mid-surface.
+
+    Args:
+        name: Name of the shell.
+        mesh: Mesh with tdim 2 and gdim 3.
+        edges: Local indices of the facets (owned and ghost) of each named edge, sorted.
+        points: Position of each named point, shape (3,) [m].
+        vertices: Local indices of the vertex (owned or ghost) at each named point: one, or none on
+            ranks that do not hold it.
+        normal: Exact unit normals, (3, n) at positions (3, n); None where unknown.
+        cell_normal_sign: For each local cell (owned and ghost) the sign with which
+            ``cross(J[:, 0], J[:, 1])`` points to the positive side of the surface.
+        length: Diagonal of the box around the surface [m].
+    """
+
+    name: str
+    mesh: dolfinx.mesh.Mesh
+    edges: dict[str, npt.NDArray[np.int32]]
+    points: dict[str, Floats]
+    vertices: dict[str, npt.NDArray[np.int32]]
+    normal: Callable[[Floats], Floats] | None
+    cell_normal_sign: npt.NDArray[np.int8]
+    length: float
+
+    def facets(self, edge: str | tuple[str, ...], who: str) -> npt.NDArray[np.int32]:
+        """Local indices of the facets of an edge or of several, sorted.
+
+        Args:
+            edge: Name or names.
+            who: Who asks, for the error.
+
+        Raises:
+            SceneError: If there is no such edge.
+        """
+        names = (edge,) if isinstance(edge, str) else edge
+        for name in names:
+            if name not in self.edges:
+                raise SceneError(
+                    f"{who}: shell '{self.name}' has no edge '{name}'; its edges are "
+                    f"{', '.join(f"'{n}'" for n in self.edges) or 'none'}"
+                )
+        return np.unique(np.concatenate([self.edges[name] for name in names]))
+
+    def point(self, point: str | tuple[float, float, float], who: str) -> Floats:
+        """Coordinates of a named point, or the coordinates given, shape (3,) [m].
+
+        Args:
+            point: Name or coordinates.
+            who: Who asks, for the error.
+
+        Raises:
+            SceneError: If there is no such point.
+        """
+        if not isinstance(point, str):
+            return np.array(point, dtype=float)
+        if point not in self.points:
+            raise SceneError(
+                f"{who}: shell '{self.name}' has no point '{point}'; its points are "
+                f"{', '.join(f"'{n}'" for n in self.points) or 'none'}"
+            )
+        return self.points[point]
+
+
+def build_surface(shell: Shell, comm: MPI.Comm) -> SurfaceMesh:
+    """Mesh the mid-surface of a shell.
+
+    The mesh is made on rank 0 and then distributed, so that it is the same on any number of ranks.
+
+    Args:
+        shell: The shell.
+        comm: Communicator of the mesh; the call is collective.
+
+    Raises:
+        SceneError: On every rank alike, if the surface cannot be meshed as described.
+    """
+    raw = _on_first_rank(shell, comm)
+    corners = raw.x[raw.cells[:, : vertex_count(raw.cell)]]
+    check_extent(np.abs(cell_cross(corners)).max(axis=1), "m^2", f"shell '{shell.name}'")
+    mesh = _distribute(raw, comm)
+    return SurfaceMesh(
+        name=shell.name,
+        mesh=mesh,
+        edges=_local_edges(raw, mesh),
+        points={name: raw.x[node].copy() for name, node in raw.points.items()},
+        vertices=_local_vertices(raw, mesh),
+        normal=_normal(shell.surface),
+        cell_normal_sign=_signs(raw, mesh),
+        length=float(np.linalg.norm(raw.x.max(axis=0) - raw.x.min(axis=0))),
+    )
+
+
+def _on_first_rank(shell: Shell, comm: MPI.Comm) -> RawMesh:
+    """The whole mesh, made on rank 0 and known on every rank; an error is raised on every rank."""
+    outcome: RawMesh | Exception | None = None
+    if comm.rank == 0:
+        try:
+            outcome = _raw(shell)
+        except Exception as error:
+            if comm.size == 1:
+                raise
+            # not every error can be sent: those of user code go as text
+            expected = isinstance(error, ShellmbError)
+            outcome = error if expected else RuntimeError(f"shell '{shell.name}': {error!r}")
+    outcome = comm.bcast(outcome, root=0)
+    if isinstance(outcome, Exception):
+        raise outcome
+    assert outcome is not None
+    return outcome
+
+
+def _raw(shell: Shell) -> RawMesh:
+    if not isinstance(shell.surface, Meshed):
+        return structured_mesh(shell)
+    # gmsh takes a second to load
+    if isinstance(shell.surface, MeshFile):
+        from shellmb.meshes.surfaces.file_mesh import file_mesh
+
+        raw = file_mesh(shell)
+    else:
+        from shellmb.meshes.surfaces.gmsh_mesh import gmsh_mesh
+
+        raw = gmsh_mesh(shell)
+    return with_edges(raw, shell.surface.edges_where, shell.name)
+
+
+def _normal(surface: Surface) -> Callable[[Floats], Floats] | None:
+    """Exact normals: the surface's own, by its map, or none for a mesh of gmsh's."""
+    if isinstance(surface, Meshed):
+        return None
+    if type(surface).normal is Surface.normal:
+        from shellmb.meshes.surfaces.normals import map_normals
+
+        return map_normals(surface)
+    return surface.normal  # type: ignore[return-value]
+
+
+def _distribute(raw: RawMesh, comm: MPI.Comm) -> dolfinx.mesh.Mesh:
+    element = basix.ufl.element(
+        "Lagrange",
+        CELL_NAMES[raw.cell],
+        raw.order,
+        lagrange_variant=basix.LagrangeVariant.equispaced,
+        shape=(3,),
+    )
+    first = comm.rank == 0
+    partitioner: Any = None
+    if comm.size > 1:
+        shared = dolfinx.mesh.GhostMode.shared_facet
+        partitioner = dolfinx.mesh.create_cell_partitioner(shared, 2)  # type: ignore[call-arg]
+    mesh = dolfinx.mesh.create_mesh(
+        comm,
+        raw.cells if first else raw.cells[:0],
+        ufl.Mesh(element),
+        raw.x if first else raw.x[:0],
+        partitioner=partitioner,
+    )
+    for dim in ((1, 0), (1, 2), (2, 1), (0, 2)):
+        mesh.topology.create_connectivity(*dim)
+    return mesh
+
+
+def _local_edges(raw: RawMesh, mesh: dolfinx.mesh.Mesh) -> dict[str, npt.NDArray[np.int32]]:
+    """Facets by the input numbers of their vertices: no communication, the same on every rank."""
+    index = mesh.topology.index_map(1)
+    every = np.arange(index.size_local + index.num_ghosts, dtype=np.int32)
+    if not len(every):
+        return {name: every for name in raw.edges}
+    nodes = dolfinx.mesh.entities_to_geometry(mesh, 1, every)[:, :2]
+    pairs = np.sort(mesh.geometry.input_global_indices[nodes], axis=1)
+    count = len(raw.x)
+    keys = pairs[:, 0] * count + pairs[:, 1]
+    return {
+        name: every[np.isin(keys, np.sort(edge, axis=1) @ np.array([count, 1]))]
+        for name, edge in raw.edges.items()
+    }
+
+
+def _local_vertices(raw: RawMesh, mesh: dolfinx.mesh.Mesh) -> dict[str, npt.NDArray[np.int32]]:
+    """Vertices of the named points by the input numbers of their nodes, as edges are found."""
+    index = mesh.topology.index_map(0)
+    every = np.arange(index.size_local + index.num_ghosts, dtype=np.int32)
+    if not len(every):
+        return {name: every for name in raw.points}
+    nodes = dolfinx.mesh.entities_to_geometry(mesh, 0, every)[:, 0]
+    numbers = mesh.geometry.input_global_indices[nodes]
+    return {name: every[numbers == node] for name, node in raw.points.items()}
+
+
+def _signs(raw: RawMesh, mesh: dolfinx.mesh.Mesh) -> npt.NDArray[np.int8]:
+    """Compare each local cell's own normal with that of the input cell it came from."""
+    nodes = mesh.geometry.dofmaps[0][:, : vertex_count(raw.cell)]
+    cross = cell_cross(mesh.geometry.x[nodes])
+    wanted = raw.normals[mesh.topology.original_cell_index]
+    return np.where((cross * wanted).sum(axis=1) < 0, -1, 1).astype(np.int8)

@@ -1,0 +1,104 @@
+"""Node meshes: one unit interval per node or pair of nodes, for forms that act on single nodes.
+
+A field on a node mesh is piecewise constant, so `dx` over a cell evaluates the integrand once per
+node, and one compiled kernel serves any number of nodes. Its dofs are identified with the dofs of a
+body's nodes in the block system, so the form acts on the body itself.
+
+What has no node of a body, multipliers of joints and frames of rigid bodies, are global real-space
+unknowns in this way: on one cell `DG 0` is `basix.ufl.real_element`, to the last digit. Real
+elements of their own would need a mesh for each joint and a call for each of them, 12 to 15 times
+the time for 16 joints (`tests/meshes/test_real_elements.py`).
+"""
+
+from dataclasses import dataclass
+
+from mpi4py import MPI
+
+import basix
+import basix.ufl
+import numpy as np
+import numpy.typing as npt
+import ufl
+from dolfinx import fem, mesh
+from dolfinx.graph import adjacencylist
+
+from shellmb.meshes.spaces import MixedSpace, mixed_space
+
+
+@dataclass(frozen=True)
+class NodeMesh:
+    """A node mesh and which of its local cells stands for which node.
+
+    Args:
+        mesh: Interval mesh with one cell of unit length per node.
+        item: For each local cell (owned and ghost) the index of its node in the list it was made
+        of.
+    """
+
+    mesh: mesh.Mesh
+    item: npt.NDArray[np.int64]
+
+
+def node_mesh(comm: MPI.Comm, count: int) -> NodeMesh:
+    """Mesh of `count` disconnected intervals of unit length, shared out over the ranks.
+
+    Args:
+        comm: Communicator.
+        count: Number of nodes (or pairs of nodes), at least one.
+    """
+    mine = np.array_split(np.arange(count), comm.size)[comm.rank].astype(np.int64)
+    # disconnected intervals: each has its own two vertices
+    cells = np.column_stack([2 * mine, 2 * mine + 1]).astype(np.int64)
+    x = np.zeros((2 * len(mine), 3))
+    x[0::2, 0], x[1::2, 0] = 2.0 * mine, 2.0 * mine + 1.0
+    element = basix.ufl.element("Lagrange", "interval", 1, shape=(3,))
+
+    def keep(comm, nparts, cell_types, cells_in):  # type: ignore[no-untyped-def]
+        own = np.full(len(mine), comm.rank, dtype=np.int32)
+        return adjacencylist(own, np.arange(len(mine) + 1, dtype=np.int32))._cpp_object
+
+    domain = mesh.create_mesh(comm, cells, ufl.Mesh(element), x, partitioner=keep)
+    # the coordinate tells which node a cell stands for, wherever the cell went
+    start = domain.geometry.x[domain.geometry.dofmaps[0]].reshape(-1, 2, 3)[:, :, 0].min(axis=1)
+    return NodeMesh(domain, np.rint(start / 2).astype(np.int64))
+
+
+def node_space(nodes: NodeMesh, parts: dict[str, int]) -> MixedSpace:
+    """Space of constants per node.
+
+    Args:
+        nodes: The node mesh.
+        parts: Name to number of components of each part.
+    """
+    elements = {
+        name: basix.ufl.element("DG", "interval", 0, shape=(size,) if size > 1 else ())
+        for name, size in parts.items()
+    }
+    mixed = mixed_space(nodes.mesh, elements, frozenset())
+    for name, size in parts.items():
+        # in the order of the cells, which is that of `nodes.item`
+        cells = mixed.subspaces[name].dofmap.list[:, 0]
+        mixed.dofs[name] = mixed.dofs[name].reshape(-1, size)[cells].ravel()
+    return mixed
+
+
+def constant_vector(nodes: NodeMesh, values: npt.NDArray[np.float64], name: str) -> fem.Function:
+    """Function with one vector per node.
+
+    Args:
+        nodes: The node mesh.
+        values: One row per node, shape (n, size).
+        name: Name of the function.
+    """
+    size = values.shape[1]
+    shape = (size,) if size > 1 else ()
+    space = fem.functionspace(nodes.mesh, basix.ufl.element("DG", "interval", 0, shape=shape))
+    function = fem.Function(space, name=name)
+    set_constants(function, nodes, values)
+    return function
+
+
+def set_constants(function: fem.Function, nodes: NodeMesh, values: npt.NDArray[np.float64]) -> None:
+    """Give a function of `constant_vector` new values, shape (n, size)."""
+    cells = function.function_space.dofmap.list[:, 0]
+    function.x.array.reshape(-1, values.shape[1])[cells] = values[nodes.item]

@@ -1,0 +1,1 @@
+"""Meshes of surfaces before they are distributed: structured, by gmsh, or read from files."""

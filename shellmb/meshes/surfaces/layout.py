@@ -1,0 +1,216 @@
+"""Plane arrangements of cells: the unit square, and blocks around a pole.
+
+A node has coordinates in a plane: (xi, eta) itself for the square, eta (cos, sin)(angle) around a
+pole, where blocks of quadrilaterals avoid cells that collapse into the pole.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import reduce
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shellmb.meshes.raw import FACETS, Cell, Floats, Ints, boundary_facets, facets, vertex_count
+
+__all__ = ["Layout", "distorted", "polar", "square"]
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Nodes in a plane and cells between them.
+
+    Args:
+        plane: Coordinates of the nodes in the plane, shape (n, 2).
+        cells: Nodes of each cell in the order of DOLFINx, shape (c, k).
+        cell: Cell type.
+        size: Size of the elements around each node along both coordinates, shape (n, 2).
+        parameters: From coordinates (n, 2) to (xi, eta), shape (n, 2).
+    """
+
+    plane: Floats
+    cells: Ints
+    cell: Cell
+    size: Floats
+    parameters: Callable[[Floats], Floats]
+
+
+def square(mesh: tuple[int, int], cell: Cell, order: int, closed: bool) -> Layout:
+    """A regular grid on the unit square.
+
+    Args:
+        mesh: Numbers of elements along xi and eta.
+        cell: Cell type.
+        order: Order of the geometry.
+        closed: Whether xi = 0 and xi = 1 are the same line.
+    """
+    n, m = mesh
+    shape = (n * order + 1, m * order + 1)
+    number = np.arange(shape[0] * shape[1]).reshape(shape)
+    if closed:
+        number[-1] = number[0]
+    xi, eta = np.meshgrid(*(np.linspace(0, 1, k) for k in shape), indexing="ij")
+    plane = np.stack([xi.ravel(), eta.ravel()], axis=1)
+    keep = shape[0] * shape[1] - (shape[1] if closed else 0)
+    size = np.broadcast_to([1 / n, 1 / m], (keep, 2))
+    return Layout(plane[:keep], _cells(number, cell, order), cell, size, lambda w: w)
+
+
+def polar(mesh: tuple[int, int], cell: Cell, order: int, sweep: float) -> Layout:
+    """Blocks around a pole: a central quadrilateral and two outer ones for each quarter turn.
+
+    Args:
+        mesh: Numbers of elements along a quarter of the rim (rounded up to an even number) and
+            from the pole to the rim.
+        cell: Cell type.
+        order: Order of the geometry.
+        sweep: Angle around the pole [degrees].
+    """
+    central = (mesh[0] + 1) // 2
+    outer = max(1, mesh[1] - central)
+    wedges = max(1, round(sweep / 90))
+    angle = np.radians(sweep)
+    grids = [
+        _turn(grid, wedge, angle / wedges)
+        for wedge in range(wedges)
+        for grid in _quarter(central, outer, order)
+    ]
+    plane, numbers = _merged(grids)
+    cells = np.concatenate([_cells(number, cell, order) for number in numbers])
+
+    def parameters(w: Floats) -> Floats:
+        turned = np.arctan2(w[:, 1], w[:, 0])
+        # the boundary at the angle 0 may lie a rounding error below it
+        turned = np.where(turned < -1e-9, turned + 2 * np.pi, turned)
+        return np.stack([np.maximum(turned, 0.0) / angle, np.linalg.norm(w, axis=1)], axis=1)
+
+    return Layout(plane, cells, cell, _shortest(plane, cells, cell), parameters)
+
+
+def _quarter(central: int, outer: int, order: int) -> list[Floats]:
+    """Grids of the three blocks of the quarter disc, each of shape (rows, columns, 2)."""
+    a = central / (central + outer)
+    o, p, q, m = (np.array(v) for v in ((0.0, 0.0), (a, 0.0), (0.0, a), (0.8 * a, 0.8 * a)))
+    s = np.linspace(0, 1, central * order + 1)
+    r = np.linspace(0, 1, outer * order + 1)
+
+    def between(first: Floats, last: Floats, t: Floats) -> Floats:
+        """Points on the straight line between two, or on those between partners of two lines."""
+        return np.asarray(first + np.multiply.outer(t, last - first))
+
+    def rim(turn: Floats) -> Floats:
+        return np.stack([np.cos(turn), np.sin(turn)], axis=1)
+
+    return [
+        between(between(o, q, s), between(p, m, s), s),
+        between(between(p, m, s), rim(np.pi / 4 * s), r),
+        between(between(m, q, s), rim(np.pi / 4 * (1 + s)), r),
+    ]
+
+
+def _turn(grid: Floats, wedge: int, angle: float) -> Floats:
+    """A grid of the quarter disc stretched over one of the wedges."""
+    turned = (np.arctan2(grid[..., 1], grid[..., 0]) / (np.pi / 2) + wedge) * angle
+    radius = np.linalg.norm(grid, axis=-1)
+    return np.stack([radius * np.cos(turned), radius * np.sin(turned)], axis=-1)
+
+
+def _merged(grids: list[Floats]) -> tuple[Floats, list[Ints]]:
+    """Nodes with those that coincide taken together, and their numbers in each grid."""
+    every = np.concatenate([g.reshape(-1, 2) for g in grids])
+    # the odd shift keeps round coordinates away from where rounding turns
+    keys = np.rint(every * 1e9 + 0.318309886).astype(np.int64)
+    _, first, number = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+    ends = np.cumsum([g.shape[0] * g.shape[1] for g in grids])
+    parts = np.split(number.ravel(), ends[:-1])
+    return every[first], [p.reshape(g.shape[:2]) for p, g in zip(parts, grids, strict=True)]
+
+
+def _cells(number: NDArray[np.integer], cell: Cell, order: int) -> Ints:
+    """Cells of a grid of nodes, in the order of DOLFINx.
+
+    Triangles halve the quadrilaterals so that the pattern is symmetric about both middle lines
+    and no triangle has two facets in a corner.
+    """
+    rows, columns = ((k - 1) // order for k in number.shape)
+    i, j = (k.ravel() for k in np.meshgrid(range(rows), range(columns), indexing="ij"))
+    steps = [(a, b) for b in range(order + 1) for a in range(order + 1)]
+    node = {(a, b): number[order * i + a, order * j + b] for a, b in steps}
+    k = order
+    if cell == "quad":
+        corners = [(0, 0), (k, 0), (0, k), (k, k)]
+        return _with_middles(node, corners, "quad", order)
+    rising = ((2 * i + 1 <= rows) == (2 * j + 1 <= columns)).astype(bool)
+    parts = []
+    for up, triangles in (
+        (True, (((0, 0), (k, 0), (k, k)), ((0, 0), (k, k), (0, k)))),
+        (False, (((0, 0), (k, 0), (0, k)), ((k, 0), (k, k), (0, k)))),
+    ):
+        chosen = {ab: nodes[rising == up] for ab, nodes in node.items()}
+        parts += [_with_middles(chosen, list(t), "tri", order) for t in triangles]
+    return np.concatenate(parts)
+
+
+def _with_middles(
+    node: dict[tuple[int, int], NDArray[np.integer]],
+    corners: list[tuple[int, int]],
+    cell: Cell,
+    order: int,
+) -> Ints:
+    """Nodes of cells with given corners within a quadrilateral, shape (c, k)."""
+    places = list(corners)
+    if order == 2:
+        for a, b in FACETS[cell]:
+            (ai, aj), (bi, bj) = corners[a], corners[b]
+            places.append(((ai + bi) // 2, (aj + bj) // 2))
+        if cell == "quad":
+            places.append((1, 1))
+    return np.stack([node[p] for p in places], axis=1).astype(np.int64)
+
+
+def _shortest(plane: Floats, cells: Ints, cell: Cell) -> Floats:
+    """Length of the shortest facet at each vertex, infinite at other nodes, shape (n, 2)."""
+    pairs = facets(cells, cell).reshape(-1, 2)
+    length = np.linalg.norm(plane[pairs[:, 0]] - plane[pairs[:, 1]], axis=1)
+    size = np.full(len(plane), np.inf)
+    for column in (0, 1):
+        np.minimum.at(size, pairs[:, column], length)
+    return np.stack([size, size], axis=1)
+
+
+def distorted(layout: Layout, fraction: float) -> Floats:
+    """Coordinates of the nodes with the interior vertices moved, shape (n, 2).
+
+    The k-th vertex moves by ``fraction`` of the element size at the angle k times the golden angle:
+    a fixed pattern without a preferred direction. Other nodes follow their cell's vertices.
+
+    Args:
+        layout: The arrangement.
+        fraction: Fraction of the element size.
+    """
+    if fraction == 0:
+        return layout.plane
+    corners = layout.cells[:, : vertex_count(layout.cell)]
+    moved = np.zeros(len(layout.plane), dtype=bool)
+    moved[np.unique(corners)] = True
+    moved[boundary_facets(layout.cells, layout.cell)] = False
+    k = np.arange(int(moved.sum()))
+    angle = np.pi * (3 - np.sqrt(5)) * k
+    shift = np.zeros_like(layout.plane)
+    pattern = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    shift[moved] = fraction * layout.size[moved] * pattern
+    middles = layout.cells[:, vertex_count(layout.cell) :]
+    for column, sources in enumerate(_sources(layout.cell, middles.shape[1])):
+        mean = reduce(np.add, (shift[corners[:, s]] for s in sources)) / len(sources)
+        shift[middles[:, column]] = mean
+    return np.asarray(layout.plane + shift)
+
+
+def _sources(cell: Cell, count: int) -> list[tuple[int, ...]]:
+    """For each node of a cell behind its vertices the vertices whose mean it is."""
+    if count == 0:
+        return []
+    whole: list[tuple[int, ...]] = [(0, 1, 2, 3)] if cell == "quad" else []
+    return [*FACETS[cell], *whole]

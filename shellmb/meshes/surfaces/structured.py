@@ -1,0 +1,75 @@
+"""Meshes of surfaces that are given by a map of the unit square."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from shellmb.meshes.raw import Ints, RawMesh, boundary_facets, cell_cross, vertex_count
+from shellmb.meshes.surfaces.layout import Layout, distorted, polar, square
+from shellmb.scene import Shell, Surface
+
+__all__ = ["structured_mesh"]
+
+CORNERS = {
+    "left-bottom": (0.0, 0.0),
+    "right-bottom": (1.0, 0.0),
+    "left-top": (0.0, 1.0),
+    "right-top": (1.0, 1.0),
+    "pole": (0.0, 0.0),
+}
+
+
+def structured_mesh(shell: Shell) -> RawMesh:
+    """Mesh the unit square and move the nodes by the surface's map.
+
+    Args:
+        shell: A shell whose surface has a map.
+    """
+    surface = shell.surface
+    order = shell.geometry_order or (1 if surface.flat else 2)
+    if surface.pole:
+        layout = polar(shell.mesh, shell.cell, order, surface.sweep)
+    else:
+        layout = square(shell.mesh, shell.cell, order, surface.closed)
+    xi, eta = layout.parameters(distorted(layout, shell.distortion)).T
+    x = surface.position(xi, eta).T
+    corners = x[layout.cells[:, : vertex_count(shell.cell)]]
+    normals = surface.normal(corners.mean(axis=1).T)
+    return RawMesh(
+        x=x,
+        cells=layout.cells,
+        cell=shell.cell,
+        order=order,
+        normals=cell_cross(corners) if normals is None else normals.T,
+        edges=_edges(layout, surface.edges or (), surface.pole),
+        points={name: _corner(layout, surface, name) for name in surface.points or ()},
+    )
+
+
+def _corner(layout: Layout, surface: Surface, name: str) -> int:
+    """The node at the parameters of a corner."""
+    xi, eta = layout.parameters(layout.plane).T
+    away = np.abs(xi - CORNERS[name][0])
+    if surface.closed:
+        # one line has both parameters
+        away = np.minimum(away, 1 - away)
+    if surface.pole and CORNERS[name][1] == 0.0:
+        # where every xi is as good as another
+        away = np.zeros_like(xi)
+    return int(np.argmin(away + np.abs(eta - CORNERS[name][1])))
+
+
+def _edges(layout: Layout, names: tuple[str, ...], pole: bool) -> dict[str, Ints]:
+    """Boundary facets both of whose vertices have the parameter that makes an edge."""
+    xi, eta = layout.parameters(layout.plane).T
+    on = {
+        "left": np.abs(xi) < 1e-9,
+        "right": np.abs(xi - 1) < 1e-9,
+        "bottom": np.abs(eta) < 1e-9,
+        "top": np.abs(eta - 1) < 1e-9,
+    }
+    if pole:  # where every xi is as good as another
+        on["left"] |= on["bottom"]
+        on["right"] |= on["bottom"]
+    boundary = boundary_facets(layout.cells, layout.cell)
+    return {name: boundary[on[name][boundary].all(axis=1)] for name in names}

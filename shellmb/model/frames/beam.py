@@ -1,0 +1,302 @@
+"""A beam as the schemes see it: forms of `shellmb.forms` bound to a line, a section and loads."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from mpi4py import MPI
+
+import numpy as np
+import numpy.typing as npt
+import ufl
+from dolfinx import fem, mesh
+from ufl import Form
+from ufl.core.expr import Expr
+
+from shellmb.forms import beam as beam_forms
+from shellmb.forms import loads as load_forms
+from shellmb.forms.beam import BeamMixed, Line, LinePoint
+from shellmb.forms.frame import FrameMass, momenta
+from shellmb.forms.steps.mixed import Interval
+from shellmb.forms.steps.path import Measure, Row, Step
+from shellmb.forms.steps.pathwork import interval_work
+from shellmb.meshes.curve_mesh import LineMesh, build_line
+from shellmb.meshes.spaces import beam_space
+from shellmb.model.body import LoadFactors, PartScale, Rates, SubInterval, Term
+from shellmb.model.frames.frame import FrameBody
+from shellmb.model.pathterms import path_terms
+from shellmb.model.rules import line_rules
+from shellmb.model.section import SLACK
+from shellmb.model.shells.loads import DistributedLoads
+from shellmb.model.written import virtual_work
+from shellmb.scene import Beam, BeamSection, FollowerLineForce, LineForce, LineMoment
+from shellmb.scene.loads.loads import Gravity, Load
+
+_ADVICE_MOTION = "a smaller step, a finer mesh, or a smaller load step"
+_ADVICE_FORCE = "a smaller step, or check the stiffness of the section"
+
+# couplings and moments of inertia smaller than this, relative to their scale, are round-off
+NOTHING = 1e-14
+
+
+@dataclass(frozen=True)
+class BoundBeamSection:
+    """A beam section on a mesh.
+
+    Args:
+        formulation: Mixed form of its strain energy.
+        force: Size of the forces, and of the directors' multipliers, N.
+    """
+
+    formulation: BeamMixed
+    force: fem.Constant
+
+
+def bind_beam_section(beam: Beam, domain: mesh.Mesh) -> BoundBeamSection:
+    """Constants of a section; without coupling of forces and moments none of its terms exists.
+
+    Args:
+        beam: The beam.
+        domain: Its mesh.
+    """
+    section = beam.section
+    C = np.asarray(section.stiffness, dtype=float)
+    A, B, D = C[:3, :3], C[:3, 3:], C[3:, 3:]
+    H = np.linalg.solve(A, B)
+    coupled = beam.coupling and np.max(np.abs(H)) > NOTHING * section.size
+    held: tuple[int, ...] = () if beam.stretching else (0,)
+    held += () if beam.transverse_shear else (1, 2)
+    free = [k for k in range(3) if k not in held]
+
+    def constant(value: float | npt.NDArray[np.float64]) -> fem.Constant:
+        return fem.Constant(domain, np.array(value, dtype=float, order="C"))
+
+    force = constant(float(np.max(np.diag(A))))
+    formulation = BeamMixed(
+        A_inv=constant(np.linalg.inv(A[np.ix_(free, free)])),
+        D0=constant(D - B.T @ H if beam.coupling else D),
+        N0=force,
+        H=constant(H) if coupled else None,
+        held=held,
+        slack=constant(SLACK / float(np.max(np.diag(A)))) if held else None,
+    )
+    return BoundBeamSection(formulation, force)
+
+
+def bind_beam_mass(section: BeamSection, domain: mesh.Mesh) -> FrameMass:
+    """Mass coefficients per length; those that are zero are absent from the forms.
+
+    Args:
+        section: The section.
+        domain: Line mesh.
+    """
+    m, first, second = section.mass
+
+    def constant(value: float, scale: float) -> fem.Constant | None:
+        return fem.Constant(domain, float(value)) if abs(value) > NOTHING * scale else None
+
+    s2, s3 = (constant(s, m * section.size) for s in first)
+    J22, J23, J33 = (constant(j, m * section.size**2) for j in second)
+    # in the order of forms.frame.PAIRS; the section has no extent along d1
+    J = (None, J22, J33, None, None, J23)
+    return FrameMass(fem.Constant(domain, float(m)), (None, s2, s3), J)
+
+
+class BeamModel(FrameBody):
+    """A beam.
+
+    Args:
+        beam: Description.
+        domain: Its meshed reference line.
+        loads: Distributed loads on it.
+        dynamic: Whether it moves in time, and so has inertia.
+    """
+
+    def __init__(self, beam: Beam, domain: LineMesh, loads: list[Load], dynamic: bool) -> None:
+        self.beam, self.domain = beam, domain
+        line = domain.mesh
+        mixed = beam_space(line, beam.degree)
+        space = mixed.subspaces["w"]
+        frames = domain.frames(space)
+        # nodes of the parts are listed as those of u
+        place = np.argsort(domain.numbers(space))
+        order = place[np.argsort(np.argsort(domain.numbers(mixed.subspaces["u"])))]
+        self.rules = line_rules(line, beam.degree)
+        self.section = bind_beam_section(beam, line)
+        X = ufl.SpatialCoordinate(line)
+        super().__init__(
+            beam.name,
+            # multipliers have no compliance by which they could be eliminated cell by cell
+            replace(mixed, elementwise=frozenset()) if beam.holds_strains else mixed,
+            frames,
+            order.astype(np.int32),
+            X,
+            self.rules.nodes,
+            self.section.force,
+        )
+        self.line: Line = beam_forms.line(ufl.Jacobian(line), frames)
+        mass = bind_beam_mass(beam.section, line)
+        # an eccentric weight turns the beam whether or not its rotation has inertia
+        self.weight = FrameMass(mass.m, mass.s)
+        if dynamic:
+            # all of it at the nodes: frames are orthonormal there, and with another rule for the
+            # mass than for its moments eccentric sections would have negative kinetic energies
+            moved = mass if beam.eccentric_inertia else FrameMass(mass.m, J=mass.J)
+            inert = moved if beam.rotary_inertia else FrameMass(mass.m)
+            self.masses = ((inert, self.rules.nodes),)
+            self.inertialess = "lam" not in self.jump_parts
+        self._loads = loads
+        self.slenderness = slenderness = beam.section.size / domain.length
+        label = f"of beam '{beam.name}'"
+        self.parts = (
+            PartScale("u", f"displacement {label}", domain.length, _ADVICE_MOTION),
+            PartScale("w", f"directors {label}", 1.0, _ADVICE_MOTION),
+            PartScale("N", f"forces {label}", min(slenderness, 1e-3), _ADVICE_FORCE),
+            PartScale("lam", f"director multipliers {label}", slenderness**2, _ADVICE_MOTION),
+        )
+
+    @property
+    def force_size(self) -> float:
+        """Size of its resultants, N."""
+        return float(self.section.force.value)
+
+    def node_directors(self) -> npt.NDArray[np.float64]:
+        """Reference directors of the local nodes (owned and ghost), shape (n, 3, 3)."""
+        return np.asarray(self.frames.x.array.reshape(-1, 3, 3)[self._order])
+
+    def strains(self, q: Expr) -> Expr:
+        """Strains (Gamma, K) of a state, shape (6,)."""
+        layout = self.layout
+        return beam_forms.beam_strains(layout.part(q, "u"), layout.part(q, "w"), self.line)
+
+    def resultants(self, q: Expr) -> tuple[Expr, Expr]:
+        """Forces and moments along the directors, shape (3,) each, N and N m."""
+        return self.section.formulation.resultants(self.strains, self.layout, q)
+
+    def internal(self, span: Interval, dq: Expr) -> Form:
+        """Internal virtual work, compatibility, and the constraints of the frames."""
+        section, layout = self.section.formulation, self.layout
+        (work,) = interval_work(section, layout, self.strains, span, dq)
+        return work * self.rules.reduced + self.constraint_work(span, dq)
+
+    def within(self, sub: SubInterval, dq: Expr, trial: Expr) -> tuple[Form | None, list[Term]]:
+        """The same, the section's forces as terms."""
+        if sub.row is None:
+            return self.internal(sub.span, dq), []
+        return self.constraint_work(sub.span, dq), [self._term(sub.row, dq, trial)]
+
+    def _term(self, row: Row, dq: Expr, trial: Expr) -> Term:
+        """Internal forces of a row."""
+        section, layout, strain = self.section.formulation, self.layout, self.strain_measure
+        return path_terms(
+            section, layout, strain, row, dq, trial, lambda d: d[0] * self.rules.reduced
+        )
+
+    @property
+    def strain_measure(self) -> Measure:
+        """Strains by their derivative."""
+        layout = self.layout
+
+        def slope(c: Expr | None, pairs: Sequence[tuple[Expr, Expr]], dq: Expr) -> Expr:
+            states = [(w, layout.part(q, "u"), layout.part(q, "w")) for w, q in pairs]
+            du, dw = layout.part(dq, "u"), layout.part(dq, "w")
+            return beam_forms.beam_slope(self.line, c, states, du, dw)
+
+        return Measure(slope)
+
+    def along(self, step: Step, k: int, dq: Expr, trial: Expr) -> tuple[Form | None, list[Term]]:
+        """Internal forces over a step, and the constraints of the frames."""
+        return self.frame_row(step.path, k, dq), [self._term(step.row(k), dq, trial)]
+
+    def lost(self, step: Step, bow: Expr) -> Form | None:
+        """Elastic energy of the bow of the strains, J."""
+        e, formulation = step.bow_of(self.strain_measure), self.section.formulation
+        return formulation.stored(e, formulation.forces(self.layout, bow)) * self.rules.reduced
+
+    def mean_resultants(self, step: Step) -> tuple[Expr, Expr]:
+        """The same as means over a step that is quadratic in time."""
+        formulation = self.section.formulation
+        e = self.strain_measure.moment(step.pairs[0][0].moment, step.states)
+        return formulation.joined(e, formulation.forces(self.layout, step.path.end))
+
+    def strain_energy(self, q: Expr) -> Form | None:
+        """Strain energy, J."""
+        density = self.section.formulation.energy(self.strains, self.layout, q)
+        return density * self.rules.reduced
+
+    def jump(self, a: Expr, b: Expr) -> Form | None:
+        """Elastic part of `c^2` in eq. (34), J."""
+        density = self.section.formulation.jump(self.strains, self.layout, a, b)
+        return density * self.rules.reduced
+
+    def loads(self) -> LoadFactors | None:
+        """A set of the beam's loads with time factors of their own."""
+        return BeamLoads(self, self._loads) if self._loads else None
+
+    def extra(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
+        """The user's terms at the mid-point."""
+        if not self.beam.terms:
+            return None
+        u, w = self._motion(mid)
+        v, dw_dt = (None, None) if rates is None else self._motion(rates.now)
+        du, dw = self._motion(dq)
+        point = LinePoint(u, w, v, dw_dt, du, dw, self.line, time)
+        work = virtual_work(self.beam.terms, point, dq, f"beam '{self.name}'")
+        return work * self.rules.full
+
+
+class BeamLoads(DistributedLoads):
+    """The distributed loads of one beam, each multiplied by a factor that the scheme sets.
+
+    Args:
+        body: The beam.
+        loads: Its loads.
+    """
+
+    def __init__(self, body: BeamModel, loads: list[Load]) -> None:
+        super().__init__(body.domain.mesh, loads)
+        self._body = body
+
+    def _density(self, load: Load, mid: Expr, dq: Expr) -> tuple[Expr, ufl.Measure]:
+        body, rules = self._body, self._body.rules
+        d = body.directors(mid)
+        du, dw = body.layout.part(dq, "u"), body.layout.part(dq, "w")
+
+        def constant(value: object) -> fem.Constant:
+            return fem.Constant(body.domain.mesh, np.asarray(value, dtype=float))
+
+        match load:
+            case LineForce():
+                return load_forms.dead_force(constant(load.force), du), rules.full
+            case FollowerLineForce():
+                components = constant(load.components)
+                return load_forms.follower_frame_force(components, d, du), rules.full
+            case LineMoment():
+                return load_forms.frame_moment(constant(load.moment), d, dw), rules.nodes
+            case Gravity():
+                moved, _ = momenta(du, dw, body.weight)
+                return load_forms.dead_force(constant(load.acceleration), moved), rules.nodes
+        raise NotImplementedError(f"no form for {type(load).__name__}")
+
+
+def build_beam(
+    beam: Beam,
+    comm: MPI.Comm,
+    loads: list[Load],
+    dynamic: bool,
+    domain: LineMesh | None = None,
+) -> BeamModel:
+    """Mesh a beam and bind its section and loads.
+
+    Args:
+        beam: Description.
+        comm: Communicator; the call is collective.
+        loads: Distributed loads on it.
+        dynamic: Whether it moves in time.
+        domain: Its meshed line, if it runs along a shell.
+
+    Raises:
+        SceneError: If its curve cannot be meshed as described.
+    """
+    if domain is None:
+        domain = build_line(beam.name, beam.curve, beam.elements, beam.degree, beam.up, comm)
+    return BeamModel(beam, domain, loads, dynamic)

@@ -1,0 +1,163 @@
+"""What beams and rigid bodies have in common: frames at nodes, their inertia and constraints."""
+
+from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
+
+import numpy as np
+import numpy.typing as npt
+import ufl
+from dolfinx import fem
+from ufl import Form
+from ufl.core.expr import Expr
+
+from shellmb.forms import frame
+from shellmb.forms.constraints.pathconstraints import constraint_row, massless_row
+from shellmb.forms.frame import FrameMass, Vectors
+from shellmb.forms.state import Layout
+from shellmb.forms.steps.mixed import Interval
+from shellmb.forms.steps.path import Path
+from shellmb.meshes.spaces import MixedSpace
+from shellmb.model.body import FixedDofs, NodeLink, PartScale
+
+Values = npt.NDArray[np.float64]
+
+
+class FrameBody:
+    """A body whose nodes are frames.
+
+    Args:
+        name: Its name in the system.
+        mixed: Space with the parts "u", "w", "lam" and perhaps more.
+        frames: Reference directors, shape (9,).
+        order: Number in the space of `frames` of each node of the part "w".
+        reference: Reference position as an expression, shape (3,), m.
+        nodes: Measure whose points are the nodes.
+        force: Size of the multipliers' forces: a Constant, N.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        mixed: MixedSpace,
+        frames: fem.Function,
+        order: npt.NDArray[np.int32],
+        reference: Expr,
+        nodes: ufl.Measure,
+        force: Expr,
+    ) -> None:
+        self.name, self.mixed, self.frames, self._order = name, mixed, frames, order
+        self.reference, self.nodes, self.force = reference, nodes, force
+        self.layout = Layout(mixed.parts)
+        self.parts: tuple[PartScale, ...] = ()
+        self.fixed: list[FixedDofs] = []
+        self.links: tuple[NodeLink, ...] = ()
+        # set with the model: where there are frames, jumps of velocities are unknown
+        self.coupled = False
+        self.inertialess = False
+        self.slenderness = 1.0
+        self.kinematic = frozenset({"u", "w"})
+        # parts of the mass with the rule that integrates each; none in statics
+        self.masses: tuple[tuple[FrameMass, ufl.Measure], ...] = ()
+
+    @property
+    def jump_parts(self) -> frozenset[str]:
+        """Parts that have equations for the jump of velocities."""
+        turns = any(J is not None for mass, _ in self.masses for J in mass.J)
+        return frozenset({"u", "w", "lam"} if turns else {"u"})
+
+    def directors(self, q: Expr) -> Vectors:
+        """The three directors, shape (3,) each."""
+        return frame.directors(self.layout.part(q, "w"), self.frames)
+
+    def position(self, q: Expr) -> Expr:
+        """Position of the nodes, shape (3,), m."""
+        return self.reference + self.layout.part(q, "u")
+
+    def constraint_work(self, span: Interval, dq: Expr) -> Form:
+        """Orthonormality at the end of the sub-interval, its forces along the mid-point gradient.
+
+        Quadratic, so that the forces do no work (eq. 20).
+        """
+        layout = self.layout
+        change = frame.orthonormality_change(self.directors(span.mid), layout.part(dq, "w"))
+        violation = frame.orthonormality(layout.part(span.at, "w"), self.frames)
+        work = ufl.dot(layout.part(span.unknown, "lam"), change)
+        return self.force * (work + ufl.dot(layout.part(dq, "lam"), violation)) * self.nodes
+
+    def frame_row(self, path: Path, k: int, dq: Expr) -> Form:
+        """Orthonormality and its rate at the end of a step, eq. (Q4), or twice of it (Q6)."""
+        layout = self.layout
+        make = massless_row if self.inertialess else constraint_row
+        row = make(lambda q: frame.orthonormality(layout.part(q, "w"), self.frames), path, k, dq)
+        own, other = (layout.part(q, "lam") for q in row.multipliers)
+        work = ufl.dot(own, row.own) + ufl.dot(other, row.other)
+        return self.force * (work + ufl.dot(layout.part(dq, "lam"), row.value)) * self.nodes
+
+    def velocity_constraint(self, v: Expr, mid: Expr, dv: Expr) -> Form | None:
+        """Velocities `v` do not violate the constraints at `mid`, with the impulses for that."""
+        if "lam" not in self.jump_parts:
+            return None
+        layout, d = self.layout, self.directors(mid)
+        change = frame.orthonormality_change(d, layout.part(dv, "w"))
+        violation = frame.orthonormality_change(d, layout.part(v, "w"))
+        impulse = ufl.dot(layout.part(v, "lam"), change)
+        return self.force * (impulse + ufl.dot(layout.part(dv, "lam"), violation)) * self.nodes
+
+    def inertia(self, rate: Expr, dq: Expr) -> Form | None:
+        """Virtual work of the inertia forces for the acceleration `rate`."""
+        return self._mass_form(rate, dq)
+
+    def kinetic_energy(self, v: Expr) -> Form | None:
+        """Kinetic energy, J."""
+        form = self._mass_form(v, v)
+        return None if form is None else 0.5 * form
+
+    def _mass_form(self, v: Expr, dv: Expr) -> Form | None:
+        forms = [
+            frame.momentum_work(*self._motion(v), mass, *self._motion(dv)) * measure
+            for mass, measure in self.masses
+        ]
+        return sum(forms[1:], forms[0]) if forms else None
+
+    def _motion(self, v: Expr) -> tuple[Expr, Expr]:
+        return self.layout.part(v, "u"), self.layout.part(v, "w")
+
+    def momentum(self, v: Expr, axis: Expr) -> Form | None:
+        """Component of the linear momentum along `axis`, kg m/s."""
+        forms = [
+            ufl.dot(frame.momenta(*self._motion(v), mass)[0], axis) * measure
+            for mass, measure in self.masses
+        ]
+        return sum(forms[1:], forms[0]) if forms else None
+
+    def angular_momentum(self, q: Expr, v: Expr, axis: Expr) -> Form | None:
+        """Component along `axis` of the angular momentum about the origin, kg m^2/s."""
+        x, d = self.position(q), self.directors(q)
+        forms = [
+            ufl.dot(frame.angular_momentum(x, d, *self._motion(v), mass), axis) * measure
+            for mass, measure in self.masses
+        ]
+        return sum(forms[1:], forms[0]) if forms else None
+
+    def tangent(self, b: Expr, mid: Expr) -> Expr:
+        """The jump is an unknown and tangent already."""
+        return b
+
+    def tangent_values(self, b: Values, mid: Values) -> Values:
+        """The jump is an unknown and tangent already."""
+        return b
+
+    def reference_directors(self) -> Values:
+        """Reference directors of the local nodes of "w", one after the other, shape (n, 9)."""
+        return np.asarray(self.frames.x.array.reshape(-1, 9)[self._order])
+
+    def frames_at(self, q: Values) -> Values:
+        """Directors of a state's local array as rows, node after node of "w", shape (n, 3, 3)."""
+        D = self.reference_directors()
+        return np.asarray((D + q[self.mixed.dofs["w"]].reshape(-1, 9)).reshape(-1, 3, 3))
+
+    def constraint_error(self, q: fem.Function) -> float:
+        """Largest deviation of a frame from orthonormality on this rank."""
+        d = self.frames_at(q.x.array)
+        if not len(d):
+            return 0.0
+        return float(np.max(np.abs(d @ d.transpose(0, 2, 1) - np.eye(3))))

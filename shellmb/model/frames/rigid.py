@@ -1,0 +1,209 @@
+"""All rigid bodies of a scene, and ground, as one body of the system: a frame node each."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from mpi4py import MPI
+
+import numpy as np
+import numpy.typing as npt
+import ufl
+from dolfinx import fem
+from ufl import Form
+from ufl.core.expr import Expr
+
+from shellmb.forms.frame import PAIRS, FrameMass
+from shellmb.forms.loads import dead_force
+from shellmb.forms.steps.mixed import Interval
+from shellmb.forms.steps.path import Step
+from shellmb.meshes.nodes import NodeMesh, constant_vector, node_mesh, node_space
+from shellmb.model.body import (
+    Dofs,
+    FixedDofs,
+    LoadFactors,
+    PartScale,
+    Rates,
+    SubInterval,
+    Term,
+    TimeFunction,
+)
+from shellmb.model.frames.frame import FrameBody
+from shellmb.model.places.ends import End
+from shellmb.scene.loads.loads import Gravity
+
+Floats = npt.NDArray[np.float64]
+
+NAME = "rigid bodies"
+GROUND = "ground"
+
+_ADVICE = "a smaller step, or check the joints and the mass of the body"
+
+
+@dataclass(frozen=True)
+class RigidNode:
+    """A rigid body as a frame at its centre of mass.
+
+    Args:
+        name: Name of the body.
+        center: Its centre of mass, shape (3,), m.
+        directors: Directors as rows, shape (3, 3).
+        mass: Mass, kg.
+        euler: Euler's inertia tensor `int rho y y dV` about the centre along the directors, kg m^2.
+        size: Size of the body, m.
+    """
+
+    name: str
+    center: Floats
+    directors: Floats
+    mass: float
+    euler: Floats
+    size: float
+
+
+def ground_node() -> RigidNode:
+    """Ground: a frame at the origin that stays there."""
+    return RigidNode(GROUND, np.zeros(3), np.eye(3), 0.0, np.zeros((3, 3)), 1.0)
+
+
+class RigidBodies(FrameBody):
+    """The rigid bodies.
+
+    Args:
+        comm: Communicator.
+        bodies: The bodies, the same on all ranks; ground is held.
+        dynamic: Whether they move in time, and so have inertia.
+        gravity: Loads of gravity with the names of the bodies each acts on.
+        force: Size of constraint forces, N.
+        length: Size of the scene, m.
+    """
+
+    def __init__(
+        self,
+        comm: MPI.Comm,
+        bodies: Sequence[RigidNode],
+        dynamic: bool,
+        gravity: Sequence[tuple[Gravity, frozenset[str]]],
+        force: float,
+        length: float,
+    ) -> None:
+        self.bodies = list(bodies)
+        self.node_mesh: NodeMesh = node_mesh(comm, len(self.bodies))
+        mixed = node_space(self.node_mesh, {"u": 3, "w": 9, "lam": 6})
+        frames = self._constant([b.directors.ravel() for b in bodies], "D")
+        super().__init__(
+            NAME,
+            mixed,
+            frames,
+            frames.function_space.dofmap.list[:, 0],
+            self._constant([b.center for b in bodies], "X"),
+            ufl.dx(self.node_mesh.mesh),
+            fem.Constant(self.node_mesh.mesh, float(force)),
+        )
+        self.parts = (
+            PartScale("u", "displacement of the rigid bodies", length, _ADVICE),
+            PartScale("w", "directors of the rigid bodies", 1.0, _ADVICE),
+            PartScale("lam", "director multipliers of the rigid bodies", 1e-3, _ADVICE),
+        )
+        self.index = {b.name: k for k, b in enumerate(self.bodies)}
+        self._gravity = list(gravity)
+        self._mass = self._constant([np.array([b.mass]) for b in bodies], "m")
+        if dynamic:
+            euler = self._constant(
+                [np.array([b.euler[k, m] for k, m in PAIRS]) for b in bodies], "J"
+            )
+            mass = FrameMass(self._mass, J=tuple(euler[k] for k in range(6)))
+            self.masses = ((mass, self.nodes),)
+        if GROUND in self.index:
+            dofs = np.concatenate([self.local(GROUND, part) for part in ("u", "w", "lam")])
+            zeros = np.zeros(len(dofs))
+            self.fixed.append(FixedDofs(dofs, lambda t: zeros, False))
+
+    def _constant(self, rows: Sequence[Floats], name: str) -> fem.Function:
+        return constant_vector(self.node_mesh, np.array(rows, dtype=float), name)
+
+    def local(self, body: str, part: str) -> Dofs:
+        """Local dofs (owned and ghost) of a part of a rigid body."""
+        here = self.node_mesh.item == self.index[body]
+        return self.mixed.dofs[part].reshape(-1, self.mixed.parts[part][1])[here].ravel()
+
+    def ends(self) -> dict[str, End]:
+        """The centres of mass as places; collective."""
+        comm = self.node_mesh.mesh.comm
+        index_map = self.mixed.space.dofmap.index_map
+        found: dict[int, dict[str, npt.NDArray[np.int64]]] = {}
+        local = self.node_mesh.mesh.topology.index_map(1).size_local
+        for cell, item in enumerate(self.node_mesh.item[:local]):
+            found[int(item)] = {
+                part: index_map.local_to_global(
+                    self.mixed.dofs[part].reshape(-1, self.mixed.parts[part][1])[cell]
+                )
+                for part in ("u", "w")
+            }
+        everywhere: dict[int, dict[str, npt.NDArray[np.int64]]] = {}
+        for part in comm.allgather(found):
+            everywhere.update(part)
+        return {
+            b.name: End(NAME, b.name, everywhere[k], b.center, b.directors, b.center)
+            for k, b in enumerate(self.bodies)
+        }
+
+    def internal(self, span: Interval, dq: Expr) -> Form:
+        """Nothing but the constraints: the frames stay orthonormal."""
+        return self.constraint_work(span, dq)
+
+    def along(self, step: Step, k: int, dq: Expr, trial: Expr) -> tuple[Form | None, list[Term]]:
+        """Nothing but the constraints."""
+        return self.frame_row(step.path, k, dq), []
+
+    def lost(self, step: Step, bow: Expr) -> Form | None:
+        """No strains."""
+        return None
+
+    def within(self, sub: SubInterval, dq: Expr, trial: Expr) -> tuple[Form | None, list[Term]]:
+        """Nothing that has terms."""
+        return self.constraint_work(sub.span, dq), []
+
+    def strain_energy(self, q: Expr) -> Form | None:
+        """No strain energy."""
+        return None
+
+    def jump(self, a: Expr, b: Expr) -> Form | None:
+        """No elastic jump."""
+        return None
+
+    def loads(self) -> LoadFactors | None:
+        """The weight of the bodies."""
+        return _Weight(self) if self._gravity else None
+
+    def extra(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
+        """No added terms."""
+        return None
+
+
+class _Weight:
+    """Weight of the rigid bodies with the factors of one stage."""
+
+    def __init__(self, body: RigidBodies) -> None:
+        self._body = body
+        self._loads = []
+        for load, names in body._gravity:
+            masses = [[b.mass if b.name in names else 0.0] for b in body.bodies]
+            self._loads.append(
+                (
+                    load,
+                    body._constant([np.array(m) for m in masses], "weighed"),
+                    fem.Constant(body.node_mesh.mesh, np.zeros(3)),
+                )
+            )
+
+    def update(self, average) -> None:  # type: ignore[no-untyped-def]
+        """Set the accelerations from the loads' time functions."""
+        for load, _, acceleration in self._loads:
+            time: TimeFunction | None = load.time
+            acceleration.value[:] = average(time) * np.asarray(load.acceleration)
+
+    def virtual_work(self, mid: Expr, dq: Expr) -> Form | None:
+        """Virtual work of the weights."""
+        du = self._body.layout.part(dq, "u")
+        forms = [dead_force(mass * g, du) * self._body.nodes for _, mass, g in self._loads]
+        return sum(forms[1:], forms[0])

@@ -1,0 +1,282 @@
+"""Shells and beams declared rigid: each is replaced by a rigid body before anything else is built.
+
+Mass, centre of mass and inertia are those of the flexible model: its own mass forms are evaluated
+for the velocities `a` and `(b . X) a` of its nodes, with `(b . D) a` of its directors, of which all
+rigid motions consist. So kinetic energies agree to round-off, whatever quadrature the forms use.
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass, replace
+from typing import Any
+
+from mpi4py import MPI
+
+import numpy as np
+import numpy.typing as npt
+from dolfinx import fem
+
+from shellmb.errors import SceneError
+from shellmb.kernels import compiled
+from shellmb.meshes.mesh import build_surface
+from shellmb.model.frames.beam import BeamModel, build_beam
+from shellmb.model.frames.glue import line_along
+from shellmb.model.places.nodes import shared_nodes
+from shellmb.model.shells.shell import ShellModel
+from shellmb.scene import Beam, Gravity, RigidBody, Scene
+from shellmb.scene.loads.body_loads import FollowerForce, FollowerMoment, PointMoment
+from shellmb.scene.loads.loads import Load, PointForce
+from shellmb.scene.lookup import said
+from shellmb.scene.multibody.joints import Joint, Revolute, ShellRevolute, Weld
+
+__all__ = ["Inertia", "RigidMeshes", "inertia_of", "rigid_body", "rigidified"]
+
+Floats = npt.NDArray[np.float64]
+RigidMeshes = dict[str, ShellModel | BeamModel]
+
+# a rigid body turns about every axis with some inertia, relative to the largest
+NO_INERTIA = 1e-12
+
+# loads that act on a rigid body as on a mesh
+ON_RIGID = (Gravity, PointForce, PointMoment, FollowerForce, FollowerMoment)
+
+
+@dataclass(frozen=True)
+class Inertia:
+    """Mass of a body and how it is distributed.
+
+    Args:
+        mass: Mass, kg.
+        center: Centre of mass, shape (3,), m.
+        euler: Euler's tensor `int rho y y` about the centre in the scene's axes, (3, 3), kg m^2.
+    """
+
+    mass: float
+    center: Floats
+    euler: Floats
+
+
+def inertia_of(body: ShellModel | BeamModel) -> Inertia:
+    """Mass and inertia of a shell or beam by its own mass forms; collective.
+
+    Args:
+        body: A body that has inertia.
+    """
+    space = body.mixed.space
+    a, b = fem.Function(space), fem.Function(space)
+    form = body.inertia(a, b)
+    assert form is not None
+    kernel = compiled(form)
+    comm: MPI.Comm = space.mesh.comm
+    X, D = body.mixed.nodes("u"), body.node_directors()
+    # about a point nearby: far away from the origin nothing must cancel
+    middle = comm.allreduce(X.sum(axis=0), op=MPI.SUM) / comm.allreduce(len(X), op=MPI.SUM)
+    u = body.mixed.dofs["u"].reshape(-1, 3)[:, 0]
+    w = body.mixed.dofs["w"].reshape(D.shape)[:, :, 0]
+
+    def velocity(function: fem.Function, k: int) -> None:
+        """Along x, growing with the coordinate k; uniform for k = 3."""
+        function.x.array[u] = 1.0 if k == 3 else X[:, k] - middle[k]
+        function.x.array[w] = 0.0 if k == 3 else D[:, :, k]
+
+    gram = np.zeros((4, 4))
+    for i, j in itertools.combinations_with_replacement(range(4), 2):
+        velocity(a, i)
+        velocity(b, j)
+        gram[i, j] = gram[j, i] = fem.assemble_scalar(kernel)
+    gram = comm.allreduce(gram, op=MPI.SUM)
+    mass = float(gram[3, 3])
+    away = gram[3, :3] / mass if mass > 0 else np.zeros(3)
+    return Inertia(mass, middle + away, gram[:3, :3] - mass * np.outer(away, away))
+
+
+def rigid_body(body: ShellModel | BeamModel, dynamic: bool) -> RigidBody:
+    """The rigid body that a shell or beam becomes; collective.
+
+    Its reference point is its centre of mass, its axes are those of the scene, or the directors at
+    the start of a beam.
+
+    Args:
+        body: The body.
+        dynamic: Whether it needs inertia.
+
+    Raises:
+        SceneError: If it has no inertia about some axis and needs it.
+    """
+    found = inertia_of(body)
+    axes = np.eye(3)
+    if isinstance(body, BeamModel):
+        axes = body.domain.triads[0].reshape(3, 3).T
+    inertia = np.trace(found.euler) * np.eye(3) - found.euler
+    principal = np.linalg.eigvalsh(inertia)
+    if dynamic and principal[0] < NO_INERTIA * principal[2]:
+        raise SceneError(
+            f"{_said(body)} is rigid and has no inertia about one of its axes; it must have "
+            "rotary_inertia=True"
+        )
+    local = axes.T @ (inertia + inertia.T) @ axes / 2
+    return RigidBody(
+        body.name,
+        found.mass,
+        _rows(local),
+        _triple(found.center),
+        _rows(axes),
+        points={
+            name: _triple(axes.T @ (x - found.center)) for name, x in body.domain.points.items()
+        },
+    )
+
+
+def _triple(vector: Floats) -> tuple[float, float, float]:
+    x, y, z = map(float, vector)
+    return x, y, z
+
+
+def _rows(matrix: Floats) -> Any:
+    return tuple(_triple(row) for row in matrix)
+
+
+def _said(body: ShellModel | BeamModel) -> str:
+    return said(body.shell if isinstance(body, ShellModel) else body.beam)
+
+
+def rigidified(scene: Scene, comm: MPI.Comm) -> tuple[Scene, RigidMeshes]:
+    """The scene with rigid bodies in place of the shells and beams that are declared rigid.
+
+    Joints, point loads, gravity, initial velocities and probes stay as they are. A shell revolute
+    joint becomes a revolute one about the shell's director. What a rigid shell is joined or glued
+    to must be rigid too, and is welded; a beam glued to a rigid shell always is.
+
+    Args:
+        scene: The scene.
+        comm: Communicator; the call is collective.
+
+    Returns:
+        The scene and, for pictures, the bodies that were replaced, by name.
+
+    Raises:
+        SceneError: If a rigid body is supported or loaded as only a flexible one can be.
+    """
+    names = {b.name for b in scene.meshed if b.rigid}
+    names |= {glue.beam for glue in scene.glues if glue.shell in names}
+    if not names:
+        return scene, {}
+    _check(scene, names)
+    dynamic = not scene.static
+    shells = {
+        s.name: ShellModel(s, build_surface(s, comm), [], True)
+        for s in scene.shells
+        if s.name in names
+    }
+    beams = {}
+    for beam in scene.beams:
+        if beam.name in names:
+            along = beam.curve.shell
+            line = line_along(beam, shells[along]).line if along is not None else None
+            beams[beam.name] = build_beam(beam, comm, [], True, line)
+    meshes: RigidMeshes = {**shells, **beams}
+    bodies = {name: rigid_body(mesh, dynamic) for name, mesh in meshes.items()}
+    changed = replace(
+        scene,
+        shells=tuple(s for s in scene.shells if s.name not in names),
+        beams=tuple(b for b in scene.beams if b.name not in names),
+        rigid_bodies=(*scene.rigid_bodies, *bodies.values()),
+        loads=tuple(_load(load, scene, beams, bodies) for load in scene.loads),
+        joints=(*(_joint(j, scene, shells) for j in scene.joints), *_welds(scene, meshes)),
+        joins=tuple(j for j in scene.joins if j.first not in names),
+        glues=tuple(g for g in scene.glues if g.beam not in names),
+    )
+    return changed, meshes
+
+
+def _check(scene: Scene, names: set[str]) -> None:
+    for body in scene.meshed:
+        if body.name in names and body.terms:
+            raise SceneError(f"{said(body)} is rigid and has terms; a rigid body must not have any")
+    for support in scene.supports:
+        for target in scene.bodies_of(support):
+            if target.name in names:
+                raise SceneError(
+                    f"{support.label}: {said(target)} is rigid; it must be held by joints to the "
+                    "ground, a Weld for example"
+                )
+    for load in scene.loads:
+        for target in scene.bodies_of(load):
+            if target.name in names and not isinstance(load, ON_RIGID):
+                raise SceneError(
+                    f"{load.label}: {said(target)} is rigid; its loads must be gravity, or forces "
+                    "and moments at points"
+                )
+    for join in scene.joins:
+        if (join.first in names) != (join.second in names):
+            raise SceneError(
+                f"join of '{join.first}' and '{join.second}': one of them is rigid and the other "
+                "is not; both must be, or they must be connected by joints at nodes"
+            )
+    for glue in scene.glues:
+        if glue.beam in names and glue.shell not in names:
+            raise SceneError(
+                f"glue: beam '{glue.beam}' is rigid and shell '{glue.shell}' is not; the beam must "
+                "be flexible, or the shell rigid too"
+            )
+
+
+def _load(
+    load: Load, scene: Scene, beams: dict[str, BeamModel], bodies: dict[str, RigidBody]
+) -> Load:
+    """A load along the directors of a beam's node, along the axes of the rigid body."""
+    if not isinstance(load, FollowerForce | FollowerMoment):
+        return load
+    (target,) = scene.bodies_of(load)
+    if target.name not in beams:
+        return load
+    nodes = shared_nodes(beams[target.name], load.point, load.label)
+    vector = np.asarray(load.components) @ nodes.directors[0]
+    return replace(load, components=_triple(bodies[target.name].axes.T @ vector))
+
+
+def _joint(joint: Joint, scene: Scene, shells: dict[str, ShellModel]) -> Joint:
+    """A shell revolute joint on a rigid shell turns about the director that was the shell's."""
+    if not isinstance(joint, ShellRevolute) or joint.second not in shells:
+        return joint
+    where = joint.second_at if joint.second_at is not None else _first_place(joint, scene)
+    nodes = shared_nodes(shells[joint.second], where, joint.said)
+    shared = ("name", "first", "second", "at", "second_at", "mass", "active")
+    return Revolute(
+        **{name: getattr(joint, name) for name in shared},
+        axis=_triple(nodes.director[0]),
+    )
+
+
+def _first_place(joint: Joint, scene: Scene) -> Any:
+    """Coordinates of the first end of a joint."""
+    if joint.at is not None and not isinstance(joint.at, str):
+        return joint.at
+    first = scene.body(joint.first)
+    if isinstance(first, RigidBody):
+        return tuple(first.place(joint.at))
+    known = first.curve.points if isinstance(first, Beam) else {}
+    if joint.at not in known:
+        raise SceneError(f"{joint.said}: second_at is missing; give coordinates on the rigid shell")
+    return known[joint.at]
+
+
+def _welds(scene: Scene, meshes: RigidMeshes) -> list[Joint]:
+    """Rigid bodies that share an edge or a line are welded at a node of it."""
+    welds: list[Joint] = []
+    for join in scene.joins:
+        if join.first in meshes:
+            who = f"join of {join.first} and {join.second}"
+            x = shared_nodes(meshes[join.first], join.first_edge, who).x[0]
+            welds.append(_weld(who, join.first, join.second, x))
+    for glue in scene.glues:
+        if glue.shell in meshes:
+            who = f"glue of {glue.beam} and {glue.shell}"
+            start = meshes[glue.beam].domain.points["start"]
+            welds.append(_weld(who, glue.beam, glue.shell, start))
+    return welds
+
+
+def _weld(name: str, first: str, second: str, x: Floats) -> Joint:
+    return Weld(name, first, second, at=_triple(x))

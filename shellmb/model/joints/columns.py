@@ -1,0 +1,108 @@
+"""Coordinates of a mechanism and the forces that act on them, as columns of the history."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Protocol
+
+from mpi4py import MPI
+
+import numpy as np
+import numpy.typing as npt
+from dolfinx import fem
+
+from shellmb.model.joints.coordinates import Coordinate, CoordinateGroup, Key, gathered
+from shellmb.model.joints.elements import ElementGroup
+from shellmb.model.joints.linear import HeldCoordinates
+
+Floats = npt.NDArray[np.float64]
+
+# how a distance and the force along or about a coordinate are called in results
+COLUMN = {"rotation": "rotation", "translation": "translation", "distance": "length"}
+EFFORT = {"rotation": "torque", "translation": "force", "distance": "force"}
+
+
+class Solution(Protocol):
+    """What readings need of a problem (`shellmb.simulate.problem.Problem`)."""
+
+    model: Any
+    scheme: Any
+    system: Any
+
+    @property
+    def levels(self) -> Mapping[str, Any]:
+        """Functions of each body."""
+        ...
+
+    @property
+    def last(self) -> str:
+        """Stage at the end of a step."""
+        ...
+
+    def state(self, body: str) -> fem.Function:
+        """Current state of a body."""
+        ...
+
+    def number(self, body: str, stage: str) -> int:
+        """Number of the field of a body's stage in the system."""
+        ...
+
+    def time(self, name: str) -> fem.Constant:
+        """Time at the middle of the step."""
+        ...
+
+
+def read_coordinates(
+    problem: Solution, groups: Sequence[CoordinateGroup]
+) -> tuple[dict[Key, float], dict[Key, float]]:
+    """Changes of all coordinates and their rates; collective."""
+    values: dict[Key, float] = {}
+    rates: dict[Key, float] = {}
+    for group in groups:
+        dofs = group.mixed.dofs["x"]
+        x = gathered(group.nodes, problem.state(group.name).x.array[dofs])
+        v = np.zeros_like(x)
+        if "v" in problem.scheme.rates:
+            v = gathered(group.nodes, problem.levels[group.name].rates["v"].x.array[dofs])
+        for item, x_k, v_k in zip(group.coordinates, x, v, strict=True):
+            values[item.name, item.kind] = float(x_k)
+            rates[item.name, item.kind] = float(v_k)
+    return values, rates
+
+
+def drive(problem: Solution, coordinate: Coordinate) -> float:
+    """Torque or force that a driver exerts on its coordinate; collective.
+
+    It is the mean over the step just solved, the value at its middle to second order; in statics
+    that at its end.
+    """
+    system, found = problem.system, 0.0
+    number = problem.number(coordinate.group.name, problem.last)
+    held = system.numbering.start + system.fixed
+    for unknown in system.numbering.by_field[number][coordinate.local()]:
+        found += float(np.sum(system.reactions[held == unknown]))
+    return float(system.comm.allreduce(found, op=MPI.SUM))
+
+
+def element_forces(
+    group: ElementGroup, values: Mapping[Key, float], rates: Mapping[Key, float], t: float
+) -> dict[str, float]:
+    """Tension of springs, resistance of dampers, drive of motors; collective."""
+    keys = [(item.coordinate.name, item.coordinate.kind) for item in group.items]
+    x = np.array([values[key] for key in keys])
+    v = np.array([rates[key] for key in keys])
+    return {
+        f"{item.element.name}.{EFFORT[key[1]]}": float(force)
+        for item, key, force in zip(group.items, keys, group.forces(x, v, t), strict=True)
+    }
+
+
+def lock_forces(problem: Solution, group: HeldCoordinates) -> dict[str, float]:
+    """Torques and forces by which locks hold their coordinates, 0 while they are open; collective.
+
+    Means over the step just solved, as those of drivers.
+    """
+    return {
+        f"{c.name}.lock_{EFFORT[c.kind]}": float(force)
+        for c, force in zip(group.coordinates, group.forces(problem.state(group.name)), strict=True)
+    }

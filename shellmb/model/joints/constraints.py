@@ -1,0 +1,227 @@
+"""Constraints at nodes, a group per kind: what joints, kinks and planes have in common."""
+
+from collections.abc import Callable
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+import ufl
+from dolfinx import fem
+from ufl import Form
+from ufl.core.expr import Expr
+
+from shellmb.forms.constraints.pathconstraints import ConstraintRow, constraint_row, massless_row
+from shellmb.forms.state import Layout
+from shellmb.forms.steps.discrete import variation
+from shellmb.forms.steps.mixed import Interval
+from shellmb.forms.steps.path import Step
+from shellmb.kernels import compiled_expression
+from shellmb.meshes.nodes import NodeMesh, constant_vector, set_constants
+from shellmb.meshes.spaces import MixedSpace
+from shellmb.model.body import Dofs, FixedDofs, Massless, NodeLink, PartScale, Term
+
+Floats = npt.NDArray[np.float64]
+
+# a multiplier below this part of the group's force counts as zero
+SMALL_FORCE = 1e-3
+# step of differences of constraints that are not quadratic: both of their errors are some 1e-11
+SMALL_STEP = 1e-5
+
+
+class ConstraintGroup(Massless):
+    """Constraints of one kind at nodes or pairs of nodes, with a multiplier for each.
+
+    Args:
+        name: Name of the group.
+        nodes: Its node mesh, one cell per item.
+        mixed: Space with a part "mu" for the multipliers.
+        links: Links of the nodal unknowns.
+        violation: The constraints as a function of the state, all at most quadratic, shape (n,).
+        force: Size of the multipliers' forces, N.
+        length: Size of the scene, m, that makes violations of positions relative.
+        switched: Whether single constraints may be switched off.
+
+    Attributes:
+        labels: Name of each item, for messages and results.
+        allowed: Constraints that may act at all, shape (items, count): not the redundant ones.
+        quadratic: Whether they are at most quadratic in the state.
+    """
+
+    quadratic = True
+
+    def __init__(
+        self,
+        name: str,
+        nodes: NodeMesh,
+        mixed: MixedSpace,
+        links: tuple[NodeLink, ...],
+        violation: Callable[[Expr], Expr],
+        force: float,
+        length: float = 1.0,
+        switched: bool = False,
+    ) -> None:
+        title = PartScale("mu", f"multiplier of {name}", SMALL_FORCE, "a smaller step")
+        super().__init__(name, mixed, (title,), links)
+        self.jump_parts = frozenset({"mu"})
+        self.nodes, self.layout = nodes, Layout(mixed.parts)
+        self.violation = violation
+        self.count = mixed.parts["mu"][1]
+        self.length = length
+        self._force = fem.Constant(nodes.mesh, float(force))
+        self.labels = [name] * self.items
+        self.allowed = np.ones((self.items, self.count), dtype=bool)
+        self.on: fem.Function | None = None
+        if switched:
+            self.on = constant_vector(nodes, np.ones((self.items, self.count)), "on")
+
+    @property
+    def items(self) -> int:
+        """Number of joints in the group, over all ranks."""
+        return int(self.nodes.mesh.topology.index_map(1).size_global)
+
+    def switch(self, on: npt.NDArray[np.bool_]) -> None:
+        """Switch single constraints on and off, shape (items, count)."""
+        assert self.on is not None
+        set_constants(self.on, self.nodes, (on & self.allowed).astype(float))
+
+    def drop(self, item: int, component: int) -> None:
+        """Leave a constraint that others imply out for good: its multiplier is held at zero.
+
+        Args:
+            item: Which item.
+            component: Which of its constraints.
+        """
+        self.allowed[item, component] = False
+        rows = self.mixed.dofs["mu"].reshape(-1, self.count)[self.nodes.item == item]
+        zeros = np.zeros(len(rows))
+        self.fixed.append(FixedDofs(rows[:, component], lambda t: zeros, False))
+
+    def _part(self, q: Expr, name: str) -> list[Expr]:
+        value = self.layout.part(q, name)
+        return [value] if self.count == 1 else [value[k] for k in range(self.count)]
+
+    def _sum(
+        self,
+        multiplier: Expr,
+        rows: Expr,
+        test: Expr,
+        work: Expr,
+        other: tuple[Expr, Expr] | None = None,
+    ) -> Form:
+        """`mu . work + dmu . rows`, each with its switch; `other` multipliers act, too.
+
+        Args:
+            multiplier: State that holds the multipliers.
+            rows: The constraints.
+            test: Direction.
+            work: What the multipliers act on.
+            other: State that holds other multipliers, and what these act on.
+        """
+        mu, dmu = self._part(multiplier, "mu"), self._part(test, "mu")
+        total = 0.0 * mu[0]
+        for k in range(self.count):
+            acting = mu[k] * work[k] + dmu[k] * rows[k]
+            if other is not None:
+                acting = acting + self._part(other[0], "mu")[k] * other[1][k]
+            if self.on is None:
+                total = total + acting
+            else:
+                on = self.on if self.count == 1 else self.on[k]
+                total = total + on * acting + (1 - on) * dmu[k] * mu[k]
+        return self._force * total * ufl.dx
+
+    def internal(self, span: Interval, dq: Expr) -> Form:
+        """Constraints at the end of the sub-interval, forces along the mid-point gradient."""
+        work = variation(self.violation, span.mid, dq)
+        return self._sum(span.unknown, self.violation(span.at), dq, work)
+
+    def along(self, step: Step, k: int, dq: Expr, trial: Expr) -> tuple[Form | None, list[Term]]:
+        """Constraints over a step, with two multipliers each, eqs. (Q4) and (Q6)."""
+        make = massless_row if self.inertialess else constraint_row
+        return self._row(make(self.violation, step.path, k, dq), dq), []
+
+    def _row(self, row: ConstraintRow, dq: Expr) -> Form:
+        own, other = row.multipliers
+        return self._sum(own, row.value, dq, row.own, (other, row.other))
+
+    def velocity_constraint(self, v: Expr, mid: Expr, dv: Expr) -> Form:
+        """Velocities do not violate the constraints, with the impulses for that."""
+        work = variation(self.violation, mid, dv)
+        return self._sum(v, variation(self.violation, mid, v), dv, work)
+
+    def looked_at(self, state: Expr) -> Expr:
+        """What is evaluated at a state, and whose derivatives at the reference are looked at."""
+        return self.violation(state)
+
+    @cached_property
+    def _evaluation(self) -> tuple[fem.Function, fem.Expression, fem.Function]:
+        """A state, the violations there as an expression, and a function for their values."""
+        state = fem.Function(self.mixed.space)
+        shape = (self.count,)
+        values = fem.Function(fem.functionspace(self.nodes.mesh, ("DG", 0, shape)))
+        points = values.function_space.element.interpolation_points
+        expression = compiled_expression(self.looked_at(state), points)
+        return state, expression, values
+
+    def _evaluate(self, array: Floats) -> Floats:
+        state, expression, values = self._evaluation
+        state.x.array[:] = array
+        values.interpolate(expression)
+        rows = values.function_space.dofmap.list[:, 0]
+        return np.array(values.x.array.reshape(-1, self.count)[rows])
+
+    def all_violations(self, q: fem.Function) -> Floats:
+        """Values of the constraints of the local items, also of those that are off.
+
+        Args:
+            q: The state.
+
+        Returns:
+            One row per local item, shape (local items, count).
+        """
+        return self._evaluate(q.x.array)
+
+    @property
+    def acting(self) -> npt.NDArray[np.bool_]:
+        """Which constraints of the local items act now, shape (local items, count)."""
+        acting = self.allowed[self.nodes.item]
+        if self.on is not None:
+            rows = self.on.function_space.dofmap.list[:, 0]
+            acting = acting & (self.on.x.array.reshape(-1, self.count)[rows] > 0)
+        return acting
+
+    def violations(self, q: fem.Function) -> Floats:
+        """Those of the local items, zero where they do not act, shape (local items, count)."""
+        return np.where(self.acting, self.all_violations(q), 0.0)
+
+    def gradients(self, length: float) -> tuple[Floats, Dofs]:
+        """Derivatives of the constraints at the reference, without a compiled form.
+
+        Of quadratic constraints differences are exact.
+
+        Args:
+            length: Size of the scene, m.
+
+        Returns:
+            Derivatives, shape (local items, count, columns), and the local dofs they are along,
+            shape (local items, columns).
+        """
+        sizes = {p: n for p, (_, n) in self.mixed.parts.items() if p != "mu"}
+        dofs = np.hstack([self.mixed.dofs[p].reshape(-1, n) for p, n in sizes.items()])
+        small = 1.0 if self.quadratic else SMALL_STEP
+        unit = {p: length if p.startswith("u") else 1.0 for p in sizes}
+        steps = [small * unit[p] for p, n in sizes.items() for _ in range(n)]
+        columns = []
+        for step, column in zip(steps, dofs.T, strict=True):
+            state = np.zeros_like(self._evaluation[0].x.array)
+            state[column] = step
+            columns.append((self._evaluate(state) - self._evaluate(-state)) / (2 * step))
+        return np.stack(columns, axis=2), dofs
+
+    def gaps(self, states: npt.NDArray[np.float64]) -> Floats:
+        """Largest violations of the local items over local states, shape (states, local dofs)."""
+        return np.asarray(np.max([np.abs(self._evaluate(s)) for s in states], axis=0))
+
+    def constraint_error(self, q: fem.Function) -> float:
+        """Largest violation on this rank, relative to the scene's length."""
+        return float(np.max(np.abs(self.violations(q)), initial=0.0)) / self.length

@@ -1,0 +1,325 @@
+"""Relative coordinates of joints and pairs of points as unknowns, with the equations they obey."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+from mpi4py import MPI
+
+import numpy as np
+import numpy.typing as npt
+import ufl
+from dolfinx import fem
+from ufl import Form
+from ufl.core.expr import Expr
+
+from shellmb.errors import SceneError
+from shellmb.forms.constraints import coordinates as forms
+from shellmb.forms.constraints.joints import Place
+from shellmb.forms.constraints.turning import turning_row
+from shellmb.forms.steps.discrete import variation
+from shellmb.forms.steps.mixed import Interval
+from shellmb.forms.steps.path import Step
+from shellmb.kernels import compiled_expression
+from shellmb.meshes.nodes import NodeMesh, constant_vector, node_mesh, node_space
+from shellmb.meshes.spaces import MixedSpace
+from shellmb.model.body import Dofs, NodeLink, PartScale, Term
+from shellmb.model.joints.constraints import ConstraintGroup
+from shellmb.model.joints.joints import BoundJoint
+from shellmb.model.links import node_links
+from shellmb.model.places.ends import End, end_pair
+
+Floats = npt.NDArray[np.float64]
+# name of a joint or a force element, and "rotation", "translation" or "distance"
+Key = tuple[str, str]
+
+# vectors that the two places need
+_VECTORS = {"rotation": (3, 3), "translation": (3, 0), "distance": (0, 0)}
+# two points count as one below this part of the scene's length
+TOGETHER = 1e-9
+
+
+@dataclass(frozen=True)
+class BoundCoordinate:
+    """A coordinate with its places.
+
+    Args:
+        name: Name of the joint or force element.
+        kind: "rotation", "translation" or "distance".
+        ends: Places on the first and the second body.
+        axes: Vectors `e1, e2, e3` of both places as rows, shape (2, 3, 3).
+        start: Distance or translation of the places in the reference configuration, m; the unknown
+            is what it changes by. 0 for rotations.
+    """
+
+    name: str
+    kind: str
+    ends: tuple[End, End]
+    axes: Floats
+    start: float
+
+    @property
+    def group(self) -> tuple[str, int, int]:
+        """What coordinates must have in common to share their kernels."""
+        first, second = (
+            end.needed(n) for end, n in zip(self.ends, _VECTORS[self.kind], strict=True)
+        )
+        return self.kind, first, second
+
+
+def joint_coordinate(joint: BoundJoint, kind: str) -> BoundCoordinate:
+    """The rotation or translation of a joint; it begins as zero."""
+    start = 0.0
+    if kind == "translation":
+        start = float(joint.axes[0][2] @ (joint.ends[1].point - joint.ends[0].point))
+    return BoundCoordinate(joint.joint.name, kind, joint.ends, joint.axes, start)
+
+
+def distance_coordinate(
+    name: str, ends: tuple[End, End], length: float, who: str
+) -> BoundCoordinate:
+    """The distance of two points.
+
+    Args:
+        name: Name of the force element.
+        ends: The points.
+        length: Size of the scene, m.
+        who: Who asks, for the error.
+
+    Raises:
+        SceneError: If both points are at the same place: there is no direction between them.
+    """
+    start = float(np.linalg.norm(ends[1].point - ends[0].point))
+    if not start > TOGETHER * length:
+        raise SceneError(
+            f"{who}: its ends are at the same point; they must be apart in the given positions"
+        )
+    return BoundCoordinate(name, "distance", ends, np.array([np.eye(3)] * 2), start)
+
+
+class CoordinateGroup(ConstraintGroup):
+    """Coordinates of one kind between like places, with a multiplier for each.
+
+    The part "x" holds what each has changed by since the reference configuration.
+
+    Args:
+        comm: Communicator.
+        items: The coordinates.
+        force: Size of forces, N.
+        length: Size of the scene, m.
+    """
+
+    # an angle enters by its sine and cosine
+    quadratic = False
+
+    def __init__(
+        self, comm: MPI.Comm, items: Sequence[BoundCoordinate], force: float, length: float
+    ) -> None:
+        self.coordinates = list(items)
+        self.kind, *framed = items[0].group
+        nodes = node_mesh(comm, len(items))
+        self.ends = end_pair(nodes, [i.ends for i in items], [i.axes for i in items], framed)
+        parts = {**self.ends[0].parts, **self.ends[1].parts, "x": 1, "mu": 1}
+        mixed = node_space(nodes, parts)
+        self._start = constant_vector(nodes, np.array([[i.start] for i in items]), "start")
+        turns = self.kind == "rotation"
+        size = 1.0 if turns else length
+        super().__init__(
+            f"{self.kind} coordinates ({framed[0]}/{framed[1]})",
+            nodes,
+            mixed,
+            tuple(link for end in self.ends for link in end.links(mixed)),
+            self._gap,
+            # the work of a multiplier of size one is the same for all kinds
+            force * length if turns else force,
+            size,
+        )
+        advice = "a smaller step"
+        self.parts = (*self.parts, PartScale("x", f"{self.kind} of joints", size, advice))
+        # the places' velocities, too: `refresh` takes that of the coordinate from them
+        self.kinematic = frozenset(mixed.parts) - {"mu"}
+        self.jump_parts = frozenset({"x", "mu"})
+        self.labels = [f"{item.name}.{item.kind}" for item in items]
+        self.targets = global_dofs(nodes, mixed, "x")
+
+    def _places(self, q: Expr) -> tuple[Place, Place]:
+        first, second = (end.place(q, self.layout) for end in self.ends)
+        return first, second
+
+    def _gap(self, q: Expr) -> Expr:
+        """Difference of the coordinate and that of the places, as a scalar in a list."""
+        first, second = self._places(q)
+        x = self.layout.part(q, "x")
+        if self.kind == "rotation":
+            gap = forms.rotation_gap(first, second, x)
+        elif self.kind == "translation":
+            gap = forms.translation_gap(first, second, self._start + x)
+        else:
+            gap = forms.distance_gap(first, second, self._start + x, self._start)
+        return as_row(gap)
+
+    def _angle(self, q: Expr) -> Expr:
+        return forms.cosine_sine(*self._places(q))
+
+    def drop(self, item: int, component: int) -> None:
+        """Leave out the driver of a coordinate that others drive in the same way."""
+        here = self.mixed.dofs["x"][self.nodes.item == item]
+        self.fixed = [f for f in self.fixed if not np.isin(f.dofs, here).any()]
+
+    def internal(self, span: Interval, dq: Expr) -> Form:
+        """The equation at the end of the sub-interval, its force along a discrete gradient."""
+        if self.kind != "rotation":
+            return super().internal(span, dq)
+        change = variation(self._angle, span.mid, dq)
+        if span.a is span.b:
+            turned = forms.turning(self._angle(span.mid), change)
+        else:
+            turned = forms.increment_gradient(self._angle(span.a), self._angle(span.b), change)
+        work = as_row(self.layout.part(dq, "x") - turned)
+        return self._sum(span.unknown, self._gap(span.at), dq, work)
+
+    def along(self, step: Step, k: int, dq: Expr, trial: Expr) -> tuple[Form | None, list[Term]]:
+        """The equation and its rate at the end of a step, two forces without work for both."""
+        if self.kind != "rotation":
+            return super().along(step, k, dq, trial)
+        x = self.layout.part
+        row = turning_row(self._angle, x, self._gap(step.path.end), step.path, k, dq)
+        return self._row(row, dq), []
+
+    def velocity_constraint(self, v: Expr, mid: Expr, dv: Expr) -> Form:
+        """The rate of the coordinate is that of the places, with the impulse for that."""
+        return self._sum(v, self._rate_gap(mid, v), dv, self._rate_gap(mid, dv))
+
+    def _rate_gap(self, q: Expr, v: Expr) -> Expr:
+        """Derivative of the equation at the state `q` along the velocity `v`."""
+        if self.kind != "rotation":
+            return variation(self._gap, q, v)
+        turned = forms.turning(self._angle(q), variation(self._angle, q, v))
+        return as_row(self.layout.part(v, "x") - turned)
+
+    @cached_property
+    def _refreshing(self) -> tuple[fem.Function, fem.Function, fem.Expression, fem.Function]:
+        """A state, velocities, the correction of those of "x" and a function for its values."""
+        q, v = fem.Function(self.mixed.space), fem.Function(self.mixed.space)
+        values = constant_vector(self.nodes, np.zeros((len(self.coordinates), 1)), "correction")
+        excess = self._rate_gap(q, v)[0]
+        if self.kind == "distance":
+            # the equation is that of the squares
+            excess = excess * self._start / (self._start + self.layout.part(q, "x"))
+        points = values.function_space.element.interpolation_points
+        return q, v, compiled_expression(excess, points), values
+
+    def refresh(self, q: fem.Function, v: fem.Function) -> None:
+        """Give the coordinates the rates that their places have.
+
+        Velocities at the end of a step violate constraints a little, and so differ from the rate
+        that the coordinate has by itself. A driver that starts a step from the latter never
+        corrects the former, and its torque oscillates from step to step.
+
+        Args:
+            q: State.
+            v: Velocities there; those of the coordinates are replaced.
+        """
+        state, velocity, expression, values = self._refreshing
+        state.x.array[:], velocity.x.array[:] = q.x.array, v.x.array
+        values.interpolate(expression)
+        v.x.array[self.mixed.dofs["x"]] -= values.x.array[values.function_space.dofmap.list[:, 0]]
+
+
+def as_row(value: Expr) -> Expr:
+    """A scalar as a vector of one entry, the shape of constraints."""
+    return ufl.as_vector([value])
+
+
+def global_dofs(nodes: NodeMesh, mixed: MixedSpace, part: str) -> npt.NDArray[np.int64]:
+    """Global dofs of a scalar part in the order of the items, on all ranks; collective."""
+    domain = nodes.mesh
+    mine = domain.topology.index_map(1).size_local
+    index_map = mixed.space.dofmap.index_map
+    pairs = (nodes.item[:mine], index_map.local_to_global(mixed.dofs[part][:mine]))
+    gathered = domain.comm.allgather(pairs)
+    items = np.concatenate([p[0] for p in gathered])
+    return np.asarray(np.concatenate([p[1] for p in gathered])[np.argsort(items)])
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """One coordinate of a group.
+
+    Args:
+        group: Its group.
+        item: Its number there.
+    """
+
+    group: CoordinateGroup
+    item: int
+
+    @property
+    def name(self) -> str:
+        """Name of its joint or force element."""
+        return self.group.coordinates[self.item].name
+
+    @property
+    def kind(self) -> str:
+        """Kind of the coordinate."""
+        return self.group.kind
+
+    @property
+    def start(self) -> float:
+        """Value in the reference configuration that results count from, m: of distances only."""
+        return self.group.coordinates[self.item].start if self.kind == "distance" else 0.0
+
+    @property
+    def size(self) -> float:
+        """What is large for it: 1 rad, or the size of the scene, m."""
+        return self.group.length
+
+    def local(self) -> Dofs:
+        """Local dof of the unknown "x", shape (0,) on ranks that do not have it."""
+        here = self.group.nodes.item == self.item
+        return self.group.mixed.dofs["x"][here]
+
+    @property
+    def target(self) -> int:
+        """Global dof of the unknown "x"."""
+        return int(self.group.targets[self.item])
+
+
+def coordinate_groups(
+    comm: MPI.Comm, items: Sequence[BoundCoordinate], force: float, length: float
+) -> tuple[list[CoordinateGroup], dict[Key, Coordinate]]:
+    """Groups of like coordinates, and where each coordinate is.
+
+    Args:
+        comm: Communicator.
+        items: All coordinates.
+        force: Size of forces, N.
+        length: Size of the scene, m.
+    """
+    groups, table = [], {}
+    for key in dict.fromkeys(item.group for item in items):
+        members = [item for item in items if item.group == key]
+        group = CoordinateGroup(comm, members, force, length)
+        groups.append(group)
+        for k, item in enumerate(members):
+            table[item.name, item.kind] = Coordinate(group, k)
+    return groups, table
+
+
+def scalar_links(
+    nodes: NodeMesh, mixed: MixedSpace, part: str, coordinates: Sequence[Coordinate]
+) -> list[NodeLink]:
+    """Links of a scalar part of a group to coordinates, one for each of its items."""
+    targets = np.array([[c.target] for c in coordinates], dtype=np.int64)
+    bodies = [c.group.name for c in coordinates]
+    return node_links(nodes, mixed.dofs[part].reshape(-1, 1), bodies, targets)
+
+
+def gathered(nodes: NodeMesh, local: Floats) -> Floats:
+    """Values of all items from those of the local cells; collective."""
+    domain = nodes.mesh
+    mine = domain.topology.index_map(1).size_local
+    found = np.zeros(domain.topology.index_map(1).size_global)
+    found[nodes.item[:mine]] = local[:mine]
+    domain.comm.Allreduce(MPI.IN_PLACE, found)
+    return found

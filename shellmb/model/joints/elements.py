@@ -1,0 +1,322 @@
+"""Springs, dampers and motors: forces on coordinates of the mechanism, which are unknowns."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from mpi4py import MPI
+
+import numpy as np
+import numpy.typing as npt
+import ufl
+from dolfinx import fem
+from ufl import Form
+from ufl.core.expr import Expr
+
+from shellmb.errors import SceneError
+from shellmb.forms.constraints import elements as forms
+from shellmb.forms.state import Layout
+from shellmb.forms.steps.mixed import Interval
+from shellmb.forms.steps.path import Step
+from shellmb.kernels import compiled_expression
+from shellmb.meshes.nodes import constant_vector, node_mesh, node_space, set_constants
+from shellmb.model.body import Massless, Rates, Term
+from shellmb.model.joints.coordinates import Coordinate, gathered, scalar_links
+from shellmb.scene import Scene
+from shellmb.scene.multibody import elements as scene_elements
+from shellmb.scene.multibody.elements import Element, JointElement
+from shellmb.scene.values.validate import show
+
+Floats = npt.NDArray[np.float64]
+
+# a change of force below this part of the force is round-off
+ROUND_OFF = 1e-9
+
+
+@dataclass(frozen=True)
+class BoundElement:
+    """A force element with its coordinate.
+
+    Args:
+        element: Description.
+        coordinate: The coordinate it acts on.
+        parameter: Stiffness or viscosity; 0 with a law of its own.
+        law: Potential of a spring, law of a damper or motor; None: linear.
+        rest: Change of the coordinate at which a spring's argument is zero.
+    """
+
+    element: Element
+    coordinate: Coordinate
+    parameter: float
+    law: Callable[..., Any] | None
+    rest: float = 0.0
+
+    @property
+    def key(self) -> tuple[str, object]:
+        """What elements must have in common to share their kernels."""
+        return type(self).kind_of(self.element), self.law
+
+    @staticmethod
+    def kind_of(element: Element) -> str:
+        """One of "spring", "damper", "motor"."""
+        return element.label.removeprefix("joint ")
+
+
+def bind_element(element: Any, coordinate: Coordinate) -> BoundElement:
+    """A scene's force element on its coordinate."""
+    match element:
+        case scene_elements.JointSpring():
+            k = element.stiffness or 0.0
+            return BoundElement(element, coordinate, k, element.potential, element.rest)
+        case scene_elements.Spring():
+            natural = 0.0
+            if element.potential is None:
+                natural = coordinate.start if element.length is None else element.length
+            k, rest = element.stiffness or 0.0, natural - coordinate.start
+            return BoundElement(element, coordinate, k, element.potential, rest)
+        case scene_elements.JointDamper() | scene_elements.Damper():
+            return BoundElement(element, coordinate, element.viscosity or 0.0, element.law)
+        case scene_elements.Motor():
+            return BoundElement(element, coordinate, 0.0, element.law)
+        case _:
+            raise NotImplementedError(f"no form for {element.label}")
+
+
+class ElementGroup(Massless):
+    """Force elements of one kind and law, on one coordinate each.
+
+    Args:
+        name: Name in the system.
+        comm: Communicator.
+        items: The elements.
+    """
+
+    def __init__(self, name: str, comm: MPI.Comm, items: Sequence[BoundElement]) -> None:
+        self.items = list(items)
+        self.nodes = node_mesh(comm, len(items))
+        mixed = node_space(self.nodes, {"x": 1})
+        self.layout = Layout(mixed.parts)
+        coordinates = [item.coordinate for item in items]
+        links = tuple(scalar_links(self.nodes, mixed, "x", coordinates))
+        super().__init__(name, mixed, (), links)
+        self.law = items[0].law
+        self.parameter = self._constant([item.parameter for item in items], "parameter")
+        self.rest = self._constant([item.rest for item in items], "rest")
+        self.size = self._constant([item.coordinate.size for item in items], "size")
+
+    def _constant(self, values: Sequence[float], name: str) -> fem.Function:
+        return constant_vector(self.nodes, np.array(values, dtype=float)[:, None], name)
+
+    def x(self, q: Expr) -> Expr:
+        """The coordinate at a state."""
+        return self.layout.part(q, "x")
+
+    def force(self, x: Expr, rate: Expr, time: Expr) -> Expr:
+        """What is reported: tension of springs, resistance of dampers, drive of motors."""
+        raise NotImplementedError
+
+    @cached_property
+    def _reading(self) -> tuple[fem.Function, fem.Function, fem.Constant, fem.Expression, Any]:
+        zeros = [0.0] * len(self.items)
+        x, rate = self._constant(zeros, "x"), self._constant(zeros, "rate")
+        time = fem.Constant(self.nodes.mesh, 0.0)
+        values = self._constant(zeros, "force")
+        points = values.function_space.element.interpolation_points
+        force = ufl.as_ufl(self.force(x, rate, time))
+        if not ufl.domain.extract_domains(force):
+            # a law may be a plain number, and an expression needs a mesh
+            force = force + self._constant(zeros, "nothing")
+        return x, rate, time, compiled_expression(force, points), values
+
+    def forces(self, x: Floats, rate: Floats, t: float) -> Floats:
+        """Forces [N] or moments [N m] at given coordinates and rates, (items,); collective."""
+        q, v, time, expression, values = self._reading
+        set_constants(q, self.nodes, x[:, None])
+        set_constants(v, self.nodes, rate[:, None])
+        time.value = t  # type: ignore[assignment]
+        values.interpolate(expression)
+        rows = values.function_space.dofmap.list[:, 0]
+        return gathered(self.nodes, values.x.array[rows])
+
+    def holds(self, step: float) -> npt.NDArray[np.bool_]:
+        """Which elements answer a motion at the start by a force, shape (items,); collective.
+
+        Args:
+            step: Motion, relative to what is large for the coordinate.
+        """
+        size = np.array([item.coordinate.size for item in self.items])
+
+        def slope(h: float) -> tuple[Floats, Floats]:
+            plus, minus = (self.forces(sign * h * size, 0.0 * size, 0.0) for sign in (1, -1))
+            return np.abs(plus - minus) / h, np.maximum(np.abs(plus), np.abs(minus)) / h
+
+        (near, force), (far, _) = slope(step / 10), slope(step)
+        # a force that grows with a power of the motion has no slope
+        return (near > far / 2) & (near > ROUND_OFF * force)
+
+
+class Springs(ElementGroup):
+    """Springs: linear ones, or all that share a potential."""
+
+    def _potential(self, e: Expr) -> Expr:
+        law = self.law or forms.linear_potential(self.parameter)
+        return _scalar(law(e), law)
+
+    def holds(self, step: float) -> npt.NDArray[np.bool_]:
+        """As of all; linear ones do always."""
+        if self.law is not None:
+            return super().holds(step)
+        return np.array([item.parameter > 0 for item in self.items])
+
+    def _extension(self, q: Expr) -> Expr:
+        return self.x(q) - self.rest
+
+    def internal(self, span: Interval, dq: Expr) -> Form:
+        """Average force over the sub-interval."""
+        a, b = self._extension(span.a), self._extension(span.b)
+        if self.law is None:
+            # linear: the force of the mean where both states are one
+            force = self.parameter * a
+            if span.a is not span.b:
+                force = forms.linear_force(self.parameter, a, b, span.beta)
+        elif span.a is span.b:
+            force = forms.slope(self._potential, a)
+        else:
+            force = forms.spring_force(self._potential, a, b, span.beta, self.size)
+        return force * self.x(dq) * ufl.dx
+
+    def _stretch(self, step: Step) -> forms.Stretch:
+        path = step.path
+        return forms.Stretch(self._extension(path.start), self.x(path.chord), 2 * self.x(path.bow))
+
+    def along(self, step: Step, k: int, dq: Expr, trial: Expr) -> tuple[Form | None, list[Term]]:
+        """Force over a step, linear in time."""
+        e, alpha = self._stretch(step), step.path.alpha
+        if self.law is None:
+            first, second = forms.linear_forces(self.parameter, e, alpha)
+        else:
+            first, second = forms.spring_forces(self._potential, e, alpha, self.size)
+        force = first if k == 0 else second / 3
+        return force * self.x(dq) * ufl.dx, []
+
+    def lost(self, step: Step, bow: Expr) -> Form | None:
+        """Energy of the bow of the extension, J."""
+        e = self._stretch(step)
+        stiffness = self.parameter if self.law is None else forms.stiffness(self._potential, e)
+        return stiffness * e.bow**2 / 2 * ufl.dx(self.nodes.mesh)
+
+    def strain_energy(self, q: Expr) -> Form:
+        """Energy of the springs, J."""
+        return self._potential(self._extension(q)) * ufl.dx(self.nodes.mesh)
+
+    def jump(self, a: Expr, b: Expr) -> Form:
+        """Elastic part of eq. (34)."""
+        first, second = self._extension(a), self._extension(b)
+        if self.law is None:
+            return forms.linear_jump(self.parameter, first, second) * ufl.dx
+        return forms.spring_jump(self._potential, first, second) * ufl.dx
+
+    def force(self, x: Expr, rate: Expr, time: Expr) -> Expr:
+        """Tension: what would have to be applied to hold the coordinate."""
+        return forms.slope(self._potential, x - self.rest)
+
+
+class Dampers(ElementGroup):
+    """Dampers: linear ones, or all that share a law.
+
+    They act with the mean rate over the whole step in all of its stages, so that a damper of
+    viscosity `c` takes exactly `c dt rate^2` out of the account.
+    """
+
+    def _resistance(self, rate: Expr) -> Expr:
+        return self.parameter * rate if self.law is None else _scalar(self.law(rate), self.law)
+
+    def holds(self, step: float) -> npt.NDArray[np.bool_]:
+        """None: they resist motion in time."""
+        return np.zeros(len(self.items), dtype=bool)
+
+    def extra(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
+        """Work of the resistance; none in statics."""
+        if rates is None:
+            return None
+        return -self._resistance(self.x(rates.chord)) * self.x(dq) * ufl.dx
+
+    def force(self, x: Expr, rate: Expr, time: Expr) -> Expr:
+        """Resistance."""
+        return self._resistance(rate)
+
+
+class Motors(ElementGroup):
+    """Motors that share a law of coordinate, mean rate over the step, and time."""
+
+    def extra(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
+        """Work of the motors at the middle of the sub-interval; in statics at rate zero."""
+        x = self.x(mid)
+        rate = 0.0 * x if rates is None else self.x(rates.chord)
+        return self.force(x, rate, time) * self.x(dq) * ufl.dx
+
+    def force(self, x: Expr, rate: Expr, time: Expr) -> Expr:
+        """What the motor exerts."""
+        assert self.law is not None
+        return _scalar(self.law(x, rate, time), self.law)
+
+
+def _scalar(value: Any, law: Callable[..., Any]) -> Expr:
+    """What a user's law gives, if that is a number or a scalar of UFL."""
+    try:
+        made = ufl.as_ufl(value)
+    except (TypeError, ValueError):
+        made = None
+    if made is None or made.ufl_shape:
+        code = getattr(law, "__code__", None)
+        where = "" if code is None else f"{Path(code.co_filename).name}, line {code.co_firstlineno}"
+        given = show(value) if made is None else f"an expression of shape {made.ufl_shape}"
+        raise SceneError(
+            f"law {show(law)} ({where}) returns {given}; it must return a scalar of UFL"
+        )
+    return made
+
+
+_KINDS: dict[str, type[ElementGroup]] = {"spring": Springs, "damper": Dampers, "motor": Motors}
+
+
+def element_groups(comm: MPI.Comm, items: Sequence[BoundElement]) -> list[ElementGroup]:
+    """Groups of like force elements.
+
+    Args:
+        comm: Communicator.
+        items: All force elements.
+    """
+    groups: list[ElementGroup] = []
+    for number, key in enumerate(dict.fromkeys(item.key for item in items)):
+        kind, law = key
+        members = [item for item in items if item.key == key]
+        name = f"{kind}s" if law is None else f"{kind}s with law {number + 1}"
+        groups.append(_KINDS[kind](name, comm, members))
+    return groups
+
+
+def coordinate_of(scene: Scene, element: Any) -> tuple[str, str]:
+    """Which coordinate a force element acts on."""
+    if isinstance(element, JointElement):
+        (kind,) = scene.coordinates_of(element)
+        return element.joint, kind
+    return element.name, "distance"
+
+
+def check_at_rest(scene: Scene, items: Sequence[BoundElement]) -> None:
+    """Linear statics knows no initial stress.
+
+    Raises:
+        SceneError: If a linear spring is not at rest in the reference configuration.
+    """
+    if scene.scheme_name != "linear":
+        return
+    for item in items:
+        if item.parameter and abs(item.rest) > 1e-12 * item.coordinate.size:
+            raise SceneError(
+                f"{item.element.label} '{item.element.name}': it is stretched by {-item.rest:g} in "
+                "the given positions; it must be at rest there with scheme 'linear'"
+            )

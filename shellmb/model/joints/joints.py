@@ -1,0 +1,294 @@
+"""Joints of a scene as groups of constraints: all of one kind share a mesh and its kernels."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from mpi4py import MPI
+
+import numpy as np
+import numpy.typing as npt
+import ufl
+from dolfinx import fem
+from ufl import Form
+from ufl.core.expr import Expr
+
+from shellmb.errors import SceneError
+from shellmb.forms.constraints.joints import KINDS, Place
+from shellmb.forms.loads import dead_force
+from shellmb.forms.state import Layout
+from shellmb.forms.steps.discrete import variation
+from shellmb.meshes.nodes import constant_vector, node_mesh, node_space
+from shellmb.model.body import LoadFactors, Massless, TimeFunction
+from shellmb.model.joints.constraints import ConstraintGroup
+from shellmb.model.places.ends import End, EndGroup, end_pair, frame_about
+from shellmb.scene.loads.loads import Gravity
+from shellmb.scene.multibody import joints as scene_joints
+from shellmb.scene.multibody.joints import Joint
+
+Floats = npt.NDArray[np.float64]
+FindEnd = Callable[[str, Any, str], End]
+
+
+@dataclass(frozen=True)
+class BoundJoint:
+    """A joint with its places and axes.
+
+    Args:
+        joint: Description.
+        kind: Kind of its constraints, a key of `forms.joints.KINDS`.
+        ends: Its places on the first and the second body.
+        axes: Vectors `e1, e2, e3` of both places as rows, shape (2, 3, 3).
+        length: Length of a distance joint, m; 1 for others.
+    """
+
+    joint: Joint
+    kind: str
+    ends: tuple[End, End]
+    axes: Floats
+    length: float = 1.0
+
+    @property
+    def vectors(self) -> tuple[int, int]:
+        """Number of vectors that its places must have."""
+        return KINDS[self.kind].vectors
+
+    @property
+    def key(self) -> tuple[str, int, int]:
+        """What joints must have in common to share their kernels."""
+        first, second = (end.needed(n) for end, n in zip(self.ends, self.vectors, strict=True))
+        return self.kind, first, second
+
+
+def bind_joint(joint: Joint, find: FindEnd) -> BoundJoint:
+    """Find the places of a joint and the axes it needs there.
+
+    Args:
+        joint: Description.
+        find: Gives the place on a body: its name, where on it, and who asks.
+
+    Raises:
+        SceneError: If there is no such place, or a shell's director is not where it should be.
+    """
+    first = find(joint.first, joint.at, joint.said)
+    where = joint.second_at if joint.second_at is not None else first.point
+    second = find(joint.second, tuple(where) if not isinstance(where, str) else where, joint.said)
+    kind, axes, length = joint.label.removesuffix(" joint"), np.array([np.eye(3)] * 2), 1.0
+    match joint:
+        case scene_joints.Universal():
+            axes = np.array([frame_about(joint.axis), frame_about(joint.second_axis)])
+        case scene_joints.Planar() | scene_joints.InPlane():
+            axes = np.array([frame_about(joint.normal)] * 2)
+        case scene_joints.Distance():
+            length = joint.length or float(np.linalg.norm(second.point - first.point))
+            if not length > 0:
+                raise SceneError(
+                    f"{joint.said}: its ends are at the same point; a distance joint needs two "
+                    "points, or use Spherical"
+                )
+        case scene_joints.ShellRevolute():
+            axes = np.array([frame_about(_director(joint, second))] * 2)
+        case scene_joints.Weld() if not (first.framed and second.framed):
+            # a shell's node carries no moment about its director: all there is to weld is eq. (35)
+            if first.framed == second.framed:
+                raise SceneError(
+                    f"{joint.said}: both bodies are shells; join shells along an edge, by Join"
+                )
+            if second.framed:
+                first, second = second, first
+            kind, axes = "shell revolute", np.array([frame_about(second.directors[0])] * 2)
+        case _ if hasattr(joint, "axis"):
+            axes = np.array([frame_about(joint.axis)] * 2)
+    kind = "cylindrical" if kind == "screw" else kind
+    return BoundJoint(joint, kind, (first, second), axes, length)
+
+
+def _director(joint: scene_joints.ShellRevolute, end: End) -> Floats:
+    """Director of the shell at the joint, checked against the given axis."""
+    director = end.directors[0]
+    if joint.axis is not None:
+        axis = np.asarray(joint.axis) / np.linalg.norm(joint.axis)
+        if abs(float(axis @ director)) < 1 - 1e-3:
+            raise SceneError(
+                f"{joint.said}: axis is {joint.axis}; the shell's director is "
+                f"({', '.join(f'{c:.3g}' for c in director)}) there, and must be the axis"
+            )
+    return director
+
+
+class JointGroup(ConstraintGroup):
+    """All joints of a scene that share kind and kinds of ends.
+
+    Args:
+        comm: Communicator.
+        joints: The joints.
+        force: Size of joint forces, N.
+        length: Size of the scene, m.
+        switched: Whether some of them act at times only.
+    """
+
+    def __init__(
+        self,
+        comm: MPI.Comm,
+        joints: Sequence[BoundJoint],
+        force: float,
+        length: float,
+        switched: bool,
+    ) -> None:
+        self.joints = list(joints)
+        self.kind, *framed = joints[0].key
+        nodes = node_mesh(comm, len(joints))
+        self.ends = end_pair(nodes, [j.ends for j in joints], [j.axes for j in joints], framed)
+        mixed = node_space(
+            nodes, {**self.ends[0].parts, **self.ends[1].parts, **self.own, "mu": self.multipliers}
+        )
+        self.size = constant_vector(nodes, np.array([[j.length] for j in joints]), "length")
+        bodies = "/".join(str(n) for n in framed)
+        links = tuple(link for end in self.ends for link in end.links(mixed))
+        name = f"{self.title} ({bodies})"
+        super().__init__(name, nodes, mixed, links, self._violation, force, length, switched)
+        self.labels = [joint.joint.name for joint in joints]
+
+    @property
+    def title(self) -> str:
+        """What its name begins with."""
+        return f"{self.kind} joints"
+
+    @property
+    def own(self) -> dict[str, int]:
+        """Sizes of the unknowns of its own, by name: most joints have none."""
+        return {}
+
+    @property
+    def multipliers(self) -> int:
+        """Number of constraints of each joint."""
+        return KINDS[self.kind].rows
+
+    def places(self, q: Expr) -> tuple[Place, Place]:
+        """The places on the first and the second bodies at a state."""
+        first, second = (end.place(q, self.layout) for end in self.ends)
+        return first, second
+
+    def _violation(self, q: Expr) -> Expr:
+        return ufl.as_vector(KINDS[self.kind].constraints(*self.places(q), self.size))
+
+    def heading(self, row: int, q: Floats) -> Floats | None:
+        """Direction of motion in the plane of a joint, shape (2,); None: it has none.
+
+        Args:
+            row: Local cell.
+            q: State of the group.
+        """
+        return None
+
+
+def joint_groups(
+    comm: MPI.Comm,
+    joints: Sequence[BoundJoint],
+    force: float,
+    length: float,
+    switched: frozenset[str],
+) -> list[JointGroup]:
+    """Groups of joints of one kind.
+
+    Args:
+        comm: Communicator.
+        joints: All joints.
+        force: Size of joint forces, N.
+        length: Size of the scene, m.
+        switched: Names of the joints that do not act always.
+    """
+    keys = dict.fromkeys(joint.key for joint in joints)
+    groups = []
+    for key in keys:
+        members = [joint for joint in joints if joint.key == key]
+        some = any(joint.joint.name in switched for joint in members)
+        groups.append(JointGroup(comm, members, force, length, some))
+    return groups
+
+
+class PointMasses(Massless):
+    """Masses of joints, at places of the bodies.
+
+    Args:
+        name: Name in the system.
+        comm: Communicator.
+        ends: Places, all on bodies with the same number of directors.
+        masses: Their masses, kg.
+        gravity: Loads of gravity on them.
+        turns: Whether some of the places are off their nodes.
+        dynamic: Whether they have inertia.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        comm: MPI.Comm,
+        ends: Sequence[End],
+        masses: Sequence[float],
+        gravity: Sequence[Gravity],
+        turns: bool,
+        dynamic: bool,
+    ) -> None:
+        self.nodes = node_mesh(comm, len(ends))
+        axes = np.array([np.eye(3)] * len(ends))
+        self._end = EndGroup(self.nodes, ends, axes, "1", turns)
+        mixed = node_space(self.nodes, self._end.parts)
+        super().__init__(name, mixed, (), tuple(self._end.links(mixed)))
+        self.kinematic = frozenset(mixed.parts)
+        self.layout = Layout(mixed.parts)
+        self.mass = constant_vector(self.nodes, np.array(masses, dtype=float)[:, None], "m")
+        self.gravity, self._dynamic = list(gravity), dynamic
+
+    def position(self, q: Expr) -> Expr:
+        """Positions of the masses, m."""
+        return self._end.place(q, self.layout).x
+
+    def velocity(self, v: Expr) -> Expr:
+        """Velocities of the masses: the position is linear in the state."""
+        return variation(self.position, v, v)
+
+    def inertia(self, rate: Expr, dq: Expr) -> Form | None:
+        """Virtual work of the inertia forces."""
+        if not self._dynamic:
+            return None
+        return self.mass * ufl.dot(self.velocity(rate), self.velocity(dq)) * ufl.dx
+
+    def kinetic_energy(self, v: Expr) -> Form | None:
+        """Kinetic energy, J."""
+        form = self.inertia(v, v)
+        return None if form is None else 0.5 * form
+
+    def momentum(self, v: Expr, axis: Expr) -> Form | None:
+        """Component of the linear momentum along `axis`, kg m/s."""
+        return self.mass * ufl.dot(self.velocity(v), axis) * ufl.dx if self._dynamic else None
+
+    def angular_momentum(self, q: Expr, v: Expr, axis: Expr) -> Form | None:
+        """Component along `axis` of the angular momentum about the origin, kg m^2/s."""
+        if not self._dynamic:
+            return None
+        arm = ufl.cross(self.position(q), self.mass * self.velocity(v))
+        return ufl.dot(arm, axis) * ufl.dx
+
+    def loads(self) -> LoadFactors | None:
+        """Their weight."""
+        return _PointWeight(self) if self.gravity else None
+
+
+class _PointWeight:
+    """Weight of point masses with the factors of one stage."""
+
+    def __init__(self, body: PointMasses) -> None:
+        self._body = body
+        self._acceleration = fem.Constant(body.nodes.mesh, np.zeros(3))
+
+    def update(self, average: Callable[[TimeFunction | None], float]) -> None:
+        """Set the acceleration from the loads' time functions."""
+        self._acceleration.value[:] = sum(
+            average(load.time) * np.asarray(load.acceleration) for load in self._body.gravity
+        )
+
+    def virtual_work(self, mid: Expr, dq: Expr) -> Form | None:
+        """Virtual work of the weights."""
+        body = self._body
+        return dead_force(body.mass * self._acceleration, body.velocity(dq)) * ufl.dx

@@ -1,0 +1,343 @@
+"""What ties bodies together: joints with their masses, and what drives and resists them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from mpi4py import MPI
+
+import numpy as np
+
+from shellmb.errors import SceneError
+from shellmb.model.body import Body, FixedDofs, PrescribedTurn, TimeFunction
+from shellmb.model.joints.columns import (
+    COLUMN,
+    EFFORT,
+    Solution,
+    drive,
+    element_forces,
+    lock_forces,
+    read_coordinates,
+)
+from shellmb.model.joints.constraints import ConstraintGroup
+from shellmb.model.joints.coordinates import (
+    BoundCoordinate,
+    Coordinate,
+    CoordinateGroup,
+    Key,
+    coordinate_groups,
+    distance_coordinate,
+    joint_coordinate,
+)
+from shellmb.model.joints.elements import (
+    ElementGroup,
+    bind_element,
+    check_at_rest,
+    coordinate_of,
+    element_groups,
+)
+from shellmb.model.joints.joints import (
+    BoundJoint,
+    JointGroup,
+    PointMasses,
+    bind_joint,
+    joint_groups,
+)
+from shellmb.model.joints.linear import HeldCoordinates, TiedCoordinates
+from shellmb.model.joints.rolling import BoundContact, bind_contact, contact_groups
+from shellmb.model.joints.slipping import read_contacts
+from shellmb.model.joints.switches import Locks, State, Switched, Switches, Windows
+from shellmb.model.places.finder import Finder
+from shellmb.scene import Scene
+from shellmb.scene.loads.loads import Gravity
+from shellmb.scene.multibody.elements import PointElement
+from shellmb.scene.multibody.joints import Screw
+from shellmb.scene.multibody.rolling import Contact
+
+# a driver's motion begins where the joint is, to this part of what is large for its coordinate
+AT_START = 1e-9
+# what tells the constraint of a screw's pitch from the others of its joint
+SCREW = ".pitch"
+
+
+@dataclass
+class Mechanism:
+    """The joints of a scene, and what drives and resists them.
+
+    Args:
+        joints: All joints with their places.
+        groups: Their groups, by kind.
+        bodies: All bodies of the system that it consists of.
+        table: The coordinates that something acts on: of joints, and distances of elements.
+        coordinate_groups: Their groups, by kind.
+        element_groups: Springs, dampers and motors.
+        lock_groups: Locks.
+        drivers: Coordinates that drivers prescribe, by column of their torque or force.
+        switches: What acts in windows of time only.
+    """
+
+    joints: dict[str, BoundJoint] = field(default_factory=dict)
+    groups: list[JointGroup] = field(default_factory=list)
+    bodies: list[Body] = field(default_factory=list)
+    table: dict[Key, Coordinate] = field(default_factory=dict)
+    coordinate_groups: list[CoordinateGroup] = field(default_factory=list)
+    element_groups: list[ElementGroup] = field(default_factory=list)
+    lock_groups: list[HeldCoordinates] = field(default_factory=list)
+    drivers: dict[str, Coordinate] = field(default_factory=dict)
+    switches: Switches = field(default_factory=Switches)
+
+    @property
+    def events(self) -> tuple[float, ...]:
+        """Times at which steps must end, ascending, s."""
+        return self.switches.events
+
+    def update(self, t: float, state: State) -> bool:
+        """Switch joints and locks for a step that begins at `t`; collective.
+
+        Args:
+            t: Time, s.
+            state: Gives the current state of a body of the system.
+
+        Returns:
+            Whether something begins to act: then velocities must be made consistent with it.
+
+        Raises:
+            ConvergenceError: If a joint is to act whose ends are apart.
+        """
+        return self.switches.update(t, state)
+
+    def refresh(self, levels: Mapping[str, Any]) -> None:
+        """Take the rates of coordinates from the velocities of their places, before a step.
+
+        Without it drivers never correct what velocities violate constraints by
+        (`CoordinateGroup.refresh`), and under ED their torques oscillate as under EP.
+
+        Args:
+            levels: Functions of the bodies: `q` the state, `rates["v"]` its velocities.
+        """
+        for group in self.coordinate_groups:
+            group.refresh(levels[group.name].q, levels[group.name].rates["v"])
+
+    def coordinates(self, problem: Solution, t: float | None = None) -> dict[str, float]:
+        """Columns of the history: coordinates, and what acts on them; collective.
+
+        `JOINT.rotation` [rad], `JOINT.translation` [m], `ELEMENT.length` [m]; `NAME.torque` [N m]
+        or `NAME.force` [N] of drivers, springs (tension), dampers (resistance) and motors;
+        `JOINT.lock_torque` or `JOINT.lock_force`; of contacts those of `read_contacts`.
+
+        Args:
+            problem: The problem, a step of which is accepted.
+            t: Current time, s; that of the middle of the step if omitted.
+        """
+        values, rates = read_coordinates(problem, self.coordinate_groups)
+        found = {
+            f"{name}.{COLUMN[kind]}": self.table[name, kind].start + value
+            for (name, kind), value in values.items()
+        }
+        efforts = self.efforts(problem)
+        found |= {name: efforts.pop(name) for name in self.drivers}
+        for group in self.element_groups:
+            now = float(problem.time(group.name).value) if t is None else t
+            found |= element_forces(group, values, rates, now)
+        return found | efforts
+
+    def efforts(self, problem: Solution) -> dict[str, float]:
+        """Columns of what drives and locks coordinates alone; collective.
+
+        Args:
+            problem: What the forces are found in: of a step, or of its end.
+        """
+        found = {name: drive(problem, c) for name, c in self.drivers.items()}
+        for locks in self.lock_groups:
+            found |= lock_forces(problem, locks)
+        return found | read_contacts(problem, self.groups)
+
+
+def build_mechanism(
+    scene: Scene,
+    comm: MPI.Comm,
+    find: Finder,
+    force: float,
+    length: float,
+) -> Mechanism:
+    """Bind the joints of a scene, and what acts on them.
+
+    Args:
+        scene: The scene.
+        comm: Communicator.
+        find: Places on bodies by name.
+        force: Size of joint forces, N.
+        length: Size of the scene, m.
+
+    Raises:
+        SceneError: If a place does not exist, a joint does not fit its bodies, or what acts on it
+            is impossible.
+    """
+    made = Mechanism()
+    for joint in scene.joints:
+        made.joints[joint.name] = (
+            bind_contact(joint, find, length)
+            if isinstance(joint, Contact)
+            else bind_joint(joint, find)
+        )
+    switched = frozenset(j.name for j in scene.joints if j.active is not None)
+    contacts = [j for j in made.joints.values() if isinstance(j, BoundContact)]
+    plain = [j for j in made.joints.values() if not isinstance(j, BoundContact)]
+    made.groups = joint_groups(comm, plain, force, length, switched)
+    made.groups += contact_groups(comm, contacts, force, length)
+    needed = _coordinates(scene, made, find, length)
+    made.coordinate_groups, made.table = coordinate_groups(comm, needed, force, length)
+    screws = _screws(scene, comm, made, force, length)
+    elements = [bind_element(e, made.table[coordinate_of(scene, e)]) for e in scene.elements]
+    check_at_rest(scene, elements)
+    made.element_groups = element_groups(comm, elements)
+    _drive(scene, made)
+    switches = _windows(scene, [*made.groups, *screws])
+    locks = _locks(scene, comm, made, force, length)
+    made.lock_groups = [lock.group for lock in locks]
+    made.switches = Switches([*switches, *locks])
+    made.bodies += [*made.groups, *_masses(scene, comm, made), *made.coordinate_groups]
+    made.bodies += [*screws, *made.element_groups, *made.lock_groups]
+    return made
+
+
+def _coordinates(
+    scene: Scene, made: Mechanism, find: Finder, length: float
+) -> list[BoundCoordinate]:
+    """The coordinates that something acts on; others do not exist.
+
+    Raises:
+        SceneError: If something acts on a joint that acts at times only.
+    """
+    keys: dict[Key, None] = {}
+    items: list[Any] = [*scene.drivers, *scene.acting_locks, *scene.elements]
+    for item in items:
+        if isinstance(item, PointElement):
+            continue
+        joint = made.joints[item.joint].joint
+        if joint.active is not None:
+            who = f"{item.label} '{item.name}'" if hasattr(item, "name") else "a lock"
+            raise SceneError(
+                f"{joint.said}: it has windows of time, and {who} acts on its coordinate; a joint "
+                "with drivers, locks or force elements must act always"
+            )
+        keys |= dict.fromkeys((item.joint, kind) for kind in scene.coordinates_of(item))
+    for joint in scene.joints:
+        if isinstance(joint, Screw):
+            keys |= {(joint.name, "rotation"): None, (joint.name, "translation"): None}
+    found = [joint_coordinate(made.joints[name], kind) for name, kind in keys]
+    for element in scene.elements:
+        if isinstance(element, PointElement):
+            who = f"{element.label} '{element.name}'"
+            ends = (
+                find(element.first, element.at, who),
+                find(element.second, element.second_at, who),
+            )
+            found.append(distance_coordinate(element.name, ends, length, who))
+    return found
+
+
+def _screws(
+    scene: Scene,
+    comm: MPI.Comm,
+    made: Mechanism,
+    force: float,
+    length: float,
+) -> list[TiedCoordinates]:
+    """Translation in proportion to rotation, for all screws."""
+    screws = [joint for joint in scene.joints if isinstance(joint, Screw)]
+    if not screws:
+        return []
+    labels = [f"{joint.name}{SCREW}" for joint in screws]
+    pairs = [
+        (made.table[joint.name, "rotation"], made.table[joint.name, "translation"])
+        for joint in screws
+    ]
+    ratios = [joint.pitch / (2 * np.pi) for joint in screws]
+    switched = any(joint.active is not None for joint in screws)
+    return [TiedCoordinates(comm, labels, pairs, ratios, force, length, switched)]
+
+
+def _drive(scene: Scene, made: Mechanism) -> None:
+    """Prescribe the coordinates of drivers.
+
+    Raises:
+        SceneError: If a dynamic scene does not begin where a driver does.
+    """
+    for driver in scene.drivers:
+        for kind in driver.coordinates:
+            motion: TimeFunction = getattr(driver, kind)
+            coordinate = made.table[driver.joint, kind]
+            start = float(motion(0.0))
+            if not scene.static and not scene.assemble and abs(start) > AT_START * coordinate.size:
+                raise SceneError(
+                    f"driver '{driver.name}': {kind} is {start:g} at the time 0; it must begin as "
+                    "0, because it counts from the given positions, or use assemble=True"
+                )
+            made.drivers[f"{driver.name}.{EFFORT[kind]}"] = coordinate
+            dofs = coordinate.local()
+            turn = PrescribedTurn(f"driver '{driver.name}'", motion, unknown=True)
+            fixed = FixedDofs(
+                dofs, _motion(motion, len(dofs)), True, turn if kind == "rotation" else None
+            )
+            coordinate.group.fixed.append(fixed)
+
+
+def _motion(motion: TimeFunction, count: int) -> Any:
+    return lambda t: np.full(count, float(motion(t)))
+
+
+def _windows(scene: Scene, groups: Sequence[ConstraintGroup]) -> list[Switched]:
+    """Joints that act in windows of time."""
+    assert scene.t_end is not None
+    windows = {joint.name: joint.active for joint in scene.joints}
+    found = []
+    for group in groups:
+        mine: list[Windows | None] = [windows[n.removesuffix(SCREW)] for n in group.labels]
+        if any(w is not None for w in mine):
+            found.append(Switched(group, mine, scene.t_end))
+    return found
+
+
+def _locks(
+    scene: Scene,
+    comm: MPI.Comm,
+    made: Mechanism,
+    force: float,
+    length: float,
+) -> list[Locks]:
+    """Groups of locks, of rotations and of translations."""
+    assert scene.t_end is not None
+    items = [(lock, kind) for lock in scene.acting_locks for kind in scene.coordinates_of(lock)]
+    found = []
+    for kind in dict.fromkeys(kind for _, kind in items):
+        locks = [lock for lock, other in items if other == kind]
+        coordinates = [made.table[lock.joint, kind] for lock in locks]
+        labels = [f"{lock.joint}.{kind} lock" for lock in locks]
+        group = HeldCoordinates(
+            comm, kind, labels, coordinates, force * length / coordinates[0].size
+        )
+        found.append(Locks(group, [lock.windows for lock in locks], scene.t_end))
+    return found
+
+
+def _masses(scene: Scene, comm: MPI.Comm, made: Mechanism) -> list[PointMasses]:
+    """Half of each joint's mass at each of its ends."""
+    gravity = [load for load in scene.loads if isinstance(load, Gravity) and load.body is None]
+    if scene.static and not gravity:
+        return []
+    ends = [
+        (end, joint.joint.mass / 2)
+        for joint in made.joints.values()
+        for end in joint.ends
+        if joint.joint.mass > 0
+    ]
+    bodies = []
+    for key in dict.fromkeys(end.needed(0) for end, _ in ends):
+        mine = [(e, m) for e, m in ends if e.needed(0) == key]
+        name = f"joint masses ({key})"
+        places, masses = [e for e, _ in mine], [m for _, m in mine]
+        bodies.append(PointMasses(name, comm, places, masses, gravity, key > 0, not scene.static))
+    return bodies

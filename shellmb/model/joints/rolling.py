@@ -1,0 +1,241 @@
+"""Contacts of a scene, wheels, spheres and blades on planes, as groups of constraints."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from mpi4py import MPI
+
+import numpy as np
+import numpy.typing as npt
+import ufl
+from dolfinx import fem
+from ufl import Form
+from ufl.core.expr import Expr
+
+from shellmb.forms.constraints.nonholonomic import CONTACTS, Own, interval_row, path_row
+from shellmb.forms.constraints.pathconstraints import ConstraintRow, constraint_row
+from shellmb.forms.steps.discrete import variation
+from shellmb.forms.steps.mixed import Interval
+from shellmb.forms.steps.path import Step
+from shellmb.meshes.nodes import constant_vector
+from shellmb.model.body import PartScale, Term
+from shellmb.model.joints.joints import BoundJoint, JointGroup
+from shellmb.model.places.ends import End, frame_about
+from shellmb.scene.multibody.rolling import Contact, KnifeEdge, Rolling
+
+Floats = npt.NDArray[np.float64]
+FindEnd = Callable[[str, Any, str], End]
+
+# component of the normal along the scene's x above which that is no axis of a plane
+STEEP = 0.9
+_ADVICE = "a smaller step, or check whether the wheel lies down"
+_TITLES = {"y": "place", "t": "direction", "r": "direction of the radius", "Q": "rotation"}
+
+
+@dataclass(frozen=True)
+class BoundContact(BoundJoint):
+    """A contact with its places, axes and contact coordinates.
+
+    Args:
+        own: Contact coordinates of the reference configuration by name, shape (n,) each.
+    """
+
+    own: Mapping[str, Floats] | None = None
+
+    @property
+    def vectors(self) -> tuple[int, int]:
+        """Both places have frames."""
+        return 3, 3
+
+
+def bind_contact(joint: Contact, find: FindEnd, length: float) -> BoundContact:
+    """Find the places of a contact, the side it is on, and where it touches.
+
+    Args:
+        joint: Description.
+        find: Gives the place on a body: its name, where on it, and who asks.
+        length: Size of the scene, m.
+
+    Raises:
+        SceneError: If there is no such place.
+    """
+    first = find(joint.first, joint.at, joint.said)
+    blade = isinstance(joint, KnifeEdge)
+    where: Any = joint.second_at
+    if blade and where is None:
+        where = tuple(first.point)
+    second = find(joint.second, where, joint.said)
+    height = float((second.point - first.point) @ np.asarray(joint.normal))
+    # the side that the body is on makes the normal, whatever its sign was
+    e = _plane_axes(np.asarray(joint.normal) * (-1.0 if height < 0 and not blade else 1.0))
+    gap = second.point - first.point
+    d = np.eye(3)
+    if isinstance(joint, KnifeEdge):
+        kind, size, d = "knife edge", length, frame_about(joint.direction)
+        own = {"y": e[:2] @ gap, "t": e[:2] @ d[2]}
+    elif isinstance(joint, Rolling) and joint.axis is not None:
+        kind, size, d = "wheel", joint.radius, frame_about(joint.axis)
+        down = -(d[:2] @ e[2])
+        r = down / np.linalg.norm(down)
+        lowest = gap + size * (r @ d[:2])
+        own = {"y": e[:2] @ lowest, "t": e[:2] @ (r[1] * d[0] - r[0] * d[1]), "r": r}
+    else:
+        assert isinstance(joint, Rolling)
+        kind, size = "sphere", joint.radius
+        own = {"y": e[:2] @ gap, "Q": (d @ e.T).ravel()}
+    return BoundContact(joint, kind, (first, second), np.array([e, d]), size, own)
+
+
+def _plane_axes(normal: Floats) -> Floats:
+    """Axes of a plane as rows: the scene's x as seen in it, or y where x is nearly normal to it."""
+    n = normal / np.linalg.norm(normal)
+    along = np.eye(3)[0 if abs(n[0]) < STEEP else 1]
+    e1 = along - (along @ n) * n
+    e1 /= np.linalg.norm(e1)
+    return np.array([e1, np.cross(n, e1), n])
+
+
+class ContactGroup(JointGroup):
+    """All contacts of a scene of one kind.
+
+    The parts besides the places and "mu" hold what contact coordinates have changed by since the
+    reference configuration.
+
+    Args:
+        comm: Communicator.
+        contacts: The contacts.
+        force: Size of their forces, N.
+        length: Size of the scene, m.
+    """
+
+    def __init__(
+        self, comm: MPI.Comm, contacts: Sequence[BoundContact], force: float, length: float
+    ) -> None:
+        self._made = CONTACTS[contacts[0].kind]
+        super().__init__(comm, contacts, force, length, False)
+        own = [contact.own or {} for contact in contacts]
+        self._start = {
+            p: constant_vector(self.nodes, np.array([values[p] for values in own]), f"start_{p}")
+            for p in self._made.parts
+        }
+        # of increments: contact coordinates of the reference configuration
+        self._reference = fem.Function(self.mixed.space)
+        scales = (
+            PartScale(p, f"{_TITLES[p]} of {self.title}", length if p == "y" else 1.0, _ADVICE)
+            for p in self._made.parts
+        )
+        self.parts = (*self.parts, *scales)
+        self.kinematic = frozenset(self.mixed.parts) - {"mu"}
+        self.jump_parts = frozenset({*self._made.parts, "mu"})
+
+    @property
+    def title(self) -> str:
+        """What its name begins with."""
+        return "knife-edge joints" if self.kind == "knife edge" else f"rolling joints, {self.kind}"
+
+    @property
+    def own(self) -> dict[str, int]:
+        """Sizes of the contact coordinates."""
+        return self._made.parts
+
+    @property
+    def multipliers(self) -> int:
+        """Number of constraints of each contact, on positions and on velocities."""
+        return self._made.rows + self._made.slips
+
+    def _coordinates(self, q: Expr) -> Own:
+        return {p: self._start[p] + self.layout.part(q, p) for p in self._start}
+
+    def _violation(self, q: Expr) -> Expr:
+        rows = self._made.constraints(*self.places(q), self._coordinates(q), self.size)
+        return ufl.as_vector(rows)
+
+    def slip(self, q: Expr, change: Expr) -> Expr:
+        """What must vanish of a change of state, `A(q) change`, shape (slips,), m."""
+        d = {p: self.layout.part(change, p) for p in self._start}
+        return ufl.as_vector(self._made.slip(self._coordinates(q), d, self.size))
+
+    def internal(self, span: Interval, dq: Expr) -> Form:
+        """Constraints at the end of the sub-interval and of its motion, with their forces.
+
+        At a single state, in equilibrium, nothing slips from the reference configuration.
+        """
+        held = variation(self._violation, span.mid, dq)
+        if span.a is span.b:
+            span = span._replace(a=self._reference, mid=self._reference)
+        work, slips = interval_row(self.slip, span, dq)
+        rows = _both(self._violation(span.at), slips)
+        return self._sum(span.unknown, rows, dq, _both(held, work))
+
+    def along(self, step: Step, k: int, dq: Expr, trial: Expr) -> tuple[Form | None, list[Term]]:
+        """Constraints at the end of a step and of its motion, with two multipliers each."""
+        held = constraint_row(self._violation, step.path, k, dq)
+        moving = path_row(self.slip, step.path, k, dq)
+        own, other, value = (_both(a, b) for a, b in zip(held[:3], moving[:3], strict=True))
+        return self._row(ConstraintRow(own, other, value, held.multipliers), dq), []
+
+    def velocity_constraint(self, v: Expr, mid: Expr, dv: Expr) -> Form:
+        """Velocities violate neither, with the impulses for that."""
+        work = _both(variation(self._violation, mid, dv), self.slip(mid, dv))
+        rows = _both(variation(self._violation, mid, v), self.slip(mid, v))
+        return self._sum(v, rows, dv, work)
+
+    def looked_at(self, state: Expr) -> Expr:
+        """Slips as of a small motion from the reference configuration."""
+        return _both(self._violation(state), self.slip(self._reference, state))
+
+    def all_violations(self, q: fem.Function) -> Floats:
+        """Values of the constraints on positions; zero for those on velocities."""
+        found = super().all_violations(q)
+        found[:, self._made.rows :] = 0.0
+        return found
+
+    def gaps(self, states: Floats) -> Floats:
+        """As of joints: positions only."""
+        found = [self._evaluate(s)[:, : self._made.rows] for s in states]
+        slips = np.zeros((len(self.nodes.item), self._made.slips))
+        return np.hstack([np.max(np.abs(found), axis=0), slips])
+
+    def heading(self, row: int, q: Floats) -> Floats | None:
+        """Direction in the plane that a wheel rolls in, or a blade points to, shape (2,)."""
+        return self.coordinate("t", row, q) if "t" in self._start else None
+
+    def pressure(self, row: int, q: Floats) -> float:
+        """Normal force of the last step on the second body of a local cell, N."""
+        contact = self.joints[self.nodes.item[row]]
+        place = self.ends[0].parts["w1"]
+        turned = q[self.mixed.dofs["w1"].reshape(-1, place)[row]].reshape(3, 3)
+        normal = contact.axes[0][2] @ (np.eye(3) + contact.ends[0].directors.T @ turned)
+        mu = q[self.mixed.dofs["mu"].reshape(-1, self.count)[row]]
+        # the first three constraints are the gap at the point of contact
+        return -float(self._force.value) * float(mu[:3] @ normal)
+
+    def coordinate(self, part: str, row: int, q: Floats) -> Floats:
+        """Contact coordinates of a local cell at a state, shape (n,)."""
+        start = self._start[part]
+        n = self._made.parts[part]
+        cell = start.function_space.dofmap.list[row, 0]
+        at = self.mixed.dofs[part].reshape(-1, n)[row]
+        return np.asarray(start.x.array.reshape(-1, n)[cell] + q[at])
+
+
+def _both(a: Expr, b: Expr) -> Expr:
+    return ufl.as_vector([*(a[k] for k in range(len(a))), *(b[k] for k in range(len(b)))])
+
+
+def contact_groups(
+    comm: MPI.Comm, contacts: Sequence[BoundContact], force: float, length: float
+) -> list[JointGroup]:
+    """Groups of contacts of one kind.
+
+    Args:
+        comm: Communicator.
+        contacts: All contacts.
+        force: Size of their forces, N.
+        length: Size of the scene, m.
+    """
+    kinds = dict.fromkeys(contact.kind for contact in contacts)
+    return [
+        ContactGroup(comm, [c for c in contacts if c.kind == kind], force, length) for kind in kinds
+    ]

@@ -1,0 +1,179 @@
+"""What begins and ends to act at times: joints with windows, and locks."""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from dolfinx import fem
+
+from shellmb.errors import ConvergenceError
+from shellmb.model.joints.constraints import ConstraintGroup
+from shellmb.model.joints.linear import HeldCoordinates
+
+Windows = Sequence[tuple[float, float]]
+State = Callable[[str], fem.Function]
+Flags = npt.NDArray[np.bool_]
+
+# a joint may begin to act if its ends are apart by less than this part of the scene's length
+CLOSED = 1e-6
+# times closer than this part of the scene's end are one
+SAME_TIME = 1e-12
+
+
+class Switched:
+    """A group of constraints of which some act in windows of time only.
+
+    Args:
+        group: The group, with switches.
+        windows: Windows of each of its items; None: always.
+        t_end: End of the scene, s.
+    """
+
+    def __init__(
+        self, group: ConstraintGroup, windows: Sequence[Windows | None], t_end: float
+    ) -> None:
+        self.group, self._windows, self._t_end = group, list(windows), t_end
+        self.acting = self.at(0.0)
+        self._switch()
+
+    @property
+    def events(self) -> set[float]:
+        """Times inside the scene at which something changes, s."""
+        times = {t for windows in self._windows for window in windows or () for t in window}
+        return {t for t in times if 0 < t < self._t_end}
+
+    def at(self, t: float) -> Flags:
+        """Which items act in a step that begins at `t`, shape (items,)."""
+        late = t + SAME_TIME * self._t_end
+        return np.array(
+            [
+                windows is None or any(start <= late < end for start, end in windows)
+                for windows in self._windows
+            ]
+        )
+
+    def _switch(self) -> None:
+        self.group.switch(np.repeat(self.acting[:, None], self.group.count, axis=1))
+
+    def update(self, t: float, state: State) -> bool:
+        """Switch for a step that begins at `t`; whether an item begins to act; collective.
+
+        Args:
+            t: Time, s.
+            state: Gives the current state of a body of the system.
+
+        Raises:
+            ConvergenceError: If a joint is to act whose ends are apart.
+        """
+        before, self.acting = self.acting, self.at(t)
+        if np.array_equal(before, self.acting):
+            return False
+        self._switch()
+        begun = self.acting & ~before
+        self._begin(begun, t, state(self.group.name))
+        return bool(np.any(begun))
+
+    def _begin(self, begun: Flags, t: float, q: fem.Function) -> None:
+        """Nothing is held as it is: the joint must be closed."""
+        group = self.group
+        gaps = np.abs(group.violations(q)).max(axis=1, initial=0.0)
+        open_ = [
+            (float(gap), int(item))
+            for gap, item in zip(gaps, group.nodes.item, strict=True)
+            if begun[item] and gap > CLOSED * group.length
+        ]
+        found = [pair for part in group.nodes.mesh.comm.allgather(open_) for pair in part]
+        if found:
+            gap, item = max(found)
+            raise ConvergenceError(
+                f"joint '{group.labels[item]}' is to act from t = {t:g} on, but is open by "
+                f"{gap:.3g} then; it must be closed, to {CLOSED * group.length:.1g}: change its "
+                "window or the motion before it",
+                group.name,
+            )
+
+    def state(self) -> dict[str, Any]:
+        """What must survive a restart."""
+        return {"acting": [bool(a) for a in self.acting]}
+
+    def restore(self, state: Mapping[str, Any]) -> None:
+        """Take up a saved state."""
+        self.acting = np.array(state["acting"], dtype=bool)
+        self._switch()
+
+
+class Locks(Switched):
+    """Coordinates held in windows of time at the values they have when a window begins."""
+
+    group: HeldCoordinates
+
+    def __init__(self, group: HeldCoordinates, windows: Sequence[Windows], t_end: float) -> None:
+        self.values = np.zeros(len(windows))
+        self._begun = False
+        super().__init__(group, windows, t_end)
+
+    def update(self, t: float, state: State) -> bool:
+        """As of all; what is locked at the start is held where it is then."""
+        if not self._begun:
+            self._begun = True
+            self._begin(self.acting, t, state(self.group.name))
+        return super().update(t, state)
+
+    def _begin(self, begun: Flags, t: float, q: fem.Function) -> None:
+        self.values = np.where(begun, self.group.values(q), self.values)
+        self.group.hold(self.values)
+
+    def state(self) -> dict[str, Any]:
+        """What must survive a restart."""
+        return {**super().state(), "values": [float(v) for v in self.values]}
+
+    def restore(self, state: Mapping[str, Any]) -> None:
+        """Take up a saved state."""
+        super().restore(state)
+        self._begun, self.values = True, np.array(state["values"], dtype=float)
+        self.group.hold(self.values)
+
+
+class Switches:
+    """All that is switched in a scene.
+
+    Args:
+        items: The groups with their windows.
+
+    Attributes:
+        events: Times at which steps must end, ascending, s.
+    """
+
+    def __init__(self, items: Sequence[Switched] = ()) -> None:
+        self.items = list(items)
+        self.events = tuple(sorted(set().union(*(item.events for item in items))))
+
+    def update(self, t: float, state: State) -> bool:
+        """Switch for a step that begins at `t`.
+
+        Args:
+            t: Time, s.
+            state: Gives the current state of a body of the system.
+
+        Returns:
+            Whether something begins to act, so that velocities must be made consistent with it.
+
+        Raises:
+            ConvergenceError: If a joint is to act whose ends are apart.
+        """
+        return any([item.update(t, state) for item in self.items])
+
+    @property
+    def key(self) -> tuple[bytes, ...]:
+        """What acts now, to be compared."""
+        return tuple(item.acting.tobytes() for item in self.items)
+
+    def state(self) -> list[dict[str, Any]]:
+        """What must survive a restart."""
+        return [item.state() for item in self.items]
+
+    def restore(self, state: Sequence[Mapping[str, Any]]) -> None:
+        """Take up a saved state."""
+        for item, saved in zip(self.items, state, strict=True):
+            item.restore(saved)

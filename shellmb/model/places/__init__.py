@@ -1,0 +1,1 @@
+"""Places on bodies by edge, name or coordinates, and the ends that act there."""

@@ -1,0 +1,156 @@
+"""Places on bodies that joints, springs and loads act on, and one end of a group of them.
+
+A place is a node of a body with an offset in its directors. A group of joints of one kind lives on
+one node mesh; the nodal unknowns of its ends are those of the bodies (Boolean identification,
+section 5 of the paper).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+import ufl
+from ufl.core.expr import Expr
+
+from shellmb.forms.constraints.joints import Place
+from shellmb.forms.state import Layout
+from shellmb.meshes.nodes import NodeMesh, constant_vector
+from shellmb.meshes.spaces import MixedSpace
+from shellmb.model.body import NodeLink
+from shellmb.model.links import node_links
+
+Ints = npt.NDArray[np.int64]
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class End:
+    """A place on a body, the same on all ranks.
+
+    Args:
+        body: Name of the body in the system.
+        owner: Name of the body in the scene.
+        dofs: Global dofs of the node: "u" of shape (3,), "w" of shape (3 m,).
+        node: Reference position of the node, shape (3,), m.
+        directors: Reference directors as rows, shape (m, 3): one of a shell, three of a frame.
+        point: Reference position of the place, shape (3,), m; that of the node for shells.
+    """
+
+    body: str
+    owner: str
+    dofs: dict[str, Ints]
+    node: Floats
+    directors: Floats
+    point: Floats
+
+    @property
+    def framed(self) -> bool:
+        """Whether the node has a full frame."""
+        return len(self.directors) == 3
+
+    @property
+    def offset(self) -> Floats:
+        """Components of `point - node` along the directors of a frame, shape (3,), m."""
+        if not self.framed:
+            return np.zeros(3)
+        return np.asarray(self.directors @ (self.point - self.node))
+
+    def needed(self, vectors: int) -> int:
+        """Number of directors that matter to a joint that needs so many vectors here."""
+        return len(self.directors) if vectors > 0 or np.any(self.offset != 0) else 0
+
+
+class EndGroup:
+    """One end of each of a list of joints.
+
+    Args:
+        nodes: Node mesh with one cell per joint.
+        ends: The places; their bodies have the same number of directors.
+        axes: Vectors of each place in the reference configuration as rows, shape (n, 3, 3).
+        tag: "1" or "2", ends the names of the parts.
+        turns: Whether the directors matter; if not, their unknowns are left out.
+    """
+
+    def __init__(
+        self, nodes: NodeMesh, ends: Sequence[End], axes: Floats, tag: str, turns: bool
+    ) -> None:
+        self.ends, self._nodes, self.tag, self.turns = list(ends), nodes, tag, turns
+        self.count = len(ends[0].directors) if turns else 0
+        self.parts = {f"u{tag}": 3} | ({f"w{tag}": 3 * self.count} if turns else {})
+        rows = []
+        for end, frame in zip(ends, axes, strict=True):
+            row = [end.point]
+            if turns and end.framed:
+                # e_a = E_a + R_ak w_k with R_ak = E_a . D_k
+                row += [end.offset, frame.ravel(), (frame @ end.directors.T).ravel()]
+            elif turns:
+                row += [end.directors[0]]
+            rows.append(np.concatenate(row))
+        self._data = constant_vector(nodes, np.array(rows), f"place{tag}")
+
+    def links(self, mixed: MixedSpace) -> list[NodeLink]:
+        """Links of the group's nodal unknowns to those of the bodies."""
+        bodies = [end.body for end in self.ends]
+        links = []
+        for part, source in zip(self.parts, ("u", "w"), strict=False):
+            rows = mixed.dofs[part].reshape(-1, self.parts[part])
+            targets = np.array([end.dofs[source] for end in self.ends])
+            links += node_links(self._nodes, rows, bodies, targets)
+        return links
+
+    def place(self, q: Expr, layout: Layout) -> Place:
+        """The place at a state of the group."""
+        data, u = self._data, layout.part(q, f"u{self.tag}")
+        x = ufl.as_vector([data[k] for k in range(3)]) + u
+        if not self.turns:
+            return Place(x, ())
+        w = layout.part(q, f"w{self.tag}")
+        if self.count == 1:
+            return Place(x, (ufl.as_vector([data[3 + k] for k in range(3)]) + w,))
+        W = [ufl.as_vector([w[3 * k + i] for i in range(3)]) for k in range(3)]
+        x = x + sum((data[3 + k] * W[k] for k in range(3)), start=0 * u)
+        vectors = []
+        for a in range(3):
+            reference = ufl.as_vector([data[6 + 3 * a + i] for i in range(3)])
+            turned = sum((data[15 + 3 * a + k] * W[k] for k in range(3)), start=0 * u)
+            vectors.append(reference + turned)
+        return Place(x, tuple(vectors))
+
+
+def end_pair(
+    nodes: NodeMesh,
+    ends: Sequence[tuple[End, End]],
+    axes: Sequence[Floats],
+    directors: Sequence[int],
+) -> tuple[EndGroup, EndGroup]:
+    """Both ends of each of a list of joints.
+
+    Args:
+        nodes: Node mesh with one cell per joint.
+        ends: The places on the first and the second bodies.
+        axes: Vectors of both places of each joint, shape (2, 3, 3).
+        directors: Number of directors that matter at the first and at the second places.
+    """
+    first, second = (
+        EndGroup(
+            nodes,
+            [pair[k] for pair in ends],
+            np.array([frames[k] for frames in axes]),
+            f"{k + 1}",
+            directors[k] > 0,
+        )
+        for k in range(2)
+    )
+    return first, second
+
+
+def frame_about(axis: Sequence[float] | Floats) -> Floats:
+    """A right-handed orthonormal frame as rows, its third vector along `axis`."""
+    e3 = np.asarray(axis, dtype=float)
+    e3 = e3 / np.linalg.norm(e3)
+    # the coordinate axis that is least parallel gives the most accurate cross product
+    other = np.eye(3)[int(np.argmin(np.abs(e3)))]
+    e1 = np.cross(other, e3)
+    e1 /= np.linalg.norm(e1)
+    return np.array([e1, np.cross(e3, e1), e3])

@@ -1,0 +1,167 @@
+"""Nodes of shells and beams found by edge, name or coordinates, the same on every rank."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+from dolfinx import fem
+
+from shellmb.errors import SceneError
+from shellmb.meshes.curve_mesh import LineMesh
+from shellmb.meshes.mesh import SurfaceMesh
+from shellmb.meshes.spaces import MixedSpace
+
+# a point must lie on a node to within this fraction of the body's length
+ON_NODE = 1e-6
+
+Place = str | tuple[str, ...] | tuple[float, float, float]
+
+
+class Meshed(Protocol):
+    """A body with a mesh: a shell or a beam."""
+
+    name: str
+    mixed: MixedSpace
+
+    @property
+    def domain(self) -> SurfaceMesh | LineMesh:
+        """Its mesh with names."""
+        ...
+
+    def node_directors(self) -> npt.NDArray[np.float64]:
+        """Reference directors of the local nodes (owned and ghost), shape (n, m, 3)."""
+        ...
+
+
+@dataclass(frozen=True)
+class Nodes:
+    """Nodes of one body on every rank, sorted by position.
+
+    Args:
+        x: Reference positions, shape (n, 3), m.
+        dofs: Part name to global dofs in the body's mixed space, shape (n, size).
+        directors: Reference directors, shape (n, m, 3): one of a shell, three of a beam.
+    """
+
+    x: npt.NDArray[np.float64]
+    dofs: dict[str, npt.NDArray[np.int64]]
+    directors: npt.NDArray[np.float64]
+
+    @property
+    def director(self) -> npt.NDArray[np.float64]:
+        """Reference director of a shell, shape (n, 3)."""
+        return np.asarray(self.directors[:, 0])
+
+
+def local_nodes(body: Meshed, where: Place, who: str) -> npt.NDArray[np.int32]:
+    """Local numbers (owned and ghost) of the nodes at a place; they count nodes, not dofs.
+
+    Args:
+        body: The shell.
+        where: Edge name or names, point name, or coordinates.
+        who: Who asks, for the error.
+
+    Raises:
+        SceneError: If there is no such edge or point, or no node at the coordinates.
+    """
+    mesh = body.domain
+    if isinstance(where, str) and where in mesh.points:
+        if isinstance(mesh, LineMesh):
+            return _node_at(body, mesh.points[where], who)
+        # a vertex and no place: where a surface is slit another one lies on it
+        vertices = mesh.vertices[where]
+        space = body.mixed.subspaces["u"]
+        return np.asarray(fem.locate_dofs_topological(space, 0, vertices), dtype=np.int32)
+    if isinstance(mesh, LineMesh) and isinstance(where, str):
+        known = ", ".join(f"'{name}'" for name in mesh.points)
+        raise SceneError(f"{who}: beam '{body.name}' has no point '{where}'; it has {known}")
+    if isinstance(where, str) or all(isinstance(item, str) for item in where):
+        if isinstance(mesh, LineMesh):
+            return np.unique(np.concatenate([local_nodes(body, item, who) for item in where]))  # type: ignore[arg-type]
+        facets = mesh.facets(where, who)  # type: ignore[arg-type]
+        space = body.mixed.subspaces["u"]
+        return np.asarray(fem.locate_dofs_topological(space, 1, facets), dtype=np.int32)
+    return _node_at(body, np.asarray(where, dtype=float), who)
+
+
+def _node_at(body: Meshed, point: npt.NDArray[np.float64], who: str) -> npt.NDArray[np.int32]:
+    """The node at a point; empty on ranks that do not hold it."""
+    nodes = body.mixed.nodes("u")
+    distance = np.linalg.norm(nodes - point, axis=1)
+    comm = body.domain.mesh.comm
+    nearest = comm.allreduce(
+        min(zip(distance, map(tuple, nodes), strict=True), default=(np.inf, ())), op=_least
+    )
+    if nearest[0] > ON_NODE * body.domain.length:
+        raise SceneError(
+            f"{who}: {_kind(body)} '{body.name}' has no node at {shown(point)}; "
+            f"the nearest one is at {shown(nearest[1])}"
+        )
+    here = np.flatnonzero(distance <= ON_NODE * body.domain.length).astype(np.int32)
+    owned = body.mixed.subspaces["u"].dofmap.index_map.size_local
+    count = comm.allreduce(int(np.sum(here < owned)))
+    if count > 1:
+        close = ON_NODE * body.domain.length
+        names = [n for n, x in body.domain.points.items() if np.linalg.norm(x - point) <= close]
+        known = f", {' or '.join(map(repr, names))}" if names else ""
+        raise SceneError(
+            f"{who}: {_kind(body)} '{body.name}' has {count} nodes at {shown(point)}, because it "
+            f"is slit there and its edges lie on each other; give the name of a point{known}, or "
+            "of an edge where one is possible"
+        )
+    return here
+
+
+def shown(point: Iterable[float]) -> str:
+    """A point or vector for a message; the round-off of a position is no digit of it."""
+    return f"({', '.join(f'{round(float(c), 12) + 0.0:g}' for c in point)})"
+
+
+def _kind(body: Meshed) -> str:
+    return "beam" if isinstance(body.domain, LineMesh) else "shell"
+
+
+def _least(a: tuple, b: tuple) -> tuple:
+    return min(a, b)
+
+
+def said_point(x: npt.NDArray[np.float64], size: float) -> str:
+    """A position for messages; what is round-off of a scene of that size is zero."""
+    return f"({', '.join(f'{c:g}' for c in np.where(np.abs(x) < ON_NODE * size, 0.0, x))})"
+
+
+def part_dofs(body: Meshed, nodes: npt.NDArray[np.int32], part: str) -> npt.NDArray[np.int32]:
+    """Local dofs of a part at nodes, shape (n, size)."""
+    size = body.mixed.parts[part][1]
+    return body.mixed.dofs[part].reshape(-1, size)[nodes]
+
+
+def shared_nodes(body: Meshed, where: Place, who: str) -> Nodes:
+    """The nodes at a place, gathered from all ranks and sorted by position."""
+    local = local_nodes(body, where, who)
+    owned = body.mixed.subspaces["u"].dofmap.index_map.size_local
+    local = local[local < owned]
+    index_map = body.mixed.space.dofmap.index_map
+    parts = [p for p in ("u", "w", "lam") if p in body.mixed.parts]
+    record = (
+        body.mixed.nodes("u")[local],
+        {
+            p: index_map.local_to_global(part_dofs(body, local, p).ravel()).reshape(
+                len(local), body.mixed.parts[p][1]
+            )
+            for p in parts
+        },
+        body.node_directors()[local],
+    )
+    gathered = body.domain.mesh.comm.allgather(record)
+    x = np.concatenate([g[0] for g in gathered])
+    # sort by rounded coordinates, so that every rank and every body of a join agrees
+    rounded = np.round(x / (ON_NODE * body.domain.length)).astype(np.int64)
+    order = np.lexsort(rounded.T[::-1])
+    return Nodes(
+        x[order],
+        {p: np.concatenate([g[1][p] for g in gathered])[order] for p in parts},
+        np.concatenate([g[2] for g in gathered])[order],
+    )

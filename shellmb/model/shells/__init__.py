@@ -1,0 +1,1 @@
+"""Shells bound to meshes, sections and loads, and joined along edges."""

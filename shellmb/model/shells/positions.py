@@ -1,0 +1,36 @@
+"""Functions of the position as fields on a shell's nodes."""
+
+from dolfinx import fem
+
+from shellmb.errors import SceneError
+from shellmb.meshes.spaces import MixedSpace
+from shellmb.scene.values.positions import OfPosition, values_at
+
+
+def interpolated(function: OfPosition, mixed: MixedSpace, size: int, who: str) -> fem.Function:
+    """A vector, or a number, of reference positions (3, n), at the nodes.
+
+    Args:
+        function: The function.
+        mixed: Space of the shell, whose displacement has the nodes.
+        size: Number of its components, 3 or 1.
+        who: What messages call it.
+
+    Collective.
+
+    Raises:
+        SceneError: If it fails, or gives another shape or a number that is not finite.
+    """
+    space = mixed.subspaces["u"]
+    if size == 1:
+        space = space.sub(0).collapse()[0]
+    field, failed = fem.Function(space, name=who), None
+    try:
+        field.interpolate(lambda x: values_at(function, x, size, who))
+    except SceneError as error:
+        failed = error
+    # what one rank finds at its nodes all of them tell
+    told = next((e for e in space.mesh.comm.allgather(failed) if e is not None), None)
+    if told is not None:
+        raise told
+    return field

@@ -1,0 +1,163 @@
+"""Forces and moments at points of bodies."""
+
+from collections.abc import Callable, Sequence
+
+from mpi4py import MPI
+
+import numpy as np
+import ufl
+from ufl import Form
+from ufl.core.expr import Expr
+
+from shellmb.forms.constraints.joints import Place
+from shellmb.forms.loads import dead_force, follower_frame_moment, frame_moment
+from shellmb.forms.state import Layout
+from shellmb.forms.steps.discrete import variation
+from shellmb.meshes.nodes import constant_vector, node_mesh, node_space, set_constants
+from shellmb.model.body import LoadFactors, Massless, TimeFunction
+from shellmb.model.places.ends import End, EndGroup
+from shellmb.model.places.finder import Finder
+from shellmb.scene import FollowerForce, FollowerMoment, PointForce, PointMoment, Scene
+
+PointLoad = PointForce | PointMoment | FollowerForce | FollowerMoment
+
+
+def _dead_force(components: Expr, place: Place, change: Place) -> Expr:
+    return dead_force(components, change.x)
+
+
+def _follower_force(components: Expr, place: Place, change: Place) -> Expr:
+    force = sum((components[k] * place.e[k] for k in range(3)), start=0 * place.x)
+    return dead_force(force, change.x)
+
+
+def _frame(place: Place) -> tuple[Expr, Expr, Expr]:
+    first, second, third = place.e
+    return first, second, third
+
+
+def _stacked(change: Place) -> Expr:
+    return ufl.as_vector([e[i] for e in change.e for i in range(3)])
+
+
+def _dead_moment(components: Expr, place: Place, change: Place) -> Expr:
+    return frame_moment(components, _frame(place), _stacked(change))
+
+
+def _follower_moment(components: Expr, place: Place, change: Place) -> Expr:
+    return follower_frame_moment(components, _frame(place), _stacked(change))
+
+
+# kind of load to its virtual work, and the number of vectors it needs at its place
+_WORK: dict[type, tuple[Callable[[Expr, Place, Place], Expr], int]] = {
+    PointForce: (_dead_force, 0),
+    FollowerForce: (_follower_force, 3),
+    PointMoment: (_dead_moment, 3),
+    FollowerMoment: (_follower_moment, 3),
+}
+
+
+def _components(load: PointLoad) -> tuple[float, float, float]:
+    match load:
+        case PointForce():
+            return load.force
+        case PointMoment():
+            return load.moment
+        case _:
+            return load.components
+
+
+class PointLoads(Massless):
+    """Loads of one kind at points of bodies.
+
+    Args:
+        name: Name in the system.
+        comm: Communicator.
+        loads: The loads, all of one kind.
+        ends: Their places, on bodies with the same number of directors.
+        turns: Whether the directors matter.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        comm: MPI.Comm,
+        loads: Sequence[PointLoad],
+        ends: Sequence[End],
+        turns: bool,
+    ) -> None:
+        self.nodes = node_mesh(comm, len(loads))
+        # the vectors of a place are the body's directors
+        axes = np.array([e.directors if e.framed else np.eye(3) for e in ends])
+        self._end = EndGroup(self.nodes, ends, axes, "1", turns)
+        mixed = node_space(self.nodes, self._end.parts)
+        super().__init__(name, mixed, (), tuple(self._end.links(mixed)))
+        self.layout = Layout(mixed.parts)
+        self.times = [load.time for load in loads]
+        self.values = np.array([_components(load) for load in loads], dtype=float)
+        self.work, _ = _WORK[type(loads[0])]
+
+    def place(self, q: Expr) -> Place:
+        """The places at a state."""
+        return self._end.place(q, self.layout)
+
+    def loads(self) -> LoadFactors | None:
+        """The loads with factors of their own."""
+        return _PointFactors(self)
+
+
+class _PointFactors:
+    """Point loads with the time factors of one stage."""
+
+    def __init__(self, body: PointLoads) -> None:
+        self._body = body
+        self._value = constant_vector(body.nodes, 0 * body.values, "load")
+
+    def update(self, average: Callable[[TimeFunction | None], float]) -> None:
+        """Set the loads from their time functions."""
+        factors = np.array([average(time) for time in self._body.times])
+        set_constants(self._value, self._body.nodes, factors[:, None] * self._body.values)
+
+    def virtual_work(self, mid: Expr, dq: Expr) -> Form | None:
+        """Virtual work of the loads at the configuration `mid`."""
+        place = self._body.place(mid)
+        # places are linear in the state
+        change = Place(
+            variation(lambda q: self._body.place(q).x, mid, dq),
+            tuple(
+                variation(lambda q, k=k: self._body.place(q).e[k], mid, dq)  # type: ignore[misc]
+                for k in range(len(place.e))
+            ),
+        )
+        return self._body.work(self._value, place, change) * ufl.dx
+
+
+def point_loads(scene: Scene, comm: MPI.Comm, find: Finder) -> list[PointLoads]:
+    """Loads at points as bodies of the system, one for all that share their kernels.
+
+    Args:
+        scene: The scene.
+        comm: Communicator.
+        find: Places on bodies by name.
+
+    Raises:
+        SceneError: If there is no such place.
+    """
+    groups: dict[tuple[type, int], list[tuple[PointLoad, End]]] = {}
+    for load in scene.loads:
+        if not isinstance(load, PointForce | PointMoment | FollowerForce | FollowerMoment):
+            continue
+        (body,) = scene.bodies_of(load)
+        end = find(body.name, load.point, load.label)
+        vectors = end.needed(_WORK[type(load)][1])
+        groups.setdefault((type(load), vectors), []).append((load, end))
+    return [
+        PointLoads(
+            f"{items[0][0].label}s ({vectors})",
+            comm,
+            [load for load, _ in items],
+            [end for _, end in items],
+            vectors > 0,
+        )
+        for (_, vectors), items in groups.items()
+    ]

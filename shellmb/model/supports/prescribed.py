@@ -1,0 +1,314 @@
+"""What supports prescribe of each node, collected before anything is fixed.
+
+A support prescribes components of a nodal vector, rows `normal . q = value(t)` of linear equations.
+Going through those of a node one after the other, a row that is a combination of the ones before it
+is repeated; if the same combination of their values is another one, the supports contradict one
+another.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from shellmb.errors import SceneError
+from shellmb.model.body import FixedDofs, PrescribedTurn
+from shellmb.model.places.nodes import Meshed, shown
+from shellmb.model.supports.nodal import NodalConstraint, plane
+from shellmb.scene.lookup import said
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+Dof = tuple[str, int]
+
+# directions closer than this to an axis (one minus the cosine) count as parallel to it
+PARALLEL = 1e-9
+# a unit vector whose part outside those before it is below this counts as dependent
+DEPENDENT = 1e-6
+# values that differ by less, relative to themselves or to the body, are equal: far above round-off
+EQUAL, EQUAL_SIZE = 1e-9, 1e-12
+# a director may be longer than one by this much: as many digits as a user may give
+LONGER = 1e-6
+
+WHAT = {"u": "displacement", "w": "change of the director"}
+
+
+class Supportable(Meshed, Protocol):
+    """A shell or a beam, whose dofs can be fixed."""
+
+    fixed: list[FixedDofs]
+
+    @property
+    def force_size(self) -> float:
+        """Size of its resultants, N."""
+        ...
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Equations `normal . q = value(t)` that a support prescribes, the same on all ranks.
+
+    Args:
+        support: What messages call the support.
+        body: The body.
+        described: Its description in the scene.
+        part: "u" or "w".
+        x: Position of the node of each row, shape (n, 3), m.
+        dofs: Global dofs of its vector, shape (n, size).
+        normals: Unit vectors, shape (n, size).
+        value: Function of time that gives the values, shape (n,); None: zero.
+        lam: Global dofs of the multipliers of the node's directors, shape (n, m).
+        directors: Reference director of the node of a shell, shape (n, 3).
+        turn: The rotation that the values are of; None: they are of none.
+    """
+
+    support: str
+    body: Supportable
+    described: Any
+    part: str
+    x: Floats
+    dofs: Ints
+    normals: Floats
+    value: Callable[[float], Floats] | None
+    lam: Ints
+    directors: Floats
+    turn: PrescribedTurn | None = None
+
+
+@dataclass
+class _Node:
+    """What is held of one nodal vector: an orthonormal basis with values over time."""
+
+    basis: list[Floats] = field(default_factory=list)
+    sides: list[Floats] = field(default_factory=list)
+    supports: list[str] = field(default_factory=list)
+    fixed: set[Dof] = field(default_factory=set)
+
+
+class Prescribed:
+    """Collects the rows of all supports.
+
+    Args:
+        aliases: Dofs that are those of another body, with what they are.
+        times: Times at which values are compared, s.
+        linear: Whether changes of directors are small.
+    """
+
+    def __init__(
+        self, aliases: Mapping[Dof, Dof], times: Sequence[float], linear: bool = False
+    ) -> None:
+        self._aliases, self._times, self._linear = aliases, times, linear
+        self._rows: list[Rows] = []
+        self._nodes: dict[Dof, _Node] = {}
+
+    def add(self, rows: Rows) -> None:
+        """Collect the rows of a support."""
+        self._rows.append(rows)
+
+    def held(self, body: str, dofs: Ints) -> tuple[Floats, list[str]]:
+        """Orthonormal directions in which a nodal vector is held, (k, size), and by which supports.
+
+        Args:
+            body: Name of the body.
+            dofs: Global dofs of the vector, shape (size,).
+        """
+        node = self._nodes.get(self._resolved(body, int(dofs[0])), _Node())
+        return np.array(node.basis).reshape(-1, len(dofs)), node.supports
+
+    def settle(self) -> list[NodalConstraint]:
+        """Fix the dofs of all bodies; returns constraints for directions that are no axes.
+
+        Raises:
+            SceneError: If supports contradict one another; names them and their values.
+        """
+        kept: list[tuple[Rows, Ints, Ints, Floats]] = []
+        oblique: dict[tuple[str, str], list[tuple[Rows, Ints]]] = {}
+        sampled = [self._sampled(rows) for rows in self._rows]
+        # whole axes first: what they hold needs no multiplier
+        for rows, values in zip(self._rows, sampled, strict=True):
+            axis = np.argmax(np.abs(rows.normals), axis=1)
+            size = np.take_along_axis(rows.normals, axis[:, None], axis=1)[:, 0]
+            parallel = 1 - np.abs(size) < PARALLEL
+            signs = np.sign(size)
+            whole = np.flatnonzero(parallel)
+            new = [
+                k
+                for k in whole.tolist()
+                if self._hold_axis(rows, k, int(axis[k]), signs[k] * values[k])
+            ]
+            kept.append((rows, np.array(new, dtype=np.int64), axis, signs))
+            oblique.setdefault((rows.body.name, rows.part), []).append(
+                (rows, np.flatnonzero(~parallel))
+            )
+        for rows, numbers, axis, signs in kept:
+            _fix(rows, numbers, axis[numbers], signs[numbers])
+        made = []
+        for items in oblique.values():
+            found = [
+                (rows, k) for rows, ks in items for k in ks.tolist() if self._hold(rows, k, 0.0)
+            ]
+            if found:
+                made.append(_planes(found))
+        self._directors()
+        return made
+
+    def _resolved(self, body: str, dof: int) -> Dof:
+        end = (body, dof)
+        while end in self._aliases:
+            end = self._aliases[end]
+        return end
+
+    def _sampled(self, rows: Rows) -> Floats:
+        """Values of all rows at the times of comparison, shape (n, times)."""
+        if rows.value is None:
+            return np.zeros((len(rows.dofs), len(self._times)))
+        return np.stack([rows.value(t) for t in self._times], axis=1)
+
+    def _node(self, rows: Rows, k: int) -> _Node:
+        return self._nodes.setdefault(self._resolved(rows.body.name, int(rows.dofs[k, 0])), _Node())
+
+    def _hold_axis(self, rows: Rows, k: int, axis: int, side: Floats) -> bool:
+        """Hold one component; False if the body has it fixed already."""
+        node, dof = self._node(rows, k), (rows.body.name, int(rows.dofs[k, axis]))
+        self._hold(rows, k, side, np.eye(rows.normals.shape[1])[axis])
+        # a dof that belongs to a joined body is fixed in both, as it is in one
+        if dof in node.fixed:
+            return False
+        node.fixed.add(dof)
+        return True
+
+    def _hold(self, rows: Rows, k: int, side: Any, normal: Floats | None = None) -> bool:
+        """Hold a node in a direction; False if it is already held there.
+
+        Raises:
+            SceneError: If it is held there at another value.
+        """
+        node = self._node(rows, k)
+        vector = np.array(rows.normals[k] if normal is None else normal)
+        rest, implied, involved = vector.copy(), np.zeros(len(self._times)), []
+        for held, values, support in zip(node.basis, node.sides, node.supports, strict=True):
+            share = float(held @ rest)
+            rest -= share * held
+            implied += share * values
+            involved += [support] if abs(share) > DEPENDENT else []
+        length = float(np.linalg.norm(rest))
+        wanted = np.broadcast_to(np.asarray(side, dtype=float), implied.shape)
+        if length >= DEPENDENT:
+            node.basis.append(rest / length)
+            node.sides.append((wanted - implied) / length)
+            node.supports.append(rows.support)
+            return True
+        scale = rows.body.domain.length if rows.part == "u" else 1.0
+        allowed = EQUAL * np.maximum(np.abs(wanted), np.abs(implied)) + EQUAL_SIZE * scale
+        excess = np.abs(wanted - implied) - allowed
+        if np.max(excess) > 0:
+            worst = int(np.argmax(excess))
+            _contradict(
+                rows, k, vector, involved, wanted[worst], implied[worst], self._times[worst]
+            )
+        return False
+
+    def _directors(self) -> None:
+        """Multipliers of directors that are given have nothing left to do; lengths must be one.
+
+        Raises:
+            SceneError: If a prescribed director is longer or shorter than one.
+        """
+        seen: set[Dof] = set()
+        for rows in self._rows:
+            if rows.part != "w":
+                continue
+            full = []
+            for k in range(len(rows.dofs)):
+                dof = (rows.body.name, int(rows.dofs[k, 0]))
+                if dof in seen:
+                    continue
+                seen.add(dof)
+                node, size = self._node(rows, k), rows.normals.shape[1]
+                whole = len(node.basis) == size
+                if size == 3:
+                    self._check_length(rows, k, node, whole)
+                if whole:
+                    full.append(k)
+            _append(rows.body, rows.lam[full].ravel(), None)
+
+    def _check_length(self, rows: Rows, k: int, node: _Node, whole: bool) -> None:
+        before, change = np.array(node.basis) @ rows.directors[k], np.array(node.sides)
+        lengths = np.linalg.norm(before[:, None] + change, axis=0)
+        wrong = np.abs(lengths - 1) if whole else lengths - 1
+        if self._linear:
+            # a finite rotation is welcome as well as what keeps the length to first order
+            small = np.abs(before @ change) if whole else np.zeros(len(self._times))
+            wrong = np.minimum(wrong, small)
+        worst = int(np.argmax(wrong))
+        if wrong[worst] > LONGER:
+            raise SceneError(
+                f"{rows.support}: it makes the director of {said(rows.described)} at "
+                f"{shown(rows.x[k])} {lengths[worst]:.6g} long at t = {self._times[worst]:g}; the "
+                "director must keep its length 1"
+            )
+
+
+def _contradict(
+    rows: Rows,
+    k: int,
+    direction: Floats,
+    others: Sequence[str],
+    wanted: float,
+    implied: float,
+    t: float,
+) -> None:
+    axes = dict(enumerate("xyz")) if len(direction) == 3 else {}
+    axis = int(np.argmax(np.abs(direction)))
+    along = axes.get(axis, f"component {axis}")
+    if 1 - abs(direction[axis]) >= PARALLEL:
+        along = shown(direction)
+    other = " and ".join(dict.fromkeys(others))
+    raise SceneError(
+        f"{other} and {rows.support} contradict one another on {said(rows.described)}: at "
+        f"{shown(rows.x[k])} the {WHAT[rows.part]} along {along} is {implied:.6g} by the former "
+        f"and {wanted:.6g} by the latter at t = {t:g}; they must agree, or one must be left out"
+    )
+
+
+def _fix(rows: Rows, new: Ints, axes: Ints, signs: Floats) -> None:
+    """Fix the components `axes` of the rows `new`."""
+    dofs = rows.dofs[new, axes]
+    if rows.value is None:
+        _append(rows.body, dofs, None)
+        return
+    value = rows.value
+    _append(rows.body, dofs, lambda t: signs * value(t)[new], rows.turn)
+
+
+def _append(
+    body: Supportable,
+    dofs: Ints,
+    value: Callable[[float], Floats] | None,
+    turn: PrescribedTurn | None = None,
+) -> None:
+    """Fix global dofs on the ranks that hold them, owned or ghost."""
+    if not len(dofs):
+        return
+    local = body.mixed.space.dofmap.index_map.global_to_local(np.asarray(dofs, dtype=np.int64))
+    here = local >= 0
+    zeros = np.zeros(int(np.sum(here)))
+    given = (lambda t: zeros) if value is None else (lambda t: np.asarray(value(t))[here])
+    found = np.asarray(local[here], dtype=np.int32)
+    body.fixed.append(FixedDofs(found, given, value is not None, turn))
+
+
+def _planes(found: Sequence[tuple[Rows, int]]) -> NodalConstraint:
+    """The constraint of one body and part in directions that are no axes."""
+    rows = found[0][0]
+    body, part = rows.body, rows.part
+    kind = "displacement" if part == "u" else "director"
+    dofs = np.array([r.dofs[k] for r, k in found])
+    normals = np.array([r.normals[k] for r, k in found])
+    scale = body.force_size * (1.0 if part == "u" else body.domain.length)
+    vector = (body.name, dofs, np.zeros((len(dofs), 3)))
+    name = f"{kind} plane of '{body.name}'"
+    x = np.array([r.x[k] for r, k in found])
+    return plane(name, body.domain.mesh.comm, vector, normals, scale, x)

@@ -1,0 +1,208 @@
+"""Supports as equations for nodal vectors, which `shellmb.model.supports.prescribed` fixes."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from dolfinx import fem, mesh
+
+from shellmb.errors import SceneError
+from shellmb.model.body import PrescribedTurn
+from shellmb.model.places.ends import frame_about
+from shellmb.model.places.nodes import ON_NODE, Nodes, Place, said_point, shared_nodes
+from shellmb.model.shells.shell import ShellModel
+from shellmb.model.supports.prescribed import PARALLEL, Prescribed, Rows, Supportable
+from shellmb.scene.loads import supports as scene_supports
+from shellmb.scene.loads.supports import Support
+from shellmb.scene.lookup import said
+from shellmb.scene.values.validate import show
+
+Floats = npt.NDArray[np.float64]
+Values = Callable[[float], Floats]
+
+
+class SupportRows:
+    """The equations of one support on one body.
+
+    Args:
+        support: The support.
+        body: The body.
+        described: Its description in the scene.
+        prescribed: Collects the equations.
+    """
+
+    def __init__(
+        self, support: Support, body: Supportable, described: Any, prescribed: Prescribed
+    ) -> None:
+        self._support, self._body, self._described = support, body, described
+        self._prescribed = prescribed
+        self._turn: PrescribedTurn | None = None
+        where = getattr(support, "edge", None) or getattr(support, "where", None)
+        label = said(support)
+        self._who = f"{label} {show(where)}" if "edge" in label else f"{label} at {show(where)}"
+
+    def collect(self) -> None:
+        """Collect them.
+
+        Raises:
+            SceneError: If the support's edge or point does not exist.
+        """
+        match support := self._support:
+            case scene_supports.Clamped():
+                self._hold(support.edge, "u")
+                self._hold(support.edge, "w")
+            case scene_supports.Hinged():
+                self._hold(support.edge, "u")
+            case scene_supports.SoftSupport():
+                self._plane(support.edge, "u", support.axis)
+            case scene_supports.Diaphragm():
+                for direction in frame_about(support.axis)[:2]:
+                    self._plane(support.edge, "u", direction)
+            case scene_supports.HardSupport():
+                self._plane(support.edge, "u", support.axis)
+                self._along_edge(support.edge)
+            case scene_supports.SymmetryPlane():
+                self._plane(support.edge, "u", support.normal)
+                self._crosses(support)
+                self._plane(support.edge, "w", support.normal)
+            case scene_supports.Fixed():
+                self._components(support.where, "u", support.displacement)
+                self._components(support.where, "w", support.director)
+            case scene_supports.Driven():
+                self._drive(support)
+            case _:
+                raise NotImplementedError(f"no form for {type(support).__name__}")
+
+    def _crosses(self, support: scene_supports.SymmetryPlane) -> None:
+        """A director along the normal of its plane cannot stay in it."""
+        body = self._body
+        normal = np.asarray(support.normal) / np.linalg.norm(support.normal)
+        shared = self._nodes(support.edge)
+        along = np.abs(np.abs(shared.directors[:, 0] @ normal) - 1) < PARALLEL
+        if isinstance(body, ShellModel) and along.any():
+            at = said_point(shared.x[int(np.argmax(along))], body.domain.length)
+            raise SceneError(
+                f"{self._who}: normal is {show(support.normal)}; it must not be the normal of the "
+                f"shell '{body.name}' itself, as it is at {at}: a shell crosses its planes of "
+                "symmetry"
+            )
+
+    def _nodes(self, where: Place) -> Nodes:
+        return shared_nodes(self._body, where, said(self._support))
+
+    def _add(
+        self, nodes: Nodes, part: str, normals: Floats, value: Values | None = None, each: int = 1
+    ) -> None:
+        """Add `each` rows for every node, those of a node one after the other."""
+
+        def repeated(array: npt.NDArray[Any]) -> npt.NDArray[Any]:
+            return np.repeat(array, each, axis=0)
+
+        self._prescribed.add(
+            Rows(
+                self._who,
+                self._body,
+                self._described,
+                part,
+                repeated(nodes.x),
+                repeated(nodes.dofs[part]),
+                normals,
+                value,
+                repeated(nodes.dofs["lam"]),
+                repeated(nodes.director),
+                self._turn,
+            )
+        )
+
+    def _hold(self, where: Place, part: str, value: Values | None = None) -> None:
+        """All components, of a beam those of all its directors."""
+        nodes, size = self._nodes(where), self._body.mixed.parts[part][1]
+        normals = np.tile(np.eye(size), (len(nodes.x), 1))
+        self._add(nodes, part, normals, value, each=size)
+
+    def _plane(self, where: Place, part: str, normal: Any) -> None:
+        nodes, direction = self._nodes(where), np.asarray(normal, dtype=float)
+        direction = direction / np.linalg.norm(direction)
+        self._add(nodes, part, np.tile(direction, (len(nodes.x), 1)))
+
+    def _along_edge(self, edge: str | tuple[str, ...]) -> None:
+        """The director does not lean along the edge."""
+        body, who = self._body, said(self._support)
+        if not isinstance(body, ShellModel):
+            raise SceneError(f"{who}: '{body.name}' is no shell; it must be one")
+        for name in (edge,) if isinstance(edge, str) else edge:
+            nodes = self._nodes(name)
+            self._add(nodes, "w", edge_tangents(body, name, nodes.x, who))
+
+    def _components(self, where: Place, part: str, components: tuple[Any, ...]) -> None:
+        for axis, component in enumerate(components):
+            if component is None:
+                continue
+            nodes = self._nodes(where)
+            value = _uniform(component, len(nodes.x)) if callable(component) or component else None
+            self._add(nodes, part, np.tile(np.eye(3)[axis], (len(nodes.x), 1)), value)
+
+    def _drive(self, support: scene_supports.Driven) -> None:
+        nodes = self._nodes(support.edge)
+        origin = np.asarray(support.origin, dtype=float)
+        axis = np.asarray(support.axis, dtype=float)
+        axis = axis / np.linalg.norm(axis)
+
+        def turned(v: Floats, t: float) -> Floats:
+            angle = support.angle(t) if support.angle else 0.0
+            # Rodrigues' formula for the change of v, accurate for small angles
+            cross = np.cross(axis, v)
+            return np.sin(angle) * cross + 2 * np.sin(angle / 2) ** 2 * np.cross(axis, cross)
+
+        def displacement(t: float) -> Floats:
+            shift = np.asarray(support.translation(t)) if support.translation else np.zeros(3)
+            return (turned(nodes.x - origin, t) + shift).ravel()
+
+        if support.angle:
+            who = f"the support Driven({support.edge!r}) of '{self._body.name}'"
+            self._turn = PrescribedTurn(who, support.angle, unknown=False)
+        self._hold(support.edge, "u", displacement)
+        self._turn = None
+        self._hold(support.edge, "w", lambda t: turned(nodes.director, t).ravel())
+
+
+def _uniform(component: Any, count: int) -> Values:
+    if callable(component):
+        return lambda t: np.full(count, float(component(t)))
+    return lambda t: np.full(count, float(component))
+
+
+def edge_tangents(body: ShellModel, edge: str, x: Floats, who: str) -> Floats:
+    """Unit tangents of an edge at given nodes on it, mean of the facets that meet there.
+
+    Args:
+        body: The shell.
+        edge: Name of the edge.
+        x: Positions of nodes, the same on all ranks, shape (n, 3).
+        who: Who asks, for the error.
+    """
+    domain = body.surface_mesh.mesh
+    facets = body.surface_mesh.facets(edge, who)
+    facets = facets[facets < domain.topology.index_map(1).size_local]
+    space = body.mixed.subspaces["u"]
+    coordinates = space.tabulate_dof_coordinates()
+    found = []
+    ends = (
+        mesh.entities_to_geometry(domain, 1, facets)[:, :2]
+        if len(facets)
+        else np.zeros((0, 2), dtype=np.int32)
+    )
+    for facet, (a, b) in zip(facets, ends, strict=True):
+        tangent = domain.geometry.x[b] - domain.geometry.x[a]
+        dofs = fem.locate_dofs_topological(space, 1, np.array([facet]), remote=False)
+        found.append((coordinates[dofs], tangent / np.linalg.norm(tangent)))
+    everywhere = [item for part in domain.comm.allgather(found) for item in part]
+    sums = np.zeros_like(x)
+    tolerance = ON_NODE * body.domain.length
+    for nodes, tangent in everywhere:
+        hit = (np.linalg.norm(x[:, None] - nodes[None], axis=2) < tolerance).any(axis=1)
+        # facets carry no common direction: turn each towards what is there already
+        sign = np.where(sums @ tangent < 0, -1.0, 1.0)
+        sums[hit] += (sign[:, None] * tangent)[hit]
+    return sums / np.linalg.norm(sums, axis=1, keepdims=True)

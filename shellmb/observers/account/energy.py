@@ -1,0 +1,318 @@
+"""The energy account: energies, work of loads, terms and prescribed motions, dissipation.
+
+It closes as "energy change = work - alpha c^2" (eq. 33) to the tolerance of Newton's method,
+whatever the step, the mesh and the scene; how well it closes is the first thing to look at in any
+run.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from mpi4py import MPI
+
+import numpy as np
+import numpy.typing as npt
+from dolfinx import fem
+from ufl import Form
+
+from shellmb.observers.account.sizes import stiffness_of
+from shellmb.schemes.base import Levels
+from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.system.assembly.functionals import Functionals
+
+# strains, and motions relative to the scene, below which an energy account cannot close to 1e-8:
+# round-off of 1e-16 in strains is an energy of 1e-12 of theirs, and forces that are in balance
+# work on round-off of 1e-16 in positions
+ROUND_OFF_STRAIN, ROUND_OFF_MOTION = 1e-10, 1e-6
+
+Floats = npt.NDArray[np.float64]
+Scalar = Callable[[], float]
+
+
+def scalar(forms: list[Form | None], comm: MPI.Comm) -> Scalar | None:
+    """Sum of scalar forms over all meshes and ranks, compiled once; None if there are none."""
+    some = present(forms)
+    if not some:
+        return None
+    functional = Functionals([some], comm)
+    return lambda: float(functional()[0])
+
+
+def present(forms: list[Form | None]) -> list[Form]:
+    """Those of some forms that there are."""
+    return [form for form in forms if form is not None and not form.empty()]
+
+
+class EnergyAccount(Silent):
+    """Keeps the energy account of a dynamic run.
+
+    Attributes:
+        values: The account at the current time, J: kinetic, strain, total, and since the start
+            work of loads, of added terms, of prescribed motions, and dissipation.
+        error: Largest violation of the energy law so far, J.
+        largest: Largest energy seen so far, J.
+        exchanged: Largest energy, work of one kind, or dissipation so far, J.
+        floor: Energy below which there is round-off only, J.
+        dissipated: What the scheme has dissipated so far in each body of the system, J; beside
+            it, `dissipation` counts what impacts take at which something begins to act.
+    """
+
+    NAMES = (
+        "kinetic_energy",
+        "strain_energy",
+        "total_energy",
+        "work_loads",
+        "work_terms",
+        "work_supports",
+        "dissipation",
+        "energy_balance",
+    )
+
+    def __init__(self) -> None:
+        self.values = dict.fromkeys(self.NAMES, 0.0)
+        self.error = self.largest = self.exchanged = self.floor = 0.0
+        self.dissipated: dict[str, float] = {}
+        self._there = self._lowest = 0.0
+        self._initial: float | None = None
+
+    def start(self, simulation: Simulation) -> None:
+        """Compile the functionals and take the initial energy."""
+        problem, comm = simulation.problem, simulation.model.comm
+        bodies, scheme = simulation.model.bodies, simulation.scheme
+        kinetic: list[Form | None] = []
+        if "v" in scheme.rates:
+            kinetic = [b.kinetic_energy(problem.levels[b.name].rates["v"]) for b in bodies]
+        strain = [b.strain_energy(problem.state(b.name)) for b in bodies]
+        elastic, inert = self._dissipation(simulation)
+        self._ends = Functionals([present(kinetic), present(strain), *inert.values()], comm)
+        loads, terms = (present(self._work(simulation, kind)) for kind in ("loads", "terms"))
+        steps = [loads, terms, *elastic.values()]
+        self._names = tuple(inert)
+        self._step = Functionals(steps, comm)
+        self._acting = scheme.dynamic and any(steps)
+        for name in self._names:
+            self.dissipated.setdefault(name, 0.0)
+        self._scales = _reaction_scales(simulation)
+        stiff = [stiffness_of(body) for body in simulation.model.meshed.values()]
+        at_rest = ROUND_OFF_STRAIN**2 * sum(s.unit_energy for s in stiff)
+        self.floor = max(self.floor, at_rest)
+        self._driven = any(fixed.moving for b in bodies for fixed in b.fixed)
+        if self._initial is None:
+            self._energies()
+            self._initial = self.values["total_energy"]
+            self._sizes()
+
+    def _work(self, simulation: Simulation, kind: str) -> list[Form | None]:
+        """Virtual work of each stage in the direction in which the state moves over it.
+
+        In statics the load step is not followed inside, so there is no work to account for.
+        """
+        forms: list[Form | None] = []
+        if not simulation.scheme.dynamic:
+            return forms
+        for body in simulation.model.bodies:
+            levels = simulation.problem.levels[body.name]
+            moved = simulation.scheme.moved(levels.q, levels.push, levels.unknown)
+            for name, stage in simulation.problem.forms[body.name].items():
+                for sample in stage.samples:
+                    form = (
+                        sample.of_loads(moved[name])
+                        if kind == "loads"
+                        else sample.of_terms(body, moved[name])
+                    )
+                    forms.append(form)
+        return forms
+
+    def _dissipation(self, simulation: Simulation) -> tuple[dict[str, list[Form]], ...]:
+        """Both parts of `c^2`, eq. (34), by body: of the jump of states, and of velocities."""
+        elastic: dict[str, list[Form]] = {}
+        inert: dict[str, list[Form]] = {}
+        self._alpha, stage = simulation.scheme.dissipation()
+        self._jumps: list[_VelocityJump] = []
+        if self._alpha and simulation.problem.paths:
+            # of the bow of strains and of velocities, eq. (Q5)
+            for body in simulation.model.bodies:
+                made = simulation.problem.paths[body.name]
+                path = made.path
+                bow = 2 * (path.rate + path.start - path.end) / (1 + path.alpha)
+                kinetic = body.kinetic_energy(path.shake / made.dt)
+                four = None if kinetic is None else 4 * kinetic
+                lost = present([body.lost(made.step, bow), four])
+                if lost:
+                    elastic[body.name], inert[body.name] = lost, []
+        if self._alpha and stage is not None:
+            for body in simulation.model.bodies:
+                levels = simulation.problem.levels[body.name]
+                jump = _VelocityJump(levels)
+                form = body.kinetic_energy(jump.function)
+                if form is not None:
+                    self._jumps.append(jump)
+                parts = present([body.jump(levels.q, levels.unknown[stage])]), present([form])
+                if any(parts):
+                    elastic[body.name], inert[body.name] = parts
+        return elastic, inert
+
+    def _energies(self) -> None:
+        values = self.values
+        kinetic, strain, *self._inert = self._ends().tolist()
+        values["kinetic_energy"], values["strain_energy"] = kinetic, strain
+        values["total_energy"] = kinetic + strain
+
+    def switched(self, simulation: Simulation) -> None:
+        """The impact at which something begins to act dissipates kinetic energy."""
+        before = self.values["kinetic_energy"]
+        self._energies()
+        self.values["dissipation"] += before - self.values["kinetic_energy"]
+
+    def _reach(self, simulation: Simulation) -> float:
+        """Largest work of a reaction on what is a large motion for its unknown, J."""
+        reactions, comm = simulation.problem.system.reactions, simulation.model.comm
+        reach = float(np.max(np.abs(reactions) * self._scales, initial=0.0))
+        return reach if comm.size == 1 else comm.allreduce(reach, op=MPI.MAX)
+
+    def _dissipate(self, parts: list[float]) -> None:
+        for name, part in zip(self._names, parts, strict=True):
+            self.dissipated[name] += self._alpha * part
+            self.values["dissipation"] += self._alpha * part
+
+    def solved(self, simulation: Simulation) -> None:
+        """Add the work and the dissipation of the step."""
+        if not simulation.scheme.dynamic:
+            return
+        values = self.values
+        if self._acting:
+            loads, terms, *elastic = self._step().tolist()
+            values["work_loads"] += loads
+            values["work_terms"] += terms
+            self._dissipate(elastic)
+        if self._driven:
+            values["work_supports"] += simulation.problem.support_work()
+        self.floor = max(self.floor, ROUND_OFF_MOTION * self._reach(simulation))
+        for jump in self._jumps:
+            jump.begin()
+
+    def accepted(self, simulation: Simulation) -> None:
+        """Take the energies and see whether the account closes."""
+        if self._jumps and simulation.last is not None:
+            for jump in self._jumps:
+                jump.end(simulation.last.dt)
+        self._energies()
+        values = self.values
+        self._dissipate(self._inert)
+        if not simulation.scheme.dynamic:
+            return
+        assert self._initial is not None
+        values["energy_balance"] = (
+            values["total_energy"]
+            - self._initial
+            - values["work_loads"]
+            - values["work_terms"]
+            - values["work_supports"]
+            + values["dissipation"]
+        )
+        self.error = max(self.error, abs(values["energy_balance"]))
+        self._sizes()
+
+    def _sizes(self) -> None:
+        values = self.values
+        self.largest = max(self.largest, abs(values["total_energy"]))
+        ports = ("work_loads", "work_terms", "work_supports", "dissipation")
+        self.exchanged = max(self.exchanged, self.largest, *(abs(values[p]) for p in ports))
+        self._there = max(self._there, values["total_energy"] + values["dissipation"])
+        self._lowest = min(self._lowest, values["total_energy"])
+
+    @property
+    def relative_error(self) -> float:
+        """Largest violation of the energy law relative to the energy that was exchanged."""
+        return self.error / max(self.exchanged, self.floor) if self.error > 0 else 0.0
+
+    @property
+    def dissipated_share(self) -> float:
+        """What the scheme has dissipated, of the energy at the start and all that was put in.
+
+        Potentials of springs may fall below zero: what they give is energy that was there.
+        """
+        lost = sum(self.dissipated.values())
+        return lost / max(self._there - self._lowest, self.floor) if lost > 0 else 0.0
+
+    def measure(self) -> dict[str, float]:
+        """Columns of the history."""
+        return dict(self.values)
+
+    def state(self) -> dict[str, Any]:
+        """The sums so far."""
+        return {
+            "values": dict(self.values),
+            "error": self.error,
+            "largest": self.largest,
+            "exchanged": self.exchanged,
+            "floor": self.floor,
+            "there": self._there,
+            "lowest": self._lowest,
+            "dissipated": dict(self.dissipated),
+            "initial": self._initial,
+        }
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Take up saved sums."""
+        self.values = dict(state["values"])
+        self.error, self.largest = state["error"], state["largest"]
+        self.exchanged, self.floor = state["exchanged"], state["floor"]
+        self._there, self._lowest = state["there"], state["lowest"]
+        self.dissipated = dict(state["dissipated"])
+        self._initial = state["initial"]
+
+
+def _reaction_scales(simulation: Simulation) -> Floats:
+    """What is a large motion for each fixed unknown, so that reactions times it are energies.
+
+    In the order of the system's reactions; what is fixed in other stages counts nothing.
+    """
+    problem, numbering = simulation.problem, simulation.problem.system.numbering
+    scales = np.zeros(numbering.owned)
+    for body in simulation.model.bodies:
+        numbers = numbering.by_field[problem.number(body.name, problem.last)] - numbering.start
+        for part in body.parts:
+            if part.name in body.kinematic:
+                here = numbers[body.mixed.dofs[part.name].ravel()]
+                here = here[(here >= 0) & (here < numbering.owned)]
+                scales[here] = np.maximum(scales[here], part.scale)
+    return scales[problem.system.fixed]
+
+
+class _VelocityJump:
+    """Jump of a body's velocity at the start of a step, from the velocities at both ends.
+
+    Eq. (31) with `a = v_f - v_i`: `b = 2 (q_f - q_i)/dt - v_i - v_f`.
+
+    Args:
+        levels: The body's functions.
+
+    Attributes:
+        function: The jump; zero before the first step.
+    """
+
+    def __init__(self, levels: Levels) -> None:
+        self.function = fem.Function(levels.q.function_space)
+        self._jump = self.function.x.array
+        self._q, self._v = levels.q.x.array, levels.rates["v"].x.array
+        self._start, self._both = self._q.copy(), self._v.copy()
+
+    def begin(self) -> None:
+        """Remember the start of a step."""
+        np.copyto(self._start, self._q)
+        np.copyto(self._both, self._v)
+
+    def end(self, dt: float) -> None:
+        """Take the jump of a step.
+
+        Args:
+            dt: Its length, s.
+        """
+        jump, both = self._jump, self._both
+        np.subtract(self._q, self._start, out=jump)
+        jump *= 2 / dt
+        both += self._v
+        jump -= both

@@ -1,0 +1,183 @@
+"""Linear and angular momentum, and how well the scheme balances them.
+
+The change of a momentum over a step is the impulse of loads and supports (`impulse.py`); the drift
+is what is left when that impulse is taken away. It is round-off where a scheme conserves the
+momentum, and the error of the scheme where it does not.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Any
+
+from mpi4py import MPI
+
+import numpy as np
+import numpy.typing as npt
+from dolfinx import fem
+from ufl import Form
+
+from shellmb.observers.account.energy import EnergyAccount, present
+from shellmb.observers.forces.impulse import Impulse
+from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.system.assembly.functionals import Functionals
+
+Floats = npt.NDArray[np.float64]
+
+KINDS = {"momentum": "linear", "angular momentum": "angular"}
+COLUMNS = [f"{name}_{axis}" for name in ("momentum", "angular_momentum") for axis in "xyz"]
+
+# below this part of m v, with v from the largest kinetic energy, and of the impulses of single
+# nodes, a momentum is as good as zero, and its drift is measured by that part instead: of forces
+# that cancel one another round-off remains
+SMALL = 1e-3
+
+
+class Momentum(Silent):
+    """Momenta about the origin, what was exchanged of them, and their drift.
+
+    Args:
+        account: The energy account, for the scale of a momentum that is zero.
+
+    Attributes:
+        values: "momentum" and "angular momentum", kg m/s and kg m^2/s, each of shape (3,).
+        drift: Largest drift so far, in the same units; empty in statics.
+    """
+
+    def __init__(self, account: EnergyAccount) -> None:
+        self.account = account
+        self.values: dict[str, Floats] = {}
+        self.drift: dict[str, float] = {}
+        self._initial: dict[str, Floats] = {}
+        # impulses so far of loads, of supports, and of impacts at which something begins to act
+        self._impulses = dict.fromkeys(("loads", "supports", "impacts"), np.zeros((2, 3)))
+        self._largest = dict.fromkeys(KINDS, 0.0)
+        self._gross = self._kinetic = 0.0
+
+    def start(self, simulation: Simulation) -> None:
+        """Compile the functionals and take the initial momenta."""
+        self._dynamic = "v" in simulation.scheme.rates
+        if not self._dynamic:
+            return
+        bodies: list[Any] = [b for b in simulation.model.bodies if hasattr(b, "momentum")]
+        self._axes = [fem.Constant(b.mixed.space.mesh, np.zeros(3)) for b in bodies]
+        self._length = simulation.model.length
+        self._held = simulation.model.supported
+        self._momenta = self._functionals(simulation, bodies)
+        self._impulse = Impulse(simulation)
+        self._mass = self._total_mass(simulation, bodies)
+        self._take()
+        for kind in KINDS:
+            self._initial.setdefault(kind, self.values[kind].copy())
+            self.drift.setdefault(kind, 0.0)
+        self._sizes()
+
+    def _functionals(self, simulation: Simulation, bodies: list[Any]) -> Functionals:
+        """Both momenta along each of the three axes."""
+        linear: list[Form | None] = []
+        angular: list[Form | None] = []
+        for body, axis in zip(bodies, self._axes, strict=True):
+            levels = simulation.problem.levels[body.name]
+            q, v = levels.q, levels.rates["v"]
+            linear.append(body.momentum(v, axis))
+            angular.append(body.angular_momentum(q, v, axis))
+        return self._along_axes([present(linear), present(angular)], simulation.model.comm)
+
+    def _along_axes(self, kinds: list[list[Form]], comm: MPI.Comm) -> Functionals:
+        sums = [forms for forms in kinds for _ in range(3)]
+        return Functionals(sums, comm, [partial(self._point, k) for k in range(3)] * len(kinds))
+
+    def _point(self, k: int) -> None:
+        """Give the axis of all forms one direction."""
+        for axis in self._axes:
+            axis.value = np.eye(3)[k]
+
+    def _total_mass(self, simulation: Simulation, bodies: list[Any]) -> float:
+        """Mass, as the momentum of a unit velocity along that velocity."""
+        forms: list[Form | None] = []
+        for body, axis in zip(bodies, self._axes, strict=True):
+            velocity = fem.Function(body.mixed.space)
+            # the displacement of a body; of a place on one "u1"
+            part = "u" if "u" in body.mixed.dofs else "u1"
+            velocity.x.array[body.mixed.dofs[part].reshape(-1, 3)[:, 0]] = 1.0
+            forms.append(body.momentum(velocity, axis))
+        return float(self._along_axes([present(forms)], simulation.model.comm)()[0])
+
+    def _take(self) -> None:
+        self.values = dict(zip(KINDS, self._momenta().reshape(2, 3).copy(), strict=True))
+
+    def _sizes(self) -> None:
+        found = np.array([list(self.values.values()), *self._impulses.values()])
+        sizes = np.sqrt((found**2).sum(axis=2)).max(axis=0).tolist()
+        for kind, size in zip(KINDS, sizes, strict=True):
+            self._largest[kind] = max(self._largest[kind], size)
+        self._kinetic = max(self._kinetic, self.account.values["kinetic_energy"])
+
+    def switched(self, simulation: Simulation) -> None:
+        """The impact at which something begins to act: on ground it changes the momenta."""
+        if not self._dynamic or not self._held:
+            # the impact of one body on another changes nothing
+            return
+        before = np.array([self.values[kind] for kind in KINDS])
+        self._take()
+        change = np.array([self.values[kind] for kind in KINDS]) - before
+        self._impulses["impacts"] = self._impulses["impacts"] + change
+
+    def solved(self, simulation: Simulation) -> None:
+        """Add the impulses of the step."""
+        if not self._dynamic:
+            return
+        step = self._impulse.of_step(simulation)
+        self._impulses["loads"] = self._impulses["loads"] + step.loads
+        self._impulses["supports"] = self._impulses["supports"] + step.supports
+        self._gross += step.gross
+
+    def accepted(self, simulation: Simulation) -> None:
+        """Take the momenta and see what is left unexplained."""
+        if not self._dynamic:
+            return
+        self._take()
+        first, *others = self._impulses.values()
+        explained = sum(others, start=first)
+        for row, kind in enumerate(KINDS):
+            left = self.values[kind] - self._initial[kind] - explained[row]
+            self.drift[kind] = max(self.drift[kind], float(np.linalg.norm(left)))
+        self._sizes()
+
+    def relative_drift(self, kind: str) -> float | None:
+        """Largest drift relative to what was there or was exchanged; None in statics.
+
+        Args:
+            kind: "momentum" or "angular momentum".
+        """
+        if kind not in self.drift:
+            return None
+        size = float(np.sqrt(2 * self._mass * max(self._kinetic, self.account.floor)))
+        size += self._gross
+        if kind == "angular momentum":
+            size *= self._length
+        scale = max(self._largest[kind], SMALL * size)
+        return self.drift[kind] / scale if self.drift[kind] > 0 else 0.0
+
+    def measure(self) -> dict[str, float]:
+        """Columns of the history."""
+        numbers = [number for vector in self.values.values() for number in vector.tolist()]
+        return dict(zip(COLUMNS, numbers, strict=False))
+
+    def state(self) -> dict[str, Any]:
+        """The sums and largest values so far."""
+        return {
+            "initial": {kind: vector.tolist() for kind, vector in self._initial.items()},
+            "impulses": {name: rows.tolist() for name, rows in self._impulses.items()},
+            "drift": dict(self.drift),
+            "largest": dict(self._largest),
+            "kinetic": self._kinetic,
+            "gross": self._gross,
+        }
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Take up saved sums."""
+        self._initial = {kind: np.array(vector) for kind, vector in state["initial"].items()}
+        self._impulses = {name: np.array(rows) for name, rows in state["impulses"].items()}
+        self.drift, self._largest = dict(state["drift"]), dict(state["largest"])
+        self._kinetic, self._gross = float(state["kinetic"]), float(state["gross"])

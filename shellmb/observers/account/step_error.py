@@ -1,0 +1,52 @@
+"""What the control of the step by its error has done: in the history and in the summary."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.stepsize.tolerance import ErrorSize
+
+UNIT = "1: error by the time a motion as large as the body has turned by 1 rad, over its size"
+
+
+class StepError(Silent):
+    """The estimated error of each step, for the history of runs that are controlled by it."""
+
+    def __init__(self) -> None:
+        self._controlled, self._error = False, float("nan")
+
+    def start(self, simulation: Simulation) -> None:
+        """See whether there is one."""
+        self._controlled = simulation.scene.control.tolerance is not None
+
+    def accepted(self, simulation: Simulation) -> None:
+        """Take it."""
+        last = simulation.last
+        if last is not None and last.error is not None:
+            self._error = last.error
+
+    def measure(self) -> dict[str, float]:
+        """It, where there is one."""
+        return {"error_estimate": self._error} if self._controlled else {}
+
+
+def controlled(simulation: Simulation) -> dict[str, Any] | None:
+    """What the control has done, for `summary.json`; None where there is none.
+
+    Args:
+        simulation: The simulation.
+    """
+    size = simulation.size
+    if not isinstance(size, ErrorSize):
+        return None
+    return {
+        "unit": UNIT,
+        "tolerance": size.settings.tolerance,
+        "accepted": simulation.step,
+        "rejected": size.rejected,
+        "largest_error": size.worst,
+        "above_tolerance": size.coarse,
+        "dt_min": size.shortest,
+        "dt_max": size.longest,
+    }

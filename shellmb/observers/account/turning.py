@@ -1,0 +1,209 @@
+"""How far bodies turn in a step: each as a whole, and at its nodes.
+
+For a body that turns by the angle `a` about `n`, the change of its nodes over a step is
+`2 tan(a/2) n x` of what they are in the middle of it, relative to its centre. So the best fit of
+`v = w x r` to the changes of positions and directors gives the angle of a rotation of any size,
+and of a deforming body its mean. A part of the body may turn by more: the directors of the nodes
+tell.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from mpi4py import MPI
+
+import numpy as np
+import numpy.typing as npt
+
+from shellmb.model.frames.rigid import GROUND, RigidBodies
+from shellmb.observers.fields.nodal import Nodes, nodal_bodies
+from shellmb.observers.forces.holding import axial
+from shellmb.simulate.simulation import Silent, Simulation
+
+Floats = npt.NDArray[np.float64]
+
+UNIT = np.eye(3)
+# of the diagonal, so that what does not turn at all has a fit, too
+TINY = 1e-12
+
+
+@dataclass
+class Turn:
+    """How a body of the scene turns.
+
+    Args:
+        angle: Largest angle of the body or of a part of it in the last step, rad.
+        mean: Angle of the body as a whole in the last step, rad.
+        radius: Radius of gyration of its nodes about the axis of the last step, m.
+        largest: Largest `angle` so far, rad.
+        t: Time at the end of the step with that, s.
+        dt: Length of that step, s.
+        total: Sum of the angles `mean` of all steps so far, rad.
+    """
+
+    angle: float = 0.0
+    mean: float = 0.0
+    radius: float = 0.0
+    largest: float = 0.0
+    t: float = 0.0
+    dt: float = 0.0
+    total: float = 0.0
+
+    def add(self, angle: float, mean: float, radius: float, t: float, dt: float) -> None:
+        """Add a step."""
+        self.angle, self.mean, self.radius = max(angle, mean), mean, radius
+        self.total += mean
+        if self.angle > self.largest:
+            self.largest, self.t, self.dt = self.angle, t, dt
+
+
+class Turning(Silent):
+    """Follows how all bodies of a dynamic scene turn.
+
+    Attributes:
+        turns: By name of the body in the scene.
+    """
+
+    def __init__(self) -> None:
+        self.turns: dict[str, Turn] = {}
+
+    def start(self, simulation: Simulation) -> None:
+        """Find the nodes."""
+        model = simulation.model
+        self._flexible: list[_Flexible] = []
+        self._rigid: _Frames | None = None
+        if "v" not in simulation.scheme.rates:
+            return
+        for name, body in nodal_bodies(model).items():
+            if isinstance(body, RigidBodies):
+                self._rigid = _Frames(body)
+            else:
+                index_map = body.mixed.space.dofmap.index_map
+                first = body.mixed.dofs["u"].reshape(-1, 3)[:, 0]
+                mine = np.flatnonzero(first < index_map.size_local).astype(np.int32)
+                self._flexible.append(_Flexible(name, Nodes(body, mine)))
+        names = [body.name for body in self._flexible]
+        for name in names + (self._rigid.names if self._rigid else []):
+            self.turns.setdefault(name, Turn())
+
+    def solved(self, simulation: Simulation) -> None:
+        """Take the angles of the step: both of its ends are at hand."""
+        last, comm = simulation.last, simulation.model.comm
+        if last is None or not self.turns:
+            return
+        t, levels, end = last.t + last.dt, simulation.problem.levels, simulation.problem.last
+        for body in self._flexible:
+            here = levels[body.name]
+            sums, chord = body.sums(here.q.x.array, here.unknown[end].x.array)
+            if comm.size > 1:
+                comm.Allreduce(MPI.IN_PLACE, sums)
+                chord = comm.allreduce(chord, op=MPI.MAX)
+            mean, radius = _fit(sums)
+            self.turns[body.name].add(_angle(chord), mean, radius, t, last.dt)
+        if self._rigid is not None:
+            here = levels[self._rigid.name]
+            chords = self._rigid.chords(here.q.x.array, here.unknown[end].x.array)
+            comm.Allreduce(MPI.IN_PLACE, chords, op=MPI.MAX)
+            for name, chord in zip(self._rigid.names, chords.tolist(), strict=True):
+                angle = _angle(chord)
+                self.turns[name].add(angle, angle, 0.0, t, last.dt)
+
+    def state(self) -> dict[str, Any]:
+        """What was found so far."""
+        return {name: vars(turn) for name, turn in self.turns.items()}
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Take it up."""
+        self.turns = {name: Turn(**values) for name, values in state.items()}
+
+
+class _Flexible:
+    """Nodes of a shell or beam that this rank owns.
+
+    Args:
+        name: Name of the body.
+        nodes: Its nodes.
+    """
+
+    def __init__(self, name: str, nodes: Nodes) -> None:
+        self.name, self._nodes = name, nodes
+
+    def sums(self, start: Floats, end: Floats) -> tuple[Floats, float]:
+        """Sums over the nodes that `_fit` takes, shape (43,), and the largest chord.
+
+        Args:
+            start: Dofs of the body at the start of the step.
+            end: Those at its end.
+        """
+        (x, d), (dx, dd) = self._nodes.places((start + end) / 2), self._nodes.changes(end - start)
+        chord = _chord(dd)
+        d, dd = d.reshape(-1, 3), dd.reshape(-1, 3)
+        squares = np.concatenate([x.T @ x, x.T @ dx, d.T @ d, d.T @ dd]).ravel()
+        sums = np.concatenate([[len(x)], x.sum(axis=0), dx.sum(axis=0), squares])
+        return sums, chord
+
+
+class _Frames:
+    """The rigid bodies.
+
+    Args:
+        body: The rigid bodies of the model.
+    """
+
+    def __init__(self, body: RigidBodies) -> None:
+        self.name, self._nodes = body.name, Nodes(body)
+        self._item = body.node_mesh.item
+        self._moving = [k for k, rigid in enumerate(body.bodies) if rigid.name != GROUND]
+        self.names = [body.bodies[k].name for k in self._moving]
+        self._count = len(body.bodies)
+
+    def chords(self, start: Floats, end: Floats) -> Floats:
+        """Chord of each body but ground on this rank, shape (n,), zero for those of others."""
+        found = np.zeros(self._count)
+        change = self._nodes.changes(end - start)[1]
+        found[self._item] = np.sqrt((change**2).sum(axis=(1, 2)) / 2)
+        return found[self._moving]
+
+
+def _chord(change: Floats) -> float:
+    """Largest change of the directors of a node; `2 sin(a/2)` for frames that turn by `a`.
+
+    Args:
+        change: Changes of the directors, shape (n, m, 3).
+    """
+    count = change.shape[1]
+    squares = (change**2).sum(axis=(1, 2)) / (2 if count == 3 else 1)
+    return float(np.sqrt(np.max(squares, initial=0.0)))
+
+
+def _angle(chord: float) -> float:
+    """Angle that belongs to a chord of the unit circle, rad."""
+    return float(2 * np.arcsin(min(chord / 2, 1.0)))
+
+
+def _fit(sums: Floats) -> tuple[float, float]:
+    """Angle of a body as a whole, rad, and its radius of gyration about the axis, m.
+
+    Args:
+        sums: As from `_Flexible.sums`.
+    """
+    count, x, dx = sums[0], sums[1:4], sums[4:7]
+    xx, xdx, dd, ddd = sums[7:].reshape(4, 3, 3)
+    xx, xdx = xx - np.outer(x, x) / count, xdx - np.outer(x, dx) / count
+    size = (xx[0, 0] + xx[1, 1] + xx[2, 2]) / count
+    if not size > 0:
+        return 0.0, 0.0
+    inertia = _inertia(xx) / size + _inertia(dd)
+    inertia += TINY * inertia.max() * UNIT
+    spin = np.linalg.solve(inertia, axial(xdx) / size + axial(ddd))
+    tangent = float(np.linalg.norm(spin))
+    axis = spin / tangent if tangent > 0 else np.zeros(3)
+    radius = float(np.sqrt(axis @ _inertia(xx) @ axis / count))
+    return 2 * float(np.arctan(tangent / 2)), radius
+
+
+def _inertia(squares: Floats) -> Floats:
+    """`sum (r.r I - r r)` of `sum r r`."""
+    return np.asarray((squares[0, 0] + squares[1, 1] + squares[2, 2]) * UNIT - squares)

@@ -1,0 +1,1 @@
+"""Nodal values and fields of bodies."""

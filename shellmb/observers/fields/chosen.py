@@ -1,0 +1,163 @@
+"""Fields of shells and beams that a scene asks for beside its state, at the nodes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+
+from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
+
+import numpy as np
+import numpy.typing as npt
+from dolfinx import la
+
+from shellmb.model.frames.beam import BeamModel
+from shellmb.model.shells.shell import ShellModel
+from shellmb.observers.fields import by_section as section
+from shellmb.observers.fields.resultants import Resultants, Strained
+from shellmb.scene import Laminate, LinearSection, Scene
+from shellmb.scene.checks.fields import kinds_of, wanted_fields
+from shellmb.scene.fields import DEFAULT, FIELDS
+from shellmb.simulate.simulation import Simulation
+
+Floats = npt.NDArray[np.float64]
+type Read = Callable[[Floats], Floats]
+
+STRAINS = {
+    "shell": ("eps 11", "eps 22", "2 eps 12", "kap 11", "kap 22", "2 kap 12", "gam 13", "gam 23"),
+    "beam": ("stretch", "shear 2", "shear 3", "twist", "curvature 2", "curvature 3"),
+}
+
+
+class ChosenFields:
+    """Fields of one body, from means of its resultants over the elements at each node.
+
+    One expression is compiled for all that follows from resultants, none where nothing is asked
+    for; nonlinear sections have another one for strains and energy.
+
+    Args:
+        simulation: The simulation.
+        body: The shell or beam.
+        names: What is asked for.
+
+    Attributes:
+        components: Names of the components by the field's name; none of a scalar.
+    """
+
+    def __init__(
+        self, simulation: Simulation, body: ShellModel | BeamModel, names: tuple[str, ...]
+    ) -> None:
+        self.components: dict[str, tuple[str, ...]] = {}
+        self._derived: dict[str, Read] = {}
+        self._own: dict[str, Read] = {}
+        for name in names:
+            self._add(body, name)
+        self._resultants = Resultants(simulation, body) if self._derived else None
+        self._strained: Strained | None = None
+        if self._own:
+            assert isinstance(body, ShellModel)
+            self._strained = Strained(simulation, body)
+        self._nodes = NodalMeans(body)
+
+    def _add(self, body: ShellModel | BeamModel, name: str) -> None:
+        kind = "beam" if isinstance(body, BeamModel) else "shell"
+        self.components[name] = STRAINS[kind] if name == "strains" else FIELDS[name].components
+        parts = {"N": (0, 3), "M": (3, 6), "Q": (6, 8), "force": (0, 3), "moment": (3, 6)}
+        if name in parts:
+            first, last = parts[name]
+            self._derived[name] = partial(_columns, first, last)
+        elif name == "principal_N":
+            self._derived[name] = section.principal
+        elif name == "surface_stress":
+            assert isinstance(body, ShellModel)
+            self._derived[name] = section.surface_stress(body.shell)
+        elif name == "ply_stress":
+            assert isinstance(body, ShellModel) and isinstance(body.shell.section, Laminate)
+            six = self.components.pop(name)
+            for k in range(len(body.shell.section.plies)):
+                self.components[f"{name}_{k + 1}"] = six
+                self._derived[f"{name}_{k + 1}"] = section.ply_stress(body.shell, k)
+        elif isinstance(body, ShellModel) and not isinstance(body.shell.section, LinearSection):
+            first, last = (0, 8) if name == "strains" else (8, 9)
+            self._own[name] = partial(_columns, first, last)
+        else:
+            compliance = (
+                section.beam_compliance(body.beam)
+                if isinstance(body, BeamModel)
+                else section.shell_compliance(body.shell)
+            )
+            make = section.strains_by if name == "strains" else section.energy_by
+            self._derived[name] = make(compliance)
+
+    def solved(self) -> None:
+        """Keep what means over the step need of its start."""
+        if self._resultants is not None:
+            self._resultants.solved()
+
+    def values(self) -> dict[str, Floats]:
+        """Values at the nodes of this rank (owned ones are right), shape (n, k); collective."""
+        found: dict[str, Floats] = {}
+        if self._resultants is not None:
+            R = self._nodes.mean(self._resultants.elements())
+            found |= {name: read(R) for name, read in self._derived.items()}
+        if self._strained is not None:
+            E = self._nodes.mean(self._strained.elements())
+            found |= {name: read(E) for name, read in self._own.items()}
+        return found
+
+
+def _columns(first: int, last: int, values: Floats) -> Floats:
+    return values[:, first] if last == first + 1 else values[:, first:last]
+
+
+class NodalMeans:
+    """Means at each node of what the elements around it have there.
+
+    Args:
+        body: The body; all is collective.
+    """
+
+    def __init__(self, body: ShellModel | BeamModel) -> None:
+        space = body.mixed.subspaces["u"]
+        self._map = space.dofmap.index_map
+        topology = space.mesh.topology
+        local = topology.index_map(topology.dim).size_local
+        self._nodes = np.asarray(space.dofmap.list[:local]).ravel()
+        self._count = self._sum(np.ones((len(self._nodes), 1)))
+
+    def mean(self, values: Floats) -> Floats:
+        """Means at the nodes of this rank, shape (n, k), right at those it owns.
+
+        Args:
+            values: Values of the cells of this rank at their nodes, shape (c, nodes, k).
+        """
+        flat = values.reshape(-1, values.shape[-1])
+        return self._sum(flat) / np.maximum(self._count, 1.0)
+
+    def _sum(self, flat: Floats) -> Floats:
+        vector = la.vector(self._map, flat.shape[1])
+        table = vector.array.reshape(-1, flat.shape[1])
+        np.add.at(table, self._nodes, flat)
+        # cells of other ranks add to nodes of this one
+        vector.scatter_reverse(la.InsertMode.add)
+        return table
+
+
+def chosen_fields(simulation: Simulation) -> dict[str, ChosenFields]:
+    """What the scene asks for beyond the state, by the names of the bodies that have it.
+
+    Args:
+        simulation: The simulation.
+    """
+    scene, found = simulation.scene, {}
+    for name, body in simulation.model.meshed.items():
+        described = scene.body(name)
+        wanted = tuple(w for w in wanted_fields(scene, kinds_of(described)) if w not in DEFAULT)
+        if wanted:
+            found[name] = ChosenFields(simulation, body, wanted)
+    return found
+
+
+def wants(scene: Scene, field: str) -> bool:
+    """Whether a field is asked for."""
+    return field in scene.output.fields or "all" in scene.output.fields

@@ -1,0 +1,252 @@
+"""Nodal values of a body at the current time: of a shell, a beam, or all rigid bodies."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from shellmb.model.frames.beam import BeamModel
+from shellmb.model.frames.rigid import RigidBodies
+from shellmb.model.model import Model
+from shellmb.model.shells.shell import ShellModel
+from shellmb.simulate.simulation import Simulation
+
+Floats = npt.NDArray[np.float64]
+
+type NodalBody = ShellModel | BeamModel | RigidBodies
+
+
+@dataclass(frozen=True)
+class NodalValues:
+    """Values at the nodes (owned and ghost) of a body on this rank.
+
+    Args:
+        reference: Reference positions, shape (n, 3), m.
+        displacement: Displacements, shape (n, 3), m.
+        reference_directors: Reference directors, shape (n, m, 3): one of a shell, three of frames.
+        directors: Directors, shape (n, m, 3).
+        velocity: Velocities, shape (n, 3), m/s; zero in statics.
+        director_velocity: Velocities of the directors, shape (n, m, 3), 1/s; zero in statics.
+    """
+
+    reference: Floats
+    displacement: Floats
+    reference_directors: Floats
+    directors: Floats
+    velocity: Floats
+    director_velocity: Floats
+
+    @property
+    def position(self) -> Floats:
+        """Positions, m."""
+        return np.asarray(self.reference + self.displacement)
+
+    @property
+    def director(self) -> Floats:
+        """Directors of a shell, first directors of frames, shape (n, 3)."""
+        return np.asarray(self.directors[:, 0])
+
+    @property
+    def rotation(self) -> Floats:
+        """Rotation vectors of the frames from the reference, up to pi, shape (n, 3), rad."""
+        return rotation_vectors(self.reference_directors, self.directors)
+
+    @property
+    def angular_velocity(self) -> Floats:
+        """Angular velocities `d_k x d_k' / 2` of the frames in the scene's axes, shape (n, 3)."""
+        return np.asarray(np.cross(self.directors, self.director_velocity).sum(axis=1) / 2)
+
+    def at(self, offsets: Floats) -> NodalValues:
+        """Values at points fixed to the frames.
+
+        Args:
+            offsets: Their components along the directors, shape (n, 3), m.
+        """
+
+        def moved(values: Floats, vectors: Floats) -> Floats:
+            return np.asarray(values + np.einsum("nk,nki->ni", offsets, vectors))
+
+        change = self.directors - self.reference_directors
+        return NodalValues(
+            moved(self.reference, self.reference_directors),
+            moved(self.displacement, change),
+            self.reference_directors,
+            self.directors,
+            moved(self.velocity, self.director_velocity),
+            self.director_velocity,
+        )
+
+    def take(self, nodes: npt.NDArray[np.int32]) -> NodalValues:
+        """Values at some of the nodes, in that order; one node may stand there several times."""
+        return NodalValues(
+            self.reference[nodes],
+            self.displacement[nodes],
+            self.reference_directors[nodes],
+            self.directors[nodes],
+            self.velocity[nodes],
+            self.director_velocity[nodes],
+        )
+
+
+def rotation_vectors(reference: Floats, directors: Floats) -> Floats:
+    """Rotation vectors that turn one triple of directors into another, shape (n, 3), rad.
+
+    Args:
+        reference: Directors as rows, shape (n, 3, 3).
+        directors: The same turned.
+    """
+    R = np.einsum("nki,nkj->nij", directors, reference)
+    # a unit quaternion from its largest component, accurate at all angles (S. W. Shepperd,
+    # J. Guidance Control 1 (1978) 223)
+    trace = np.einsum("nii->n", R)
+    diagonal = np.concatenate([trace[:, None], np.einsum("nii->ni", R)], axis=1)
+    largest = np.argmax(diagonal, axis=1)
+    skew = np.stack([R[:, 2, 1] - R[:, 1, 2], R[:, 0, 2] - R[:, 2, 0], R[:, 1, 0] - R[:, 0, 1]], 1)
+    quaternions = np.empty((len(R), 4))
+    for n, which in enumerate(largest):
+        if which == 0:
+            quaternions[n] = [1 + trace[n], *skew[n]]
+        else:
+            i = which - 1
+            column = R[n, :, i] + R[n, i]
+            column[i] = 1 - trace[n] + 2 * R[n, i, i]
+            quaternions[n] = [skew[n, i], *column]
+    size = np.linalg.norm(quaternions[:, 1:], axis=1)
+    sign = np.where(quaternions[:, 0] < 0, -1.0, 1.0)
+    angle = 2 * np.arctan2(size, np.abs(quaternions[:, 0]))
+    scale = sign * angle / np.where(size > 0, size, 1.0)
+    return np.asarray(scale[:, None] * quaternions[:, 1:])
+
+
+def nodal_bodies(model: Model) -> dict[str, NodalBody]:
+    """All bodies with nodes of their own by their names in the system."""
+    found: dict[str, NodalBody] = {**model.shells, **model.beams}
+    if model.rigid is not None:
+        found[model.rigid.name] = model.rigid
+    return found
+
+
+def reference_nodes(body: NodalBody) -> tuple[Floats, Floats]:
+    """Positions (n, 3) and directors (n, m, 3) of the nodes of this rank in the reference."""
+    if isinstance(body, RigidBodies):
+        centers = np.array([b.center for b in body.bodies]).reshape(-1, 3)
+        directors = np.array([b.directors for b in body.bodies]).reshape(-1, 3, 3)
+        return centers[body.node_mesh.item], directors[body.node_mesh.item]
+    return body.mixed.nodes("u"), body.node_directors()
+
+
+def state(simulation: Simulation, body: str) -> Floats:
+    """Dofs of a body's current state."""
+    return np.asarray(simulation.problem.state(body).x.array)
+
+
+def nodal_values(simulation: Simulation, name: str) -> NodalValues:
+    """Values at the nodes of a body, in the order of the displacement's space.
+
+    Args:
+        simulation: The simulation, between two steps.
+        name: Name of the body in the system.
+    """
+    return Nodes(nodal_bodies(simulation.model)[name]).now(simulation, name)
+
+
+def values_of(body: NodalBody, q: Floats, velocity: Floats | None = None) -> NodalValues:
+    """Values at the nodes for local arrays of a state and its rate.
+
+    Args:
+        body: The body.
+        q: Dofs of the state.
+        velocity: Dofs of its rate; None: at rest.
+    """
+    return Nodes(body).values(q, velocity)
+
+
+class Nodes:
+    """Nodes of a body whose values are asked for again and again.
+
+    Args:
+        body: The body.
+        which: Numbers of the nodes on this rank; one may stand there several times. None: all.
+    """
+
+    def __init__(self, body: NodalBody, which: npt.NDArray[np.int32] | None = None) -> None:
+        here = slice(None) if which is None else which
+        X, D = reference_nodes(body)
+        dofs = body.mixed.dofs
+        self._X, self._D = X[here], D[here]
+        self._u = dofs["u"].reshape(-1, 3)[here]
+        self._w = dofs["w"].reshape(D.shape)[here]
+
+    @property
+    def count(self) -> int:
+        """Their number."""
+        return len(self._X)
+
+    def values(self, q: Floats, velocity: Floats | None = None) -> NodalValues:
+        """Values at the nodes, in their order.
+
+        Args:
+            q: Dofs of the state.
+            velocity: Dofs of its rate; None: at rest.
+        """
+        v = np.zeros_like(q) if velocity is None else velocity
+        return NodalValues(
+            self._X, q[self._u], self._D, self._D + q[self._w], v[self._u], v[self._w]
+        )
+
+    def places(self, q: Floats) -> tuple[Floats, Floats]:
+        """Positions (n, 3) and directors (n, m, 3) alone.
+
+        Args:
+            q: Dofs of the state.
+        """
+        return self._X + q[self._u], self._D + q[self._w]
+
+    def changes(self, change: Floats) -> tuple[Floats, Floats]:
+        """Changes of positions (n, 3) and directors (n, m, 3) for one of the state.
+
+        Args:
+            change: Dofs of the change.
+        """
+        return change[self._u], change[self._w]
+
+    def now(self, simulation: Simulation, name: str) -> NodalValues:
+        """Values at the nodes, between two steps of a simulation.
+
+        Args:
+            simulation: The simulation.
+            name: Name of the body in the system.
+        """
+        rates = simulation.problem.levels[name].rates
+        velocity = np.asarray(rates["v"].x.array) if "v" in rates else None
+        return self.values(state(simulation, name), velocity)
+
+    def reader(
+        self, simulation: Simulation, name: str, quantity: str, offsets: Floats | None = None
+    ) -> Callable[[], Floats]:
+        """Reads one quantity between two steps, shape (n, 3), and no more than it takes.
+
+        Args:
+            simulation: The simulation.
+            name: Name of the body in the system.
+            quantity: Name of one of the `NodalValues`.
+            offsets: Components along the directors of points fixed to the nodes, shape (n, 3), m;
+                None: the nodes themselves.
+        """
+        q, rates = state(simulation, name), simulation.problem.levels[name].rates
+        u, w = self._u.astype(np.intp), self._w[:, 0].astype(np.intp)
+        if offsets is not None:
+            return lambda: getattr(self.now(simulation, name).at(offsets), quantity)
+        if quantity == "displacement":
+            return lambda: q[u]
+        if quantity == "position":
+            return lambda: self._X + q[u]
+        if quantity == "director":
+            return lambda: self._D[:, 0] + q[w]
+        if quantity == "velocity" and "v" in rates:
+            v = np.asarray(rates["v"].x.array)
+            return lambda: v[u]
+        return lambda: getattr(self.now(simulation, name), quantity)

@@ -1,0 +1,160 @@
+"""Forces and moments in beams and shells at their nodes."""
+
+from __future__ import annotations
+
+from typing import Any, Protocol
+
+import numpy as np
+import numpy.typing as npt
+import ufl
+from dolfinx import fem
+from ufl.core.expr import Expr
+
+from shellmb.forms.state import Layout
+from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
+from shellmb.forms.steps.path import Step
+from shellmb.kernels import compiled_expression
+from shellmb.meshes.spaces import MixedSpace
+from shellmb.model.frames.beam import BeamModel
+from shellmb.model.shells.shell import ShellModel
+from shellmb.simulate.simulation import Simulation
+
+Floats = npt.NDArray[np.float64]
+
+# quantity of a probe to its components among a body's resultants
+BEAM = {"force": (0, 1, 2), "moment": (3, 4, 5)}
+SHELL = {"membrane": (0, 1, 2), "bending": (3, 4, 5), "shear": (6, 7)}
+RESULTANTS = {**BEAM, **SHELL}
+
+
+class Resulting(Protocol):
+    """A body with resultants: a shell or a beam."""
+
+    name: str
+    mixed: MixedSpace
+    layout: Layout
+    section: Any
+
+    def strains(self, q: Expr) -> Any:
+        """Its strains."""
+        ...
+
+    def resultants(self, q: Expr) -> Expr | tuple[Expr, Expr]:
+        """Its resultants as one vector, or as forces and moments."""
+        ...
+
+    def mean_resultants(self, step: Step) -> Expr | tuple[Expr, Expr]:
+        """The same as means over a step that is quadratic in time."""
+        ...
+
+
+class Resultants:
+    """Resultants of a beam along its directors, or of a shell along its material directions.
+
+    They are accurate at the Gauss points; those of an element are continued to its nodes by the
+    polynomial through its points. Where elements meet, the mean of all is given: at a point
+    load of a beam, of the values on both sides of it.
+
+    They are means over the step: the averaged stress that acts in the row which balances the
+    momentum of the step. Of ED that is the one from the state j to f, where eq. (29) has its
+    forces; of schemes quadratic in time it is S_0. Stresses at the end of a step are of no order
+    where a body is stiff. In statics, and before the first step, they are those of the state.
+
+    Args:
+        simulation: The simulation.
+        body: The beam or shell.
+    """
+
+    def __init__(self, simulation: Simulation, body: Resulting) -> None:
+        self._simulation, problem = simulation, simulation.problem
+        found = [body.resultants(problem.state(body.name))]
+        self._levels = problem.levels[body.name]
+        self._start: fem.Function | None = None
+        if body.name in problem.paths:
+            found.append(body.mean_resultants(problem.paths[body.name].step))
+        elif simulation.scheme.dynamic:
+            stage = problem.forms[body.name][problem.last].stage
+            assert stage is not None
+            averaged = body.section.formulation.averaged(body.strains, body.layout, stage.span)
+            # looked at when the step is accepted, and its start is overwritten
+            self._start = fem.Function(body.mixed.space, name="start")
+            found.append(_replaced(averaged, {self._levels.q: self._start}))
+        self._prepare(body, [_joined(each) if isinstance(each, tuple) else each for each in found])
+
+    def _prepare(self, body: Resulting, vectors: list[Expr]) -> None:
+        """Compile what is read, of states and perhaps as means."""
+        nodes, inner = body.mixed.subspaces["u"], body.mixed.subspaces["N"]
+        points = np.asarray(inner.element.interpolation_points)
+        self._mesh = nodes.mesh
+        self._size = int(vectors[0].ufl_shape[0])
+        self._expressions = [compiled_expression(vector, points) for vector in vectors]
+        # values at the nodes of an element from those at its points
+        at = np.asarray(nodes.element.interpolation_points)
+        table = np.asarray(inner.element.basix_element.tabulate(0, at))
+        self._continued: Floats = table[0, :, :, 0]
+        local = self._mesh.topology.index_map(self._mesh.topology.dim).size_local
+        self._cells = np.arange(local, dtype=np.int32)
+        self._nodes = nodes.dofmap.list[:local]
+
+    def solved(self) -> None:
+        """Keep the start of a step, while it is at hand."""
+        if self._start is not None:
+            np.copyto(self._start.x.array, self._levels.q.x.array)
+
+    def elements(self) -> Floats:
+        """Values of each element of this rank at its nodes, shape (elements, nodes, size)."""
+        # before the first step there is the state only
+        expression = self._expressions[-1 if self._simulation.last else 0]
+        flat = np.asarray(expression.eval(self._mesh, self._cells), dtype=np.float64)
+        values = flat.reshape(len(self._cells), -1, self._size)
+        return np.asarray(np.einsum("np,epk->enk", self._continued, values))
+
+    def sums(self, nodes: npt.NDArray[np.int32], quantity: str) -> tuple[Floats, int]:
+        """Sum of the elements' values at nodes, shape (3,), in N, N m or per m, and their number.
+
+        Args:
+            nodes: Local numbers, owned or ghost; elements of this rank alone count.
+            quantity: Which of the resultants; the third component of a shear force is zero.
+        """
+        total, places = np.zeros(3), np.isin(self._nodes, nodes)
+        if not places.any():
+            return total, 0
+        found = self.elements()[places]
+        components = list(RESULTANTS[quantity])
+        total[: len(components)] = found.sum(axis=0)[components]
+        return total, len(found)
+
+
+class Strained(Resultants):
+    """Strains of a shell with a nonlinear section, and its energy per area, shape (9,).
+
+    Args:
+        simulation: The simulation.
+        body: The shell.
+    """
+
+    def __init__(self, simulation: Simulation, body: ShellModel) -> None:
+        self._simulation, self._start = simulation, None
+        strains = body.strains(simulation.problem.state(body.name))
+        formulation = body.section.formulation
+        assert isinstance(formulation, NonlinearMixed)
+        energy = formulation.psi(strains)
+        parts = [*strains.eps, *strains.kap, *strains.gam, energy]
+        self._prepare(body, [ufl.as_vector(parts)])
+
+
+def _replaced(vectors: Expr | tuple[Expr, Expr], by: dict[Expr, Expr]) -> Any:
+    """Expressions with other functions in them."""
+    if isinstance(vectors, tuple):
+        return tuple(ufl.replace(vector, by) for vector in vectors)
+    return ufl.replace(vectors, by)
+
+
+def _joined(parts: tuple[Expr, Expr]) -> Expr:
+    force, moment = parts
+    return ufl.as_vector([*(force[k] for k in range(3)), *(moment[k] for k in range(3))])
+
+
+def has_resultants(body: object, quantity: str) -> bool:
+    """Whether a probe's quantity is a resultant of a body."""
+    return quantity in (BEAM if isinstance(body, BeamModel) else SHELL)

@@ -1,0 +1,1 @@
+"""Files of a run: snapshots, checkpoints, growing tables."""

@@ -1,0 +1,142 @@
+"""The last good state of a run, from which `shellmb resume` goes on."""
+
+from __future__ import annotations
+
+import json
+import time as clock
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from shellmb.errors import ConvergenceError, Stopped
+from shellmb.observers.files.seal import checksum, sealed
+from shellmb.scene.fingerprint import Fingerprint, fingerprint
+from shellmb.simulate.simulation import Observer, Silent, Simulation
+
+Arrays = dict[str, npt.NDArray[np.float64]]
+
+INTERVAL = 30.0
+FORMAT = 3
+# name in the folder
+STATE_FILE = "state.json"
+
+
+@dataclass(frozen=True)
+class Saved:
+    """A state read back.
+
+    Args:
+        arrays: This rank's dofs.
+        simulation: Counters and step size.
+        observers: States of the observers by name.
+        scene: Fingerprint of the scene.
+    """
+
+    arrays: Arrays
+    simulation: dict[str, Any]
+    observers: dict[str, dict[str, Any]]
+    scene: Fingerprint = field(default_factory=dict)
+
+
+class Written(Protocol):
+    """An observer with files that a state counts on."""
+
+    def write(self) -> None:
+        """Write what is not in the files yet."""
+        ...
+
+    def sealed(self, state: Mapping[str, Any]) -> dict[str, Any]:
+        """A saved state of this observer, with the checksums of its files so far."""
+        ...
+
+
+class Checkpoint(Silent):
+    """Writes the last accepted state now and then, at the end, and when a run fails.
+
+    The arrays of a step are written first, one file per rank; `state.json`, replaced in one go,
+    then names them. Whenever a run is stopped, the file it left names a complete state. With it go
+    the scene's fingerprint and checksums of all that a run goes on with.
+
+    Args:
+        folder: Folder of the state.
+        observers: Observers whose state is kept, by name; the checkpoint has to stand behind them.
+        files: Those among them whose files a state counts on, by the same names.
+        interval: Least time between two states, s.
+    """
+
+    def __init__(
+        self,
+        folder: Path,
+        observers: Mapping[str, Observer],
+        files: Mapping[str, Written] | None = None,
+        interval: float = INTERVAL,
+    ) -> None:
+        self._folder, self._observers, self._interval = folder, observers, interval
+        self._files = files or {}
+
+    def start(self, simulation: Simulation) -> None:
+        """Take the initial state."""
+        self._comm = simulation.model.comm
+        if self._comm.rank == 0:
+            self._folder.mkdir(parents=True, exist_ok=True)
+        self._comm.Barrier()
+        self._pending = False
+        self._scene = fingerprint(simulation.scene)
+        self._live = simulation.live()
+        self._remember(simulation)
+        self._write()
+
+    def _remember(self, simulation: Simulation) -> None:
+        """A copy, as a failing step spoils the functions, and a failing observer others' states."""
+        arrays = {name: array.copy() for name, array in self._live.items()}
+        observers = {name: o.state() for name, o in self._observers.items()}
+        # in one go, as Ctrl-C may come at any moment
+        self._last = arrays | simulation.past(), simulation.state(), observers
+        self._pending = True
+
+    def accepted(self, simulation: Simulation) -> None:
+        """Remember the state and write it if the last writing is long ago."""
+        self._remember(simulation)
+        due = clock.perf_counter() - self._written > self._interval
+        # the first rank's clock decides for all
+        if self._comm.bcast(due) if self._comm.size > 1 else due:
+            self._write()
+
+    def finish(self, simulation: Simulation, error: BaseException | None) -> None:
+        """Write the last state, unless ranks may have failed one by one and would wait for ever."""
+        known = error is None or isinstance(error, ConvergenceError | Stopped)
+        together = known or self._comm.size == 1
+        if self._pending and together:
+            self._write()
+
+    def _write(self) -> None:
+        arrays, simulation, observers = self._last
+        for written in self._files.values():
+            written.write()
+        stem = f"step-{simulation['step']:08d}"
+        file = self._folder / f"{stem}-rank{self._comm.rank}.npz"
+        np.savez(file, allow_pickle=False, **arrays)
+        checksums = self._comm.gather(checksum(file.read_bytes()))
+        if self._comm.rank == 0:
+            counted = {name: w.sealed(observers[name]) for name, w in self._files.items()}
+            state = {
+                "format": FORMAT,
+                "ranks": self._comm.size,
+                "scene": self._scene,
+                "arrays": stem,
+                "arrays_sha256": checksums,
+                "simulation": simulation,
+                "observers": observers | counted,
+            }
+            draft = self._folder / "state.tmp"
+            draft.write_text(json.dumps(sealed(state), indent=1))
+            draft.replace(self._folder / STATE_FILE)
+            for old in self._folder.glob("step-*.npz"):
+                if not old.name.startswith(f"{stem}-"):
+                    old.unlink()
+        self._pending = False
+        self._written = clock.perf_counter()

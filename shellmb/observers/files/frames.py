@@ -1,0 +1,198 @@
+"""Snapshots of everything that moves at equally spaced times, for ParaView and for pictures."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from shellmb.errors import ConvergenceError
+from shellmb.observers.fields.asked import AskedFields
+from shellmb.observers.files.batches import Batches
+from shellmb.observers.files.collection import Collection
+from shellmb.observers.files.drawn import drawn_parts
+from shellmb.observers.files.grid import Grid
+from shellmb.observers.files.gridfiles import GridFiles
+from shellmb.observers.forces.joints import JointForces
+from shellmb.simulate.simulation import Silent, Simulation
+
+Floats = npt.NDArray[np.float64]
+
+_log = logging.getLogger(__name__)
+
+# a time this fraction of the interval before that of a frame is the frame's
+EARLY = 1e-6
+
+
+@dataclass(frozen=True)
+class Frame:
+    """Displacements at one time, on rank 0.
+
+    Args:
+        t: Time, s.
+        displacement: By the name of the grid, shape (n, 3), m.
+    """
+
+    t: float
+    displacement: dict[str, Floats]
+
+
+class Frames(Silent):
+    """Takes snapshots, the first and the last state included.
+
+    Each shell and each beam gets files `NAME_0000.vtu` with the fields that the scene asks for, and
+    thickness or size of the section, on Lagrange cells of its own degree, and `NAME.vtu.series`,
+    which ParaView opens as one thing in time. All rigid bodies are in `rigid_bodies_0000.vtu`,
+    lines from their centres to their points, and all joints in `joints_0000.vtu`. `all.pvd` opens
+    all of it. Files of short steps are written several at a time (`Batches`).
+
+    Args:
+        folder: Where the files go; None: frames are kept in memory only.
+        forces: Forces of joints, if they are known.
+
+    Attributes:
+        frames: The frames so far, on rank 0.
+        grids: What the frames show, by name, on rank 0.
+    """
+
+    def __init__(self, folder: Path | None = None, forces: JointForces | None = None) -> None:
+        self.folder, self._forces = folder, forces
+        self.frames: list[Frame] = []
+        self.grids: dict[str, Grid] = {}
+        self._kept: list[float] = []
+        self._sums: dict[str, str] = {}
+        # numbers of frames that are not written yet, and their fields by the name of the grid
+        self._pending: list[tuple[int, dict[str, dict[str, Floats]]]] = []
+        self._batches = Batches()
+
+    def start(self, simulation: Simulation) -> None:
+        """Gather the grids and take the first frame, or read those of the earlier run."""
+        self._parts = drawn_parts(simulation.model)
+        self.grids = {n: g.grid for n, g in self._parts.items() if g.grid is not None}
+        self._files: dict[str, GridFiles] = {}
+        self._asked = AskedFields(simulation, self._forces) if self.folder is not None else None
+        self._all: Collection | None = None
+        if self.folder is not None and self.grids:
+            self.folder.mkdir(parents=True, exist_ok=True)
+            assert self._asked is not None
+            self._files = {
+                name: GridFiles(
+                    self.folder, grid, self._parts[name].cell_data(), self._asked.components(name)
+                )
+                for name, grid in self.grids.items()
+            }
+            self._all = Collection(self.folder / "all.pvd", self._files)
+        count = max(simulation.scene.output.frames - 1, 1)
+        self._interval = simulation.t_end / count
+        self._times = list(self._kept)
+        if self._kept:
+            self._read_back()
+        else:
+            self._take(simulation)
+            self.write()
+
+    def solved(self, simulation: Simulation) -> None:
+        """Keep what means over the step need of its start."""
+        if self._asked is not None:
+            self._asked.solved()
+
+    def accepted(self, simulation: Simulation) -> None:
+        """Take a frame if it is time, and at the end."""
+        # by the number of the interval, not by adding intervals up: no drift
+        due = self._times[-1] // self._interval + 1
+        if (due - EARLY) * self._interval <= self._times[-1]:
+            due += 1
+        if simulation.t >= (due - EARLY) * self._interval or simulation.t >= simulation.t_end:
+            self._take(simulation)
+        if self._pending and self._batches.due():
+            self.write()
+
+    def finish(self, simulation: Simulation, error: BaseException | None) -> None:
+        """After a step that did not converge add the last good state."""
+        try:
+            if isinstance(error, ConvergenceError) and not simulation.scheme.linear:
+                if simulation.t > self._times[-1]:
+                    self._take(simulation)
+            self.write()
+        finally:
+            # what cannot be written is lost
+            self._pending.clear()
+            for files in self._files.values():
+                files.close()
+            if self._all is not None:
+                self._all.close()
+
+    def _take(self, simulation: Simulation) -> None:
+        self._times.append(simulation.t)
+        displacement, written = {}, {}
+        for name, part in self._parts.items():
+            fields = part.fields(simulation)
+            if self._asked is not None:
+                fields = self._asked.of(name, part, fields)
+            if part.grid is None:
+                continue
+            displacement[name] = fields["displacement"]
+            written[name] = fields
+        if displacement:
+            self.frames.append(Frame(simulation.t, displacement))
+        if self._files:
+            self._pending.append((len(self._times) - 1, written))
+
+    def write(self) -> None:
+        """Write the frames that are not in files yet."""
+        if self._pending:
+            for name, files in self._files.items():
+                for number, fields in self._pending:
+                    files.write(number, fields[name])
+                files.list(self._times)
+            if self._all is not None:
+                self._all.list(self._times)
+        self._pending.clear()
+        self._batches.written()
+
+    def _read_back(self) -> None:
+        """Frames of the earlier run, for the pictures; a run does without those that are lost."""
+        if not self._files:
+            return
+        lost = []
+        for number, t in enumerate(self._times):
+            found = {}
+            for name, files in self._files.items():
+                shape = files.displacement(number, self._sums)
+                if shape is None:
+                    lost.append(files.file(number).name)
+                else:
+                    found[name] = shape
+            if len(found) == len(self._files):
+                self.frames.append(Frame(t, found))
+        for files in self._files.values():
+            files.list(self._times)
+        if self._all is not None:
+            self._all.list(self._times)
+        if lost:
+            _log.warning(
+                "resume: lost or damaged in %s, and left out of the pictures: %s",
+                self.folder,
+                ", ".join(lost),
+            )
+
+    def state(self) -> dict[str, Any]:
+        """Times of the frames."""
+        return {"times": list(self._times)}
+
+    def sealed(self, state: Mapping[str, Any]) -> dict[str, Any]:
+        """A saved state with the checksums of the files of its frames, on rank 0."""
+        sums: dict[str, str] = {}
+        for files in self._files.values():
+            sums |= files.checksums(len(state["times"]))
+        return {**state, "sha256": sums}
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Go on behind so many frames."""
+        self._kept = [float(t) for t in state["times"]]
+        self._sums = dict(state["sha256"])

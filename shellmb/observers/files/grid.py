@@ -1,0 +1,138 @@
+"""What files and pictures show of a body: its nodes and cells, gathered on rank 0."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass, field
+
+from mpi4py import MPI
+
+import dolfinx.plot
+import numpy as np
+import numpy.typing as npt
+
+from shellmb.model.frames.beam import BeamModel
+from shellmb.model.shells.shell import ShellModel
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+
+
+def _none(*shape: int) -> Ints:
+    return np.zeros(shape, dtype=np.int64)
+
+
+@dataclass(frozen=True)
+class Grid:
+    """All nodes and cells of a body; of shells and beams, of the degree of their displacement.
+
+    Args:
+        name: Name of the body, or of what is shown as one.
+        nodes: Reference positions of the nodes, shape (n, 3), m.
+        vtk_cells: Cells as VTK wants them: the number of nodes before the nodes of each.
+        vtk_types: VTK's type of each cell.
+        faces: Corners of flat pieces that together make the surface, shape (f, 3 or 4).
+        outlines: Nodes around each cell of a surface, shape (c, k), closed.
+        lines: Segments that are no part of a surface, shape (s, 2).
+        dots: Nodes that are marked, shape (d,).
+        labels: Name of the body or joint of each node, or none.
+    """
+
+    name: str
+    nodes: Floats
+    vtk_cells: Ints
+    vtk_types: npt.NDArray[np.uint8]
+    faces: Ints = field(default_factory=lambda: _none(0, 3))
+    outlines: Ints = field(default_factory=lambda: _none(0, 2))
+    lines: Ints = field(default_factory=lambda: _none(0, 2))
+    dots: Ints = field(default_factory=lambda: _none(0))
+    labels: tuple[str, ...] = ()
+
+
+class Gatherer:
+    """Brings nodal values of a shell or a beam to rank 0.
+
+    Args:
+        body: The body; the call is collective.
+
+    Attributes:
+        grid: The whole grid on rank 0, None elsewhere.
+    """
+
+    def __init__(self, body: ShellModel | BeamModel) -> None:
+        space = body.mixed.subspaces["u"]
+        index_map = space.dofmap.index_map
+        self._comm: MPI.Comm = space.mesh.comm
+        self._owned = int(index_map.size_local)
+        cells, types, _ = dolfinx.plot.vtk_mesh(space)  # type: ignore[arg-type]
+        width = space.dofmap.list.shape[1] + 1
+        vtk = cells.reshape(-1, width).astype(np.int64)
+        vtk[:, 1:] = _numbers(index_map, vtk[:, 1:])
+        dim = space.mesh.topology.dim
+        local = space.mesh.topology.index_map(dim).size_local
+        own = _numbers(index_map, space.dofmap.list[:local])
+        gathered = self._comm.gather((vtk, types, own))
+        nodes = self.gather(body.mixed.nodes("u"))
+        self.grid: Grid | None = None
+        if gathered is None or nodes is None:
+            return
+        vtk, types, own = (np.concatenate([part[k] for part in gathered]) for k in range(3))
+        cells, types = vtk.ravel(), types.astype(np.uint8)
+        points = np.asarray(space.element.basix_element.points)
+        if dim == 1:
+            along = own[:, np.argsort(points[:, 0])]
+            lines = np.stack([along[:, :-1], along[:, 1:]], axis=-1).reshape(-1, 2)
+            self.grid = Grid(body.name, nodes, cells, types, lines=lines)
+            return
+        pieces, around = lattice(points)
+        faces = own[:, pieces].reshape(-1, pieces.shape[1])
+        self.grid = Grid(body.name, nodes, cells, types, faces, own[:, around])
+
+    def gather(self, values: Floats) -> Floats | None:
+        """Values at all nodes on rank 0, None elsewhere.
+
+        Args:
+            values: Values at the nodes of this rank (owned and ghost), shape (n, k).
+        """
+        if self._comm.size == 1:
+            return np.array(values[: self._owned])
+        # the numbers of the nodes go from rank to rank, so the parts only have to be put in a row
+        gathered = self._comm.gather(np.asarray(values[: self._owned]))
+        return None if gathered is None else np.concatenate(gathered)
+
+
+def _numbers(index_map, local: npt.NDArray[np.int32]) -> Ints:  # type: ignore[no-untyped-def]
+    """Global numbers of nodes, in the shape of the local ones."""
+    flat = index_map.local_to_global(np.ascontiguousarray(local, dtype=np.int32).ravel())
+    return np.asarray(flat, dtype=np.int64).reshape(local.shape)
+
+
+def lattice(points: Floats) -> tuple[Ints, Ints]:
+    """Flat pieces of a Lagrange cell and the nodes around it, by the positions of its nodes.
+
+    Args:
+        points: Reference positions of the nodes, shape (n, 2).
+
+    Returns:
+        Pieces, shape (p, 3 or 4), and the closed way around, shape (k,).
+    """
+    ij = [np.unique(np.round(points[:, k], 6), return_inverse=True)[1] for k in (0, 1)]
+    node = {(int(i), int(j)): n for n, (i, j) in enumerate(zip(*ij, strict=True))}
+    k = max(i for i, _ in node)
+    steps = range(k)
+    if (k, k) in node:
+        pieces = [
+            [node[i, j], node[i + 1, j], node[i + 1, j + 1], node[i, j + 1]]
+            for i in steps
+            for j in steps
+        ]
+        corners = [(0, 0), (k, 0), (k, k), (0, k), (0, 0)]
+    else:
+        lower = [[(i, j), (i + 1, j), (i, j + 1)] for i in steps for j in steps]
+        upper = [[(i + 1, j), (i + 1, j + 1), (i, j + 1)] for i in steps for j in steps]
+        pieces = [[node[p] for p in piece] for piece in lower + upper if set(piece) <= node.keys()]
+        corners = [(0, 0), (k, 0), (0, k), (0, 0)]
+    around = [node[0, 0]]
+    for (ai, aj), (bi, bj) in itertools.pairwise(corners):
+        around += [node[ai + (bi - ai) * s // k, aj + (bj - aj) * s // k] for s in range(1, k + 1)]
+    return np.array(pieces), np.array(around)

@@ -1,0 +1,1 @@
+"""What joints, drivers and supports carry."""

@@ -1,0 +1,68 @@
+"""Forces at the end of each step beside the means over it, where a scene asks for them."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+
+from shellmb.observers.forces.impulse import last_middle
+from shellmb.observers.forces.joints import columns, group_loops, joint_forces
+from shellmb.observers.forces.supports import SupportForces
+from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.start.endforces import EndForces
+
+ENDING = "_end"
+
+
+class EndForceColumns(Silent):
+    """Forces of joints, drivers, locks and supports at the end of a step (`simulate.endforces`).
+
+    Nothing without `Output(end_forces=True)`.
+
+    Attributes:
+        values: Columns of the history, named as the means with `_end` behind; those of supports
+            (`SupportForces`) as means, too. NaN before the first step.
+    """
+
+    def __init__(self) -> None:
+        self.values: dict[str, float] = {}
+        self._solution: EndForces | None = None
+
+    def start(self, simulation: Simulation) -> None:
+        """Compile the equations, and list the columns."""
+        if not (simulation.scene.output.end_forces and simulation.scheme.dynamic):
+            return
+        self._solution = EndForces(simulation.problem)
+        self._loops = group_loops(self._solution, simulation.model.mechanism)
+        self._means = SupportForces(simulation.problem, simulation.model)
+        self._ends = SupportForces(self._solution, simulation.model)
+        names = [*self._means.names, *self._measured(simulation, self._solution)]
+        self.values = dict.fromkeys(names, float("nan"))
+
+    def solved(self, simulation: Simulation) -> None:
+        """Take the means of what supports hold."""
+        if self._solution is not None:
+            self.values.update(self._means(partial(last_middle, simulation)))
+
+    def accepted(self, simulation: Simulation) -> None:
+        """Solve at the new state."""
+        if self._solution is None or simulation.last is None:
+            return
+        self._solution.solve(simulation.t, simulation.last.dt)
+        self.values.update(self._measured(simulation, self._solution))
+
+    def _measured(self, simulation: Simulation, solution: EndForces) -> dict[str, float]:
+        model, levels = simulation.model, simulation.problem.levels
+
+        def state(body: str) -> np.ndarray:
+            return np.asarray(levels[body].q.x.array)
+
+        efforts = model.mechanism.efforts(solution)
+        found = {f"{name}{ENDING}": value for name, value in efforts.items()}
+        joints = columns(joint_forces(model, self._loops, state), ENDING)
+        return joints | found | self._ends(state, ENDING)
+
+    def measure(self) -> dict[str, float]:
+        """Columns of the history."""
+        return dict(self.values)

@@ -1,0 +1,150 @@
+"""Impulses of all that acts from outside, as the balance of momentum of a step sees them.
+
+The row of the state at the end of a step (eq. 29), tested with a rigid translation and with a rigid
+rotation of its mid-point configuration. Internal forces and those of joints between bodies do no
+work there. What does is assembled into the nodes and summed up: loads and added terms; and what
+supports, drivers and joints to ground hold, which are the residuals at the fixed unknowns, and the
+multipliers of planes that are not axis-parallel.
+
+Over a step that is quadratic in time the rows P0 and P1 of eq. (Q2) have the mean of a force,
+`f_0`, and its first moment in time, `f_1 = <P1 f>`. The moment of a force linear in time about the
+path is `<r x f> = <r> x f_0 + 3 <P1 r> x f_1 = <r> x f_0 + D/2 x f_1`, as it is of inertia.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from mpi4py import MPI
+
+import numpy as np
+import numpy.typing as npt
+import ufl
+from dolfinx import fem
+
+from shellmb.kernels import compiled
+from shellmb.model.body import Body
+from shellmb.observers.forces.holding import HeldForces, NodalForces
+from shellmb.schemes.quadratic import RATE, QuadraticInTime
+from shellmb.schemes.residuals.residual import StageForms
+from shellmb.simulate.simulation import Simulation
+
+Floats = npt.NDArray[np.float64]
+
+
+def last_middle(simulation: Simulation, body: str) -> Floats:
+    """Dofs of a body at the middle of the last stage of the step just solved.
+
+    Where forces are those of a single state, that state; in linear statics, whose unknown is small,
+    the reference; over a step that is quadratic in time the mean.
+    """
+    problem, scheme = simulation.problem, simulation.scheme
+    levels = problem.levels[body]
+    if isinstance(scheme, QuadraticInTime) and levels.push is not None:
+        unknown = {stage: f.x.array for stage, f in levels.unknown.items()}
+        return np.asarray(scheme.mean(levels.q.x.array, levels.push.x.array, unknown))
+    if scheme.linear:
+        return np.asarray(levels.q.x.array)
+    end = levels.unknown[problem.last].x.array
+    stage = problem.forms[body][problem.last].stage
+    if stage is not None and stage.single:
+        return np.asarray(end)
+    stages = scheme.stages
+    k = stages.index(problem.last)
+    before = levels.unknown[stages[k - 1]] if k else levels.q
+    return np.asarray((before.x.array + end) / 2)
+
+
+@dataclass(frozen=True)
+class Exchange:
+    """What a step exchanged with the outside.
+
+    Args:
+        loads: Impulse and moment of impulse about the origin of loads and added terms, (2, 3).
+        supports: The same of supports, drivers and joints to ground, shape (2, 3).
+        gross: Sum of the sizes of the nodal impulses, N s; of those that cancel one another, too.
+    """
+
+    loads: Floats
+    supports: Floats
+    gross: float
+
+
+class Impulse:
+    """Impulse and moment of impulse about the origin of everything that acts from outside.
+
+    Args:
+        simulation: The simulation; the call is collective.
+    """
+
+    def __init__(self, simulation: Simulation) -> None:
+        problem, model = simulation.problem, simulation.model
+        quadratic = isinstance(simulation.scheme, QuadraticInTime)
+        stages = [problem.last, *([RATE] if quadratic else [])]
+        self._rows = [_Acting(simulation, stage) for stage in stages]
+        self._held = [HeldForces(problem, model, stage) for stage in stages]
+
+    def of_step(self, simulation: Simulation) -> Exchange:
+        """What the step just solved exchanged; collective."""
+        assert simulation.last is not None
+        sums, scheme = np.zeros(13), simulation.scheme
+        for number, (acting, held) in enumerate(zip(self._rows, self._held, strict=True)):
+            forces = [acting.nodal(), held.nodal()]
+            rows = [k for k, f in enumerate(forces) if f is not None]
+            for carrier in held.carriers:
+                if number == 0:
+                    arms = carrier.places(last_middle(simulation, carrier.name))
+                else:
+                    levels = simulation.problem.levels[carrier.name]
+                    unknown = {stage: f.x.array for stage, f in levels.unknown.items()}
+                    q, push = levels.q.x.array, getattr(levels.push, "x", levels.q.x).array
+                    chord = scheme.moved(q, push, unknown)[simulation.problem.last]
+                    arms = carrier.changes(chord / 2)
+                found, gross = carrier.resultants(arms, [f for f in forces if f is not None])
+                if number:
+                    # the first moment of a force in time is no impulse
+                    found[:, :3] = gross = 0.0
+                sums[:12].reshape(2, 6)[rows] += found
+                sums[12] += gross
+        if simulation.model.comm.size > 1:
+            simulation.model.comm.Allreduce(MPI.IN_PLACE, sums)
+        sums *= simulation.last.dt
+        return Exchange(sums[:6].reshape(2, 3), sums[6:12].reshape(2, 3), float(sums[12]))
+
+
+class _Acting(NodalForces):
+    """Loads and added terms of a row.
+
+    Args:
+        simulation: The simulation.
+        stage: The row.
+    """
+
+    def __init__(self, simulation: Simulation, stage: str) -> None:
+        problem = simulation.problem
+        super().__init__(problem.system)
+        self._forms = [
+            (problem.number(body.name, stage), form)
+            for body in simulation.model.bodies
+            for form in self._work(problem.forms[body.name][stage], body)
+        ]
+
+    @staticmethod
+    def _work(row: StageForms, body: Body) -> list[fem.Form]:
+        dq = ufl.TestFunction(body.mixed.space)
+        work = [
+            form
+            for sample in row.samples
+            for form in (sample.of_loads(dq), sample.of_terms(body, dq))
+        ]
+        return [compiled(form) for form in work if form is not None and not form.empty()]
+
+    def nodal(self) -> Floats | None:
+        """Nodal forces on this rank; None without any."""
+        if not self._forms:
+            return None
+        local = np.zeros(len(self._numbers))
+        for k, form in self._forms:
+            fem.assemble_vector(local[self._system.numbering.slice(k)], form)  # type: ignore[arg-type]
+        self._total.set(0.0)
+        return self.gathered(local)

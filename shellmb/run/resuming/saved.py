@@ -1,0 +1,188 @@
+"""Reads what a run goes on with, and says what is damaged."""
+
+from __future__ import annotations
+
+import io
+import zipfile
+from pathlib import Path
+from typing import Annotated, Any
+
+from mpi4py import MPI
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, StringConstraints, ValidationError
+
+from shellmb.errors import SceneError
+from shellmb.observers.files.checkpoint import FORMAT, STATE_FILE, Saved
+from shellmb.observers.files.seal import checksum, is_sealed
+from shellmb.observers.history import read_rows
+from shellmb.run.standard import HISTORY, STATE, SUMMARY
+from shellmb.run.tables import Damaged, first_error, read_table
+
+Count = Annotated[int, Field(ge=0)]
+Seconds = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+ANEW = "start the run anew in another directory"
+
+
+class _Table(BaseModel):
+    """Values of a JSON file."""
+
+    model_config = ConfigDict(strict=True, extra="allow")
+
+
+class _History(_Table):
+    rows: Annotated[int, Field(ge=1)]
+    sha256: str
+
+
+class _Frames(_Table):
+    times: list[Seconds]
+    sha256: dict[str, str]
+
+
+class _Observers(_Table):
+    history: _History
+    frames: _Frames
+
+
+class _Counters(_Table):
+    """Where a simulation is."""
+
+    t: Seconds
+    step: Count
+    iterations: Count
+    step_seconds: Seconds
+    size: dict[str, float]
+
+
+class _State(_Table):
+    """`state.json`."""
+
+    ranks: Annotated[int, Field(ge=1)]
+    scene: dict[str, Any]
+    arrays: Annotated[str, StringConstraints(pattern=r"^step-\d{8,}$")]
+    arrays_sha256: list[str]
+    simulation: _Counters
+    observers: _Observers
+
+
+def has_begun(directory: Path, comm: MPI.Comm) -> bool:
+    """Whether a run has computed anything: it is killed before its first state, or goes on.
+
+    Args:
+        directory: The run directory.
+        comm: Communicator; the call is collective.
+
+    Raises:
+        SceneError: If it has, and its state is missing.
+    """
+    begun = comm.bcast(_begun(directory) if comm.rank == 0 else None)
+    if begun is None:
+        raise SceneError(
+            f"resume: {directory / STATE / STATE_FILE} is missing, though the run has made steps; "
+            f"{ANEW}"
+        )
+    return bool(begun)
+
+
+def _begun(directory: Path) -> bool | None:
+    """None: it has, and its state is missing."""
+    if (directory / STATE / STATE_FILE).exists():
+        return True
+    history = directory / HISTORY
+    rows = history.read_bytes().count(b"\n") - 1 if history.is_file() else 0
+    return None if rows > 1 or (directory / SUMMARY).exists() else False
+
+
+def read_saved(directory: Path, comm: MPI.Comm) -> Saved:
+    """The last state of a run, with all that it counts on checked.
+
+    Args:
+        directory: The run directory.
+        comm: Communicator, of as many ranks as wrote it; the call is collective.
+
+    Raises:
+        SceneError: If there is no state, it was written by another number of ranks or version, or
+            anything is damaged.
+    """
+    # what one rank finds all have to know
+    found: dict[str, Any] = {}
+    arrays, wrong = {}, None
+    try:
+        if comm.rank == 0:
+            found = _read_state(directory / STATE / STATE_FILE, comm.size)
+            _check_history(directory / HISTORY, found)
+    except (Damaged, SceneError) as error:
+        wrong = _sentence(error)
+    found, wrong = comm.bcast((found, wrong))
+    if wrong is None:
+        try:
+            arrays = _read_arrays(directory / STATE, found, comm.rank)
+        except Damaged as error:
+            wrong = _sentence(error)
+        wrong = next((w for w in comm.allgather(wrong) if w is not None), None)
+    if wrong is not None:
+        raise SceneError(wrong)
+    return Saved(arrays, found["simulation"], found["observers"], found["scene"])
+
+
+def _sentence(error: Exception) -> str:
+    if isinstance(error, SceneError):
+        return str(error)
+    return f"resume: {error}, so the run cannot go on from it; {ANEW}"
+
+
+def _read_state(file: Path, ranks: int) -> dict[str, Any]:
+    if not file.is_file():
+        raise SceneError(f"resume: there is no state {file}; give the directory of a run")
+    values = read_table(file)
+    version = values.get("format")
+    if version != FORMAT and isinstance(version, int) and 0 < version < FORMAT:
+        raise SceneError(
+            f"resume: the state in {file.parent} has format {version}; this version of shellmb "
+            f"reads format {FORMAT}, so start the run anew"
+        )
+    if not is_sealed(values):
+        raise Damaged(f"{file} is damaged or was edited (its checksum differs)")
+    try:
+        state = _State.model_validate(values)
+    except ValidationError as error:
+        raise Damaged(f"{file} is damaged ({first_error(error)})") from None
+    if state.ranks != ranks:
+        raise SceneError(
+            f"resume: the run was made on {state.ranks} ranks, not {ranks}; resume it with "
+            f"`mpiexec -n {state.ranks}`"
+        )
+    return values
+
+
+def _read_arrays(folder: Path, state: dict[str, Any], rank: int) -> dict[str, Any]:
+    file = folder / f"{state['arrays']}-rank{rank}.npz"
+    try:
+        content = file.read_bytes()
+    except OSError as error:
+        raise Damaged(f"{file} cannot be read ({error.strerror})") from None
+    if checksum(content) != state["arrays_sha256"][rank]:
+        raise Damaged(f"{file} is damaged (its checksum differs)")
+    try:
+        with np.load(io.BytesIO(content), allow_pickle=False) as archive:
+            return {key: archive[key] for key in archive.files}
+    except (ValueError, OSError, zipfile.BadZipFile) as error:
+        raise Damaged(f"{file} is damaged ({error})") from None
+
+
+def _check_history(file: Path, state: dict[str, Any]) -> None:
+    """The rows that a state counts on."""
+    history, now = state["observers"]["history"], state["simulation"]
+    count = history["rows"]
+    try:
+        lines = file.read_bytes().split(b"\n")[: count + 1]
+        rows = read_rows(b"\n".join(lines).decode(), count)
+    except OSError as error:
+        raise Damaged(f"{file} cannot be read ({error.strerror})") from None
+    except ValueError as error:
+        raise Damaged(f"{file} is damaged ({error})") from None
+    if checksum(b"\n".join([*lines, b""])) != history["sha256"]:
+        raise Damaged(f"{file} is damaged or was edited (its checksum differs)")
+    if rows[-1]["step"] != now["step"] or rows[-1]["t"] != now["t"]:
+        raise Damaged(f"{file} does not end where the state is, at step {now['step']}")

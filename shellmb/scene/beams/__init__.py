@@ -1,0 +1,1 @@
+"""Beams: curves and sections."""

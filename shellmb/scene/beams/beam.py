@@ -1,0 +1,106 @@
+"""Beams, and how they are glued to shells."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Literal
+
+import numpy as np
+from pydantic import InstanceOf
+
+from shellmb.errors import SceneError
+from shellmb.scene.beams.curves import Curve
+from shellmb.scene.beams.sections import BeamSection
+from shellmb.scene.values.validate import Axis, Name, PositiveInt, described, show, unit_vector
+
+__all__ = ["Beam", "Glue"]
+
+
+@described("beam")
+class Beam:
+    """A geometrically exact beam: a reference line, its section, its mesh.
+
+    At every point of it are three directors: d1 begins as the tangent, d3 as the projection of
+    ``up`` across it, and d2 = d3 x d1. The section's axes are d2 and d3.
+
+    Args:
+        name: What supports, joints, loads and results call it.
+        curve: The reference line.
+        section: The section.
+        elements: Number of elements; a beam along a shell has those of the shell.
+        degree: Degree of displacement and directors, 2 or 3.
+        up: Direction whose projection across the tangent is d3; None: the z axis, or where that is
+            nearly tangential somewhere, another axis; along a shell, the shell's director.
+        rotary_inertia: Whether the rotation of the section has inertia.
+        eccentric_inertia: Whether its first moments are taken into account, where it has such.
+        transverse_shear: Whether the section shears; False: a slender beam in Bernoulli's limit.
+        stretching: Whether it stretches along its line; False: inextensible.
+        coupling: Whether forces and moments are coupled, where the section does so.
+        rigid: Whether the beam is one rigid body, of the mass and inertia of its mesh and section.
+        terms: Terms added to the weak form, each a callable in UFL.
+    """
+
+    name: Name
+    curve: InstanceOf[Curve]
+    section: InstanceOf[BeamSection]
+    elements: PositiveInt = 8
+    degree: Literal[2, 3] = 2
+    up: Axis | None = None
+    rotary_inertia: bool = True
+    eccentric_inertia: bool = True
+    transverse_shear: bool = True
+    stretching: bool = True
+    coupling: bool = True
+    rigid: bool = False
+    terms: tuple[Callable[..., Any], ...] = ()
+
+    def __post_init__(self) -> None:
+        """Check the mesh and the direction of the section.
+
+        Raises:
+            SceneError: If a closed line has too few elements, ``up`` is tangential somewhere, or it
+                is given where the shell tells it.
+        """
+        if self.curve.shell is not None:
+            if self.up is not None:
+                raise SceneError(
+                    f"beam '{self.name}': up is {show(self.up)}; it must be left out along a "
+                    "shell, whose director is d3"
+                )
+            return
+        if self.curve.closed and self.elements < 3:
+            raise SceneError(
+                f"beam '{self.name}': elements is {show(self.elements)}; it must be at least 3 "
+                "around a closed curve"
+            )
+        if self.up is not None:
+            up = unit_vector(self.up, f"beam '{self.name}': up")
+            xi = np.linspace(0, 1, 33)
+            across = np.linalg.norm(np.cross(up, self.curve.tangent(xi), axis=0), axis=0)
+            if across.min() < 1e-6:
+                raise SceneError(
+                    f"beam '{self.name}': up is {show(self.up)}, which is tangential at xi = "
+                    f"{xi[across.argmin()]:.3g}; it must have a part across the beam everywhere"
+                )
+
+    @property
+    def holds_strains(self) -> bool:
+        """Whether some strain is held at zero by forces that are multipliers."""
+        return not (self.rigid or (self.transverse_shear and self.stretching))
+
+
+@described("glue")
+class Glue:
+    """A beam whose nodes are those of the shell's mesh along which it runs.
+
+    Args:
+        beam: Name of the beam; its curve is ``AlongEdge`` or ``AlongLine`` of the shell.
+        shell: Name of the shell.
+        kind: ``"revolute"``: at every node the shell revolute joint of eq. 35, because the shell's
+            director carries no moment about itself; ``"director"``: the beam's third director is
+            the shell's.
+    """
+
+    beam: Name
+    shell: Name
+    kind: Literal["revolute", "director"] = "revolute"

@@ -1,0 +1,1 @@
+"""Checks of a scene as a whole, all of them before DOLFINx is imported."""

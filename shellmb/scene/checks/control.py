@@ -1,0 +1,74 @@
+"""What a control of the step by its error needs of a scene, and where its steps have to end."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from shellmb.errors import SceneError
+from shellmb.scene.loads.supports import Driven, Fixed
+from shellmb.scene.values.validate import show
+
+if TYPE_CHECKING:
+    from shellmb.scene.scene import Scene
+
+__all__ = ["check_control", "corners"]
+
+
+def check_control(scene: Scene) -> None:
+    """Check the tolerance and the times of the step control.
+
+    Raises:
+        SceneError: If a scene without velocities has a tolerance, if bounds of the step exclude its
+            first one, or if a time is behind the end or on a static path.
+    """
+    control = scene.control
+    who = f"scene '{scene.name}'"
+    assert scene.dt is not None and scene.t_end is not None
+    if control.times and scene.path is not None:
+        raise SceneError(
+            f"{who}: the step control has times; it must have none where a path is followed, whose "
+            "steps are arc lengths"
+        )
+    if control.times and control.times[-1] > scene.t_end:
+        raise SceneError(
+            f"{who}: the step control has the time {show(control.times[-1])}; it must be at most "
+            f"t_end, which is {show(scene.t_end)}"
+        )
+    if control.tolerance is None:
+        return
+    tolerance = f"{who}: tolerance of the step control is {show(control.tolerance)}"
+    if scene.static:
+        raise SceneError(
+            f"{tolerance}; it must be left out, because scheme '{scene.scheme_name}' has no motion "
+            "whose error a step could follow"
+        )
+    for bound, value, wrong in (
+        ("min_dt", control.min_dt, control.min_dt and control.min_dt > scene.dt),
+        ("max_dt", control.max_dt, control.max_dt and control.max_dt < scene.dt),
+    ):
+        if wrong:
+            raise SceneError(
+                f"{tolerance} and {bound} is {show(value)}; dt, the first step, is "
+                f"{show(scene.dt)} and must be within the bounds"
+            )
+
+
+def corners(scene: Scene) -> tuple[float, ...]:
+    """Times within a run at which a function of time is known to have a jump or a corner [s].
+
+    Steps across one are less accurate than the scheme is.
+
+    Args:
+        scene: The scene.
+    """
+    functions: list[Any] = [load.time for load in scene.loads]
+    for support in scene.supports:
+        if isinstance(support, Fixed):
+            functions += (*support.displacement, *support.director)
+        elif isinstance(support, Driven):
+            functions += (support.angle, support.translation)
+    for driver in scene.drivers:
+        functions += (driver.rotation, driver.translation)
+    assert scene.t_end is not None
+    found = {float(t) for f in functions for t in getattr(f, "corners", ())}
+    return tuple(sorted(t for t in found if 0 < t < scene.t_end))

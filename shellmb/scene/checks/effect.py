@@ -1,0 +1,144 @@
+"""Checks that nothing is asked for that would have no effect: it would be left out silently."""
+
+from __future__ import annotations
+
+import warnings
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from shellmb.errors import SceneError, ShellmbWarning
+from shellmb.scene.loads.loads import Gravity
+from shellmb.scene.loads.supports import Driven, Fixed
+from shellmb.scene.lookup import Body, bodies_of, listed, said
+from shellmb.scene.multibody.rigid import RigidBody
+from shellmb.scene.values.validate import show
+
+if TYPE_CHECKING:
+    from shellmb.scene.scene import Scene
+
+__all__ = ["check", "check_alpha", "check_begin"]
+
+# a step longer than the whole run by less than this fraction of it is round-off
+ROUND_OFF = 1e-9
+# alpha of a scene that says nothing about it, and of one without dissipation
+UNSAID = (1.0, 0.0)
+
+
+def check(scene: Scene) -> None:
+    """Check that velocities, weights, steps and dissipation are asked for where there are any.
+
+    Raises:
+        SceneError: At the first thing that would have no effect.
+    """
+    _steps(scene)
+    if scene.static:
+        _velocities(scene)
+        _weights(scene)
+
+
+# schemes with a dissipation
+DISSIPATIVE = ("ed", "ed3", "generalized-alpha", "ed-printed")
+
+
+def dissipates(scene: Scene) -> bool:
+    """Whether the scheme takes its dissipation from the scene's `alpha`."""
+    return scene.scheme in DISSIPATIVE
+
+
+def check_alpha(scene: Scene, alpha: float) -> None:
+    """Refuse a dissipation for a scheme that has none, or one of its own.
+
+    Raises:
+        SceneError: If it would have no effect.
+    """
+    if not dissipates(scene):
+        raise SceneError(
+            f"scene '{scene.name}': alpha is {show(alpha)}; it must be left out, because scheme "
+            f"{show(scene.scheme_name)} does not take a dissipation from the scene as 'ed' does"
+        )
+
+
+def _steps(scene: Scene) -> None:
+    assert scene.dt is not None and scene.t_end is not None
+    if scene.alpha not in UNSAID:
+        check_alpha(scene, scene.alpha)
+    if scene.dt > scene.t_end * (1 + ROUND_OFF):
+        raise SceneError(
+            f"scene '{scene.name}': dt is {show(scene.dt)}; it must be at most t_end, which is "
+            f"{show(scene.t_end)}"
+        )
+    least = scene.control.min_dt
+    if least is not None and least > scene.dt * (1 + ROUND_OFF):
+        raise SceneError(
+            f"scene '{scene.name}': min_dt is {show(least)}; it must be at most dt, which is "
+            f"{show(scene.dt)}"
+        )
+
+
+def _velocities(scene: Scene) -> None:
+    for initial in scene.initial:
+        what = f"{said(initial)}: linear is {show(initial.linear)} and spin {show(initial.spin)}"
+        raise SceneError(
+            f"{what}; it must be left out, because scheme {show(scene.scheme_name)} has no "
+            "velocities as 'ep' and 'ed' have"
+        )
+    if scene.start != "given":
+        raise SceneError(
+            f"scene '{scene.name}': start is {show(scene.start)}; it must be left out, because "
+            f"scheme {show(scene.scheme_name)} seeks equilibria anyway"
+        )
+
+
+def _mass(body: Body) -> float:
+    """Mass, of a shell or beam per area or length."""
+    return body.mass if isinstance(body, RigidBody) else float(body.section.mass[0])
+
+
+def _weights(scene: Scene) -> None:
+    """In statics bodies need no mass, unless they are weighed."""
+    for load in scene.loads:
+        if not isinstance(load, Gravity):
+            continue
+        light = [body for body in bodies_of(scene, load) if not _mass(body) > 0]
+        if len(light) == len(bodies_of(scene, load)):
+            raise SceneError(
+                f"{said(load)}: it pulls at {', '.join(map(said, light))}, whose mass is 0; give "
+                "its section a density, or leave the load out"
+            )
+        # rigid links without mass are common, sections without density are forgotten
+        forgotten = [body.name for body in light if not isinstance(body, RigidBody)]
+        if forgotten:
+            warnings.warn(
+                f"{said(load)}: it does not pull at {listed(forgotten)}, which has no mass; give "
+                "its section a density, or name the body that the load is for",
+                ShellmbWarning,
+                stacklevel=2,
+            )
+
+
+def check_begin(scene: Scene) -> None:
+    """In motion supports begin at the given positions: a jump would be an impact.
+
+    Raises:
+        SceneError: If a support begins elsewhere.
+    """
+    if scene.static or scene.start == "equilibrium":
+        return
+    for support in scene.supports:
+        if isinstance(support, Fixed):
+            for what in ("displacement", "director"):
+                for k, c in enumerate(getattr(support, what)):
+                    _at_rest(scene, c, f"{said(support)}: {what}[{k}]")
+        elif isinstance(support, Driven):
+            _at_rest(scene, support.angle, f"{said(support)}: angle")
+            _at_rest(scene, support.translation, f"{said(support)}: translation")
+
+
+def _at_rest(scene: Scene, value: Any, who: str) -> None:
+    begin = value(0.0) if callable(value) else value
+    if begin is not None and np.any(begin):
+        raise SceneError(
+            f"{who} is {show(begin)} at t = 0; with scheme {show(scene.scheme_name)} it must begin "
+            "at 0, where the body is, or the scene must have start='equilibrium'"
+        )

@@ -1,0 +1,75 @@
+"""Whether the fields that a scene asks for are those of its bodies."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from shellmb.errors import SceneError
+from shellmb.scene.beams.beam import Beam
+from shellmb.scene.fields import DEFAULT, FIELDS
+from shellmb.scene.shells.laminate import Laminate
+from shellmb.scene.shells.sections import LinearSection
+from shellmb.scene.shells.shell import Shell
+
+if TYPE_CHECKING:
+    from shellmb.scene.lookup import Body
+    from shellmb.scene.scene import Scene
+
+__all__ = ["check_fields", "kinds_of", "wanted_fields"]
+
+# what there has to be for a field, in words
+OWNERS = {
+    "shell": "shell that is not rigid",
+    "beam": "beam that is not rigid",
+    "joint": "joint",
+    "laminate": "shell with plies (a Laminate)",
+    "linear": "shell with a linear section",
+}
+
+
+def kinds_of(body: Body) -> set[str]:
+    """Which fields a body can have, by the kinds in `FieldKind.bodies`."""
+    if not isinstance(body, Shell | Beam) or body.rigid:
+        return {"rigid"}
+    if isinstance(body, Beam):
+        return {"beam"}
+    kinds = {"shell"}
+    if isinstance(body.section, LinearSection):
+        kinds.add("linear")
+    if isinstance(body.section, Laminate):
+        kinds.add("laminate")
+    return kinds
+
+
+def wanted_fields(scene: Scene, kinds: set[str]) -> tuple[str, ...]:
+    """Names of the fields that a body of some kinds gets.
+
+    Args:
+        scene: The scene.
+        kinds: Kinds of `FieldKind.bodies`.
+    """
+    asked = scene.output.fields
+    return tuple(
+        name
+        for name, field in FIELDS.items()
+        if (name in asked or "all" in asked) and field.bodies & kinds
+    )
+
+
+def check_fields(scene: Scene) -> None:
+    """Refuse fields that nothing in the scene has.
+
+    Raises:
+        SceneError: If there is one; those of the state alone may be without owner.
+    """
+    there = set[str]().union(*(kinds_of(body) for body in scene.bodies))
+    if scene.joints:
+        there.add("joint")
+    for name in scene.output.fields:
+        if name in (*DEFAULT, "all") or FIELDS[name].bodies & there:
+            continue
+        owners = " or ".join(OWNERS[kind] for kind in OWNERS if kind in FIELDS[name].bodies)
+        raise SceneError(
+            f"scene '{scene.name}': output: fields has '{name}'; it must be left out, as there is "
+            f"no {owners}"
+        )

@@ -1,0 +1,267 @@
+"""Checks of what connects bodies, moves joints, and holds or loads the whole."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+from shellmb.errors import SceneError
+from shellmb.scene.beams.beam import Beam
+from shellmb.scene.beams.curves import AlongEdge, AlongLine
+from shellmb.scene.checks.places import check_edges, check_point, finite_in_time
+from shellmb.scene.loads.supports import Fixed
+from shellmb.scene.lookup import (
+    Body,
+    bodies_of,
+    coordinates_of,
+    find_body,
+    find_end,
+    find_shell,
+    said,
+)
+from shellmb.scene.multibody.elements import Driver, JointElement, Lock, PointElement
+from shellmb.scene.multibody.joints import GROUND, Distance, Joint, ShellRevolute
+from shellmb.scene.multibody.rigid import RigidBody
+from shellmb.scene.multibody.rolling import Contact, Rolling
+from shellmb.scene.shells.shell import Shell
+from shellmb.scene.values.validate import show
+
+if TYPE_CHECKING:
+    from shellmb.scene.scene import Scene
+
+__all__ = ["check"]
+
+
+def check(scene: Scene) -> None:
+    """Check joints, drivers, force elements, glues, probes, and that a solution is possible.
+
+    Raises:
+        SceneError: At the first thing that is impossible.
+    """
+    for joint in scene.joints:
+        _joint(scene, joint)
+    _coordinates(scene)
+    for element in scene.elements:
+        if isinstance(element, PointElement):
+            for body, at in ((element.first, element.at), (element.second, element.second_at)):
+                _end(scene, body, at, said(element))
+    _glues(scene)
+    for probe in scene.probes:
+        _quantity(scene, probe)
+    for support in scene.supports:
+        if isinstance(support, Fixed):
+            _directors(scene, support)
+    if scene.static or scene.start == "equilibrium":
+        _supported(scene)
+    if not scene.static:
+        _massive(scene)
+
+
+def _joint(scene: Scene, joint: Joint) -> None:
+    first = find_end(scene, joint.first, joint.said)
+    second = find_end(scene, joint.second, joint.said)
+    for body, allowed, which in zip(
+        (first, second), joint.shells, ("first", "second"), strict=True
+    ):
+        if _frameless(body) and not allowed:
+            raise SceneError(
+                f"{joint.said}: {which} is {_end_said(body)}, whose nodes have a director only; "
+                "it must be the ground, a rigid body or a beam, connected to the shell by a "
+                "ShellRevolute joint"
+            )
+    if isinstance(joint, ShellRevolute) and not isinstance(second, Shell):
+        raise SceneError(
+            f"{joint.said}: second is {_end_said(second)}; it must be a shell, or use Weld"
+        )
+    if joint.at is None:
+        if not isinstance(first, RigidBody):
+            raise SceneError(
+                f"{joint.said}: at is missing; it must be given where the first body is "
+                f"{_end_said(first)}"
+            )
+    else:
+        _end(scene, joint.first, joint.at, joint.said)
+    if joint.second_at is not None:
+        _end(scene, joint.second, joint.second_at, joint.said)
+    elif isinstance(joint, Distance):
+        raise SceneError(
+            f"{joint.said}: second_at is missing; it must be the other end of the distance"
+        )
+    elif isinstance(joint, Rolling) and not isinstance(second, RigidBody):
+        raise SceneError(
+            f"{joint.said}: second_at is missing; it must be the centre of the wheel where the "
+            f"second body is {_end_said(second)}"
+        )
+    if isinstance(joint, Distance) and joint.length is None and joint.second_at == joint.at:
+        raise SceneError(
+            f"{joint.said}: at and second_at are both {show(joint.at)}; they must differ where no "
+            "length is given"
+        )
+    _within_time(scene, joint.active, f"{joint.said}: active")
+    if isinstance(joint, Contact) and scene.static:
+        raise SceneError(
+            f"{joint.said}: the scheme is '{scene.scheme_name}'; it must be a dynamic one, because "
+            "a contact holds velocities; in statics use an InPlane joint"
+        )
+
+
+def _frameless(body: Body | None) -> bool:
+    return isinstance(body, Shell) and not body.rigid
+
+
+def _end_said(body: Body | None) -> str:
+    return "the ground" if body is None else said(body)
+
+
+def _end(scene: Scene, name: str, at: Any, who: str) -> None:
+    """One end of a joint or element."""
+    body = find_end(scene, name, who)
+    if body is not None:
+        check_point(body, at, who)
+    elif isinstance(at, str):
+        raise SceneError(
+            f"{who}: the ground has no point '{at}'; it must be given by coordinates (x, y, z)"
+        )
+
+
+def _within_time(scene: Scene, windows: tuple[tuple[float, float], ...] | None, who: str) -> None:
+    assert scene.t_end is not None
+    for start, end in windows or ():
+        if start < 0 or start >= scene.t_end:
+            raise SceneError(
+                f"{who} has the window ({start:g}, {end:g}); it must begin between 0 and the "
+                f"scene's end {scene.t_end:g}"
+            )
+
+
+def _coordinates(scene: Scene) -> None:
+    """Drivers, locks and joint elements: the joint's coordinates, each prescribed once."""
+    assert scene.t_end is not None
+    owners: dict[tuple[str, str], str] = {}
+    items: tuple[Driver | Lock, ...] = (*scene.drivers, *scene.locks)
+    for item in items:
+        who = said(item) if hasattr(item, "name") else f"lock of joint '{item.joint}'"
+        for coordinate in coordinates_of(scene, item):
+            other = owners.setdefault((item.joint, coordinate), who)
+            if other is not who:
+                raise SceneError(
+                    f"{who}: the {coordinate} of joint '{item.joint}' is already prescribed by "
+                    f"{other}; it must be prescribed once"
+                )
+    for driver in scene.drivers:
+        for name in driver.coordinates:
+            finite_in_time(getattr(driver, name), scene.t_end, f"{said(driver)}: {name}", 1)
+    for lock in scene.locks:
+        # one that begins after the end, as of a run that is cut short, is just not there
+        for start, end in lock.windows:
+            if start < 0:
+                raise SceneError(
+                    f"lock of joint '{lock.joint}': windows has the window ({start:g}, {end:g}); "
+                    "it must begin at 0 or later"
+                )
+    for element in scene.elements:
+        if isinstance(element, JointElement):
+            coordinates_of(scene, element)
+
+
+def _glues(scene: Scene) -> None:
+    glued: set[str] = set()
+    for glue in scene.glues:
+        beam: Beam = find_body(scene, glue.beam, "glue", (Beam,))
+        shell = find_shell(scene, glue.shell, "glue")
+        if beam.curve.shell != shell.name:
+            raise SceneError(
+                f"glue: beam '{beam.name}' does not run along shell '{shell.name}'; its curve must "
+                "be AlongEdge or AlongLine of that shell"
+            )
+        if beam.degree != shell.degree:
+            raise SceneError(
+                f"glue: beam '{beam.name}' has degree {beam.degree}; it must be {shell.degree}, "
+                f"that of shell '{shell.name}'"
+            )
+        if beam.name in glued:
+            raise SceneError(f"glue: beam '{beam.name}' is glued twice; it must be glued once")
+        glued.add(beam.name)
+    for beam in scene.beams:
+        if beam.curve.shell is None:
+            continue
+        shell = find_shell(scene, beam.curve.shell, said(beam))
+        if beam.name not in glued:
+            raise SceneError(
+                f"beam '{beam.name}': it runs along shell '{shell.name}' and is not glued to it; "
+                f"the scene must have Glue('{beam.name}', '{shell.name}')"
+            )
+        if isinstance(beam.curve, AlongEdge):
+            check_edges(shell, beam.curve.edge, said(beam))
+        elif isinstance(beam.curve, AlongLine):
+            for point in (beam.curve.start, beam.curve.end):
+                check_point(shell, point, said(beam))
+
+
+def _quantity(scene: Scene, probe: Any) -> None:
+    """Whether the probe's body has what it records."""
+    (body,) = bodies_of(scene, probe)
+    q = probe.quantity
+    if q in ("membrane", "bending", "shear") and not isinstance(body, Shell):
+        needed = "a shell; of a beam record force and moment"
+    elif q == "shear" and probe.component == 2:
+        raise SceneError(
+            f"{said(probe)}: component is 2; it must be 0 (13), 1 (23) or 'norm' for the shear"
+        )
+    elif q in ("rotation", "angular_velocity") and _frameless(body):
+        needed = "a beam or a rigid body; of a shell record the director"
+    elif q in ("force", "moment") and not isinstance(body, Beam):
+        needed = "a beam; of a shell record membrane, bending and shear"
+    else:
+        return
+    raise SceneError(
+        f"{said(probe)}: quantity is {show(q)} and the body {said(body)}; it must be {needed}"
+    )
+
+
+def _directors(scene: Scene, support: Fixed) -> None:
+    (body,) = bodies_of(scene, support)
+    if isinstance(body, Beam) and any(c is not None for c in support.director):
+        raise SceneError(
+            f"fixed components: director is {show(support.director)} on {said(body)}; it must be "
+            "left out, because a beam has three: use Clamped or a joint to the ground"
+        )
+
+
+def _supported(scene: Scene) -> None:
+    """In equilibrium every group of connected bodies needs a support or a joint to the ground."""
+    what = "a static scene" if scene.static else "a scene that starts in equilibrium"
+    group = {name: name for name in (GROUND, *(b.name for b in scene.bodies))}
+    pairs = [(join.first, join.second) for join in scene.joins]
+    pairs += [(joint.first, joint.second) for joint in scene.joints]
+    pairs += [(glue.beam, glue.shell) for glue in scene.glues]
+    pairs += [(e.first, e.second) for e in scene.elements if isinstance(e, PointElement)]
+    pairs += [(body.name, GROUND) for s in scene.supports for body in bodies_of(scene, s)]
+    # an elastic foundation, say; whether terms hold all motions is found out later
+    pairs += [(body.name, GROUND) for body in scene.meshed if body.terms]
+    for first, second in pairs:
+        old, new = group[first], group[second]
+        group = {name: new if g == old else g for name, g in group.items()}
+    for body in scene.bodies:
+        if group[body.name] == group[GROUND]:
+            continue
+        how = "shell or join" if len(scene.shells) == len(scene.bodies) else "body or connect"
+        raise SceneError(
+            f"{said(body)}: nothing supports it, so it can move rigidly; {what} must "
+            f"support every {how} it to one that is supported"
+        )
+
+
+def _massive(scene: Scene) -> None:
+    for body in scene.bodies:
+        if isinstance(body, RigidBody):
+            m, what, remedy = body.mass, "mass", ""
+        else:
+            m = body.section.mass[0]
+            what = "mass per area" if isinstance(body, Shell) else "mass per length"
+            remedy = ", so give its section a density"
+        if not (m > 0 and math.isfinite(m)):
+            raise SceneError(
+                f"{said(body)}: its {what} is {m:g}; it must be greater than 0 with "
+                f"scheme '{scene.scheme_name}'{remedy}"
+            )

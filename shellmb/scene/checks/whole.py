@@ -1,0 +1,226 @@
+"""Checks of a scene that concern several of its parts; all of them before DOLFINx is imported."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from shellmb.errors import SceneError
+from shellmb.scene.checks import effect as checks_effect
+from shellmb.scene.checks import multibody as checks_multibody
+from shellmb.scene.checks.control import check_control
+from shellmb.scene.checks.places import (
+    check_edges,
+    check_point,
+    edges_of,
+    finite_in_time,
+    points_of,
+)
+from shellmb.scene.loads.supports import Driven, Fixed
+from shellmb.scene.lookup import Body, bodies_of, find_shell, kind_of, listed, said
+from shellmb.scene.multibody.joints import GROUND
+from shellmb.scene.names import check_names
+from shellmb.scene.values.positions import values_at
+from shellmb.scene.values.validate import edge_names, show
+
+if TYPE_CHECKING:
+    from shellmb.scene.scene import Scene
+
+__all__ = ["SCHEMES", "check"]
+
+# name -> whether it has velocities, and whether it has a state j just after the step's beginning
+SCHEMES = {
+    "static": (False, False),
+    "linear": (False, False),
+    "ep": (True, False),
+    "ed": (True, True),
+    "ep4": (True, False),
+    "ed3": (True, False),
+    "generalized-alpha": (True, False),
+    "ed-printed": (True, True),
+}
+
+# those that are quadratic in time
+QUADRATIC = ("ep4", "ed3")
+
+
+def check(scene: Scene) -> None:
+    """Check the whole scene.
+
+    Raises:
+        SceneError: At the first thing that is impossible.
+    """
+    _names(scene)
+    _scheme(scene)
+    _quadratic(scene)
+    _end_forces(scene)
+    _targets(scene)
+    _time_functions(scene)
+    _functions_of_position(scene)
+    checks_multibody.check(scene)
+    checks_effect.check(scene)
+
+
+def _names(scene: Scene) -> None:
+    if not scene.bodies:
+        raise SceneError(
+            f"scene '{scene.name}': it has no bodies; it must have a shell, a beam or a rigid body"
+        )
+    for body in scene.bodies:
+        if body.name == GROUND:
+            raise SceneError(
+                f"scene '{scene.name}': a {kind_of(body)} is named '{GROUND}'; it must have "
+                "another name, because this one is reserved"
+            )
+    for what in ("shells", "bodies", "joints", "drivers", "elements", "probes"):
+        for name, count in Counter(item.name for item in getattr(scene, what)).items():
+            if count > 1:
+                raise SceneError(
+                    f"scene '{scene.name}': {count} {what} are named '{name}'; "
+                    "each must have a name of its own"
+                )
+    check_names(scene)
+
+
+def _scheme(scene: Scene) -> None:
+    scheme = scene.scheme
+    if isinstance(scheme, str):
+        if scheme not in SCHEMES:
+            raise SceneError(
+                f"scene '{scene.name}': scheme is {show(scheme)}; "
+                f"it must be one of {listed(SCHEMES)}, or a scheme object"
+            )
+        has_jump = SCHEMES[scheme][1]
+    elif not isinstance(getattr(scheme, "name", None), str):
+        raise SceneError(
+            f"scene '{scene.name}': scheme is {show(scheme)}; "
+            f"it must be one of {listed(SCHEMES)}, or a scheme object with a name"
+        )
+    else:
+        has_jump = "j" in getattr(scheme, "stages", ())
+    for what in ("dt", "t_end"):
+        if getattr(scene, what) is None:
+            raise SceneError(
+                f"scene '{scene.name}': {what} is missing; scheme '{scene.scheme_name}' needs it"
+            )
+    if scene.control.jump_tolerance is not None and not has_jump:
+        raise SceneError(
+            f"scene '{scene.name}': jump_tolerance is {show(scene.control.jump_tolerance)}; "
+            f"it must be left out, because scheme '{scene.scheme_name}' has no jump as 'ed' has"
+        )
+    check_control(scene)
+
+
+def _quadratic(scene: Scene) -> None:
+    """What the schemes that are quadratic in time cannot do where directors have no inertia.
+
+    Raises:
+        SceneError: Names the body, or those that share directors.
+    """
+    scheme = scene.scheme_name
+    if scheme not in QUADRATIC:
+        return
+    bodies: list[Any] = [*scene.shells, *scene.beams]
+    light = {
+        b.name: not (b.rotary_inertia and np.any(b.section.mass[2])) for b in bodies if not b.rigid
+    }
+    alpha = getattr(scene.scheme, "alpha", scene.alpha if scheme == "ed3" else 0.0)
+    for body in scene.meshed:
+        if alpha == 0 and light.get(body.name):
+            raise SceneError(
+                f"{said(body)}: rotary_inertia is False, or its section has no second moments of "
+                f"mass; scheme '{scheme}' without dissipation never forgets what directors without "
+                "inertia are off by at the start and after loads jump: they must have inertia, or "
+                "use scheme 'ed3' with alpha > 0, 'ep' or 'ed'"
+            )
+    pairs = [(join.first, join.second) for join in scene.joins]
+    pairs += [(glue.beam, glue.shell) for glue in scene.glues]
+    for pair in pairs:
+        if len({light[name] for name in pair if name in light}) > 1:
+            idle, inert = sorted(pair, key=lambda name: not light[name])
+            raise SceneError(
+                f"'{idle}' and '{inert}' are joined: only '{idle}' has no rotary inertia; with "
+                f"scheme '{scheme}' both or none must have it, because directors of the one are "
+                "tied to those of the other"
+            )
+
+
+def _end_forces(scene: Scene) -> None:
+    """Forces at the end of a step need resultants that follow from strains."""
+    if scene.static or not scene.output.end_forces:
+        return
+    for body in scene.meshed:
+        if body.holds_strains and not body.rigid:
+            raise SceneError(
+                f"{said(body)}: it holds strains at zero, and what holds them is known as a mean "
+                "over a step only; output must be without end_forces, or the body must have all "
+                "of its strains"
+            )
+
+
+def _targets(scene: Scene) -> None:
+    """Names of bodies, edges and points."""
+    items: tuple[Any, ...] = (*scene.supports, *scene.loads, *scene.initial, *scene.probes)
+    for item in items:
+        who = said(item)
+        for body in bodies_of(scene, item):
+            if hasattr(item, "edge"):
+                check_edges(body, item.edge, who)
+            if hasattr(item, "point"):
+                check_point(body, item.point, who)
+            if isinstance(item, Fixed):
+                _edge_or_point(body, item.where, who)
+    for join in scene.joins:
+        for name, edge in ((join.first, join.first_edge), (join.second, join.second_edge)):
+            check_edges(find_shell(scene, name, "join"), edge, "join")
+
+
+def _edge_or_point(body: Body, where: Any, who: str) -> None:
+    edges, points = edges_of(body), points_of(body)
+    if (
+        edges is None
+        or points is None
+        or (isinstance(where, tuple) and len(where) == 3 and not isinstance(where[0], str))
+    ):
+        return
+    if isinstance(where, str) and where in points:
+        return
+    for name in edge_names(where):
+        if name not in edges:
+            raise SceneError(
+                f"{who}: {said(body)} has no edge or point '{name}'; its edges are "
+                f"{listed(edges)}, its points {listed(points)}"
+            )
+
+
+def _time_functions(scene: Scene) -> None:
+    """Every function of time gives finite numbers at the beginning, the middle and the end."""
+    assert scene.t_end is not None
+    for load in scene.loads:
+        finite_in_time(load.time, scene.t_end, f"{load.label}: time", 1)
+    for s in scene.supports:
+        if isinstance(s, Fixed):
+            for c in (*s.displacement, *s.director):
+                finite_in_time(c, scene.t_end, "fixed components: prescribed value", 1)
+        elif isinstance(s, Driven):
+            finite_in_time(s.angle, scene.t_end, "driven edge: angle", 1)
+            finite_in_time(s.translation, scene.t_end, "driven edge: translation", 3)
+
+
+def _functions_of_position(scene: Scene) -> None:
+    """Loads and directions that are, tried at a few points where the surface is known."""
+    s = np.linspace(0.05, 0.95, 7)
+    for load in scene.loads:
+        given = {name: getattr(load, name, None) for name in ("force", "p", "moment")}
+        for name, value in given.items():
+            if callable(value):
+                surface = find_shell(scene, load.body, load.label).surface
+                if surface.edges is not None:
+                    x = surface.position(s, s[::-1].copy())
+                    values_at(value, x, 1 if name == "p" else 3, f"{load.label}: {name}")
+    for shell in scene.shells:
+        if callable(shell.direction) and shell.surface.edges is not None:
+            x = shell.surface.position(s, s[::-1].copy())
+            values_at(shell.direction, x, 3, f"shell '{shell.name}': direction")

@@ -1,0 +1,1 @@
+"""Loads, supports and prescribed motions."""

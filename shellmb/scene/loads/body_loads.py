@@ -1,0 +1,116 @@
+"""Loads on beams and rigid bodies.
+
+The directors d1, d2, d3 are those of a beam's section, d1 along it, or the axes of a rigid body. A
+dead load keeps its direction, a follower load turns with the directors.
+"""
+
+from __future__ import annotations
+
+from shellmb.scene.loads.loads import Load
+from shellmb.scene.values.times import TimeFunction
+from shellmb.scene.values.validate import Name, Spot, Vec3, described
+
+__all__ = [
+    "FollowerForce",
+    "FollowerLineForce",
+    "FollowerMoment",
+    "LineForce",
+    "LineMoment",
+    "PointMoment",
+]
+
+
+@described("line force")
+class LineForce(Load):
+    """A dead force per unit length of a beam.
+
+    Args:
+        force: Its components [N/m].
+        body: Name of the beam.
+        time: Function of time.
+    """
+
+    force: Vec3
+    body: Name | None = None
+    time: TimeFunction | None = None
+
+
+@described("follower line force")
+class FollowerLineForce(Load):
+    """A force per unit length of a beam that turns with it.
+
+    Args:
+        components: Along d1, d2, d3 [N/m].
+        body: Name of the beam.
+        time: Function of time.
+    """
+
+    components: Vec3
+    body: Name | None = None
+    time: TimeFunction | None = None
+
+
+@described("line moment")
+class LineMoment(Load):
+    """A moment per unit length of a beam.
+
+    Args:
+        moment: Its components, the axis fixed in space [N m/m].
+        body: Name of the beam.
+        time: Function of time.
+    """
+
+    moment: Vec3
+    body: Name | None = None
+    time: TimeFunction | None = None
+
+
+@described("point moment")
+class PointMoment(Load):
+    """A moment at a node of a beam, or on a rigid body.
+
+    Args:
+        point: A named point, or coordinates (x, y, z) [m].
+        moment: Its components, the axis fixed in space [N m].
+        body: Name of the body.
+        time: Function of time.
+    """
+
+    point: Spot
+    moment: Vec3
+    body: Name | None = None
+    time: TimeFunction | None = None
+
+
+@described("follower force")
+class FollowerForce(Load):
+    """A force at a node of a beam or a point of a rigid body that turns with it.
+
+    Args:
+        point: A named point, or coordinates (x, y, z) [m].
+        components: Along d1, d2, d3 [N].
+        body: Name of the body.
+        time: Function of time.
+    """
+
+    point: Spot
+    components: Vec3
+    body: Name | None = None
+    time: TimeFunction | None = None
+
+
+@described("follower moment")
+class FollowerMoment(Load):
+    """A moment at a node of a beam, or on a rigid body, that turns with it.
+
+    Args:
+        point: A named point, or coordinates (x, y, z) [m].
+        components: Along d1, d2, d3 [N m].
+        body: Name of the body.
+        time: Function of time.
+    """
+
+    point: Spot
+    components: Vec3
+    body: Name | None = None
+    time: TimeFunction | None = None

@@ -1,0 +1,173 @@
+"""Loads, on shells and on any body; see ``body_loads`` for those on beams and rigid bodies.
+
+``body`` names the body and may be left out where the scene has one only that can carry the load.
+Where a load may be a function of the position, it is vectorised: of reference positions (3, n), and
+gives an array (3, n), or (n,) for a pressure; it is interpolated once. ``time`` multiplies the
+load; without it a load grows as t / t_end in statics, and is sudden and constant in dynamics.
+Forces are per unit area or length of the reference surface. A dead load keeps its direction; a
+follower load turns with the convected basis E1, E2, E3 of the deformed shell, which begins as the
+material 1-direction, the one across it, and the normal.
+"""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from shellmb.scene.values.positions import OfPosition
+from shellmb.scene.values.times import TimeFunction
+from shellmb.scene.values.validate import Edge, Finite, Name, Place, Vec3, described
+
+__all__ = [
+    "EdgeForce",
+    "EdgeMoment",
+    "FollowerEdgeForce",
+    "FollowerSurfaceForce",
+    "Gravity",
+    "Load",
+    "PointForce",
+    "Pressure",
+    "SurfaceForce",
+]
+
+
+class Load:
+    """Any load.
+
+    Attributes:
+        label: What messages call it.
+        body: Name of the loaded body, or None.
+        time: Function of time that multiplies it, or None.
+    """
+
+    body: str | None
+    time: TimeFunction | None
+    label: ClassVar[str] = "load"
+
+
+@described("surface force")
+class SurfaceForce(Load):
+    """A dead force per unit area.
+
+    Args:
+        force: Its components [N/m^2], or a function of the position.
+        body: Name of the shell.
+        time: Function of time.
+    """
+
+    force: Vec3 | OfPosition
+    body: Name | None = None
+    time: TimeFunction | None = None
+
+
+@described("follower surface force")
+class FollowerSurfaceForce(Load):
+    """A force per unit area that turns with the shell.
+
+    Args:
+        components: Along E1, E2, E3 [N/m^2].
+        body: Name of the shell.
+        time: Function of time.
+    """
+
+    components: Vec3
+    body: Name | None = None
+    time: TimeFunction | None = None
+
+
+@described("pressure")
+class Pressure(Load):
+    """A pressure on the lower face: it pushes along the normal E3 of the deformed shell.
+
+    Args:
+        p: Pressure, positive along E3 [Pa], or a function of the position.
+        body: Name of the shell.
+        time: Function of time.
+    """
+
+    p: Finite | OfPosition
+    body: Name | None = None
+    time: TimeFunction | None = None
+
+
+@described("edge force")
+class EdgeForce(Load):
+    """A dead force per unit length of an edge.
+
+    Args:
+        edge: The edge or edges.
+        force: Its components [N/m], or a function of the position.
+        body: Name of the shell.
+        time: Function of time.
+    """
+
+    edge: Edge
+    force: Vec3 | OfPosition
+    body: Name | None = None
+    time: TimeFunction | None = None
+
+
+@described("follower edge force")
+class FollowerEdgeForce(Load):
+    """A force per unit length of an edge that turns with the shell.
+
+    Args:
+        edge: The edge or edges.
+        components: Along E1, E2, E3 [N/m].
+        body: Name of the shell.
+        time: Function of time.
+    """
+
+    edge: Edge
+    components: Vec3
+    body: Name | None = None
+    time: TimeFunction | None = None
+
+
+@described("edge moment")
+class EdgeMoment(Load):
+    """A moment per unit length of an edge.
+
+    Args:
+        edge: The edge or edges.
+        moment: Its components, the axis fixed in space [N m/m], or a function of the position.
+        body: Name of the shell.
+        time: Function of time.
+    """
+
+    edge: Edge
+    moment: Vec3 | OfPosition
+    body: Name | None = None
+    time: TimeFunction | None = None
+
+
+@described("point force")
+class PointForce(Load):
+    """A dead force at one point.
+
+    Args:
+        point: A named point, or coordinates (x, y, z): of a node of a shell or a beam, of any
+            point of a rigid body [m].
+        force: Its components [N].
+        body: Name of the body.
+        time: Function of time.
+    """
+
+    point: Place
+    force: Vec3
+    body: Name | None = None
+    time: TimeFunction | None = None
+
+
+@described("gravity")
+class Gravity(Load):
+    """Weight, of every body where none is named.
+
+    Args:
+        acceleration: Its components [m/s^2].
+        body: Name of the body; None: all of them.
+        time: Function of time.
+    """
+
+    acceleration: Vec3 = (0.0, 0.0, -9.81)
+    body: Name | None = None
+    time: TimeFunction | None = None

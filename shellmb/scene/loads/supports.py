@@ -1,0 +1,207 @@
+"""Supports and prescribed motions.
+
+Every ``edge`` is the name of an edge or a tuple of names; ``body`` names the shell and may be left
+out where the scene has one only. ``Clamped``, ``Hinged`` and ``Fixed`` hold beams too: their edges
+are ``start`` and ``end``. Rigid bodies are held by joints to the ground.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, ClassVar
+
+from shellmb.errors import SceneError
+from shellmb.scene.values.times import TimeFunction
+from shellmb.scene.values.validate import Axis, Edge, Finite, Name, Place, Vec3, described, show
+
+__all__ = [
+    "Clamped",
+    "Diaphragm",
+    "Driven",
+    "Fixed",
+    "HardSupport",
+    "Hinged",
+    "SoftSupport",
+    "Support",
+    "SymmetryPlane",
+    "moves",
+]
+
+
+Component = Finite | Callable[[float], float] | None
+Components = tuple[Component, Component, Component]
+
+
+class Support:
+    """Any support.
+
+    Attributes:
+        label: What messages call it.
+        body: Name of the supported shell or beam, or None.
+    """
+
+    body: str | None
+    label: ClassVar[str] = "support"
+
+
+@described("clamped edge")
+class Clamped(Support):
+    """Neither displacement nor rotation.
+
+    Args:
+        edge: The edge or edges.
+        body: Name of the shell or beam.
+    """
+
+    edge: Edge
+    body: Name | None = None
+
+
+@described("hinged edge")
+class Hinged(Support):
+    """No displacement; the directors are free.
+
+    Args:
+        edge: The edge or edges.
+        body: Name of the shell or beam.
+    """
+
+    edge: Edge
+    body: Name | None = None
+
+
+@described("soft support")
+class SoftSupport(Support):
+    """Simple support: no displacement along one axis, everything else free.
+
+    Args:
+        edge: The edge or edges.
+        axis: Direction of the displacement that is held, for a plate its normal.
+        body: Name of the shell.
+    """
+
+    edge: Edge
+    axis: Axis = (0.0, 0.0, 1.0)
+    body: Name | None = None
+
+
+@described("hard support")
+class HardSupport(Support):
+    """Simple support without twist: also the director does not lean along a straight edge.
+
+    Args:
+        edge: The edge or edges.
+        axis: Direction of the displacement that is held, for a plate its normal.
+        body: Name of the shell.
+    """
+
+    edge: Edge
+    axis: Axis = (0.0, 0.0, 1.0)
+    body: Name | None = None
+
+
+@described("diaphragm")
+class Diaphragm(Support):
+    """A thin wall at an edge: no displacement in its plane; across it and in rotation all is free.
+
+    Args:
+        edge: The edge or edges.
+        axis: Normal of the wall, for a cylinder its axis.
+        body: Name of the shell.
+    """
+
+    edge: Edge
+    axis: Axis
+    body: Name | None = None
+
+
+@described("symmetry plane")
+class SymmetryPlane(Support):
+    """The edge stays in its plane, and the director too.
+
+    Args:
+        edge: The edge or edges.
+        normal: Normal of the plane.
+        body: Name of the shell.
+    """
+
+    edge: Edge
+    normal: Axis
+    body: Name | None = None
+
+
+@described("fixed components")
+class Fixed(Support):
+    """Single components held or moved as prescribed.
+
+    Args:
+        where: An edge or several (of a beam ``start`` or ``end``), a named point, or the
+            coordinates (x, y, z) of a node [m].
+        displacement: For each component the value [m], a function of time, or None where free.
+        director: The same for the change of the director of a shell [-].
+        body: Name of the shell or beam.
+    """
+
+    where: Place
+    displacement: Components = (None, None, None)
+    director: Components = (None, None, None)
+    body: Name | None = None
+
+    def __post_init__(self) -> None:
+        """Check that something is fixed.
+
+        Raises:
+            SceneError: If every component is free.
+        """
+        if all(c is None for c in self.displacement + self.director):
+            raise SceneError(
+                f"fixed components: nothing is held at {show(self.where)}; "
+                "give at least one component of displacement or director"
+            )
+
+
+@described("driven edge")
+class Driven(Support):
+    """A clamped edge carried along by a rigid motion.
+
+    Positions on the edge are ``origin + R(angle(t)) (X - origin) + translation(t)``, directors
+    ``R(angle(t)) D``.
+
+    Args:
+        edge: The edge or edges.
+        origin: A point of the axis of rotation [m].
+        axis: Its direction.
+        angle: Angle of rotation over time [rad]; None: no rotation.
+        translation: Displacement (3,) over time [m]; None: none.
+        body: Name of the shell.
+    """
+
+    edge: Edge
+    origin: Vec3 = (0.0, 0.0, 0.0)
+    axis: Axis = (0.0, 0.0, 1.0)
+    angle: TimeFunction | None = None
+    translation: Callable[[float], Any] | None = None
+    body: Name | None = None
+
+    def __post_init__(self) -> None:
+        """Check that a motion is given.
+
+        Raises:
+            SceneError: If there is neither a rotation nor a translation.
+        """
+        if self.angle is None and self.translation is None:
+            raise SceneError(
+                f"driven edge: neither angle nor translation is given for {show(self.edge)}; "
+                "give one at least, or use Clamped"
+            )
+
+
+def moves(support: Support) -> bool:
+    """Whether a support prescribes values that change with time.
+
+    Args:
+        support: Any support.
+    """
+    if isinstance(support, Fixed):
+        return any(callable(c) for c in (*support.displacement, *support.director))
+    return isinstance(support, Driven)

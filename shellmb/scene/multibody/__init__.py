@@ -1,0 +1,1 @@
+"""Rigid bodies, joints, and what drives and resists their coordinates."""

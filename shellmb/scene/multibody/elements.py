@@ -1,0 +1,290 @@
+"""Drivers, locks, and force elements: springs, dampers and motors.
+
+The coordinate of a joint is the rotation [rad] or the translation [m] of its second body relative
+to its first, about or along the joint's axis, right-handed, and begins as zero; a rotation counts
+whole turns.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, ClassVar, Literal
+
+from shellmb.errors import SceneError
+from shellmb.scene.values.times import TimeFunction
+from shellmb.scene.values.validate import (
+    Finite,
+    Name,
+    NonNegative,
+    Positive,
+    Spot,
+    Windows,
+    described,
+)
+
+__all__ = [
+    "Coordinate",
+    "Damper",
+    "Driver",
+    "Element",
+    "JointDamper",
+    "JointElement",
+    "JointSpring",
+    "Lock",
+    "Motor",
+    "PointElement",
+    "Spring",
+]
+
+Coordinate = Literal["rotation", "translation"]
+
+
+@described("driver")
+class Driver:
+    """Prescribes coordinates of a joint; the torque or force that this takes is a result.
+
+    Args:
+        name: Its name in the results.
+        joint: Name of the joint.
+        rotation: Relative rotation over time [rad].
+        translation: Relative translation over time [m].
+    """
+
+    name: Name
+    joint: Name
+    rotation: TimeFunction | None = None
+    translation: TimeFunction | None = None
+
+    def __post_init__(self) -> None:
+        """Check that a motion is given.
+
+        Raises:
+            SceneError: If there is neither a rotation nor a translation.
+        """
+        if self.rotation is None and self.translation is None:
+            raise SceneError(
+                f"driver '{self.name}': neither rotation nor translation is given; give one at "
+                "least"
+            )
+
+    @property
+    def coordinates(self) -> tuple[Coordinate, ...]:
+        """What it prescribes."""
+        given: tuple[tuple[Coordinate, Any], ...] = (
+            ("rotation", self.rotation),
+            ("translation", self.translation),
+        )
+        return tuple(name for name, function in given if function is not None)
+
+
+@described("lock")
+class Lock:
+    """Holds the coordinates of a joint at the values that they have when a window begins.
+
+    Args:
+        joint: Name of the joint.
+        windows: One window ``(start, end)`` of time [s] or several; a lock whose windows all
+            begin after the scene's end does not act.
+        coordinate: Which coordinate; None: all that the joint has.
+    """
+
+    joint: Name
+    windows: Windows
+    coordinate: Coordinate | None = None
+
+
+class Element:
+    """Any force element.
+
+    Attributes:
+        name: Its name in the results.
+    """
+
+    name: str
+    label: ClassVar[str]
+
+
+class JointElement(Element):
+    """A force element that acts on a coordinate of a joint.
+
+    Attributes:
+        joint: Name of the joint.
+        coordinate: Which of its coordinates; None: the only one.
+    """
+
+    joint: str
+    coordinate: Coordinate | None
+
+
+class PointElement(Element):
+    """A force element between two points, along the line that connects them.
+
+    Attributes:
+        first: Name of a body, or ``"ground"``.
+        second: Name of the other.
+        at: Where on the first: coordinates [m], or the name of a point of it.
+        second_at: Where on the second.
+    """
+
+    first: str
+    second: str
+    at: str | tuple[float, float, float]
+    second_at: str | tuple[float, float, float]
+
+
+def _one_of(said: str, **given: Any) -> None:
+    """Exactly one of two parameters.
+
+    Raises:
+        SceneError: If both or none are given.
+    """
+    (a, x), (b, y) = given.items()
+    if (x is None) == (y is None):
+        state = "neither is" if x is None else "both are"
+        raise SceneError(f"{said}: of {a} and {b} {state} given; it must be exactly one")
+
+
+def _two_ends(element: PointElement, said: str) -> None:
+    if element.first == element.second:
+        raise SceneError(
+            f"{said}: first and second are both '{element.first}'; they must be two bodies"
+        )
+
+
+@described("joint spring")
+class JointSpring(JointElement):
+    """A spring on a coordinate of a joint.
+
+    Args:
+        name: Its name in the results.
+        joint: Name of the joint.
+        stiffness: Its stiffness [N m/rad or N/m].
+        potential: In place of a stiffness its energy [J] as a function of ``coordinate - rest``,
+            written with operators and UFL functions.
+        rest: Coordinate at which it is at rest [rad or m].
+        coordinate: ``"rotation"`` or ``"translation"``; None: the joint's only one.
+    """
+
+    name: Name
+    joint: Name
+    stiffness: Positive | None = None
+    potential: Callable[[Any], Any] | None = None
+    rest: Finite = 0.0
+    coordinate: Coordinate | None = None
+
+    def __post_init__(self) -> None:
+        """Check that it has one law."""
+        _one_of(f"{self.label} '{self.name}'", stiffness=self.stiffness, potential=self.potential)
+
+
+@described("joint damper")
+class JointDamper(JointElement):
+    """A damper on a coordinate of a joint.
+
+    Args:
+        name: Its name in the results.
+        joint: Name of the joint.
+        viscosity: Torque or force per rate [N m s/rad or N s/m].
+        law: In place of it the resisting torque [N m] or force [N] as a function of the rate,
+            written with operators and UFL functions.
+        coordinate: ``"rotation"`` or ``"translation"``; None: the joint's only one.
+    """
+
+    name: Name
+    joint: Name
+    viscosity: NonNegative | None = None
+    law: Callable[[Any], Any] | None = None
+    coordinate: Coordinate | None = None
+
+    def __post_init__(self) -> None:
+        """Check that it has one law."""
+        _one_of(f"{self.label} '{self.name}'", viscosity=self.viscosity, law=self.law)
+
+
+@described("motor")
+class Motor(JointElement):
+    """A torque or force on the second body, and its opposite on the first, by a law.
+
+    Args:
+        name: Its name in the results.
+        joint: Name of the joint.
+        law: ``law(coordinate, rate, time)`` gives the torque [N m] or force [N], written with
+            operators and UFL functions.
+        coordinate: ``"rotation"`` or ``"translation"``; None: the joint's only one.
+    """
+
+    name: Name
+    joint: Name
+    law: Callable[[Any, Any, Any], Any]
+    coordinate: Coordinate | None = None
+
+
+@described("spring")
+class Spring(PointElement):
+    """A spring between two points.
+
+    Args:
+        name: Its name in the results.
+        first: Name of a body, or ``"ground"``.
+        second: Name of the other.
+        at: Where on the first: coordinates [m], or the name of a point of it.
+        second_at: Where on the second.
+        stiffness: Its stiffness [N/m].
+        potential: In place of a stiffness its energy [J] as a function of its length, written with
+            operators and UFL functions.
+        length: Natural length [m], with a stiffness; None: the initial one.
+    """
+
+    name: Name
+    first: Name
+    second: Name
+    at: Spot
+    second_at: Spot
+    stiffness: Positive | None = None
+    potential: Callable[[Any], Any] | None = None
+    length: NonNegative | None = None
+
+    def __post_init__(self) -> None:
+        """Check that it has one law and two ends.
+
+        Raises:
+            SceneError: Otherwise, or if a natural length comes with a potential.
+        """
+        said = f"{self.label} '{self.name}'"
+        _two_ends(self, said)
+        _one_of(said, stiffness=self.stiffness, potential=self.potential)
+        if self.potential is not None and self.length is not None:
+            raise SceneError(
+                f"{said}: length is {self.length:g}; it must be left out with a potential, which "
+                "is a function of the whole length"
+            )
+
+
+@described("damper")
+class Damper(PointElement):
+    """A damper between two points.
+
+    Args:
+        name: Its name in the results.
+        first: Name of a body, or ``"ground"``.
+        second: Name of the other.
+        at: Where on the first: coordinates [m], or the name of a point of it.
+        second_at: Where on the second.
+        viscosity: Force per rate of its length [N s/m].
+        law: In place of it the resisting force [N] as a function of the rate of length, written
+            with operators and UFL functions.
+    """
+
+    name: Name
+    first: Name
+    second: Name
+    at: Spot
+    second_at: Spot
+    viscosity: NonNegative | None = None
+    law: Callable[[Any], Any] | None = None
+
+    def __post_init__(self) -> None:
+        """Check that it has one law and two ends."""
+        said = f"{self.label} '{self.name}'"
+        _two_ends(self, said)
+        _one_of(said, viscosity=self.viscosity, law=self.law)

@@ -1,0 +1,261 @@
+"""Joints between two bodies, or a body and the ground.
+
+Every joint connects a point of ``first`` with a point of ``second``: nodes of shells and beams, any
+point of a rigid body or of the ground. ``at`` says where, for both ends: coordinates in the
+reference configuration, or the name of a point of the first body (of a rigid body its reference
+point if left out); ``second_at`` where the second end differs. Axes and normals are those of the
+reference configuration, in the scene's axes. A joint may have a mass, which both ends carry by
+halves, and may act in windows ``(start, end)`` of time only.
+"""
+
+from __future__ import annotations
+
+from dataclasses import field
+from typing import ClassVar
+
+import numpy as np
+
+from shellmb.errors import SceneError
+from shellmb.scene.values.validate import (
+    Axis,
+    Finite,
+    Name,
+    NonNegative,
+    Positive,
+    Spot,
+    Windows,
+    described,
+    show,
+    unit_vector,
+)
+
+__all__ = [
+    "GROUND",
+    "Cylindrical",
+    "Distance",
+    "InPlane",
+    "Joint",
+    "Planar",
+    "Prismatic",
+    "Revolute",
+    "Screw",
+    "ShellRevolute",
+    "Spherical",
+    "Universal",
+    "Weld",
+]
+
+GROUND = "ground"
+
+
+@described("joint")
+class Joint:
+    """Any joint.
+
+    Args:
+        name: What drivers, force elements and results call it.
+        first: Name of a body, or ``"ground"``.
+        second: Name of the other, or ``"ground"``.
+        at: Where it is, for both ends: coordinates [m], or the name of a point of the first body;
+            None: the reference point of a rigid first body.
+        second_at: Where its second end is, if elsewhere.
+        mass: Mass of the joint, half of it at each end [kg].
+        active: When it acts: one window ``(start, end)`` of time [s] or several; None: always.
+
+    Attributes:
+        freedoms: The relative coordinates that drivers and force elements may act on.
+        shells: Whether a shell's node, which has no frame, will do as first and as second end.
+    """
+
+    name: Name
+    first: Name
+    second: Name = GROUND
+    at: Spot | None = None
+    second_at: Spot | None = None
+    mass: NonNegative = 0.0
+    active: Windows | None = None
+
+    freedoms: ClassVar[tuple[str, ...]] = ()
+    shells: ClassVar[tuple[bool, bool]] = (False, False)
+    label: ClassVar[str] = "joint"
+
+    def __post_init__(self) -> None:
+        """Check that there are two bodies.
+
+        Raises:
+            SceneError: If both are the same.
+        """
+        if self.first == self.second:
+            raise SceneError(
+                f"{self.said}: first and second are both {show(self.first)}; they must differ"
+            )
+
+    @property
+    def said(self) -> str:
+        """What messages call it."""
+        return f"{self.label} '{self.name}'"
+
+
+@described("spherical joint")
+class Spherical(Joint):
+    """Two points stay together; see :class:`Joint` for the parameters."""
+
+    shells = (True, True)
+
+
+@described("revolute joint")
+class Revolute(Joint):
+    """Two points stay together and the bodies turn about an axis only.
+
+    Args:
+        axis: Direction of the axis; see :class:`Joint` for the other parameters.
+    """
+
+    axis: Axis = field(kw_only=True)
+
+    freedoms = ("rotation",)
+
+
+@described("universal joint")
+class Universal(Joint):
+    """Two points stay together, an axis of each body stays perpendicular to one of the other.
+
+    Args:
+        axis: Direction of the axis fixed to the first body.
+        second_axis: Direction of that fixed to the second, perpendicular to ``axis``; see
+            :class:`Joint` for the other parameters.
+    """
+
+    axis: Axis = field(kw_only=True)
+    second_axis: Axis = field(kw_only=True)
+
+    def __post_init__(self) -> None:
+        """Check the axes.
+
+        Raises:
+            SceneError: If they are not perpendicular.
+        """
+        super().__post_init__()
+        a = unit_vector(self.axis, f"{self.said}: axis")
+        b = unit_vector(self.second_axis, f"{self.said}: second_axis")
+        if abs(float(np.dot(a, b))) > 1e-9:
+            raise SceneError(
+                f"{self.said}: axis {show(self.axis)} and second_axis {show(self.second_axis)} "
+                "are not perpendicular; they must be"
+            )
+
+
+@described("cylindrical joint")
+class Cylindrical(Joint):
+    """The bodies turn about an axis and slide along it.
+
+    Args:
+        axis: Direction of the axis; see :class:`Joint` for the other parameters.
+    """
+
+    axis: Axis = field(kw_only=True)
+
+    freedoms = ("rotation", "translation")
+
+
+@described("prismatic joint")
+class Prismatic(Joint):
+    """The bodies slide along an axis and do not turn.
+
+    Args:
+        axis: Direction of the axis; see :class:`Joint` for the other parameters.
+    """
+
+    axis: Axis = field(kw_only=True)
+
+    freedoms = ("translation",)
+
+
+@described("planar joint")
+class Planar(Joint):
+    """The second body slides in a plane of the first and turns about its normal.
+
+    Args:
+        normal: Normal of the plane; see :class:`Joint` for the other parameters.
+    """
+
+    normal: Axis = field(kw_only=True)
+
+
+@described("screw joint")
+class Screw(Joint):
+    """The bodies turn about an axis and slide along it in proportion.
+
+    Args:
+        axis: Direction of the axis.
+        pitch: Sliding of the second body along the axis per turn, right-handed if positive
+            [m per turn]; see :class:`Joint` for the other parameters.
+    """
+
+    axis: Axis = field(kw_only=True)
+    pitch: Finite = field(kw_only=True)
+
+    freedoms = ("rotation",)
+
+    def __post_init__(self) -> None:
+        """Check the pitch.
+
+        Raises:
+            SceneError: If it is zero.
+        """
+        super().__post_init__()
+        if self.pitch == 0:
+            raise SceneError(
+                f"{self.said}: pitch is {show(self.pitch)}; it must not be zero, or use Revolute"
+            )
+
+
+@described("weld")
+class Weld(Joint):
+    """The bodies do not move relative to each other; see :class:`Joint` for the parameters."""
+
+    shells = (False, True)
+
+
+@described("distance joint")
+class Distance(Joint):
+    """The distance of two points stays what it is, as by a massless link with spherical joints.
+
+    Args:
+        length: The distance [m]; None: that of the reference configuration; see :class:`Joint` for
+            the other parameters.
+    """
+
+    length: Positive | None = field(default=None, kw_only=True)
+
+    shells = (True, True)
+
+
+@described("in-plane joint")
+class InPlane(Joint):
+    """A point of the second body stays in a plane fixed to the first.
+
+    Args:
+        normal: Normal of the plane; see :class:`Joint` for the other parameters.
+    """
+
+    normal: Axis = field(kw_only=True)
+
+    shells = (False, True)
+
+
+@described("shell revolute joint")
+class ShellRevolute(Joint):
+    """A frame (first) and a node of a shell (second) that turns in it about its director; eq. 35.
+
+    Both stay together, and the shell's director is fixed in the frame. Nothing resists rotation
+    about the director, for which the shell has no moment.
+
+    Args:
+        axis: The shell's director; None: that of the shell's mesh; see :class:`Joint` for the
+            other parameters.
+    """
+
+    axis: Axis | None = field(default=None, kw_only=True)
+
+    shells = (False, True)

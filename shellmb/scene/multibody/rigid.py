@@ -1,0 +1,182 @@
+"""Rigid bodies."""
+
+from __future__ import annotations
+
+from dataclasses import field
+from functools import cached_property
+from typing import Annotated, Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BeforeValidator
+
+from shellmb.errors import SceneError
+from shellmb.scene.values.validate import Matrix3, Name, NonNegative, Vec3, described, numbers, show
+
+__all__ = ["RigidBody", "rotation_matrix"]
+
+type Matrix = NDArray[np.float64]
+
+RESERVED = ("origin", "center")
+
+
+def rotation_matrix(vector: Any) -> Matrix:
+    """Rotation about ``vector`` by its length, shape (3, 3).
+
+    Args:
+        vector: Rotation vector, shape (3,) [rad].
+    """
+    v = np.asarray(vector, dtype=float)
+    angle = float(np.linalg.norm(v))
+    if angle == 0:
+        return np.eye(3)
+    x, y, z = v / angle
+    k = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    return np.asarray(np.eye(3) + np.sin(angle) * k + (1 - np.cos(angle)) * k @ k)
+
+
+def _vector_or_matrix(value: Any) -> Any:
+    """Told apart here, so that an error speaks of both."""
+    try:
+        array = numbers(value)
+    except (TypeError, ValueError):
+        array = np.zeros(0)
+    if array.shape not in ((3,), (3, 3)) or not np.isfinite(array).all():
+        raise ValueError("it must be three finite numbers or three rows of three")
+    return array.tolist()
+
+
+VectorOrMatrix = Annotated[Vec3 | Matrix3, BeforeValidator(_vector_or_matrix)]
+
+
+@described("rigid body")
+class RigidBody:
+    """A rigid body: a reference point, three axes, mass and inertia.
+
+    Besides ``points`` it has the points ``"origin"``, its reference point, and ``"center"``, its
+    centre of mass.
+
+    Args:
+        name: What joints, loads and results call it.
+        mass: Mass [kg].
+        inertia: Inertia tensor about the centre of mass in the body's axes, ``J_11 = int rho (y^2 +
+            z^2)``, ``J_12 = -int rho x y``: three principal values or three rows [kg m^2].
+        position: The reference point in the scene [m].
+        rotation: From the scene's axes to the body's: a rotation vector [rad], or a matrix whose
+            columns are the body's axes.
+        com: Centre of mass from the reference point, in the body's axes [m].
+        points: Named points from the reference point, in the body's axes [m].
+    """
+
+    name: Name
+    mass: NonNegative
+    inertia: VectorOrMatrix
+    position: Vec3 = (0.0, 0.0, 0.0)
+    rotation: VectorOrMatrix = (0.0, 0.0, 0.0)
+    com: Vec3 = (0.0, 0.0, 0.0)
+    points: dict[str, Vec3] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Check inertia, rotation and names.
+
+        Raises:
+            SceneError: If no body has such an inertia, the matrix is no rotation, or a point has
+                one of the names that every body has.
+        """
+        _ = self.axes
+        self._check_inertia()
+        for name in self.points:
+            if name in RESERVED or not name:
+                raise SceneError(
+                    f"rigid body '{self.name}': a point is named {show(name)}; it must have "
+                    "another name than 'origin' and 'center', which every body has"
+                )
+
+    def _check_inertia(self) -> None:
+        J = self.inertia_tensor
+        size = np.abs(J).max()
+        if np.abs(J - J.T).max() > 1e-9 * size:
+            raise SceneError(
+                f"rigid body '{self.name}': inertia is {show(self.inertia)}; it must be symmetric"
+            )
+        principal = np.linalg.eigvalsh(J)
+        said = ", ".join(f"{p:.6g}" for p in principal)
+        if principal[0] < -1e-9 * size:
+            raise SceneError(
+                f"rigid body '{self.name}': inertia has the principal moments {said}; none of "
+                "them must be negative"
+            )
+        if principal[2] - principal[0] - principal[1] > 1e-9 * size:
+            raise SceneError(
+                f"rigid body '{self.name}': inertia has the principal moments {said}; each must "
+                "be at most the sum of the other two"
+            )
+
+    @cached_property
+    def inertia_tensor(self) -> Matrix:
+        """About the centre of mass in the body's axes, shape (3, 3) [kg m^2]."""
+        J = np.asarray(self.inertia)
+        return np.diag(J) if J.ndim == 1 else J
+
+    @cached_property
+    def euler_tensor(self) -> Matrix:
+        """``int rho y y^T = tr(J)/2 I - J`` about the centre of mass in body axes, (3, 3) [kg m^2].
+
+        Positive semidefinite: what round-off makes negative is cut off.
+        """
+        J = (self.inertia_tensor + self.inertia_tensor.T) / 2
+        E = np.trace(J) / 2 * np.eye(3) - J
+        values, vectors = np.linalg.eigh(E)
+        if values[0] >= 0:
+            return np.asarray(E)
+        return np.asarray(vectors @ np.diag(np.maximum(values, 0)) @ vectors.T)
+
+    @cached_property
+    def axes(self) -> Matrix:
+        """The body's axes d1, d2, d3 in the scene, the columns of a matrix (3, 3).
+
+        Raises:
+            SceneError: If the given matrix is no rotation.
+        """
+        R = np.asarray(self.rotation)
+        if R.ndim == 1:
+            R = rotation_matrix(R)
+        elif np.abs(R.T @ R - np.eye(3)).max() > 1e-6 or np.linalg.det(R) < 0:
+            raise SceneError(
+                f"rigid body '{self.name}': rotation is {show(self.rotation)}; its columns must be "
+                "orthonormal and right-handed"
+            )
+        # orthonormal to round-off, also where few digits were given
+        u, _, v = np.linalg.svd(R)
+        return np.asarray(u @ v)
+
+    @property
+    def point_names(self) -> tuple[str, ...]:
+        """Names of all its points."""
+        return (*RESERVED, *self.points)
+
+    @property
+    def center(self) -> Matrix:
+        """The centre of mass in the scene, shape (3,) [m]."""
+        return self.place("center")
+
+    def place(self, point: str | tuple[float, ...] | None = None) -> Matrix:
+        """Where a point is in the scene's reference configuration, shape (3,) [m].
+
+        Args:
+            point: Name of a point; coordinates in the scene, which are given back; None: the
+                reference point.
+
+        Raises:
+            SceneError: If there is no point of that name.
+        """
+        if point is not None and not isinstance(point, str):
+            return np.asarray(point, dtype=float)
+        local = {"origin": (0.0, 0.0, 0.0), "center": self.com, **self.points}
+        if (point or "origin") not in local:
+            known = ", ".join(f"'{n}'" for n in local)
+            raise SceneError(
+                f"rigid body '{self.name}': there is no point '{point}'; its points are {known}, "
+                "or give coordinates"
+            )
+        return np.asarray(self.position) + self.axes @ np.asarray(local[point or "origin"])

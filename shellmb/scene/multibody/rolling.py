@@ -1,0 +1,104 @@
+"""Rolling and blades: joints that forbid velocities and not positions."""
+
+from __future__ import annotations
+
+from dataclasses import field
+
+import numpy as np
+
+from shellmb.errors import SceneError
+from shellmb.scene.multibody.joints import GROUND, Joint
+from shellmb.scene.values.validate import Axis, Positive, described, show, unit_vector
+
+__all__ = ["Contact", "KnifeEdge", "Rolling"]
+
+# sine of the angle between a wheel's axis (a blade) and the normal below which it lies flat
+# (stands up): the direction it heads in is lost
+FLAT = 1e-6
+
+
+@described("contact")
+class Contact(Joint):
+    """A body on a plane that it stays on, and on which it cannot slip.
+
+    Args:
+        normal: Normal of the plane, which is fixed to the first body; see :class:`Joint` for the
+            other parameters.
+    """
+
+    normal: Axis = field(kw_only=True)
+
+    def __post_init__(self) -> None:
+        """Check what a contact cannot have.
+
+        Raises:
+            SceneError: If the second body is the ground, or there are windows of time.
+        """
+        super().__post_init__()
+        if self.second == GROUND:
+            raise SceneError(
+                f"{self.said}: second is 'ground'; it must be the body that moves on the plane, "
+                "and the plane belongs to the first"
+            )
+        if self.active is not None:
+            raise SceneError(
+                f"{self.said}: active is {show(self.active)}; it must be None: contacts act always"
+            )
+
+    def _across(self, direction: Axis, what: str) -> None:
+        """Check that a direction of the second body is not normal to the plane."""
+        n = unit_vector(self.normal, f"{self.said}: normal")
+        d = unit_vector(direction, f"{self.said}: {what}")
+        if float(np.linalg.norm(np.cross(n, d))) < FLAT:
+            raise SceneError(
+                f"{self.said}: {what} {show(direction)} is normal to the plane; it must not be: "
+                "there is no direction that it could move in"
+            )
+
+
+@described("rolling joint")
+class Rolling(Contact):
+    """A wheel with a thin rim, or a sphere, rolls on a plane of the first body without slip.
+
+    The plane goes through the point ``at`` of the first body. The centre of the wheel is the point
+    ``second_at`` of the second body, its reference point if left out. The contact holds in both
+    directions: where it pulls (``NAME.F3`` is negative), a real wheel would lift off.
+
+    Args:
+        radius: Radius of the rim, or the sphere [m].
+        axis: Axis of the wheel; None: a sphere; see :class:`Contact` for the other parameters.
+    """
+
+    radius: Positive = field(kw_only=True)
+    axis: Axis | None = field(default=None, kw_only=True)
+
+    def __post_init__(self) -> None:
+        """Check the axis.
+
+        Raises:
+            SceneError: If it is normal to the plane.
+        """
+        super().__post_init__()
+        if self.axis is not None:
+            self._across(self.axis, "axis")
+
+
+@described("knife-edge joint")
+class KnifeEdge(Contact):
+    """A point of the second body stays on a plane of the first and moves along a blade only.
+
+    Args:
+        direction: Direction of the blade, which turns with the second body; see :class:`Contact`
+            for the other parameters.
+    """
+
+    direction: Axis = field(kw_only=True)
+
+    def __post_init__(self) -> None:
+        """Check the direction.
+
+        Raises:
+            SceneError: If it is normal to the plane.
+        """
+        super().__post_init__()
+        self._across(self.direction, "direction")

@@ -1,0 +1,1 @@
+"""Shells: surfaces, sections, laminates, and the joins between shells."""

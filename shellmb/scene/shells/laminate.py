@@ -1,0 +1,181 @@
+"""Laminates: plies, stacking sequences, and the section they make."""
+
+from __future__ import annotations
+
+import re
+import warnings
+from collections.abc import Sequence
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import BeforeValidator
+
+from shellmb.errors import SceneError, ShellmbWarning
+from shellmb.scene.shells import lamination
+from shellmb.scene.shells.lamination import Layer
+from shellmb.scene.shells.sections import LinearSection, check_stable
+from shellmb.scene.values.validate import Finite, NonNegative, Positive, described, show
+
+__all__ = ["Laminate", "Ply", "PlyMaterial", "stacking_angles"]
+
+# usual laminates of carbon fibres are up to 1.4 times too stiff by the factor 5/6, sandwiches from
+# 5 (honeycomb) to 1e6 times
+STIFFER = 2.0
+
+
+@described("ply material")
+class PlyMaterial:
+    """An orthotropic material, axis 1 along the fibres.
+
+    Args:
+        E1: Young's modulus along the fibres [Pa].
+        E2: Young's modulus across [Pa].
+        nu12: Contraction along 2 per extension along 1; ``|nu12| < sqrt(E1/E2)``.
+        G12: In-plane shear modulus [Pa].
+        G13: Transverse shear modulus of axis 1 [Pa].
+        G23: Transverse shear modulus of axis 2 [Pa].
+        density: Mass density [kg/m^3].
+    """
+
+    E1: Positive
+    E2: Positive
+    nu12: Finite
+    G12: Positive
+    G13: Positive
+    G23: Positive
+    density: NonNegative = 0.0
+
+    def __post_init__(self) -> None:
+        """Check that the strain energy is positive."""
+        check_stable("ply material", self.E1, self.E2, self.nu12)
+
+
+@described("ply")
+class Ply:
+    """One layer of a laminate.
+
+    Args:
+        material: Its material.
+        thickness: Thickness [m].
+        angle: From the shell's 1-direction to the fibres, right-handed about the normal [degrees].
+    """
+
+    material: PlyMaterial
+    thickness: Positive
+    angle: Finite = 0.0
+
+
+def _correction(value: Any) -> Any:
+    if isinstance(value, str) and value != "energy":
+        raise ValueError("it must be a factor greater than 0 or 'energy'")
+    return value
+
+
+@described("laminate")
+class Laminate(LinearSection):
+    """A stack of plies.
+
+    Args:
+        plies: From the lower face to the upper one, along the normal.
+        shear_correction: A factor on the transverse shear stiffness, or ``"energy"``: from the
+            shear stresses that equilibrium asks for.
+        offset: Height of the laminate's middle above the reference surface [m].
+    """
+
+    plies: tuple[Ply, ...]
+    shear_correction: Annotated[Positive | Literal["energy"], BeforeValidator(_correction)] = 5 / 6
+    offset: Finite = 0.0
+
+    def __post_init__(self) -> None:
+        """Check that there are plies, and warn of a factor that hides a soft core.
+
+        Raises:
+            SceneError: If there are none.
+        """
+        if not self.plies:
+            raise SceneError("laminate: it has no plies; it must have one at least")
+        if self.shear_correction == "energy":
+            return
+        G = lamination.stiffness(self.layers, "energy", 0.0).G
+        ratio = float(np.linalg.eigvals(np.linalg.solve(G, self.G)).real.max())
+        if ratio > STIFFER:
+            warnings.warn(
+                f"laminate: shear_correction is {self.shear_correction:.4g}, with which it is "
+                f"{ratio:.2g} times as stiff against transverse shear as its plies in equilibrium "
+                "are; it should be 'energy', unless the factor belongs to these plies",
+                ShellmbWarning,
+                stacklevel=3,
+            )
+
+    @property
+    def thickness(self) -> float:
+        """Total thickness [m]."""
+        return sum(ply.thickness for ply in self.plies)
+
+    @property
+    def layers(self) -> tuple[Layer, ...]:
+        """The plies in the axes of the shell."""
+        return tuple(_layer(ply) for ply in self.plies)
+
+    @classmethod
+    def from_stacking(
+        cls,
+        material: PlyMaterial,
+        ply_thickness: float,
+        stacking: str | Sequence[float],
+        shear_correction: float | Literal["energy"] = 5 / 6,
+        offset: float = 0.0,
+    ) -> Laminate:
+        """A laminate of equal plies.
+
+        Args:
+            material: Material of every ply.
+            ply_thickness: Thickness of every ply [m].
+            stacking: Angles from the lower face up [degrees], or their usual notation such as
+                ``"[0/90/45]s"``; see :func:`stacking_angles`.
+            shear_correction: As for the class.
+            offset: As for the class [m].
+
+        Returns:
+            The laminate.
+        """
+        angles = stacking_angles(stacking) if isinstance(stacking, str) else tuple(stacking)
+        plies = tuple(Ply(material, ply_thickness, angle) for angle in angles)
+        return cls(plies, shear_correction=shear_correction, offset=offset)
+
+
+def _layer(ply: Ply) -> Layer:
+    m = ply.material
+    plane = lamination.plane_stress(m.E1, m.E2, m.nu12, m.G12)
+    layer = Layer(plane, np.diag([m.G13, m.G23]), m.density, ply.thickness)
+    return layer.turned(ply.angle)
+
+
+_NUMBER = r"[+-]?\d+(?:\.\d*)?"
+_STACKING = re.compile(rf"\[\s*({_NUMBER}(?:\s*[/,]\s*{_NUMBER})*)\s*\](\d*)\s*_?(s?)")
+
+
+def stacking_angles(notation: str) -> tuple[float, ...]:
+    """Angles of the plies from the lower face up.
+
+    ``"[0/90/45]"`` are three plies; a number behind the bracket repeats them (``"[45/-45]4"``), an
+    ``s`` mirrors what precedes it (``"[0/90]s"`` is 0, 90, 90, 0); ``"[0/90]2s"`` does both.
+
+    Args:
+        notation: The stacking sequence; ``/`` or ``,`` between the angles.
+
+    Returns:
+        The angles [degrees].
+
+    Raises:
+        SceneError: If the notation cannot be read.
+    """
+    match = _STACKING.fullmatch(notation.strip())
+    if match is None:
+        raise SceneError(
+            f"laminate: stacking is {show(notation)}; it must read like '[0/90/45]s' or '[45/-45]4'"
+        )
+    angles = tuple(float(a) for a in re.split(r"\s*[/,]\s*", match[1])) * int(match[2] or 1)
+    if not angles:
+        raise SceneError(f"laminate: stacking is {show(notation)}; it must repeat once at least")
+    return angles + angles[::-1] if match[3] else angles

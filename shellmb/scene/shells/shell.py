@@ -1,0 +1,146 @@
+"""Shells and the joins between them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, InstanceOf
+
+from shellmb.errors import SceneError
+from shellmb.scene.shells.gmsh_surfaces import Meshed
+from shellmb.scene.shells.sections import LinearSection, Section
+from shellmb.scene.shells.surfaces import Surface
+from shellmb.scene.values.positions import OfPosition
+from shellmb.scene.values.validate import (
+    Edge,
+    Name,
+    PositiveInt,
+    Untrue,
+    Vec3,
+    described,
+    show,
+    unit_vector,
+)
+
+__all__ = ["Join", "Shell"]
+
+Distortion = Annotated[float, Field(ge=0, le=0.3, allow_inf_nan=False)]
+
+
+@described("shell")
+class Shell:
+    """One shell body: a mid-surface, its section, its mesh.
+
+    Args:
+        name: What supports, loads and results call it.
+        surface: The mid-surface.
+        section: The section.
+        mesh: Numbers of elements along xi and eta.
+        degree: Degree of displacement and director, 2 or 3; triangles: 2.
+        cell: Quadrilaterals or triangles.
+        geometry_order: Order of the mesh geometry; None: 1 for flat surfaces, 2 for curved ones and
+            gmsh models, whatever a mesh file holds.
+        distortion: Interior vertices are moved by this fraction of the element size, in a fixed
+            pattern, up to 0.3; for studies of locking.
+        direction: The material 1-direction is this vector projected on the surface, or a
+            vectorised function of positions (3, n) that gives vectors (3, n); None: the x axis, or
+            where that is nearly normal to some part of the surface, y or z.
+        rotary_inertia: Whether the rotation of the director has inertia.
+        eccentric_inertia: Whether the first moment s* of eq. 16 is taken into account, where the
+            section has one.
+        transverse_shear: Whether it shears across its thickness; False: thin plates and shells in
+            Kirchhoff's limit.
+        stretching: Whether it stretches in its surface; False: inextensible.
+        coupling: Whether bending and stretching are coupled, where the section does so.
+        strains: A strain measure in place of the usual one: ``strains(u, w, surface)`` returns
+            ``ShellStrains``, as :func:`shellmb.forms.shell.shell_strains` does.
+        terms: Terms added to the weak form, each a callable in UFL.
+        rigid: Whether the shell is one rigid body, of the mass and inertia of its mesh and section.
+    """
+
+    name: Name
+    surface: InstanceOf[Surface]
+    section: InstanceOf[Section]
+    mesh: tuple[PositiveInt, PositiveInt] = (8, 8)
+    degree: Literal[2, 3] = 2
+    cell: Literal["quad", "tri"] = "quad"
+    geometry_order: Annotated[Literal[1, 2] | None, Untrue] = None
+    distortion: Distortion = 0.0
+    direction: Vec3 | OfPosition | None = None
+    rotary_inertia: bool = True
+    eccentric_inertia: bool = True
+    transverse_shear: bool = True
+    stretching: bool = True
+    coupling: bool = True
+    strains: Callable[..., Any] | None = None
+    terms: tuple[Callable[..., Any], ...] = ()
+    rigid: bool = False
+
+    def __post_init__(self) -> None:
+        """Check what concerns several parameters.
+
+        Raises:
+            SceneError: If triangles are asked for with degree 3, a gmsh mesh is to be distorted, or
+                a closed surface has too few elements around.
+        """
+        if self.cell == "tri" and self.degree != 2:
+            raise SceneError(
+                f"shell '{self.name}': degree is {self.degree}; it must be 2 on triangles"
+            )
+        if self.distortion and isinstance(self.surface, Meshed):
+            raise SceneError(
+                f"shell '{self.name}': distortion is {show(self.distortion)}; "
+                "it must be 0 where the mesh is read, or made by gmsh"
+            )
+        if self.surface.closed and not self.surface.pole and self.mesh[0] < 3:
+            raise SceneError(
+                f"shell '{self.name}': mesh is {show(self.mesh)}; "
+                "it must have at least 3 elements around a closed surface"
+            )
+        if self.direction is not None and not callable(self.direction):
+            unit_vector(self.direction, f"shell '{self.name}': direction")
+        if not isinstance(self.section, LinearSection):
+            for what in ("transverse_shear", "stretching", "coupling"):
+                if not getattr(self, what):
+                    raise SceneError(
+                        f"shell '{self.name}': {what} is False; it must be True with a "
+                        f"{getattr(self.section, 'label', 'section')}, whose energy is of all "
+                        "strains"
+                    )
+
+    @property
+    def holds_strains(self) -> bool:
+        """Whether some strain is held at zero by forces that are multipliers."""
+        return not (self.rigid or (self.transverse_shear and self.stretching))
+
+
+@described("join")
+class Join:
+    """Two shells joined along an edge each; the nodes of the two edges must coincide.
+
+    Args:
+        first: Name of one shell.
+        second: Name of the other.
+        first_edge: Edge or edges of the first shell.
+        second_edge: Edge or edges of the second.
+        kind: ``"smooth"``: one director for both; ``"kink"``: each its own, the angle between them
+            locked; ``"auto"``: whichever the surfaces' normals along the edge tell.
+    """
+
+    first: Name
+    second: Name
+    first_edge: Edge
+    second_edge: Edge
+    kind: Literal["auto", "smooth", "kink"] = "auto"
+
+    def __post_init__(self) -> None:
+        """Check that there are two shells.
+
+        Raises:
+            SceneError: If both are the same.
+        """
+        if self.first == self.second:
+            raise SceneError(
+                f"join: first and second are both {show(self.first)}; they must be two shells"
+            )

@@ -1,0 +1,1 @@
+"""Residuals of a step: rows and weights, of which every scheme is made."""

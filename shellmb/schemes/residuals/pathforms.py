@@ -1,0 +1,134 @@
+"""Residuals of a body for a step that is quadratic in time, eqs. (Q2)-(Q4)."""
+
+from collections.abc import Mapping
+from functools import cached_property
+
+import numpy as np
+import ufl
+from dolfinx import fem
+from ufl.core.expr import Expr
+
+from shellmb.forms.steps.path import Pair, Path, Step
+from shellmb.model.body import Body, Dofs, Rates
+from shellmb.schemes.base import Levels, Tangent, Values
+from shellmb.schemes.quadratic import QuadraticInTime
+from shellmb.schemes.residuals.pathpoints import at_points
+from shellmb.schemes.residuals.residual import Sample, StageForms, acting, averaged
+from shellmb.schemes.residuals.rows import PathStates, bound, constants
+from shellmb.schemes.residuals.weights import path_pairs, path_states
+
+
+class PathForms:
+    """Makes the residuals of one body.
+
+    Args:
+        body: The body.
+        scheme: The scheme.
+        levels: The body's functions.
+        dt: Length of the step.
+
+    Attributes:
+        path: The step.
+        step: The same with what rows of mixed sections need.
+        states: Functions that must follow the unknown ones.
+        dt: Length of the step.
+    """
+
+    def __init__(
+        self, body: Body, scheme: QuadraticInTime, levels: Levels, dt: fem.Constant
+    ) -> None:
+        self._body, self._scheme, self._levels, self.dt = body, scheme, levels, dt
+        self._mesh = levels.q.function_space.mesh
+        self.path: Path = scheme.path(levels)
+        assert levels.push is not None
+        sources = (levels.q, levels.push, *levels.unknown.values())
+        self.states = PathStates(sources, path_states(scheme.alpha))
+        unknown = tuple(levels.unknown.values())
+        points = at_points(self._mesh, scheme.alpha, unknown)
+        pairs = self._pairs(0), self._pairs(1)
+        self.step = Step(self.path, self.states.functions, pairs, points)
+
+    def _pairs(self, row: int) -> tuple[Pair, Pair]:
+        """Both stresses in one row, with their derivatives."""
+        unknown = self._levels.unknown.values()
+        weights = path_pairs(self._scheme.alpha, row)
+        first, second = (bound(self._mesh, *w) for w in zip(weights, unknown, strict=True))
+        return first, second
+
+    def forms(self) -> dict[str, StageForms]:
+        """Residuals of both rows, by the name of their stage."""
+        body, result = self._body, {}
+        for k, (stage, unknown) in enumerate(self._levels.unknown.items()):
+            space = unknown.function_space
+            dq, trial = ufl.TestFunction(space), ufl.TrialFunction(space)
+            form, terms = body.along(self.step, k, dq, trial)
+            inertia = body.inertia(self.path.acceleration[k] / self.dt**2, dq)
+            samples = self._samples(stage)
+            parts = [f for f in (inertia, form) if f is not None]
+            parts += acting(body, samples, dq)
+            states = self.states if terms and k == 0 else None
+            result[stage] = StageForms(None, tuple(parts), samples, tuple(terms), states)
+        return result
+
+    def advance(
+        self,
+        q: Values,
+        rates: Mapping[str, Values],
+        unknown: Mapping[str, Values],
+        dt: float,
+        tangent: Tangent,
+    ) -> dict[str, Values]:
+        """As of the scheme; where directors have no inertia the rate of the path at its end."""
+        new, free = self._scheme.advance(q, rates, unknown, dt, tangent), self._inertialess
+        if len(free):
+            # all that is carried on of it: strains of the next step begin with its rate there
+            push, rows = dt * rates["v"][free], {s: values[free] for s, values in unknown.items()}
+            new["v"][free] = sum(self._scheme.moved(q[free], push, rows).values()) / dt
+        return new
+
+    @cached_property
+    def _inertialess(self) -> Dofs:
+        """Dofs of directors without inertia that no support moves."""
+        body, none = self._body, np.zeros(0, np.int32)
+        if not body.inertialess:
+            return none
+        fixed = np.concatenate([none, *(f.dofs for f in body.fixed)])
+        return np.setdiff1d(body.mixed.dofs.get("w", none), fixed)
+
+    def _samples(self, stage: str) -> tuple[Sample, ...]:
+        """Loads and added terms: at Gauss' points in time, or as a mean if the state is nothing."""
+        body, path = self._body, self.path
+        dq = ufl.TestFunction(self._levels.q.function_space)
+        time = fem.Constant(self._mesh, 0.0)
+        whole = Sample(
+            path.at(0.5),
+            self._rates(path.velocity(0.5)),
+            body.loads(),
+            averaged(self._scheme, stage),
+            time,
+            0.5,
+        )
+        forms = [whole.of_loads(dq), whole.of_terms(body, dq)]
+        unknown = set(self._levels.unknown.values())
+        if forms[1] is None and not any(
+            unknown & set(form.coefficients()) for form in forms if form is not None
+        ):
+            return () if forms[0] is None else (whole,)
+        found = []
+        for tau, weight in averaged(self._scheme, stage):
+            (place,) = constants(self._mesh, tau)
+            found.append(
+                Sample(
+                    path.at(place),
+                    self._rates(path.velocity(place)),
+                    body.loads(),
+                    ((tau, weight),),
+                    fem.Constant(self._mesh, 0.0),
+                    tau,
+                    fem.Constant(self._mesh, weight),
+                )
+            )
+        return tuple(found)
+
+    def _rates(self, velocity: Expr) -> Rates:
+        return Rates(velocity / self.dt, velocity / self.dt)

@@ -1,0 +1,119 @@
+"""Rows of a step with their weights as Constants, and the states that they are taken at."""
+
+from collections.abc import Sequence
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from dolfinx import fem
+from ufl.algorithms.renumbering import renumber_indices
+from ufl.core.expr import Expr
+
+from shellmb.forms.steps.discrete import mean
+from shellmb.forms.steps.mixed import Interval
+from shellmb.forms.steps.path import Change, Moment, Pair, Row, Slope
+from shellmb.schemes.residuals.weights import (
+    FIRST,
+    LAST,
+    SINGLE,
+    MomentWeights,
+    PairWeights,
+    SlopeWeights,
+    interval_pair,
+    single_pair,
+)
+
+Floats = npt.NDArray[np.float64]
+
+NAMES = ("mean", "chord", "bow", "swing")
+
+
+class PathStates:
+    """Mean, chord, bow and swing of a body's path as functions that follow the unknown ones.
+
+    Args:
+        sources: Functions whose combinations they are.
+        weights: The combinations, shape (4, number of sources).
+    """
+
+    def __init__(self, sources: Sequence[fem.Function], weights: Floats) -> None:
+        self.sources, self.weights = sources, weights
+        space = sources[0].function_space
+        mean, chord, bow, swing = (fem.Function(space, name=name) for name in NAMES)
+        self.functions = mean, chord, bow, swing
+
+
+def constants(mesh: Any, values: object) -> tuple[Expr, ...]:
+    """Components of a Constant."""
+    array = np.atleast_1d(np.asarray(values, dtype=float))
+    constant = fem.Constant(mesh, array)
+    return tuple(constant[k] for k in range(len(array)))
+
+
+def slope_of(mesh: Any, weights: SlopeWeights) -> Slope:
+    """A slope with its numbers as Constants."""
+    (c,) = constants(mesh, weights.c)
+    return Slope(c, constants(mesh, weights.weights))
+
+
+def moment_of(mesh: Any, weights: MomentWeights, holder: Expr) -> Moment:
+    """A moment with its numbers as Constants; `holder` is the state that holds its resultants."""
+    linear, products = (constants(mesh, w) for w in weights)
+    return Moment(linear, products, holder)
+
+
+def bound(mesh: Any, weights: PairWeights, holder: Expr) -> Pair:
+    """A pair with its numbers as Constants.
+
+    Args:
+        mesh: Mesh of the body.
+        weights: The numbers.
+        holder: The unknown state that holds its resultants.
+    """
+    changes = {}
+    for number, change in weights.changes.items():
+        turn = weights.slope.weights @ change.states
+        numbers = change.held, change.share, turn, change.gain
+        by = slope_of(mesh, weights.moment.by(change.states))
+        changes[number] = Change(by, *constants(mesh, numbers))
+    moment = moment_of(mesh, weights.moment, holder)
+    own, ahead = constants(mesh, [weights.own, weights.ahead])
+    return Pair(moment, slope_of(mesh, weights.slope), own, ahead, changes)
+
+
+class Span:
+    """A sub-interval of a step, or a single state, eqs. (20)-(22), (32).
+
+    Args:
+        span: Its states as expressions.
+        unknown: Unknown states of the step.
+        number: Number of the one whose row it is.
+        linear: Whether strains are linear; then `span` is at the reference.
+    """
+
+    def __init__(
+        self, span: Interval, unknown: Sequence[fem.Function], number: int, linear: bool = False
+    ) -> None:
+        self.span, self._unknown, self._number, self._linear = span, unknown, number, linear
+        self.states: PathStates | None = None
+
+    @cached_property
+    def row(self) -> Row | None:
+        """Its states as functions; None where it is none between two of them."""
+        unknown, number = self._unknown, self._number
+        a, b, mid, at, held, beta = self.span
+        holder = unknown[number]
+        if self._linear or a is b is mid is at is held is holder:
+            self.states = PathStates([holder], SINGLE.reshape(4, 1))
+            weights = single_pair(number, self._linear)
+        else:
+            middle = renumber_indices(mid) == renumber_indices(mean(a, b))
+            if not (middle and isinstance(a, fem.Function) and b is at is held is holder):
+                return None
+            self.states = PathStates([a, b], np.array([FIRST, LAST]).T)
+            first = next((n for n, other in enumerate(unknown) if other is a), None)
+            # a Constant is a number here: it is given once
+            weights = interval_pair(float(beta), first, number)
+        pair = bound(holder.function_space.mesh, weights, holder)
+        return Row(self.states.functions, (pair,), 2)

@@ -1,0 +1,1 @@
+"""Bodies in space: scenes, shapes, colours, views, animations, pages."""

@@ -1,0 +1,341 @@
+"""Bodies in space drawn by pyvista: in memory without a display, in a window, or for a page."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from shellmb.errors import RunError
+from shellmb.observers.files.described import Described
+from shellmb.show.fields import Fields
+from shellmb.show.space.colours import Colouring, colouring, values
+from shellmb.show.space.display import has_display, offscreen, why_not
+from shellmb.show.space.shapes import Shape, State, read_state, shape_of
+from shellmb.show.space.views import View, axes, enlargement, look, view_of
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
+
+Floats = npt.NDArray[np.float64]
+
+# width of pictures, pixels
+WIDTH = 960
+COLOURS, NO_VALUE = "viridis", "lightgrey"
+REFERENCE_LINE = "#8a8a8a"
+JOINTS = "joints"
+# an arrow of the largest force, part of the size of the scene
+ARROW = 0.25
+
+
+@dataclass(frozen=True)
+class Showing:
+    """What is shown: bodies, their states, colours, and a view of all of it.
+
+    Args:
+        described: The scene.
+        shapes: Bodies by name.
+        states: States by the name of the body, one dict for each time.
+        shown: What the colours show.
+        limits: Values of the first and the last colour.
+        view: The view.
+        factor: By which displacements are shown larger.
+        force: The largest force in a joint, 0 without any.
+        caption: What stands above instead of the time.
+        bar: Whether the scale of the colours is drawn.
+    """
+
+    described: Described
+    shapes: dict[str, Shape]
+    states: list[dict[str, State]]
+    shown: Colouring
+    limits: tuple[float, float]
+    view: View
+    factor: float
+    force: float
+    caption: str = ""
+    bar: bool = True
+
+    def place(self, name: str, state: State) -> Floats:
+        """Where the nodes of a body are drawn, shape (n, 3)."""
+        X = self.shapes[name].reference
+        return np.asarray(X + self.factor * (state.position - X))
+
+    def title(self, states: dict[str, State]) -> str:
+        """What stands above a state."""
+        if self.caption:
+            return self.caption
+        t = next(iter(states.values())).t
+        what, _, unit = self.described.time_label.partition(" [")
+        unit = f" {unit[:-1]}" if unit and unit != "-]" else ""
+        text = f"t = {t:.4g}{unit}" if self.described.dynamic else f"{what} {t:.4g}{unit}"
+        return text if self.factor == 1 else f"{text}, displacements x {self.factor:g}"
+
+
+def showing(
+    fields: Fields,
+    described: Described,
+    times: Iterable[float],
+    field: str | None = None,
+    component: str | int | None = None,
+    factor: float | None = None,
+) -> Showing:
+    """Read what is shown.
+
+    Args:
+        fields: The fields.
+        described: The scene.
+        times: Times; of each the nearest state.
+        field: What the colours show, see `colouring`.
+        component: Its component.
+        factor: By which displacements are shown larger; None: as they are, small ones larger.
+
+    Raises:
+        SceneError: If there are no states, or no such field.
+    """
+    wanted = list(dict.fromkeys(fields.nearest(t) for t in times)) or [fields.nearest(None)]
+    shapes = {name: shape_of(fields, name) for name in fields}
+    states = [{name: read_state(fields.file(name, t), t) for name in fields} for t in wanted]
+    shown = colouring(fields, described, field, component)
+    found = [
+        v
+        for state in states
+        for name in shapes
+        if (v := values(shapes[name], state[name], shown)) is not None and len(v)
+    ]
+    low = min((float(np.nanmin(v)) for v in found), default=0.0)
+    high = max((float(np.nanmax(v)) for v in found), default=0.0)
+    # sizes begin at zero; a colour for nothing at all would be one of two
+    limits = (min(low, 0.0) if low >= 0 else low, high if high > low else low + 1e-300)
+    larger = enlargement(shapes, states) if factor is None else factor
+    points = [shape.reference for shape in shapes.values()]
+    for state in states:
+        for name, shape in shapes.items():
+            points.append(shape.reference + larger * (state[name].position - shape.reference))
+    forces = [s[JOINTS].arrays["force"] for s in states if "force" in _joints(s)]
+    largest = max((float(np.linalg.norm(f, axis=1).max()) for f in forces), default=0.0)
+    view = view_of(np.concatenate(points))
+    return Showing(described, shapes, states, shown, limits, view, larger, largest)
+
+
+def _joints(state: dict[str, State]) -> dict[str, Floats]:
+    return state[JOINTS].arrays if JOINTS in state else {}
+
+
+class Stage:
+    """States drawn one after the other on the same stage.
+
+    Args:
+        what: What is shown.
+        plotter: Where: a Plotter of pyvista's, its active place.
+        marks: Whether time, scale of colours and axes are drawn.
+    """
+
+    def __init__(self, what: Showing, plotter: Any, marks: bool = True) -> None:
+        import pyvista as pv
+        from vtkmodules.vtkRenderingCore import vtkMapper
+
+        # lines of elements are on their surface, and not half of them below it
+        vtkMapper.SetResolveCoincidentTopologyToPolygonOffset()
+        vtkMapper.SetResolveCoincidentTopologyPolygonOffsetParameters(2.0, 2.0)
+        vtkMapper.SetResolveCoincidentTopologyLineOffsetParameters(-2.0, -2.0)
+        self._what, self._plotter, self._marks = what, plotter, marks
+        self._meshes: list[tuple[str, Any, bool]] = []
+        self._arrows: Any = None
+        self._title: Any = None
+        self._arrow = pv.Arrow(tip_resolution=12, shaft_resolution=12)
+        plotter.set_background("white")
+        first = what.states[0]
+        for name, shape in what.shapes.items():
+            colours = values(shape, first[name], what.shown)
+            self._reference(pv, shape)
+            if len(shape.faces):
+                faces = pv.PolyData.from_regular_faces(shape.reference, shape.faces.astype(int))
+                self._add(name, faces, colours, ambient=0.45, diffuse=0.6, specular=0.0)
+                outlines = pv.PolyData(shape.reference, lines=_lines(shape.outlines))
+                style: dict[str, Any] = {"color": "black", "opacity": 0.5, "line_width": 1.0}
+                self._add(name, outlines, None, **style)
+            if len(shape.lines):
+                lines = pv.PolyData(shape.reference, lines=_lines(shape.lines))
+                thick = 2.0 if name == JOINTS else 5.0
+                self._add(name, lines, colours, line_width=thick, render_lines_as_tubes=True)
+            if len(shape.dots):
+                dots = pv.PolyData(shape.reference[shape.dots])
+                colour = "white" if name == JOINTS else "#d9822b"
+                size = 9.0 if name == JOINTS else 14.0
+                plotter.add_mesh(dots, color=colour, point_size=size, render_points_as_spheres=True)
+                self._meshes.append((name, dots, True))
+        if marks and what.bar and self._coloured is not None:
+            scale = plotter.add_scalar_bar(
+                " ",
+                mapper=self._coloured,
+                color="black",
+                n_labels=4,
+                fmt="%.3g",
+                label_font_size=13,
+                position_x=0.25,
+                position_y=10.0 / plotter.window_size[1],
+                width=0.5,
+                height=36.0 / plotter.window_size[1],
+            )
+            scale.SetTitle("")
+            height = 52.0 / plotter.window_size[1]
+            label = plotter.add_text(
+                what.shown.label, position=(0.5, height), font_size=9, color="black", viewport=True
+            )
+            label.prop.justification_horizontal = "center"
+        look(plotter, what.view)
+        if marks:
+            axes(plotter, what.view, what.described.labels)
+
+    _coloured: Any = None
+
+    def _add(self, name: str, mesh: Any, colours: Floats | None, **style: Any) -> None:
+        if colours is None:
+            style.setdefault("color", NO_VALUE)
+            self._plotter.add_mesh(mesh, **style)
+        else:
+            mesh.point_data["shown"] = colours
+            actor = self._plotter.add_mesh(
+                mesh,
+                scalars="shown",
+                clim=self._what.limits,
+                cmap=COLOURS,
+                show_scalar_bar=False,
+                **style,
+            )
+            self._coloured = actor.mapper
+        self._meshes.append((name, mesh, False))
+
+    def _reference(self, pv: Any, shape: Shape) -> None:
+        """The border of the reference, thin and grey."""
+        lines = shape.border if len(shape.faces) else shape.lines
+        if len(lines) and shape.name != JOINTS:
+            mesh = pv.PolyData(shape.reference, lines=_lines(lines))
+            self._plotter.add_mesh(mesh, color=REFERENCE_LINE, line_width=1.2)
+
+    def set(self, states: dict[str, State]) -> None:
+        """Move everything to a state.
+
+        Args:
+            states: States by the name of the body.
+        """
+        what = self._what
+        for name, mesh, dots in self._meshes:
+            shape = what.shapes[name]
+            x = what.place(name, states[name])
+            mesh.points = x[shape.dots] if dots else x
+            if "shown" in mesh.point_data:
+                mesh.point_data["shown"] = values(shape, states[name], what.shown)
+        self._forces(states)
+        if not self._marks:
+            return
+        text = what.title(states)
+        if self._title is None:
+            self._title = self._plotter.add_text(
+                text, position="upper_edge", font_size=9, color="black"
+            )
+        else:
+            self._title.set_text("upper_edge", text)
+
+    def _forces(self, states: dict[str, State]) -> None:
+        """Forces of joints on their second bodies as arrows."""
+        what, force = self._what, _joints(states).get("force")
+        if force is None or what.force == 0:
+            return
+        # of the two ends of a joint the second one
+        at, vectors = what.place(JOINTS, states[JOINTS])[1::2], force[1::2]
+        import pyvista as pv
+
+        points = pv.PolyData(np.array(at))
+        points["force"] = vectors
+        scale = ARROW * what.view.size / what.force
+        arrows = points.glyph(orient="force", scale="force", factor=scale, geom=self._arrow)
+        if self._arrows is None:
+            self._arrows = arrows
+            self._plotter.add_mesh(arrows, color="#c0392b", show_scalar_bar=False)
+        else:
+            self._arrows.copy_from(arrows)
+
+
+def _lines(rows: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+    """Lines as VTK wants them: the number of nodes before the nodes of each."""
+    counts = np.full((len(rows), 1), rows.shape[1], dtype=np.int64)
+    return np.concatenate([counts, rows], axis=1).ravel()
+
+
+def images(
+    what: Showing,
+    width: int = WIDTH,
+    states: Iterable[dict[str, State]] | None = None,
+    marks: bool = True,
+) -> Iterator[Image]:
+    """An image of each state, drawn without a display.
+
+    Args:
+        what: What is shown.
+        width: Width, pixels; the height goes by what is shown.
+        states: Those of its states that are drawn; None: all.
+        marks: Whether time, scale of colours and axes are drawn.
+
+    Raises:
+        RunError: If this machine cannot draw.
+    """
+    reason = why_not()
+    if reason is not None:
+        raise RunError(reason)
+    import pyvista as pv
+    from PIL import Image
+
+    with offscreen():
+        plotter = pv.Plotter(off_screen=True, window_size=[width, what.view.height(width)])
+        try:
+            stage = Stage(what, plotter, marks)
+            for state in what.states if states is None else states:
+                stage.set(state)
+                # a screenshot by itself may be of what was drawn before
+                plotter.render()
+                yield Image.fromarray(np.asarray(plotter.screenshot(None, return_img=True)))
+        finally:
+            plotter.close()
+
+
+def still(
+    fields: Fields,
+    described: Described,
+    t: float | None = None,
+    field: str | None = None,
+    component: str | int | None = None,
+    width: int = WIDTH,
+) -> Image:
+    """The deformed shape as an image; arguments as of `showing`."""
+    what = showing(fields, described, [fields.nearest(t)], field, component)
+    return next(iter(images(what, width)))
+
+
+def show(
+    fields: Fields,
+    described: Described,
+    t: float | None = None,
+    field: str | None = None,
+    component: str | int | None = None,
+) -> None:
+    """The deformed shape in a window that can be turned; arguments as of `showing`.
+
+    Raises:
+        RunError: If there is no display.
+    """
+    if not has_display():
+        raise RunError(
+            "view: there is no display; use `shellmb report RUN`, whose page can be turned in a "
+            "browser, or open fields/all.pvd in ParaView"
+        )
+    import pyvista as pv
+
+    what = showing(fields, described, [fields.nearest(t)], field, component)
+    plotter = pv.Plotter(title=described.name)
+    Stage(what, plotter).set(what.states[0])
+    plotter.show()

@@ -1,0 +1,154 @@
+"""What is drawn of a body: flat pieces, outlines of elements, lines and dots, by its nodes."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
+
+from shellmb.observers.files.grid import lattice
+from shellmb.show.fields import NAMES, REFERENCE, Fields
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+
+VERTEX, LINE = 1, 3
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A body, or all joints or rigid bodies, as it is drawn.
+
+    Args:
+        name: Its name.
+        reference: Nodes in the reference, shape (n, 3).
+        faces: Corners of flat pieces, shape (f, 3 or 4).
+        outlines: Nodes around each element, closed, shape (c, k).
+        lines: Nodes along each line, shape (l, k).
+        dots: Nodes that are marked, shape (d,).
+        labels: A name for each node, or none.
+    """
+
+    name: str
+    reference: Floats
+    faces: Ints
+    outlines: Ints
+    lines: Ints
+    dots: Ints
+    labels: tuple[str, ...] = ()
+
+    @property
+    def border(self) -> Ints:
+        """Segments of the boundary of the surface, shape (s, 2)."""
+        ends = np.stack([self.outlines[:, :-1], self.outlines[:, 1:]], axis=-1).reshape(-1, 2)
+        pairs, counts = np.unique(np.sort(ends, axis=1), axis=0, return_counts=True)
+        return np.asarray(pairs[counts == 1])
+
+
+def shape_of(fields: Fields, name: str) -> Shape:
+    """The shape of a body from the file of its first state.
+
+    Args:
+        fields: The fields.
+        name: Name of the body.
+    """
+    reader = vtkXMLUnstructuredGridReader()
+    reader.SetFileName(str(next(iter(fields.states(name)))))
+    reader.Update()
+    grid = reader.GetOutput()
+    point_data = grid.GetPointData()
+    reference = _numbers(point_data.GetArray(REFERENCE))
+    types = [grid.GetCellType(k) for k in range(grid.GetNumberOfCells())]
+    cells = grid.GetCells()
+    offsets = _numbers(cells.GetOffsetsArray()).astype(np.int64)
+    nodes = _numbers(cells.GetConnectivityArray()).astype(np.int64)
+    own = [nodes[a:b] for a, b in itertools.pairwise(offsets)]
+    dots = np.array([c[0] for c, t in zip(own, types, strict=True) if t == VERTEX], dtype=np.int64)
+    first = next((k for k, t in enumerate(types) if t != VERTEX), None)
+    nothing = np.zeros((0, 3), dtype=np.int64)
+    faces, outlines, lines = nothing, nothing, nothing[:, :2]
+    if first is not None:
+        cell = grid.GetCell(int(first))
+        table = np.array([c for c, t in zip(own, types, strict=True) if t == types[first]])
+        points = np.array(cell.GetParametricCoords()).reshape(-1, 3)
+        if cell.GetCellDimension() == 1:
+            # the ends come first, as everywhere in VTK
+            lines = table if types[first] == LINE else table[:, np.argsort(points[:, 0])]
+        else:
+            pieces, around = lattice(points[:, :2])
+            faces = table[:, pieces].reshape(-1, pieces.shape[1])
+            outlines = table[:, around]
+    strings = point_data.GetAbstractArray(NAMES)
+    labels = (
+        tuple(strings.GetValue(k) for k in range(strings.GetNumberOfValues()))
+        if strings is not None
+        else ()
+    )
+    return Shape(name, reference, faces, outlines, lines, dots, labels)
+
+
+@dataclass(frozen=True)
+class State:
+    """Values at the nodes of a body in one state.
+
+    Args:
+        t: Its time, or number of the mode.
+        position: Positions, shape (n, 3).
+        arrays: Values by the name of the field, shape (n,) or (n, k).
+        components: Names of the components of each field, none of a scalar.
+    """
+
+    t: float
+    position: Floats
+    arrays: dict[str, Floats]
+    components: dict[str, tuple[str, ...]]
+
+
+def read_state(file: Path, t: float) -> State:
+    """A state of a body.
+
+    Args:
+        file: Its file.
+        t: Its time.
+    """
+    reader = vtkXMLUnstructuredGridReader()
+    reader.SetFileName(str(file))
+    reader.Update()
+    grid = reader.GetOutput()
+    data = grid.GetPointData()
+    arrays: dict[str, Floats] = {}
+    components: dict[str, tuple[str, ...]] = {}
+    for k in range(data.GetNumberOfArrays()):
+        array: Any = data.GetArray(k)
+        if array is not None and array.GetName() != REFERENCE:
+            count = array.GetNumberOfComponents()
+            named = (array.GetComponentName(c) or str(c + 1) for c in range(count))
+            components[array.GetName()] = tuple(named) if count > 1 else ()
+            arrays[array.GetName()] = _numbers(array).copy()
+    position = _numbers(grid.GetPoints().GetData()).copy()
+    return State(t, position, arrays, components)
+
+
+def deformation(reference: Floats, position: Floats) -> Floats:
+    """Sizes of displacements without the rigid-body motion that fits them best, shape (n,).
+
+    The rotation is that of W. Kabsch, Acta Cryst. A32 (1976) 922.
+
+    Args:
+        reference: Nodes in the reference, shape (n, 3).
+        position: Where they are.
+    """
+    X, x = reference - reference.mean(axis=0), position - position.mean(axis=0)
+    U, _, Vt = np.linalg.svd(X.T @ x)
+    turn = np.diag([1.0, 1.0, float(np.sign(np.linalg.det(U @ Vt))) or 1.0])
+    return np.asarray(np.linalg.norm(x - X @ (U @ turn @ Vt), axis=1))
+
+
+def _numbers(array: Any) -> npt.NDArray[Any]:
+    return np.asarray(vtk_to_numpy(array))  # type: ignore[no-untyped-call]

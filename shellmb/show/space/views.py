@@ -1,0 +1,182 @@
+"""From where pictures are taken, and how much larger displacements are shown."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from shellmb.scene.units import Units
+from shellmb.show.space.shapes import Shape, State
+
+Floats = npt.NDArray[np.float64]
+
+ELEVATION, AZIMUTH = 24.0, -58.0
+# a scene thinner than this part of its size along one axis only is planar and seen across it
+PLANAR = 1e-6
+# towards the eye, and what is up, for scenes without extent along x, y, z
+ACROSS = (((1, 0, 0), (0, 0, 1)), ((0, -1, 0), (0, 0, 1)), ((0, 0, 1), (0, 1, 0)))
+# displacements smaller than this part of the scene are shown larger, up to about that part of it
+SMALL, SHOWN = 0.03, 0.12
+# heights of pictures, parts of their width, and room for title and scale, pixels
+LOWEST, HIGHEST, MARGIN, ROOM = 0.3, 0.8, 0.15, 90
+# corners nearer to zero than this part of the longest side are at zero
+ZERO = 1e-6
+
+
+@dataclass(frozen=True)
+class View:
+    """A box in space.
+
+    Args:
+        low: Lower corner, shape (3,).
+        high: Upper corner, shape (3,).
+        planar: Axis along which a planar scene has no extent; None: it is not planar.
+    """
+
+    low: Floats
+    high: Floats
+    planar: int | None = None
+
+    @property
+    def size(self) -> float:
+        """Its diagonal."""
+        return float(np.linalg.norm(self.high - self.low))
+
+    def height(self, width: int) -> int:
+        """Height of a picture of some width in which the box leaves little empty, pixels.
+
+        Args:
+            width: The width, pixels.
+        """
+        across, up = self._extent()
+        part = MARGIN + up / across if across > 0 else HIGHEST
+        return round(width * min(max(part, LOWEST), HIGHEST)) + ROOM
+
+    def _extent(self) -> tuple[float, float]:
+        """Width and height of the box as it is seen."""
+        toward, up = directions(self.planar)
+        right = np.cross(up, toward)
+        right /= np.linalg.norm(right)
+        upward = np.cross(toward, right)
+        corners = np.array(list(itertools.product(*zip(self.low, self.high, strict=True))))
+        return float(np.ptp(corners @ right)), float(np.ptp(corners @ upward))
+
+
+def view_of(points: Floats) -> View:
+    """The view that shows all points.
+
+    Args:
+        points: Positions, shape (n, 3).
+    """
+    low, high = points.min(axis=0), points.max(axis=0)
+    longest = float(np.max(high - low))
+    thin = np.flatnonzero(high - low <= PLANAR * longest)
+    return View(low, high, int(thin[0]) if len(thin) == 1 else None)
+
+
+def enlargement(shapes: Mapping[str, Shape], states: Sequence[Mapping[str, State]]) -> float:
+    """Factor by which displacements are shown: 1; for small ones 1, 2 or 5 times a power of 10.
+
+    Args:
+        shapes: Bodies.
+        states: Their states.
+    """
+    nodes = np.concatenate([shape.reference for shape in shapes.values()])
+    size = float(np.linalg.norm(np.ptp(nodes, axis=0)))
+    largest = max(
+        float(np.linalg.norm(state[n].position - shape.reference, axis=1).max())
+        for state in states
+        for n, shape in shapes.items()
+    )
+    if largest <= 0 or largest > SMALL * size:
+        return 1.0
+    wanted = SHOWN * size / largest
+    power = 10.0 ** np.floor(np.log10(wanted))
+    return float(power * max(step for step in (1, 2, 5) if step * power <= wanted))
+
+
+def look(plotter: Any, view: View) -> None:
+    """Point the camera of a plotter at a box.
+
+    Args:
+        plotter: A Plotter of pyvista's.
+        view: What is seen.
+    """
+    low, high = _rounded(view)
+    sides = high - low
+    longest = float(sides.max()) or 1.0
+    bounds = np.stack([low, high], axis=1).ravel().tolist()
+    toward, up = directions(view.planar)
+    centre = (low + high) / 2
+    camera = plotter.camera
+    camera.focal_point = centre.tolist()
+    camera.position = (centre + 4 * longest * toward).tolist()
+    camera.up = up.tolist()
+    camera.parallel_projection = view.planar is not None
+    # from afar: what is near is hardly larger
+    camera.view_angle = 15.0
+    plotter.reset_camera(bounds=bounds, render=False)
+    _fit(camera, view, plotter.window_size)
+
+
+def axes(plotter: Any, view: View, units: Units) -> None:
+    """Draw the directions of the axes, and write the extent of the box.
+
+    Args:
+        plotter: A Plotter of pyvista's.
+        view: What is seen.
+        units: Units of the labels.
+    """
+    low, high = _rounded(view)
+    plotter.add_axes(
+        line_width=2, color="black", viewport=(0.0, 0.0, 0.14, 0.14 * window_ratio(plotter))
+    )
+    text = ", ".join(f"{n} {a:.3g} ... {b:.3g}" for n, a, b in zip("xyz", low, high, strict=True))
+    unit = units.of("length")
+    plotter.add_text(f"{text} {unit}".rstrip(), position="upper_left", font_size=7, color="#666666")
+
+
+def _rounded(view: View) -> tuple[Floats, Floats]:
+    """Corners of the box without round-off."""
+    small = ZERO * float((view.high - view.low).max())
+    low, high = (np.where(np.abs(x) < small, 0.0, x) for x in (view.low, view.high))
+    return low, high
+
+
+def window_ratio(plotter: Any) -> float:
+    """Width of a plotter's window over its height."""
+    width, height = plotter.window_size
+    return float(width / height)
+
+
+def _fit(camera: Any, view: View, window: Sequence[int]) -> None:
+    """Bring the box as near as title, scale and numbers leave room; it hangs a little lower."""
+    across, up = view._extent()
+    width, height = window
+    seen = 2 * camera.parallel_scale
+    if view.planar is None:
+        seen = 2 * camera.distance * np.tan(np.radians(camera.view_angle) / 2)
+    room = max(
+        up / (1 - ROOM / height) / (1 - MARGIN), across / (1 - 1.4 * MARGIN) * height / width
+    )
+    if room > 0:
+        camera.zoom(seen / room)
+
+
+def directions(planar: int | None) -> tuple[Floats, Floats]:
+    """Unit vectors towards the eye, and up.
+
+    Args:
+        planar: As of `View`.
+    """
+    if planar is not None:
+        toward, up = ACROSS[planar]
+        return np.array(toward, dtype=float), np.array(up, dtype=float)
+    e, a = np.radians([ELEVATION, AZIMUTH])
+    eye = np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])
+    return eye, np.array([0.0, 0.0, 1.0])

@@ -1,0 +1,1 @@
+"""Static paths through limit points and bifurcations."""

@@ -1,0 +1,318 @@
+"""Static path following: arc length of the displacements, step by iterations and by curvature.
+
+The load factor is one more unknown, and a plane across the tangent one more equation (E. Riks, Int.
+J. Solids Struct. 15 (1979) 529-551; E. Ramm, in: Nonlinear Finite Element Analysis in Structural
+Mechanics, Springer 1981, 63-89). Length is measured by displacements alone: resultants and
+multipliers have other units, directors follow. It is scaled such that the unloaded structure moves
+by one unit of it per unit of the load factor.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from shellmb.errors import ConvergenceError, SceneError
+from shellmb.scene import PathFollowing
+from shellmb.simulate.paths.branches import Branches, PathState, PointOnPath
+from shellmb.simulate.paths.levels import crossings, land, reached
+from shellmb.simulate.problem import Problem
+from shellmb.simulate.stepping import Arrays, Attempt
+from shellmb.simulate.stepsize.control import StepSize
+from shellmb.system.newton.bordered import Bordered
+
+Floats = npt.NDArray[np.float64]
+
+# largest step relative to the first one, where the scene does not say
+LARGEST = 10.0
+# a step that turns by this part of what is allowed is as long as it should be
+WANTED_TURN = 0.4
+
+
+class ArcSize(StepSize):
+    """The step of a path: it follows what the last one took, up and down.
+
+    Attributes:
+        factor: What the next step is to be, relative to the last one.
+    """
+
+    factor: float = 1.0
+
+    @property
+    def largest(self) -> float:
+        """Largest step."""
+        return self.settings.max_dt or LARGEST * self.nominal
+
+    def accept(self, measured: float | None, dt: float = 0.0) -> None:
+        """Change the step by the factor that the last one suggests."""
+        self.good += 1
+        self.dt = min(max(self.factor * self.dt, self.smallest), self.largest)
+
+    def cut(self) -> None:
+        """Take down that the last step ended early, which says nothing about the next one."""
+        self.factor = 1.0
+
+    def suggest(self, iterations: int, turned: float, path: PathFollowing) -> None:
+        """Take down what the last step took.
+
+        Args:
+            iterations: Newton iterations.
+            turned: Angle between the tangents at its ends, rad.
+            path: What is wanted.
+        """
+        by_iterations = math.sqrt(path.iterations / max(iterations, 1))
+        by_turn = WANTED_TURN * math.radians(path.turn) / max(turned, 1e-12)
+        factor = min(by_iterations, by_turn)
+        self.factor = min(self.settings.growth, max(self.settings.shrink, factor))
+
+
+@dataclass
+class _Arrived:
+    """A solution a step ahead.
+
+    Args:
+        state: What is known of it.
+        iterations: Newton iterations.
+        turned: Angle between the tangents, rad.
+        dt: Arc length.
+    """
+
+    state: PathState
+    iterations: int
+    turned: float
+    dt: float
+
+
+class PathSteps:
+    """Steps along a path of equilibria.
+
+    Args:
+        problem: The system of one step.
+        path: Settings of the scene.
+        size: The step size.
+
+    Attributes:
+        factor: Load factor of the accepted state.
+        rate: Its derivative by the arc length there.
+        unstable: Number of directions in which the accepted state is unstable, beyond those of the
+            unloaded one; None where the stiffness matrix is not symmetric, or nobody asked.
+        points: Limit points and bifurcations passed so far.
+    """
+
+    def __init__(self, problem: Problem, path: PathFollowing, size: ArcSize) -> None:
+        self._problem, self._path, self._size = problem, path, size
+        self._bordered = Bordered(problem.iteration, self._set_factor)
+        self._moving = self._displacements()
+        self._branches = Branches(problem, self._bordered, self._moving, path)
+        self._next: _Arrived | None = None
+        self._cut = False
+        self._scale, self.factor = 0.0, 0.0
+        problem.load_factor = 0.0
+        # the functions hold the unloaded state
+        self._state = self._look(0.0, None, 0.0)
+        self.rate, self._base = self._state.rate, self._state.negative or 0
+        self.unstable = None if self._state.negative is None else 0
+
+    @property
+    def points(self) -> list[PointOnPath]:
+        """Limit points and bifurcations passed so far."""
+        return self._branches.points
+
+    def _displacements(self) -> Floats:
+        """One over the number of nodes at unknown displacements on this rank, else zero."""
+        system = self._problem.system
+        n = system.numbering
+        marks = np.zeros(n.owned)
+        for body in self._problem.model.bodies:
+            if "u" in body.kinematic:
+                k = self._problem.number(body.name, self._problem.last)
+                numbers = n.by_field[k][body.mixed.dofs["u"]] - n.start
+                marks[numbers[(numbers >= 0) & (numbers < n.owned)]] = 1.0
+        number = system.comm.allreduce(int(np.sum(marks)))
+        return np.asarray(marks * 3.0 / max(number, 1))
+
+    def _set_factor(self, factor: float) -> None:
+        """Give all loads another factor."""
+        self._problem.load_factor = factor
+        for stages in self._problem.forms.values():
+            for forms in stages.values():
+                for sample in forms.samples:
+                    if sample.loads is not None:
+                        sample.loads.update(lambda function: factor)
+        self._problem.system.residuals.refresh()
+
+    def _size_of(self, change: Floats) -> float:
+        """Size of a change of the unknowns: its displacements, root mean square over nodes, m."""
+        return math.sqrt(self._bordered.dot(self._moving * change, change))
+
+    def _unit(self, change: Floats) -> Floats:
+        """A change of unit arc length."""
+        return change * (self._scale / self._size_of(change))
+
+    def _moved(self, vector: Floats, change: Floats) -> float:
+        """Part of a change along a vector of unit displacement."""
+        return self._bordered.dot(self._moving * vector, change)
+
+    def _dot(self, a: Floats, b: Floats) -> float:
+        """Scalar product of changes in terms of arc length."""
+        return self._bordered.dot(self._moving * a, b) / self._scale**2
+
+    def _angle(self, a: Floats, b: Floats) -> float:
+        """Angle between two directions, whichever way they point, rad."""
+        cosine = self._bordered.dot(self._moving * a, b) / (self._size_of(a) * self._size_of(b))
+        return math.acos(min(abs(cosine), 1.0)) if math.isfinite(cosine) else math.pi
+
+    def _look(self, factor: float, before: Floats | None, t: float) -> PathState:
+        """What is known of the state that the functions hold: tangent and stability.
+
+        Args:
+            factor: Its load factor.
+            before: Direction in which the path went; None at the start, where the load grows.
+            t: Its arc length.
+
+        Raises:
+            ConvergenceError: If the stiffness matrix is singular.
+            SceneError: If the loads move nothing.
+        """
+        derivative = self._bordered.derivative(factor)
+        sharp = math.radians(self._path.turn)
+        if before is not None and self._angle(before, derivative) > sharp:
+            # next to a bifurcation round-off along the null vector swamps the path's own direction;
+            # or that is the null vector, where a branch comes back to the path that it left
+            null = self._branches.null_vector()
+            if self._angle(before, null) < sharp:
+                along = self._unit(null) * math.copysign(1.0, self._dot(null, before))
+                return PathState(t, factor, along, 0.0, self._branches.negative())
+            derivative = derivative - self._moved(null, derivative) * null
+        size = self._size_of(derivative)
+        if not size > 0:
+            raise SceneError("path following: the loads move nothing; give a load that does")
+        self._scale = self._scale or size
+        rate = self._scale / size
+        if before is not None and self._dot(derivative, before) < 0:
+            rate = -rate
+        return PathState(t, factor, derivative * rate, rate, self._branches.negative())
+
+    def _arrive(self, t: float, dt: float) -> _Arrived:
+        """Solve for the state at the arc length `dt` behind the accepted one.
+
+        Raises:
+            ConvergenceError: If there is none near by, or the path turns too sharply.
+        """
+        problem, start = self._problem, self._state
+        problem.load_factor = self.factor
+        problem.prepare(t, dt)
+        system = problem.system
+        system.gather()
+        x = np.array(system.x.array_r)
+        normal = self._moving * start.tangent / self._scale**2
+        given = self._bordered.dot(normal, x) + dt
+        self._bordered.move(dt * start.tangent)
+        factor = self.factor + dt * start.rate
+        iterations, factor = self._bordered.solve(factor, normal, given)
+        # the secant tells better than the tangent at the start where the path goes on
+        state = self._look(factor, system.x.array_r - x, t + dt)
+        cosine = self._dot(start.tangent, state.tangent)
+        turned = math.acos(min(max(cosine, -1.0), 1.0))
+        if not turned <= math.radians(self._path.turn):
+            raise ConvergenceError(
+                f"the path turns by {math.degrees(turned):.0f} degrees in one step; try a smaller "
+                "first step, or a larger turn",
+                field=None,
+                norms={},
+            )
+        return _Arrived(state, iterations, turned, dt)
+
+    @property
+    def finished(self) -> bool:
+        """Whether the load factor is the scene's last one."""
+        end = self._path.load_end
+        return end is not None and reached(self.factor, end)
+
+    def _end_at_levels(self, shorter: Callable[[float], PathState], end: PathState) -> None:
+        """Shorten the step solved for to where it first comes to a load level, if it does."""
+        path = self._path
+        levels = path.load_levels if path.load_end is None else (*path.load_levels, path.load_end)
+        found = crossings(self._state, end, levels)
+        # the load may turn round before the first of them
+        if found and not any(land(self._state, end, crossing, shorter) for crossing in found):
+            shorter(end.t - self._state.t)
+
+    def attempt(self, t: float, dt: float) -> Attempt:
+        """Solve for the state at the arc length `t + dt`.
+
+        Or before it, at a load level or a bifurcation.
+
+        Raises:
+            ConvergenceError: If there is none near by, or the path turns too sharply.
+        """
+        iterations = 0
+
+        def shorter(length: float) -> PathState:
+            nonlocal iterations
+            self._next = self._arrive(t, length)
+            iterations += self._next.iterations
+            return self._next.state
+
+        self._end_at_levels(shorter, shorter(dt))
+        assert self._next is not None
+        if self._branches.passed(self._state, self._next.state):
+            self._branches.locate(self._state, self._next.state, shorter)
+        self._cut = self._next.dt < dt
+        return Attempt(iterations, self._next.dt)
+
+    def accept(self, dt: float) -> None:
+        """Go there; at a bifurcation choose the branch."""
+        found = self._next
+        assert found is not None
+        self._problem.accept(dt)
+        if self._cut:
+            self._size.cut()
+        else:
+            self._size.suggest(found.iterations, found.turned, self._path)
+        state, direction = self._branches.accept(self._state, found.state)
+        if direction is not None:
+            # along the null vector the load does not change, to first order
+            state = PathState(state.t, state.factor, self._unit(direction), 0.0, None)
+        self.factor, self.rate, self._state = state.factor, state.rate, state
+        negative = found.state.negative
+        self.unstable = None if negative is None else negative - self._base
+
+    def forget(self, velocities: bool) -> None:
+        """Nothing of the past is used."""
+
+    def arrays(self) -> Arrays:
+        """The tangent."""
+        return {"tangent": self._state.tangent}
+
+    def state(self) -> Any:
+        """Load factor and its rate, scale, stability, and the points so far."""
+        return {
+            "t": self._state.t,
+            "factor": self.factor,
+            "rate": self.rate,
+            "negative": self._state.negative,
+            "scale": self._scale,
+            "base": self._base,
+            "unstable": self.unstable,
+            "size_factor": self._size.factor,
+            "branches": self._branches.state(),
+        }
+
+    def restore(self, arrays: Arrays, state: Any) -> None:
+        """Take them up."""
+        self.factor, self.rate = float(state["factor"]), float(state["rate"])
+        self._scale, self._base = float(state["scale"]), int(state["base"])
+        self.unstable = state["unstable"]
+        self._size.factor = float(state["size_factor"])
+        tangent = arrays["tangent"]
+        self._state = PathState(
+            float(state["t"]), self.factor, tangent, self.rate, state["negative"]
+        )
+        self._branches.restore(state["branches"])
+        self._problem.load_factor = self.factor

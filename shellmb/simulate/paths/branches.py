@@ -1,0 +1,327 @@
+"""What a path passes: limit points and bifurcations, told apart by inertia and load rate.
+
+The number of negative eigenvalues of the stiffness matrix changes by one where one of them passes
+zero. If the load turns round there, it is a limit point; if the load goes on, another path crosses
+this one. Two of a kind within one step cancel in the load rate and look like one of the other; the
+step control by curvature makes that rare, and nothing here proves it away.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from shellmb.errors import ConvergenceError
+from shellmb.scene import PathFollowing
+from shellmb.simulate.problem import Problem
+from shellmb.system.condensation.reduction import Reduction
+from shellmb.system.direct.inertia import Inertia
+from shellmb.system.newton.bordered import Bordered
+
+Floats = npt.NDArray[np.float64]
+
+# a bifurcation is located when the eigenvalue has fallen to this part of what it was; the last
+# digits of its load follow by interpolation. Closer to it, round-off of the residual, over the
+# eigenvalue, would keep Newton's method from converging
+CLOSE = 1e-4
+# where a branch comes back, the load rate has to fall to this part of what it was
+NEAR = 3e-2
+# solutions at most to get there, and the least part that one takes off the interval's ends
+TRIALS, MARGIN = 30, 0.02
+# cosine of the angle between a path and a null vector beyond which they are the same direction
+PARALLEL = 0.9
+# inverse iteration: at most so many, until the eigenvalue changes by less than this part
+POWER, SETTLED = 60, 1e-8
+
+
+@dataclass(frozen=True)
+class PathState:
+    """What is known of a state on the path.
+
+    Args:
+        t: Its arc length.
+        factor: Its load factor.
+        tangent: Derivative of the unknowns by the arc length, of those that this rank owns.
+        rate: Derivative of the load factor.
+        negative: Number of negative eigenvalues of the stiffness matrix; None if not known.
+    """
+
+    t: float
+    factor: float
+    tangent: Floats
+    rate: float
+    negative: int | None
+
+
+@dataclass(frozen=True)
+class PointOnPath:
+    """A limit point or bifurcation.
+
+    Args:
+        kind: Which of them.
+        t: Its arc length.
+        load_factor: Its load factor.
+        before: Number of unstable directions before it, counted as negative eigenvalues.
+        after: The same behind it.
+        switched: Whether the path leaves it on another branch.
+    """
+
+    kind: Literal["limit point", "bifurcation"]
+    t: float
+    load_factor: float
+    before: int | None
+    after: int | None
+    switched: bool = False
+
+
+@dataclass
+class _Found:
+    """A bifurcation that was located in the step not yet accepted.
+
+    Args:
+        point: The point.
+        direction: Null vector of the stiffness matrix, owned unknowns.
+    """
+
+    point: PointOnPath
+    direction: Floats
+
+
+class Branches:
+    """Watches a path.
+
+    Args:
+        problem: The system.
+        bordered: Solves with its Jacobian.
+        moving: Weights of displacements among owned unknowns.
+        path: Settings of the scene.
+
+    Attributes:
+        points: What was passed so far.
+    """
+
+    def __init__(
+        self, problem: Problem, bordered: Bordered, moving: Floats, path: PathFollowing
+    ) -> None:
+        self._bordered, self._moving, self._path = bordered, moving, path
+        self.points: list[PointOnPath] = []
+        self._found: _Found | None = None
+        self._inertia: Inertia | None = None
+        linear = problem.iteration.linear
+        # rows of fixed unknowns make the unreduced matrix unsymmetric
+        if path.branches != "ignore" and isinstance(linear, Reduction):
+            self._inertia = Inertia(linear.A, f"{problem.iteration.prefix}inertia_")
+
+    def negative(self) -> int | None:
+        """Negative eigenvalues of the Jacobian last assembled; None if nobody asks, or knows."""
+        return None if self._inertia is None else self._inertia.negative()
+
+    def passed(self, a: PathState, b: PathState) -> bool:
+        """Whether there is a bifurcation between two states, limit points apart."""
+        self._found = None
+        if a.negative is None or b.negative is None:
+            return False
+        change = abs(b.negative - a.negative)
+        return change > 1 or change != int(_turned(a, b))
+
+    def locate(self, a: PathState, b: PathState, shorter: Callable[[float], PathState]) -> None:
+        """Shorten the step until it ends at the first bifurcation.
+
+        The smallest eigenvalue is brought to zero by false position, safeguarded by bisection on
+        the number of negative ones; where that number is the same at both ends, the load rate.
+
+        Args:
+            a: Its start.
+            b: Its end, behind the bifurcation; its Jacobian is factorised.
+            shorter: Solves for the state at another arc length behind `a`.
+
+        Raises:
+            ConvergenceError: If a state between does not converge, or the search does not end.
+        """
+        if a.negative == b.negative:
+            self._locate_return(a, b, shorter)
+            return
+        low, high, before, after = 0.0, b.t - a.t, a.negative, b.negative
+        value_high, vector = self._smallest(None)
+        value_low: float | None = None
+        reference = abs(value_high)
+        seen = [(high, value_high)]
+        for _ in range(TRIALS):
+            share = 0.5
+            if value_low is not None and value_low * value_high < 0:
+                share = value_low / (value_low - value_high)
+                share = min(max(share, MARGIN), 1.0 - MARGIN)
+            length = low + share * (high - low)
+            state = shorter(length)
+            value, vector = self._smallest(vector)
+            seen.append((length, value))
+            if state.negative == before:
+                low, value_low = length, value
+            else:
+                high, value_high, after = length, value, state.negative
+            if abs(value) < CLOSE * reference:
+                break
+            reference = max(reference, abs(value))
+        else:
+            raise _not_located(b)
+        # the line through the two nearest ones; of several eigenvalues they may be different ones
+        (s, v), (s_other, v_other) = sorted(seen, key=lambda pair: abs(pair[1]))[:2]
+        zero = s - v * (s_other - s) / (v_other - v) if v_other != v else s
+        zero = min(max(zero, low), high)
+        factor = float(state.factor + state.rate * (zero - length))
+        point = PointOnPath("bifurcation", float(state.t + zero - length), factor, before, after)
+        self._found = _Found(point, self._signed(self._other(state, vector)))
+
+    def _locate_return(
+        self, a: PathState, b: PathState, shorter: Callable[[float], PathState]
+    ) -> None:
+        """The same where a branch comes back to the path that it left, and the load turns there.
+
+        An eigenvalue touches zero without a change of sign. Arguments as of `locate`.
+        """
+        low, high, rate_low, rate_high = 0.0, b.t - a.t, a.rate, b.rate
+        reference = max(abs(a.rate), abs(b.rate))
+        state, length = b, high
+        for _ in range(TRIALS):
+            share = rate_low / (rate_low - rate_high)
+            length = low + min(max(share, MARGIN), 1.0 - MARGIN) * (high - low)
+            state = shorter(length)
+            if state.rate * rate_low > 0:
+                low, rate_low = length, state.rate
+            else:
+                high, rate_high = length, state.rate
+            if abs(state.rate) < NEAR * reference:
+                break
+        else:
+            raise _not_located(b)
+        zero = low + (high - low) * rate_low / (rate_low - rate_high)
+        # the load is a parabola there
+        factor = float(state.factor + state.rate * (zero - length) / 2)
+        t = float(state.t + zero - length)
+        point = PointOnPath("bifurcation", t, factor, a.negative, b.negative)
+        vector = self._smallest(None)[1]
+        self._found = _Found(point, self._signed(self._other(state, vector)))
+
+    def _other(self, state: PathState, vector: Floats) -> Floats:
+        """Direction of the path that crosses at a bifurcation: along the null vector.
+
+        Where a branch comes back to the path that it left, its own tangent is the null vector, and
+        the other path goes where the load moves the rest.
+        """
+        share = self._bordered.dot(self._moving * vector, state.tangent) / self._norm(state.tangent)
+        if abs(share) < PARALLEL:
+            return vector
+        rest = state.tangent - share * self._norm(state.tangent) * vector
+        return np.asarray(rest / self._norm(rest))
+
+    def _smallest(self, guess: Floats | None) -> tuple[float, Floats]:
+        """Eigenvalue next to zero of the stiffness, with the metric of displacements, and vector.
+
+        Inverse iteration with the Jacobian last factorised.
+        """
+        n = self._bordered.system.numbering
+        if guess is None:
+            # the same on any number of ranks, and with a part in every direction
+            every = np.random.default_rng(0).uniform(-1.0, 1.0, self._bordered.system.size)
+            guess = every[n.start : n.start + n.owned]
+        vector, last = guess / self._norm(guess), np.inf
+        for _ in range(POWER):
+            new = self._bordered.apply_inverse(self._moving * vector)
+            inverse = self._bordered.dot(self._moving * vector, new)
+            vector = new / self._norm(new)
+            if abs(inverse - last) <= SETTLED * abs(inverse):
+                break
+            last = inverse
+        return 1.0 / inverse, vector
+
+    def null_vector(self) -> Floats:
+        """Eigenvector next to zero of the Jacobian last factorised, of unit displacement."""
+        return self._smallest(None)[1]
+
+    def _norm(self, vector: Floats) -> float:
+        return float(np.sqrt(self._bordered.dot(self._moving * vector, vector)))
+
+    def _signed(self, vector: Floats) -> Floats:
+        """The vector with its largest displacement on the side that the scene asks for."""
+        shown = np.where(self._moving > 0, vector, 0.0)
+        k = int(np.argmax(np.abs(shown))) if len(shown) else 0
+        mine = (float(abs(shown[k])), float(shown[k])) if len(shown) else (0.0, 0.0)
+        # equal ones, by symmetry, in the order of ranks
+        value = max(self._bordered.system.comm.allgather(mine), key=lambda pair: pair[0])[1]
+        return np.asarray(vector * (self._path.side if value >= 0 else -self._path.side))
+
+    def accept(self, a: PathState, b: PathState) -> tuple[PathState, Floats | None]:
+        """Take down what the accepted step passed.
+
+        Args:
+            a: Its start.
+            b: Its end.
+
+        Returns:
+            The end, and the direction of the branch that the path takes from there, if it does.
+        """
+        found, self._found = self._found, None
+        if found is None:
+            if _turned(a, b):
+                self.points.append(_limit_point(a, b))
+            return b, None
+        point = found.point
+        switches = sum(p.switched for p in self.points)
+        if self._path.branches == "switch" and switches < self._path.switches:
+            self.points.append(PointOnPath(**asdict(point) | {"switched": True}))
+            return b, found.direction
+        self.points.append(point)
+        # counted as behind it, wherever the search ended: it must not be found again
+        return PathState(b.t, b.factor, b.tangent, b.rate, point.after), None
+
+    def state(self) -> list[dict[str, Any]]:
+        """The points so far."""
+        return [asdict(p) for p in self.points]
+
+    def restore(self, state: list[dict[str, Any]]) -> None:
+        """Take them up."""
+        self.points = [PointOnPath(**p) for p in state]
+
+
+def _not_located(b: PathState) -> ConvergenceError:
+    return ConvergenceError(
+        f"the bifurcation near the load factor {b.factor:g} could not be located; try smaller "
+        "steps, or branches='ignore'",
+        field=None,
+        norms={},
+    )
+
+
+def _turned(a: PathState, b: PathState) -> bool:
+    """Whether the load turns round between two states; where it stands still nobody knows."""
+    return a.rate * b.rate < 0
+
+
+def _limit_point(a: PathState, b: PathState) -> PointOnPath:
+    """The limit point between two states, by the cubic that has their values and rates."""
+    cubic = load_cubic(a, b)
+    inside = real_between(np.polyder(cubic))
+    s = inside[0] if inside else a.rate / (a.rate - b.rate)
+    t = float(a.t + s * (b.t - a.t))
+    factor = float(np.polyval(cubic, s))
+    return PointOnPath("limit point", t, factor, a.negative, b.negative)
+
+
+def load_cubic(a: PathState, b: PathState) -> Floats:
+    """The load factor between two states as a cubic of the part of the way, highest power first.
+
+    It has their load factors and rates.
+    """
+    h = b.t - a.t
+    rise, begin, end = b.factor - a.factor, h * a.rate, h * b.rate
+    return np.array([begin + end - 2 * rise, 3 * rise - 2 * begin - end, begin, a.factor])
+
+
+def real_between(polynomial: npt.ArrayLike) -> list[float]:
+    """Real roots of a polynomial between zero and one, in their order."""
+    roots = np.roots(np.asarray(polynomial))
+    return sorted(float(r.real) for r in roots if abs(r.imag) < 1e-9 and 0 <= r.real <= 1)

@@ -1,0 +1,1 @@
+"""Whether a model can be solved: redundant constraints, and what nothing holds."""

@@ -1,0 +1,31 @@
+"""A model that can be solved: consistent constraints, and in statics nothing that moves freely."""
+
+from __future__ import annotations
+
+from mpi4py import MPI
+
+from shellmb.model.model import Model, build_model
+from shellmb.scene import Scene
+from shellmb.simulate.soundness.mobility import refuse_mechanisms
+from shellmb.simulate.soundness.redundancy import Redundant, look_through
+
+
+def sound_model(scene: Scene, comm: MPI.Comm) -> tuple[Model, list[Redundant]]:
+    """Build the model of a scene and look it through, before anything large is compiled.
+
+    Args:
+        scene: The scene.
+        comm: Communicator.
+
+    Returns:
+        The model, and the constraints that are left out of it because others imply them.
+
+    Raises:
+        SceneError: If something the scene names does not exist, constraints are redundant or
+            contradict one another, or nothing holds a motion of a static scene.
+    """
+    model = build_model(scene, comm)
+    redundant = look_through(model)
+    if scene.static:
+        refuse_mechanisms(model)
+    return model, redundant

@@ -1,0 +1,124 @@
+"""Velocities made consistent with the constraints: at the start, and where a joint begins to act.
+
+Of all velocities that violate no constraint the nearest one in the metric of the kinetic energy is
+taken: `M (v - v0) + Dg^T mu = 0`, `Dg v = 0`. Mechanically that is an impact without restitution,
+whose impulses are the multipliers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import numpy.typing as npt
+import ufl
+from dolfinx import fem
+
+from shellmb.model.body import FixedDofs
+from shellmb.model.model import Model
+from shellmb.schemes.base import Levels
+from shellmb.simulate.fields import NONE, body_field, kinematic_dofs, without_jump
+from shellmb.system.assembly.blocks import BlockSystem
+from shellmb.system.assembly.fields import Part
+from shellmb.system.newton.iteration import Iteration, NewtonSettings
+from shellmb.system.newton.solver import NEWTON
+
+Values = npt.NDArray[np.float64]
+
+# parts that are no motion: multipliers, resultants and assumed strains
+FORCES = ("mu", "lam", "N", "S")
+
+
+class VelocityProjection:
+    """Projects velocities on those that the constraints allow.
+
+    Args:
+        model: The bodies.
+        levels: Their functions: `q` the state, `rates["v"]` the velocities.
+    """
+
+    def __init__(self, model: Model, levels: dict[str, Levels]) -> None:
+        self._levels = levels
+        self.functions: dict[str, fem.Function] = {}
+        numbers = {body.name: k for k, body in enumerate(model.bodies)}
+        fields = []
+        for body in model.bodies:
+            space = body.mixed.space
+            unknown = fem.Function(space, name=f"v_{body.name}")
+            self.functions[body.name] = unknown
+            test = ufl.TestFunction(space)
+            q, v = levels[body.name].q, levels[body.name].rates["v"]
+            rows = (
+                body.inertia(unknown - v, test),
+                body.velocity_constraint(unknown, q, test),
+            )
+            found = [form for form in rows if form is not None]
+            residual = (sum(found[1:], found[0]),) if found else ()
+            parts = tuple(
+                Part(f"velocity of {p.title}", body.mixed.dofs[p.name], np.inf, p.advice)
+                for p in body.parts
+            )
+            without = without_jump(body)
+            fields.append(body_field(body, unknown, residual, numbers, parts, without=without))
+        self._bodies = {b.name: b for b in model.bodies}
+        self._held = {b.name: sum(len(f.dofs) for f in b.fixed) for b in model.bodies}
+        self._kinematic = {b.name: kinematic_dofs(b) for b in model.bodies}
+        self.fields = {f.name: f for f in fields}
+        self.system = BlockSystem(model.comm, fields)
+        self._newton = NEWTON["newton"](
+            Iteration(self.system, NewtonSettings(1e-9, 5), f"shellmb_velocity_{id(self)}_")
+        )
+
+    def take_given(self) -> None:
+        """Take velocities from the bodies' functions, those of held dofs as given."""
+        for name, unknown in self.functions.items():
+            v, field = self._levels[name].rates["v"].x.array, self.fields[name]
+            unknown.x.array[:] = 0.0
+            unknown.x.array[self._kinematic[name]] = v[self._kinematic[name]]
+            held = self._held[name]
+            field.values[:held] = v[field.fixed[:held]]
+
+    def given(self) -> dict[str, fem.Function]:
+        """Velocities as they are, at nodes that are linked to other bodies, too; collective."""
+        self.take_given()
+        arrays = []
+        for field in self.system.fields:
+            arrays.append(field.function.x.array.copy())
+            for link in field.links:
+                arrays[-1][link.dofs] = np.nan
+        self.system.x.array[:] = self.system.global_values(arrays, known=True)
+        self.system.scatter(self.system.x)
+        return self.functions
+
+    def project(self) -> None:
+        """Replace the velocities by the nearest consistent ones; held dofs keep theirs."""
+        self.take_given()
+        self._newton.solve()
+        for name, unknown in self.functions.items():
+            dofs = self._kinematic[name]
+            self._levels[name].rates["v"].x.array[dofs] = unknown.x.array[dofs]
+
+    def nearest(self, rate: Callable[[FixedDofs], Values]) -> dict[str, Values]:
+        """The nearest consistent velocities by body, in arrays of their own.
+
+        Args:
+            rate: Gives the velocities of dofs whose motion is prescribed.
+        """
+        self.take_given()
+        for name, field in self.fields.items():
+            given = [
+                rate(f) if f.moving else np.zeros(len(f.dofs)) for f in self._bodies[name].fixed
+            ]
+            field.values[: self._held[name]] = np.concatenate([*given, np.zeros(0)])
+        self._newton.solve()
+        found = {}
+        for name, unknown in self.functions.items():
+            body = self._bodies[name]
+            # places of joints, too, which have no velocities of their own; velocities without
+            # equations are those that nothing ties: they stay
+            moving = [d.ravel() for p, d in body.mixed.dofs.items() if p not in FORCES]
+            idle = np.concatenate([NONE, *without_jump(body)])
+            dofs = np.setdiff1d(np.concatenate([NONE, *moving]), idle)
+            found[name] = self._levels[name].rates["v"].x.array.copy()
+            found[name][dofs] = unknown.x.array[dofs]
+        return found

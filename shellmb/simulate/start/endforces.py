@@ -1,0 +1,170 @@
+"""Accelerations and constraint forces at an instant: for the report, and to start with.
+
+What a scheme solves for are means over a step. Forces at an instant follow from the state there, by
+the equations of motion with the constraints differentiated twice (index 1):
+
+    M a + f_int(q) + Dg(q)^T lambda = f_ext,        Dg(q) a = -D2g(q)(v, v)
+
+with `a` given where a motion prescribes it. They are reported at the end of a step, and schemes
+that keep accelerations begin with them, also where velocities jump. Their order is that of the
+state. The velocities are the nearest ones that the constraints allow: those of EP and ED are not.
+Resultants are taken anew from the strains at the end, so nothing is needed of how a scheme averages
+stresses.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+import ufl
+from dolfinx import fem
+from ufl import Form
+from ufl.core.expr import Expr
+
+from shellmb.forms.steps.mixed import Interval
+from shellmb.model.body import Body, Rates
+from shellmb.model.joints.constraints import ConstraintGroup
+from shellmb.schemes.base import END, end_acceleration, end_velocity
+from shellmb.schemes.residuals.residual import Sample
+from shellmb.simulate.fields import body_field, without_jump
+from shellmb.simulate.problem import Problem
+from shellmb.system.assembly.blocks import BlockSystem
+from shellmb.system.assembly.fields import Field, Part
+from shellmb.system.newton.iteration import Iteration, NewtonSettings
+from shellmb.system.newton.solver import NEWTON
+
+Values = npt.NDArray[np.float64]
+
+# what belongs to the strains of a state: resultants and assumed strains
+STRESSES = ("N", "S")
+
+
+class EndForces:
+    """Solves for accelerations and multipliers; as a `readings.Solution` it is what they are in.
+
+    Args:
+        problem: The problem whose steps are looked at.
+
+    Attributes:
+        model: Its bodies.
+        system: The block system; its reactions are the forces that hold and move fixed unknowns.
+        fields: Its fields, one for each body.
+        last: Name of the only stage.
+    """
+
+    def __init__(self, problem: Problem) -> None:
+        self._problem, self.model, self.scheme = problem, problem.model, problem.scheme
+        self.levels, self.last = problem.levels, END
+        self._numbers = {body.name: k for k, body in enumerate(self.model.bodies)}
+        spaces = {body.name: body.mixed.space for body in self.model.bodies}
+        self._unknown = {n: fem.Function(s, name=f"end_{n}") for n, s in spaces.items()}
+        self._velocity = {n: fem.Function(s, name=f"v_end_{n}") for n, s in spaces.items()}
+        self._samples: list[Sample] = []
+        self.fields = [self._field(body) for body in self.model.bodies]
+        self.system = BlockSystem(self.model.comm, self.fields)
+        self._newton = NEWTON["newton"](
+            Iteration(self.system, NewtonSettings(1e-9, 20), f"shellmb_end_{id(self)}_")
+        )
+        for body in self.model.bodies:
+            # a guess of resultants and assumed strains; then that of the step before serves
+            here, q = _stress_dofs(body), self.levels[body.name].q
+            self._unknown[body.name].x.array[here] = q.x.array[here]
+
+    def number(self, body: str, stage: str) -> int:
+        """Number of a body's field in the system."""
+        return self._numbers[body]
+
+    def state(self, body: str) -> fem.Function:
+        """Function that holds a body's accelerations and multipliers."""
+        return self._unknown[body]
+
+    def time(self, name: str) -> fem.Constant:
+        """Time at the middle of the step, as a constant on a body's mesh."""
+        return self._problem.time(name)
+
+    def solve(self, t: float, dt: float) -> None:
+        """Take the state that was accepted last.
+
+        Args:
+            t: Its time, s.
+            dt: Length of the step that led there, s; negative: of that which leads on, where
+                prescribed motions are known only behind it.
+
+        Raises:
+            ConvergenceError: If accelerations do not follow, as of parts without inertia.
+        """
+        begin = t - dt
+        found = self._problem.projection.nearest(lambda f: end_velocity(f.value, begin, dt))
+        for body, field in zip(self.model.bodies, self.fields, strict=True):
+            self._velocity[body.name].x.array[:] = found[body.name]
+            given = [
+                end_acceleration(f.value, begin, dt) if f.moving else np.zeros(len(f.dofs))
+                for f in body.fixed
+            ]
+            values = np.concatenate([*given, np.zeros(0)])
+            field.values[: len(values)] = values
+        for sample in self._samples:
+            sample.update(begin, dt, self._problem.start_factor)
+        self._newton.solve()
+
+    def _field(self, body: Body) -> Field:
+        """Equations of one body."""
+        name, space = body.name, body.mixed.space
+        unknown, v, q = self._unknown[name], self._velocity[name], self.levels[name].q
+        dq = ufl.TestFunction(space)
+        sample = Sample(
+            q, Rates(v, v), body.loads(), ((1.0, 1.0),), fem.Constant(space.mesh, 0.0), 1.0
+        )
+        self._samples.append(sample)
+        rate = body.velocity_constraint(v, q, dq)
+        # multipliers of the velocities are zero: what is left is the constraints' own second rate
+        turned = None if rate is None else ufl.derivative(rate, q, v)
+        acting = [sample.of_loads(dq), sample.of_terms(body, dq)]
+        forms: list[Form | None] = [
+            body.inertia(unknown, dq),
+            body.velocity_constraint(unknown, q, dq),
+            turned,
+            None if isinstance(body, ConstraintGroup) else _internal(body, q, unknown, dq),
+            *(None if form is None else -form for form in acting),
+        ]
+        stresses = _stress_dofs(body)
+        idle = [d[~np.isin(d, stresses)] for d in without_jump(body)]
+        parts = tuple(
+            Part(
+                f"{p.title} at the end of the step",
+                body.mixed.dofs[p.name],
+                # the others are linear in them: they are exact when these are
+                p.scale if p.name in STRESSES else np.inf,
+                "a smaller step",
+            )
+            for p in body.parts
+        )
+        found = [form for form in forms if form is not None]
+        residual = (sum(found[1:], found[0]),) if found else ()
+        return body_field(body, unknown, residual, self._numbers, parts, without=idle)
+
+
+def _stresses(body: Body) -> list[str]:
+    """Parts that follow from the strains of a state: not what holds strains at zero."""
+    return [p for p in STRESSES if p in body.mixed.elementwise]
+
+
+def _stress_dofs(body: Body) -> npt.NDArray[np.int32]:
+    """Local dofs of resultants and assumed strains."""
+    found = [body.mixed.dofs[p].ravel() for p in _stresses(body)]
+    return np.concatenate([*found, np.zeros(0, np.int32)]).astype(np.int32)
+
+
+def _internal(body: Body, q: fem.Function, unknown: fem.Function, dq: Expr) -> Form | None:
+    """Internal forces at a state, their resultants being unknown there, too."""
+    size = ufl.shape(q)[0]
+    owner: list[Expr] = [q[k] for k in range(size)]
+    for name, (first, count) in body.mixed.parts.items():
+        for k in range(first, first + count):
+            if name in _stresses(body):
+                owner[k] = unknown[k]
+            elif name == "lam":
+                # forces of the directors' constraints are those of accelerations
+                owner[k] = ufl.as_ufl(0.0)
+    state = ufl.as_vector(owner)
+    return body.internal(Interval(state, state, state, state, state, 0.0), dq)

@@ -1,0 +1,150 @@
+"""States before the first step: bodies moved so that joints close, or into static equilibrium.
+
+Both are steps of the same relaxation, `M (q - q0)/tau^2 + F(q) = p` with all constraints at `q`. A
+single one without loads moves the bodies as little as possible, in the metric of the mass, and
+barely deforms them. Many of them with growing `tau` lead to a stable equilibrium, also of a
+mechanism whose stiffness is singular until it carries its load.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from mpi4py import MPI
+
+import numpy as np
+import ufl
+from dolfinx import fem
+
+from shellmb.errors import ConvergenceError
+from shellmb.model.body import LoadFactors, Rates, TimeFunction
+from shellmb.model.model import Model
+from shellmb.schemes.base import Levels, at_state
+from shellmb.schemes.residuals.rows import Span
+from shellmb.simulate.fields import body_field
+from shellmb.system.assembly.blocks import BlockSystem
+from shellmb.system.assembly.fields import Field, Followers, Part, ResidualTerm
+from shellmb.system.newton.iteration import Iteration, NewtonSettings
+from shellmb.system.newton.solver import NEWTON
+
+# equilibrium: least and largest number of steps, growth of tau, and motion in a step at its end
+GROWTH, STEPS, AT_REST = 4.0, 60, 1e-10
+
+
+class Relaxation:
+    """Moves the bodies without inertia forces.
+
+    Args:
+        model: The bodies, with masses.
+        levels: Their functions; `q` is the state before and after.
+        tau: Time that sets how far bodies move in a step, s.
+    """
+
+    def __init__(self, model: Model, levels: dict[str, Levels], tau: float) -> None:
+        self.model, self.levels, self.tau = model, levels, tau
+        self.functions: dict[str, fem.Function] = {}
+        self._weights: list[fem.Constant] = []
+        self._loads: list[LoadFactors] = []
+        numbers = {body.name: k for k, body in enumerate(model.bodies)}
+        fields: list[Field] = []
+        followers: list[Followers] = []
+        for body in model.bodies:
+            space, q = body.mixed.space, levels[body.name].q
+            unknown = fem.Function(space, name=f"relaxed_{body.name}")
+            self.functions[body.name] = unknown
+            test = ufl.TestFunction(space)
+            weight = fem.Constant(space.mesh, 1.0)
+            self._weights.append(weight)
+            sub = Span(at_state(unknown), [unknown], 0)
+            internal, terms = body.within(sub, test, ufl.TrialFunction(space))
+            forms = [body.inertia(weight * (unknown - q), test), internal]
+            # what the user's terms and motors do to a body at rest
+            rest, time = fem.Function(space), fem.Constant(space.mesh, 0.0)
+            extra = body.extra(unknown, Rates(rest, rest), test, time)
+            forms.append(None if extra is None else -extra)
+            loads = body.loads()
+            if loads is not None:
+                self._loads.append(loads)
+                work = loads.virtual_work(unknown, test)
+                forms.append(None if work is None else -work)
+            parts = tuple(
+                Part(p.title, body.mixed.dofs[p.name], p.scale, p.advice) for p in body.parts
+            )
+            residual = tuple(form for form in forms if form is not None)
+            field = body_field(body, unknown, residual, numbers, parts)
+            number = numbers[body.name]
+            own = tuple(ResidualTerm(t.residual, {number: t.derivatives[0]}) for t in terms)
+            fields.append(replace(field, terms=own))
+            if sub.states is not None:
+                followers.append(Followers(**vars(sub.states)))
+        self._fields = {f.name: f for f in fields}
+        self.system = BlockSystem(model.comm, fields, followers)
+        self._newton = NEWTON["newton"](
+            Iteration(self.system, NewtonSettings(1e-9, 50), f"shellmb_relaxation_{id(self)}_")
+        )
+
+    def _step(self, tau: float, factor: float) -> float:
+        """One step; returns the largest motion relative to the parts' scales."""
+        for weight in self._weights:
+            weight.value = 1 / tau**2  # type: ignore[assignment]
+
+        def average(function: TimeFunction | None) -> float:
+            return factor * (1.0 if function is None else float(function(0.0)))
+
+        for loads in self._loads:
+            loads.update(average)
+        for body in self.model.bodies:
+            self.functions[body.name].x.array[:] = self.levels[body.name].q.x.array
+            if body.fixed:
+                given = np.concatenate([f.value(0.0) for f in body.fixed])
+                self._fields[body.name].values[:] = given
+        self._newton.solve()
+        moved = 0.0
+        for body in self.model.bodies:
+            q, unknown = self.levels[body.name].q.x.array, self.functions[body.name].x.array
+            for part in body.parts:
+                if part.name in body.kinematic:
+                    dofs = body.mixed.dofs[part.name]
+                    here = float(np.max(np.abs(unknown[dofs] - q[dofs]), initial=0.0))
+                    moved = max(moved, here / part.scale)
+            q[:] = unknown
+        return float(self.model.comm.allreduce(moved, op=MPI.MAX))
+
+    def assemble(self) -> None:
+        """Move the bodies so that all constraints hold.
+
+        Raises:
+            ConvergenceError: If there is no such position near by.
+        """
+        try:
+            self._step(self.tau, 0.0)
+        except ConvergenceError as error:
+            raise ConvergenceError(
+                "the bodies cannot be assembled: no position near the given one closes all joints; "
+                f"check their places and lengths ({error})",
+                error.field,
+                error.norms,
+            ) from error
+
+    def equilibrium(self) -> None:
+        """Move the bodies into static equilibrium under the loads at the time zero.
+
+        Raises:
+            ConvergenceError: If none is reached.
+        """
+        tau = self.tau
+        for _ in range(STEPS):
+            try:
+                moved = self._step(tau, 1.0)
+            except ConvergenceError:
+                tau /= GROWTH**2
+                continue
+            if moved < AT_REST:
+                return
+            tau *= GROWTH
+        raise ConvergenceError(
+            f"no static equilibrium was reached in {STEPS} steps; something can still move, or "
+            "loads are too large; start='given' begins without one",
+            field=None,
+            norms={},
+        )

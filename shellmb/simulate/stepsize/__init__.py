@@ -1,0 +1,1 @@
+"""The size of a step: halved and grown, by its error, and times to land on."""

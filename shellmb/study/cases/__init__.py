@@ -1,0 +1,1 @@
+"""The studies that come with shellmb, and solutions that are not ours."""

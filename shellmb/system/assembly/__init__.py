@@ -1,0 +1,1 @@
+"""The block system: fields, numbering, loops in C over cells and nodes."""

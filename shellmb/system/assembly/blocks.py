@@ -1,0 +1,336 @@
+"""Block system: residual and Jacobian of all fields in one PETSc vector and one AIJ matrix.
+
+Each form is assembled on its own mesh and added through the local-to-global map of `Numbering`.
+Rows of fixed dofs are
+left out of the assembly and replaced by `x - value`; their columns stay, so that a prescribed
+motion reaches its neighbours within the same Newton step.
+"""
+
+import itertools
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from functools import cached_property
+from typing import Protocol
+
+from mpi4py import MPI
+from petsc4py import PETSc
+
+import numpy as np
+import numpy.typing as npt
+import ufl
+from dolfinx import cpp, fem  # type: ignore[attr-defined]
+from ufl import Form
+
+from shellmb.kernels import compile_all, compiled
+from shellmb.system.assembly import native
+from shellmb.system.assembly.fields import Field, Followers
+from shellmb.system.assembly.following import Following
+from shellmb.system.assembly.numbering import Numbering
+from shellmb.system.assembly.scatter import exchange
+
+BlockForms = dict[tuple[int, int], list[fem.Form]]
+Floats = npt.NDArray[np.float64]
+
+
+class Residuals(Protocol):
+    """Assembles the residuals of all fields."""
+
+    def add(self, local: Floats) -> None:
+        """Add them to the concatenated local arrays."""
+        ...
+
+    def refresh(self) -> None:
+        """Take the values of constants, after they changed."""
+        ...
+
+
+class DolfinxResiduals:
+    """Residuals form by form, by DOLFINx.
+
+    Args:
+        forms: Compiled forms of each field.
+        numbering: Place of each field in the local arrays.
+    """
+
+    def __init__(self, forms: list[list[fem.Form]], numbering: Numbering) -> None:
+        self._forms, self._numbering = forms, numbering
+
+    def add(self, local: Floats) -> None:
+        """Add them to the concatenated local arrays."""
+        for k, forms in enumerate(self._forms):
+            for form in forms:
+                fem.assemble_vector(local[self._numbering.slice(k)], form)  # type: ignore[arg-type]
+
+    def refresh(self) -> None:
+        """Nothing is kept."""
+
+
+class BlockSystem:
+    """Residual and Jacobian of coupled fields.
+
+    Args:
+        comm: Communicator of all meshes.
+        fields: Fields with their residual forms.
+        followers: Functions that follow the fields' ones.
+
+    Attributes:
+        x: Unknowns of all fields, PETSc vector.
+        b: Residual.
+        A: Jacobian, made when it is first asked for.
+        held: Which local dofs of each field have given values, as markers.
+        jacobians: Compiled derivatives of the residuals by row and column field.
+        residuals: What assembles the residuals.
+        jit_seconds: Time spent compiling (or finding in the cache) the kernels.
+        reactions: Residual at the fixed unknowns before they were replaced, aligned with `fixed`.
+        follow: Gives functions that follow the fields' ones their values.
+    """
+
+    def __init__(
+        self, comm: MPI.Comm, fields: list[Field], followers: Sequence[Followers] = ()
+    ) -> None:
+        self.comm, self.fields, self.follow = comm, fields, Following(followers)
+        self.numbering = Numbering(comm, fields)
+        n = self.numbering
+        sizes = (n.owned, PETSc.DETERMINE)
+        self.x = PETSc.Vec().createMPI(sizes, comm=comm)
+        self.b = self.x.duplicate()
+        start = time.perf_counter()
+        self._compile()
+        self.jit_seconds = time.perf_counter() - start
+        self.residuals: Residuals = DolfinxResiduals(self.residual_forms, self.numbering)
+        self._rows = [
+            PETSc.IS().createStride(f.size_all, int(n.offsets[k]), 1, comm=PETSc.COMM_SELF)
+            for k, f in enumerate(fields)
+        ]
+        # views: those that DOLFINx's functions give are made anew at each call
+        self._arrays = [f.function.x.array for f in fields]
+        self._exchange = exchange(n, self._arrays, self.x)
+        self._owned = [self._owned_dofs(k) for k in range(len(fields))]
+        self._set_fixed()
+
+    def _owned_dofs(self, k: int) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+        """Dofs of a field that are unknowns of this rank, and which of them; links included."""
+        n = self.numbering
+        numbers = n.by_field[k][: self.fields[k].size_local] - n.start
+        dofs = np.flatnonzero((numbers >= 0) & (numbers < n.owned))
+        return dofs, numbers[dofs]
+
+    @property
+    def size(self) -> int:
+        """Number of unknowns."""
+        return int(self.x.getSize())
+
+    def _compile(self) -> None:
+        fields = self.fields
+        derivatives: list[tuple[tuple[int, int], Form]] = [
+            ((i, j), form)
+            for i, f in enumerate(fields)
+            for term in f.terms
+            for j, forms in term.derivatives.items()
+            for form in forms
+        ]
+        for i, j in itertools.product(range(len(fields)), repeat=2):
+            function = fields[j].function
+            trial = ufl.TrialFunction(function.function_space)
+            for form in fields[i].residual:
+                if function not in form.coefficients():
+                    continue
+                derivative = ufl.algorithms.expand_derivatives(
+                    ufl.derivative(form, function, trial)
+                )
+                if not derivative.empty():
+                    derivatives.append(((i, j), derivative))
+        # all at once: they are compiled side by side
+        residuals = [form for f in fields for form in f.forms]
+        made = iter(compile_all([*residuals, *(form for _, form in derivatives)]))
+        self.residual_forms = [[next(made) for _ in f.forms] for f in fields]
+        self.jacobians: BlockForms = {}
+        for place, _ in derivatives:
+            self.jacobians.setdefault(place, []).append(next(made))
+
+    def _set_fixed(self) -> None:
+        """Find the fixed unknowns, on whatever field and rank they were named."""
+        n = self.numbering
+        numbers = [n.by_field[k][f.fixed] for k, f in enumerate(self.fields)]
+        local = [v - n.start for v in numbers]
+        mine_of = [np.flatnonzero((v >= 0) & (v < n.owned)) for v in local]
+        self._fixed = [(m, v[m]) for m, v in zip(mine_of, local, strict=True)]
+        mine = np.concatenate([*numbers, np.zeros(0, dtype=np.int64)])
+        everywhere = np.unique(np.concatenate(self.comm.allgather(mine)))
+        held = np.isin(n.local_to_global, everywhere)
+        self.held = [held[n.slice(k)].astype(np.int8).copy() for k in range(len(self.fields))]
+        self._no_columns = [np.zeros(0, dtype=np.int8) for _ in self.fields]
+        owned = everywhere[(everywhere >= n.start) & (everywhere < n.start + n.owned)]
+        self.fixed = owned - n.start
+        self._held_rows = (len(self.fixed), native.longs(self.fixed))
+        self._diagonal = self.x.duplicate()
+        self._diagonal.array[:] = 0.0
+        self._diagonal.array[self.fixed] = 1.0
+        self._values = np.zeros(n.owned)
+        self.reactions = np.zeros(len(self.fixed))
+        self._given = (native.doubles(self._values), native.doubles(self.reactions))
+        self._lib = native.cells().lib
+
+    def update_fixed_values(self) -> None:
+        """Take the values of the fixed dofs from the fields (after they changed)."""
+        for f, (dofs, numbers) in zip(self.fields, self._fixed, strict=True):
+            self._values[numbers] = f.values[dofs]
+
+    def gather(self) -> None:
+        """Copy the fields' functions into the vector of unknowns."""
+        unknowns = self.x.array
+        for array, (dofs, numbers) in zip(self._arrays, self._owned, strict=True):
+            unknowns[numbers] = array[dofs]
+
+    def scatter(self, x: PETSc.Vec) -> None:
+        """Copy a vector of unknowns into the fields' functions, ghosts and linked dofs included."""
+        self._exchange.spread(x)
+        self.follow()
+
+    def local_values(self, x: PETSc.Vec) -> npt.NDArray[np.float64]:
+        """Entries of a vector of unknowns at all local dofs of all fields, concatenated."""
+        self._exchange.look(x)
+        return self._exchange.local.copy()
+
+    def global_values(
+        self, local: list[npt.NDArray[np.float64]], known: bool = False
+    ) -> npt.NDArray[np.float64]:
+        """Entries of owned unknowns from one local array per field (owned entries).
+
+        Args:
+            local: The arrays.
+            known: Whether entries that are not a number are to be taken from another field.
+        """
+        out = np.zeros(self.numbering.owned)
+        for values, (dofs, numbers) in zip(local, self._owned, strict=True):
+            if known:
+                some = ~np.isnan(values[dofs])
+                dofs, numbers = dofs[some], numbers[some]
+            out[numbers] = values[dofs]
+        return out
+
+    def residual(self, x: PETSc.Vec, b: PETSc.Vec) -> None:
+        """Assemble the residual at `x` into `b`. The functions must hold `x` already."""
+        local = self._exchange.local
+        local[:] = 0.0
+        self.residuals.add(local)
+        self._exchange.collect(b)
+        values, reactions = self._given
+        unknowns, entries = native.doubles(x.array_r), native.doubles(b.array)
+        self._lib.hold(*self._held_rows, unknowns, values, entries, reactions)
+
+    def jacobian(self, x: PETSc.Vec, A: PETSc.Mat) -> None:
+        """Assemble the Jacobian into `A`. The functions must hold `x` already."""
+        self._assemble(A, self.jacobians, self._no_columns)
+        A.setDiagonal(self._diagonal, PETSc.InsertMode.ADD)
+
+    def fixed_values(self) -> Floats:
+        """Given values of the fixed unknowns, aligned with `fixed`."""
+        return np.asarray(self._values[self.fixed])
+
+    @cached_property
+    def A(self) -> PETSc.Mat:
+        """Jacobian."""
+        return self._new_matrix()
+
+    def _new_matrix(self) -> PETSc.Mat:
+        """An empty matrix whose local-to-global map holds the links."""
+        n = self.numbering
+        sizes = (n.owned, PETSc.DETERMINE)
+        l2g = PETSc.LGMap().create(n.local_to_global.astype(PETSc.IntType), comm=self.comm)
+        A = PETSc.Mat().createAIJ((sizes, sizes), comm=self.comm)
+        A.setLGMap(l2g, l2g)
+        A.setOption(PETSc.Mat.Option.KEEP_NONZERO_PATTERN, True)
+        # kernels fill blocks that are zero whatever the state: without them the matrix has a
+        # fraction of the entries, and its factors, too
+        A.setOption(PETSc.Mat.Option.IGNORE_ZERO_ENTRIES, True)
+        A.setOption(PETSc.Mat.Option.NEW_NONZERO_ALLOCATION_ERR, False)
+        return A
+
+    def symmetric_matrix(
+        self, forms: Mapping[tuple[int, int], Sequence[Form]], diagonal: float
+    ) -> PETSc.Mat:
+        """A matrix of its own without the rows and columns of fixed dofs, as eigenproblems need.
+
+        Args:
+            forms: Bilinear forms by row and column field.
+            diagonal: Value on the diagonal of fixed dofs.
+        """
+        A = self._new_matrix()
+        kernels = {key: [compiled(form) for form in parts] for key, parts in forms.items()}
+        self._assemble(A, kernels, self.held)
+        held = self._diagonal.copy()
+        held.scale(diagonal)
+        A.setDiagonal(held, PETSc.InsertMode.ADD)
+        return A
+
+    def _assemble(
+        self,
+        A: PETSc.Mat,
+        forms: BlockForms,
+        dropped_columns: list[npt.NDArray[np.int8]],
+    ) -> None:
+        """Assemble forms block by block, leaving out the rows of fixed dofs."""
+        if not A.isAssembled():
+            self._find_pattern(A, forms, dropped_columns)
+        A.zeroEntries()
+        self._add(A, forms, dropped_columns)
+        A.assemble()
+
+    def _find_pattern(
+        self,
+        A: PETSc.Mat,
+        forms: BlockForms,
+        dropped_columns: list[npt.NDArray[np.int8]],
+    ) -> None:
+        """Assemble with states and parameters in general position: nothing is zero by chance.
+
+        So the pattern is the same at all times, of a load that begins at zero, too.
+        """
+        with self.general_position():
+            self._add(A, forms, dropped_columns)
+        # keep a full structural diagonal: fixed rows and zero blocks of multipliers need one
+        n = self.numbering
+        for row in range(n.start, n.start + n.owned):
+            A.setValue(row, row, 0.0, addv=PETSc.InsertMode.ADD)
+        A.assemble()
+
+    @contextmanager
+    def general_position(self) -> Iterator[None]:
+        """For a moment, states and parameters are such that nothing is zero by chance."""
+        residuals = [form for f in self.fields for form in f.forms]
+        # in the order of the forms and not of a set, so that each run finds the same entries
+        functions = dict.fromkeys(c for form in residuals for c in form.coefficients())
+        arrays = [c.x.array for c in functions if isinstance(c, fem.Function)]
+        constants = dict.fromkeys(c for form in residuals for c in form.constants())
+        arrays += [c.value for c in constants if isinstance(c, fem.Constant)]
+        kept = [array.copy() for array in arrays]
+        general = np.random.default_rng(0)
+        for array in arrays:
+            array[...] = general.uniform(0.5, 1.5, array.shape)
+        try:
+            yield
+        finally:
+            for array, values in zip(arrays, kept, strict=True):
+                array[...] = values
+
+    def _add(
+        self,
+        A: PETSc.Mat,
+        forms: BlockForms,
+        dropped_columns: list[npt.NDArray[np.int8]],
+    ) -> None:
+        """Add the element matrices of all blocks."""
+        for (i, j), form in ((key, form) for key, parts in forms.items() for form in parts):
+            block = A.getLocalSubMatrix(self._rows[i], self._rows[j])
+            cpp.fem.petsc.assemble_matrix(
+                block,
+                form._cpp_object,
+                cpp.fem.pack_constants(form._cpp_object),
+                cpp.fem.pack_coefficients(form._cpp_object),
+                self.held[i],
+                dropped_columns[j],
+                True,
+            )
+            A.restoreLocalSubMatrix(self._rows[i], self._rows[j], block)

@@ -1,0 +1,44 @@
+"""Functions that follow the unknown ones, in one call of `nodes.c`."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from shellmb.system.assembly import native
+from shellmb.system.assembly.fields import Followers
+from shellmb.system.assembly.native import CArrays
+
+
+class Following:
+    """Gives functions that are combinations of others their values.
+
+    Args:
+        followers: The functions, whose arrays live as long as this object.
+    """
+
+    def __init__(self, followers: Sequence[Followers]) -> None:
+        self._lib, self._pointer = native.cells().lib, CArrays()
+        sizes, terms, sources, weights, targets = [], [], [], [], []
+        for some in followers:
+            for function, row in zip(some.functions, some.weights, strict=True):
+                # what is always zero stays so
+                of = [k for k, weight in enumerate(row) if weight]
+                if of:
+                    sizes.append(len(function.x.array))
+                    terms.append(len(of))
+                    targets.append(self._pointer(function.x.array))
+                    sources += [self._pointer(some.sources[k].x.array) for k in of]
+                    weights += [row[k] for k in of]
+        self._arguments: tuple[Any, ...] = (
+            len(sizes),
+            self._pointer(np.array(sizes or [0], dtype=np.int32)),
+            self._pointer(np.array(terms or [0], dtype=np.int32)),
+            self._pointer.many("double *", sources),
+            self._pointer(np.array(weights or [0.0])),
+            self._pointer.many("double *", targets),
+        )
+
+    def __call__(self) -> None:
+        """Take the values of their sources."""
+        self._lib.follow(*self._arguments)

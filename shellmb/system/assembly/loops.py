@@ -1,0 +1,318 @@
+"""Compiled forms and the cells of a mesh as arguments of the loops in `cells.c`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from copy import copy
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from dolfinx import cpp, fem  # type: ignore[attr-defined]
+from dolfinx.fem import IntegralType
+
+from shellmb.system.assembly import native
+from shellmb.system.assembly.blocks import BlockSystem
+from shellmb.system.assembly.fields import Field
+from shellmb.system.assembly.native import CArrays
+
+Ints = npt.NDArray[np.int32]
+Floats = npt.NDArray[np.float64]
+
+
+def cell_dofs(space: fem.FunctionSpace) -> Ints:
+    """Local dofs of all cells, blocks unrolled, shape (cells, n)."""
+    dofmap: Any = getattr(space.dofmap, "_cpp_object", space.dofmap)
+    dofs, bs = np.asarray(dofmap.map()), dofmap.index_map_bs
+    if bs == 1:
+        return np.ascontiguousarray(dofs, dtype=np.int32)
+    rolled = bs * dofs[:, :, None] + np.arange(bs)
+    return np.ascontiguousarray(rolled.reshape(len(dofs), bs * dofs.shape[1]), dtype=np.int32)
+
+
+class MeshGeometry:
+    """The cells of one mesh.
+
+    Args:
+        domain: The mesh, of Python or C++.
+
+    Attributes:
+        count: Number of cells that this rank owns.
+        places: Of each field, place of its dofs among the unknowns of a cell.
+    """
+
+    def __init__(self, domain: Any) -> None:
+        self.count = int(domain.topology.index_map(domain.topology.dim).size_local)
+        geometry = domain.geometry
+        self.geometry = np.ascontiguousarray(geometry.x[geometry.dofmaps[0][: self.count]])
+        self.places: list[Ints] = []
+
+    def struct(self, loop: FormLoop, **more: Any) -> Any:
+        """These cells for C, with `more` members."""
+        common = {
+            "cells": self.count,
+            "geometry": loop.pointer(self.geometry),
+            "geometry_size": int(np.prod(self.geometry.shape[1:])),
+            "coefficient_size": loop.coefficient_size,
+        }
+        return loop.pointer.many("Cells", [{**common, **more}])
+
+
+class MeshCells(MeshGeometry):
+    """The cells of one mesh with the fields on it.
+
+    The unknowns of a cell are of all fields those that cells share, then those that are
+    element-wise.
+
+    Args:
+        fields: Fields on this mesh.
+        offsets: First place of each in the concatenated local arrays.
+        held: Which of their local dofs have given values.
+
+    Attributes:
+        dofs: Place of each unknown in the concatenated local arrays, shape (cells, size).
+        shared: Number of unknowns that are not element-wise.
+        starts: First one of each field's shared and of each field's element-wise unknowns,
+            shape (2 fields,).
+        widths: Their numbers.
+    """
+
+    def __init__(
+        self,
+        fields: Sequence[Field],
+        offsets: Sequence[int],
+        held: Sequence[npt.NDArray[np.int8]],
+    ) -> None:
+        super().__init__(fields[0].function.function_space.mesh)
+        tables = [cell_dofs(f.function.function_space)[: self.count] for f in fields]
+        # the element is the same in all cells: where its element-wise dofs are, too
+        local = [self._elementwise(*args) for args in zip(fields, tables, held, strict=True)]
+        self.widths = np.array([np.sum(~e) for e in local] + [np.sum(e) for e in local], np.int32)
+        starts = np.concatenate([[0], np.cumsum(self.widths)]).astype(np.int32)
+        self.starts = starts[:-1].copy()
+        self.size, self.shared = int(starts[-1]), int(starts[len(fields)])
+        self.dofs = np.zeros((self.count, self.size), dtype=np.int32)
+        for k, (table, inner) in enumerate(zip(tables, local, strict=True)):
+            place = np.empty(len(inner), dtype=np.int32)
+            place[~inner] = starts[k] + np.arange(np.sum(~inner))
+            place[inner] = starts[len(fields) + k] + np.arange(np.sum(inner))
+            self.places.append(place)
+            self.dofs[:, place] = table + offsets[k]
+
+    def arranged(self, order: npt.NDArray[np.int64]) -> MeshCells:
+        """The same cells with their unknowns in another order.
+
+        Args:
+            order: Place of each unknown in the order of these.
+        """
+        place = np.empty(self.size, dtype=np.int32)
+        place[order] = np.arange(self.size)
+        found = copy(self)
+        found.dofs = np.ascontiguousarray(self.dofs[:, order])
+        found.places = [place[own] for own in self.places]
+        return found
+
+    def struct(self, loop: FormLoop, **more: Any) -> Any:
+        """These cells for C, with `more` members."""
+        own = {"size": self.size, "shared": self.shared, "dofs": loop.pointer(self.dofs)}
+        return super().struct(loop, **own, **more)
+
+    def _elementwise(
+        self, field: Field, table: Ints, held: npt.NDArray[np.int8]
+    ) -> npt.NDArray[np.bool_]:
+        inner = np.zeros(field.size_all, dtype=bool)
+        inner[field.elementwise] = True
+        # what is held has no equations to be eliminated with
+        inner &= held == 0
+        if not len(table):
+            return np.zeros(table.shape[1], dtype=bool)
+        return np.asarray(inner[table].all(axis=0))
+
+
+class FormLoop:
+    """Compiled forms over the cells of one mesh, as C wants them.
+
+    Args:
+        cells: The cells.
+        forms: Forms with the number of their row field, and of a bilinear form its column field
+            (-1 of a linear form), among the fields of the mesh; both -1 of a scalar form.
+
+    Attributes:
+        count: Number of kernels.
+        form_of: Number of the form that each is of.
+    """
+
+    def __init__(self, cells: MeshGeometry, forms: Sequence[tuple[fem.Form, int, int]]) -> None:
+        self._forms = [form for form, _, _ in forms]
+        self.pointer = CArrays()
+        self.coefficient_size = 1
+        self._constants: list[tuple[Any, Floats]] = []
+        found = [self._kernels(cells, *form) for form in forms]
+        self._lib, self._pieces = native.cells().lib, self._constant_pieces()
+        self.form_of = [n for n, some in enumerate(found) for _ in some]
+        self.count = len(self.form_of)
+        kernels = [kernel for some in found for kernel in some]
+        self.kernels = self.pointer.many("Kernel", kernels)
+
+    def _kernels(self, cells: MeshGeometry, form: fem.Form, row: int, column: int) -> list[Any]:
+        bare, ufcx, pointer = form._cpp_object, form.ufcx_form, self.pointer
+        values, dofs, sizes = [], [], []
+        for function in bare.coefficients:
+            space = function.function_space
+            assert not space.element.needs_dof_transformations
+            table = cell_dofs(space)[: cells.count]
+            values.append(pointer(function.x.array))
+            dofs.append(pointer(np.ascontiguousarray(table)))
+            sizes.append(table.shape[1])
+        self.coefficient_size = max(self.coefficient_size, sum(sizes))
+        constants = cpp.fem.pack_constants(bare)
+        self._constants.append((bare, constants))
+        one = np.zeros(1, dtype=np.int32)
+        rows, columns = (one if k < 0 else cells.places[k] for k in (row, column))
+        data = {
+            "constants": pointer(constants),
+            "rows": len(rows),
+            "columns": len(columns),
+            "row_place": pointer(rows),
+            "column_place": pointer(None if column < 0 else columns),
+            "coefficients": len(sizes),
+            "values": pointer.many("double *", values),
+            "dofs": pointer.many("int *", dofs),
+            "sizes": pointer(np.array(sizes or [0], dtype=np.int32)),
+        }
+        found = []
+        kinds = (IntegralType.cell, IntegralType.exterior_facet)
+        offsets = ufcx.form_integral_offsets
+        # these two kinds come first
+        assert ufcx.form_integral_offsets[len(IntegralType.__members__)] == offsets[2]
+        for kind, first, last in zip(kinds, offsets[0:2], offsets[1:3], strict=True):
+            for n in range(first, last):
+                entities = np.asarray(bare.domains(kind, n - first))
+                where = _entities(entities, cells.count, facets=kind == kinds[1])
+                function = ufcx.form_integrals[n].tabulate_tensor_float64
+                module: Any = form.module
+                address = int(module.ffi.cast("uintptr_t", function))
+                found.append(
+                    {
+                        **data,
+                        "function": self.pointer.ffi.cast("void *", address),
+                        "entity_offsets": pointer(where[0]),
+                        "entities": pointer(where[1]),
+                    }
+                )
+        return found
+
+    def take_constants(self, number: int) -> None:
+        """Take the values of the constants of one of the forms."""
+        form, array = self._constants[number]
+        array[:] = cpp.fem.pack_constants(form)
+
+    def _constant_pieces(self) -> tuple[Any, ...]:
+        """Number of all constants, where their values are, their sizes, and where they go."""
+        pointer, sources, sizes, targets = self.pointer, [], [], []
+        for form, array in self._constants:
+            place = 0
+            for constant in form.constants:
+                # a view of the constant's own numbers, which keeps it alive
+                values = constant.value
+                sources.append(pointer(values))
+                sizes.append(values.size)
+                targets.append(pointer(array[place:]))
+                place += values.size
+            assert place == len(array)
+        lengths = pointer(np.array(sizes or [0], dtype=np.int32))
+        start, end = (pointer.many("double *", places) for places in (sources, targets))
+        return len(sizes), start, lengths, end
+
+    def refresh(self) -> None:
+        """Take the values of the constants, after they changed."""
+        self._lib.copy_pieces(*self._pieces)
+
+
+def _entities(entities: Ints, count: int, facets: bool) -> tuple[Ints | None, Ints | None]:
+    """Local facets of every cell as offsets and numbers; (None, None) for all cells themselves."""
+    if not facets:
+        assert np.array_equal(entities, np.arange(count))
+        return None, None
+    pairs = entities.reshape(-1, 2)
+    pairs = pairs[np.argsort(pairs[:, 0], kind="stable")]
+    offsets = np.searchsorted(pairs[:, 0], np.arange(count + 1)).astype(np.int32)
+    return offsets, np.ascontiguousarray(pairs[:, 1], dtype=np.int32)
+
+
+@dataclass(frozen=True)
+class MeshGroup:
+    """The fields on one mesh of a system.
+
+    Args:
+        system: The system.
+        numbers: Numbers of the fields.
+        cells: The cells.
+    """
+
+    system: BlockSystem
+    numbers: list[int]
+    cells: MeshCells
+
+    def residuals(self) -> list[tuple[fem.Form, int, int]]:
+        """Residual forms as `FormLoop` takes them."""
+        forms = self.system.residual_forms
+        return [(form, n, -1) for n, k in enumerate(self.numbers) for form in forms[k]]
+
+    def jacobians(self) -> list[tuple[fem.Form, int, int]]:
+        """Derivatives of the residuals as `FormLoop` takes them."""
+        numbers = self.numbers
+        return [
+            (form, numbers.index(i), numbers.index(j))
+            for (i, j), forms in self.system.jacobians.items()
+            if i in numbers
+            for form in forms
+        ]
+
+
+def mesh_groups(system: BlockSystem) -> list[MeshGroup]:
+    """All meshes of a system with the fields on each."""
+    groups: dict[int, list[int]] = {}
+    for k, field in enumerate(system.fields):
+        groups.setdefault(id(field.function.function_space.mesh), []).append(k)
+    offsets = system.numbering.offsets
+    return [
+        MeshGroup(
+            system,
+            numbers,
+            MeshCells(
+                [system.fields[k] for k in numbers],
+                [int(offsets[k]) for k in numbers],
+                [system.held[k] for k in numbers],
+            ),
+        )
+        for numbers in groups.values()
+    ]
+
+
+class LoopResiduals:
+    """Residuals of all fields in one pass over the cells of each mesh.
+
+    Args:
+        groups: The meshes.
+    """
+
+    def __init__(self, groups: Sequence[MeshGroup]) -> None:
+        self._lib = native.cells().lib
+        self._loops = []
+        for group in groups:
+            forms = group.residuals()
+            if forms:
+                loop = FormLoop(group.cells, forms)
+                self._loops.append((loop, group.cells.struct(loop)))
+
+    def add(self, local: Floats) -> None:
+        """Add them to the concatenated local arrays."""
+        for loop, struct in self._loops:
+            self._lib.residual(struct, loop.kernels, loop.count, native.doubles(local))
+
+    def refresh(self) -> None:
+        """Take the values of all constants, after they changed."""
+        for loop, _ in self._loops:
+            loop.refresh()

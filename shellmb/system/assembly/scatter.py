@@ -1,0 +1,123 @@
+"""Unknowns of the system and local arrays of the fields: values one way, sums the other."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from typing import Protocol
+
+from mpi4py import MPI as _MPI  # noqa: F401  (before petsc4py)
+from petsc4py import PETSc
+
+import numpy as np
+import numpy.typing as npt
+
+from shellmb.system.assembly import native
+from shellmb.system.assembly.numbering import Numbering
+
+Floats = npt.NDArray[np.float64]
+
+
+class Exchange(Protocol):
+    """Between a vector of unknowns and what this rank sees of them.
+
+    Attributes:
+        local: One number for each local dof of all fields, concatenated; to work with.
+    """
+
+    local: Floats
+
+    def look(self, x: PETSc.Vec) -> None:
+        """Fill `local` with the values of unknowns, those of ghosts and linked dofs included."""
+        ...
+
+    def spread(self, x: PETSc.Vec) -> None:
+        """Copy values of unknowns into the fields' arrays, ghosts and linked dofs included."""
+        ...
+
+    def collect(self, b: PETSc.Vec) -> None:
+        """Sums over all dofs and ranks of what `local` adds to each unknown."""
+        ...
+
+
+def exchange(numbering: Numbering, arrays: Sequence[Floats], x: PETSc.Vec) -> Exchange:
+    """That of a system: loops in C where one process has all unknowns.
+
+    Args:
+        numbering: Unknowns of the local dofs.
+        arrays: Arrays of the fields.
+        x: A vector of unknowns.
+    """
+    if x.getComm().size == 1:
+        return SerialExchange(numbering, arrays)
+    return ParallelExchange(numbering, arrays, x)
+
+
+class ParallelExchange:
+    """PETSc tells the ranks what they need.
+
+    Args:
+        numbering: Unknowns of the local dofs.
+        arrays: Arrays of the fields.
+        x: A vector of unknowns.
+    """
+
+    def __init__(self, numbering: Numbering, arrays: Sequence[Floats], x: PETSc.Vec) -> None:
+        self._arrays, self._offsets = arrays, numbering.offsets
+        wanted = numbering.local_to_global.astype(PETSc.IntType)
+        self.local = np.zeros(len(wanted))
+        self._vector = PETSc.Vec().createWithArray(self.local, comm=PETSc.COMM_SELF)
+        places = PETSc.IS().createGeneral(wanted, comm=PETSc.COMM_SELF)
+        self._scatter = PETSc.Scatter().create(x, places, self._vector, None)
+
+    def look(self, x: PETSc.Vec) -> None:
+        """Fill `local` with the values of unknowns."""
+        forward = PETSc.ScatterMode.FORWARD
+        self._scatter.scatter(x, self._vector, PETSc.InsertMode.INSERT, forward)
+
+    def spread(self, x: PETSc.Vec) -> None:
+        """Copy values of unknowns into the fields' arrays."""
+        self.look(x)
+        for array, (first, last) in zip(
+            self._arrays, itertools.pairwise(self._offsets), strict=True
+        ):
+            array[:] = self.local[first:last]
+
+    def collect(self, b: PETSc.Vec) -> None:
+        """Sums of what `local` adds to each unknown."""
+        b.set(0.0)
+        reverse = PETSc.ScatterMode.REVERSE
+        self._scatter.scatter(self._vector, b, PETSc.InsertMode.ADD, reverse)
+
+
+class SerialExchange:
+    """The same in one process, without messages: one call of `nodes.c` each.
+
+    Args:
+        numbering: Unknowns of the local dofs.
+        arrays: Arrays of the fields.
+    """
+
+    def __init__(self, numbering: Numbering, arrays: Sequence[Floats]) -> None:
+        module = native.cells()
+        self._lib, self._arrays = module.lib, arrays
+        self._wanted = numbering.local_to_global.astype(np.int64)
+        self._ends = np.array(numbering.offsets[1:], dtype=np.int64)
+        self.local = np.zeros(len(self._wanted))
+        self._places = (len(self._wanted), native.longs(self._wanted))
+        self._pointers = module.ffi.new("double *[]", [native.doubles(a) for a in arrays])
+        self._fields = (len(arrays), native.longs(self._ends), self._pointers)
+
+    def look(self, x: PETSc.Vec) -> None:
+        """Fill `local` with the values of unknowns."""
+        self.local[:] = x.array_r[self._wanted]
+
+    def spread(self, x: PETSc.Vec) -> None:
+        """Copy values of unknowns into the fields' arrays."""
+        self._lib.spread(*self._fields, self._places[1], native.doubles(x.array_r))
+
+    def collect(self, b: PETSc.Vec) -> None:
+        """Sums of what `local` adds to each unknown."""
+        entries = b.array
+        local = native.doubles(self.local)
+        self._lib.collect(*self._places, local, len(entries), native.doubles(entries))

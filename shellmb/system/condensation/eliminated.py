@@ -1,0 +1,144 @@
+"""Which unknowns of a cell are eliminated together, and what each of them sees.
+
+Of a shell with a linear section, say, membrane forces see displacements only and shear forces do
+not see membrane forces: eliminating them one after the other takes a third of the work and two
+thirds of the memory of eliminating them at once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from dolfinx import fem
+
+from shellmb.system.assembly import native
+from shellmb.system.assembly.loops import FormLoop, MeshCells
+from shellmb.system.assembly.native import CArrays
+
+Ints = npt.NDArray[np.int64]
+Bools = npt.NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Chunks:
+    """Element-wise unknowns of a cell in the order of their elimination.
+
+    Args:
+        order: Place of each unknown of a cell in the order before.
+        widths: Number of unknowns of each chunk; chunks are the last unknowns of a cell.
+        pattern: Which entries of a cell's matrix are not always zero, in the new order.
+    """
+
+    order: Ints
+    widths: list[int]
+    pattern: Bools
+
+
+def find_chunks(cells: MeshCells, jacobian: list[tuple[fem.Form, int, int]]) -> Chunks:
+    """Chunks of the cells of one mesh, at a state in general position.
+
+    Args:
+        cells: The cells.
+        jacobian: Compiled bilinear forms with the numbers of their fields on this mesh.
+    """
+    pattern, n, fields = _pattern(cells, jacobian), cells.size, len(cells.places)
+    chunks: list[Ints] = []
+    for first, width in zip(cells.starts[fields:], cells.widths[fields:], strict=True):
+        here = np.arange(first, first + width)
+        others = np.setdiff1d(np.arange(n), here)
+        block = pattern[np.ix_(here, here)]
+        # those that see the same of the others are eliminated at once: fewer, larger products
+        alike: dict[bytes, list[Ints]] = {}
+        for part in _connected(block):
+            own = here[part]
+            seen = pattern[np.ix_(own, others)].any(axis=0) | pattern[np.ix_(others, own)].any(1)
+            alike.setdefault(seen.tobytes(), []).append(own)
+        chunks += [np.sort(np.concatenate(some)) for some in alike.values()]
+    shared = np.arange(cells.shared)
+    if chunks:
+        seen = np.stack([pattern[c].any(axis=0) | pattern[:, c].any(axis=1) for c in chunks])
+        # what many chunks see comes first, so that what each of them sees is in one piece
+        keys = [*seen[:, shared], seen[:, shared].sum(axis=0)]
+        shared = np.lexsort([shared, *(-key.astype(int) for key in keys)])
+    order = np.concatenate([shared, *chunks]).astype(np.int64)
+    return Chunks(order, [len(c) for c in chunks], pattern[np.ix_(order, order)])
+
+
+def _connected(block: Bools) -> list[Bools]:
+    """Which unknowns of a block hang together, a marker for each part; SciPy's loads too much."""
+    parts: list[Bools] = []
+    both, left = block | block.T, np.ones(len(block), dtype=bool)
+    while left.any():
+        part = np.zeros(len(block), dtype=bool)
+        part[np.argmax(left)] = True
+        while not np.array_equal(grown := part | both[part].any(axis=0), part):
+            part = grown
+        parts.append(part)
+        left &= ~part
+    return parts
+
+
+def _pattern(cells: MeshCells, jacobian: list[tuple[fem.Form, int, int]]) -> Bools:
+    """Entries that are not zero in the matrix of some cell."""
+    loop = FormLoop(cells, jacobian)
+    found = np.zeros((cells.size, cells.size))
+    arguments = cells.struct(loop), loop.kernels, loop.count, native.doubles(found)
+    native.cells().lib.largest_entries(*arguments)
+    return found != 0.0
+
+
+def elimination(chunks: Chunks, pointer: CArrays) -> tuple[dict[str, Any], int]:
+    """The chunks as C wants them.
+
+    Args:
+        chunks: The chunks.
+        pointer: Makes pointers.
+
+    Returns:
+        Members of `Cells`, and how many numbers are kept of a cell.
+    """
+    full, n = chunks.pattern.copy(), len(chunks.order)
+    starts = n - sum(chunks.widths) + np.cumsum([0, *chunks.widths])
+    inverses, size = [], 0
+    runs: dict[str, list[tuple[int, int, int]]] = {"right": [], "left": []}
+    ends: dict[str, list[int]] = {"right": [0], "left": [0]}
+    for first, width in zip(starts, chunks.widths, strict=False):
+        here = slice(first, first + width)
+        behind = np.arange(n) >= first + width
+        behind[: starts[0]] = True
+        inverses.append(size)
+        # with the block itself behind it
+        size += 2 * width**2
+        seen = {
+            "right": full[here].any(axis=0) & behind,
+            "left": full[:, here].any(axis=1) & behind,
+        }
+        for side, mask in seen.items():
+            for begin, count in _runs(mask):
+                runs[side].append((begin, count, size))
+                size += width * count
+            ends[side].append(len(runs[side]))
+        full[np.ix_(seen["left"], seen["right"])] = True
+    members: dict[str, Any] = {"chunks": len(chunks.widths)}
+    tables: dict[str, Iterable[int]] = {
+        "chunk_start": starts.tolist(),
+        "chunk_width": chunks.widths,
+        "inverse_place": inverses,
+    }
+    for side in runs:
+        begins, counts, places = zip(*runs[side] or [(0, 0, 0)], strict=True)
+        tables |= {f"{side}_runs": ends[side], f"{side}_start": begins}
+        tables |= {f"{side}_width": counts, f"{side}_place": places}
+    for name, table in tables.items():
+        members[name] = pointer(np.array([*table, 0], dtype=np.int32))
+    return members, size
+
+
+def _runs(mask: Bools) -> list[tuple[int, int]]:
+    """Begin and length of each piece of a mask that is true."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(int), [0]])))
+    return [(int(a), int(b - a)) for a, b in edges.reshape(-1, 2)]

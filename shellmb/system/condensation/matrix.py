@@ -1,0 +1,133 @@
+"""The reduced matrix: where the entries of cells go."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from typing import NamedTuple, Protocol
+
+from mpi4py import MPI
+from petsc4py import PETSc
+
+import numpy as np
+import numpy.typing as npt
+
+from shellmb.system.condensation.meshreduction import MeshReduction
+from shellmb.system.nullspace.numbers import ReducedNumbers
+
+Floats = npt.NDArray[np.float64]
+Int32s = npt.NDArray[np.int32]
+
+
+class Pattern(NamedTuple):
+    """Which entries a matrix has, as its parts give them.
+
+    Args:
+        owned: Number of rows of this rank.
+        rows: Rows of the entries of each part, those of the diagonal last.
+        columns: Their columns.
+    """
+
+    owned: int
+    rows: list[Int32s]
+    columns: list[Int32s]
+
+    def ends(self) -> list[int]:
+        """Where the entries of each part begin, and where those of the last one end."""
+        return [0, *itertools.accumulate(len(rows) for rows in self.rows)]
+
+
+class ReducedMatrix(Protocol):
+    """A matrix that is filled part by part.
+
+    Attributes:
+        A: The matrix.
+        targets: What the parts fill, in their order.
+    """
+
+    A: PETSc.Mat
+    targets: list[Floats]
+
+    def end(self) -> None:
+        """After the last part."""
+        ...
+
+
+def reduced_matrix(numbers: ReducedNumbers, parts: Sequence[MeshReduction]) -> ReducedMatrix:
+    """A matrix with the entries of all parts and a full diagonal: multipliers of joints have none.
+
+    Args:
+        numbers: Numbers of the reduced unknowns, and tangent spaces in general position.
+        parts: Reductions of all meshes.
+    """
+    entries = [part.find_pattern() for part in parts]
+    owned = len(numbers.outer)
+    diagonal = (numbers.first_outer + np.arange(owned)).astype(np.int32)
+    rows = [*(r for r, _ in entries), diagonal]
+    columns = [*(c for _, c in entries), diagonal]
+    make = CsrMatrix if numbers.full.serial else CooMatrix
+    return make(numbers.full.comm, Pattern(owned, rows, columns), parts)
+
+
+class CooMatrix:
+    """Entries go to a list, and PETSc adds them up on the ranks that own them.
+
+    Args:
+        comm: Communicator.
+        pattern: Its entries.
+        parts: Reductions of all meshes.
+    """
+
+    def __init__(self, comm: MPI.Comm, pattern: Pattern, parts: Sequence[MeshReduction]) -> None:
+        sizes = (pattern.owned, PETSc.DETERMINE)
+        self.A = PETSc.Mat().createAIJ((sizes, sizes), comm=comm)
+        self.A.setPreallocationCOO(
+            *(np.concatenate(n).astype(PETSc.IntType, copy=False) for n in pattern[1:])
+        )
+        ends = pattern.ends()
+        self._values = np.zeros(ends[-1])
+        self.targets = [self._values[a:b] for a, b in itertools.pairwise(ends)][: len(parts)]
+        for part in parts:
+            part.emit()
+
+    def end(self) -> None:
+        """Add them up."""
+        self.A.setValuesCOO(self._values)
+
+
+class CsrMatrix:
+    """Entries are added at once to the values that PETSc works with, in one process.
+
+    Args:
+        comm: Communicator.
+        pattern: Its entries.
+        parts: Reductions of all meshes; they get the places of their entries.
+    """
+
+    def __init__(self, comm: MPI.Comm, pattern: Pattern, parts: Sequence[MeshReduction]) -> None:
+        owned, rows, columns = pattern
+        keys = np.concatenate(
+            [r.astype(np.int64) * owned + c for r, c in zip(rows, columns, strict=True)]
+        )
+        # stable: the entries of a cell come in runs, which that sort merges
+        order = np.argsort(keys, kind="stable")
+        keys = keys[order]
+        new = np.ones(len(keys), dtype=bool)
+        new[1:] = keys[1:] != keys[:-1]
+        places = np.empty(len(keys), dtype=np.int32)
+        places[order] = np.cumsum(new, dtype=np.int32) - np.int32(1)
+        first = np.empty_like(new)
+        first[order] = new
+        keys = keys[new]
+        starts = np.searchsorted(keys, owned * np.arange(owned + 1)).astype(PETSc.IntType)
+        self._values = np.zeros(len(keys))
+        self.A = PETSc.Mat().createAIJWithArrays(
+            (owned, owned), (starts, (keys % owned).astype(PETSc.IntType), self._values), comm=comm
+        )
+        for part, (a, b) in zip(parts, itertools.pairwise(pattern.ends()), strict=False):
+            part.add_at(places[a:b], first[a:b])
+        self.targets = [self._values] * len(parts)
+
+    def end(self) -> None:
+        """Tell PETSc."""
+        self.A.stateIncrease()

@@ -1,0 +1,244 @@
+"""Reduction of what is assembled over one mesh: the loops of `cells.c` with what they need."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
+
+import numpy as np
+import numpy.typing as npt
+from dolfinx import fem
+
+from shellmb.system.assembly import native
+from shellmb.system.assembly.loops import FormLoop, MeshCells
+from shellmb.system.condensation.eliminated import elimination, find_chunks
+from shellmb.system.condensation.sparsity import CHUNK, Lists, find_runs
+from shellmb.system.nullspace.numbers import ReducedNumbers
+from shellmb.system.nullspace.prolongation import RowMap
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+Int32s = npt.NDArray[np.int32]
+
+# added to what is to be behind all else
+LAST = 1 << 40
+
+
+class MeshReduction:
+    """Reduction of what is assembled over one mesh.
+
+    It is made at a state in general position, at which no entry is zero by chance.
+
+    Args:
+        cells: Its cells.
+        jacobian: Compiled bilinear forms with the numbers of their fields on this mesh.
+        numbers: Numbers of the reduced unknowns.
+    """
+
+    def __init__(
+        self,
+        cells: MeshCells,
+        jacobian: list[tuple[fem.Form, int, int]],
+        numbers: ReducedNumbers,
+    ) -> None:
+        self.chunks = find_chunks(cells, jacobian)
+        self.cells, self.numbers = cells.arranged(self.chunks.order), numbers
+        cells = self.cells
+        self.loop = FormLoop(cells, jacobian)
+        self.lib, self.pointer = native.cells().lib, self.loop.pointer
+        shared = cells.dofs[:, : cells.shared]
+        right, columns = positions(_keys(numbers.right, shared, numbers.inner_columns))
+        left, rows = positions(_keys(numbers.left, shared, numbers.inner_rows))
+        forces, seen = positions(_keys(numbers.forces, shared))
+        self.multipliers = seen.shape[1]
+        p = self.pointer
+        self.row_numbers, self.column_numbers = _numbers(rows), _numbers(columns)
+        self.inner = int(np.sum(rows >= LAST))
+        self._projection = {
+            "rows": rows.shape[1],
+            "columns": columns.shape[1],
+            "right_width": right.shape[2],
+            "left_width": left.shape[2],
+            "multiplier_width": forces.shape[2],
+            "right": p(right),
+            "left": p(left),
+            "multiplier": p(forces),
+            "right_values": p(numbers.right.values),
+            "left_values": p(numbers.left.values),
+            "multiplier_values": p(numbers.forces.values),
+            "multiplier_rows": p(_numbers(seen)),
+            "row_numbers": p(self.row_numbers),
+            "column_numbers": p(self.column_numbers),
+        }
+        if self.inner:
+            self._projection |= self._keep_inner(rows, columns)
+
+    def _keep_inner(self, rows: Ints, columns: Ints) -> dict[str, Any]:
+        """What is eliminated of each cell after the projection, and place for what is kept."""
+        p, sizes = self.pointer, np.sum(rows >= LAST, axis=1)
+        outer = [np.sum((a >= 0) & (a < LAST), axis=1) for a in (rows, columns)]
+        kept = sizes * (sizes + outer[0] + outer[1])
+        ends = np.cumsum(np.concatenate([[0], kept]))
+        return {
+            "inner_size": p(sizes.astype(np.int32)),
+            "outer_rows": p(outer[0].astype(np.int32)),
+            "outer_columns": p(outer[1].astype(np.int32)),
+            "inner_place": p(ends[:-1].astype(np.int64)),
+            "inner_kept": p(np.zeros(max(1, int(ends[-1])))),
+        }
+
+    def find_pattern(self) -> tuple[Int32s, Int32s]:
+        """Entries that are not always zero, at a state in general position.
+
+        Returns:
+            Their rows and columns, in the order in which `assemble` gives their values.
+        """
+        self._layout()
+        width = self.column_numbers.shape[1]
+        size = self.row_numbers.shape[1] * width
+        projection = self.pointer.many("Projection", [self._projection])
+        # short integers, and one list for cells that have the same entries: of 64x64 elements there
+        # are 26 million entries in ED
+        none = np.zeros(0, dtype=np.int32)
+        rows, columns, lists = [none], [none], Lists()
+        row_of = self.numbers.matrix_rows.astype(np.int32)
+        column_of = self.numbers.matrix_columns.astype(np.int32)
+        for first in range(0, self.cells.count, CHUNK):
+            last = min(first + CHUNK, self.cells.count)
+            values = np.empty((last - first) * size)
+            self._run(projection, first, last, values)
+            found = (values != 0.0).reshape(last - first, size)
+            cell, entry = np.nonzero(found)
+            lists.add(found)
+            rows.append(row_of[self.row_numbers[first + cell, entry // width]])
+            columns.append(column_of[self.column_numbers[first + cell, entry % width]])
+        self._emitted = lists
+        return np.concatenate(rows), np.concatenate(columns)
+
+    def emit(self) -> None:
+        """From now on `assemble` gives its entries in their order."""
+        p, lists = self.pointer, self._emitted
+        self._projection["list"] = p(np.array([*lists.of_cell, 0], dtype=np.int32))
+        self._projection["emitted_offsets"] = p(np.array(lists.offsets, dtype=np.int32))
+        none = np.zeros(0, dtype=np.int32)
+        self._projection["emitted"] = p(np.concatenate([none, *lists.entries]))
+        self._complete()
+
+    def add_at(self, places: Int32s, first: npt.NDArray[np.bool_]) -> None:
+        """From now on `assemble` adds its entries up.
+
+        Args:
+            places: Place of each among the values.
+            first: Whether it is the first that comes to that place in an assembly.
+        """
+        runs, offsets = find_runs(self._emitted, places, first)
+        self._projection |= {"runs": self.pointer(runs), "run_offsets": self.pointer(offsets)}
+        self._complete()
+
+    def _complete(self) -> None:
+        """All is known."""
+        del self._emitted
+        self.projection = self.pointer.many("Projection", [self._projection])
+
+    def _layout(self) -> None:
+        """Where what is kept of a cell is."""
+        cells = self.cells
+        members, size = elimination(self.chunks, self.pointer)
+        members |= {
+            "multiplier_place": size,
+            "multipliers": self.multipliers,
+            "kept_size": size + self.multipliers * cells.shared,
+        }
+        self.struct = cells.struct(self.loop, **members)
+        self._kept = np.full(max(1, members["kept_size"] * cells.count), np.nan)
+        self._inner = np.zeros(max(1, (cells.size - cells.shared) * cells.count))
+
+    def _run(self, projection: Any, first: int, last: int, values: Floats, *shift: Floats) -> None:
+        p, loop = native.doubles, self.loop
+        pair = map(p, shift or (None, None))
+        where = (projection, first, last, p(self._kept), p(values))
+        failed = self.lib.jacobian(self.struct, loop.kernels, loop.count, *where, *pair)
+        if failed:
+            raise SingularCell(f"element-wise unknowns of cell {failed - 1} are undetermined")
+
+    def assemble(self, values: Floats, *shift: Floats) -> None:
+        """Entries of the reduced matrix; `shift` is a given change, and gets its forces."""
+        self._run(self.projection, 0, self.cells.count, values, *shift)
+
+    def for_solution(self) -> dict[str, Any]:
+        """What C needs of this mesh to solve with the reduced matrix."""
+        return {
+            "cells": self.struct,
+            "projection": self.projection,
+            "kept": self.pointer(self._kept),
+            "eliminated": self.pointer(self._inner),
+            "inner": self.inner,
+        }
+
+    def reduce(self, b: Floats, change: Floats) -> None:
+        """Add to `change` what the element-wise equations of `b` do to the others."""
+        p = native.doubles
+        self.lib.reduce(self.struct, p(self._kept), p(b), p(change), p(self._inner))
+
+    def reduce_inner(self, r: Floats, change: Floats) -> None:
+        """The same for what cells do not share after the projection: `r` gets parts of it."""
+        if self.inner:
+            p = native.doubles
+            self.lib.reduce_inner(self.struct, self.projection, p(r), p(change))
+
+    def expand_inner(self, r: Floats, x: Floats) -> None:
+        """Fill in what cells do not share, from `r` of `reduce_inner`."""
+        if self.inner:
+            p = native.doubles
+            self.lib.expand_inner(self.struct, self.projection, p(r), p(x))
+
+    def expand(self, x: Floats, rows: Floats) -> None:
+        """Fill in the element-wise unknowns of `x`; add the multipliers' rows times `x`."""
+        p = native.doubles
+        kept, inner = p(self._kept), p(self._inner)
+        self.lib.expand(self.struct, self.projection, kept, inner, p(x), p(rows))
+
+
+class SingularCell(Exception):
+    """The element-wise unknowns of a cell cannot be eliminated."""
+
+
+def positions(keys: Ints) -> tuple[npt.NDArray[np.int32], Ints]:
+    """Places of keys among those of their cell, sorted.
+
+    Args:
+        keys: Of every unknown of every cell, -1 where there is none, shape (cells, n, width).
+
+    Returns:
+        Places, shape of `keys`, and the keys of each cell, -1 behind its last.
+    """
+    cells = len(keys)
+    flat = keys.reshape(cells, keys.shape[1] * keys.shape[2])
+    order = np.argsort(flat, axis=1, kind="stable")
+    ordered = np.take_along_axis(flat, order, 1)
+    before = np.concatenate([np.full((cells, 1), -1), ordered[:, :-1]], axis=1)
+    new = (ordered >= 0) & (ordered != before)
+    rank = np.cumsum(new, axis=1) - 1
+    places = np.empty_like(rank)
+    np.put_along_axis(places, order, rank, 1)
+    places[flat < 0] = -1
+    lists = np.full((cells, int(new.sum(axis=1).max(initial=0))), -1)
+    cell, entry = np.nonzero(new)
+    lists[cell, rank[cell, entry]] = ordered[cell, entry]
+    return places.reshape(keys.shape).astype(np.int32), lists
+
+
+def _keys(
+    rows: RowMap, shared: npt.NDArray[np.int32], inner: npt.NDArray[np.bool_] | None = None
+) -> Ints:
+    """What a cell's unknowns depend on, as this rank sees it; what it shares with none is last."""
+    places = rows.places[shared]
+    keys = np.where(rows.columns[shared] >= 0, places, -1)
+    if inner is not None:
+        keys = keys + LAST * np.append(inner, False)[places]
+    return np.asarray(keys)
+
+
+def _numbers(keys: Ints) -> npt.NDArray[np.int32]:
+    return np.where(keys >= 0, keys % LAST, -1).astype(np.int32)

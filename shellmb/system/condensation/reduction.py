@@ -1,0 +1,182 @@
+"""The linear systems of Newton's method with as few unknowns as there are degrees of freedom.
+
+Between assembly and the linear solver, exact and invisible to the forms (design, section 6):
+
+1. element-wise unknowns are eliminated cell by cell;
+2. unit directors and orthonormal triples with their multipliers are projected on their tangent
+   spaces (`Q_m` of the paper): five unknowns per shell node, six per frame;
+3. what only one cell has after that is eliminated there, too.
+
+Fields declare which of their dofs are element-wise and which carry directors; nothing here knows
+what they are for. The solution is that of the unreduced system, multipliers included.
+"""
+
+from __future__ import annotations
+
+import time
+
+from mpi4py import MPI
+from petsc4py import PETSc
+
+import numpy as np
+import numpy.typing as npt
+
+from shellmb.system.assembly.loops import LoopResiduals, MeshGroup, mesh_groups
+from shellmb.system.condensation.matrix import reduced_matrix
+from shellmb.system.condensation.meshreduction import MeshReduction, SingularCell
+from shellmb.system.condensation.substitution import passes
+from shellmb.system.direct.mumps import DirectSolver, Purpose
+from shellmb.system.newton.convergence import unknown_scales
+from shellmb.system.nullspace.directornodes import DirectorNodes
+from shellmb.system.nullspace.nodes import SystemNodes
+from shellmb.system.nullspace.numbers import ReducedNumbers
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+
+
+class Reduction:
+    """Solves the linear systems of a block system by reduced ones.
+
+    The system's residuals are assembled by the same loops from then on.
+
+    Args:
+        nodes: Nodes of the block system that carry directors.
+        prefix: PETSc options prefix, unique per system.
+
+    Attributes:
+        A: The reduced matrix.
+    """
+
+    def __init__(self, nodes: SystemNodes, prefix: str) -> None:
+        self.system = system = nodes.system
+        self.seconds = {"jacobian": 0.0, "reduction": 0.0, "factor": 0.0, "solve": 0.0}
+        self.jacobians = 0
+        groups = mesh_groups(system)
+        system.residuals = LoopResiduals(groups)
+        self.numbers = ReducedNumbers(nodes, [group.cells for group in groups])
+        with system.general_position():
+            self._allocate(groups)
+        scales = self.numbers.scales(unknown_scales(system))
+        self.solver = DirectSolver(self.A, prefix, scales)
+        self.numbers.weights[:] = self._weights()
+
+    @property
+    def factorisations(self) -> int:
+        """Number of factorisations so far."""
+        return self.solver.factorisations
+
+    @property
+    def cost(self) -> float:
+        """Cost of a new factorisation in iterations with an old one."""
+        return self.solver.cost
+
+    @property
+    def size(self) -> int:
+        """Number of reduced unknowns over all ranks."""
+        return int(self.A.getSize()[0])
+
+    def _allocate(self, groups: list[MeshGroup]) -> None:
+        """Find out which entries are not always zero, at a state in general position."""
+        numbers = self.numbers
+        self.parts = [MeshReduction(g.cells, g.jacobians(), numbers) for g in groups]
+        self._refresh()
+        numbers.update()
+        self._matrix = reduced_matrix(numbers, self.parts)
+        self.A = self._matrix.A
+        self._rhs, self._solution = self.A.createVecs()
+        local = len(numbers.full.wanted)
+        self._load, self._given = np.zeros(local), np.zeros(local)
+        self._passes = passes(numbers, self.parts)
+
+    def _weights(self) -> Floats:
+        """Forces of multipliers of size one, measured: forms may scale them as they like."""
+        system, numbers = self.system, self.numbers
+        out = np.ones(numbers.multipliers)
+        widest = max((s.multipliers.shape[1] for s in numbers.nodes.values()), default=0)
+        system.gather()
+        start, x, b = system.x.copy(), system.x.duplicate(), system.b.duplicate()
+
+        def forces(shift: Floats) -> Floats:
+            start.copy(x)
+            x.array[:] += shift
+            system.scatter(x)
+            system.residual(x, b)
+            return numbers.full.seen(b.array_r)
+
+        none = forces(np.zeros(system.numbering.owned))
+        for c in range(widest):
+            sets = {k: s for k, s in numbers.nodes.items() if s.multipliers.shape[1] > c}
+            rows = [numbers.multipliers_of(k)[:, c] for k in sets]
+            ids = np.concatenate([*rows, np.zeros(0, np.int64)])
+            change = forces(numbers.full.set(ids, np.ones(len(ids)))) - none
+            for k, nodes in sets.items():
+                direction = nodes.constraint_rows(system.fields)[:, c]
+                offset = int(system.numbering.offsets[k])
+                force = change[nodes.dofs + offset] * ~nodes.fixed
+                size = (direction * direction).sum(axis=1)
+                weight = (force * direction).sum(axis=1) / np.where(size > 0, size, 1.0)
+                _check_nodal(force - weight[:, None] * direction, force, nodes)
+                weight[weight == 0.0] = 1.0
+                numbers.of_node(out, k)[:, c] = weight
+        system.scatter(start)
+        return out
+
+    def _refresh(self) -> None:
+        """Take the values of all constants."""
+        for part in self.parts:
+            part.loop.refresh()
+
+    def _assemble(self) -> None:
+        """The reduced Jacobian at the state that the fields' functions hold."""
+        numbers = self.numbers
+        self._refresh()
+        numbers.update()
+        self._given[:] = numbers.correction()
+        shifted = bool(numbers.full.comm.allreduce(bool(np.any(self._given)), op=MPI.MAX))
+        self._load[:] = 0.0
+        for part, values in zip(self.parts, self._matrix.targets, strict=True):
+            # what is solved for is subtracted
+            part.assemble(values, *((-self._given, self._load) if shifted else ()))
+        self._matrix.end()
+
+    def factorise(self, purpose: Purpose = Purpose.EXACT) -> str | None:
+        """Assemble and factorise at the state that the fields hold."""
+        start = time.perf_counter()
+        try:
+            self._assemble()
+        except SingularCell as failure:
+            return str(failure)
+        self.jacobians += 1
+        middle = time.perf_counter()
+        reason = self.solver.factorise(purpose)
+        self.seconds["jacobian"] += middle - start
+        self.seconds["factor"] += time.perf_counter() - middle
+        return reason
+
+    def solve(self, b: PETSc.Vec, dx: PETSc.Vec, fresh: bool) -> str | None:
+        """Solve `J dx = b`, all unknowns included.
+
+        Args:
+            b: Residual of the unreduced system, assembled at the current state.
+            dx: What is to be subtracted from the unknowns.
+            fresh: Whether the Jacobian was assembled at this very state.
+        """
+        start = time.perf_counter()
+        if not fresh:
+            self._given[:] = self.numbers.correction()
+        self._passes.before(b.array_r, self._load if fresh else None, self._rhs.array)
+        before = time.perf_counter()
+        reason = self.solver.solve(self._rhs, self._solution)
+        after = time.perf_counter()
+        self._passes.after(self._solution.array_r, self._given, dx.array)
+        self.seconds["solve"] += after - before
+        self.seconds["reduction"] += before - start + time.perf_counter() - after
+        return reason
+
+
+def _check_nodal(rest: Floats, force: Floats, nodes: DirectorNodes) -> None:
+    """Multipliers act along their constraints, or the fields declare what is not so."""
+    here = ~nodes.held
+    if np.any(np.abs(rest[here]) > 1e-6 * (np.abs(force[here]).max(initial=0.0) + 1e-300)):
+        raise ValueError(f"{nodes.field.name}: multipliers do not act on the directors declared")

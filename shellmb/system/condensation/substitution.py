@@ -1,0 +1,156 @@
+"""The passes of a solution: from the residual to the reduced system, and from its solution back."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from shellmb.system.assembly import native
+from shellmb.system.assembly.native import CArrays
+from shellmb.system.condensation.meshreduction import MeshReduction
+from shellmb.system.nullspace.numbers import ReducedNumbers
+from shellmb.system.nullspace.prolongation import RowMap
+
+Floats = npt.NDArray[np.float64]
+
+
+class Passes(Protocol):
+    """Both passes; the second one belongs to the first one before it."""
+
+    def before(self, b: Floats, load: Floats | None, rhs: Floats) -> None:
+        """Fill the right-hand side of the reduced system.
+
+        Args:
+            b: Residual, entries that this rank owns.
+            load: Forces of given changes on the local dofs; None: there are none.
+            rhs: Gets the result, entries of the matrix's rows that this rank owns.
+        """
+        ...
+
+    def after(self, solution: Floats, given: Floats, dx: Floats) -> None:
+        """Fill in the solution for all unknowns.
+
+        Args:
+            solution: Of the reduced system, owned entries.
+            given: Given changes of the local dofs.
+            dx: Gets the result, owned entries.
+        """
+        ...
+
+
+def passes(numbers: ReducedNumbers, parts: Sequence[MeshReduction]) -> Passes:
+    """Those of a reduction: one call each where one process has all unknowns."""
+    kind = SerialPasses if numbers.full.serial else ParallelPasses
+    return kind(numbers, parts)
+
+
+class ParallelPasses:
+    """Between the loops over cells the ranks tell one another what they know.
+
+    Args:
+        numbers: Numbers of the reduced unknowns.
+        parts: Reductions of all meshes.
+    """
+
+    def __init__(self, numbers: ReducedNumbers, parts: Sequence[MeshReduction]) -> None:
+        self.numbers, self.parts = numbers, parts
+
+    def before(self, b: Floats, load: Floats | None, rhs: Floats) -> None:
+        """Fill the right-hand side of the reduced system."""
+        numbers = self.numbers
+        local = numbers.full.seen(b)
+        change = np.zeros_like(local)
+        for part in self.parts:
+            part.reduce(local, change)
+        outer = b + numbers.full.summed(change)
+        self._forces = numbers.forces.transposed(outer, numbers.own)
+        if load is not None:
+            outer = outer - numbers.full.summed(load)
+        reduced = numbers.left.transposed(outer, numbers.own)
+        self._r = numbers.left.numbers.seen(reduced)
+        rest = np.zeros(len(self._r))
+        for part in self.parts:
+            part.reduce_inner(self._r, rest)
+        reduced = reduced + numbers.left.numbers.summed(rest)
+        rhs[:] = reduced[numbers.outer]
+
+    def after(self, solution: Floats, given: Floats, dx: Floats) -> None:
+        """Fill in the solution for all unknowns."""
+        numbers = self.numbers
+        reduced = np.zeros(numbers.count)
+        reduced[numbers.outer] = solution
+        seen = numbers.right.seen(reduced)
+        for part in self.parts:
+            part.expand_inner(self._r, seen)
+        x = numbers.right.times(seen) - given
+        rows = np.zeros(len(numbers.forces.numbers.wanted) + 1)
+        for part in self.parts:
+            part.expand(x, rows)
+        forces = self._forces - numbers.forces.numbers.summed(rows[:-1])
+        values = numbers.multiplier_values
+        x += values.times(values.seen(forces))
+        dx[:] = x[numbers.own]
+
+
+class SerialPasses:
+    """The same in one process, by one call of `nodes.c` each.
+
+    Args:
+        numbers: Numbers of the reduced unknowns.
+        parts: Reductions of all meshes.
+    """
+
+    def __init__(self, numbers: ReducedNumbers, parts: Sequence[MeshReduction]) -> None:
+        self._lib, self._arrays = native.cells().lib, CArrays()
+        pointer = self._arrays
+        seen = len(numbers.forces.numbers.wanted)
+        local = len(numbers.full.wanted)
+
+        def zeros(size: int) -> Any:
+            return pointer(np.zeros(size))
+
+        def rows(of: RowMap) -> dict[str, Any]:
+            return {
+                "width": of.values.shape[1],
+                "values": pointer(of.values),
+                "places": pointer(of.places),
+            }
+
+        part = pointer.many("Part", [part.for_solution() for part in parts])
+        self._solution = pointer.many(
+            "Solution",
+            [
+                {
+                    "parts": len(parts),
+                    "owned": len(numbers.own),
+                    "local": local,
+                    "reduced": numbers.count,
+                    "outer": len(numbers.outer),
+                    "multipliers": seen,
+                    "part": part,
+                    "wanted": pointer(numbers.full.wanted.astype(np.int64)),
+                    "own": pointer(numbers.own),
+                    "outer_numbers": pointer(numbers.outer.astype(np.int64)),
+                    "left": rows(numbers.left),
+                    "right": rows(numbers.right),
+                    "force": rows(numbers.forces),
+                    "multiplier": rows(numbers.multiplier_values),
+                    "b": zeros(local),
+                    "change": zeros(local),
+                    "reaction": zeros(len(numbers.own)),
+                    **{name: zeros(seen + 1) for name in ("forces", "rows")},
+                    **{name: zeros(numbers.count + 1) for name in ("r", "seen", "rest")},
+                }
+            ],
+        )
+
+    def before(self, b: Floats, load: Floats | None, rhs: Floats) -> None:
+        """Fill the right-hand side of the reduced system."""
+        self._lib.before(self._solution, *map(native.doubles, (b, load, rhs)))
+
+    def after(self, solution: Floats, given: Floats, dx: Floats) -> None:
+        """Fill in the solution for all unknowns."""
+        self._lib.after(self._solution, *map(native.doubles, (solution, given, dx)))

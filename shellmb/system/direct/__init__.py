@@ -1,0 +1,1 @@
+"""Direct solutions of linear systems, and what their pivots tell."""

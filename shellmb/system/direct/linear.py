@@ -1,0 +1,101 @@
+"""Linear systems of Newton's method: what solves them, and all unknowns in one matrix."""
+
+from __future__ import annotations
+
+import time
+from typing import Protocol
+
+from petsc4py import PETSc
+
+from shellmb.system.assembly.blocks import BlockSystem
+from shellmb.system.direct.mumps import SMALL_COST, DirectSolver, Purpose
+
+
+class Linear(Protocol):
+    """Solves the linear systems of Newton's method.
+
+    Attributes:
+        size: Number of its unknowns.
+        seconds: Time spent in each of its parts so far.
+        jacobians: Number of Jacobians assembled so far.
+        factorisations: Number of factorisations so far; of large matrices they last longer.
+        cost: Cost of a new Jacobian and its factorisation, in iterations with an old one.
+    """
+
+    seconds: dict[str, float]
+    jacobians: int
+
+    @property
+    def size(self) -> int: ...  # noqa: D102
+    @property
+    def factorisations(self) -> int: ...  # noqa: D102
+    @property
+    def cost(self) -> float: ...  # noqa: D102
+
+    def factorise(self, purpose: Purpose = Purpose.EXACT) -> str | None:
+        """Assemble and factorise at the state that the fields hold; returns why that failed.
+
+        Args:
+            purpose: What for.
+        """
+        ...
+
+    def solve(self, b: PETSc.Vec, dx: PETSc.Vec, fresh: bool) -> str | None:
+        """Solve `J dx = b` with the last factorisation; returns why that failed.
+
+        Args:
+            b: Residual at the current state.
+            dx: What is to be subtracted from the unknowns.
+            fresh: Whether the factorisation belongs to the current state.
+        """
+        ...
+
+
+class Unreduced:
+    """All unknowns in one matrix, assembled by DOLFINx.
+
+    Args:
+        system: The block system.
+        prefix: PETSc options prefix, unique per system.
+    """
+
+    def __init__(self, system: BlockSystem, prefix: str) -> None:
+        self.system, self._prefix = system, prefix
+        self.seconds = {"jacobian": 0.0, "reduction": 0.0, "factor": 0.0, "solve": 0.0}
+        self.jacobians = 0
+        self._solver: DirectSolver | None = None
+
+    @property
+    def size(self) -> int:
+        """Number of unknowns."""
+        return self.system.size
+
+    @property
+    def factorisations(self) -> int:
+        """Number of factorisations so far."""
+        return 0 if self._solver is None else self._solver.factorisations
+
+    @property
+    def cost(self) -> float:
+        """Cost of a new factorisation in iterations with an old one."""
+        return SMALL_COST if self._solver is None else self._solver.cost
+
+    def factorise(self, purpose: Purpose = Purpose.EXACT) -> str | None:
+        """Assemble and factorise at the state that the fields hold."""
+        system, start = self.system, time.perf_counter()
+        system.jacobian(system.x, system.A)
+        self.jacobians += 1
+        self._solver = self._solver or DirectSolver(system.A, self._prefix)
+        middle = time.perf_counter()
+        failure = self._solver.factorise()
+        self.seconds["jacobian"] += middle - start
+        self.seconds["factor"] += time.perf_counter() - middle
+        return failure
+
+    def solve(self, b: PETSc.Vec, dx: PETSc.Vec, fresh: bool) -> str | None:
+        """Solve with the last factorisation."""
+        start = time.perf_counter()
+        assert self._solver is not None
+        failure = self._solver.solve(b, dx)
+        self.seconds["solve"] += time.perf_counter() - start
+        return failure

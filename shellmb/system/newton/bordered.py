@@ -1,0 +1,147 @@
+"""Newton's method with the load factor as one more unknown, and one more equation for it.
+
+The matrix with the additional row and column is never formed: two solutions with one factorisation
+of the Jacobian `J`, for the residual `r` and for `dr/dfactor`, and the equation in the border gives
+the factor (block elimination). Near limit points `J` is nearly singular and both solutions are
+large; their combination is not.
+
+The loop is this module's own: DOLFINx's `NewtonSolver` and PETSc's SNES solve one linear system per
+iteration for one vector of unknowns, and would need the bordered matrix, which the reduction does
+not know. What an iteration does is the same as there (`Iteration`): assembly, reduction, the finite
+turning of directors, convergence judged part by part.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from petsc4py import PETSc
+
+import numpy as np
+import numpy.typing as npt
+
+from shellmb.system.newton.iteration import Iteration
+
+Floats = npt.NDArray[np.float64]
+
+
+class Bordered:
+    """Solves `r(x, factor) = 0` with one linear equation `normal . x = given`.
+
+    Args:
+        iteration: What an iteration of Newton's method does.
+        set_factor: Gives the forms another load factor. The residual must be linear in it.
+    """
+
+    def __init__(self, iteration: Iteration, set_factor: Callable[[float], None]) -> None:
+        self.iteration, self.system = iteration, iteration.system
+        self._set_factor = set_factor
+        self._residual, self._derivative, self._a, self._b = (
+            self.system.x.duplicate() for _ in range(4)
+        )
+
+    def dot(self, a: Floats, b: Floats) -> float:
+        """Scalar product over all ranks of arrays of owned unknowns."""
+        return float(self.system.comm.allreduce(float(a @ b)))
+
+    def _linearise(self, factor: float) -> None:
+        """Residual and its derivative by the factor, Jacobian factorised, at the current state.
+
+        Raises:
+            ConvergenceError: If the matrix is singular.
+        """
+        x = self.system.x
+        self._set_factor(factor + 1.0)
+        self.iteration.residual(x, self._derivative)
+        self._set_factor(factor)
+        self.iteration.residual(x, self._residual)
+        # exact, the residual being linear in the factor
+        self._derivative.axpy(-1.0, self._residual)
+        reason = self.iteration.linear.factorise()
+        if reason is not None:
+            raise self.iteration.convergence.error(reason)
+
+    def _solve(self, b: PETSc.Vec, x: PETSc.Vec) -> None:
+        reason = self.iteration.linear.solve(b, x, True)
+        if reason is not None:
+            raise self.iteration.convergence.error(reason)
+
+    def derivative(self, factor: float) -> Floats:
+        """Derivative of the solution by the factor at the state that the fields hold.
+
+        It leaves the Jacobian there factorised.
+
+        Args:
+            factor: Load factor of that state.
+
+        Returns:
+            One number for each unknown that this rank owns.
+
+        Raises:
+            ConvergenceError: If the Jacobian is singular.
+        """
+        self.iteration.begin(None, True)
+        self._linearise(factor)
+        return -self.apply_inverse(self._derivative.array_r)
+
+    def apply_inverse(self, b: Floats) -> Floats:
+        """`J^-1 b` with the Jacobian last factorised, one number for each owned unknown."""
+        given, none = self._residual.duplicate(), self._residual.duplicate()
+        none.set(0.0)
+        given.array[:] = b
+        # solutions hold a correction of fixed values and directors, too: the difference does not
+        self._solve(given, self._a)
+        self._solve(none, self._b)
+        return np.asarray(self._a.array_r - self._b.array_r)
+
+    def move(self, change: Floats) -> None:
+        """Add a change to the state that the fields hold, directors turning by finite rotations.
+
+        Args:
+            change: One number for each owned unknown.
+        """
+        system = self.system
+        system.gather()
+        self._a.array[:] = -change
+        self.iteration.nodes.turn(system.x, self._a)
+        system.x.axpy(-1.0, self._a)
+        system.scatter(system.x)
+
+    def solve(self, factor: float, normal: Floats, given: float) -> tuple[int, float]:
+        """Solve from the fields' current values, leave the solution in the fields.
+
+        Args:
+            factor: First guess of the factor.
+            normal: Row of the additional equation, of owned unknowns.
+            given: Its right-hand side.
+
+        Returns:
+            Number of iterations, and the factor.
+
+        Raises:
+            ConvergenceError: Names the field that did not converge.
+        """
+        iteration, system = self.iteration, self.system
+        iteration.begin(None, True)
+        for count in range(1, iteration.settings.max_iterations + 1):
+            system.scatter(system.x)
+            self._linearise(factor)
+            self._solve(self._residual, self._a)
+            self._derivative.axpy(1.0, self._residual)
+            self._solve(self._derivative, self._b)
+            self._b.axpy(-1.0, self._a)
+            # (a + change b) is subtracted from x
+            missing = given - self.dot(normal, system.x.array_r)
+            along = self.dot(normal, self._b.array_r)
+            if along == 0.0 or not np.isfinite(along):
+                raise iteration.convergence.error("the load does not move what is followed")
+            change = -(missing + self.dot(normal, self._a.array_r)) / along
+            self._a.axpy(change, self._b)
+            iteration.nodes.turn(system.x, self._a)
+            system.x.axpy(-1.0, self._a)
+            factor += change
+            if iteration.converged(system.x, self._a):
+                system.scatter(system.x)
+                self._set_factor(factor)
+                return count, factor
+        raise iteration.convergence.error("too many iterations")

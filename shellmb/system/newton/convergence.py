@@ -1,0 +1,126 @@
+"""Convergence of Newton's method, judged part by part, and its failures in words."""
+
+from __future__ import annotations
+
+from mpi4py import MPI
+from petsc4py import PETSc
+
+import numpy as np
+import numpy.typing as npt
+
+from shellmb.errors import ConvergenceError
+from shellmb.system.assembly import native
+from shellmb.system.assembly.blocks import BlockSystem
+from shellmb.system.assembly.fields import Part
+
+Floats = npt.NDArray[np.float64]
+
+
+class Convergence:
+    """Judges an update part by part.
+
+    Args:
+        system: The block system.
+
+    Attributes:
+        iterations: Number of updates measured since `begin`.
+    """
+
+    def __init__(self, system: BlockSystem) -> None:
+        self.system = system
+        found = _owned_parts(system)
+        self.parts, dofs = [part for part, _ in found], [entries for _, entries in found]
+        self._lib = native.cells().lib
+        self._entries = np.concatenate([*dofs, np.zeros(0, np.int64)]).astype(np.int64)
+        self._ends = np.cumsum([0, *(len(d) for d in dofs)]).astype(np.int64)
+        self._where = (len(self.parts), native.longs(self._ends), native.longs(self._entries))
+        self._scales = np.array([p.scale for p in self.parts])
+        self._bounds = np.array([p.bound for p in self.parts])
+        # changes of all parts, and their sizes, which give way to relative changes
+        self._table = np.zeros((2, len(self.parts)))
+        self._rows = [native.doubles(row) for row in self._table]
+        # the largest relative change, how far the largest motion went, whether it went too far
+        self._found = np.zeros(3)
+        tables = (self._scales, self._bounds, self._table, self._found)
+        self._relate = (len(self.parts), *map(native.doubles, tables))
+        self.iterations = 0
+
+    def begin(self) -> None:
+        """A new solution."""
+        self.iterations = 0
+
+    def measure(self, x: PETSc.Vec, dx: PETSc.Vec) -> tuple[float, float]:
+        """Largest relative update of a part, and of what must not move far; on all ranks the same.
+
+        Raises:
+            ConvergenceError: If the iteration diverges.
+        """
+        self._judge(x.array_r, dx.array_r)
+        self.iterations += 1
+        largest, moved, diverged = self._found.tolist()
+        if diverged:
+            raise self.error("the iteration diverged")
+        return largest, moved
+
+    def sizes(self, x: Floats, changes: Floats) -> Floats:
+        """Largest relative change of a part for each of several changes, the same on every rank.
+
+        Args:
+            x: Owned entries, shape (n,).
+            changes: Changes of them, shape (k, n).
+
+        Returns:
+            Shape (k,).
+        """
+        table = np.empty((len(changes) + 1, len(self.parts)))
+        for values, row in zip((x, *changes), table, strict=True):
+            self._lib.largest(*self._where, native.doubles(values), native.doubles(row))
+        if self.system.comm.size > 1:
+            self.system.comm.Allreduce(MPI.IN_PLACE, table, op=MPI.MAX)
+        found = np.empty(len(changes))
+        for k, row in enumerate(table[1:]):
+            self._table[:] = row, table[0]
+            self._lib.relate(*self._relate)
+            found[k] = self._found[0]
+        return found
+
+    def _judge(self, x: Floats, dx: Floats) -> None:
+        """Compare changes of the parts with their scales or own sizes, whichever is larger."""
+        for values, row in zip((dx, x), self._rows, strict=True):
+            # a NaN wins, of all ranks, too
+            self._lib.largest(*self._where, native.doubles(values), row)
+        if self.system.comm.size > 1:
+            self.system.comm.Allreduce(MPI.IN_PLACE, self._table, op=MPI.MAX)
+        self._lib.relate(*self._relate)
+
+    def error(self, reason: str) -> ConvergenceError:
+        """The failure in words: the field that did not converge, and what to try."""
+        if not self.iterations:
+            return ConvergenceError(f"Newton failed: {reason}", field=None, norms={})
+        last = self._table[1]
+        worst = int(np.argmax(last))
+        part = self.parts[worst]
+        return ConvergenceError(
+            f"Newton failed after {self.iterations} iterations: {reason}; the {part.name} did "
+            f"not converge (last relative update {last[worst]:.1e}); try {part.advice}",
+            field=part.name,
+            norms={p.name: float(u) for p, u in zip(self.parts, last, strict=True)},
+        )
+
+
+def unknown_scales(system: BlockSystem) -> Floats:
+    """Scale of the part of each unknown that this rank owns; one where there is none."""
+    scales = np.ones(system.numbering.owned)
+    for part, entries in _owned_parts(system):
+        scales[entries] = part.scale
+    return scales
+
+
+def _owned_parts(system: BlockSystem) -> list[tuple[Part, npt.NDArray[np.int64]]]:
+    """All parts, each with the places of its unknowns among those that this rank owns."""
+    n, found = system.numbering, []
+    for k, f in enumerate(system.fields):
+        for part in f.parts:
+            numbers = n.by_field[k][part.dofs] - n.start
+            found.append((part, numbers[(numbers >= 0) & (numbers < n.owned)]))
+    return found

@@ -1,0 +1,134 @@
+"""What every Newton iteration does: residual, linear solution, update, test."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Hashable
+from dataclasses import dataclass
+
+from petsc4py import PETSc
+
+from shellmb.errors import ConvergenceError
+from shellmb.system.assembly.blocks import BlockSystem
+from shellmb.system.direct.linear import Linear, Unreduced
+from shellmb.system.direct.mumps import Purpose
+from shellmb.system.newton.convergence import Convergence
+from shellmb.system.newton.refresh import REFRESH, Full, Refresh
+from shellmb.system.nullspace.nodes import SystemNodes
+
+MakeLinear = Callable[[SystemNodes, str], Linear]
+
+
+@dataclass(frozen=True)
+class NewtonSettings:
+    """Settings of the iteration.
+
+    Args:
+        tolerance: Largest update of each part relative to its scale at which the iteration ends;
+            the error left behind is of the square of it, convergence being quadratic.
+        max_iterations: Iterations after which the step counts as failed.
+        newton: When to factorise: "full", "modified", "auto" or "once" (`refresh`).
+    """
+
+    tolerance: float = 1e-8
+    max_iterations: int = 20
+    newton: str = "full"
+
+
+class Iteration:
+    """What every Newton iteration here does: residual, linear solution, update, test.
+
+    PETSc's and DOLFINx's solvers call it back: they hold the loop.
+
+    Args:
+        system: The block system.
+        settings: Tolerances.
+        prefix: PETSc options prefix, unique per system.
+        linear: Makes what solves the linear systems; None: all unknowns in one matrix.
+
+    Attributes:
+        prefix: PETSc options prefix.
+        lags: Whether it uses factorisations of earlier states.
+        residual_seconds: Time spent in residuals so far.
+    """
+
+    def __init__(
+        self,
+        system: BlockSystem,
+        settings: NewtonSettings,
+        prefix: str,
+        linear: MakeLinear | None = None,
+    ) -> None:
+        self.system, self.settings, self.prefix = system, settings, prefix
+        self.nodes = SystemNodes(system)
+        self.linear = Unreduced(system, prefix) if linear is None else linear(self.nodes, prefix)
+        self.convergence = Convergence(system)
+        self._refresh: Refresh = REFRESH[settings.newton]()
+        self._full = Full()
+        self.lags = self._refresh.purpose is not Purpose.ONE
+        self.refresh = self._refresh
+        self.failure: ConvergenceError | None = None
+        self.residual_seconds = 0.0
+
+    @property
+    def factorisations(self) -> int:
+        """Number of factorisations so far."""
+        return self.linear.factorisations
+
+    def begin(self, key: Hashable, full: bool) -> None:
+        """Before the first iteration."""
+        self.refresh = self._full if full else self._refresh
+        if full:
+            # it factorises at states of its own
+            self._refresh.forget()
+        self.refresh.begin(key)
+        self.convergence.begin()
+        self.nodes.begin()
+        self.failure = None
+        self.system.gather()
+        self.system.follow()
+        self.system.update_fixed_values()
+        self.system.residuals.refresh()
+
+    def residual(self, x: PETSc.Vec, b: PETSc.Vec) -> None:
+        """Residual at `x`, which the fields hold already."""
+        start = time.perf_counter()
+        self.system.residual(x, b)
+        self.residual_seconds += time.perf_counter() - start
+
+    def solve_linear(self, b: PETSc.Vec, dx: PETSc.Vec) -> None:
+        """Linear solution, with a new factorisation if one is wanted.
+
+        A failure is kept in `failure`: exceptions do not pass through the loops of C++.
+        """
+        fresh = self.refresh.wanted()
+        reason = None
+        if fresh:
+            reason = self.linear.factorise(self.refresh.purpose)
+            self.refresh.factorised(self.linear.cost)
+        reason = reason or self.linear.solve(b, dx, fresh)
+        if reason is None:
+            self.nodes.turn(self.system.x, dx)
+        else:
+            dx.set(0.0)
+            self.failure = self.convergence.error(reason)
+
+    def converged(self, x: PETSc.Vec, dx: PETSc.Vec) -> bool:
+        """Whether the iteration may end.
+
+        Raises:
+            ConvergenceError: If it diverges.
+        """
+        update, moved = self.convergence.measure(x, dx)
+        return self.refresh.converged(update, moved, self.settings.tolerance)
+
+    def warm_up(self, key: Hashable) -> None:
+        """First assembly and factorisation: what is singular shows, later steps are alike.
+
+        Args:
+            key: That of the first solution.
+        """
+        self.begin(key, not self._refresh.lasts)
+        self.system.scatter(self.system.x)
+        if self.linear.factorise(self._refresh.purpose) is None:
+            self.refresh.factorised(self.linear.cost)

@@ -1,0 +1,200 @@
+"""When to factorise anew: full, modified and automatic Newton, and once where all is linear.
+
+With a Jacobian `J` of an earlier state the iteration `x <- x - J^-1 r(x)` converges to the same
+solution, linearly, each update being `rho` times the one before. It is continued as long as that
+costs less than a new factorisation.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Hashable
+from dataclasses import dataclass, field
+from typing import Protocol
+
+from shellmb.system.direct.mumps import Purpose
+
+# iterations that a new factorisation needs, where convergence is quadratic
+AFRESH = 3.0
+# contraction beyond which an old factorisation is not worth another iteration
+SLOW = 0.5
+# motion in one update, relative to the size of bodies, after which the Jacobian is another one
+FAR = 0.02
+# error left behind relative to the tolerance for updates: with a new factorisation each time the
+# error is of the square of the last update, and this is to be as good
+ERROR = 1e-6
+
+# what the system is before anything is factorised: no key is equal to it
+NOTHING: Hashable = object()
+
+
+class Refresh(Protocol):
+    """Decides when to factorise, and when an iteration has converged.
+
+    Attributes:
+        purpose: What factorisations are for: those of one exact solution are not kept.
+        lasts: Whether the one made before the first solution is used in it.
+    """
+
+    purpose: Purpose
+    lasts: bool
+
+    def begin(self, key: Hashable) -> None:
+        """A new solution; another `key` than before means that the system is another one."""
+        ...
+
+    def forget(self) -> None:
+        """The factorisation is of no use any more."""
+        ...
+
+    def wanted(self) -> bool:
+        """Whether to factorise before the next update."""
+        ...
+
+    def factorised(self, cost: float) -> None:
+        """The Jacobian of the current state was factorised.
+
+        Args:
+            cost: What that costs, in iterations with an old factorisation.
+        """
+        ...
+
+    def converged(self, update: float, moved: float, tolerance: float) -> bool:
+        """Record an update; whether the iteration may end.
+
+        Args:
+            update: Its size, relative to those of the parts.
+            moved: How far it moved bodies, relative to their sizes.
+            tolerance: Size at which the iteration ends where convergence is quadratic.
+        """
+        ...
+
+
+@dataclass
+class Full:
+    """A factorisation in each iteration."""
+
+    purpose: Purpose = Purpose.ONE
+    lasts: bool = False
+
+    def begin(self, key: Hashable) -> None:
+        """Nothing to remember."""
+
+    def forget(self) -> None:
+        """Nothing is kept."""
+
+    def wanted(self) -> bool:
+        """Always."""
+        return True
+
+    def factorised(self, cost: float) -> None:
+        """Nothing to remember."""
+
+    def converged(self, update: float, moved: float, tolerance: float) -> bool:
+        """By the update: convergence is quadratic."""
+        return update <= tolerance
+
+
+@dataclass
+class Modified:
+    """One factorisation in each solution, and more where that one does not contract."""
+
+    keep: bool = False
+    purpose: Purpose = Purpose.LAGGED
+    lasts: bool = False
+    _key: Hashable = field(default=None, init=False)
+    _exists: bool = field(default=False, init=False)
+    _updates: list[float] = field(default_factory=list, init=False)
+    _wanted: bool = field(default=True, init=False)
+    _cost: float = field(default=0.0, init=False)
+    # far from the solution not even a new factorisation lasts for two iterations
+    _far: bool = field(default=False, init=False)
+
+    def begin(self, key: Hashable) -> None:
+        """Forget the factorisation, or only that of another system."""
+        self._wanted = not self._exists or not self.keep or key != self._key
+        self._key = key
+        self._updates, self._far = [], False
+
+    def forget(self) -> None:
+        """The next solution begins with a factorisation."""
+        self._exists = False
+
+    def wanted(self) -> bool:
+        """Whether the one there is does not pay any more."""
+        return self._wanted
+
+    def factorised(self, cost: float) -> None:
+        """It is that of the state before the next update."""
+        self._cost = cost
+        self._wanted, self._exists = self._far, True
+        self._updates = self._updates[-1:] if self._far else []
+
+    def converged(self, update: float, moved: float, tolerance: float) -> bool:
+        """By the error left behind, as the contraction tells it."""
+        self._updates.append(update)
+        if update == 0.0:
+            return True
+        if moved > FAR:
+            self._wanted = True
+            return False
+        if len(self._updates) < 2:
+            return False
+        before = self._updates[-2]
+        rho = update / before if before > 0 else math.inf
+        if update <= tolerance and (rho >= SLOW or update * rho / (1 - rho) <= ERROR * tolerance):
+            # small enough, or as small as round-off lets it be
+            return True
+        if not rho < SLOW:
+            self._far = self._far or len(self._updates) == 2
+            self._wanted = True
+            return False
+        left = math.log(ERROR * tolerance / update) / math.log(rho)
+        self._wanted = left > self._cost + AFRESH
+        return False
+
+
+@dataclass
+class Once:
+    """A factorisation for as long as the system is the same one: all are linear."""
+
+    purpose: Purpose = Purpose.EXACT
+    lasts: bool = True
+    _key: Hashable = field(default=NOTHING, init=False)
+    _wanted: bool = field(default=True, init=False)
+    _updates: int = field(default=0, init=False)
+
+    def begin(self, key: Hashable) -> None:
+        """Keep the factorisation unless the system is another one."""
+        self._wanted = key != self._key
+        self._key, self._updates = key, 0
+
+    def forget(self) -> None:
+        """The next solution begins with a factorisation."""
+        self._key = NOTHING
+
+    def wanted(self) -> bool:
+        """Whether the system changed."""
+        return self._wanted
+
+    def factorised(self, cost: float) -> None:
+        """It serves from now on."""
+        self._wanted = False
+
+    def converged(self, update: float, moved: float, tolerance: float) -> bool:
+        """By the second update, which only takes out round-off: if not, nothing was linear."""
+        self._updates += 1
+        return update == 0.0 or (self._updates > 1 and update <= tolerance)
+
+
+def automatic() -> Modified:
+    """A factorisation is kept over iterations and steps as long as it pays."""
+    return Modified(keep=True)
+
+
+REFRESH: dict[str, Callable[[], Refresh]] = {
+    "full": Full,
+    "modified": Modified,
+    "auto": automatic,
+    "once": Once,
+}

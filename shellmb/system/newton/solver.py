@@ -1,0 +1,217 @@
+"""Newton's method with a convergence test per field; DOLFINx's solver, or PETSc's SNES.
+
+Both hold the loop around `Iteration`. They are kept in this one module because DOLFINx's
+`NewtonSolver` is deprecated.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable, Hashable, Iterator
+from contextlib import contextmanager
+from typing import Any, Protocol
+from weakref import WeakMethod
+
+from petsc4py import PETSc
+
+from dolfinx import cpp, log  # type: ignore[attr-defined]
+
+from shellmb.errors import ConvergenceError
+from shellmb.system.newton.iteration import Iteration
+
+# DOLFINx logs a warning where Newton fails; here that is an error with words of its own, or a
+# smaller step
+log.set_log_level(log.LogLevel.ERROR)  # type: ignore[attr-defined]
+
+
+class Nonlinear(Protocol):
+    """Solves a block system from the fields' current values.
+
+    Attributes:
+        iteration: What it iterates.
+    """
+
+    iteration: Iteration
+
+    def solve(self, key: Hashable = None, full: bool = False) -> int:
+        """Solve, leave the solution in the fields, return the number of iterations.
+
+        Args:
+            key: What tells whether an old factorisation may still be of use: the step size, say.
+            full: Factorise in each iteration, whatever the settings.
+
+        Raises:
+            ConvergenceError: Names the field that did not converge.
+        """
+        ...
+
+
+class LinearShell:
+    """The linear solution as PETSc calls it.
+
+    Args:
+        iteration: Does it.
+    """
+
+    def __init__(self, iteration: Iteration) -> None:
+        # PETSc's objects would keep this one alive, and through it all meshes
+        self._solve = WeakMethod(iteration.solve_linear)
+
+    def apply(self, pc: PETSc.PC, b: PETSc.Vec, x: PETSc.Vec) -> None:
+        """Solve."""
+        _live(self._solve)(b, x)
+
+
+def _shell(ksp: PETSc.KSP, iteration: Iteration) -> PETSc.Mat:
+    """Make a Krylov solver call the iteration's linear solution; returns a matrix to satisfy it."""
+    ksp.setType(PETSc.KSP.Type.PREONLY)
+    pc = ksp.getPC()
+    pc.setType(PETSc.PC.Type.PYTHON)
+    pc.setPythonContext(LinearShell(iteration))
+    owned = iteration.system.numbering.owned
+    sizes = (owned, PETSc.DETERMINE)
+    none = PETSc.Mat().createPython((sizes, sizes), object(), comm=iteration.system.comm)
+    none.setUp()
+    ksp.setOperators(none)
+    return none
+
+
+def _live(method: WeakMethod[Any]) -> Callable[..., Any]:
+    """The method itself; it is only called while its object solves."""
+    found = method()
+    assert found is not None
+    return found
+
+
+@contextmanager
+def _silent_stderr() -> Iterator[None]:
+    """Close stderr for a moment, also to C++: DOLFINx says there that its solver is deprecated."""
+    sys.stderr.flush()
+    kept, nowhere = os.dup(2), os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, 2)
+    try:
+        yield
+    finally:
+        os.dup2(kept, 2)
+        os.close(kept)
+        os.close(nowhere)
+
+
+class DolfinxNewton:
+    """DOLFINx's `NewtonSolver` on a block system.
+
+    Args:
+        iteration: What it iterates.
+    """
+
+    def __init__(self, iteration: Iteration) -> None:
+        self.iteration, self.system = iteration, iteration.system
+        with _silent_stderr():
+            solver = cpp.nls.petsc.NewtonSolver(self.system.comm)
+        residual = WeakMethod(iteration.residual)
+        solver.setF(lambda *args: _live(residual)(*args), self.system.b)
+        self._matrix = _shell(solver.krylov_solver, iteration)
+        # what is assembled, and when, is up to the linear solution
+        solver.setJ(lambda x, A: None, self._matrix)
+        solver.set_form(self.system.scatter)
+        # the C++ solver keeps its callbacks for ever; strong ones would keep this object and all of
+        # its meshes alive, of which MPI has room for some hundreds only
+        update, check = WeakMethod(self._update), WeakMethod(self._check)
+        solver.set_update(lambda *args: _live(update)(*args))
+        solver.set_convergence_check(lambda *args: _live(check)(*args))
+        solver.convergence_criterion = "incremental"
+        solver.max_it = iteration.settings.max_iterations
+        solver.error_on_nonconvergence = False
+        solver.report = False
+        self._solver, self._converged = solver, False
+
+    def _update(self, solver: object, dx: PETSc.Vec, x: PETSc.Vec) -> None:
+        if self.iteration.failure is not None:
+            raise self.iteration.failure
+        x.axpy(-1.0, dx)
+        # here and not in the check, which DOLFINx leaves out after the first iteration
+        self._converged = self.iteration.converged(x, dx)
+
+    def _check(self, solver: object, dx: PETSc.Vec) -> tuple[float, bool]:
+        return 1.0, self._converged
+
+    def solve(self, key: Hashable = None, full: bool = False) -> int:
+        """Solve from the fields' current values.
+
+        Args:
+            key: What tells whether an old factorisation may still be of use.
+            full: Factorise in each iteration.
+
+        Raises:
+            ConvergenceError: Names the field that did not converge.
+        """
+        self.iteration.begin(key, full)
+        self._converged = False
+        iterations, converged = self._solver.solve(self.system.x)
+        if not converged:
+            raise self.iteration.convergence.error("too many iterations")
+        return int(iterations)
+
+
+class SnesNewton:
+    """PETSc's SNES, the same iteration and tests.
+
+    Args:
+        iteration: What it iterates.
+    """
+
+    def __init__(self, iteration: Iteration) -> None:
+        self.iteration, self.system = iteration, iteration.system
+        snes = PETSc.SNES().create(self.system.comm)
+        snes.setOptionsPrefix(iteration.prefix)
+        self._matrix = _shell(snes.getKSP(), iteration)
+        residual, test = WeakMethod(self._residual), WeakMethod(self._test)
+        snes.setFunction(lambda *args: _live(residual)(*args), self.system.b)
+        snes.setJacobian(lambda snes, x, A, P: None, self._matrix)
+        snes.setType(PETSc.SNES.Type.NEWTONLS)
+        snes.getLineSearch().setType(PETSc.SNESLineSearch.Type.BASIC)
+        snes.setConvergenceTest(lambda *args: _live(test)(*args))
+        snes.setTolerances(max_it=iteration.settings.max_iterations)
+        self._snes = snes
+        self._error: ConvergenceError | None = None
+
+    def _residual(self, snes: PETSc.SNES, x: PETSc.Vec, b: PETSc.Vec) -> None:
+        self.system.scatter(x)
+        self.iteration.residual(x, b)
+
+    def _test(
+        self, snes: PETSc.SNES, it: int, norms: tuple[float, float, float]
+    ) -> PETSc.SNES.ConvergedReason:
+        reasons = PETSc.SNES.ConvergedReason
+        if it == 0:
+            return reasons.ITERATING
+        self._error = self.iteration.failure
+        if self._error is None:
+            try:
+                converged = self.iteration.converged(snes.getSolution(), snes.getSolutionUpdate())
+                return reasons.CONVERGED_SNORM_RELATIVE if converged else reasons.ITERATING
+            except ConvergenceError as error:
+                self._error = error
+        return reasons.DIVERGED_DTOL
+
+    def solve(self, key: Hashable = None, full: bool = False) -> int:
+        """Solve from the fields' current values.
+
+        Args:
+            key: What tells whether an old factorisation may still be of use.
+            full: Factorise in each iteration.
+
+        Raises:
+            ConvergenceError: Names the field that did not converge.
+        """
+        self.iteration.begin(key, full)
+        self._error = None
+        self._snes.solve(None, self.system.x)
+        if self._snes.getConvergedReason() <= 0:
+            raise self._error or self.iteration.convergence.error("too many iterations")
+        self.system.scatter(self.system.x)
+        return int(self._snes.getIterationNumber())
+
+
+NEWTON: dict[str, Callable[[Iteration], Nonlinear]] = {"newton": DolfinxNewton, "snes": SnesNewton}

@@ -1,0 +1,1 @@
+"""Null-space projection: directors by their tangents, unknowns by few reduced ones."""

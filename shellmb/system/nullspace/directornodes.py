@@ -1,0 +1,331 @@
+"""The nodes of one field that carry directors: what is fixed, which bases, what holds them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from shellmb.system.assembly import native
+from shellmb.system.assembly.fields import DirectorPath, DirectorRates, Field
+from shellmb.system.nullspace.directorpath import (
+    Half,
+    MasslessPath,
+    PathDirectors,
+    partial_bases,
+    path_bases,
+)
+from shellmb.system.nullspace.directors import (
+    DEPENDENT,
+    any_pseudo_inverse,
+    constraint,
+    null_space,
+    orthonormal,
+    pseudo_inverse,
+    rotated,
+    tangent,
+    violation,
+)
+
+Floats = npt.NDArray[np.float64]
+Bools = npt.NDArray[np.bool_]
+
+# rotation in one update beyond which it is taken as it is, rad
+TURN = 0.1
+# violation of a constraint of directors of unit length that is none
+ROUND_OFF = 1e-13
+
+
+class Bases(NamedTuple):
+    """Tangent spaces of nodes; vectors of nodes that have fewer than others are zero.
+
+    Args:
+        right: Increments, shape (n, 3 k, m).
+        left: Test vectors, shape (n, 3 k, m).
+        forces: What makes multipliers of forces, `(C^T)^+`, shape (n, 3 k, c).
+        state: Of rates, their change with the increments of the state, shape (n, 3 k, m).
+        left_other: Over a path, tests of the field in the equations of the other one.
+        forces_other: Over a path, what makes multipliers of the other field of forces.
+    """
+
+    right: Floats
+    left: Floats
+    forces: Floats
+    state: Floats | None
+    left_other: Floats | None = None
+    forces_other: Floats | None = None
+
+
+class _Partial(NamedTuple):
+    """A node of which some components are fixed.
+
+    Args:
+        node: Its number.
+        free: The other components, shape (3 k,).
+        size: Number of directions left.
+    """
+
+    node: int
+    free: Bools
+    size: int
+
+
+class DirectorNodes:
+    """The nodes of one field that this rank owns.
+
+    Args:
+        field: The field.
+        keep: Which of its nodes; others belong to nodes of another field.
+        held: Local dofs of the field whose values are given, as a mask.
+
+    Attributes:
+        dofs: Local dofs, shape (n, 3 k).
+        multipliers: Local dofs of the multipliers, shape (n, c).
+        free: Number of directions that are left, shape (n,).
+        settled: Whether finite rotations have kept the constraints since they were last found to
+            hold.
+    """
+
+    def __init__(self, field: Field, keep: Bools, held: Bools) -> None:
+        declared = field.directors
+        assert declared is not None
+        self.field, self.declared = field, declared
+        self.dofs, self.multipliers = declared.dofs[keep], declared.multipliers[keep]
+        self.reference = declared.reference[keep]
+        self.fixed = held[self.dofs]
+        self.size = 2 if self.dofs.shape[1] == 3 else 3
+        self.held = self.fixed.all(axis=1)
+        self.regular = ~self.fixed.any(axis=1)
+        self.free = np.where(self.held, 0, self.size)
+        self.values = field.function.x.array
+        self.settled = False
+        self.partial = self._partial()
+        alike = self.size == 2 and not self.partial
+        midway = declared.before is not None and not declared.linear
+        midway = midway and self.rates is None and self.path is None
+        self._directors = DirectorBases(self) if alike and midway else None
+
+    @property
+    def rates(self) -> DirectorRates | None:
+        """The declaration, of rates only."""
+        return self.declared if isinstance(self.declared, DirectorRates) else None
+
+    @property
+    def path(self) -> DirectorPath | None:
+        """The declaration, of a step that is quadratic in time only."""
+        return self.declared if isinstance(self.declared, DirectorPath) else None
+
+    @property
+    def massless(self) -> bool:
+        """Whether the directors have no inertia over a step that is quadratic in time."""
+        return self.path is not None and self.path.massless
+
+    @property
+    def state(self) -> int | None:
+        """Number of the field whose directors these are the rates of; None: they are no rates."""
+        if self.path is not None:
+            return self.path.state if self.path.state >= 0 else None
+        return None if self.rates is None else self.rates.state
+
+    @property
+    def partner(self) -> int | None:
+        """Number of the other field of a path; None otherwise."""
+        return None if self.path is None else max(self.path.state, self.path.rate)
+
+    def _partial(self) -> list[_Partial]:
+        """Find how many directions are left where some components are fixed."""
+        found = []
+        # of rates: as of directors, whose values they do not have yet
+        C = constraint(self.reference if self.state is not None else self.now())
+        for n in np.flatnonzero(~self.held & ~self.regular):
+            rows = np.concatenate([C[n], np.eye(C.shape[2])[self.fixed[n]]])
+            self.free[n] = C.shape[2] - int(np.linalg.matrix_rank(rows, tol=DEPENDENT))
+            found.append(_Partial(int(n), ~self.fixed[n], int(self.free[n])))
+        return found
+
+    def now(self) -> Floats:
+        """Directors of the field's state, shape (n, 3 k)."""
+        return np.asarray(self.reference + self.values[self.dofs])
+
+    def along(self, fields: Sequence[Field]) -> PathDirectors:
+        """Directors over a step that is quadratic in time."""
+        path = self.path
+        assert path is not None
+        own, other = self.values, fields[max(path.state, path.rate)].function.x.array
+        end, rate = (own, other) if path.state < 0 else (other, own)
+        return self._path(end[self.dofs], rate[self.dofs])
+
+    def _path(self, end: Floats, rate: Floats) -> PathDirectors:
+        """The same from values at the nodes."""
+        path = self.path
+        assert path is not None and path.before is not None and path.push is not None
+        start, end = self.reference + path.before.x.array[self.dofs], self.reference + end
+        make = MasslessPath if path.massless else PathDirectors
+        return make(start, path.push.x.array[self.dofs], end, rate, path.alpha)
+
+    def mean(self, fields: Sequence[Field]) -> Floats:
+        """Directors at which forces act."""
+        if self.path is not None:
+            along = self.along(fields)
+            return along.mean if self.path.state < 0 else along.second
+        before = self.declared.before
+        if before is None:
+            return self.now()
+        start = self.reference + before.x.array[self.dofs]
+        if self.declared.linear:
+            return np.asarray(start)
+        end = self.field if self.rates is None else fields[self.rates.state]
+        return np.asarray((start + self.reference + end.function.x.array[self.dofs]) / 2)
+
+    def constraint_rows(self, fields: Sequence[Field]) -> Floats:
+        """Derivatives of the constraints along which forces act, where free, (n, c, 3 k)."""
+        return np.asarray(constraint(self.mean(fields)) * ~self.fixed[:, None, :])
+
+    def at(self, fields: Sequence[Field]) -> Floats:
+        """Directors that increments are tangent at."""
+        if self.declared.linear or self.rates is not None:
+            return self.mean(fields)
+        return self.now()
+
+    def bases(self, fields: Sequence[Field], found: dict[int, Bases]) -> Bases:
+        """Bases at the current state of all fields.
+
+        Args:
+            fields: All fields.
+            found: Bases of the fields before this one.
+        """
+        if self._directors is not None:
+            return self._directors()
+        if self.path is not None:
+            return self._path_bases(fields)
+        mean, at = self.mean(fields), self.at(fields)
+        C_mean = constraint(mean)
+        left = tangent(mean)
+        right = left if at is mean else tangent(at)
+        forces = pseudo_inverse(C_mean)
+        state = None
+        if self.rates is not None:
+            # C(d) b = C(b) d, and the mean directors move by half of the state's increments
+            rate = constraint(self.field.function.x.array[self.dofs])
+            state = -0.5 * forces @ (rate @ found[self.rates.state].right)
+        left[self.held], forces[self.held] = 0.0, 0.0
+        if right is not left:
+            right[self.held] = 0.0
+        for node, free, size in self.partial:
+            extra = np.eye(len(free))[~free]
+            for d, basis in ((mean, left), (at, right)):
+                rows = np.concatenate([constraint(d[node : node + 1])[0], extra])
+                basis[node] = 0.0
+                basis[node, :, :size] = null_space(rows, size)
+            # forces at fixed components hold them
+            forces[node] = 0.0
+            forces[node, free] = any_pseudo_inverse(C_mean[node][:, free])
+        return Bases(right, left, forces, state)
+
+    def _path_bases(self, fields: Sequence[Field]) -> Bases:
+        """Bases of a step that is quadratic in time."""
+        path = self.along(fields)
+        which = 0 if self.state is None else 1
+        # a copy: what is held or partial is another
+        half = Half(*(part.copy() for part in path_bases(path)[which]))
+        for part in half:
+            part[self.held] = 0.0
+        for node, free, size in self.partial:
+            one = path.of(node)
+            for part, values in zip(half, partial_bases(one, free, size)[which], strict=True):
+                part[node] = values
+        state = None if which == 0 else half.right_other
+        return Bases(half.right, half.left, half.forces, state, half.left_other, half.forces_other)
+
+    def moved(self, number: int, change: Floats, others: dict[int, Floats]) -> None:
+        """Values after a change, such that the constraints hold; none if they may change freely.
+
+        Args:
+            number: Number of the field.
+            change: Of the values, shape (n, 3 k).
+            others: New values of the fields before this one; gets those of this one.
+        """
+        values = self.values[self.dofs]
+        if self.state is not None:
+            others[number] = self._allowed(values + change, others)
+        elif not self.declared.linear:
+            # far from the solution a linear update of all unknowns alike leads further: a rotation
+            # by that much would leave the displacements behind
+            turned, far = rotated(self.reference + values, change, TURN)
+            self.settled = self.settled and not far
+            others[number] = turned - self.reference
+
+    def nearest(self, number: int, values: Floats, others: dict[int, Floats]) -> None:
+        """Values near given ones such that the constraints hold; arguments as of `moved`."""
+        if self.state is not None:
+            others[number] = self._allowed(values, others)
+        elif not self.declared.linear:
+            others[number] = orthonormal(self.reference + values) - self.reference
+
+    def _allowed(self, rates: Floats, others: dict[int, Floats]) -> Floats:
+        """Rates without what the constraints forbid, at the middle or at the end of a path."""
+        before, state = self.declared.before, self.state
+        assert before is not None and state is not None
+        if self.path is not None:
+            return self._path(others[state], rates).allowed()
+        at = (self.reference + others[state] + self.reference + before.x.array[self.dofs]) / 2
+        C = constraint(at)
+        return np.asarray(rates - np.einsum("nic,ncj,nj->ni", pseudo_inverse(C), C, rates))
+
+    def correction(self, fields: Sequence[Field]) -> Floats | None:
+        """Change that brings nodes back to their constraints, to first order; None: there is none.
+
+        Where only rotations have changed the directors there is none: these keep the constraints.
+        """
+        if self.rates is not None or self.declared.linear or (self.settled and not self.partial):
+            return None
+        if self.state is not None:
+            return self._rate_correction(fields) if self.partial else None
+        out = np.zeros(self.dofs.shape)
+        d = self.now()
+        g = violation(d)
+        off = self.regular & (np.abs(g).max(axis=1, initial=0.0) > ROUND_OFF)
+        self.settled = not np.any(off)
+        if not self.settled:
+            out[off] = -np.einsum("nic,nc->ni", pseudo_inverse(constraint(d[off])), g[off])
+        for node, free, _ in self.partial:
+            C = constraint(d[node : node + 1])[0]
+            out[node, free] = -any_pseudo_inverse(C[:, free]) @ g[node]
+        return out
+
+    def _rate_correction(self, fields: Sequence[Field]) -> Floats:
+        """The same of rates at the end of a path; of nodes that are free, rotations keep it."""
+        out, path = np.zeros(self.dofs.shape), self.along(fields)
+        for node, free, _ in self.partial:
+            one = path.of(node)
+            C = constraint(one.rate_rows()[0])[0]
+            out[node, free] = -any_pseudo_inverse(C[:, free]) @ one.excess()[0]
+        return out
+
+
+class DirectorBases:
+    """Bases of nodes with one director each, all free or held: one loop of `nodes.c`.
+
+    Args:
+        nodes: The nodes.
+    """
+
+    def __init__(self, nodes: DirectorNodes) -> None:
+        n, before = len(nodes.dofs), nodes.declared.before
+        assert before is not None
+        self._lib = native.cells().lib
+        self._bases = Bases(np.zeros((n, 3, 2)), np.zeros((n, 3, 2)), np.zeros((n, 3, 1)), None)
+        dofs, held = nodes.dofs.astype(np.int64), nodes.held.astype(np.uint8)
+        reference = np.ascontiguousarray(nodes.reference, dtype=float)
+        self._kept = dofs, held, reference, before
+        given = reference, before.x.array, nodes.values
+        right, left, forces = map(native.doubles, self._bases[:3])
+        pointers = (*map(native.doubles, given), native.bytes_of(held), left, right, forces)
+        self._arguments = (n, native.longs(dofs), *pointers)
+
+    def __call__(self) -> Bases:
+        """Those at the current state; overwritten by the next call."""
+        self._lib.bases(*self._arguments)
+        return self._bases

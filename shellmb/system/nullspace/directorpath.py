@@ -1,0 +1,247 @@
+"""Directors over a step that is quadratic in time: what their forces and increments are tangent to.
+
+At the end of a step directors `d` and their velocities `V` (times the step) obey `g(d) = 0` and
+`C(d) V = 0`, `C` being the derivative of `g`, which is linear in `d`. Increments are columns of
+
+    Z = [ T_d, 0; -C(d)^+ C(V) T_d, T_d ],       C(d) T_d = 0.
+
+The forces of the multipliers of both rows act along the columns of (eq. Q4)
+
+    G = [ C(x)^T, C(s)^T; C(D)^T/6, C(m)^T ]
+
+with the mean `x`, the swing `s`, the chord `D` and the middle `m` of the path. Tests are the
+columns of `Y` with `G^T Y = 0`: those of single directors at `x` and at `m`, corrected along
+`C(x)^+` and `C(m)^+`.
+
+Directors without inertia obey `g(d) = 0` at the middle in place of `C(d) V = 0`, and have other
+`s`, `m` and increments for it (`MasslessPath`).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from shellmb.system.nullspace.directors import (
+    any_pseudo_inverse,
+    constraint,
+    orthonormal,
+    pseudo_inverse,
+    tangent,
+    violation,
+)
+
+Floats = npt.NDArray[np.float64]
+
+
+class Half(NamedTuple):
+    """What one of both fields has of the bases of a pair.
+
+    Args:
+        right: Increments of the field with its own, shape (n, 3 k, m).
+        right_other: The same with those of the other field.
+        left: Tests of the field in its own equations.
+        left_other: The same in the other's.
+        forces: What makes its own multipliers of its forces, shape (n, 3 k, c).
+        forces_other: What makes those of the other field of them.
+    """
+
+    right: Floats
+    right_other: Floats
+    left: Floats
+    left_other: Floats
+    forces: Floats
+    forces_other: Floats
+
+
+class PathDirectors(NamedTuple):
+    """States of the directors of a step, shape (n, 3 k) each.
+
+    Args:
+        start: Directors at the start.
+        push: Their velocities there times the step.
+        end: Directors at the end.
+        rate: Their velocities there times the step.
+        alpha: Dissipation.
+    """
+
+    start: Floats
+    push: Floats
+    end: Floats
+    rate: Floats
+    alpha: float
+
+    def of(self, node: int) -> "PathDirectors":
+        """Those of one node."""
+        one = slice(node, node + 1)
+        states = self.start[one], self.push[one], self.end[one], self.rate[one]
+        return type(self)(*states, self.alpha)
+
+    @property
+    def middle(self) -> Floats:
+        """Mean of both ends."""
+        return (self.start + self.end) / 2
+
+    @property
+    def chord(self) -> Floats:
+        """Difference of both ends."""
+        return self.end - self.start
+
+    @property
+    def bow(self) -> Floats:
+        """Bow of the path."""
+        a = self.alpha
+        return ((1 + a) * self.rate - (1 - a) * self.push - 2 * a * self.chord) / 12
+
+    @property
+    def mean(self) -> Floats:
+        """Mean of the path."""
+        return self.middle - self.bow
+
+    @property
+    def second(self) -> Floats:
+        """Where the second multiplier's force acts along `C` in its own row."""
+        return self.middle
+
+    @property
+    def swing(self) -> Floats:
+        """What the second multiplier's force turns with."""
+        a = self.alpha
+        return ((1 - a) * self.push + (1 + a) * self.rate) / 4
+
+    def rate_rows(self) -> tuple[Floats, Floats]:
+        """Directors that the rate is tangent at, and what its constraints have of the state."""
+        return self.end, constraint(self.rate)
+
+    def allowed(self) -> Floats:
+        """The rate without what the constraints forbid."""
+        C = constraint(self.end)
+        return np.asarray(self.rate - _applied(pseudo_inverse(C), _applied(C, self.rate)))
+
+    def excess(self) -> Floats:
+        """What constraints of the rate are off by, in terms of it, shape (n, c)."""
+        return _applied(constraint(self.end), self.rate)
+
+    def force_rows(self) -> Floats:
+        """`G^T`, shape (n, 2 c, 6 k)."""
+        x, s, D, m = (constraint(d) for d in (self.mean, self.swing, self.chord / 6, self.second))
+        return np.block([[x, D], [s, m]])
+
+
+class MasslessPath(PathDirectors):
+    """Directors without inertia: `rate` stands for the directors at the middle (eq. Q6)."""
+
+    @property
+    def half(self) -> Floats:
+        """Directors at the middle of the step."""
+        return self.middle - 1.5 * self.bow
+
+    @property
+    def second(self) -> Floats:
+        """Mean of the middle of the chord and the middle of the path."""
+        return (self.middle + self.half) / 2
+
+    @property
+    def swing(self) -> Floats:
+        """What the second multiplier's force turns with."""
+        return self.chord / 2
+
+    def rate_rows(self) -> tuple[Floats, Floats]:
+        """The directors at the middle change by `(2 + a)/4` of the state, `-(1 + a)/8` of it."""
+        half, a = self.half, self.alpha
+        return half, -(4 + 2 * a) / (1 + a) * constraint(half)
+
+    def allowed(self) -> Floats:
+        """The rate with which directors at the middle are orthonormal."""
+        a, bow = self.alpha, (self.middle - orthonormal(self.half)) / 1.5
+        return np.asarray((12 * bow + (1 - a) * self.push + 2 * a * self.chord) / (1 + a))
+
+    def excess(self) -> Floats:
+        """What constraints at the middle are off by, in terms of the rate, shape (n, c)."""
+        return -8 / (1 + self.alpha) * violation(self.half)
+
+
+def path_bases(path: PathDirectors) -> tuple[Half, Half]:
+    """Bases of all nodes, of the states and of the velocities."""
+    place, other = path.rate_rows()
+    T, T_v = tangent(path.end), tangent(place)
+    along = -pseudo_inverse(constraint(place)) @ (other @ T)
+    T_x, T_m = tangent(path.mean), tangent(path.second)
+    P_x, P_m = (pseudo_inverse(constraint(d)) for d in (path.mean, path.second))
+    D, s = constraint(path.chord / 6), constraint(path.swing)
+    # Y = [T_x a + P_x beta; T_m b + P_m gamma] with beta + D (..) = 0 and gamma + s (..) = 0
+    DP, sP = D @ P_m, s @ P_x
+    one = np.eye(D.shape[1])
+    beta_a, beta_b = _solve(one - DP @ sP, DP @ (s @ T_x), -(D @ T_m))
+    gamma_a, gamma_b = _solve(one - sP @ DP, -(s @ T_x), sP @ (D @ T_m))
+    G = path.force_rows()
+    inverse = pseudo_inverse_of(G)
+    n, c = D.shape[2], D.shape[1]
+    nothing = np.zeros_like(T)
+    states = Half(
+        T, nothing, T_x + P_x @ beta_a, P_x @ beta_b, inverse[:, :n, :c], inverse[:, :n, c:]
+    )
+    rates = Half(
+        T_v, along, T_m + P_m @ gamma_b, P_m @ gamma_a, inverse[:, n:, c:], inverse[:, n:, :c]
+    )
+    return states, rates
+
+
+def partial_bases(path: PathDirectors, free: npt.NDArray[np.bool_], size: int) -> tuple[Half, Half]:
+    """The same of one node, of which only some components are free, `size` directions in all.
+
+    Args:
+        path: States of that node, shape (1, 3 k).
+        free: Which components are free, shape (3 k,).
+        size: Number of directions left.
+    """
+    n, m = len(free), 2 if len(free) == 3 else 3
+    held = np.eye(n)[~free]
+    place, other_rows = path.rate_rows()
+    end, at = constraint(path.end)[0], constraint(place)[0]
+    T, T_v = np.zeros((n, m)), np.zeros((n, m))
+    T[:, :size] = _null(np.concatenate([end, held]), size)
+    T_v[:, :size] = _null(np.concatenate([at, held]), size)
+    along = np.zeros((n, m))
+    along[free] = -any_pseudo_inverse(at[:, free]) @ (other_rows[0] @ T)
+    G = path.force_rows()[0]
+    c = len(G) // 2
+    none = np.zeros_like(held)
+    both = np.concatenate([G, np.block([[held, none], [none, held]])])
+    Y = _null(both, 2 * size)
+    every = np.concatenate([free, free])
+    inverse = np.zeros((2 * n, 2 * c))
+    inverse[every] = any_pseudo_inverse(G[:, every])
+    left, other = np.zeros((2 * n, m)), np.zeros((2 * n, m))
+    left[:, :size], other[:, :size] = Y[:, :size], Y[:, size:]
+    states = Half(T, 0 * T, left[:n], other[:n], inverse[:n, :c], inverse[:n, c:])
+    rates = Half(T_v, along, other[n:], left[n:], inverse[n:, c:], inverse[n:, :c])
+    return states, rates
+
+
+def pseudo_inverse_of(rows: Floats) -> Floats:
+    """`R^T (R R^T)^-1` of the rows of all nodes."""
+    turned = rows.transpose(0, 2, 1)
+    return np.asarray(turned @ _solve(rows @ turned, np.eye(rows.shape[1])[None])[0])
+
+
+def _applied(matrices: Floats, vectors: Floats) -> Floats:
+    return np.asarray(np.einsum("nij,nj->ni", matrices, vectors))
+
+
+def _null(rows: Floats, size: int) -> Floats:
+    if not np.all(np.isfinite(rows)):
+        return np.full((rows.shape[1], size), np.nan)
+    return np.asarray(np.linalg.svd(rows)[2][rows.shape[1] - size :].T)
+
+
+def _solve(matrices: Floats, *sides: Floats) -> list[Floats]:
+    """Solutions; NaN if a matrix has none, as of iterates far away."""
+    count = len(matrices)
+    try:
+        return [
+            np.linalg.solve(matrices, np.broadcast_to(b, (len(matrices), *b.shape[1:])))
+            for b in sides
+        ]
+    except np.linalg.LinAlgError:
+        return [np.full((count, *b.shape[1:]), np.nan) for b in sides]

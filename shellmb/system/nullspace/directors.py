@@ -1,0 +1,148 @@
+"""Unit vectors and orthonormal triples at nodes: their tangent spaces and finite updates.
+
+A node carries one director `d = D + w` (a shell) or three (a frame), and multipliers that keep
+`d_k . d_l = delta_kl`. With `C(d)` the derivative of these constraints at the directors `d`:
+
+* forces are taken where constraint forces vanish: columns of `Y` span the null space of `C(d_m)`
+  at the mean directors `d_m` of the sub-interval (`Q_m` and its like in the paper, eqs. 18, 24);
+* increments are tangent at the directors themselves: columns of `Z` span the null space of `C(d)`;
+* the finite update rotates by the Rodrigues parameters `r = theta/2` (appendices A and B), so that
+  lengths and angles are exact.
+"""
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from shellmb.system.assembly import native
+
+Floats = npt.NDArray[np.float64]
+
+# singular values of constraints below this, of directors of unit length, are none
+DEPENDENT = 1e-8
+# pairs of directors in the order of the multipliers, by number of directors
+PAIRS = {1: ((0, 0),), 3: ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))}
+
+
+def constraint(d: Floats) -> Floats:
+    """Derivative of the constraints.
+
+    Args:
+        d: Directors, shape (n, 3 k) with k = 1 or 3.
+
+    Returns:
+        `C`, shape (n, c, 3 k) with c = 1 or 6.
+    """
+    k = d.shape[1] // 3
+    C = np.zeros((len(d), len(PAIRS[k]), 3 * k))
+    for row, (a, b) in enumerate(PAIRS[k]):
+        C[:, row, 3 * a : 3 * a + 3] += d[:, 3 * b : 3 * b + 3]
+        if a != b:
+            C[:, row, 3 * b : 3 * b + 3] += d[:, 3 * a : 3 * a + 3]
+    return C
+
+
+def violation(d: Floats) -> Floats:
+    """Values of the constraints, halves of squares as their derivatives are, shape (n, c)."""
+    k = d.shape[1] // 3
+    v = d.reshape(-1, k, 3)
+    rows = [(v[:, a] * v[:, b]).sum(axis=1) - (a == b) for a, b in PAIRS[k]]
+    halves = np.array([0.5 if a == b else 1.0 for a, b in PAIRS[k]])
+    return np.stack(rows, axis=1) * halves
+
+
+def tangent(d: Floats) -> Floats:
+    """A basis of the null space of `constraint(d)`, for any independent directors.
+
+    Args:
+        d: Directors, shape (n, 3 k).
+
+    Returns:
+        Shape (n, 3 k, m) with m = 2 for one director, 3 for a triple.
+    """
+    if d.shape[1] == 3:
+        d, out = np.ascontiguousarray(d), np.empty((len(d), 3, 2))
+        native.cells().lib.across(len(d), native.doubles(d), native.doubles(out))
+        return out
+    # M Delta^T is skew, rows of M being the directors and of Delta their changes
+    inverse = _inverse(d.reshape(-1, 3, 3))
+    changes = np.einsum("nij,ajm->nmia", inverse, SKEW)
+    return np.ascontiguousarray(changes.reshape(-1, 9, 3))
+
+
+# skew matrices of the three axes
+SKEW = np.array([np.cross(np.eye(3), axis) for axis in np.eye(3)])
+
+
+def null_space(rows: Floats, size: int) -> Floats:
+    """Vectors that the rows of single nodes do not see, however dependent the rows are.
+
+    Args:
+        rows: Shape (r, 3 k).
+        size: Number of vectors, the same at all states.
+
+    Returns:
+        Orthonormal columns, shape (3 k, size).
+    """
+    if not np.all(np.isfinite(rows)):
+        return np.full((rows.shape[1], size), np.nan)
+    return np.asarray(np.linalg.svd(rows)[2][rows.shape[1] - size :].T)
+
+
+def pseudo_inverse(C: Floats) -> Floats:
+    """`C^T (C C^T)^-1`, shape (n, 3 k, c), for constraints that are independent."""
+    if C.shape[1] == 1:
+        row = C[:, 0, :]
+        return np.asarray((row / (row * row).sum(axis=1)[:, None])[:, :, None])
+    Ct = C.transpose(0, 2, 1)
+    return np.asarray(Ct @ _inverse(C @ Ct))
+
+
+def any_pseudo_inverse(rows: Floats) -> Floats:
+    """That of the constraints of one node, shape (c, m), which may depend on one another."""
+    if not np.all(np.isfinite(rows)):
+        return np.full(rows.T.shape, np.nan)
+    return np.asarray(np.linalg.pinv(rows, rcond=DEPENDENT))
+
+
+def _inverse(matrices: Floats) -> Floats:
+    """Inverses; NaN if one has none.
+
+    Directors of an iterate far away may depend on one another. The convergence test sees a NaN on
+    every rank, and an exception would be seen on one.
+    """
+    try:
+        return np.asarray(np.linalg.inv(matrices))
+    except np.linalg.LinAlgError:
+        return np.full(matrices.shape, np.nan)
+
+
+def rotated(d: Floats, change: Floats, most: float = math.inf) -> tuple[Floats, bool]:
+    """Directors after a finite rotation that agrees with a change of them to first order.
+
+    Args:
+        d: Orthonormal directors, shape (n, 3 k).
+        change: Their change, shape (n, 3 k); what is not tangent is ignored.
+        most: Size of a change beyond which a node takes it as it is.
+
+    Returns:
+        Directors, shape (n, 3 k), orthonormal but for those; whether there are any of those.
+    """
+    out, change = np.array(d, order="C"), np.ascontiguousarray(change)
+    pointers = native.doubles(out), native.doubles(change)
+    return out, native.cells().lib.turn(len(out), out.shape[1] // 3, *pointers, most) > 0
+
+
+def orthonormal(d: Floats) -> Floats:
+    """Orthonormal directors near given ones, by four steps of Newton's method if they are triples.
+
+    Args:
+        d: Directors, shape (n, 3 k).
+
+    Returns:
+        Shape (n, 3 k).
+    """
+    out = np.array(d, order="C")
+    native.cells().lib.normalise(len(out), out.shape[1] // 3, native.doubles(out))
+    return out

@@ -1,0 +1,163 @@
+"""The nodes of a whole system that carry directors, and updates that turn them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from mpi4py import MPI as _MPI  # noqa: F401  (before petsc4py)
+from petsc4py import PETSc
+
+import numpy as np
+import numpy.typing as npt
+
+from shellmb.system.assembly import native
+from shellmb.system.assembly.blocks import BlockSystem
+from shellmb.system.nullspace.directornodes import TURN, DirectorNodes
+from shellmb.system.nullspace.ghosts import Numbers
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+
+# a method of `DirectorNodes`: number of the field, values of its nodes, values found so far
+Take = Callable[[DirectorNodes, int, Floats, dict[int, Floats]], None]
+
+
+class SystemNodes:
+    """The nodes of a whole system that carry directors, each on the rank that owns it.
+
+    Args:
+        system: The block system.
+
+    Attributes:
+        sets: Nodes by number of their field.
+        rows: Their unknowns, shape (n, 3 k) each.
+        full: All unknowns, as this rank sees them.
+    """
+
+    def __init__(self, system: BlockSystem) -> None:
+        self.system, self.fields, n = system, system.fields, system.numbering
+        self.full = Numbers(system.comm, n.owned, n.local_to_global)
+        declared = [(k, f.directors) for k, f in enumerate(self.fields) if f.directors is not None]
+        self.sets: dict[int, DirectorNodes] = {}
+        # triples first: a director that is one of a triple's, or of a node that several fields
+        # share, is not a node of its own
+        claimed = np.zeros(0, np.int64)
+        for k, directors in sorted(declared, key=lambda item: -item[1].dofs.shape[1]):
+            # linked or not, the dofs of a node have one owner in the field's own index map
+            keep = (directors.multipliers < self.fields[k].size_local).all(axis=1)
+            numbers = n.by_field[k][directors.dofs]
+            keep &= ~np.isin(numbers, claimed).any(axis=1)
+            mine = system.comm.allgather(numbers[keep].ravel())
+            claimed = np.unique(np.concatenate([claimed, *mine]))
+            self.sets[k] = DirectorNodes(self.fields[k], keep, system.held[k].astype(bool))
+        # rates come behind the states that they belong to
+        self.sets = dict(sorted(self.sets.items()))
+        self.rows = {k: n.by_field[k][s.dofs] for k, s in self.sets.items()}
+        self._places = {k: s.dofs + int(n.offsets[k]) for k, s in self.sets.items()}
+        self._given = {k: self.rows[k][s.regular] for k, s in self.sets.items()}
+        alone = self.full.serial and not any(s.rates or s.massless for s in self.sets.values())
+        self._loops = (
+            [
+                NodeLoops(s, self._given[k], None if s.partner is None else self._given[s.partner])
+                for k, s in self.sets.items()
+                # rates are turned with their directors
+                if not s.declared.linear and s.state is None
+            ]
+            if alone
+            else None
+        )
+
+    def begin(self) -> None:
+        """The fields hold another state."""
+        for nodes in self.sets.values():
+            nodes.settled = False
+
+    def multipliers(self, k: int) -> Ints:
+        """Unknowns of the multipliers of a field's nodes, shape (n, c)."""
+        return np.asarray(self.system.numbering.by_field[k][self.sets[k].multipliers])
+
+    def turn(self, x: PETSc.Vec, dx: PETSc.Vec) -> None:
+        """Make an update one by finite rotations, so that `x - dx` keeps lengths and angles.
+
+        Args:
+            x: Unknowns; the fields' functions hold their values, too.
+            dx: Solution of the linear system; changed.
+        """
+        if not self.sets:
+            return
+        changes, state = dx.array, x.array_r
+        if self._loops is not None:
+            for loops in self._loops:
+                loops.turn(state, changes)
+            return
+        for known, values in self._found(DirectorNodes.moved, -changes):
+            changes[known] = state[known] - values
+
+    def normalise(self, x: PETSc.Vec) -> None:
+        """Bring directors that are nearly so to unit length and right angles.
+
+        Args:
+            x: Unknowns; changed. Functions of the start of the step hold its values.
+        """
+        state = x.array
+        if self._loops is not None:
+            for loops in self._loops:
+                loops.normalise(state)
+            return
+        for known, values in self._found(DirectorNodes.nearest, state):
+            state[known] = values
+
+    def _found(self, take: Take, unknowns: Floats) -> list[tuple[Ints, Floats]]:
+        """Places of owned unknowns that nodes give values to, and these values.
+
+        Args:
+            take: Gives the values of the nodes of a field from some of all `unknowns`.
+            unknowns: One number for each unknown that this rank owns.
+        """
+        local = self.full.seen(unknowns)
+        values: dict[int, Floats] = {}
+        for k, nodes in self.sets.items():
+            take(nodes, k, local[self._places[k]], values)
+        pairs = [(self._given[k], v[self.sets[k].regular]) for k, v in values.items()]
+        if self.full.serial:
+            return pairs
+        ids = np.concatenate([*(rows.ravel() for rows, _ in pairs), np.zeros(0, np.int64)])
+        given = np.concatenate([*(v.ravel() for _, v in pairs), np.zeros(0)])
+        known = np.flatnonzero(self.full.set(ids, np.ones(len(ids))) > 0.0)
+        return [(known, self.full.set(ids, given)[known])]
+
+
+class NodeLoops:
+    """Turns the nodes of one field where one process has all of them.
+
+    One call of `nodes.c` each.
+
+    Args:
+        nodes: The nodes.
+        rows: Unknowns of those without fixed components, shape (n, 3 k).
+        rates: Those of their velocities over a path, of the same shape; None: there are none.
+    """
+
+    def __init__(self, nodes: DirectorNodes, rows: Ints, rates: Ints | None) -> None:
+        self._nodes, self._lib = nodes, native.cells().lib
+        self._rows = np.ascontiguousarray(rows)
+        self._reference = np.ascontiguousarray(nodes.reference[nodes.regular])
+        places = [native.longs(self._rows)]
+        turn, normalise = self._lib.turn_nodes, self._lib.normalise_nodes
+        if rates is not None:
+            self._rates = np.ascontiguousarray(rates)
+            places.append(native.longs(self._rates))
+            turn, normalise = self._lib.turn_path, self._lib.normalise_path
+        self._turn, self._normalise = turn, normalise
+        reference = native.doubles(self._reference)
+        self._where = (len(rows), rows.shape[1] // 3, *places, reference)
+
+    def turn(self, x: Floats, dx: Floats) -> None:
+        """Make the update `-dx` of unknowns one by finite rotations."""
+        pointers = native.doubles(x), native.doubles(dx)
+        if self._turn(*self._where, *pointers, TURN):
+            self._nodes.settled = False
+
+    def normalise(self, x: Floats) -> None:
+        """Bring directors among the unknowns to unit length and right angles."""
+        self._normalise(*self._where, native.doubles(x))

@@ -1,0 +1,300 @@
+"""Numbers of the reduced unknowns, and which combinations of them every unknown is."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from shellmb.system.assembly import native
+from shellmb.system.assembly.loops import MeshCells
+from shellmb.system.nullspace.directornodes import Bases
+from shellmb.system.nullspace.nodes import SystemNodes
+from shellmb.system.nullspace.prolongation import RowMap
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+NONE = -1
+# largest number of unknowns of a cell that some of them are eliminated of (stacks in cells.c)
+MOST = 256
+
+
+class ReducedNumbers:
+    """The reduced unknowns: what cells share, without fixed values, lengths and angles.
+
+    Args:
+        nodes: Nodes of the unreduced system.
+        cells: The cells of all meshes.
+
+    Attributes:
+        right: Unknowns by reduced unknowns.
+        left: Equations by reduced ones.
+        forces: Equations by the multipliers that nodes carry.
+        count: Number of reduced unknowns that this rank owns.
+        outer: Which of them are in the matrix.
+        first_outer: Number in the matrix of the first of them.
+        own: Local dof of each unknown that this rank owns.
+    """
+
+    def __init__(self, nodes: SystemNodes, cells: list[MeshCells]) -> None:
+        self.system, n = nodes.system, nodes.system.numbering
+        self.fields, self.full = self.system.fields, nodes.full
+        self.nodes, self._rows = nodes.sets, nodes.rows
+        self.multipliers_of = nodes.multipliers
+        local = n.local_to_global - n.start
+        mine = np.flatnonzero((local >= 0) & (local < n.owned))
+        self.own = np.zeros(n.owned, dtype=np.int64)
+        # the first of several linked ones
+        self.own[local[mine][::-1]] = mine[::-1]
+        self._lib = native.cells().lib
+        self._number(cells)
+
+    def _number(self, cells: list[MeshCells]) -> None:
+        n, full = self.system.numbering, self.full
+        own = [a.ravel() for a in self._rows.values()]
+        own += [self.multipliers_of(k).ravel() for k in self.nodes]
+        taken = np.concatenate([*own, np.zeros(0, np.int64)])
+        plain = full.set(taken, np.ones(len(taken))) == 0.0
+        plain[self.system.fixed] = False
+        for group in cells:
+            inner = n.local_to_global[np.unique(group.dofs[:, group.shared :])]
+            plain[inner - n.start] = False
+        order, counts = self._order(cells, np.flatnonzero(plain))
+        start = int(self.system.comm.exscan(len(order)) or 0)  # type: ignore[attr-defined]
+        numbers = np.empty(len(order), dtype=np.int64)
+        numbers[order] = start + np.arange(len(order))
+        self.count = len(order)
+        columns = np.full((n.owned, 1), NONE)
+        columns[plain, 0] = numbers[: counts[0]]
+        # of nodes: their own directions, and of rates those of the state, too
+        directions, first = {}, counts[0]
+        for (k, nodes), count in zip(self.nodes.items(), counts[1:], strict=True):
+            ids = np.full((len(nodes.dofs), nodes.size), NONE)
+            ids[np.arange(nodes.size) < nodes.free[:, None]] = numbers[first : first + count]
+            directions[k], first = ids, first + count
+        width = max([1, *(s.size for s in self.nodes.values())])
+        columns = np.pad(columns, ((0, 0), (0, width - 1)), constant_values=NONE)
+        left = self._columns(columns, directions)
+        states = {k: directions[s.state] for k, s in self.nodes.items() if s.state is not None}
+        partners = {
+            k: directions[s.partner] for k, s in self.nodes.items() if s.partner is not None
+        }
+        nothing = np.full_like(columns, NONE)
+        rows, more = (
+            np.concatenate([left, self._columns(nothing, numbers)], axis=1) if numbers else left
+            for numbers in (partners, states)
+        )
+        self._split = width
+        comm = self.system.comm
+        self.left = RowMap(comm, rows, self.count)
+        self.right = RowMap(comm, more, self.count)
+        ones = np.where(columns >= 0, 1.0, 0.0)
+        ones[:, 1:] = 0.0
+        ones = self._seen(ones)
+        self.left.values[:, :width] = ones
+        self.right.values[:, :width] = ones
+        self._number_multipliers()
+        self._number_outer(cells)
+
+    def _number_outer(self, cells: list[MeshCells]) -> None:
+        """Numbers in the matrix of what cells share; what only one cell has is eliminated there.
+
+        Not of meshes without element-wise unknowns: multipliers of joints have no block to
+        eliminate them with.
+        """
+        inner = np.ones(self.count, dtype=bool)
+        for rows in (self.left, self.right):
+            counts = np.zeros(len(rows.numbers.wanted) + 1)
+            for group in cells:
+                places = np.sort(
+                    rows.places[group.dofs[:, : group.shared]].reshape(
+                        group.count, group.shared * rows.places.shape[1]
+                    )
+                )
+                new = np.ones(places.shape, dtype=bool)
+                new[:, 1:] = places[:, 1:] != places[:, :-1]
+                alone = np.bincount(places[new], minlength=len(counts))
+                many = group.size == group.shared or group.shared > MOST
+                counts += alone * (2 if many else 1)
+            inner &= rows.numbers.summed(counts[:-1]) == 1
+        comm = self.system.comm
+        if not comm.allreduce(int(np.sum(~inner))):
+            inner[:] = False
+        self.outer = np.flatnonzero(~inner)
+        self.first_outer = int(comm.exscan(len(self.outer)) or 0)  # type: ignore[attr-defined]
+        numbers = np.full(self.count, float(NONE))
+        numbers[self.outer] = self.first_outer + np.arange(len(self.outer))
+        self.matrix_rows, self.matrix_columns = (
+            np.rint(rows.numbers.seen(numbers)).astype(np.int64) for rows in (self.left, self.right)
+        )
+        self.inner_rows, self.inner_columns = self.matrix_rows < 0, self.matrix_columns < 0
+
+    def _number_multipliers(self) -> None:
+        n, comm = self.system.numbering, self.system.comm
+        ends = np.cumsum([0, *(s.multipliers.size for s in self.nodes.values())])
+        self._first = dict(zip(self.nodes, map(int, ends), strict=False))
+        self.multipliers = int(ends[-1])
+        start = int(comm.exscan(self.multipliers) or 0)  # type: ignore[attr-defined]
+        every = start + np.arange(self.multipliers)
+        numbers = {k: self.of_node(every, k).copy() for k in self.nodes}
+        for k, nodes in self.nodes.items():
+            # of nodes that are held, forces are reactions and not multipliers
+            numbers[k][nodes.held] = NONE
+        width = max([1, *(s.multipliers.shape[1] for s in self.nodes.values())])
+        nothing = np.full((n.owned, width), NONE)
+        columns = self._columns(nothing, numbers)
+        partners = {k: numbers[s.partner] for k, s in self.nodes.items() if s.partner is not None}
+        if partners:
+            columns = np.concatenate([columns, self._columns(nothing, partners)], axis=1)
+        self._split_forces = width
+        self.forces = RowMap(comm, columns, self.multipliers)
+        rows = self._columns(
+            nothing[:, :1],
+            {k: ids.reshape(-1, 1) for k, ids in numbers.items()},
+            {k: self.multipliers_of(k).reshape(-1, 1) for k in self.nodes},
+        )
+        self.multiplier_values = RowMap(comm, rows, self.multipliers)
+        self.multiplier_values.values[:] = np.where(rows >= 0, 1.0, 0.0)
+        self.weights = np.ones(self.multipliers)
+
+    def _order(self, cells: list[MeshCells], plain: Ints) -> tuple[Ints, list[int]]:
+        """Order of all reduced unknowns that keeps those of a node together; and their counts."""
+        local = len(self.full.wanted)
+        first, last = np.full(local, 1 << 40), np.full(local, -1)
+        offset = 0
+        for group in cells:
+            numbers = offset + np.repeat(np.arange(group.count), group.size)
+            np.minimum.at(first, group.dofs.ravel(), numbers)
+            np.maximum.at(last, group.dofs.ravel(), numbers)
+            offset += group.count
+        places, counts = [self.own[plain]], [len(plain)]
+        for k, nodes in self.nodes.items():
+            offset = int(self.system.numbering.offsets[k])
+            where = np.repeat(nodes.dofs[:, 0].astype(np.int64) + offset, nodes.free)
+            places.append(where)
+            counts.append(len(where))
+        where = np.concatenate(places).astype(np.int64)
+        return np.lexsort((last[where], first[where])), counts
+
+    def _columns(
+        self, base: Ints, numbers: dict[int, Ints], rows: dict[int, Ints] | None = None
+    ) -> Ints:
+        """Columns of all local dofs from those of owned unknowns and of nodes."""
+        values = (base + 1).astype(float)
+        rows = self._rows if rows is None else rows
+        ids = [np.empty(0, np.int64)]
+        found = [np.empty((0, base.shape[1]))]
+        for k, columns in numbers.items():
+            repeated = np.repeat(columns, rows[k].size // len(columns) if len(columns) else 1, 0)
+            pad = base.shape[1] - repeated.shape[1]
+            found.append(np.pad(repeated + 1.0, ((0, 0), (0, pad))))
+            ids.append(rows[k].ravel())
+        out = self._spread(values, np.concatenate(ids), np.concatenate(found))
+        return np.rint(out).astype(np.int64) - 1
+
+    def _spread(self, base: Floats, ids: Ints, values: Floats) -> Floats:
+        """Rows of owned unknowns, replaced where nodes know better, at all local dofs."""
+        if self.full.serial:
+            out = base.copy()
+            out[ids] = values
+            return np.asarray(out[self.full.wanted])
+        known = self.full.set(ids, np.ones(len(ids))) > 0.0
+        merged = base.copy()
+        for q in range(base.shape[1]):
+            merged[known, q] = self.full.set(ids, values[:, q])[known]
+        return self._seen(merged)
+
+    def _seen(self, values: Floats) -> Floats:
+        return np.stack([self.full.seen(values[:, q]) for q in range(values.shape[1])], axis=1)
+
+    def update(self) -> None:
+        """Bases of the tangent spaces at the current state of all fields."""
+        found: dict[int, Bases] = {}
+        for k, nodes in self.nodes.items():
+            found[k] = nodes.bases(self.fields, found)
+        self._put(self.left.values, {k: b.left for k, b in found.items()})
+        self._put(self.right.values, {k: b.right for k, b in found.items()})
+        states = {k: b.state for k, b in found.items() if b.state is not None}
+        self._put(self.right.values, states, self._split)
+        weights = {k: self.of_node(self.weights, k)[:, None, :] for k in found}
+        self._put(self.forces.values, {k: b.forces / weights[k] for k, b in found.items()})
+        others = {k: b.left_other for k, b in found.items() if b.left_other is not None}
+        self._put(self.left.values, others, self._split)
+        forces = {
+            k: b.forces_other / weights[self._partner(k)]
+            for k, b in found.items()
+            if b.forces_other is not None
+        }
+        self._put(self.forces.values, forces, self._split_forces)
+
+    def _partner(self, k: int) -> int:
+        partner = self.nodes[k].partner
+        assert partner is not None
+        return partner
+
+    def scales(self, unknowns: Floats) -> Floats:
+        """Means of those of the unknowns that each reduced one in the matrix is part of.
+
+        Args:
+            unknowns: Scales of the unknowns that this rank owns.
+        """
+        places, seen = self.left.places[self.own], self.left.numbers
+        each = np.broadcast_to(unknowns[:, None], places.shape)
+        found = [
+            seen.summed(np.bincount(places.ravel(), values.ravel(), len(seen.wanted) + 1)[:-1])
+            for values in (each, np.ones(places.shape))
+        ]
+        return np.asarray((found[0] / found[1])[self.outer])
+
+    def of_node(self, values: npt.NDArray[Any], k: int) -> npt.NDArray[Any]:
+        """The part of an array of this rank's multipliers that a field's nodes have, (n, c)."""
+        first, shape = self._first[k], self.nodes[k].multipliers.shape
+        return values[first : first + shape[0] * shape[1]].reshape(shape)
+
+    def _put(self, table: Floats, parts: dict[int, Floats], first: int = 0) -> None:
+        """Give the rows of nodes' unknowns new values; all others keep theirs.
+
+        Args:
+            table: Rows of all local dofs.
+            parts: Values by field, shape (n, 3 k, m).
+            first: Column of the first of the m.
+        """
+        for k, part in parts.items():
+            values = np.ascontiguousarray(part.reshape(-1, part.shape[2]))
+            width = values.shape[1]
+            if self.full.serial:
+                local, row = (native.longs(numbers) for numbers in self._local[k])
+                to = table.shape[1], native.doubles(table) + first
+                self._lib.put_rows(len(local), local, row, width, native.doubles(values), *to)
+                continue
+            ids = self._rows[k].ravel()
+            known = self.full.seen(self.full.set(ids, np.ones(len(ids)))) > 0.0
+            for q in range(width):
+                table[known, first + q] = self.full.seen(self.full.set(ids, values[:, q]))[known]
+
+    @cached_property
+    def _local(self) -> dict[int, tuple[Ints, Ints]]:
+        """Local dofs of each field's nodes, and which of the nodes' unknowns each one is."""
+        found = {}
+        for k, rows in self._rows.items():
+            number = np.full(self.full.total, NONE)
+            number[rows.ravel()] = np.arange(rows.size)
+            row = number[self.full.wanted]
+            found[k] = (np.flatnonzero(row >= 0), row[row >= 0])
+        return found
+
+    def correction(self) -> Floats:
+        """Given changes of the local unknowns: of fixed ones, and back to constraints."""
+        system, n = self.system, self.system.numbering
+        given = np.zeros(n.owned)
+        given[system.fixed] = system.fixed_values() - system.x.array_r[system.fixed]
+        found = {k: nodes.correction(self.fields) for k, nodes in self.nodes.items()}
+        values = {k: v.ravel() for k, v in found.items() if v is not None}
+        if values or not self.full.serial:
+            ids = [self._rows[k].ravel() for k in values]
+            all_ids = np.concatenate([*ids, np.zeros(0, np.int64)])
+            all_values = np.concatenate([*values.values(), np.zeros(0)])
+            given += self.full.set(all_ids, all_values) * (given == 0.0)
+        return self.full.seen(given)
