@@ -110,6 +110,19 @@ def test_damper_takes_out_exactly_its_work(scheme: str, alpha: float) -> None:
     assert run["damper.torque"][5:] == pytest.approx(c * (steps / dt)[5:], abs=0.15)
 
 
+def test_a_potential_linear_in_the_angle_is_a_constant_torque() -> None:
+    weight = JointSpring("weight", "hinge", potential=lambda x: 2.0 * x)
+    parts = {"rigid_bodies": ARM, "joints": HINGE, "elements": weight}
+    parts["initial"] = InitialVelocity(body="arm", spin=(0, 0, 1.0))
+    run = Run(Scene("wound", **parts, scheme="ep4", dt=0.02, t_end=0.4))
+    run.holds()
+    assert run["weight.torque"] == pytest.approx(2.0, rel=1e-12)
+    inertia = 0.3 + 2 * 0.25
+    # of order 4, with steps of 0.02 rad
+    exact = run["t"] - run["t"] ** 2 / inertia
+    assert run["hinge.rotation"] == pytest.approx(exact, abs=1e-7)
+
+
 def test_turns_are_counted() -> None:
     spin = InitialVelocity(body="arm", spin=(0, 0, 20.0))
     scene = Scene(

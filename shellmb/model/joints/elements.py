@@ -13,6 +13,7 @@ import numpy.typing as npt
 import ufl
 from dolfinx import fem
 from ufl import Form
+from ufl.algorithms import expand_derivatives
 from ufl.core.expr import Expr
 
 from shellmb.errors import SceneError
@@ -124,7 +125,8 @@ class ElementGroup(Massless):
         time = fem.Constant(self.nodes.mesh, 0.0)
         values = self._constant(zeros, "force")
         points = values.function_space.element.interpolation_points
-        force = ufl.as_ufl(self.force(x, rate, time))
+        # a derivative may be a plain number where what it is of is none
+        force = expand_derivatives(ufl.as_ufl(self.force(x, rate, time)))
         if not ufl.domain.extract_domains(force):
             # a law may be a plain number, and an expression needs a mesh
             force = force + self._constant(zeros, "nothing")
