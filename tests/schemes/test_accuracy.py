@@ -64,6 +64,16 @@ def test_order_in_large_rotations(scheme, swaying, final, make) -> None:
     assert slope(steps, changes) > order - 0.2
 
 
+def test_order_of_a_tumbling_plate(scheme, tumbling, final, make) -> None:
+    """A free plate that turns about all axes, bends and stretches, from an elastic shock on."""
+    steps = (0.1, 0.05, 0.025)
+    ends = [final(tumbling(*scheme, dt, t_end=0.6)) for dt in (*steps, steps[-1] / 2)]
+    changes = [float(np.linalg.norm(b - a)) for a, b in itertools.pairwise(ends)]
+    made = make(*scheme)
+    order = made.order if isinstance(made, QuadraticInTime) else min(made.order, 2)
+    assert slope(steps, changes) > order - 0.2
+
+
 def test_spectral_radius_at_infinity(scheme, plate) -> None:
     """A small disturbance in one step far larger than all periods: its amplitude ratio is rho."""
     name, alpha = scheme
