@@ -145,8 +145,8 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
             "joints": PINS,
             "redundant": "drop",
             "drivers": [
-                Driver("one", "pin", rotation=lambda t: t),
-                Driver("two", "further pin", rotation=lambda t: 2 * t),
+                Driver("one", "pin", rotation=lambda t: t / 50),
+                Driver("two", "further pin", rotation=lambda t: t / 25),
             ],
         },
         "joint 'further pin.rotation': its motion contradicts 'pin.rotation': no",
@@ -156,7 +156,7 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
             "rigid_bodies": ROD,
             "joints": [Weld("weld", GROUND, "rod", at=(1, 0, 0)), PINS[0]],
             "redundant": "drop",
-            "drivers": Driver("one", "pin", rotation=lambda t: t),
+            "drivers": Driver("one", "pin", rotation=lambda t: t / 50),
         },
         "joint 'pin.rotation': its motion contradicts 'weld'",
     ),
@@ -188,8 +188,8 @@ CONSISTENT: dict[str, tuple[dict[str, Any], int]] = {
     ),
     "a kink, both moved": (
         both(
-            on("lying", Driven, translation=rising, axis=Y, angle=lambda t: 0.2 * t),
-            on("standing", Driven, translation=rising, axis=Y, angle=lambda t: 0.2 * t),
+            on("lying", Driven, translation=rising, axis=Y, angle=lambda t: 0.1 * t),
+            on("standing", Driven, translation=rising, axis=Y, angle=lambda t: 0.1 * t),
         ),
         1,
     ),

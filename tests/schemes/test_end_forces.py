@@ -75,7 +75,11 @@ def alternating(error: np.ndarray) -> float:
     return float(np.abs(np.diff(error, 3)).max() / 8)
 
 
-@pytest.mark.parametrize("scheme", [("ep", 0.0), ("ed", 1.0)], ids=lambda s: s[0])
+@pytest.mark.parametrize(
+    "scheme",
+    [("ep", 0.0), pytest.param(("ed", 1.0), marks=pytest.mark.slow)],
+    ids=lambda s: s[0],
+)
 def test_means_of_consistent_velocities_do_not_alternate(scheme) -> None:
     """Torque of the slider-crank over a step: of second order; what EP solves for is of first."""
     counts, own, errors, wobbles = (10, 20, 40), [], [], []

@@ -16,6 +16,7 @@ from shellmb.scene import (
     Shell,
     Solver,
 )
+from shellmb.scene.shells.lamination import Layer
 from shellmb.simulate.simulation import Simulation
 
 from .test_quadratic import KINDS, slope
@@ -68,9 +69,10 @@ def test_order_where_the_section_stiffens(scheme: str, alpha: float, order: int,
 class Plain(LinearSection):
     """What `STIFFENING` is without its terms of sixth degree."""
 
-    thickness, coupled = H, False
-    mass = (H, 0.0, H**3 / 12)
-    A, D, G = H * np.eye(3), H**3 / 12 * np.eye(3), H / 3 * np.eye(2)
+    shear_correction, offset = 1.0, 0.0
+
+    def layers_by(self, value: Any) -> tuple[Layer, ...]:
+        return (Layer(np.eye(3), np.eye(2) / 3, 1.0, H),)
 
 
 @pytest.mark.parametrize(("scheme", "alpha"), [("ep4", 0.0), ("ed3", 0.5)])

@@ -107,7 +107,13 @@ class Lengths(Silent):
                 setattr(self, name, max(getattr(self, name), float(np.abs(off).max())))
 
 
-@pytest.mark.parametrize("name", CASES)
+# kinks and glue take long to compile; without them there is a beam
+LONG = ("kink", "glue")
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=pytest.mark.slow if n in LONG else ()) for n in CASES]
+)
 def test_energy_law_constraints_and_reduction(name: str) -> None:
     states = []
     for solve in ("full", "reduced"):

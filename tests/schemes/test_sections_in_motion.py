@@ -74,7 +74,7 @@ CASES = [
         section,
         scheme,
         id=f"{section}-{scheme[0]}-{scheme[1]:g}",
-        marks=[pytest.mark.slow] if section == "nonlinear" and scheme[0] == "ed" else [],
+        marks=[pytest.mark.slow] if section == "nonlinear" and "ed" in scheme[0].split("-") else [],
     )
     for section in SECTIONS
     for scheme in LAWFUL

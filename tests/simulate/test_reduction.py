@@ -204,7 +204,7 @@ def same_iterates(scene: Scene, steps: int = STEPS) -> Iterates:
 
 
 # of these ED without dissipation takes as long again, with the same forms
-AGAIN = {*KINDS, "offset", "symmetry plane", "glue by joints"}
+AGAIN = {*KINDS, "mechanism", "offset", "symmetry plane", "glue by joints"}
 CASES = [
     pytest.param(
         name,

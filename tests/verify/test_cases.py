@@ -12,7 +12,14 @@ from shellmb.verify.cases import Case, Check
 from shellmb.verify.table import Row, find_cases, rows_of, run_cases
 
 # a minute or more each
-LONG = {"dynamics/tumbling plate", "dynamics/sudden load", "dynamics/order, large motion"}
+# of orders there are tests for every scheme, too (`tests/schemes/test_accuracy.py`)
+LONG = {
+    "dynamics/tumbling plate",
+    "dynamics/sudden load",
+    "dynamics/order, large motion",
+    "dynamics/order, small vibration",
+    "mechanisms/order",
+}
 
 
 @pytest.mark.parametrize(
