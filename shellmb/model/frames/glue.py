@@ -26,8 +26,8 @@ from shellmb.meshes.nodes import constant_vector, node_mesh, node_space
 from shellmb.meshes.shell_lines import ShellLine, shell_line
 from shellmb.model.body import FixedDofs, Leaping, NodeLink
 from shellmb.model.frames.beam import BeamModel
+from shellmb.model.identification import node_links
 from shellmb.model.joints.constraints import ConstraintGroup
-from shellmb.model.links import node_links
 from shellmb.model.places.nodes import shared_nodes
 from shellmb.model.shells.shell import ShellModel
 from shellmb.scene import Beam, Glue, Scene

@@ -25,9 +25,9 @@ from shellmb.kernels import compiled_expression
 from shellmb.meshes.nodes import NodeMesh, constant_vector, node_mesh, node_space
 from shellmb.meshes.spaces import MixedSpace
 from shellmb.model.body import Dofs, Leaping, NodeLink, PartScale, Term
+from shellmb.model.identification import node_links
 from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.joints.joints import BoundJoint
-from shellmb.model.links import node_links
 from shellmb.model.places.ends import End, end_pair
 
 Floats = npt.NDArray[np.float64]

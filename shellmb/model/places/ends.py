@@ -18,7 +18,7 @@ from shellmb.forms.state import Layout
 from shellmb.meshes.nodes import NodeMesh, constant_vector
 from shellmb.meshes.spaces import MixedSpace
 from shellmb.model.body import NodeLink
-from shellmb.model.links import node_links
+from shellmb.model.identification import node_links
 
 Ints = npt.NDArray[np.int64]
 Floats = npt.NDArray[np.float64]

@@ -12,8 +12,8 @@ from ufl.core.expr import Expr
 from shellmb.forms.constraints import nodal as nodal_forms
 from shellmb.forms.state import Layout
 from shellmb.meshes.nodes import constant_vector, node_mesh, node_space
+from shellmb.model.identification import node_links
 from shellmb.model.joints.constraints import ConstraintGroup
-from shellmb.model.links import node_links
 from shellmb.model.places.nodes import said_point
 
 Ints = npt.NDArray[np.int64]
