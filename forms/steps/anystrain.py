@@ -8,7 +8,7 @@ step, and is made good; what is left of both is the same for quadratic strains.
 Over a sub-interval (`ExactInterval`) the stress `S` is changed along the change that the middle
 sees, `c = De(q_m) D`,
 
-    S' = S + S.(e_b - e_a - c) c/|c|^2,     S'.c = S.(e_b - e_a),
+    S' = S + S.(e_b - e_a - c) c/(c . c),   S'.c = S.(e_b - e_a),
 
 of second order in the step. A strain that does not see rigid rotations is a function of the
 quadratic ones: `c` vanishes only where its change does, and both momenta are kept.
