@@ -43,6 +43,9 @@ from shellmb.scene import (
 WIDTH, HEIGHT, DENSITY, G = 0.04, 0.05, 2000.0, 10.0
 MASS = WIDTH * HEIGHT * DENSITY
 SCHEMES = [("ep", 1.0), ("ed", 0.0), ("ed", 0.5), ("ep4", 1.0), ("ed3", 0.5)]
+# one of each kind every day
+SLOW = [("ed", 0.0), ("ed3", 0.5)]
+MARKED = [pytest.param(*s, marks=pytest.mark.slow if s in SLOW else ()) for s in SCHEMES]
 
 
 def bar(E: float = 1e10, **more: Any) -> Beam:
@@ -106,7 +109,7 @@ def pendulum(scheme: str, alpha: float, **more: Any) -> tuple[Scene, float]:
 PHASE = {"ep": 8e-3, "ed": 2e-3, "ep4": 1e-5, "ed3": 1e-4}
 
 
-@pytest.mark.parametrize(("scheme", "alpha"), SCHEMES)
+@pytest.mark.parametrize(("scheme", "alpha"), MARKED)
 def test_pendulum_on_an_arm_has_the_period_of_a_physical_one(scheme, alpha) -> None:
     scene, size = pendulum(scheme, alpha)
     turn = execute(scene).history["turn"].to_numpy() / size
@@ -165,7 +168,13 @@ HELD: dict[str, dict[str, Any]] = {
 
 
 # pins have the kernels of the chain of all joints
-HOW = [("pins", *SCHEMES[0]), *(("edge", *pair) for pair in SCHEMES)]
+HOW = [
+    ("pins", *SCHEMES[0]),
+    *(
+        pytest.param("edge", *pair, marks=pytest.mark.slow if pair in SLOW else ())
+        for pair in SCHEMES
+    ),
+]
 
 
 @pytest.mark.parametrize(("held", "scheme", "alpha"), HOW)

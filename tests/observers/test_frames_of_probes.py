@@ -43,7 +43,7 @@ def read(row: Any, quantity: str) -> np.ndarray:
 
 
 @pytest.mark.parametrize(("frame", "frame_at"), [("hub", None), ("hub", "rim"), ("blade", "start")])
-@pytest.mark.parametrize("scheme", ["ep", "ed", "ep4"])
+@pytest.mark.parametrize("scheme", ["ep", pytest.param("ed", marks=pytest.mark.slow), "ep4"])
 def test_what_turns_with_the_frame_is_at_rest_in_it(scheme, frame, frame_at) -> None:
     """Free flight of a stiff blade on a hub, several turns about an axis that is no axis of it."""
     spin = 3.0 * np.array([0.1, 0.3, 1.0])

@@ -28,17 +28,26 @@ DYNAMIC = [
     if make(1.0).dynamic and not make(1.0).linear
     for alpha in ALPHAS.get(name, (0.0,))
 ]
+# rivals, and what shares its kernels with others of the list, are not for every day
+SLOW = [("ed", 0.5), ("ed-printed", 1.0), ("generalized-alpha", 0.5)]
+
+
+def marked(pairs: list[tuple[str, float]]) -> list[Any]:
+    """Parameters of a fixture, some of them slow."""
+    return [pytest.param(p, marks=pytest.mark.slow if p in SLOW else ()) for p in pairs]
+
+
 # those that claim an exact energy law
 LAWFUL = [pair for pair in DYNAMIC if has_energy_law(make_scheme(*pair))]
 
 
-@pytest.fixture(params=LAWFUL, ids=lambda p: f"{p[0]}-{p[1]:g}")
+@pytest.fixture(params=marked(LAWFUL), ids=lambda p: f"{p[0]}-{p[1]:g}")
 def lawful(request: pytest.FixtureRequest) -> tuple[str, float]:
     """Name and dissipation of each scheme with an energy law."""
     return request.param
 
 
-@pytest.fixture(params=DYNAMIC, ids=lambda p: f"{p[0]}-{p[1]:g}")
+@pytest.fixture(params=marked(DYNAMIC), ids=lambda p: f"{p[0]}-{p[1]:g}")
 def scheme(request: pytest.FixtureRequest) -> tuple[str, float]:
     """Name and dissipation of each dynamic scheme."""
     return request.param

@@ -64,6 +64,7 @@ def test_order_in_large_rotations(scheme, swaying, final, make) -> None:
     assert slope(steps, changes) > order - 0.2
 
 
+@pytest.mark.slow
 def test_order_of_a_tumbling_plate(scheme, tumbling, final, make) -> None:
     """A free plate that turns about all axes, bends and stretches, from an elastic shock on."""
     steps = (0.1, 0.05, 0.025)

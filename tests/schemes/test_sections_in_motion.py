@@ -68,13 +68,21 @@ def scene_of(section: Any, scheme: str, alpha: float, **more: Any) -> Scene:
     return Scene("plate", shell, scheme=scheme, alpha=alpha, **times | more)
 
 
-# a nonlinear section in sub-intervals takes long to compile
+# what takes long: a nonlinear section in sub-intervals, fields as coefficients; and rivals
+LONG = {"nonlinear": ("ed",), "tapered": ("ed", "ed3")}
+
+
+def takes_long(section: str, scheme: str) -> bool:
+    """Whether it is not for every day."""
+    return scheme == "ed-printed" or scheme in LONG.get(section, ())
+
+
 CASES = [
     pytest.param(
         section,
         scheme,
         id=f"{section}-{scheme[0]}-{scheme[1]:g}",
-        marks=[pytest.mark.slow] if section == "nonlinear" and "ed" in scheme[0].split("-") else [],
+        marks=[pytest.mark.slow] if takes_long(section, scheme[0]) else [],
     )
     for section in SECTIONS
     for scheme in LAWFUL

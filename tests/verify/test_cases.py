@@ -19,6 +19,7 @@ LONG = {
     "dynamics/order, large motion",
     "dynamics/order, small vibration",
     "mechanisms/order",
+    "mechanisms/slider-crank",
 }
 
 
