@@ -162,9 +162,10 @@ def build_model(scene: Scene, comm: MPI.Comm) -> Model:
     model.bodies += point_loads(scene, comm, find)
     if model.beams or model.rigid is not None or scene.joints or scene.elements:
         # constraints tie velocities together: see `Body.coupled`
+        leaps = any(isinstance(joint, Contact) for joint in scene.joints)
         for body in model.bodies:
             body.coupled = bool(body.kinematic) or isinstance(body, ConstraintGroup)
-            body.leaps = any(isinstance(joint, Contact) for joint in scene.joints)
+            body.leaps = leaps
     _resolve_links(model.bodies, comm)
     for probe in scene.probes:
         # found out now: before anything is compiled
@@ -271,8 +272,8 @@ def _support(scene: Scene, model: Model) -> Prescribed:
     prescribed = Prescribed(_aliases(shells, model.comm), times, scene.linear)
     for support in scene.supports:
         for body in scene.bodies_of(support):
-            described = model.meshed[body.name], body
-            rows = SupportRows(support, *described, prescribed, not scene.static)
+            meshed, dynamic = model.meshed[body.name], not scene.static
+            rows = SupportRows(support, meshed, body, prescribed, dynamic)
             rows.collect()
             model.planes += rows.arms
     model.planes += prescribed.settle()

@@ -56,14 +56,12 @@ class BoundSection:
         force: Size of the shear stiffness, scale of the director's multiplier, N/m.
         hourglass: Stiffness of the hourglass control, N/m.
         sizes: How large things are.
-        thickness: Length that makes curvatures comparable with strains, m.
     """
 
     formulation: Formulation
     force: fem.Constant
     hourglass: Expr
     sizes: Sizes
-    thickness: fem.Constant
 
 
 def bind_section(shell: Shell, domain: mesh.Mesh) -> BoundSection:
@@ -85,15 +83,14 @@ def bind_section(shell: Shell, domain: mesh.Mesh) -> BoundSection:
     strains = ShellStrains(*(_constant(domain, np.zeros(size)) for size in (3, 3, 2)))
     resists_all(section.energy, strains, parameters, who)
     a, b = _weights(domain, section.thickness)
-    thickness = _constant(domain, section.thickness)
     nonlinear = NonlinearMixed(
         psi=lambda strains: written(section.energy, (strains, parameters), who),
         N0=N0,
         a=_per_element(domain, a),
-        thickness=thickness,
+        thickness=_constant(domain, section.thickness),
     )
     sizes = Sizes(section.thickness, section.stiffness, section.mass[0])
-    return BoundSection(nonlinear, N0, N0 * _per_element(domain, b), sizes, thickness)
+    return BoundSection(nonlinear, N0, N0 * _per_element(domain, b), sizes)
 
 
 def _bind_linear(shell: Shell, section: LinearSection, domain: mesh.Mesh) -> BoundSection:
@@ -121,9 +118,7 @@ def _bind_linear(shell: Shell, section: LinearSection, domain: mesh.Mesh) -> Bou
     sizes = Sizes(
         fields.mean(lambda at: at.thickness), membrane, fields.mean(lambda at: at.mass[0])
     )
-    thickness = _constant(domain, sizes.thickness)
-    hourglass = N0 * _per_element(domain, b)
-    return BoundSection(linear, _constant(domain, shear), hourglass, sizes, thickness)
+    return BoundSection(linear, _constant(domain, shear), N0 * _per_element(domain, b), sizes)
 
 
 def _membrane(at: Layup) -> Floats:

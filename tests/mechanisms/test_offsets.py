@@ -317,6 +317,10 @@ WRONG = {
     "about which a shell carries none; it must be across it, (0, 1, 0)": lambda: plate(
         loads=PointMoment("right-top", (0, 1, 0.5))
     ),
+    # all of it is: there is no part that would do
+    "about which a shell carries none; it must act on a rigid body": lambda: plate(
+        loads=PointMoment("right-top", (0, 0, 2.0))
+    ),
 }  # fmt: skip
 
 

@@ -1,6 +1,7 @@
 """What a shell is bound to: mesh, space, section, rules of its integrals, and its kinematics."""
 
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -96,6 +97,11 @@ class BoundShell:
     def force_size(self) -> float:
         """Size of its resultants, N."""
         return float(self.section.force.value)
+
+    @cached_property
+    def thickness(self) -> fem.Constant:
+        """Length that makes curvatures comparable with strains, m."""
+        return fem.Constant(self.mixed.space.mesh, self.section.sizes.thickness)
 
     def node_directors(self) -> npt.NDArray[np.float64]:
         """Reference directors of the local nodes (owned and ghost), shape (n, 1, 3)."""

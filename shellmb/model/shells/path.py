@@ -50,7 +50,7 @@ def strain_measure(shell: BoundShell) -> Measure:
 def general(shell: BoundShell, span: Interval, dq: Expr) -> Form:
     """Internal forces over a sub-interval, whatever the strains and the section."""
     section, layout, strains = shell.section.formulation, shell.layout, _vector_of(shell)
-    quadratic, h = _quadratic_strains(shell), shell.section.thickness
+    quadratic, h = _quadratic_strains(shell), shell.thickness
     acting = at_middle if quadratic else ExactInterval((1, 1, 1, h**2, h**2, h**2, 1, 1))
     if isinstance(section, LinearMixed):
         full, red = interval_work(section, layout, strains, span, dq, acting)
@@ -172,7 +172,7 @@ def along(
 
 def _of_any_form(shell: BoundShell, step: Step, k: int, dq: Expr, trial: Expr) -> Term:
     """Internal forces of a row for strains of any form, the hourglass control with them."""
-    section, layout, h = shell.section.formulation, shell.layout, shell.section.thickness
+    section, layout, h = shell.section.formulation, shell.layout, shell.thickness
     assert isinstance(section, LinearMixed)
 
     def product(a: Expr, b: Expr) -> Expr:

@@ -147,15 +147,16 @@ def _refuse_drilling(load: PointMoment, end: End) -> None:
     """A shell has no moment about its director, and would take no part of the load there."""
     moment, director = np.array(load.moment), end.directors[0]
     about = float(moment @ director)
-    if abs(about) > DRILLING * np.linalg.norm(moment):
-        normal, rest = (
-            ", ".join(f"{c:.9g}" for c in v + 0.0) for v in (director, moment - about * director)
-        )
-        raise SceneError(
-            f"{load.label} on '{end.owner}': moment is {load.moment}, {about:.4g} of it about the "
-            f"director ({normal}), about which a shell carries none; it must be across it, "
-            f"({rest}), or act on a rigid body or a beam that is fixed to the shell"
-        )
+    least, across = DRILLING * np.linalg.norm(moment), moment - about * director
+    if abs(about) <= least:
+        return
+    normal, rest = (", ".join(f"{c:.9g}" for c in v + 0.0) for v in (director, across))
+    would_do = f"be across it, ({rest}), or " if np.linalg.norm(across) > least else ""
+    raise SceneError(
+        f"{load.label} on '{end.owner}': moment is {load.moment}, {about:.4g} of it about the "
+        f"director ({normal}), about which a shell carries none; it must {would_do}act on a rigid "
+        "body or a beam that is fixed to the shell"
+    )
 
 
 def point_loads(scene: Scene, comm: MPI.Comm, find: Finder) -> list[PointLoads]:
