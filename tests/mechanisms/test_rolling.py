@@ -220,35 +220,43 @@ def test_chaplygins_sleigh(scheme: str, watch) -> None:
     assert np.abs(path.column("F2") - force).max() < small * np.abs(force).max()
 
 
-@pytest.mark.parametrize("scheme", ["ep", "ep4"])
-def test_ball_on_a_turntable(scheme: str, watch) -> None:
-    """Circles at 2/7 of the turntable's rate: a plane that moves."""
-    rate, radius, start, v = 7.0, 0.1, np.array([0.2, 0.0, 0.1]), np.array([0.3, 0.5, 0.0])
-    under = np.cross((0, 0, rate), start)
+RATE, BALL, BEGIN = 7.0, np.array([0.2, 0.0, 0.1]), np.array([0.3, 0.5, 0.0])
+
+
+def turntable(scheme: str, dt: float, t_end: float) -> Scene:
+    """A ball that rolls on a table which turns evenly."""
+    radius, under = 0.1, np.cross((0, 0, RATE), BALL)
     joints: list[Joint] = [
         Revolute("pivot", GROUND, "table", at=(0, 0, 0), axis=Z),
         Rolling("contact", "table", "ball", at=(0, 0, 0), normal=Z, radius=radius),
     ]
-    scene = Scene(
+    spin = tuple(np.cross(Z, BEGIN - under) / radius)
+    return Scene(
         "turntable",
         rigid_bodies=[
             RigidBody("table", 1.0, (1.0, 1.0, 2.0)),
-            RigidBody("ball", 1.0, (0.4 * radius**2,) * 3, position=tuple(start)),
+            RigidBody("ball", 1.0, (0.4 * radius**2,) * 3, position=tuple(BALL)),
         ],
         joints=joints,
-        drivers=Driver("motor", "pivot", rotation=lambda t: rate * t),
+        drivers=Driver("motor", "pivot", rotation=lambda t: RATE * t),
         loads=Gravity((0, 0, -G)),
         initial=[
-            InitialVelocity(spin=(0, 0, rate), body="table"),
-            InitialVelocity(tuple(v), tuple(np.cross(Z, v - under) / radius), tuple(start), "ball"),
+            InitialVelocity(spin=(0, 0, RATE), body="table"),
+            InitialVelocity(tuple(BEGIN), spin, tuple(BALL), "ball"),
         ],
         scheme=scheme,
-        dt=0.02,
-        t_end=1.0,
+        dt=dt,
+        t_end=t_end,
     )
+
+
+@pytest.mark.parametrize("scheme", ["ep", "ep4"])
+def test_ball_on_a_turntable(scheme: str, watch) -> None:
+    """Circles at 2/7 of the turntable's rate: a plane that moves."""
+    scene = turntable(scheme, 0.02, 1.0)
     path = Path("ball", "track1", "track2", "F3")
     watch(scene, path).check()
-    gap = np.abs(path.x - ball_on_turntable(rate, start, v, path.t)).max()
+    gap = np.abs(path.x - ball_on_turntable(RATE, BALL, BEGIN, path.t)).max()
     # the ball turns by 0.2 rad in a step: measured 3.0e-2 and 1.6e-4, with half of it a fourth
     # and a 16th; the circle's radius is 0.29 m
     assert gap < {"ep": 4e-2, "ep4": 2e-4}[scheme]
@@ -256,6 +264,19 @@ def test_ball_on_a_turntable(scheme: str, watch) -> None:
     # the point of contact in the table's axes, below the ball
     track = np.hypot(path.column("track1"), path.column("track2"))
     assert track == pytest.approx(np.linalg.norm(np.array(path.x)[1:, :2], axis=1), rel=1e-9)
+
+
+@pytest.mark.slow
+def test_what_ed_damps_too_much_is_said() -> None:
+    """With alpha = 1 and long steps a ball leaves its circle, and the run warns; not with half."""
+    far, near = (execute(turntable("ed", dt, 8.0)) for dt in (0.02, 0.01))
+    assert {"turning", "angular momentum"} <= {c.watch for c in far.warnings}
+    assert near.warnings == ()
+    # no further from the axis than the circle reaches: 0.450 m
+    ends = np.array([ball_on_turntable(RATE, BALL, BEGIN, t) for t in near.history["t"]])
+    reach = np.hypot(*ends.T[:2]).max()
+    track = np.hypot(near.history["contact.track1"], near.history["contact.track2"])
+    assert track.max() == pytest.approx(reach, rel=0.03)
 
 
 @pytest.mark.parametrize(("scheme", "alpha"), SOME)
