@@ -1,14 +1,17 @@
 """Compiled forms: one place that says how DOLFINx compiles."""
 
+import importlib.util
 import logging
 import platform
+import sysconfig
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
+from functools import cache
 from pathlib import Path
 from typing import Any
 
-from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
+from mpi4py import MPI  # before dolfinx
 
 import ffcx.codegeneration.jit as ffcx_jit
 import ffcx.naming
@@ -17,10 +20,12 @@ import numpy as np
 import numpy.typing as npt
 import ufl
 from dolfinx import default_scalar_type, fem, jit
+from dolfinx.fem.forms import form_cpp_class, get_integration_domains
 from ufl import Form
 from ufl.core.expr import Expr
 
 from shellmb.compiler import compile_new
+from shellmb.derivatives import Derivative, Record, read, write
 from shellmb.locks import FileLock
 
 
@@ -61,11 +66,12 @@ def compiled(form: Form) -> fem.Form:
     Args:
         form: Any form; its parameters are Constants, so that their values do not matter here.
     """
-    with _alone(form, form):
-        made = fem.form(form, jit_options=JIT_OPTIONS)
-    for found in _WATCHING.get():
-        found.add(kernel_name(made))
-    return made
+    name, comm = module_name(form), _comm(form)
+    with _alone(comm, name):
+        if not comm.bcast(_ready(name)):
+            jit.ffcx_jit(comm, form, {"scalar_type": default_scalar_type}, JIT_OPTIONS)
+    spaces = [argument.ufl_function_space() for argument in form.arguments()]
+    return _attached(name, form, spaces, form.coefficients(), form.constants())
 
 
 def compile_all(forms: Sequence[Form]) -> list[fem.Form]:
@@ -77,17 +83,136 @@ def compile_all(forms: Sequence[Form]) -> list[fem.Form]:
     Raises:
         RuntimeError: If the C compiler fails; on all ranks.
     """
-    if forms:
-        comm = forms[0].ufl_domain().ufl_cargo().comm
-        failure: BaseException | None = None
-        if comm.rank == 0:
-            try:
-                compile_new(forms, JIT_OPTIONS, _TELLING.get())
-            except Exception as error:
-                failure = error
-        if comm.bcast(failure is not None):
-            raise RuntimeError("forms could not be compiled") from failure
-    return [compiled(form) for form in forms]
+    return [form for form in compile_with_derivatives(forms) if form is not None]
+
+
+def compile_with_derivatives(forms: Sequence[Form | Derivative]) -> list[fem.Form | None]:
+    """Forms and derivatives of forms compiled side by side; see `compile_all`.
+
+    Args:
+        forms: Forms that are not empty, and derivatives of such.
+
+    Returns:
+        Them; None for a derivative that vanishes.
+
+    Raises:
+        RuntimeError: If the C compiler fails; on all ranks.
+    """
+    if not forms:
+        return []
+    comm = _comm(forms[0].of if isinstance(forms[0], Derivative) else forms[0])
+    records = comm.bcast([_record(form) for form in forms] if comm.rank == 0 else None)
+    # derivatives whose kernels are not known are taken
+    taken = [
+        form.form() if isinstance(form, Derivative) and record is None else form
+        for form, record in zip(forms, records, strict=True)
+    ]
+    failure: BaseException | None = None
+    if comm.rank == 0:
+        try:
+            new = [form for form in taken if isinstance(form, Form) and not form.empty()]
+            compile_new(new, JIT_OPTIONS, _TELLING.get())
+        except Exception as error:
+            failure = error
+    if comm.bcast(failure is not None):
+        raise RuntimeError("forms could not be compiled") from failure
+    made: list[fem.Form | None] = []
+    for given, form, record in zip(forms, taken, records, strict=True):
+        if isinstance(form, Derivative):
+            made.append(_differentiated(form, record))
+            continue
+        made.append(None if form.empty() else compiled(form))
+        if isinstance(given, Derivative) and comm.rank == 0:
+            name = "" if form.empty() else module_name(form)
+            write(given.file(_folder(), module_name(given.of)), given.record(form, name))
+    return made
+
+
+def _record(form: Form | Derivative) -> Record | None:
+    """What is known of a derivative, if its kernel is there."""
+    if not isinstance(form, Derivative):
+        return None
+    found = read(form.file(_folder(), module_name(form.of)))
+    return found if found is not None and (not found.kernel or _ready(found.kernel)) else None
+
+
+def _differentiated(derivative: Derivative, record: Record) -> fem.Form | None:
+    """The derivative of a form with a kernel that is known, without taking it."""
+    if not record.kernel:
+        return None
+    of = derivative.of
+    spaces = [argument.ufl_function_space() for argument in of.arguments()]
+    spaces.append(derivative.function.function_space)
+    coefficients, constants = of.coefficients(), of.constants()
+    return _attached(
+        record.kernel,
+        of,
+        spaces,
+        [coefficients[k] for k in record.coefficients],
+        [constants[k] for k in record.constants],
+    )
+
+
+def _attached(
+    name: str, like: Form, spaces: Sequence[Any], coefficients: Sequence[Any], constants: Any
+) -> fem.Form:
+    """A kernel with its data, as `dolfinx.fem.form` attaches them.
+
+    That function looks for the module in a list of all files of the cache, which takes longer the
+    more there are (35 ms with 15 000), and asks for the form in UFL, also of a derivative.
+
+    Args:
+        name: Name of the kernel's module.
+        like: A form with the same integrals and mesh.
+        spaces: Of the arguments.
+        coefficients: In the order in which the kernel's form has them.
+        constants: Likewise.
+    """
+    module, kernel = _loaded(_folder() / name)
+    for found in _WATCHING.get():
+        found.add(name)
+    subdomains = like.subdomain_data()
+    (domain,) = subdomains
+    offsets = kernel.form_integral_offsets
+    ids = {
+        kind.name: [kernel.form_integral_ids[j] for j in range(offsets[i], offsets[i + 1])]
+        for i, kind in enumerate(map(fem.IntegralType, range(len(fem.IntegralType))))
+    }
+    made = form_cpp_class(default_scalar_type)(
+        [module.ffi.cast("uintptr_t", module.ffi.addressof(kernel))],
+        [space._cpp_object for space in spaces],
+        [
+            coefficients[kernel.original_coefficient_positions[i]]._cpp_object
+            for i in range(kernel.num_coefficients)
+        ],
+        [constant._cpp_object for constant in constants],
+        {
+            fem.IntegralType[kind]: get_integration_domains(
+                fem.IntegralType[kind], data[0], ids[kind]
+            )
+            for kind, data in subdomains[domain].items()
+        },
+        [],
+        domain.ufl_cargo(),
+    )
+    return fem.Form(made, kernel, None, module)
+
+
+@cache
+def _loaded(path: Path) -> tuple[Any, Any]:
+    """A module of the cache and the form in it; loaded once in a process.
+
+    Args:
+        path: Of the module, without what its name ends with.
+    """
+    file = path.with_suffix(sysconfig.get_config_var("EXT_SUFFIX"))
+    spec = importlib.util.spec_from_file_location(path.name, file)
+    if spec is None or spec.loader is None:
+        raise ImportError(f"{file} is no extension module")
+    module: Any = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    (form,) = (name for name in dir(module.lib) if name.startswith("form_"))
+    return module, getattr(module.lib, form)
 
 
 def _silent(number: int, count: int) -> None:
@@ -118,25 +243,25 @@ def compiled_expression(value: Expr, points: npt.NDArray[np.float64]) -> fem.Exp
         value: The expression.
         points: Where on the reference element it is wanted, shape (n, dimension).
     """
-    with _alone(value, (value, np.reshape(points, (len(points), -1)))):
-        return fem.Expression(value, points, jit_options=JIT_OPTIONS)
+    name = module_name((value, np.reshape(points, (len(points), -1))))
+    with _alone(_comm(value), name):
+        options = JIT_OPTIONS | {"cache_dir": str(_folder(name))}
+        return fem.Expression(value, points, jit_options=options)
 
 
 @contextmanager
-def _alone(of: Form | Expr, item: Form | tuple[Expr, Any]) -> Iterator[None]:
+def _alone(comm: MPI.Comm, name: str) -> Iterator[None]:
     """Only one process compiles a kernel; what a killed one has left of it is removed.
 
     A process that was killed while it compiled leaves a file that DOLFINx would wait for. Who holds
     the lock and finds such a file knows that nobody is compiling it.
     """
-    domain: Any = ufl.domain.extract_domains(of)[0]
-    comm = domain.ufl_cargo().comm
-    source = jit.get_options(JIT_OPTIONS)["cache_dir"] / f"{module_name(item)}.c"
-    ready = source.with_suffix(".c.cached")
     # one rank compiles, the others load
-    if comm.rank != 0 or ready.exists():
+    if comm.rank != 0 or _ready(name):
         yield
         return
+    source = _folder(name) / f"{name}.c"
+    ready = source.with_suffix(".c.cached")
     source.parent.mkdir(parents=True, exist_ok=True)
     lock = FileLock(source.with_suffix(".lock"))
     try:
@@ -155,6 +280,26 @@ def _alone(of: Form | Expr, item: Form | tuple[Expr, Any]) -> Iterator[None]:
         if not ready.exists():
             source.unlink(missing_ok=True)
         lock.release()
+
+
+def _comm(of: Form | Expr) -> MPI.Comm:
+    domain: Any = ufl.domain.extract_domains(of)[0]
+    comm: MPI.Comm = domain.ufl_cargo().comm
+    return comm
+
+
+def _folder(name: str = "") -> Path:
+    """Where a module is kept, by its name.
+
+    Those of expressions have a folder to themselves: FFCx lists all files beside them.
+    """
+    cached = Path(jit.get_options(JIT_OPTIONS)["cache_dir"])
+    return cached / "expressions" if name.startswith("libffcx_expressions") else cached
+
+
+def _ready(name: str) -> bool:
+    """Whether a kernel is compiled, by the name of its module."""
+    return (_folder(name) / f"{name}.c.cached").exists()
 
 
 def module_name(item: Form | tuple[Expr, Any]) -> str:

@@ -29,7 +29,7 @@ FLOW = (
     "observers",
     "watches",
 )
-FIRST = ("errors", "calling", "locks", "stopping", "compiler", "kernels", "analytic")
+FIRST = ("errors", "calling", "locks", "stopping", "compiler", "derivatives", "kernels", "analytic")
 RANK = {name: rank for rank, name in enumerate((*FIRST, *FLOW))}
 # what a user starts; these may import one another
 TOP = (

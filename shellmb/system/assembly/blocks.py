@@ -18,11 +18,11 @@ from petsc4py import PETSc
 
 import numpy as np
 import numpy.typing as npt
-import ufl
 from dolfinx import cpp, fem  # type: ignore[attr-defined]
 from ufl import Form
 
-from shellmb.kernels import compile_all, compiled
+from shellmb.derivatives import Derivative
+from shellmb.kernels import compile_with_derivatives, compiled
 from shellmb.system.assembly import native
 from shellmb.system.assembly.fields import Field, Followers
 from shellmb.system.assembly.following import Following
@@ -123,31 +123,28 @@ class BlockSystem:
 
     def _compile(self) -> None:
         fields = self.fields
-        derivatives: list[tuple[tuple[int, int], Form]] = [
+        derivatives: list[tuple[tuple[int, int], Form | Derivative]] = [
             ((i, j), form)
             for i, f in enumerate(fields)
             for term in f.terms
             for j, forms in term.derivatives.items()
             for form in forms
         ]
-        for i, j in itertools.product(range(len(fields)), repeat=2):
-            function = fields[j].function
-            trial = ufl.TrialFunction(function.function_space)
-            for form in fields[i].residual:
-                if function not in form.coefficients():
-                    continue
-                derivative = ufl.algorithms.expand_derivatives(
-                    ufl.derivative(form, function, trial)
-                )
-                if not derivative.empty():
-                    derivatives.append(((i, j), derivative))
+        derivatives += [
+            ((i, j), Derivative(form, fields[j].function))
+            for i, j in itertools.product(range(len(fields)), repeat=2)
+            for form in fields[i].residual
+            if fields[j].function in form.coefficients()
+        ]
         # all at once: they are compiled side by side
         residuals = [form for f in fields for form in f.forms]
-        made = iter(compile_all([*residuals, *(form for _, form in derivatives)]))
-        self.residual_forms = [[next(made) for _ in f.forms] for f in fields]
+        made = compile_with_derivatives([*residuals, *(form for _, form in derivatives)])
+        there = iter(form for form in made[: len(residuals)] if form is not None)
+        self.residual_forms = [[next(there) for _ in f.forms] for f in fields]
         self.jacobians: BlockForms = {}
-        for place, _ in derivatives:
-            self.jacobians.setdefault(place, []).append(next(made))
+        for (place, _), form in zip(derivatives, made[len(residuals) :], strict=True):
+            if form is not None:
+                self.jacobians.setdefault(place, []).append(form)
 
     def _set_fixed(self) -> None:
         """Find the fixed unknowns, on whatever field and rank they were named."""

@@ -1,0 +1,84 @@
+"""Derivatives whose kernels are known are not taken again, and are the same."""
+
+from mpi4py import MPI
+
+import dolfinx.mesh
+import numpy as np
+import pytest
+import ufl
+from dolfinx import fem
+
+from shellmb import derivatives, kernels
+from shellmb.derivatives import Derivative
+
+
+@pytest.fixture
+def cache(tmp_path, monkeypatch):
+    options = kernels.JIT_OPTIONS | {"cache_dir": str(tmp_path / "cache")}
+    monkeypatch.setattr(kernels, "JIT_OPTIONS", options)
+    return tmp_path / "cache"
+
+
+def residual(cells: int):
+    """A form with two functions, of which one does not stand where the other is differentiated."""
+    mesh = dolfinx.mesh.create_unit_interval(MPI.COMM_SELF, cells)
+    space = fem.functionspace(mesh, ("Lagrange", 1))
+    load, u, other = (fem.Function(space) for _ in range(3))
+    gone, stiff = fem.Constant(mesh, 7.0), fem.Constant(mesh, 2.0 + cells)
+    u.interpolate(lambda x: 1 + x[0] ** 2)
+    other.interpolate(lambda x: np.cos(x[0]))
+    test = ufl.TestFunction(space)
+    form = (stiff * other * u**3 * test + gone * load * test) * ufl.dx
+    return form, u, load, other
+
+
+def matrices(cells: int) -> list[np.ndarray | None]:
+    form, u, load, other = residual(cells)
+    wanted = [Derivative(form, f) for f in (u, load, other)]
+    made = kernels.compile_with_derivatives([form, *wanted])
+    assert made[0].rank == 1
+    return [fem.assemble_matrix(a).to_dense() for a in made[1:] if a is not None]
+
+
+def taken(cells: int) -> list[np.ndarray]:
+    """The same by DOLFINx alone."""
+    form, *functions = residual(cells)
+    return [fem.assemble_matrix(fem.form(ufl.derivative(form, f))).to_dense() for f in functions]
+
+
+def test_known_ones_are_not_taken_again(cache, monkeypatch) -> None:
+    for found, exact in zip(matrices(3), taken(3), strict=True):
+        assert np.abs(found - exact).max() < 1e-14 * np.abs(exact).max()
+
+    def never(*_, **__):
+        raise AssertionError("a derivative was taken whose kernel is known")
+
+    # another mesh, other functions and constants of other values
+    exact = taken(5)
+    monkeypatch.setattr(derivatives.ufl, "derivative", never)
+    for found, value in zip(matrices(5), exact, strict=True):
+        assert np.abs(found - value).max() < 1e-14 * np.abs(value).max()
+
+
+def test_one_that_vanishes_is_remembered(cache) -> None:
+    mesh = dolfinx.mesh.create_unit_interval(MPI.COMM_SELF, 2)
+    space = fem.functionspace(mesh, ("Lagrange", 1))
+    u, test = fem.Function(space), ufl.TestFunction(space)
+    form = ufl.conditional(ufl.gt(u, 0), 1.0, 2.0) * test * ufl.dx
+    for _ in range(2):
+        _, derivative = kernels.compile_with_derivatives([form, Derivative(form, u)])
+        assert derivative is None
+
+
+def test_what_is_left_of_a_record_is_made_anew(cache) -> None:
+    first = matrices(2)
+    files = [*cache.glob("*.by*")]
+    assert len(files) == 3
+    files[0].write_text("{")
+    for kernel in cache.glob("libffcx_forms_*.c.cached"):
+        kernel.unlink()
+        for part in cache.glob(kernel.name.split(".")[0] + ".c*"):
+            part.unlink()
+    kernels._loaded.cache_clear()
+    for found, again in zip(matrices(2), first, strict=True):
+        assert np.array_equal(found, again)
