@@ -1,0 +1,120 @@
+"""Quadratic eigenvalue problems `(s^2 M + s C + K) v = 0` with complex pairs (SLEPc)."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from petsc4py import PETSc
+from slepc4py import SLEPc
+
+import numpy as np
+import numpy.typing as npt
+
+from shellmb.errors import ConvergenceError
+from shellmb.system.direct.mumps import MUMPS_OPTIONS
+
+# beyond this multiple of the shift eigenvalues are those of multipliers, infinite but for round-off
+INFINITE = 1e6
+
+# an eigenvalue whose imaginary part is below this part of the scale of all is real; a double one
+# at zero, as of a free rotation, is found to the square root of round-off times the condition
+REAL = 1e-9
+
+
+class Pair(NamedTuple):
+    """An eigenvalue and its vector, of which real and imaginary part are vectors of unknowns.
+
+    Args:
+        value: Eigenvalue, its imaginary part positive or zero, 1/s.
+        real: Real part of the vector.
+        imaginary: Imaginary part; zero where the eigenvalue is real.
+    """
+
+    value: complex
+    real: PETSc.Vec
+    imaginary: PETSc.Vec
+
+
+def solve_quadratic(
+    K: PETSc.Mat, C: PETSc.Mat, M: PETSc.Mat, count: int, shift: float
+) -> list[Pair]:
+    """Eigenvalues nearest to a shift, sorted by their size; of a complex pair one.
+
+    Arnoldi's method on the linearisation (TOAR), shifted and inverted at a real number, so that
+    one real factorisation does. Rows of constraints have no mass: their infinite eigenvalues are
+    those that the inverse makes zero.
+
+    Args:
+        K: Stiffness.
+        C: Damping and gyroscopic terms.
+        M: Mass.
+        count: Number of pairs wanted.
+        shift: The shift, real and positive, 1/s.
+
+    Raises:
+        ConvergenceError: If the eigenproblem does not converge, or has fewer modes.
+    """
+    solver = SLEPc.PEP().create(K.getComm())
+    solver.setOperators([K, C, M])
+    solver.setProblemType(SLEPc.PEP.ProblemType.GENERAL)
+    solver.setType(SLEPc.PEP.Type.TOAR)
+    solver.setWhichEigenpairs(SLEPc.PEP.Which.TARGET_MAGNITUDE)
+    solver.setTarget(shift)
+    wanted = 2 * count
+    solver.setDimensions(wanted, min(max(4 * wanted, 40), 2 * K.getSize()[0]))
+    solver.setTolerances(1e-11, 500)
+    transform = solver.getST()
+    transform.setType(SLEPc.ST.Type.SINVERT)
+    ksp = transform.getKSP()
+    ksp.setType(PETSc.KSP.Type.PREONLY)
+    ksp.getPC().setType(PETSc.PC.Type.LU)
+    ksp.getPC().setFactorSolverType("mumps")
+    prefix = f"shellmb_quadratic_{id(solver)}_"
+    solver.setOptionsPrefix(prefix)
+    options = PETSc.Options()
+    for key, option in MUMPS_OPTIONS.items():
+        options[f"{prefix}st_{key}"] = option
+    solver.setFromOptions()
+    try:
+        solver.solve()
+    except PETSc.Error as error:
+        raise ConvergenceError(
+            f"modes: the matrix of the eigenproblem has no factors (PETSc error {error.ierr}); it "
+            "must be regular: look for bodies without stiffness and mass"
+        ) from error
+    if solver.getConverged() < min(wanted, solver.getDimensions()[1]):
+        raise ConvergenceError(
+            f"modes: {solver.getConverged()} of {wanted} eigenvalues converged; ask for fewer "
+            "modes, or refine"
+        )
+    pairs = []
+    for k in range(solver.getConverged()):
+        vectors = K.createVecRight(), K.createVecRight()
+        value = complex(solver.getEigenpair(k, *vectors))
+        if abs(value) < INFINITE * shift and value.imag >= 0:
+            pairs.append(Pair(value, *vectors))
+    return sorted(pairs, key=lambda pair: abs(pair.value))
+
+
+def product(A: PETSc.Mat, first: Pair, second: Pair) -> complex:
+    """`v^H A w` of the vectors of two pairs, for a real matrix."""
+    y = A.createVecLeft()
+    parts = []
+    for vector in (second.real, second.imaginary):
+        A.mult(vector, y)
+        parts.append(complex(first.real.dot(y), -first.imaginary.dot(y)))
+    return parts[0] + 1j * parts[1]
+
+
+def turned(pair: Pair, angle: float) -> Pair:
+    """The pair with its vector times `exp(i angle)`."""
+    cosine, sine = np.cos(angle), np.sin(angle)
+    real, imaginary = pair.real.copy(), pair.imaginary.copy()
+    real.scale(cosine)
+    real.axpy(-sine, pair.imaginary)
+    imaginary.scale(cosine)
+    imaginary.axpy(sine, pair.real)
+    return Pair(pair.value, real, imaginary)
+
+
+Values = npt.NDArray[np.complex128]
