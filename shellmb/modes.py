@@ -27,7 +27,7 @@ from shellmb.system.assembly.fields import Field, Followers
 from shellmb.system.direct.mumps import MUMPS_OPTIONS
 
 # shellmb.modes(scene)
-callable_module(__name__, "shellmb.api.modeshapes:modes")
+callable_module(__name__, "shellmb.api.modal:modes")
 
 # a mode below this fraction of the first elastic eigenvalue is a rigid-body motion
 RIGID = 1e-5

@@ -91,25 +91,26 @@ class TurningModes:
         )
 
 
-def modes_at(turning: Turning, rate: float, count: int) -> TurningModes:
+def modes_at(turning: Turning, rate: float, count: int, spare: int = 0) -> TurningModes:
     """Modes about the relative equilibrium at a rate.
 
     Args:
         turning: The scene.
         rate: Rate, rad/s.
         count: Number of modes.
+        spare: Number of more of them that are found if there are so many.
 
     Raises:
         ConvergenceError: If there is no equilibrium, or there are fewer modes.
     """
     turning.go(rate)
     K, C, M = turning.matrices()
-    found = solve_quadratic(K, C, M, count, turning.shift)
+    found = solve_quadratic(K, C, M, count + spare, turning.shift)
     zero = [pair for pair in found if abs(pair.value) < NEUTRAL * turning.shift]
     # a double zero is found as a complex pair, of which one is listed, or as two real numbers
     weight = sum(1.0 if pair.value.imag > 0 else 0.5 for pair in zero)
     rigid = int(np.ceil(weight))
-    kept = [*zero[:rigid], *found[len(zero) :]][:count]
+    kept = [*zero[:rigid], *found[len(zero) :]][: count + spare]
     if len(kept) < count:
         raise ConvergenceError(
             f"modes: count is {count}; there are {len(kept)} modes, ask for no more"
@@ -130,7 +131,7 @@ def modes_at(turning: Turning, rate: float, count: int) -> TurningModes:
         [(a, b) for a, b in shapes],
         model,
         system.size,
-        min(rigid, count),
+        min(rigid, len(kept)),
         UNSTABLE * turning.shift,
         pairs,
     )

@@ -8,17 +8,13 @@ from petsc4py import PETSc
 from slepc4py import SLEPc
 
 import numpy as np
-import numpy.typing as npt
 
 from shellmb.errors import ConvergenceError
 from shellmb.system.direct.mumps import MUMPS_OPTIONS
 
-# beyond this multiple of the shift eigenvalues are those of multipliers, infinite but for round-off
-INFINITE = 1e6
-
-# an eigenvalue whose imaginary part is below this part of the scale of all is real; a double one
-# at zero, as of a free rotation, is found to the square root of round-off times the condition
-REAL = 1e-9
+# Eigenvalues of multipliers are infinite, and come out as large ones that are no eigenvalues: of
+# `s^2 v^H M v + s v^H C v + v^H K v` half of the largest term and more is left, of others round-off.
+FALSE = 1e-3
 
 
 class Pair(NamedTuple):
@@ -91,9 +87,17 @@ def solve_quadratic(
     for k in range(solver.getConverged()):
         vectors = K.createVecRight(), K.createVecRight()
         value = complex(solver.getEigenpair(k, *vectors))
-        if abs(value) < INFINITE * shift and value.imag >= 0:
-            pairs.append(Pair(value, *vectors))
+        pair = Pair(value, *vectors)
+        if value.imag >= 0 and (abs(value) < shift or _left(pair, K, C, M) < FALSE):
+            pairs.append(pair)
     return sorted(pairs, key=lambda pair: abs(pair.value))
+
+
+def _left(pair: Pair, K: PETSc.Mat, C: PETSc.Mat, M: PETSc.Mat) -> float:
+    """What is left of the equation in the direction of the vector, of its largest term."""
+    s = pair.value
+    terms = [s**power * product(A, pair, pair) for power, A in enumerate((K, C, M))]
+    return abs(sum(terms)) / max(*map(abs, terms), 1e-300)
 
 
 def product(A: PETSc.Mat, first: Pair, second: Pair) -> complex:
@@ -116,5 +120,3 @@ def turned(pair: Pair, angle: float) -> Pair:
     imaginary.axpy(sine, pair.real)
     return Pair(pair.value, real, imaginary)
 
-
-Values = npt.NDArray[np.complex128]
