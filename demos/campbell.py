@@ -1,8 +1,8 @@
 """Campbell diagram of a rotor blade: flapping and lagging stiffened by the rotation.
 
 Run it with `shellmb modes campbell --rate 0,5,10,15,20`. A slender blade on a hub turns with 0 to
-20 rad/s, which is seven times its first frequency at rest. Frequencies of a thin beam by Ritz'
-method are the reference (`shellmb.analytic.rotating`; Southwell and Gough 1921, Wright et al. 1982).
+20 rad/s, which is seven times its first frequency at rest. The reference are frequencies of a thin
+beam by Ritz' method (`shellmb.analytic.rotating`; Southwell and Gough 1921, Wright et al. 1982).
 """
 
 # KIND: vibrations and motion
@@ -62,10 +62,10 @@ def scene(rate: float = 5.0, elements: int = 10) -> Scene:
 
 def mode_results(modes: Any) -> dict[str, float]:
     """Frequencies of the first two flapping modes and the first lagging one, rad/s, by rate."""
-    found = {}
+    found: dict[str, float] = {}
     for rate, at in zip(modes.rates, modes.modes, strict=True):
-        flaps = []
-        lags = []
+        flaps: list[float] = []
+        lags: list[float] = []
         for omega, (real, _) in zip(at.omega, at.shapes, strict=True):
             size = np.abs(real["blade"]).max(axis=0)
             (flaps if size[2] > size[1] else lags).append(float(omega))

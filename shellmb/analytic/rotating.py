@@ -1,4 +1,4 @@
-"""Closed forms and Ritz solutions of systems that turn steadily, seen from a frame that turns along.
+"""Closed forms and Ritz solutions of systems that turn steadily, in a frame that turns along.
 
 Sources: R. V. Southwell and B. S. Gough, "The free transverse vibration of airscrew blades", ARC
 R&M 766 (1921), and A. D. Wright, C. E. Smith, R. W. Thresher and J. L. C. Wang, "Vibration modes of
@@ -8,13 +8,13 @@ Southwell, "The vibrations of a spinning disk", Proc. R. Soc. A 99 (1921) 272-28
 
 import numpy as np
 import numpy.typing as npt
-from numpy.polynomial import Polynomial
+from numpy.polynomial import Legendre
 from scipy.linalg import eigh
 
 Floats = npt.NDArray[np.float64]
 
 # shifted Legendre polynomials times the square of the distance from the clamp
-TERMS = 14
+TERMS = 40
 
 
 def flapping(eta: float, count: int = 3, hub: float = 0.0) -> Floats:
@@ -29,23 +29,20 @@ def flapping(eta: float, count: int = 3, hub: float = 0.0) -> Floats:
         hub: Radius `r` of the hub over the length.
 
     Returns:
-        Frequencies times `sqrt(m L^4/(E I))`, ascending; to ten digits up to `eta` of 20.
+        Frequencies times `sqrt(m L^4/(E I))`, ascending.
     """
-    x = Polynomial([0.0, 1.0])
-    shapes = [
-        x**2 * np.polynomial.Legendre.basis(k, domain=[0, 1]).convert(kind=Polynomial)
-        for k in range(TERMS)
-    ]
-    tension = eta**2 * ((1 - x**2) / 2 + hub * (1 - x))
     points, weights = np.polynomial.legendre.leggauss(2 * TERMS + 4)
-    at, weights = (points + 1) / 2, weights / 2
+    x, weights = (points + 1) / 2, weights / 2
+    tension = eta**2 * ((1 - x**2) / 2 + hub * (1 - x))
+    basis = [Legendre.basis(k, domain=[0, 1]) for k in range(TERMS)]
+    P, dP, ddP = (np.array([p.deriv(n)(x) if n else p(x) for p in basis]) for n in range(3))
+    shapes = x**2 * P, 2 * x * P + x**2 * dP, 2 * P + 4 * x * dP + x**2 * ddP
 
     def gram(order: int, factor: Floats) -> Floats:
-        values = np.array([shape.deriv(order)(at) if order else shape(at) for shape in shapes])
-        return np.asarray(values * (weights * factor) @ values.T)
+        return np.asarray(shapes[order] * (weights * factor) @ shapes[order].T)
 
-    one = np.ones_like(at)
-    stiffness = gram(2, one) + gram(1, np.asarray(tension(at)))
+    one = np.ones_like(x)
+    stiffness = gram(2, one) + gram(1, tension)
     return np.asarray(np.sqrt(eigh(stiffness, gram(0, one), eigvals_only=True)[:count]))
 
 

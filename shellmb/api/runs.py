@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, Literal
 from shellmb.api.asked import ask
 from shellmb.api.folders import gone_with, place
 from shellmb.api.modeshapes import ModeShapes, is_modes
-from shellmb.api.rotating import RotatingModes, is_rotating
 from shellmb.api.record import Run
+from shellmb.api.rotating import RotatingModes, is_rotating
 from shellmb.scene import Scene
 
 if TYPE_CHECKING:

@@ -230,9 +230,7 @@ def modes(
     axis: Annotated[
         str | None, typer.Option(metavar="X,Y,Z", help="Axis of rotation, if not the scene's.")
     ] = None,
-    about: Annotated[
-        str | None, typer.Option(metavar="X,Y,Z", help="A point of the axis.")
-    ] = None,
+    about: Annotated[str | None, typer.Option(metavar="X,Y,Z", help="A point of the axis.")] = None,
     mesh: MeshOption = None,
     degree: DegreeOption = None,
     cell: CellOption = None,

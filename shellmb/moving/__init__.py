@@ -1,1 +1,1 @@
-"""Modes of systems that turn steadily: relative equilibria, complex eigenvalues, Campbell diagrams."""
+"""Modes about steady rotations: relative equilibria, complex eigenvalues, Campbell diagrams."""

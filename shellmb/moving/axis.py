@@ -55,8 +55,9 @@ class Axis:
         for name in ("axis", "about"):
             given = np.asarray(getattr(self, name), dtype=float)
             if given.shape != (3,) or not np.all(np.isfinite(given)):
-                raise SceneError(f"modes: {name} is {show(getattr(self, name))}; it must be three "
-                                 "numbers")
+                raise SceneError(
+                    f"modes: {name} is {show(getattr(self, name))}; it must be three numbers"
+                )
         if not np.any(self.axis):
             raise SceneError("modes: axis is (0, 0, 0); it must have a direction")
 
@@ -69,9 +70,7 @@ class Axis:
     def along(self, direction: Any) -> bool:
         """Whether a vector is parallel to it, or zero."""
         vector = np.asarray(direction, dtype=float)
-        return bool(
-            np.linalg.norm(np.cross(self.unit, vector)) <= ON_AXIS * np.linalg.norm(vector)
-        )
+        return bool(np.linalg.norm(np.cross(self.unit, vector)) <= ON_AXIS * np.linalg.norm(vector))
 
     def has(self, point: Any, size: float = 1.0) -> bool:
         """Whether a point is on it, to a part of the size of the scene."""
@@ -94,7 +93,7 @@ def find_axis(
     """
     if axis is not None:
         return Axis(_three("axis", axis), _three("about", about or (0.0, 0.0, 0.0)))
-    found = [Axis(tuple(map(float, a)), tuple(map(float, p))) for a, p in _turning(scene)]
+    found = [Axis(_three("axis", a), _three("about", p)) for a, p in _turning(scene)]
     if not found:
         raise SceneError(
             f"modes: scene '{scene.name}' has no initial spin, no driven edge and no driven joint "
@@ -102,7 +101,9 @@ def find_axis(
         )
     first = found[0] if about is None else Axis(found[0].axis, _three("about", about))
     for other in found:
-        if not first.along(other.axis) or (about is None and not first.has(other.about, _size(scene))):
+        if not first.along(other.axis) or (
+            about is None and not first.has(other.about, _size(scene))
+        ):
             raise SceneError(
                 f"modes: scene '{scene.name}' turns about {show(found[0].axis)} through "
                 f"{show(found[0].about)} and about {show(other.axis)} through "
@@ -172,9 +173,7 @@ def check_steady(scene: Scene, axis: Axis, loaded: bool) -> None:
                 "has no such contacts, leave it out"
             )
         if joint.active is not None:
-            raise SceneError(
-                f"modes: {joint.said} acts in windows of time; it must act always"
-            )
+            raise SceneError(f"modes: {joint.said} acts in windows of time; it must act always")
         if _grounded(joint):
             _check_bearing(scene, joint, axis, size)
     for element in scene.elements:

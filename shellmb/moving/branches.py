@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 from petsc4py import PETSc
 
@@ -49,11 +50,11 @@ def assurance(first: Sequence[Pair], second: Sequence[Pair], mass: PETSc.Mat) ->
         return complex(real, sign * v.real.dot(b) - v.imaginary.dot(a))
 
     columns = [times(w) for w in second]
-    sizes = [[abs(inner(p, times(p), 1.0)) for p in pairs] for pairs in (first, second)]
+    own, other = (np.array([abs(inner(p, times(p), 1.0)) for p in of]) for of in (first, second))
     rows = [
         [max(abs(inner(v, y, 1.0)), abs(inner(v, y, -1.0))) ** 2 for y in columns] for v in first
     ]
-    return np.array(rows) / np.outer(*sizes)
+    return np.array(rows) / np.outer(own, other)
 
 
 def track(found: Sequence[TurningModes], mass: PETSc.Mat) -> npt.NDArray[np.int64]:
@@ -67,15 +68,13 @@ def track(found: Sequence[TurningModes], mass: PETSc.Mat) -> npt.NDArray[np.int6
         Number of the mode from 0, or -1 where the branch has none, shape (rates, branches).
     """
     branches: list[list[int]] = [[k] for k in range(len(found[0].values))]
-    for step, (before, after) in enumerate(zip(found[:-1], found[1:], strict=True), start=1):
+    for step, (before, after) in enumerate(pairwise(found), start=1):
         alike = assurance(before.pairs, after.pairs, mass)
         # of shapes that are equally like the nearest frequency decides
         gaps = np.abs(before.omega[:, None] - after.omega[None])
         cost = alike - 1e-3 * gaps / max(float(gaps.max()), 1e-300)
         rows, columns = linear_sum_assignment(-cost)
-        follows = {
-            int(r): int(c) for r, c in zip(rows, columns, strict=True) if alike[r, c] > SAME
-        }
+        follows = {int(r): int(c) for r, c in zip(rows, columns, strict=True) if alike[r, c] > SAME}
         for branch in branches:
             branch.append(follows.get(branch[-1], -1))
         new = set(range(len(after.values))) - set(follows.values())

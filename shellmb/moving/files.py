@@ -22,9 +22,7 @@ from shellmb.stopping import STOPPING
 
 TABLE, PICTURE = "campbell.csv", "campbell.png"
 
-HEADER = (
-    "mode,frequency_hz,omega_rad_per_s,growth_per_s,damping_ratio,whirl,direction,stable"
-)
+HEADER = "mode,frequency_hz,omega_rad_per_s,growth_per_s,damping_ratio,whirl,direction,stable"
 
 
 def folder(directory: Path, number: int) -> Path:

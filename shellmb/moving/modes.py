@@ -116,9 +116,7 @@ def modes_at(turning: Turning, rate: float, count: int, spare: int = 0) -> Turni
             f"modes: count is {count}; there are {len(kept)} modes, ask for no more"
         )
     pairs = tuple(_upright(pair, turning) for pair in kept)
-    whirl = [
-        (product(turning.transport, p, p) / product(turning.mass, p, p)).imag for p in pairs
-    ]
+    whirl = [(product(turning.transport, p, p) / product(turning.mass, p, p)).imag for p in pairs]
     system, model = turning.system, turning.model
     shapes = [
         scaled(model, *(nodal_shape(system, model, v) for v in (p.real, p.imaginary)))

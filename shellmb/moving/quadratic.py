@@ -13,7 +13,7 @@ from shellmb.errors import ConvergenceError
 from shellmb.system.direct.mumps import MUMPS_OPTIONS
 
 # Eigenvalues of multipliers are infinite, and come out as large ones that are no eigenvalues: of
-# `s^2 v^H M v + s v^H C v + v^H K v` half of the largest term and more is left, of others round-off.
+# `s^2 v^H M v + s v^H C v + v^H K v` half of the largest term is left, of others round-off.
 FALSE = 1e-3
 
 
@@ -119,4 +119,3 @@ def turned(pair: Pair, angle: float) -> Pair:
     imaginary.scale(cosine)
     imaginary.axpy(sine, pair.real)
     return Pair(pair.value, real, imaginary)
-

@@ -100,7 +100,7 @@ def write_shapes(
     model: Model,
     modes: Sequence[Mapping[str, Shape]],
     table: Sequence[str],
-    summary: Mapping[str, Any],
+    summary: dict[str, Any],
 ) -> None:
     """Write modes into a directory, which `show.modes` and `api.modeshapes` read; collective.
 

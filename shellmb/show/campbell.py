@@ -39,7 +39,7 @@ def campbell_figure(table: Path) -> Figure:
     damped = bool(np.any(np.abs(columns["damping_ratio"]) > DAMPED))
     with mpl.rc_context(STYLE):
         made = figure(7.0, 6.2 if damped else 4.4)
-        every = np.atleast_1d(made.subplots(2 if damped else 1, 1, sharex=True))
+        every = made.subplots(2 if damped else 1, 1, sharex=True, squeeze=False)[:, 0]
         plots = ("frequency_hz", "damping_ratio")
         for name, axes in zip(plots, every, strict=False):
             for branch in np.unique(branches):
@@ -57,7 +57,9 @@ def campbell_figure(table: Path) -> Figure:
     return made
 
 
-def _orders(axes: mpl.axes.Axes, rates: npt.NDArray[np.float64], found: npt.NDArray[np.float64]) -> None:
+def _orders(
+    axes: mpl.axes.Axes, rates: npt.NDArray[np.float64], found: npt.NDArray[np.float64]
+) -> None:
     """Lines through the origin at multiples of the rate, as far as there are frequencies."""
     last, top = float(rates.max()), 1.05 * float(found.max()) or 1.0
     axes.set_ylim(0.0, top)

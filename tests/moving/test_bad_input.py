@@ -74,7 +74,7 @@ def test_axis_of_the_scene() -> None:
 
 @pytest.mark.parametrize("rates", [[], [-1.0], [2.0, 1.0], [float("nan")], 3.0, ["x"]])
 def test_rates(rates: Any) -> None:
-    with pytest.raises(SceneError, match="rates are .*must be one or more numbers"):
+    with pytest.raises(SceneError, match=r"rates are .*must be one or more numbers"):
         campbell(scene(joints=AXLE), rates, axis=(0, 0, 1))
 
 
