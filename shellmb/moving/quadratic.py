@@ -16,6 +16,10 @@ from shellmb.system.direct.mumps import MUMPS_OPTIONS
 # `s^2 v^H M v + s v^H C v + v^H K v` half of the largest term is left, of others round-off.
 FALSE = 1e-3
 
+# Parts of the shift, and bases as multiples of what is wanted: of small systems the basis holds
+# infinite eigenvalues, too, which LAPACK cannot always sort (PETSc error 76), and others can.
+ATTEMPTS = ((1.0, 4), (1.37, 4), (1.0, 2), (0.71, 3), (1.21, 2))
+
 
 class Pair(NamedTuple):
     """An eigenvalue and its vector, of which real and imaginary part are vectors of unknowns.
@@ -50,14 +54,48 @@ def solve_quadratic(
     Raises:
         ConvergenceError: If the eigenproblem does not converge, or has fewer modes.
     """
+    failure: Exception | None = None
+    for part, basis in ATTEMPTS:
+        try:
+            solver = _solved(K, C, M, count, part * shift, basis)
+            break
+        except (PETSc.Error, SystemError) as error:
+            # raised through Cython it may come as the cause of a SystemError
+            failure = error
+    else:
+        raise ConvergenceError(
+            "modes: the eigenproblem has no solution; its matrix must be regular: look for "
+            f"bodies without stiffness and mass ({failure})"
+        ) from failure
+    wanted = solver.getDimensions()[0]
+    if solver.getConverged() < wanted:
+        raise ConvergenceError(
+            f"modes: {solver.getConverged()} of {wanted} eigenvalues converged; ask for fewer "
+            "modes, or refine"
+        )
+    pairs = []
+    for k in range(solver.getConverged()):
+        vectors = K.createVecRight(), K.createVecRight()
+        value = complex(solver.getEigenpair(k, *vectors))
+        pair = Pair(value, *vectors)
+        if value.imag >= 0 and (abs(value) < shift or _left(pair, K, C, M) < FALSE):
+            pairs.append(pair)
+    return sorted(pairs, key=lambda pair: abs(pair.value))
+
+
+def _solved(
+    K: PETSc.Mat, C: PETSc.Mat, M: PETSc.Mat, count: int, shift: float, basis: int
+) -> SLEPc.PEP:
+    """The solver after its work, with a basis of so many times the eigenvalues wanted."""
     solver = SLEPc.PEP().create(K.getComm())
     solver.setOperators([K, C, M])
     solver.setProblemType(SLEPc.PEP.ProblemType.GENERAL)
     solver.setType(SLEPc.PEP.Type.TOAR)
     solver.setWhichEigenpairs(SLEPc.PEP.Which.TARGET_MAGNITUDE)
     solver.setTarget(shift)
-    wanted = 2 * count
-    solver.setDimensions(wanted, min(max(4 * wanted, 40), 2 * K.getSize()[0]))
+    size = 2 * K.getSize()[0]
+    wanted = min(2 * count, size)
+    solver.setDimensions(wanted, min(max(basis * wanted, 10 * basis), size))
     solver.setTolerances(1e-11, 500)
     transform = solver.getST()
     transform.setType(SLEPc.ST.Type.SINVERT)
@@ -71,26 +109,8 @@ def solve_quadratic(
     for key, option in MUMPS_OPTIONS.items():
         options[f"{prefix}st_{key}"] = option
     solver.setFromOptions()
-    try:
-        solver.solve()
-    except PETSc.Error as error:
-        raise ConvergenceError(
-            f"modes: the matrix of the eigenproblem has no factors (PETSc error {error.ierr}); it "
-            "must be regular: look for bodies without stiffness and mass"
-        ) from error
-    if solver.getConverged() < min(wanted, solver.getDimensions()[1]):
-        raise ConvergenceError(
-            f"modes: {solver.getConverged()} of {wanted} eigenvalues converged; ask for fewer "
-            "modes, or refine"
-        )
-    pairs = []
-    for k in range(solver.getConverged()):
-        vectors = K.createVecRight(), K.createVecRight()
-        value = complex(solver.getEigenpair(k, *vectors))
-        pair = Pair(value, *vectors)
-        if value.imag >= 0 and (abs(value) < shift or _left(pair, K, C, M) < FALSE):
-            pairs.append(pair)
-    return sorted(pairs, key=lambda pair: abs(pair.value))
+    solver.solve()
+    return solver
 
 
 def _left(pair: Pair, K: PETSc.Mat, C: PETSc.Mat, M: PETSc.Mat) -> float:
