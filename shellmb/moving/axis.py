@@ -176,6 +176,11 @@ def check_steady(scene: Scene, axis: Axis, loaded: bool) -> None:
             raise SceneError(f"modes: {joint.said} acts in windows of time; it must act always")
         if _grounded(joint):
             _check_bearing(scene, joint, axis, size)
+    for lock in scene.locks:
+        raise SceneError(
+            f"modes: the lock of joint '{lock.joint}' acts in windows of time; a joint that "
+            "holds the coordinate always must take its place"
+        )
     for element in scene.elements:
         _check_element(scene, element, axis, size)
     for support in scene.supports:

@@ -12,6 +12,7 @@ from shellmb.scene import (
     Gravity,
     InitialVelocity,
     JointDamper,
+    Lock,
     Prismatic,
     Revolute,
     RigidBody,
@@ -32,6 +33,7 @@ def scene(**parts: Any) -> Scene:
 SLIDE = Prismatic("slide", "ground", "rotor", at=(0, 0, 0), axis=(0, 0, 1))
 ASIDE = Revolute("aside", "ground", "rotor", at=(1, 0, 0), axis=(0, 0, 1))
 BRAKE = JointDamper("brake", "axle", viscosity=1.0)
+HELD = Lock("axle", (0.0, 1.0))
 ROPE = Spring("rope", "ground", "rotor", at=(2, 0, 0), second_at="rim", stiffness=1.0)
 HOOK = Spring("hook", "ground", "rotor", at=(0, 0, 3), second_at="rim", stiffness=1.0)
 
@@ -42,6 +44,7 @@ HOOK = Spring("hook", "ground", "rotor", at=(0, 0, 3), second_at="rim", stiffnes
         ({"joints": SLIDE}, False, "'slide' holds on to ground, which does not turn along"),
         ({"joints": ASIDE}, False, "'aside' holds on to ground.*on that axis"),
         ({"joints": AXLE, "elements": BRAKE}, False, "'brake' is turned in .*'axle' to ground"),
+        ({"joints": AXLE, "locks": HELD}, False, "lock of joint 'axle' acts in windows"),
         ({"elements": ROPE}, False, r"'rope' holds on to ground at \(2.*point of the axis"),
         ({"loads": Gravity((0, -9.81, 0))}, True, "gravity is .*fixed in space.*along the axis"),
     ],
