@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from shellmb.errors import SceneError
-from shellmb.moving.axis import Axis, find_axis
+from shellmb.moving.axis import Axis, check_steady, find_axis
 from shellmb.moving.branches import track
 from shellmb.moving.modes import SPARE, TurningModes, check_count, modes_at
 from shellmb.moving.turning import Turning
@@ -19,6 +19,9 @@ from shellmb.scene import Scene
 from shellmb.scene.values.validate import show
 
 Floats = npt.NDArray[np.float64]
+
+# an axis where nothing turns
+UPWARD = (0.0, 0.0, 1.0)
 
 
 @dataclass(frozen=True)
@@ -106,7 +109,12 @@ def campbell(
     """
     check_count(count)
     given = _checked(rates)
-    turning = Turning(scene, find_axis(scene, axis, about), comm, loaded)
+    # at rest nothing has to turn along, and there need be no axis
+    turns = given[-1] > 0
+    line = find_axis(scene, axis, about) if turns or axis is not None else Axis(UPWARD)
+    if turns:
+        check_steady(scene, line, loaded)
+    turning = Turning(scene, line, comm, loaded)
     found = [modes_at(turning, rate, count, SPARE) for rate in given]
     branches = track(found, turning.mass)
     # those that the wanted modes are on, at whatever rate

@@ -12,7 +12,7 @@ from dolfinx import fem
 
 from shellmb.errors import ConvergenceError, SceneError
 from shellmb.modes import Blocks, shift_below
-from shellmb.moving.axis import Axis, check_steady, held
+from shellmb.moving.axis import Axis, held
 from shellmb.moving.frame import TurningFrame
 from shellmb.scene import Scene
 from shellmb.schemes.base import Levels
@@ -36,13 +36,14 @@ class Turning:
     """A scene in a frame that turns about an axis.
 
     Args:
-        scene: The scene; its scheme and its initial velocities do not matter.
+        scene: The scene; its scheme and its initial velocities do not matter, and all of it turns
+            along (`check_steady`).
         axis: The axis.
         comm: Communicator.
         loaded: Whether its loads act, those of the time `t_end`.
 
     Raises:
-        SceneError: If something in it does not turn along, or it cannot be built.
+        SceneError: If it cannot be built, or a joint is open.
 
     Attributes:
         model: Bodies.
@@ -51,7 +52,6 @@ class Turning:
     """
 
     def __init__(self, scene: Scene, axis: Axis, comm: MPI.Comm, loaded: bool) -> None:
-        check_steady(scene, axis, loaded)
         t_end = float(scene.t_end or 1.0)
         still = held(scene).with_options(scheme="ep", dt=scene.dt or 1.0, t_end=t_end)
         self.axis, self.loaded, self.scene = axis, loaded, scene

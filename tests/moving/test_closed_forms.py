@@ -21,8 +21,11 @@ from shellmb.scene import (
     Driver,
     Gravity,
     Isotropic,
+    JointDamper,
+    JointSpring,
     Line,
     Planar,
+    Prismatic,
     RectangularSection,
     Revolute,
     RigidBody,
@@ -143,6 +146,28 @@ def test_mass_on_turning_springs(damping: float) -> None:
         assert found.modes[0].damping[-1] == pytest.approx(damping / 15.0, rel=1e-6)
         assert "divergence" in found.verdict
         assert found.modes[-1].unstable
+
+
+@pytest.mark.parametrize("viscosity", [4.0, 50.0])
+def test_damped_at_rest(viscosity: float) -> None:
+    """A slide on spring and damper to ground, which need not turn along: `m s^2 + c s + k = 0`."""
+    scene = Scene(
+        "slide",
+        rigid_bodies=RigidBody("slide", 2.0, (1.0, 1.0, 1.0)),
+        joints=Prismatic("rail", "ground", "slide", at=(0, 0, 0), axis=(1, 0, 0)),
+        elements=(
+            JointSpring("spring", "rail", stiffness=200.0),
+            JointDamper("damper", "rail", viscosity=viscosity),
+        ),
+        **TIMES,
+    )
+    roots = np.roots([2.0, viscosity, 200.0])
+    count = 1 if viscosity < 40 else 2
+    (modes,) = campbell(scene, [0.0], count=count).modes
+    exact = sorted((r for r in roots if r.imag >= 0), key=abs)
+    np.testing.assert_allclose(modes.values[:count], exact, rtol=1e-9)
+    assert modes.damping[0] == pytest.approx(min(viscosity / 40.0, 1.0))
+    assert not modes.unstable
 
 
 def test_free_gyroscope() -> None:

@@ -33,6 +33,7 @@ def fitted(t: npt.NDArray, u: npt.NDArray, guess: list[float]) -> tuple[npt.NDAr
     return found.x, float(np.linalg.norm(found.fun) / np.linalg.norm(u))
 
 
+@pytest.mark.slow
 def test_top_in_time() -> None:
     """Nutation and precession of a top that is pushed, with EP4, seen from the frame."""
     mass, height, rate = 2.0, 0.3, 40.0
