@@ -25,6 +25,7 @@ _API = {
     "load_scene": "shellmb.api.runs",
     "Run": "shellmb.api.record",
     "ModeShapes": "shellmb.api.modeshapes",
+    "RotatingModes": "shellmb.api.rotating",
     "Study": "shellmb.api.studies",
     "sweep": "shellmb.api.sweeps",
 }

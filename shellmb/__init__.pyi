@@ -2,9 +2,10 @@
 from shellmb import errors as errors
 from shellmb import forms as forms
 from shellmb import scene as scene
+from shellmb.api.modal import modes as modes
 from shellmb.api.modeshapes import ModeShapes as ModeShapes
-from shellmb.api.modeshapes import modes as modes
 from shellmb.api.record import Run as Run
+from shellmb.api.rotating import RotatingModes as RotatingModes
 from shellmb.api.runs import load as load
 from shellmb.api.runs import load_scene as load_scene
 from shellmb.api.runs import resume as resume

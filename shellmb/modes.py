@@ -27,7 +27,7 @@ from shellmb.system.assembly.fields import Field, Followers
 from shellmb.system.direct.mumps import MUMPS_OPTIONS
 
 # shellmb.modes(scene)
-callable_module(__name__, "shellmb.api.modeshapes:modes")
+callable_module(__name__, "shellmb.api.modal:modes")
 
 # a mode below this fraction of the first elastic eigenvalue is a rigid-body motion
 RIGID = 1e-5
@@ -104,9 +104,9 @@ def natural_modes(
     K = system.symmetric_matrix(stiffness, 1.0)
     M = system.symmetric_matrix(mass, 0.0)
     follower = loaded and any(isinstance(load, FOLLOWERS) for load in scene.loads)
-    shift = _shift(model, loaded)
+    shift = shift_below(model, loaded)
     values, vectors = _solve(K, M, count, shift, symmetric=not follower)
-    shapes = [_shape(system, model, vector) for vector in vectors]
+    shapes = [mode_shape(system, model, vector) for vector in vectors]
     elastic = float(np.max(np.abs(values)))
     # rigid modes are told from the elastic ones by the largest gap, not by the highest mode asked
     # for
@@ -157,7 +157,7 @@ def _forms(model: Model, state: Simulation | None) -> tuple[BlockSystem, Blocks,
     return system, stiffness, mass
 
 
-def _shift(model: Model, loaded: bool) -> float:
+def shift_below(model: Model, loaded: bool) -> float:
     """A negative shift of the size of the lowest eigenvalues, rad^2/s^2."""
     found = []
     for shell in model.shells.values():
@@ -226,10 +226,17 @@ def _solve(
     return np.array([value for value, _ in kept]), [vector for _, vector in kept]
 
 
-def _shape(
-    system: BlockSystem, model: Model, vector: PETSc.Vec
-) -> dict[str, npt.NDArray[np.float64]]:
+Shape = dict[str, npt.NDArray[np.float64]]
+
+
+def mode_shape(system: BlockSystem, model: Model, vector: PETSc.Vec) -> Shape:
     """The mode, its largest displacement one unit of length."""
+    (shape,) = scaled(model, nodal_shape(system, model, vector))
+    return shape
+
+
+def nodal_shape(system: BlockSystem, model: Model, vector: PETSc.Vec) -> Shape:
+    """Values of a mode at the nodes of this rank, as of `Modes`, of whatever size."""
     values = system.local_values(vector)
     shapes = {}
     for k, field in enumerate(system.fields):
@@ -240,10 +247,15 @@ def _shape(
             dofs = model.rigid.mixed.dofs
             rows = [part[dofs["u"]].reshape(-1, 3), part[dofs["w"]].reshape(-1, 9)]
             shapes[field.name] = np.concatenate(rows, axis=1)
+    return shapes
+
+
+def scaled(model: Model, *shapes: Shape) -> tuple[Shape, ...]:
+    """Shapes that belong together, the largest displacement in them one unit of length."""
     # of rigid bodies that turn about their centres, the directors times the length of the scene
-    local = max((_size(s, model.length) for s in shapes.values()), default=0.0)
-    largest = model.comm.allreduce(local, op=MPI.MAX)
-    return {name: shape / largest for name, shape in shapes.items()}
+    sizes = (_size(part, model.length) for shape in shapes for part in shape.values())
+    largest = model.comm.allreduce(max(sizes, default=0.0), op=MPI.MAX)
+    return tuple({name: part / largest for name, part in shape.items()} for shape in shapes)
 
 
 def _size(shape: npt.NDArray[np.float64], length: float) -> float:

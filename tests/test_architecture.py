@@ -35,6 +35,7 @@ RANK = {name: rank for rank, name in enumerate((*FIRST, *FLOW))}
 TOP = (
     "show",
     "modes",
+    "moving",
     "run",
     "api",
     "verify",

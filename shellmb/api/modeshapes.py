@@ -3,19 +3,14 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
-from shellmb.api.asked import ask
 from shellmb.observers.files.described import Described, read_described
-from shellmb.scene import Scene
 from shellmb.show.fields import Fields
 
 if TYPE_CHECKING:
-    from mpi4py import MPI
-
     import pandas as pd
     import pyvista as pv
 
@@ -116,61 +111,6 @@ class ModeShapes:
         from shellmb.show.report import modes_card
 
         return modes_card(self)
-
-
-def modes(
-    scene: Scene | str,
-    out: Path | str | None = None,
-    count: int = 6,
-    loaded: bool = False,
-    *,
-    parameters: Mapping[str, Any] | None = None,
-    mesh: tuple[int, int] | str | None = None,
-    degree: Literal[2, 3] | None = None,
-    cell: Literal["quad", "tri"] | None = None,
-    pictures: bool | None = None,
-    comm: MPI.Comm | None = None,
-) -> ModeShapes:
-    """Natural frequencies and modes of a scene, rigid-body modes included.
-
-    Args:
-        scene: A scene, the name of a bundled one, or the path of a Python file.
-        out: Directory to write, new or empty; None: a temporary one.
-        count: Number of modes.
-        loaded: Whether about the static equilibrium under the scene's loads.
-        parameters: Values of the parameters of a scene that is named.
-        mesh: Counts of elements of every shell, as (8, 4) or "8x4"; of beams the first one.
-        degree: Degree of every shell and beam.
-        cell: Cell type of every shell.
-        pictures: Whether the modes are drawn; None: where `out` is given.
-        comm: Communicator; None: all ranks.
-
-    Raises:
-        SceneError: If a body has no mass, or the scene is impossible.
-        ConvergenceError: If the static state or the modes do not converge.
-    """
-    from mpi4py import MPI
-
-    from shellmb.api.folders import gone_with, place
-    from shellmb.run.modes import find_modes
-
-    asked = ask(scene, parameters, mesh=mesh, degree=degree, cell=cell)
-    world = MPI.COMM_WORLD if comm is None else comm
-    directory, temporary = place(out, world)
-    found, _ = find_modes(
-        asked.scene,
-        directory,
-        count,
-        loaded,
-        results=asked.module.mode_results if asked.module is not None else None,
-        comm=world,
-        pictures=out is not None if pictures is None else pictures,
-    )
-    world.Barrier()
-    made = ModeShapes(directory, found)
-    if temporary:
-        gone_with(made, directory, world.rank)
-    return made
 
 
 def is_modes(directory: Path) -> bool:

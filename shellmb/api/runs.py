@@ -10,6 +10,7 @@ from shellmb.api.asked import ask
 from shellmb.api.folders import gone_with, place
 from shellmb.api.modeshapes import ModeShapes, is_modes
 from shellmb.api.record import Run
+from shellmb.api.rotating import RotatingModes, is_rotating
 from shellmb.scene import Scene
 
 if TYPE_CHECKING:
@@ -153,7 +154,7 @@ def resume(
     return Run(Path(out), computed)
 
 
-def load(directory: Path | str) -> Run | ModeShapes:
+def load(directory: Path | str) -> Run | ModeShapes | RotatingModes:
     """Read a run, or modes, from a directory; nothing of it is executed.
 
     Args:
@@ -163,6 +164,8 @@ def load(directory: Path | str) -> Run | ModeShapes:
         SceneError: If it holds neither, or is damaged.
     """
     folder = Path(directory)
+    if is_rotating(folder):
+        return RotatingModes(folder)
     return ModeShapes(folder) if is_modes(folder) else Run(folder)
 
 

@@ -28,10 +28,12 @@ from shellmb.cli.options import (
     StepOption,
     ToleranceOption,
     asked,
+    numbers,
 )
 from shellmb.cli.pictures import plot, report, view
-from shellmb.cli.report import announced, print_list, print_modes, print_run, say
+from shellmb.cli.report import announced, print_campbell, print_list, print_modes, print_run, say
 from shellmb.cli.study import study
+from shellmb.errors import SceneError
 
 HELP = """Geometrically exact shells in flexible multibody dynamics.
 
@@ -221,6 +223,14 @@ def modes(
     loaded: Annotated[
         bool, typer.Option("--loaded", help="About the static equilibrium under the loads.")
     ] = False,
+    rate: Annotated[
+        str | None,
+        typer.Option(metavar="RATES", help="About steady rotations [rad/s], as 0,5,10."),
+    ] = None,
+    axis: Annotated[
+        str | None, typer.Option(metavar="X,Y,Z", help="Axis of rotation, if not the scene's.")
+    ] = None,
+    about: Annotated[str | None, typer.Option(metavar="X,Y,Z", help="A point of the axis.")] = None,
     mesh: MeshOption = None,
     degree: DegreeOption = None,
     cell: CellOption = None,
@@ -230,7 +240,11 @@ def modes(
     quiet: QuietOption = False,
     check: CheckOption = False,
 ) -> Any:
-    """Natural frequencies and modes of a scene, rigid-body modes included."""
+    """Natural frequencies and modes of a scene, rigid-body modes included.
+
+    With --rate complex modes about steady rotations, and their Campbell diagram:
+    `shellmb modes campbell --rate 0,5,10,20`
+    """
     built, module = asked(scene, parameters, mesh=mesh, degree=degree, cell=cell).build()
     if check:
         module.require_check(module.mode_results, "mode_results(modes)")
@@ -240,10 +254,21 @@ def modes(
     from shellmb.run.modes import find_modes
 
     directory = MPI.COMM_WORLD.bcast(out or default_directory(f"{module.name}-modes"))
-    found, results = find_modes(
-        built, directory, count, loaded, results=module.mode_results, pictures=not no_pictures
-    )
-    if not quiet and first_rank():
+    options: Any = {"results": module.mode_results, "pictures": not no_pictures}
+    rates, line, point = numbers("rate", rate), numbers("axis", axis), numbers("about", about)
+    found: Any
+    if rates is not None:
+        from shellmb.moving.files import find_campbell
+
+        turning = (rates, count, loaded, line, point)
+        found, results = find_campbell(built, directory, *turning, **options)
+    elif line is not None or point is not None:
+        raise SceneError("modes: --axis and --about are given without --rate; give --rate, too")
+    else:
+        found, results = find_modes(built, directory, count, loaded, **options)
+    if not quiet and first_rank() and rates is not None:
+        print_campbell(found, count, directory)
+    elif not quiet and first_rank():
         print_modes(found.frequencies.tolist(), found.rigid, directory)
     if check and module.check is not None:
         run_check(module.check, results)

@@ -94,3 +94,23 @@ def asked(scene: str, parameters: list[str] | None, **options: Any) -> Request:
         k: v.value if isinstance(v, StrEnum) else v for k, v in options.items()
     }
     return Request(scene, parse_parameters(parameters or []), Options(**plain))
+
+
+def numbers(option: str, text: str | None) -> list[float] | None:
+    """Numbers separated by commas; None where there is no text.
+
+    Args:
+        option: Name of the option.
+        text: What is given for it.
+
+    Raises:
+        SceneError: If they are none.
+    """
+    if text is None:
+        return None
+    try:
+        return [float(part) for part in text.split(",")]
+    except ValueError:
+        from shellmb.errors import SceneError
+
+        raise SceneError(f"--{option} is {text!r}; it must be numbers as 0,5,10") from None

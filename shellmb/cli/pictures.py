@@ -40,10 +40,17 @@ def plot(
     if not first_rank():
         return
     from shellmb.api.modeshapes import ModeShapes
+    from shellmb.api.rotating import TABLE, RotatingModes
     from shellmb.api.runs import load
 
     run = load(directory)
     folder = out or directory
+    if isinstance(run, RotatingModes):
+        from shellmb.show.campbell import draw_campbell
+
+        folder.mkdir(parents=True, exist_ok=True)
+        say(f"written: {draw_campbell(directory / TABLE, folder / 'campbell.png')}")
+        return
     if isinstance(run, ModeShapes):
         folder.mkdir(parents=True, exist_ok=True)
         run.picture().save(folder / "modes.png")

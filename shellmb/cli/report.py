@@ -12,6 +12,7 @@ from shellmb.cli.failures import tell
 from shellmb.show.account import account
 
 if TYPE_CHECKING:
+    from shellmb.moving.campbell import Campbell
     from shellmb.run.execute import RunResult
 
 
@@ -80,6 +81,28 @@ def print_run(result: RunResult) -> None:
     for caution in result.warnings:
         console.print(f"[bold yellow]warning:[/] {escape(caution.says)}", soft_wrap=True)
     say(f"written to {result.out}")
+
+
+def print_campbell(found: Campbell, count: int, directory: Path) -> None:
+    """Frequencies over the rate, and whether a mode grows.
+
+    Args:
+        found: The modes.
+        count: How many branches are shown.
+        directory: Where everything about them is.
+    """
+    from rich.console import Console
+    from rich.table import Table
+
+    branches = min(count, found.branches.shape[1])
+    table = Table(r"rate \[rad/s]", *(rf"{k} \[Hz]" for k in range(1, branches + 1)), box=None)
+    for column in table.columns:
+        column.justify = "right"
+    for rate, row in zip(found.rates, found.frequencies[:, :branches], strict=True):
+        table.add_row(f"{rate:g}", *("" if f != f else f"{f:.6g}" for f in row))
+    Console(highlight=False).print(table)
+    say(found.verdict)
+    say(f"written to {directory}")
 
 
 def print_modes(frequencies: Sequence[float], rigid: int, directory: Path) -> None:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from mpi4py import MPI
 
-from shellmb.modes import Modes, natural_modes
+from shellmb.model.model import Model
+from shellmb.modes import Modes, Shape, natural_modes
 from shellmb.observers.files.described import describe
 from shellmb.observers.files.drawn import drawn_bodies
 from shellmb.observers.files.gridfiles import GridFiles
@@ -81,31 +82,54 @@ def find_modes(
 def _write(
     directory: Path, modes: Modes, summary: dict[str, Any], pictures: bool, comm: MPI.Comm
 ) -> None:
-    drawn = drawn_bodies(modes.model)
-    shapes = [
-        {name: part.shape(shape[name]) for name, part in drawn.items()} for shape in modes.shapes
-    ]
-    if comm.rank != 0:
-        return
     lines = [
         f"{k},{float(f)!r},{float(w)!r}"
         for k, (f, w) in enumerate(zip(modes.frequencies, modes.omega, strict=True), start=1)
     ]
-    header = "mode,frequency_hz,omega_rad_per_s"
-    (directory / "modes.csv").write_text("\n".join([header, *lines]) + "\n")
-    write_json(directory / SUMMARY, summary)
-    describe(modes.model.scene).write(directory)
-    for name, part in drawn.items():
-        if part.grid is not None:
-            (directory / FIELDS).mkdir(exist_ok=True)
-            files = GridFiles(directory / FIELDS, part.grid, part.cell_data())
-            for k, shape in enumerate(shapes):
-                displacement = shape[name]
-                assert displacement is not None
-                files.write(k, {"displacement": displacement})
-            files.list([float(k) for k in range(1, len(shapes) + 1)])
-            files.close()
-    if pictures:
+    table = ["mode,frequency_hz,omega_rad_per_s", *lines]
+    shapes = [{"displacement": shape} for shape in modes.shapes]
+    write_shapes(directory, modes.model, shapes, table, summary)
+    if pictures and comm.rank == 0:
         from shellmb.show.pictures import draw_directory
 
         draw_directory(directory)
+
+
+def write_shapes(
+    directory: Path,
+    model: Model,
+    modes: Sequence[Mapping[str, Shape]],
+    table: Sequence[str],
+    summary: dict[str, Any],
+) -> None:
+    """Write modes into a directory, which `show.modes` and `api.modeshapes` read; collective.
+
+    Args:
+        directory: The directory.
+        model: The model.
+        modes: Fields of each mode by name, each as the shapes of `shellmb.modes.Modes`.
+        table: Lines of `modes.csv`.
+        summary: The summary.
+    """
+    drawn = drawn_bodies(model)
+    fields = [
+        {
+            body: {name: part.shape(shape[body]) for name, shape in mode.items()}
+            for body, part in drawn.items()
+        }
+        for mode in modes
+    ]
+    if model.comm.rank != 0:
+        return
+    directory.mkdir(exist_ok=True)
+    (directory / "modes.csv").write_text("\n".join(table) + "\n")
+    write_json(directory / SUMMARY, summary)
+    describe(model.scene).write(directory)
+    for body, part in drawn.items():
+        if part.grid is not None:
+            (directory / FIELDS).mkdir(exist_ok=True)
+            files = GridFiles(directory / FIELDS, part.grid, part.cell_data())
+            for k, found in enumerate(fields):
+                files.write(k, {n: v for n, v in found[body].items() if v is not None})
+            files.list([float(k) for k in range(1, len(fields) + 1)])
+            files.close()

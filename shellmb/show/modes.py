@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 COLUMNS, WIDTH = 3, 520
 # states of one period
 PERIOD = 24
+# imaginary part of a complex mode, whose real part is its displacement
+IMAGINARY = "displacement_imaginary"
 
 
 def _mode(fields: Fields, described: Described, mode: int) -> Showing:
@@ -89,12 +91,21 @@ def animate_mode(fields: Fields, described: Described, mode: int, file: Path) ->
         raise SceneError(f"mode is {mode}; it must be one of 1 to {len(fields.times)}")
     what = _mode(fields, described, mode)
     (state,) = what.states
+    # of complex modes, which are not all in phase
+    late = {
+        name: fields[name][IMAGINARY].sel({fields.along: mode}).values
+        for name in what.shapes
+        if IMAGINARY in fields[name]
+    }
     period = []
     for phase in np.arange(PERIOD) * 2 * np.pi / PERIOD:
-        s = float(np.sin(phase))
+        s, c = float(np.sin(phase)), float(np.cos(phase))
         swung = {}
         for name, shape in what.shapes.items():
             u = s * (state[name].position - shape.reference)
+            if name in late:
+                # Re((a + i b) exp(i (phase - pi/2)))
+                u = u + c * late[name]
             swung[name] = replace(
                 state[name], position=shape.reference + u, arrays={"displacement": u}
             )

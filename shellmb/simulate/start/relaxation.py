@@ -8,13 +8,18 @@ mechanism whose stiffness is singular until it carries its load.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
+from typing import Protocol
 
 from mpi4py import MPI
+from petsc4py import PETSc
 
 import numpy as np
 import ufl
 from dolfinx import fem
+from ufl import Form
+from ufl.core.expr import Expr
 
 from shellmb.errors import ConvergenceError
 from shellmb.model.body import LoadFactors, Rates, TimeFunction
@@ -31,17 +36,38 @@ from shellmb.system.newton.solver import NEWTON
 GROWTH, STEPS, AT_REST = 4.0, 60, 1e-10
 
 
+class Frame(Protocol):
+    """A frame in which a body comes to rest."""
+
+    def rates(self, q: Expr) -> Rates:
+        """Absolute velocities at a state at rest in the frame."""
+        ...
+
+    def carried(self, q: Expr, dq: Expr) -> Form | None:
+        """Virtual work of the inertia forces there; None without any."""
+        ...
+
+
 class Relaxation:
-    """Moves the bodies without inertia forces.
+    """Moves the bodies without inertia forces but those of a frame that they come to rest in.
 
     Args:
         model: The bodies, with masses.
         levels: Their functions; `q` is the state before and after.
         tau: Time that sets how far bodies move in a step, s.
+        frames: A moving frame for each body, by name; None: they come to rest in space.
+        time: When loads and prescribed motions are taken, s.
     """
 
-    def __init__(self, model: Model, levels: dict[str, Levels], tau: float) -> None:
-        self.model, self.levels, self.tau = model, levels, tau
+    def __init__(
+        self,
+        model: Model,
+        levels: dict[str, Levels],
+        tau: float,
+        frames: Mapping[str, Frame] | None = None,
+        time: float = 0.0,
+    ) -> None:
+        self.model, self.levels, self.tau, self.time = model, levels, tau, time
         self.functions: dict[str, fem.Function] = {}
         self._weights: list[fem.Constant] = []
         self._loads: list[LoadFactors] = []
@@ -59,9 +85,12 @@ class Relaxation:
             internal, terms = body.within(sub, test, ufl.TrialFunction(space))
             forms = [body.inertia(weight * (unknown - q), test), internal]
             # what the user's terms and motors do to a body at rest
-            rest, time = fem.Function(space), fem.Constant(space.mesh, 0.0)
-            extra = body.extra(unknown, Rates(rest, rest), test, time)
+            rest, now = fem.Function(space), fem.Constant(space.mesh, time)
+            frame = frames[body.name] if frames is not None else None
+            rates = Rates(rest, rest) if frame is None else frame.rates(unknown)
+            extra = body.extra(unknown, rates, test, now)
             forms.append(None if extra is None else -extra)
+            forms.append(None if frame is None else frame.carried(unknown, test))
             loads = body.loads()
             if loads is not None:
                 self._loads.append(loads)
@@ -83,20 +112,20 @@ class Relaxation:
             Iteration(self.system, NewtonSettings(1e-9, 50), f"shellmb_relaxation_{id(self)}_")
         )
 
-    def _step(self, tau: float, factor: float) -> float:
-        """One step; returns the largest motion relative to the parts' scales."""
+    def step(self, tau: float, factor: float) -> float:
+        """One step with a given `tau` and factor of loads; returns the largest motion, relative."""
         for weight in self._weights:
             weight.value = 1 / tau**2  # type: ignore[assignment]
 
         def average(function: TimeFunction | None) -> float:
-            return factor * (1.0 if function is None else float(function(0.0)))
+            return factor * (1.0 if function is None else float(function(self.time)))
 
         for loads in self._loads:
             loads.update(average)
         for body in self.model.bodies:
             self.functions[body.name].x.array[:] = self.levels[body.name].q.x.array
             if body.fixed:
-                given = np.concatenate([f.value(0.0) for f in body.fixed])
+                given = np.concatenate([f.value(self.time) for f in body.fixed])
                 self._fields[body.name].values[:] = given
         self._newton.solve()
         moved = 0.0
@@ -110,6 +139,12 @@ class Relaxation:
             q[:] = unknown
         return float(self.model.comm.allreduce(moved, op=MPI.MAX))
 
+    def tangent(self) -> PETSc.Mat:
+        """Derivative of the forces at the state without `M/tau^2`, as eigenproblems need it."""
+        for weight in self._weights:
+            weight.value = 0.0  # type: ignore[assignment]
+        return self.system.symmetric_matrix(None, 1.0)
+
     def assemble(self) -> None:
         """Move the bodies so that all constraints hold.
 
@@ -117,7 +152,7 @@ class Relaxation:
             ConvergenceError: If there is no such position near by.
         """
         try:
-            self._step(self.tau, 0.0)
+            self.step(self.tau, 0.0)
         except ConvergenceError as error:
             raise ConvergenceError(
                 "the bodies cannot be assembled: no position near the given one closes all joints; "
@@ -135,7 +170,7 @@ class Relaxation:
         tau = self.tau
         for _ in range(STEPS):
             try:
-                moved = self._step(tau, 1.0)
+                moved = self.step(tau, 1.0)
             except ConvergenceError:
                 tau /= GROWTH**2
                 continue

@@ -246,16 +246,18 @@ class BlockSystem:
         return A
 
     def symmetric_matrix(
-        self, forms: Mapping[tuple[int, int], Sequence[Form]], diagonal: float
+        self, forms: Mapping[tuple[int, int], Sequence[Form]] | None, diagonal: float
     ) -> PETSc.Mat:
         """A matrix of its own without the rows and columns of fixed dofs, as eigenproblems need.
 
         Args:
-            forms: Bilinear forms by row and column field.
+            forms: Bilinear forms by row and column field; None: those of the Jacobian.
             diagonal: Value on the diagonal of fixed dofs.
         """
         A = self._new_matrix()
-        kernels = {key: [compiled(form) for form in parts] for key, parts in forms.items()}
+        kernels = self.jacobians
+        if forms is not None:
+            kernels = {key: [compiled(form) for form in parts] for key, parts in forms.items()}
         self._assemble(A, kernels, self.held)
         held = self._diagonal.copy()
         held.scale(diagonal)

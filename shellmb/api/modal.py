@@ -1,0 +1,122 @@
+"""Natural modes of a scene, and those over the rate at which it turns: `sm.modes`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, overload
+
+from shellmb.api.asked import ask
+from shellmb.api.modeshapes import ModeShapes
+from shellmb.api.rotating import RotatingModes
+from shellmb.errors import SceneError
+from shellmb.scene import Scene
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
+
+
+@overload
+def modes(
+    scene: Scene | str,
+    out: Path | str | None = None,
+    count: int = 6,
+    loaded: bool = False,
+    *,
+    rates: None = None,
+    parameters: Mapping[str, Any] | None = None,
+    mesh: tuple[int, int] | str | None = None,
+    degree: Literal[2, 3] | None = None,
+    cell: Literal["quad", "tri"] | None = None,
+    pictures: bool | None = None,
+    comm: MPI.Comm | None = None,
+) -> ModeShapes: ...
+
+
+@overload
+def modes(
+    scene: Scene | str,
+    out: Path | str | None = None,
+    count: int = 6,
+    loaded: bool = False,
+    *,
+    rates: Sequence[float],
+    axis: Sequence[float] | None = None,
+    about: Sequence[float] | None = None,
+    parameters: Mapping[str, Any] | None = None,
+    mesh: tuple[int, int] | str | None = None,
+    degree: Literal[2, 3] | None = None,
+    cell: Literal["quad", "tri"] | None = None,
+    pictures: bool | None = None,
+    comm: MPI.Comm | None = None,
+) -> RotatingModes: ...
+
+
+def modes(
+    scene: Scene | str,
+    out: Path | str | None = None,
+    count: int = 6,
+    loaded: bool = False,
+    *,
+    rates: Sequence[float] | None = None,
+    axis: Sequence[float] | None = None,
+    about: Sequence[float] | None = None,
+    parameters: Mapping[str, Any] | None = None,
+    mesh: tuple[int, int] | str | None = None,
+    degree: Literal[2, 3] | None = None,
+    cell: Literal["quad", "tri"] | None = None,
+    pictures: bool | None = None,
+    comm: MPI.Comm | None = None,
+) -> ModeShapes | RotatingModes:
+    """Natural frequencies and modes of a scene, rigid-body modes included.
+
+    Args:
+        scene: A scene, the name of a bundled one, or the path of a Python file.
+        out: Directory to write, new or empty; None: a temporary one.
+        count: Number of modes.
+        loaded: Whether about the static equilibrium under the scene's loads.
+        rates: Rates of a steady rotation, ascending, rad/s: complex modes about each; None: about
+            rest, without damping.
+        axis: Direction of the axis of rotation; None: that about which the scene turns.
+        about: A point of that axis.
+        parameters: Values of the parameters of a scene that is named.
+        mesh: Counts of elements of every shell, as (8, 4) or "8x4"; of beams the first one.
+        degree: Degree of every shell and beam.
+        cell: Cell type of every shell.
+        pictures: Whether the modes are drawn; None: where `out` is given.
+        comm: Communicator; None: all ranks.
+
+    Raises:
+        SceneError: If a body has no mass, or the scene is impossible.
+        ConvergenceError: If the static state or the modes do not converge.
+    """
+    from mpi4py import MPI
+
+    from shellmb.api.folders import gone_with, place
+    from shellmb.run.modes import find_modes
+
+    asked = ask(scene, parameters, mesh=mesh, degree=degree, cell=cell)
+    world = MPI.COMM_WORLD if comm is None else comm
+    directory, temporary = place(out, world)
+    measure = asked.module.mode_results if asked.module is not None else None
+    draw = out is not None if pictures is None else pictures
+    made: ModeShapes | RotatingModes
+    if rates is None:
+        if axis is not None or about is not None:
+            raise SceneError("modes: axis and about are given without rates; give rates, too")
+        found, _ = find_modes(
+            asked.scene, directory, count, loaded, results=measure, comm=world, pictures=draw
+        )
+        made = ModeShapes(directory, found)
+    else:
+        from shellmb.moving.files import find_campbell
+
+        turning = (rates, count, loaded, axis, about)
+        over, _ = find_campbell(
+            asked.scene, directory, *turning, results=measure, comm=world, pictures=draw
+        )
+        made = RotatingModes(directory, over)
+    world.Barrier()
+    if temporary:
+        gone_with(made, directory, world.rank)
+    return made

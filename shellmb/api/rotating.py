@@ -1,0 +1,112 @@
+"""Modes over the rate of a steady rotation, just found or read back: a Campbell diagram."""
+
+from __future__ import annotations
+
+import json
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from shellmb.api.modeshapes import ModeShapes
+from shellmb.errors import SceneError
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+    import pandas as pd
+    from matplotlib.figure import Figure
+
+    from shellmb.moving.campbell import Campbell
+
+TABLE = "campbell.csv"
+
+
+class RotatingModes:
+    """Modes at several rates of rotation in their directory.
+
+    Args:
+        directory: The directory.
+        computed: What was found in this process.
+
+    Attributes:
+        directory: The directory.
+        computed: Eigenvalues, shapes and model of modes that were just found; None of those that
+            were read back.
+    """
+
+    def __init__(self, directory: Path | str, computed: Campbell | None = None) -> None:
+        self.directory, self.computed = Path(directory), computed
+
+    @cached_property
+    def summary(self) -> dict[str, Any]:
+        """What is in `summary.json`."""
+        found: dict[str, Any] = json.loads((self.directory / "summary.json").read_text())
+        return found
+
+    @property
+    def rates(self) -> list[float]:
+        """The rates, rad/s."""
+        return list(self.summary["rates_rad_per_s"])
+
+    @property
+    def stable(self) -> bool:
+        """Whether no mode grows at any rate."""
+        return bool(self.summary["stable"])
+
+    @property
+    def verdict(self) -> str:
+        """The same as a sentence, which names the first mode that grows."""
+        return str(self.summary["verdict"])
+
+    @property
+    def results(self) -> dict[str, float]:
+        """What the scene measures of them."""
+        return dict(self.summary["results"])
+
+    @cached_property
+    def table(self) -> pd.DataFrame:
+        """All modes: frequency, growth, damping ratio, whirl, by rate and branch."""
+        import pandas as pd
+
+        read = pd.read_csv(self.directory / TABLE, keep_default_na=False)
+        return read.set_index(["rate_rad_per_s", "branch"])
+
+    @cached_property
+    def frequencies(self) -> npt.NDArray[np.float64]:
+        """Damped frequencies, Hz, shape (rates, branches); NaN where a branch has no mode."""
+        import numpy as np
+
+        wide = self.table["frequency_hz"].unstack("branch").sort_index()
+        return np.asarray(wide.to_numpy(dtype=float))
+
+    def at(self, rate: float) -> ModeShapes:
+        """Shapes at one of the rates, with their pictures and animations.
+
+        Args:
+            rate: The rate, rad/s.
+
+        Raises:
+            SceneError: If it is none of them.
+        """
+        for number, own in enumerate(self.rates, start=1):
+            if abs(own - rate) <= 1e-9 * max(abs(own), 1.0):
+                return ModeShapes(self.directory / f"rate_{number}")
+        listed = ", ".join(f"{own:g}" for own in self.rates)
+        raise SceneError(f"rate is {rate:g}; it must be one of {listed}")
+
+    def plot(self) -> Figure:
+        """The Campbell diagram, a matplotlib figure."""
+        from shellmb.show.campbell import campbell_figure
+
+        return campbell_figure(self.directory / TABLE)
+
+    def __repr__(self) -> str:
+        return (
+            f"<RotatingModes of '{self.summary['scene']}': {len(self.rates)} rates from "
+            f"{self.rates[0]:g} to {self.rates[-1]:g} rad/s, {self.verdict}, {self.directory}>"
+        )
+
+
+def is_rotating(directory: Path) -> bool:
+    """Whether a directory holds modes over the rate."""
+    return (directory / TABLE).is_file()

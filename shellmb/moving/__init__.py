@@ -1,0 +1,1 @@
+"""Modes about steady rotations: relative equilibria, complex eigenvalues, Campbell diagrams."""

@@ -1,0 +1,278 @@
+"""About which axis a scene turns, and whether everything in it can turn about it steadily."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from shellmb.errors import SceneError
+from shellmb.scene import (
+    GROUND,
+    Cylindrical,
+    Distance,
+    Driven,
+    InPlane,
+    JointDamper,
+    JointSpring,
+    Motor,
+    Planar,
+    Revolute,
+    Scene,
+    Spherical,
+)
+from shellmb.scene.lookup import said
+from shellmb.scene.multibody.elements import JointElement, PointElement
+from shellmb.scene.multibody.rolling import Contact
+from shellmb.scene.values.validate import show
+
+Floats = npt.NDArray[np.float64]
+
+# directions and points closer than this, of unit vectors and of what is large, are on the axis
+ON_AXIS = 1e-9
+
+
+@dataclass(frozen=True)
+class Axis:
+    """An axis of rotation.
+
+    Args:
+        axis: Its direction.
+        about: A point of it, m.
+
+    Raises:
+        SceneError: If the direction is no vector, or zero.
+    """
+
+    axis: tuple[float, float, float]
+    about: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        """Check that there is a direction."""
+        for name in ("axis", "about"):
+            given = np.asarray(getattr(self, name), dtype=float)
+            if given.shape != (3,) or not np.all(np.isfinite(given)):
+                raise SceneError(
+                    f"modes: {name} is {show(getattr(self, name))}; it must be three numbers"
+                )
+        if not np.any(self.axis):
+            raise SceneError("modes: axis is (0, 0, 0); it must have a direction")
+
+    @property
+    def unit(self) -> Floats:
+        """Its unit vector."""
+        vector = np.asarray(self.axis, dtype=float)
+        return np.asarray(vector / np.linalg.norm(vector))
+
+    def along(self, direction: Any) -> bool:
+        """Whether a vector is parallel to it, or zero."""
+        vector = np.asarray(direction, dtype=float)
+        return bool(np.linalg.norm(np.cross(self.unit, vector)) <= ON_AXIS * np.linalg.norm(vector))
+
+    def has(self, point: Any, size: float = 1.0) -> bool:
+        """Whether a point is on it, to a part of the size of the scene."""
+        arm = np.asarray(point, dtype=float) - np.asarray(self.about)
+        return bool(np.linalg.norm(np.cross(self.unit, arm)) <= ON_AXIS * max(size, 1e-300))
+
+
+def find_axis(
+    scene: Scene, axis: Sequence[float] | None = None, about: Sequence[float] | None = None
+) -> Axis:
+    """The axis that is given, or the one that the scene turns about.
+
+    Args:
+        scene: The scene.
+        axis: Its direction; None: that of the scene's initial spin, driven edge or driven joint.
+        about: A point of it; None: as the scene has it, or the origin.
+
+    Raises:
+        SceneError: If the scene has none, or several that differ.
+    """
+    if axis is not None:
+        return Axis(_three("axis", axis), _three("about", about or (0.0, 0.0, 0.0)))
+    found = [Axis(_three("axis", a), _three("about", p)) for a, p in _turning(scene)]
+    if not found:
+        raise SceneError(
+            f"modes: scene '{scene.name}' has no initial spin, no driven edge and no driven joint "
+            "to ground that would say about which axis it turns; give axis, and about"
+        )
+    first = found[0] if about is None else Axis(found[0].axis, _three("about", about))
+    for other in found:
+        if not first.along(other.axis) or (
+            about is None and not first.has(other.about, _size(scene))
+        ):
+            raise SceneError(
+                f"modes: scene '{scene.name}' turns about {show(found[0].axis)} through "
+                f"{show(found[0].about)} and about {show(other.axis)} through "
+                f"{show(other.about)}; it must be one axis: give axis, and about"
+            )
+    return first
+
+
+def _three(name: str, values: Sequence[float]) -> tuple[float, float, float]:
+    try:
+        a, b, c = (float(v) for v in values)
+    except (TypeError, ValueError):
+        raise SceneError(f"modes: {name} is {show(values)}; it must be three numbers") from None
+    return a, b, c
+
+
+def _turning(scene: Scene) -> Iterator[tuple[Any, Any]]:
+    """Axes and points of all that turns the scene."""
+    for initial in scene.initial:
+        if np.any(initial.spin):
+            # where the point it is said about moves, the axis is elsewhere
+            spin, linear = np.asarray(initial.spin), np.asarray(initial.linear)
+            shift = np.cross(spin, linear) / np.dot(spin, spin)
+            yield initial.spin, np.asarray(initial.about) + shift
+    for support in scene.supports:
+        if isinstance(support, Driven) and support.angle is not None:
+            yield support.axis, support.origin
+    for driver in scene.drivers:
+        joint: Any = scene.joint(driver.joint)
+        if driver.rotation is not None and _grounded(joint):
+            yield joint.axis, _place(scene, joint, joint.first, joint.at)
+
+
+def _size(scene: Scene) -> float:
+    """A length of the scene."""
+    points = [np.asarray(b.center, dtype=float) for b in scene.rigid_bodies]
+    points += [np.asarray(j.at) for j in scene.joints if isinstance(j.at, tuple)]
+    return max([1.0, *(float(np.linalg.norm(p)) for p in points)])
+
+
+def _place(scene: Scene, item: Any, owner: str, at: Any) -> Floats | None:
+    """Where a joint or element holds on to a body, if that is known without a mesh."""
+    if isinstance(at, str) or at is None:
+        body = next((b for b in scene.rigid_bodies if b.name == owner), None)
+        return None if body is None else np.asarray(body.place(at))
+    return np.asarray(at, dtype=float) if isinstance(at, tuple) else None
+
+
+def check_steady(scene: Scene, axis: Axis, loaded: bool) -> None:
+    """Whether a scene can turn about an axis with nothing changing in a frame that turns along.
+
+    Supports of edges and points turn along, held by a hub; the ground stays in space.
+
+    Args:
+        scene: The scene.
+        axis: The axis.
+        loaded: Whether its loads act.
+
+    Raises:
+        SceneError: Names what does not turn along.
+    """
+    size = _size(scene)
+    for joint in scene.joints:
+        if isinstance(joint, Contact):
+            raise SceneError(
+                f"modes: {joint.said} rolls on ground or slips; a steady rotation about an axis "
+                "has no such contacts, leave it out"
+            )
+        if joint.active is not None:
+            raise SceneError(f"modes: {joint.said} acts in windows of time; it must act always")
+        if _grounded(joint):
+            _check_bearing(scene, joint, axis, size)
+    for lock in scene.locks:
+        raise SceneError(
+            f"modes: the lock of joint '{lock.joint}' acts in windows of time; a joint that "
+            "holds the coordinate always must take its place"
+        )
+    for element in scene.elements:
+        _check_element(scene, element, axis, size)
+    for support in scene.supports:
+        if isinstance(support, Driven):
+            if support.translation is not None:
+                raise SceneError(
+                    f"modes: {said(support)} {show(support.edge)} has a translation; where all "
+                    "turns steadily it must have an angle only"
+                )
+            if support.angle is not None and not (
+                axis.along(support.axis) and axis.has(support.origin, size)
+            ):
+                raise SceneError(
+                    f"modes: {said(support)} {show(support.edge)} turns about "
+                    f"{show(support.axis)} through {show(support.origin)}; it must turn about "
+                    f"{show(axis.axis)} through {show(axis.about)}, as the scene does"
+                )
+    for load in scene.loads if loaded else ():
+        for name in ("force", "acceleration", "moment"):
+            vector = getattr(load, name, None)
+            if vector is not None and (callable(vector) or not axis.along(vector)):
+                raise SceneError(
+                    f"modes: {said(load)} is {show(vector)}, fixed in space; about the axis "
+                    f"{show(axis.axis)} it turns in the system that it acts on, and must be "
+                    "along the axis, or be left out"
+                )
+
+
+def _check_bearing(scene: Scene, joint: Any, axis: Axis, size: float) -> None:
+    """A joint to ground looks the same from a frame that turns."""
+    bound = axis.axis, axis.about
+    ends = ((joint.first, joint.at), (joint.second, joint.second_at or joint.at))
+    places = [_place(scene, joint, owner, at) for owner, at in ends]
+    on = next((p for (owner, _), p in zip(ends, places, strict=True) if owner == GROUND), None)
+    on = on if on is not None else next((p for p in places if p is not None), None)
+    match joint:
+        case Revolute() | Cylindrical():
+            good = axis.along(joint.axis) and (on is None or axis.has(on, size))
+        case Spherical() | Distance():
+            good = on is None or axis.has(on, size)
+        case Planar() | InPlane():
+            good = axis.along(joint.normal)
+        case _:
+            good = False
+    if not good:
+        raise SceneError(
+            f"modes: {joint.said} holds on to ground, which does not turn along about "
+            f"{show(bound[0])} through {show(bound[1])}; it must be a revolute, cylindrical or "
+            "spherical joint on that axis, or a planar one across it"
+        )
+
+
+def _check_element(scene: Scene, element: Any, axis: Axis, size: float) -> None:
+    if isinstance(element, JointElement):
+        joint = scene.joint(element.joint)
+        (kind,) = scene.coordinates_of(element)
+        grounded = _grounded(joint)
+        if grounded and kind == "rotation":
+            does = {JointSpring: "winds up", JointDamper: "is turned", Motor: "drives"}
+            raise SceneError(
+                f"modes: {element.label} '{element.name}' {does[type(element)]} in "
+                f"{joint.said} to ground as the system turns; it must be left out where the rate "
+                "is given"
+            )
+    elif isinstance(element, PointElement) and GROUND in (element.first, element.second):
+        at = element.at if element.first == GROUND else element.second_at
+        if not isinstance(at, tuple) or not axis.has(at, size):
+            raise SceneError(
+                f"modes: {element.label} '{element.name}' holds on to ground at {show(at)}, which "
+                f"does not turn along about {show(axis.axis)} through {show(axis.about)}; it must "
+                "hold on to a point of the axis, or to a body that turns"
+            )
+
+
+def held(scene: Scene) -> Scene:
+    """The scene in a frame that turns: drives to ground and driven edges stand still there."""
+    drivers = tuple(
+        replace(d, rotation=_nothing)
+        if d.rotation is not None and _grounded(scene.joint(d.joint))
+        else d
+        for d in scene.drivers
+    )
+    supports = tuple(
+        replace(s, angle=_nothing) if isinstance(s, Driven) and s.angle is not None else s
+        for s in scene.supports
+    )
+    return replace(scene, drivers=drivers, supports=supports, initial=(), start="given")
+
+
+def _grounded(joint: Any) -> bool:
+    return GROUND in (joint.first, joint.second)
+
+
+def _nothing(t: float) -> float:
+    return 0.0

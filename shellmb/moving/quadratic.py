@@ -1,0 +1,141 @@
+"""Quadratic eigenvalue problems `(s^2 M + s C + K) v = 0` with complex pairs (SLEPc)."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from petsc4py import PETSc
+from slepc4py import SLEPc
+
+import numpy as np
+
+from shellmb.errors import ConvergenceError
+from shellmb.system.direct.mumps import MUMPS_OPTIONS
+
+# Eigenvalues of multipliers are infinite, and come out as large ones that are no eigenvalues: of
+# `s^2 v^H M v + s v^H C v + v^H K v` half of the largest term is left, of others round-off.
+FALSE = 1e-3
+
+# Parts of the shift, and bases as multiples of what is wanted: of small systems the basis holds
+# infinite eigenvalues, too, which LAPACK cannot always sort (PETSc error 76), and others can.
+ATTEMPTS = ((1.0, 4), (1.37, 4), (1.0, 2), (0.71, 3), (1.21, 2))
+
+
+class Pair(NamedTuple):
+    """An eigenvalue and its vector, of which real and imaginary part are vectors of unknowns.
+
+    Args:
+        value: Eigenvalue, its imaginary part positive or zero, 1/s.
+        real: Real part of the vector.
+        imaginary: Imaginary part; zero where the eigenvalue is real.
+    """
+
+    value: complex
+    real: PETSc.Vec
+    imaginary: PETSc.Vec
+
+
+def solve_quadratic(
+    K: PETSc.Mat, C: PETSc.Mat, M: PETSc.Mat, count: int, shift: float
+) -> list[Pair]:
+    """Eigenvalues nearest to a shift, sorted by their size; of a complex pair one.
+
+    Arnoldi's method on the linearisation (TOAR), shifted and inverted at a real number, so that
+    one real factorisation does. Rows of constraints have no mass: their infinite eigenvalues are
+    those that the inverse makes zero.
+
+    Args:
+        K: Stiffness.
+        C: Damping and gyroscopic terms.
+        M: Mass.
+        count: Number of pairs wanted.
+        shift: The shift, real and positive, 1/s.
+
+    Raises:
+        ConvergenceError: If the eigenproblem does not converge, or has fewer modes.
+    """
+    failure: Exception | None = None
+    for part, basis in ATTEMPTS:
+        try:
+            solver = _solved(K, C, M, count, part * shift, basis)
+            break
+        except (PETSc.Error, SystemError) as error:
+            # raised through Cython it may come as the cause of a SystemError
+            failure = error
+    else:
+        raise ConvergenceError(
+            "modes: the eigenproblem has no solution; its matrix must be regular: look for "
+            f"bodies without stiffness and mass ({failure})"
+        ) from failure
+    wanted = solver.getDimensions()[0]
+    if solver.getConverged() < wanted:
+        raise ConvergenceError(
+            f"modes: {solver.getConverged()} of {wanted} eigenvalues converged; ask for fewer "
+            "modes, or refine"
+        )
+    pairs = []
+    for k in range(solver.getConverged()):
+        vectors = K.createVecRight(), K.createVecRight()
+        value = complex(solver.getEigenpair(k, *vectors))
+        pair = Pair(value, *vectors)
+        if value.imag >= 0 and (abs(value) < shift or _left(pair, K, C, M) < FALSE):
+            pairs.append(pair)
+    return sorted(pairs, key=lambda pair: abs(pair.value))
+
+
+def _solved(
+    K: PETSc.Mat, C: PETSc.Mat, M: PETSc.Mat, count: int, shift: float, basis: int
+) -> SLEPc.PEP:
+    """The solver after its work, with a basis of so many times the eigenvalues wanted."""
+    solver = SLEPc.PEP().create(K.getComm())
+    solver.setOperators([K, C, M])
+    solver.setProblemType(SLEPc.PEP.ProblemType.GENERAL)
+    solver.setType(SLEPc.PEP.Type.TOAR)
+    solver.setWhichEigenpairs(SLEPc.PEP.Which.TARGET_MAGNITUDE)
+    solver.setTarget(shift)
+    size = 2 * K.getSize()[0]
+    wanted = min(2 * count, size)
+    solver.setDimensions(wanted, min(max(basis * wanted, 10 * basis), size))
+    solver.setTolerances(1e-11, 500)
+    transform = solver.getST()
+    transform.setType(SLEPc.ST.Type.SINVERT)
+    ksp = transform.getKSP()
+    ksp.setType(PETSc.KSP.Type.PREONLY)
+    ksp.getPC().setType(PETSc.PC.Type.LU)
+    ksp.getPC().setFactorSolverType("mumps")
+    prefix = f"shellmb_quadratic_{id(solver)}_"
+    solver.setOptionsPrefix(prefix)
+    options = PETSc.Options()
+    for key, option in MUMPS_OPTIONS.items():
+        options[f"{prefix}st_{key}"] = option
+    solver.setFromOptions()
+    solver.solve()
+    return solver
+
+
+def _left(pair: Pair, K: PETSc.Mat, C: PETSc.Mat, M: PETSc.Mat) -> float:
+    """What is left of the equation in the direction of the vector, of its largest term."""
+    s = pair.value
+    terms = [s**power * product(A, pair, pair) for power, A in enumerate((K, C, M))]
+    return abs(sum(terms)) / max(*map(abs, terms), 1e-300)
+
+
+def product(A: PETSc.Mat, first: Pair, second: Pair) -> complex:
+    """`v^H A w` of the vectors of two pairs, for a real matrix."""
+    y = A.createVecLeft()
+    parts = []
+    for vector in (second.real, second.imaginary):
+        A.mult(vector, y)
+        parts.append(complex(first.real.dot(y), -first.imaginary.dot(y)))
+    return parts[0] + 1j * parts[1]
+
+
+def turned(pair: Pair, angle: float) -> Pair:
+    """The pair with its vector times `exp(i angle)`."""
+    cosine, sine = np.cos(angle), np.sin(angle)
+    real, imaginary = pair.real.copy(), pair.imaginary.copy()
+    real.scale(cosine)
+    real.axpy(-sine, pair.imaginary)
+    imaginary.scale(cosine)
+    imaginary.axpy(sine, pair.real)
+    return Pair(pair.value, real, imaginary)
