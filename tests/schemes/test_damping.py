@@ -1,0 +1,237 @@
+"""Damping of strains and momentum: decay of single modes, exact work, rigid motions, bad input."""
+
+from functools import cache
+from typing import Any
+
+from mpi4py import MPI
+
+import numpy as np
+import pytest
+import ufl
+
+from shellmb import modes
+from shellmb.bench.effects.plates import _quadratic
+from shellmb.errors import SceneError
+from shellmb.forms import shell as shell_forms
+from shellmb.forms.shell import ShellStrains
+from shellmb.model.model import build_model
+from shellmb.model.shells.viscous import _at_rest, _linear
+from shellmb.observers.account.energy import EnergyAccount
+from shellmb.scene import (
+    Beam,
+    BeamDamping,
+    Clamped,
+    Hyperelastic,
+    InitialVelocity,
+    Isotropic,
+    Line,
+    Rectangle,
+    RectangularSection,
+    Scene,
+    Shell,
+    ShellDamping,
+    Solver,
+)
+from shellmb.simulate.simulation import Silent, Simulation
+
+E, RHO, LENGTH, SIDE = 2e11, 8000.0, 1.0, 0.1
+# bending and stretching lie within a decade, so that one damping time shows in both
+MODES = {"bending": 2, "stretching": 0}
+EXACT = Solver(tolerance=1e-13)
+SLOW = pytest.mark.slow
+SCHEMES = [
+    pytest.param("ep", 2, marks=SLOW),
+    pytest.param("linear-dynamics", 2, marks=SLOW),
+    pytest.param("ed", 3),
+    pytest.param("ep4", 4, marks=SLOW),
+    pytest.param("ed3", 3, marks=SLOW),
+]
+
+
+def strip(kind: str, scheme: str, damping: Any = 0.0, mass: float = 0.0, **more: Any) -> Scene:
+    """A cantilever of a square cross-section, as a shell or a beam."""
+    own = {"damping": damping, "mass_damping": mass}
+    if kind == "shell":
+        section = Isotropic(E, 0.0, SIDE, density=RHO, **own)
+        bodies = {"shells": Shell("strip", Rectangle(LENGTH, SIDE), section, mesh=(3, 1))}
+        held = "left"
+    else:
+        bar = RectangularSection(E, 0.0, SIDE, SIDE, density=RHO, **own)
+        bodies = {"beams": Beam("strip", Line((0, 0, 0), (LENGTH, 0, 0)), bar, elements=3)}
+        held = "start"
+    alpha = {"alpha": 0.5} if scheme in ("ed", "ed3") else {}
+    given = {"supports": Clamped(held), "scheme": scheme, "dt": 1.0, "t_end": 1.0, **alpha, **more}
+    return Scene("strip", **bodies, **given)
+
+
+class Works(Silent):
+    """Energy and the work of damping after each step."""
+
+    def __init__(self, account: EnergyAccount) -> None:
+        self._account = account
+        self.done: list[float] = []
+        self.energy: list[float] = []
+
+    def accepted(self, simulation: Simulation) -> None:
+        self.done.append(self._account.values["work_terms"])
+        self.energy.append(self._account.values["total_energy"])
+
+
+@cache
+def mode(kind: str, what: str) -> tuple[float, Any]:
+    """Lowest mode of a kind: its angular frequency, and its shape as a state of the body."""
+    model = build_model(strip(kind, "ep"), MPI.COMM_WORLD)
+    system, stiffness, mass = modes._forms(model, None)
+    K, M = system.symmetric_matrix(stiffness, 1.0), system.symmetric_matrix(mass, 0.0)
+    values, vectors = modes._solve(K, M, 12, modes._shift(model, False), symmetric=True)
+    dofs = model.meshed["strip"].mixed.dofs["u"].reshape(-1, 3)
+    for value, vector in zip(values, vectors, strict=True):
+        state = system.local_values(vector)
+        sizes = np.abs(state[dofs]).max(axis=0)
+        if np.argmax(sizes) == MODES[what]:
+            return float(np.sqrt(value)), state / sizes.max()
+    raise AssertionError(what)
+
+
+def decay(kind: str, what: str, scheme: str, steps: int, tau: Any, rate: float) -> float:
+    """Error of the deflection in a mode after a period that began with a velocity, relative."""
+    omega, shape = mode(kind, what)
+    time = tau if isinstance(tau, float) else tau.bending if what == "bending" else 0.0
+    delta = (rate + time * omega**2) / 2
+    turning = np.sqrt(omega**2 - delta**2)
+    period, speed = 2 * np.pi / omega, 1e-6 * omega
+    scene = strip(kind, scheme, tau, rate, dt=period / steps, t_end=0.8 * period, solver=EXACT)
+    simulation = Simulation(scene)
+    dofs = simulation.model.meshed["strip"].mixed.dofs
+    moving = np.concatenate([dofs["u"].ravel(), dofs["w"].ravel()])
+    levels = simulation.problem.levels["strip"]
+    levels.rates["v"].x.array[moving] = speed * shape[moving]
+    account = EnergyAccount()
+    works = Works(account)
+    simulation.run([account, works])
+    end = scene.t_end
+    found = float(levels.q.x.array[dofs["u"].ravel()] @ shape[dofs["u"].ravel()])
+    found /= float(shape[dofs["u"].ravel()] @ shape[dofs["u"].ravel()])
+    exact = speed / turning * np.exp(-delta * end) * np.sin(turning * end)
+    assert np.all(np.diff(works.done) < 0)
+    assert account.relative_error < 1e-12
+    return (found - exact) / 1e-6
+
+
+@pytest.mark.parametrize("kind", ["shell", pytest.param("beam", marks=SLOW)])
+@pytest.mark.parametrize(("scheme", "order"), SCHEMES)
+def test_modes_decay_as_theory_says(scheme: str, order: int, kind: str) -> None:
+    for what in MODES:
+        # zeta = tau omega/2 + rate/(2 omega): 0.05 in all, half of it by the mass
+        omega, _ = mode(kind, what)
+        tau, rate = 0.05 / omega, 0.05 * omega
+        errors = [decay(kind, what, scheme, n, tau, rate) for n in (20, 40)]
+        slopes = np.log2(np.abs(errors[:-1]) / np.abs(errors[1:]))
+        assert slopes[-1] == pytest.approx(order, abs=0.2)
+        assert abs(errors[-1]) < {2: 2e-2, 3: 5e-4, 4: 1e-5}[order]
+
+
+@pytest.mark.parametrize("kind", [pytest.param("shell", marks=SLOW), "beam"])
+def test_each_time_damps_its_own_part(kind: str) -> None:
+    # bending alone: stretching goes on undamped
+    omega, _ = mode(kind, "bending")
+    own = (ShellDamping if kind == "shell" else BeamDamping)(bending=0.1 / omega)
+    for what in MODES:
+        assert abs(decay(kind, what, "ep", 80, own, 1e-3)) < 5e-3
+
+
+@pytest.mark.parametrize("scheme", ["ep", pytest.param("ep4", marks=SLOW)])
+def test_rigid_rotation_is_not_damped(scheme: str, history) -> None:
+    # so strongly that what stretches at the beginning is at rest after some steps
+    spin = InitialVelocity(spin=(0.0, 0.0, 40.0), linear=(1.0, 2.0, 3.0))
+    more = {"supports": (), "initial": spin, "dt": 2e-3, "t_end": 0.1}
+    account = EnergyAccount()
+    works = Works(account)
+    Simulation(strip("shell", scheme, 1e-3, **more)).run([account, works, history])
+    energy = np.array(works.energy)
+    # it stretches, and that is damped; then it turns by 3 rad with what is left
+    assert 1e-9 * energy[0] < -works.done[9] < 1e-3 * energy[0]
+    # what is left of the waves along it fades slowly: steps are long for them
+    assert np.ptp(energy[10:]) < 1e-8 * energy[0]
+    assert np.ptp(energy[-5:]) < 1e-9 * energy[0]
+    for kept in (history.linear, history.angular):
+        assert np.ptp(kept, axis=0).max() < 1e-11 * np.linalg.norm(kept[0])
+
+
+@pytest.mark.parametrize("scheme", ["ep", pytest.param("ep4", marks=SLOW)])
+def test_momentum_falls_by_the_rate_of_mass_damping(scheme: str, history) -> None:
+    spin = InitialVelocity(spin=(0.0, 0.0, 4.0), linear=(1.0, 2.0, 3.0))
+    more = {"supports": (), "initial": spin, "dt": 0.01, "t_end": 0.5}
+    account = EnergyAccount()
+    Simulation(strip("shell", scheme, mass=2.0, **more)).run([account, history])
+    left = np.exp(-2.0 * 0.5)
+    assert account.relative_error < 1e-12
+    for kept in (history.linear, history.angular):
+        assert np.linalg.norm(kept[-1] - left * kept[0]) < 1e-3 * np.linalg.norm(kept[0])
+
+
+def test_overdamped_and_with_long_steps_it_creeps_back() -> None:
+    # tau omega = 200, a period a step: from a deflection of the size of its length it crawls, and
+    # the energy falls in each step
+    omega, _ = mode("shell", "bending")
+    scene = strip("shell", "ed", 200 / omega, dt=6 / omega, t_end=240 / omega)
+    simulation, account = Simulation(scene), EnergyAccount()
+    works = Works(account)
+    levels, dofs = simulation.problem.levels["strip"], simulation.model.meshed["strip"].mixed.dofs
+    moving = np.concatenate([dofs["u"].ravel(), dofs["w"].ravel()])
+    levels.rates["v"].x.array[moving] = 100 * omega * mode("shell", "bending")[1][moving]
+    simulation.run([account, works])
+    assert account.relative_error < 1e-10
+    assert np.all(np.diff(works.energy) < 0)
+
+
+def test_hyperelastic_sections_are_damped_by_their_stiffness_at_rest() -> None:
+    nu, h = 0.3, 0.01
+    A, G = E * h / (1 - nu**2), 5 / 6 * E * h / (2 * (1 + nu))
+    values = {"nu": nu, "A": A, "D": A * h**2 / 12, "G": G}
+    own = {"damping": ShellDamping(membrane=1e-3, bending=2e-3, shear=3e-3)}
+    found = []
+    for section in (
+        Isotropic(E, nu, h, RHO, **own),
+        Hyperelastic(_quadratic, values, h, RHO, E * h, **own),
+    ):
+        shell = Shell("plate", Rectangle(1.0, 1.0), section, mesh=(2, 2))
+        scene = Scene("s", shell, scheme="ep", dt=1.0, t_end=1.0)
+        body = build_model(scene, MPI.COMM_WORLD).shells["plate"]
+        form = body.section.formulation
+        part = _at_rest(body, form) if len(found) else _linear(body, form, "full")
+        assert part.B is None
+        found.append([np.asarray(c.value) for c in (part.A, part.D, part.G)])
+    for ours, theirs in zip(*found, strict=True):
+        assert theirs == pytest.approx(ours, rel=1e-12)
+
+
+def test_what_cannot_be_damped_is_said() -> None:
+    with pytest.raises(SceneError, match=r"damping; scheme 'generalized-alpha' does not take"):
+        Simulation(strip("beam", "generalized-alpha", 1e-3))
+
+    def logarithmic(u: Any, w: Any, surface: Any) -> ShellStrains:
+        e = shell_forms.shell_strains(u, w, surface)
+        return ShellStrains(ufl.as_vector([ufl.ln(1 + 2 * x) / 2 for x in e.eps]), e.kap, e.gam)
+
+    section = Isotropic(E, 0.3, 0.01, RHO, damping=1e-3)
+    shell = Shell("plate", Rectangle(1.0, 1.0), section, mesh=(2, 2), strains=logarithmic)
+    with pytest.raises(SceneError, match="'plate': strains is logarithmic, which is not quadratic"):
+        Simulation(Scene("s", shell, scheme="ep", dt=1.0, t_end=1.0))
+    concave = Hyperelastic(
+        lambda e, p: -_quadratic(e, p),
+        {"nu": 0.3, "A": 1.0, "D": 1.0, "G": 1.0},
+        0.01,
+        RHO,
+        1e3,
+        damping=1e-3,
+    )
+    shell = Shell("plate", Rectangle(1.0, 1.0), concave, mesh=(2, 2))
+    with pytest.raises(SceneError, match="stiffness at zero strain that is not positive"):
+        Simulation(Scene("s", shell, scheme="ep", dt=1.0, t_end=1.0))
+
+
+@pytest.mark.parametrize("given", [-1.0, "much", BeamDamping(axial=1.0), float("inf")])
+def test_damping_is_a_time_or_several(given: Any) -> None:
+    with pytest.raises(SceneError, match=r"isotropic section: damping is .*; it must be a time in"):
+        Isotropic(E, 0.0, 0.1, damping=given)
