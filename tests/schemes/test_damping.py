@@ -1,5 +1,6 @@
 """Damping of strains and momentum: decay of single modes, exact work, rigid motions, bad input."""
 
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -21,6 +22,7 @@ from shellmb.scene import (
     Beam,
     BeamDamping,
     Clamped,
+    Gravity,
     Hyperelastic,
     InitialVelocity,
     Isotropic,
@@ -235,3 +237,42 @@ def test_what_cannot_be_damped_is_said() -> None:
 def test_damping_is_a_time_or_several(given: Any) -> None:
     with pytest.raises(SceneError, match=r"isotropic section: damping is .*; it must be a time in"):
         Isotropic(E, 0.0, 0.1, damping=given)
+
+
+@pytest.mark.parametrize("kind", [pytest.param("shell", marks=SLOW), "beam"])
+@pytest.mark.parametrize("scheme", ["ep", pytest.param("ep4", marks=SLOW)])
+def test_a_term_of_the_strain_rate_is_the_damping(scheme: str, kind: str) -> None:
+    # Kelvin and Voigt's damping of bending, by the section and as a term of the user
+    time, stiff = 1e-3, E * SIDE**3 / 12
+
+    def of_shell(point: Any) -> Any:
+        m = ufl.as_vector([1, 1, 0.5])
+        rate, de = point.strain_rate.kap, point.dstrain.kap
+        # it knows where it is and how it is turned: that adds nothing here
+        straight = ufl.dot(point.normal, ufl.cross(point.d, point.normal)) * point.x[0]
+        return (
+            -time * stiff * sum(m[k] * rate[k] * de[k] for k in range(3)) + straight * point.du[0]
+        )
+
+    def of_beam(point: Any) -> Any:
+        rate, de = point.strain_rate, point.dstrain
+        return -time * stiff * SIDE * (rate[4] * de[4] + rate[5] * de[5]) + 0 * point.x[0]
+
+    def ends(own: bool) -> tuple[float, float]:
+        several = ShellDamping if kind == "shell" else BeamDamping
+        load = Gravity((0, 0, -1e4))
+        damping = 0.0 if own else several(bending=time)
+        scene = strip(kind, scheme, damping, loads=load, dt=1e-3, t_end=0.02)
+        if own and kind == "shell":
+            scene = replace(scene, shells=replace(scene.shells[0], terms=(of_shell,)))
+        if own and kind == "beam":
+            scene = replace(scene, beams=replace(scene.beams[0], terms=(of_beam,)))
+        simulation, account = Simulation(scene), EnergyAccount()
+        simulation.run([account])
+        assert account.relative_error < 1e-11
+        levels = simulation.problem.levels["strip"]
+        return float(np.abs(levels.q.x.array).max()), account.values["work_terms"]
+
+    # ep4 projects the rate of the section's strain, a term has it at Gauss' points in time
+    close = {"ep": 1e-6, "ep4": 1e-3}[scheme]
+    assert ends(True) == pytest.approx(ends(False), rel=close)

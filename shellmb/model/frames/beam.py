@@ -268,13 +268,18 @@ class BeamModel(FrameBody):
         forms = [self._added(mid, rates, dq, time), mass_damping(self, self._slowing, rates, dq)]
         return together(forms)
 
+    def _strain_change(self, q: Expr, dq: Expr) -> Expr:
+        return self.strain_measure.slope(1.0, ((1.0, q),), dq)
+
     def _added(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
         if not self.beam.terms:
             return None
         u, w = self._motion(mid)
         v, dw_dt = (None, None) if rates is None else self._motion(rates.now)
         du, dw = self._motion(dq)
-        point = LinePoint(u, w, v, dw_dt, du, dw, self.line, time)
+        rate = None if rates is None else self._strain_change(mid, rates.now)
+        x, d, de = self.position(mid), self.frames + w, self._strain_change(mid, dq)
+        point = LinePoint(u, w, v, dw_dt, du, dw, self.line, time, x, d, rate, de)
         work = virtual_work(self.beam.terms, point, dq, f"beam '{self.name}'")
         return work * self.rules.full
 

@@ -14,6 +14,7 @@ from shellmb.forms import hourglass
 from shellmb.forms import shell as shell_forms
 from shellmb.forms.constraints.leap import Leap, leap_row
 from shellmb.forms.constraints.pathconstraints import held_row
+from shellmb.forms.shell import ShellStrains
 from shellmb.forms.steps.anystrain import AnyStrain, ExactInterval
 from shellmb.forms.steps.discrete import Strain, at_middle, variation
 from shellmb.forms.steps.mixed import Interval, LinearMixed, vector
@@ -45,6 +46,13 @@ def strain_measure(shell: BoundShell) -> Measure:
         return vector(shell_forms.strain_change(at, *shell.velocities(dq), surf))
 
     return Measure(slope)
+
+
+def strain_change(shell: BoundShell, q: Expr, dq: Expr) -> ShellStrains:
+    """Change of the strains at a state with a change of it."""
+    e = variation(_vector_of(shell), q, dq)
+    eps, kap, gam = (ufl.as_vector([e[k] for k in part]) for part in ((0, 1, 2), (3, 4, 5), (6, 7)))
+    return ShellStrains(eps, kap, gam)
 
 
 def general(shell: BoundShell, span: Interval, dq: Expr) -> Form:

@@ -149,7 +149,15 @@ class ShellModel(BoundShell):
         u, w = self.layout.displacement(mid), self.layout.director_change(mid)
         v, dw_dt = (None, None) if rates is None else self.velocities(rates.now)
         du, dw = self.velocities(dq)
-        point = Point(u, w, v, dw_dt, du, dw, self.surface, self.mass, time)
+        rate = None if rates is None else shellpath.strain_change(self, mid, rates.now)
+        point = Point(
+            *(u, w, v, dw_dt, du, dw, self.surface, self.mass, time),
+            x=self.position(mid),
+            d=self.director + w,
+            normal=shell_forms.normal(u, self.surface),
+            strain_rate=rate,
+            dstrain=shellpath.strain_change(self, mid, dq),
+        )
         work = virtual_work(self.shell.terms, point, dq, f"shell '{self.name}'")
         return work * self.rules.full
 
