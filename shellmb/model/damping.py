@@ -9,9 +9,8 @@ from ufl import Form
 from ufl.core.expr import Expr
 
 from shellmb.forms.state import Layout
-from shellmb.forms.steps.damping import Straining, at_state, taken
+from shellmb.forms.steps.damping import Resistance, Straining, at_state, taken
 from shellmb.forms.steps.path import Measure
-from shellmb.forms.steps.pathwork import MixedSection
 from shellmb.model.body import Rates, Term
 from shellmb.model.pathterms import path_terms
 from shellmb.model.pathterms import together as joined
@@ -27,7 +26,7 @@ class Resisting(NamedTuple):
         integrate: Integral of densities, one for each quadrature rule.
     """
 
-    section: MixedSection
+    section: Resistance
     strain: Measure
     integrate: Callable[[Sequence[Expr]], Form]
 
@@ -60,7 +59,7 @@ class StrainDamping:
     def work(self, along: Straining) -> Form:
         """Work over the step, eq. (D2); never positive."""
         forms = [
-            on([-density / along.dt for density in taken(section, strain, along)])
+            on([-density / along.dt for density in taken(section, self._layout, strain, along)])
             for section, strain, on in self._parts
         ]
         return sum(forms[1:], forms[0])

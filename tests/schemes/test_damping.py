@@ -16,7 +16,7 @@ from shellmb.errors import SceneError
 from shellmb.forms import shell as shell_forms
 from shellmb.forms.shell import ShellStrains
 from shellmb.model.model import build_model
-from shellmb.model.shells.viscous import _at_rest, _linear
+from shellmb.model.shells.viscous import stiffness_at_rest
 from shellmb.observers.account.energy import EnergyAccount
 from shellmb.scene import (
     Beam,
@@ -26,13 +26,17 @@ from shellmb.scene import (
     Hyperelastic,
     InitialVelocity,
     Isotropic,
+    Laminate,
     Line,
+    Ply,
+    PlyMaterial,
     Rectangle,
     RectangularSection,
     Scene,
     Shell,
     ShellDamping,
     Solver,
+    StepControl,
 )
 from shellmb.simulate.simulation import Silent, Simulation
 
@@ -53,9 +57,11 @@ SCHEMES = [
 def strip(kind: str, scheme: str, damping: Any = 0.0, mass: float = 0.0, **more: Any) -> Scene:
     """A cantilever of a square cross-section, as a shell or a beam."""
     own = {"damping": damping, "mass_damping": mass}
-    if kind == "shell":
+    if kind != "beam":
         section = Isotropic(E, 0.0, SIDE, density=RHO, **own)
-        bodies = {"shells": Shell("strip", Rectangle(LENGTH, SIDE), section, mesh=(3, 1))}
+        cell: Any = "tri" if kind == "triangles" else "quad"
+        shell = Shell("strip", Rectangle(LENGTH, SIDE), section, mesh=(3, 1), cell=cell)
+        bodies = {"shells": shell}
         held = "left"
     else:
         bar = RectangularSection(E, 0.0, SIDE, SIDE, density=RHO, **own)
@@ -120,7 +126,10 @@ def decay(kind: str, what: str, scheme: str, steps: int, tau: Any, rate: float) 
     return (found - exact) / 1e-6
 
 
-@pytest.mark.parametrize("kind", ["shell", pytest.param("beam", marks=SLOW)])
+# triangles take means of strains over an element, and damp these
+@pytest.mark.parametrize(
+    "kind", ["shell", pytest.param("beam", marks=SLOW), pytest.param("triangles", marks=SLOW)]
+)
 @pytest.mark.parametrize(("scheme", "order"), SCHEMES)
 def test_modes_decay_as_theory_says(scheme: str, order: int, kind: str) -> None:
     for what in MODES:
@@ -192,20 +201,53 @@ def test_hyperelastic_sections_are_damped_by_their_stiffness_at_rest() -> None:
     A, G = E * h / (1 - nu**2), 5 / 6 * E * h / (2 * (1 + nu))
     values = {"nu": nu, "A": A, "D": A * h**2 / 12, "G": G}
     own = {"damping": ShellDamping(membrane=1e-3, bending=2e-3, shear=3e-3)}
+    damped = Hyperelastic(_quadratic, values, h, RHO, E * h, **own)
+    shell = Shell("plate", Rectangle(1.0, 1.0), damped, mesh=(2, 2))
+    body = build_model(Scene("s", shell, scheme="ep", dt=1.0, t_end=1.0), MPI.COMM_WORLD)
+    bound = body.shells["plate"]
+    membrane, coupling, bend, shear = stiffness_at_rest(bound, bound.section.formulation)
+    assert coupling is None
+    elastic = Isotropic(E, nu, h, RHO)
+    assert membrane.value == pytest.approx(1e-3 * elastic.A, rel=1e-12)
+    assert bend.value == pytest.approx(2e-3 * elastic.D, rel=1e-12)
+    assert shear.value == pytest.approx(3e-3 * elastic.G, rel=1e-12)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("scheme", ["ep", "ed", "ep4"])
+def test_an_energy_of_the_user_is_damped_as_the_section_whose_it_is(scheme: str) -> None:
+    A, G = E * SIDE, 5 / 6 * E * SIDE / 2
+    values = {"nu": 0.0, "A": A, "D": A * SIDE**2 / 12, "G": G}
+    times = ShellDamping(membrane=1e-3, bending=2e-3, shear=3e-3)
+    own = Hyperelastic(_quadratic, values, SIDE, RHO, A, damping=times)
     found = []
-    for section in (
-        Isotropic(E, nu, h, RHO, **own),
-        Hyperelastic(_quadratic, values, h, RHO, E * h, **own),
-    ):
-        shell = Shell("plate", Rectangle(1.0, 1.0), section, mesh=(2, 2))
-        scene = Scene("s", shell, scheme="ep", dt=1.0, t_end=1.0)
-        body = build_model(scene, MPI.COMM_WORLD).shells["plate"]
-        form = body.section.formulation
-        part = _at_rest(body, form) if len(found) else _linear(body, form, "full")
-        assert part.B is None
-        found.append([np.asarray(c.value) for c in (part.A, part.D, part.G)])
-    for ours, theirs in zip(*found, strict=True):
-        assert theirs == pytest.approx(ours, rel=1e-12)
+    for section in (None, own):
+        scene = strip("shell", scheme, times, loads=Gravity((1e5, 0, -1e4)), dt=1e-3, t_end=0.01)
+        if section is not None:
+            scene = replace(scene, shells=replace(scene.shells[0], section=section))
+        simulation, account = Simulation(scene), EnergyAccount()
+        simulation.run([account])
+        assert account.relative_error < 1e-10
+        q = simulation.problem.levels["strip"].q.x.array
+        dofs = simulation.model.meshed["strip"].mixed.dofs["u"].ravel()
+        found.append([*q[dofs], account.values["work_terms"]])
+    assert found[1] == pytest.approx(found[0], rel=1e-6, abs=1e-9)
+
+
+@pytest.mark.slow
+def test_a_coupled_laminate_in_steps_of_its_own_choice() -> None:
+    ply = PlyMaterial(2e11, 1e10, 0.3, 5e9, 5e9, 5e9, density=RHO)
+    times = ShellDamping(membrane=1e-4, bending=4e-4)
+    skew = Laminate((Ply(ply, 0.01, 20.0), Ply(ply, 0.01, 70.0)), damping=times, mass_damping=1.0)
+    scene = strip("shell", "ep4", loads=Gravity((0, 0, -50.0)), dt=1e-2, t_end=0.3)
+    control = StepControl(step_tolerance=1e-4)
+    scene = replace(scene, shells=replace(scene.shells[0], section=skew), control=control)
+    simulation, account = Simulation(scene), EnergyAccount()
+    works = Works(account)
+    simulation.run([account, works])
+    assert account.relative_error < 1e-10
+    assert np.all(np.diff(works.done) < 0)
+    assert len(works.done) != 30
 
 
 def test_what_cannot_be_damped_is_said() -> None:

@@ -91,21 +91,26 @@ def _parts(beam: Beam) -> tuple[Values, Values, Values | None, tuple[int, ...]]:
     return A, D - B.T @ H if beam.coupling else D, H if coupled else None, held
 
 
-def bind_beam_damping(beam: Beam, domain: mesh.Mesh) -> ViscousBeam | None:
+def bind_beam_damping(beam: Beam, elastic: BeamMixed, domain: mesh.Mesh) -> ViscousBeam | None:
     """Constants of the damping of its strains, of those that are held none; None without any.
 
     Args:
         beam: The beam.
+        elastic: Its elastic form.
         domain: Its mesh.
     """
-    A, D0, H, held = _parts(beam)
+    A, D0, _, held = _parts(beam)
     times = np.array(beam.section.damping_times)
     times[list(held)] = 0.0
     if not times.any():
         return None
-    root = np.sqrt(np.outer(times, times))
-    numbers = [root[:3, :3] * A, root[3:, 3:] * D0, *([] if H is None else [H])]
-    return ViscousBeam(*(fem.Constant(domain, np.ascontiguousarray(n)) for n in numbers))
+    root, here = np.sqrt(np.outer(times, times)), [k for k in range(3) if k not in held]
+    own, by_force = np.zeros((3, 3)), np.zeros((3, 3))
+    free = np.ix_(here, here)
+    own[free] = A[free]
+    by_force[free] = (root[:3, :3] * A)[free] @ np.linalg.inv(A[free])
+    numbers = own, by_force, root[3:, 3:] * D0
+    return ViscousBeam(elastic, *(fem.Constant(domain, np.ascontiguousarray(n)) for n in numbers))
 
 
 def bind_beam_mass(section: BeamSection, domain: mesh.Mesh) -> FrameMass:
@@ -171,7 +176,7 @@ class BeamModel(FrameBody):
             self.masses = ((inert, self.rules.nodes),)
             self.inertialess = "lam" not in self.jump_parts
         self._slowing = slowing(beam.section, line)
-        viscous = bind_beam_damping(beam, line)
+        viscous = bind_beam_damping(beam, self.section.formulation, line)
         if viscous is not None:
             on = Resisting(viscous, self.strain_measure, lambda d: d[0] * self.rules.reduced)
             self.damping = StrainDamping(self.layout, (on,))

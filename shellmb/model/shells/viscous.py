@@ -14,16 +14,14 @@ from ufl.corealg.traversal import traverse_unique_terminals
 
 from shellmb.errors import SceneError
 from shellmb.forms import hourglass
-from shellmb.forms.steps.damping import Viscous, ViscousShell
+from shellmb.forms.steps.damping import ViscousRule, ViscousShell
 from shellmb.forms.steps.mixed import LinearMixed
 from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
-from shellmb.forms.steps.pathwork_nonlinear import tangent
+from shellmb.forms.steps.path import Measure
+from shellmb.forms.steps.pathwork_nonlinear import assumed, tangent
 from shellmb.model.damping import Resisting, StrainDamping
 from shellmb.model.shells import path
 from shellmb.model.shells.bound import BoundShell
-from shellmb.model.shells.varying import Rule, SectionFields
-from shellmb.scene import LinearSection
-from shellmb.scene.shells.lamination import Layup
 from shellmb.scene.values.validate import show
 
 Floats = npt.NDArray[np.float64]
@@ -52,18 +50,14 @@ def strain_damping(shell: BoundShell) -> StrainDamping | None:
             "quadratic in displacement and director; with damping of the section it must be, or "
             "the damping a term of the shell"
         )
-    formulation = shell.section.formulation
-    assert isinstance(formulation, LinearMixed | NonlinearMixed)
+    formulation, strain = shell.section.formulation, path.strain_measure(shell)
     if isinstance(formulation, LinearMixed):
-        full, reduced = (_linear(shell, formulation, rule) for rule in ("full", "reduced"))
+        parts = _linear(shell, formulation, strain)
     else:
-        full = reduced = _at_rest(shell, formulation)
-    strain = path.strain_measure(shell)
-    parts = []
-    if any(part is not None for part in full):
-        section = ViscousShell(full, reduced, formulation.a)
-        parts.append(Resisting(section, strain, lambda d: shell.integrate((d[0], d[1]))))
-    if shell.rules.lines is not None and full.A is not None:
+        assert isinstance(formulation, NonlinearMixed)
+        parts = _of_rest(shell, formulation, strain)
+    stretched = times[0] > 0 and shell.shell.stretching
+    if shell.rules.lines is not None and stretched:
         time, lines = fem.Constant(shell.mixed.space.mesh, times[0]), path.lines_of(shell, strain)
         parts.append(
             Resisting(
@@ -75,10 +69,8 @@ def strain_damping(shell: BoundShell) -> StrainDamping | None:
     return StrainDamping(shell.layout, parts) if parts else None
 
 
-def _linear(shell: BoundShell, section: LinearMixed, rule: Rule) -> Viscous:
-    """Coefficients of a linear section for a rule; of strains that are held none."""
-    assert isinstance(shell.shell.section, LinearSection)
-    fields = SectionFields(shell.shell, shell.mixed.space.mesh)
+def _linear(shell: BoundShell, section: LinearMixed, strain: Measure) -> list[Resisting]:
+    """Damping of a linear section; of strains that are held none."""
     membrane, bend, shear = shell.shell.section.damping_times
     if section.A_inv is None:
         membrane = 0.0
@@ -86,17 +78,39 @@ def _linear(shell: BoundShell, section: LinearMixed, rule: Rule) -> Viscous:
         shear = 0.0
     both = math.sqrt(membrane * bend) if section.B is not None else 0.0
 
-    def part(time: float, name: str) -> Expr | None:
-        def value(at: Layup) -> Floats:
-            return time * np.asarray(getattr(at, name))
+    def constant(time: float) -> Expr | None:
+        return fem.Constant(shell.mixed.space.mesh, time) if time else None
 
-        return fields.of(value, rule) if time else None
+    if not (membrane or bend or shear):
+        return []
+    viscous = ViscousShell(section, *map(constant, (membrane, bend, shear, both)))
+    return [Resisting(viscous, strain, lambda d: shell.integrate((d[0], d[1])))]
 
-    return Viscous(part(membrane, "A"), part(both, "B"), part(bend, "D"), part(shear, "G"))
+
+def _of_rest(shell: BoundShell, section: NonlinearMixed, strain: Measure) -> list[Resisting]:
+    """Damping of an energy; in the reduced rule of the assumed strains."""
+    parts, a = stiffness_at_rest(shell, section), section.a
+    full, rules = ViscousRule(*parts, a, True), shell.rules
+    found = [Resisting(full, strain, lambda d: d[0] * rules.full)]
+    if any(part is not None for part in (parts[0], parts[1], parts[3])):
+        reduced, seen = ViscousRule(*parts, 1 - a, False), assumed(strain, shell.layout)
+        found.append(Resisting(reduced, seen, lambda d: d[0] * rules.reduced))
+    return found
 
 
-def _at_rest(shell: BoundShell, section: NonlinearMixed) -> Viscous:
-    """Coefficients from the stiffness of an energy where it is undeformed."""
+type Parts = tuple[Expr | None, Expr | None, Expr | None, Expr | None]
+
+
+def stiffness_at_rest(shell: BoundShell, section: NonlinearMixed) -> Parts:
+    """Damping from the stiffness of an energy at zero strain: membrane, coupling, bending, shear.
+
+    Args:
+        shell: The shell on its mesh.
+        section: Its mixed form.
+
+    Raises:
+        SceneError: If that is not positive.
+    """
     mesh = shell.mixed.space.mesh
     e = fem.Constant(mesh, np.zeros(8))
     C = _numbers(tangent(section.energy_density, e))
@@ -116,9 +130,8 @@ def _at_rest(shell: BoundShell, section: NonlinearMixed) -> Viscous:
         return fem.Constant(mesh, np.ascontiguousarray(time * value)) if time else None
 
     coupling = part(1.0, B) if np.abs(B).max() > 0 else None
-    return Viscous(
-        part(membrane, C[:3, :3]), coupling, part(bend, C[3:6, 3:6]), part(shear, C[6:, 6:])
-    )
+    own = part(membrane, C[:3, :3]), part(bend, C[3:6, 3:6]), part(shear, C[6:, 6:])
+    return own[0], coupling, own[1], own[2]
 
 
 def _numbers(matrix: Expr) -> Floats:

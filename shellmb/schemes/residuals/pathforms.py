@@ -67,7 +67,8 @@ class PathForms:
             work = None
             if body.damping is not None:
                 alpha, states = self._scheme.alpha, self.states.functions
-                along = over_path(self._mesh, alpha, states, k, unknown, self.dt)
+                sources = self.path.start, self.path.end, self.path.rate
+                along = over_path(self._mesh, alpha, states, k, sources, self.dt)
                 terms = [*terms, body.damping.term(along, dq, trial)]
                 work = body.damping.work(along) if k == 0 else None
             inertia = body.inertia(self.path.acceleration[k] / self.dt**2, dq)

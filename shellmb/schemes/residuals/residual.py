@@ -137,7 +137,7 @@ def stage_forms(
                     "another, as 'ep', 'ed', 'ep4' or 'ed3'"
                 )
             place = len(unknowns), number
-            along = over_interval(space.mesh, sub.between, place, unknown, dt, linear)
+            along = over_interval(space.mesh, sub.between, place, dt, linear)
             terms = [*terms, body.damping.term(along, dq, trial)]
             work = body.damping.work(along) if name == END else None
         if internal is not None and linear:
