@@ -110,8 +110,9 @@ def decay(kind: str, what: str, scheme: str, steps: int, tau: Any, rate: float) 
     period, speed = 2 * np.pi / omega, 1e-6 * omega
     scene = strip(kind, scheme, tau, rate, dt=period / steps, t_end=0.8 * period, solver=EXACT)
     simulation = Simulation(scene)
-    dofs = simulation.model.meshed["strip"].mixed.dofs
-    moving = np.concatenate([dofs["u"].ravel(), dofs["w"].ravel()])
+    body = simulation.model.meshed["strip"]
+    dofs = body.mixed.dofs
+    moving = np.concatenate([dofs[part].ravel() for part in body.kinematic])
     levels = simulation.problem.levels["strip"]
     levels.rates["v"].x.array[moving] = speed * shape[moving]
     account = EnergyAccount()
@@ -181,21 +182,6 @@ def test_momentum_falls_by_the_rate_of_mass_damping(scheme: str, history) -> Non
         assert np.linalg.norm(kept[-1] - left * kept[0]) < 1e-3 * np.linalg.norm(kept[0])
 
 
-def test_overdamped_and_with_long_steps_it_creeps_back() -> None:
-    # tau omega = 200, a period a step: from a deflection of the size of its length it crawls, and
-    # the energy falls in each step
-    omega, _ = mode("shell", "bending")
-    scene = strip("shell", "ed", 200 / omega, dt=6 / omega, t_end=240 / omega)
-    simulation, account = Simulation(scene), EnergyAccount()
-    works = Works(account)
-    levels, dofs = simulation.problem.levels["strip"], simulation.model.meshed["strip"].mixed.dofs
-    moving = np.concatenate([dofs["u"].ravel(), dofs["w"].ravel()])
-    levels.rates["v"].x.array[moving] = 100 * omega * mode("shell", "bending")[1][moving]
-    simulation.run([account, works])
-    assert account.relative_error < 1e-10
-    assert np.all(np.diff(works.energy) < 0)
-
-
 def test_hyperelastic_sections_are_damped_by_their_stiffness_at_rest() -> None:
     nu, h = 0.3, 0.01
     A, G = E * h / (1 - nu**2), 5 / 6 * E * h / (2 * (1 + nu))
@@ -240,7 +226,7 @@ def test_a_coupled_laminate_in_steps_of_its_own_choice() -> None:
     times = ShellDamping(membrane=1e-4, bending=4e-4)
     skew = Laminate((Ply(ply, 0.01, 20.0), Ply(ply, 0.01, 70.0)), damping=times, mass_damping=1.0)
     scene = strip("shell", "ep4", loads=Gravity((0, 0, -50.0)), dt=1e-2, t_end=0.3)
-    control = StepControl(step_tolerance=1e-4)
+    control = StepControl(tolerance=1e-3)
     scene = replace(scene, shells=replace(scene.shells[0], section=skew), control=control)
     simulation, account = Simulation(scene), EnergyAccount()
     works = Works(account)
