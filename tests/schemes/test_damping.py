@@ -129,7 +129,7 @@ def decay(kind: str, what: str, scheme: str, steps: int, tau: Any, rate: float) 
 
 # triangles take means of strains over an element, and damp these
 @pytest.mark.parametrize(
-    "kind", ["shell", pytest.param("beam", marks=SLOW), pytest.param("triangles", marks=SLOW)]
+    "kind", ["beam", pytest.param("shell", marks=SLOW), pytest.param("triangles", marks=SLOW)]
 )
 @pytest.mark.parametrize(("scheme", "order"), SCHEMES)
 def test_modes_decay_as_theory_says(scheme: str, order: int, kind: str) -> None:
@@ -137,10 +137,12 @@ def test_modes_decay_as_theory_says(scheme: str, order: int, kind: str) -> None:
         # zeta = tau omega/2 + rate/(2 omega): 0.05 in all, half of it by the mass
         omega, _ = mode(kind, what)
         tau, rate = 0.05 / omega, 0.05 * omega
-        errors = [decay(kind, what, scheme, n, tau, rate) for n in (20, 40)]
+        # in steps in which order 4 is still above the mode's own nonlinearity
+        steps = (10, 20) if order == 4 else (20, 40)
+        errors = [decay(kind, what, scheme, n, tau, rate) for n in steps]
         slopes = np.log2(np.abs(errors[:-1]) / np.abs(errors[1:]))
         assert slopes[-1] == pytest.approx(order, abs=0.2)
-        assert abs(errors[-1]) < {2: 2e-2, 3: 5e-4, 4: 1e-5}[order]
+        assert abs(errors[-1]) < {2: 2e-2, 3: 5e-4, 4: 5e-5}[order]
 
 
 @pytest.mark.parametrize("kind", [pytest.param("shell", marks=SLOW), "beam"])
