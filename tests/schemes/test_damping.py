@@ -46,9 +46,9 @@ MODES = {"bending": 2, "stretching": 0}
 EXACT = Solver(tolerance=1e-13)
 SLOW = pytest.mark.slow
 SCHEMES = [
-    pytest.param("ep", 2, marks=SLOW),
+    ("ep", 2),
     pytest.param("linear-dynamics", 2, marks=SLOW),
-    pytest.param("ed", 3),
+    pytest.param("ed", 3, marks=SLOW),
     pytest.param("ep4", 4, marks=SLOW),
     pytest.param("ed3", 3, marks=SLOW),
 ]
