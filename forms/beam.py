@@ -75,6 +75,11 @@ class LinePoint(NamedTuple):
         dw: Variation of the directors.
         line: Reference line.
         time: Time at the middle of the step, s.
+        x: Current position, shape (3,), m.
+        d: Current directors one after the other, shape (9,).
+        strain_rate: Rates of the strains (Gamma, K) over the sub-interval, shape (6,), 1/s and
+            1/(m s); None in statics.
+        dstrain: Variation of the strains, shape (6,).
     """
 
     u: Expr
@@ -85,6 +90,10 @@ class LinePoint(NamedTuple):
     dw: Expr
     line: Line
     time: Expr
+    x: Expr
+    d: Expr
+    strain_rate: Expr | None
+    dstrain: Expr
 
 
 def line(jacobian: Expr, D: Expr) -> Line:

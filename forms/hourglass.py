@@ -67,6 +67,10 @@ class LineSection:
         """Each is one strain, in a rule of its own."""
         return ufl.as_vector([e[0], 0]), ufl.as_vector([0, e[1]])
 
+    def of_strains(self, e: Expr) -> Expr:
+        """There are none."""
+        return ufl.as_vector([0, 0])
+
     def where_held(self, there: Expr, elsewhere: Expr) -> Expr:
         """No strain is."""
         return elsewhere

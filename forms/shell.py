@@ -22,7 +22,7 @@ from typing import NamedTuple
 import ufl
 from ufl.core.expr import Expr
 
-from shellmb.forms.surface import Surface, along
+from shellmb.forms.surface import Surface, along, unit
 
 
 class ShellStrains(NamedTuple):
@@ -154,6 +154,12 @@ def strain_change(at: Tangents, du: Expr, dw: Expr, surf: Surface) -> ShellStrai
         ),
         ufl.as_vector([dot(x1, w) + dot(d, u1), dot(x2, w) + dot(d, u2)]),
     )
+
+
+def normal(u: Expr, surf: Surface) -> Expr:
+    """Unit normal of the deformed surface, shape (3,), on the side of the reference director."""
+    e1, e2 = surf.e1, surf.e2
+    return unit(ufl.cross(e1 + along(u, e1), e2 + along(u, e2)))
 
 
 def director_constraint(w: Expr, D: Expr) -> Expr:

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 from ufl.core.expr import Expr
 
-from shellmb.forms.shell import Mass
+from shellmb.forms.shell import Mass, ShellStrains
 from shellmb.forms.surface import Surface
 
 
@@ -24,6 +24,12 @@ class Point(NamedTuple):
         surf: Reference surface.
         mass: Mass coefficients; None in statics.
         time: Time at the middle of the step, s.
+        x: Current position, shape (3,), m.
+        d: Current director, shape (3,); of unit length at the nodes.
+        normal: Unit normal of the deformed surface, shape (3,), on the director's side.
+        strain_rate: Rates of the strains over the sub-interval, 1/s and 1/(m s); None in statics.
+            Times the step they are the change of the strains, where these are quadratic.
+        dstrain: Variation of the strains: what stresses act on.
     """
 
     u: Expr
@@ -35,3 +41,8 @@ class Point(NamedTuple):
     surf: Surface
     mass: Mass | None
     time: Expr
+    x: Expr
+    d: Expr
+    normal: Expr
+    strain_rate: ShellStrains | None
+    dstrain: ShellStrains

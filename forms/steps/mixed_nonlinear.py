@@ -49,6 +49,10 @@ class NonlinearMixed:
         """Energies of the full and of the reduced rule as functions of the strains, shape (8,)."""
         return self._psi_full, self._psi_red
 
+    def energy_density(self, e: Expr) -> Expr:
+        """Energy of strains, shape (8,), as the user wrote it."""
+        return self._psi(e)
+
     def stress(self, e: Expr) -> Expr:
         """Resultants of strains, shape (8,) both."""
         return gradient(self._psi, e)

@@ -1,7 +1,7 @@
 """What the schemes see of a body: spaces, virtual work, energies; nothing else."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -11,6 +11,7 @@ from ufl import Form
 from ufl.core.expr import Expr
 
 from shellmb.forms.constraints.leap import Leap
+from shellmb.forms.steps.damping import Straining
 from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.path import Row, Step
 from shellmb.meshes.spaces import MixedSpace
@@ -104,10 +105,12 @@ class Rates(NamedTuple):
     Args:
         now: Velocity in the sub-interval.
         chord: Mean velocity over the whole step, in all of its stages the same.
+        weighed: Velocity as the stage's test function weighs it; None: `chord`.
     """
 
     now: Expr
     chord: Expr
+    weighed: Expr | None = None
 
 
 class Term(NamedTuple):
@@ -140,6 +143,22 @@ class SubInterval(Protocol):
         ...
 
 
+class Damped(Protocol):
+    """Damping of a body's strains, eq. (D1)."""
+
+    def term(self, along: Straining, dq: Expr, trial: Expr) -> Term:
+        """Forces in a row of a step, with their derivatives."""
+        ...
+
+    def work(self, along: Straining) -> Form:
+        """Work over the step, eq. (D2); never positive."""
+        ...
+
+    def at(self, q: Expr, v: Expr, dq: Expr) -> Form:
+        """Virtual work of the forces at a state with a velocity."""
+        ...
+
+
 class LoadFactors(Protocol):
     """The loads of a body with the time factors of one stage of a scheme."""
 
@@ -168,6 +187,11 @@ class Body(Protocol):
     leaps: bool
     # thickness over length: how much stiffer than bending the body is in its own plane or line
     slenderness: float
+
+    @property
+    def damping(self) -> "Damped | None":
+        """Damping of its strains; None without any."""
+        ...
 
     @property
     def inertialess(self) -> bool:
@@ -267,84 +291,3 @@ class Body(Protocol):
     def constraint_error(self, q: fem.Function) -> float:
         """Largest violation of the body's constraints on this rank, relative."""
         ...
-
-
-@dataclass
-class Massless:
-    """What bodies without mass and elasticity have in common: nothing of either."""
-
-    name: str
-    mixed: MixedSpace
-    parts: tuple[PartScale, ...]
-    links: tuple[NodeLink, ...]
-    fixed: list[FixedDofs] = field(default_factory=list)
-    kinematic: frozenset[str] = frozenset()
-    coupled: bool = False
-    leaps: bool = False
-    slenderness: float = 1.0
-    inertialess: bool = False
-    jump_parts: frozenset[str] = frozenset()
-
-    def velocity_constraint(self, v: Expr, mid: Expr, dv: Expr) -> Form | None:
-        """No constraints."""
-        return None
-
-    def leaping(self, leap: Leap, dq: Expr) -> Leaping:
-        """No constraints."""
-        return None
-
-    def internal(self, span: Interval, dq: Expr) -> Form | None:
-        """No internal forces."""
-        return None
-
-    def within(self, sub: SubInterval, dq: Expr, trial: Expr) -> tuple[Form | None, list[Term]]:
-        """Nothing that has terms."""
-        return self.internal(sub.span, dq), []
-
-    def along(self, step: Step, k: int, dq: Expr, trial: Expr) -> tuple[Form | None, list[Term]]:
-        """No internal forces."""
-        return None, []
-
-    def lost(self, step: Step, bow: Expr) -> Form | None:
-        """No strains."""
-        return None
-
-    def inertia(self, rate: Expr, dq: Expr) -> Form | None:
-        """No inertia."""
-        return None
-
-    def tangent(self, b: Expr, mid: Expr) -> Expr:
-        """Nothing of its own moves."""
-        return b
-
-    def tangent_values(self, b: Values, mid: Values) -> Values:
-        """Nothing of its own moves."""
-        return b
-
-    def loads(self) -> LoadFactors | None:
-        """No loads."""
-        return None
-
-    def extra(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
-        """No added terms."""
-        return None
-
-    def strain_energy(self, q: Expr) -> Form | None:
-        """No strain energy."""
-        return None
-
-    def kinetic_energy(self, v: Expr) -> Form | None:
-        """No kinetic energy."""
-        return None
-
-    def jump(self, a: Expr, b: Expr) -> Form | None:
-        """No dissipation."""
-        return None
-
-    def reference_directors(self) -> Values | None:
-        """No directors."""
-        return None
-
-    def constraint_error(self, q: fem.Function) -> float:
-        """No constraints."""
-        return 0.0

@@ -1,6 +1,9 @@
 """Functions that users write in UFL: what they return is looked at before it is compiled."""
 
+import inspect
+import traceback
 from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import ufl
@@ -25,14 +28,15 @@ def written(function: Callable[..., Any], arguments: Sequence[Any], who: str) ->
         who: What it is, for errors, as in ``"shell 'plate': energy"``.
 
     Raises:
-        SceneError: If it fails, or returns something else than a number or a scalar of UFL.
+        SceneError: If it fails, or returns something else than a number or a scalar of UFL; says in
+            which file and line.
     """
     try:
         value = function(*arguments)
     except Exception as error:
         raise SceneError(
-            f"{who} {show(function)} fails ({in_words(error)}); it must be written with operators "
-            "and functions of UFL"
+            f"{_place(function, error)}{who} {show(function)} fails ({in_words(error)}); it must "
+            "be written with operators and functions of UFL"
         ) from error
     try:
         expression = ufl.as_ufl(value)
@@ -40,9 +44,21 @@ def written(function: Callable[..., Any], arguments: Sequence[Any], who: str) ->
         expression = None
     if expression is None or isinstance(value, bool) or expression.ufl_shape:
         raise SceneError(
-            f"{who} {show(function)} returns {_said(value)}; it must return a scalar of UFL"
+            f"{_place(function)}{who} {show(function)} returns {_said(value)}; it must return a "
+            "scalar of UFL"
         )
     return expression
+
+
+def _place(function: Callable[..., Any], error: Exception | None = None) -> str:
+    """File and line of a user's function, or where in that file it failed: begins a sentence."""
+    code = getattr(inspect.unwrap(function), "__code__", None)
+    if code is None:
+        return ""
+    frames = traceback.extract_tb(None if error is None else error.__traceback__)
+    lines = [frame.lineno for frame in frames if frame.filename == code.co_filename]
+    line = lines[-1] if lines else code.co_firstlineno
+    return f"{Path(code.co_filename).name}, line {line}: "
 
 
 def resists_all(
@@ -64,8 +80,8 @@ def resists_all(
     missing = [name for name, strain in strains._asdict().items() if strain not in used]
     if missing:
         raise SceneError(
-            f"{who} {show(energy)} does not depend on {' and '.join(missing)}; it must resist all "
-            "strains"
+            f"{_place(energy)}{who} {show(energy)} does not depend on {' and '.join(missing)}; it "
+            "must resist all strains"
         )
 
 
@@ -87,8 +103,8 @@ def virtual_work(terms: Sequence[Callable[..., Any]], point: Any, dq: Expr, who:
         value = written(term, (point,), f"{who}: term")
         if tested and not _linear(value):
             raise SceneError(
-                f"{who}: term {show(term)} returns {_said(value)}, which is not linear in the "
-                "variation; it must be a virtual work, as ufl.dot(force, point.du)"
+                f"{_place(term)}{who}: term {show(term)} returns {_said(value)}, which is not "
+                "linear in the variation; it must be a virtual work, as ufl.dot(force, point.du)"
             )
         found.append(value)
     return sum(found[1:], found[0])

@@ -88,6 +88,7 @@ from shellmb.scene.shells.sections import (
 )
 from shellmb.scene.shells.shell import Join, Shell
 from shellmb.scene.shells.surfaces import Parametric, Rectangle, Surface
+from shellmb.scene.values.damping import BeamDamping, ShellDamping
 from shellmb.scene.values.times import Ramp, Sine, Step, Table, TimeFunction
 
 __all__ = [
@@ -96,6 +97,7 @@ __all__ = [
     "AlongLine",
     "Arc",
     "Beam",
+    "BeamDamping",
     "BeamSection",
     "Body",
     "CircularArc",
@@ -168,6 +170,7 @@ __all__ = [
     "Screw",
     "Section",
     "Shell",
+    "ShellDamping",
     "ShellRevolute",
     "Sine",
     "SoftSupport",

@@ -90,7 +90,9 @@ class EnergyDecaying:
         # the velocity at j with the average of eq. (32), as loads and stresses are taken
         v_j = v + b / 2 + alpha * b / 2
         chord = (qf - q) / dt
-        first = Stage(interval(q, qj, alpha), rate=(a + 3 * b) / dt, velocity=v_j, chord=chord)
+        # the velocity of the path, q' = chord - 3 (q_j - q_i) P1/dt, in the row of P0 - 3 P1
+        weighed = chord + 3 * (qj - q) / dt
+        first = Stage(interval(q, qj, alpha), (a + 3 * b) / dt, v_j, chord, weighed)
         last = Stage(interval(qj, qf), rate=a / dt, velocity=chord, chord=chord)
         return {"j": first, "f": last}
 

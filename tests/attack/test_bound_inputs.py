@@ -1,5 +1,8 @@
 """Wrong scenes that only the meshes or the forms tell, refused before anything is compiled."""
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
 import ufl
@@ -297,7 +300,16 @@ GOOD = {
 def test_refused(message, bind):
     with pytest.raises(SceneError) as caught:
         bind(BAD[message]())
-    assert str(caught.value) == message
+    said = str(caught.value)
+    if message in WRITTEN:
+        # first the file and the line of the function, or of what fails in it
+        name, line, said = re.fullmatch(r"(\S+), line (\d+): (.*)", said).groups()
+        source = Path(__file__).with_name(name).read_text().splitlines()
+        function = re.search(r"(?:term|energy) (\S+)", message).group(1)
+        near = "\n".join(source[int(line) - 1 : int(line) + 2])
+        assert function.strip("<>") in near or "fails" in message
+        assert "1 / 0" in near or "ZeroDivision" not in message
+    assert said == message
 
 
 @pytest.mark.parametrize("what", GOOD)

@@ -24,6 +24,10 @@ MORE = {
     "follower_load": (0, 1, 3, 1),
     # the force depends on the velocity: a residual and a Jacobian, no number of its own
     "added_terms": (0, 1, 0, 2),
+    # forces of a row and their derivative, which are terms: no form of the residual itself
+    "material_damping": (0, 0, 0, 2),
+    # by the rules of the mass and of its moments; its rate
+    "mass_damping": (0, 2, 1, 2),
     # multipliers: as many as freedoms are taken; frames at both ends, and where and how they are
     "spherical_joint": (3, 1, 4, 2),
     # the other joint of the scene is of its kind, and all of a kind are one form
@@ -62,7 +66,7 @@ SINGLE = {
     *("geometric_nonlinearity", "own_strains", "prescribed_motion", "supports", "joins", "glues"),
 }
 # there is nothing to leave out
-NEVER = {"bending", "drilling", "material_damping"}
+NEVER = {"bending", "drilling"}
 
 # no body of their own: of the kind of the scene's other hinge; a factor in its forms; a coordinate
 SHARED = {"revolute_joint", "joint_windows", "driver"}

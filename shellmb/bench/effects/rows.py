@@ -32,7 +32,6 @@ NO_ROW = {
     "assembly": _FIRST,
     "bending": "no shell or beam can do without",
     "drilling": "no shell has",
-    "material_damping": "no section has",
 }
 _MADE: dict[str, Case] = {case.effect: case for case in (*PLATES, *MECHANISMS)}
 # in the order of the registry, which is that of their groups

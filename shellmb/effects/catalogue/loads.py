@@ -4,8 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import Any
 
-from shellmb.effects.catalogue.parts import chosen, drop, flexible, replaced, use_of_parts
+from shellmb.effects.catalogue.parts import (
+    Flexible,
+    chosen,
+    drop,
+    flexible,
+    replaced,
+    use_of_parts,
+)
 from shellmb.effects.effect import Change, Effect, Use, names, refuse, whole
 from shellmb.scene import (
     FollowerEdgeForce,
@@ -20,6 +28,7 @@ from shellmb.scene import (
     Support,
 )
 from shellmb.scene.loads.supports import moves
+from shellmb.scene.values.validate import show
 
 _GROUP = "loads"
 
@@ -74,6 +83,42 @@ def _load(name: str, title: str, kinds: tuple[type, ...], lacking: str, add: Cha
     return Effect(name, _GROUP, title, use, drop("loads", kinds, lacking), add)
 
 
+# name, title, and field of the section
+_DAMPING = (
+    ("material_damping", "Kelvin and Voigt's damping of strains", "damping"),
+    ("mass_damping", "damping in proportion to the mass", "mass_damping"),
+)
+
+
+def _damping(name: str, title: str, field: str) -> Effect:
+    """A damping that sections say."""
+
+    def damped(scene: Scene) -> list[Flexible]:
+        def on(body: Flexible) -> bool:
+            given = getattr(body.section, field)
+            return any(body.section.damping_times) if field == "damping" else bool(given)
+
+        return [body for body in flexible(scene) if on(body)]
+
+    def use(scene: Scene) -> Use:
+        found = damped(scene)
+        if scene.static:
+            return Use(False, f"scheme={show(scene.scheme_name)}: nothing moves")
+        return Use(
+            bool(found), f"{field} of {names(found)}" if found else f"no section has a {field}"
+        )
+
+    def without(scene: Scene, part: str | None) -> Scene:
+        for body in chosen(damped(scene), part, f"shell or beam whose section has a {field}"):
+            section: Any = body.section
+            section = replace(section, **{field: 0.0})
+            scene = replaced(scene, [body], section=section)
+        return scene
+
+    given = refuse(f"how much must be given: {field} of a section of a shell or beam")
+    return Effect(name, _GROUP, title, use, without, given)
+
+
 EFFECTS = (
     _load(
         "gravity",
@@ -117,14 +162,5 @@ EFFECTS = (
         _without_terms,
         refuse("the term must be given: terms of a Shell or Beam"),
     ),
-    Effect(
-        "material_damping",
-        _GROUP,
-        "viscosity of sections",
-        lambda scene: Use(False, "no section has a viscosity"),
-        refuse("no section has it"),
-        refuse(
-            "sections are elastic; damping must be dampers, terms of a body, or 'dissipation' (ED)"
-        ),
-    ),
+    *(_damping(*given) for given in _DAMPING),
 )

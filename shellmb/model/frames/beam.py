@@ -16,12 +16,14 @@ from shellmb.forms import beam as beam_forms
 from shellmb.forms import loads as load_forms
 from shellmb.forms.beam import BeamMixed, Line, LinePoint
 from shellmb.forms.frame import FrameMass, momenta
+from shellmb.forms.steps.damping import ViscousBeam
 from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.path import Measure, Row, Step
 from shellmb.forms.steps.pathwork import interval_work
 from shellmb.meshes.curve_mesh import LineMesh, build_line
 from shellmb.meshes.spaces import beam_space
 from shellmb.model.body import LoadFactors, PartScale, Rates, SubInterval, Term
+from shellmb.model.damping import Resisting, StrainDamping, mass_damping, slowing, together
 from shellmb.model.frames.frame import FrameBody
 from shellmb.model.pathterms import path_terms
 from shellmb.model.rules import line_rules
@@ -30,6 +32,8 @@ from shellmb.model.shells.loads import DistributedLoads
 from shellmb.model.written import virtual_work
 from shellmb.scene import Beam, BeamSection, FollowerLineForce, LineForce, LineMoment
 from shellmb.scene.loads.loads import Gravity, Load
+
+Values = npt.NDArray[np.float64]
 
 _ADVICE_MOTION = "a smaller step, a finer mesh, or a smaller load step"
 _ADVICE_FORCE = "a smaller step, or check the stiffness of the section"
@@ -58,28 +62,55 @@ def bind_beam_section(beam: Beam, domain: mesh.Mesh) -> BoundBeamSection:
         beam: The beam.
         domain: Its mesh.
     """
-    section = beam.section
-    C = np.asarray(section.stiffness, dtype=float)
-    A, B, D = C[:3, :3], C[:3, 3:], C[3:, 3:]
-    H = np.linalg.solve(A, B)
-    coupled = beam.coupling and np.max(np.abs(H)) > NOTHING * section.size
-    held: tuple[int, ...] = () if beam.stretching else (0,)
-    held += () if beam.transverse_shear else (1, 2)
+    A, D0, H, held = _parts(beam)
     free = [k for k in range(3) if k not in held]
 
-    def constant(value: float | npt.NDArray[np.float64]) -> fem.Constant:
+    def constant(value: float | Values) -> fem.Constant:
         return fem.Constant(domain, np.array(value, dtype=float, order="C"))
 
     force = constant(float(np.max(np.diag(A))))
     formulation = BeamMixed(
         A_inv=constant(np.linalg.inv(A[np.ix_(free, free)])),
-        D0=constant(D - B.T @ H if beam.coupling else D),
+        D0=constant(D0),
         N0=force,
-        H=constant(H) if coupled else None,
+        H=None if H is None else constant(H),
         held=held,
         slack=constant(SLACK / float(np.max(np.diag(A)))) if held else None,
     )
     return BoundBeamSection(formulation, force)
+
+
+def _parts(beam: Beam) -> tuple[Values, Values, Values | None, tuple[int, ...]]:
+    """`A`, `D_0`, `H` and the strains that are held, as of `BeamMixed`; `H` None if uncoupled."""
+    C = np.asarray(beam.section.stiffness, dtype=float)
+    A, B, D = C[:3, :3], C[:3, 3:], C[3:, 3:]
+    H = np.linalg.solve(A, B)
+    coupled = beam.coupling and np.max(np.abs(H)) > NOTHING * beam.section.size
+    held: tuple[int, ...] = () if beam.stretching else (0,)
+    held += () if beam.transverse_shear else (1, 2)
+    return A, D - B.T @ H if beam.coupling else D, H if coupled else None, held
+
+
+def bind_beam_damping(beam: Beam, elastic: BeamMixed, domain: mesh.Mesh) -> ViscousBeam | None:
+    """Constants of the damping of its strains, of those that are held none; None without any.
+
+    Args:
+        beam: The beam.
+        elastic: Its elastic form.
+        domain: Its mesh.
+    """
+    A, D0, _, held = _parts(beam)
+    times = np.array(beam.section.damping_times)
+    times[list(held)] = 0.0
+    if not times.any():
+        return None
+    root, here = np.sqrt(np.outer(times, times)), [k for k in range(3) if k not in held]
+    own, by_force = np.zeros((3, 3)), np.zeros((3, 3))
+    free = np.ix_(here, here)
+    own[free] = A[free]
+    by_force[free] = (root[:3, :3] * A)[free] @ np.linalg.inv(A[free])
+    numbers = own, by_force, root[3:, 3:] * D0
+    return ViscousBeam(elastic, *(fem.Constant(domain, np.ascontiguousarray(n)) for n in numbers))
 
 
 def bind_beam_mass(section: BeamSection, domain: mesh.Mesh) -> FrameMass:
@@ -144,6 +175,11 @@ class BeamModel(FrameBody):
             inert = moved if beam.rotary_inertia else FrameMass(mass.m)
             self.masses = ((inert, self.rules.nodes),)
             self.inertialess = "lam" not in self.jump_parts
+        self._slowing = slowing(beam.section, line)
+        viscous = bind_beam_damping(beam, self.section.formulation, line)
+        if viscous is not None:
+            on = Resisting(viscous, self.strain_measure, lambda d: d[0] * self.rules.reduced)
+            self.damping = StrainDamping(self.layout, (on,))
         self._loads = loads
         self.slenderness = slenderness = beam.section.size / domain.length
         label = f"of beam '{beam.name}'"
@@ -233,13 +269,22 @@ class BeamModel(FrameBody):
         return BeamLoads(self, self._loads) if self._loads else None
 
     def extra(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
-        """The user's terms at the mid-point."""
+        """The user's terms at the mid-point, and what damps in proportion to the mass."""
+        forms = [self._added(mid, rates, dq, time), mass_damping(self, self._slowing, rates, dq)]
+        return together(forms)
+
+    def _strain_change(self, q: Expr, dq: Expr) -> Expr:
+        return self.strain_measure.slope(1.0, ((1.0, q),), dq)
+
+    def _added(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
         if not self.beam.terms:
             return None
         u, w = self._motion(mid)
         v, dw_dt = (None, None) if rates is None else self._motion(rates.now)
         du, dw = self._motion(dq)
-        point = LinePoint(u, w, v, dw_dt, du, dw, self.line, time)
+        rate = None if rates is None else self._strain_change(mid, rates.now)
+        x, d, de = self.position(mid), self.frames + w, self._strain_change(mid, dq)
+        point = LinePoint(u, w, v, dw_dt, du, dw, self.line, time, x, d, rate, de)
         work = virtual_work(self.beam.terms, point, dq, f"beam '{self.name}'")
         return work * self.rules.full
 

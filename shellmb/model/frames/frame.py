@@ -17,7 +17,7 @@ from shellmb.forms.state import Layout
 from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.path import Path
 from shellmb.meshes.spaces import MixedSpace
-from shellmb.model.body import FixedDofs, Leaping, NodeLink, PartScale
+from shellmb.model.body import Damped, FixedDofs, Leaping, NodeLink, PartScale
 
 Values = npt.NDArray[np.float64]
 
@@ -56,6 +56,7 @@ class FrameBody:
         self.inertialess = False
         self.slenderness = 1.0
         self.kinematic = frozenset({"u", "w"})
+        self.damping: Damped | None = None
         # parts of the mass with the rule that integrates each; none in statics
         self.masses: tuple[tuple[FrameMass, ufl.Measure], ...] = ()
 

@@ -19,7 +19,8 @@ from shellmb.forms.steps.path import Step
 from shellmb.kernels import compiled_expression
 from shellmb.meshes.nodes import NodeMesh, constant_vector, set_constants
 from shellmb.meshes.spaces import MixedSpace
-from shellmb.model.body import Dofs, FixedDofs, Leaping, Massless, NodeLink, PartScale, Term
+from shellmb.model.body import Dofs, FixedDofs, Leaping, NodeLink, PartScale, Term
+from shellmb.model.massless import Massless
 
 Floats = npt.NDArray[np.float64]
 

@@ -23,8 +23,9 @@ from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.path import Step
 from shellmb.kernels import compiled_expression
 from shellmb.meshes.nodes import constant_vector, node_mesh, node_space, set_constants
-from shellmb.model.body import Massless, Rates, Term
+from shellmb.model.body import Rates, Term
 from shellmb.model.joints.coordinates import Coordinate, gathered, scalar_links
+from shellmb.model.massless import Massless
 from shellmb.scene import Scene
 from shellmb.scene.multibody import elements as scene_elements
 from shellmb.scene.multibody.elements import Element, JointElement

@@ -14,6 +14,7 @@ from shellmb.forms import hourglass
 from shellmb.forms import shell as shell_forms
 from shellmb.forms.constraints.leap import Leap, leap_row
 from shellmb.forms.constraints.pathconstraints import held_row
+from shellmb.forms.shell import ShellStrains
 from shellmb.forms.steps.anystrain import AnyStrain, ExactInterval
 from shellmb.forms.steps.discrete import Strain, at_middle, variation
 from shellmb.forms.steps.mixed import Interval, LinearMixed, vector
@@ -47,10 +48,17 @@ def strain_measure(shell: BoundShell) -> Measure:
     return Measure(slope)
 
 
+def strain_change(shell: BoundShell, q: Expr, dq: Expr) -> ShellStrains:
+    """Change of the strains at a state with a change of it."""
+    e = variation(_vector_of(shell), q, dq)
+    eps, kap, gam = (ufl.as_vector([e[k] for k in part]) for part in ((0, 1, 2), (3, 4, 5), (6, 7)))
+    return ShellStrains(eps, kap, gam)
+
+
 def general(shell: BoundShell, span: Interval, dq: Expr) -> Form:
     """Internal forces over a sub-interval, whatever the strains and the section."""
     section, layout, strains = shell.section.formulation, shell.layout, _vector_of(shell)
-    quadratic, h = _quadratic_strains(shell), shell.thickness
+    quadratic, h = quadratic_strains(shell), shell.thickness
     acting = at_middle if quadratic else ExactInterval((1, 1, 1, h**2, h**2, h**2, 1, 1))
     if isinstance(section, LinearMixed):
         full, red = interval_work(section, layout, strains, span, dq, acting)
@@ -108,10 +116,11 @@ def within(
 
 def _is_quadratic(shell: BoundShell) -> bool:
     """Whether forms at mean, chord and bow of a path are exact: of linear sections they are."""
-    return isinstance(shell.section.formulation, LinearMixed) and _quadratic_strains(shell)
+    return isinstance(shell.section.formulation, LinearMixed) and quadratic_strains(shell)
 
 
-def _quadratic_strains(shell: BoundShell) -> bool:
+def quadratic_strains(shell: BoundShell) -> bool:
+    """Whether strains are at most quadratic in the state."""
     if shell.shell.strains is None:
         return True
     state = ufl.Coefficient(shell.mixed.space)
@@ -134,7 +143,7 @@ def _controlled(shell: BoundShell, term: Term, row: Row, dq: Expr, trial: Expr) 
         return term
     lines = path_terms(
         hourglass.LineSection(),
-        *(shell.layout, _lines(shell, strain_measure(shell)), row, dq, trial),
+        *(shell.layout, lines_of(shell, strain_measure(shell)), row, dq, trial),
         lambda d: shell.hourglass((d[0], d[1])),
     )
     return together(term, lines)
@@ -148,7 +157,7 @@ def along(
     Raises:
         SceneError: If a strain measure of the user is not quadratic, and the section not linear.
     """
-    layout, quadratic = shell.layout, _quadratic_strains(shell)
+    layout, quadratic = shell.layout, quadratic_strains(shell)
     if not quadratic and not isinstance(shell.section.formulation, LinearMixed):
         own = shell.shell.strains
         raise SceneError(
@@ -206,7 +215,7 @@ def _nonlinear(shell: BoundShell, step: Step) -> NonlinearPath:
     return NonlinearPath(section, shell.layout, strain, step.states, step.points)
 
 
-def _lines(shell: BoundShell, strain: Measure) -> Measure:
+def lines_of(shell: BoundShell, strain: Measure) -> Measure:
     """Membrane strains along the coordinate lines of the element, for the hourglass control."""
     jacobian = ufl.Jacobian(shell.mixed.space.mesh)
     return Measure(
@@ -218,9 +227,9 @@ def lost(shell: BoundShell, step: Step, bow: Expr) -> Form | None:
     """Elastic energy of the bow of the strains, J; arguments as of `Body.lost`."""
     section, strain = shell.section.formulation, strain_measure(shell)
     lines = shell.rules.lines is not None
-    if _quadratic_strains(shell):
+    if quadratic_strains(shell):
         e = step.bow_of(strain)
-        along_lines = step.bow_of(_lines(shell, strain)) if lines else None
+        along_lines = step.bow_of(lines_of(shell, strain)) if lines else None
     else:
         e = _any_strain(_vector_of(shell), step).bow
         along_lines = _any_strain(shell.line_strains, step).bow if lines else None
@@ -238,7 +247,7 @@ def mean_resultants(shell: BoundShell, step: Step) -> Expr:
     section, layout = shell.section.formulation, shell.layout
     if not isinstance(section, LinearMixed):
         return _nonlinear(shell, step).mean_stress()
-    if _quadratic_strains(shell):
+    if quadratic_strains(shell):
         e = strain_measure(shell).moment(step.pairs[0][0].moment, step.states)
     else:
         e = AnyStrain(_vector_of(shell), step.states, step.whole.places).mean

@@ -24,10 +24,12 @@ from shellmb.model.body import (
     SubInterval,
     Term,
 )
+from shellmb.model.damping import StrainDamping, mass_damping, slowing, together
 from shellmb.model.section import Arm, mass_arm
 from shellmb.model.shells import path as shellpath
 from shellmb.model.shells.bound import BoundShell
 from shellmb.model.shells.loads import ShellLoads
+from shellmb.model.shells.viscous import strain_damping
 from shellmb.model.written import virtual_work
 
 
@@ -128,13 +130,34 @@ class ShellModel(BoundShell):
         return ShellLoads(self, self._loads) if self._loads else None
 
     def extra(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
-        """The user's terms at the mid-point."""
+        """The user's terms at the mid-point, and what damps in proportion to the mass."""
+        forms = [self._added(mid, rates, dq, time), mass_damping(self, self._slowing, rates, dq)]
+        return together(forms)
+
+    @cached_property
+    def damping(self) -> StrainDamping | None:
+        """Damping of its strains; None without any."""
+        return strain_damping(self)
+
+    @cached_property
+    def _slowing(self) -> fem.Constant | None:
+        return slowing(self.shell.section, self.mixed.space.mesh)
+
+    def _added(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
         if not self.shell.terms:
             return None
         u, w = self.layout.displacement(mid), self.layout.director_change(mid)
         v, dw_dt = (None, None) if rates is None else self.velocities(rates.now)
         du, dw = self.velocities(dq)
-        point = Point(u, w, v, dw_dt, du, dw, self.surface, self.mass, time)
+        rate = None if rates is None else shellpath.strain_change(self, mid, rates.now)
+        point = Point(
+            *(u, w, v, dw_dt, du, dw, self.surface, self.mass, time),
+            x=self.position(mid),
+            d=self.director + w,
+            normal=shell_forms.normal(u, self.surface),
+            strain_rate=rate,
+            dstrain=shellpath.strain_change(self, mid, dq),
+        )
         work = virtual_work(self.shell.terms, point, dq, f"shell '{self.name}'")
         return work * self.rules.full
 

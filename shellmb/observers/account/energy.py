@@ -51,7 +51,8 @@ class EnergyAccount(Silent):
 
     Attributes:
         values: The account at the current time, J: kinetic, strain, total, and since the start
-            work of loads, of added terms, of prescribed motions, and dissipation.
+            work of loads, of added terms (with dampers and the damping of sections), of prescribed
+            motions, and dissipation.
         error: Largest violation of the energy law so far, J.
         largest: Largest energy seen so far, J.
         exchanged: Largest energy, work of one kind, or dissipation so far, J.
@@ -124,6 +125,8 @@ class EnergyAccount(Silent):
                         else sample.of_terms(body, moved[name])
                     )
                     forms.append(form)
+                if kind == "terms":
+                    forms.append(stage.damping)
         return forms
 
     def _dissipation(self, simulation: Simulation) -> tuple[dict[str, list[Form]], ...]:

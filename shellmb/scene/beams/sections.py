@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from pydantic import BeforeValidator
 
 from shellmb.errors import SceneError
+from shellmb.scene.values.damping import BeamDamping, BeamTimes
 from shellmb.scene.values.validate import Finite, NonNegative, Positive, described, numbers, show
 
 __all__ = ["BeamMass", "BeamSection", "GeneralSection"]
@@ -32,7 +33,12 @@ class BeamSection:
         size: Size of the cross-section [m].
         stiffness: Of the resultants by the strains, shape (6, 6) [N, N m, N m^2], in the order
             axial, shear along d2, along d3, twist, bending about d2, about d3.
+        damping: Time by which the rate of the strains adds to them [s], or a ``BeamDamping``.
+        mass_damping: Rate by which momentum is lost [1/s].
     """
+
+    damping: Any = 0.0
+    mass_damping: Any = 0.0
 
     if TYPE_CHECKING:
         # real properties here would become the defaults of the subclasses' fields
@@ -50,6 +56,12 @@ class BeamSection:
         ``int rho y2^2, int rho y2 y3, int rho y3^2`` [kg m].
         """
         raise NotImplementedError
+
+    @property
+    def damping_times(self) -> tuple[float, ...]:
+        """Damping times of the six strains, in the order of the stiffness [s]."""
+        given = self.damping
+        return given.times if isinstance(given, BeamDamping) else (float(given),) * 6
 
     @property
     def masses(self) -> tuple[bool, bool, bool]:
@@ -80,6 +92,8 @@ class GeneralSection(BeamSection):
         first_moments: ``(int rho y2, int rho y3)`` [kg].
         second_moments: ``(int rho y2^2, int rho y2 y3, int rho y3^2)`` [kg m].
         size: Size of the cross-section [m]; left out: the side of a square as stiff.
+        damping: Kelvin and Voigt's damping: a time [s], or a ``BeamDamping``.
+        mass_damping: Damping in proportion to the mass, a rate [1/s].
     """
 
     stiffness: Annotated[Any, BeforeValidator(_stiffness)]
@@ -87,6 +101,8 @@ class GeneralSection(BeamSection):
     first_moments: Pair = (0.0, 0.0)
     second_moments: tuple[Finite, Finite, Finite] = (0.0, 0.0, 0.0)
     size: Positive = 0.0
+    damping: BeamTimes = 0.0
+    mass_damping: NonNegative = 0.0
 
     def __post_init__(self) -> None:
         """Check that energies are positive, and fill in the size.
@@ -133,8 +149,8 @@ class GeneralSection(BeamSection):
         """Whether all parameters are equal."""
         if not isinstance(other, GeneralSection):
             return NotImplemented
-        same = (self.mass, self.size) == (other.mass, other.size)
-        return same and np.array_equal(self.stiffness, other.stiffness)
+        mine, theirs = ((s.mass, s.size, s.damping, s.mass_damping) for s in (self, other))
+        return mine == theirs and np.array_equal(self.stiffness, other.stiffness)
 
     def __hash__(self) -> int:
         """By the mass and the size."""

@@ -12,6 +12,7 @@ from pydantic import Field
 
 from shellmb.errors import SceneError
 from shellmb.scene.beams.sections import BeamMass, BeamSection
+from shellmb.scene.values.damping import BeamTimes
 from shellmb.scene.values.validate import Finite, NonNegative, Positive, described, show
 
 __all__ = ["CircularSection", "RectangularSection", "TubularSection"]
@@ -117,6 +118,8 @@ class RectangularSection(_Shape):
         shear_correction: Factor on both shear stiffnesses.
         offset: ``(y2, y3)`` of the centroid from the reference line [m].
         G: Shear modulus in place of ``nu`` [Pa].
+        damping: Kelvin and Voigt's damping: a time [s], or a ``BeamDamping``.
+        mass_damping: Damping in proportion to the mass, a rate [1/s].
     """
 
     E: Positive
@@ -127,6 +130,8 @@ class RectangularSection(_Shape):
     shear_correction: Positive = 5 / 6
     offset: Pair = (0.0, 0.0)
     G: Positive | None = None
+    damping: BeamTimes = 0.0
+    mass_damping: NonNegative = 0.0
 
     def __post_init__(self) -> None:
         """Check the moduli."""
@@ -216,6 +221,8 @@ class CircularSection(_Round):
         shear_correction: Factor on both shear stiffnesses; None: Cowper's.
         offset: ``(y2, y3)`` of the centre from the reference line [m].
         G: Shear modulus in place of ``nu`` [Pa].
+        damping: Kelvin and Voigt's damping: a time [s], or a ``BeamDamping``.
+        mass_damping: Damping in proportion to the mass, a rate [1/s].
     """
 
     E: Positive
@@ -225,6 +232,8 @@ class CircularSection(_Round):
     shear_correction: Positive | None = None
     offset: Pair = (0.0, 0.0)
     G: Positive | None = None
+    damping: BeamTimes = 0.0
+    mass_damping: NonNegative = 0.0
 
     hole = 0.0
 
@@ -246,6 +255,8 @@ class TubularSection(_Round):
         shear_correction: Factor on both shear stiffnesses; None: Cowper's.
         offset: ``(y2, y3)`` of the centre from the reference line [m].
         G: Shear modulus in place of ``nu`` [Pa].
+        damping: Kelvin and Voigt's damping: a time [s], or a ``BeamDamping``.
+        mass_damping: Damping in proportion to the mass, a rate [1/s].
     """
 
     E: Positive
@@ -256,6 +267,8 @@ class TubularSection(_Round):
     shear_correction: Positive | None = None
     offset: Pair = (0.0, 0.0)
     G: Positive | None = None
+    damping: BeamTimes = 0.0
+    mass_damping: NonNegative = 0.0
 
     def __post_init__(self) -> None:
         """Check the moduli and the wall.

@@ -15,6 +15,7 @@ from shellmb.errors import SceneError, ShellmbWarning
 from shellmb.scene.shells import lamination
 from shellmb.scene.shells.lamination import Layer, Layup
 from shellmb.scene.shells.sections import FiniteAt, LinearSection, PositiveAt, Value, check_stable
+from shellmb.scene.values.damping import ShellTimes
 from shellmb.scene.values.validate import Finite, NonNegative, Positive, described, show
 
 __all__ = ["Laminate", "Ply", "PlyMaterial", "stacking_angles"]
@@ -84,11 +85,15 @@ class Laminate(LinearSection):
             shear stresses that equilibrium asks for.
         offset: Height of the laminate's middle above the reference surface [m]: a number, or a
             function of the position; half the thickness where the surface is the lower face.
+        damping: Kelvin and Voigt's damping: a time [s], or a ``ShellDamping``.
+        mass_damping: Damping in proportion to the mass, a rate [1/s].
     """
 
     plies: tuple[Ply, ...]
     shear_correction: Annotated[Positive | Literal["energy"], BeforeValidator(_correction)] = 5 / 6
     offset: FiniteAt = 0.0
+    damping: ShellTimes = 0.0
+    mass_damping: NonNegative = 0.0
 
     def __post_init__(self) -> None:
         """Check that there are plies, and warn of a factor that hides a soft core.

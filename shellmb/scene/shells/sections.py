@@ -14,6 +14,7 @@ from pydantic import Field
 from shellmb.errors import SceneError
 from shellmb.scene.shells import lamination
 from shellmb.scene.shells.lamination import Layer, Layup
+from shellmb.scene.values.damping import ShellDamping, ShellTimes
 from shellmb.scene.values.positions import OfPosition, check_sign, values_at
 from shellmb.scene.values.validate import Finite, NonNegative, Positive, described, show
 
@@ -57,7 +58,12 @@ class Section:
         thickness: Total thickness [m].
         mass: ``(m, s_star, I_star)`` of eq. 16: mass [kg/m^2], its first [kg/m] and its second
             moment [kg] about the reference surface, all per unit area of it.
+        damping: Time by which the rate of the strains adds to them [s], or a ``ShellDamping``.
+        mass_damping: Rate by which momentum is lost [1/s].
     """
+
+    damping: Any = 0.0
+    mass_damping: Any = 0.0
 
     if TYPE_CHECKING:
         # a real property here would become the default of the subclasses' field
@@ -68,6 +74,12 @@ class Section:
     def mass(self) -> Mass:
         """``(m, s_star, I_star)`` per unit area."""
         raise NotImplementedError
+
+    @property
+    def damping_times(self) -> tuple[float, float, float]:
+        """Damping times of membrane, bending and shear strains [s]."""
+        given = self.damping
+        return given.times if isinstance(given, ShellDamping) else (float(given),) * 3
 
     @property
     def masses(self) -> tuple[bool, bool, bool]:
@@ -220,6 +232,8 @@ class Isotropic(LinearSection):
         shear_correction: Factor on the transverse shear stiffness.
         offset: Height of the layer's middle above the reference surface [m]: a number, or a
             function of the position; half the thickness where the surface is the lower face.
+        damping: Kelvin and Voigt's damping: a time [s], or a ``ShellDamping``.
+        mass_damping: Damping in proportion to the mass, a rate [1/s].
     """
 
     E: Positive
@@ -228,6 +242,8 @@ class Isotropic(LinearSection):
     density: NonNegative = 0.0
     shear_correction: Positive = 5 / 6
     offset: FiniteAt = 0.0
+    damping: ShellTimes = 0.0
+    mass_damping: NonNegative = 0.0
 
     def layers_by(self, value: Value) -> tuple[Layer, ...]:
         """The single layer."""
@@ -269,6 +285,8 @@ class Orthotropic(LinearSection):
         shear_correction: Factor on the transverse shear stiffness.
         offset: Height of the layer's middle above the reference surface [m]: a number, or a
             function of the position; half the thickness where the surface is the lower face.
+        damping: Kelvin and Voigt's damping: a time [s], or a ``ShellDamping``.
+        mass_damping: Damping in proportion to the mass, a rate [1/s].
     """
 
     E1: Positive
@@ -282,6 +300,8 @@ class Orthotropic(LinearSection):
     angle: FiniteAt = 0.0
     shear_correction: Positive = 5 / 6
     offset: FiniteAt = 0.0
+    damping: ShellTimes = 0.0
+    mass_damping: NonNegative = 0.0
 
     def __post_init__(self) -> None:
         """Check that the strain energy is positive."""
@@ -309,6 +329,9 @@ class Hyperelastic(Section):
         density: Mass density [kg/m^3].
         stiffness: Size of the membrane stiffness, as E times thickness [N/m]; scales the
             unknowns and does not change the solution.
+        damping: Kelvin and Voigt's damping with the stiffness of the reference: a time [s], or a
+            ``ShellDamping``.
+        mass_damping: Damping in proportion to the mass, a rate [1/s].
     """
 
     energy: Callable[..., Any]
@@ -316,6 +339,8 @@ class Hyperelastic(Section):
     thickness: Positive
     density: NonNegative
     stiffness: Positive
+    damping: ShellTimes = 0.0
+    mass_damping: NonNegative = 0.0
 
     @property
     def mass(self) -> Mass:

@@ -15,6 +15,7 @@ from shellmb.schemes.quadratic import QuadraticInTime
 from shellmb.schemes.residuals.pathpoints import at_points, of_any_form
 from shellmb.schemes.residuals.residual import Sample, StageForms, acting, averaged
 from shellmb.schemes.residuals.rows import PathStates, bound, constants
+from shellmb.schemes.residuals.strainrates import over_path
 from shellmb.schemes.residuals.weights import path_pairs, path_states
 
 
@@ -63,12 +64,19 @@ class PathForms:
             space = unknown.function_space
             dq, trial = ufl.TestFunction(space), ufl.TrialFunction(space)
             form, terms = body.along(self.step, k, dq, trial)
+            work = None
+            if body.damping is not None:
+                alpha, states = self._scheme.alpha, self.states.functions
+                sources = self.path.start, self.path.end, self.path.rate
+                along = over_path(self._mesh, alpha, states, k, sources, self.dt)
+                terms = [*terms, body.damping.term(along, dq, trial)]
+                work = body.damping.work(along) if k == 0 else None
             inertia = body.inertia(self.path.acceleration[k] / self.dt**2, dq)
             samples = self._samples(stage)
             parts = [f for f in (inertia, form) if f is not None]
             parts += acting(body, samples, dq)
-            states = self.states if terms and k == 0 else None
-            result[stage] = StageForms(None, tuple(parts), samples, tuple(terms), states)
+            follow = self.states if terms and k == 0 else None
+            result[stage] = StageForms(None, tuple(parts), samples, tuple(terms), follow, work)
         return result
 
     def advance(

@@ -8,10 +8,12 @@ from dolfinx import fem
 from ufl import Form
 from ufl.core.expr import Expr
 
+from shellmb.errors import SceneError
 from shellmb.model.body import Body, Leaping, LoadFactors, Rates, Term, TimeFunction
-from shellmb.schemes.base import GAUSS_TIMES, GAUSS_WEIGHTS, Levels, Scheme, Stage
+from shellmb.schemes.base import END, GAUSS_TIMES, GAUSS_WEIGHTS, Levels, Scheme, Stage
 from shellmb.schemes.linearised import change
 from shellmb.schemes.residuals.rows import PathStates, Span
+from shellmb.schemes.residuals.strainrates import over_interval
 
 # instants of a step and their weights
 Instants = tuple[tuple[float, float], ...]
@@ -86,6 +88,7 @@ class StageForms:
         samples: Loads and added terms, at one or several states.
         terms: More of the residual, with derivatives by the stages of the scheme.
         states: Functions that the terms are taken at; None without any.
+        damping: Work of the damping of strains over the step; None without, or in another row.
     """
 
     stage: Stage | None
@@ -93,6 +96,7 @@ class StageForms:
     samples: tuple[Sample, ...] = ()
     terms: tuple[Term, ...] = ()
     states: PathStates | None = None
+    damping: Form | None = None
 
 
 def stage_forms(
@@ -121,8 +125,21 @@ def stage_forms(
         unknown = levels.unknown[name]
         space = unknown.function_space
         dq, trial = ufl.TestFunction(space), ufl.TrialFunction(space)
-        sub = Span(stage.span, unknowns, number, at[name].span if linear else None)
+        before = None if body.damping is None else levels.q
+        sub = Span(stage.span, unknowns, number, at[name].span if linear else None, before)
         internal, terms = body.within(sub, dq, trial)
+        work = None
+        if body.damping is not None and stage.rates is not None:
+            if sub.between is None or len(unknowns) > 2:
+                raise SceneError(
+                    f"'{body.name}': its section has a damping; scheme '{scheme.name}' does not "
+                    "take strains from one state to another, so it must be without, or the scheme "
+                    "another, as 'ep', 'ed', 'ep4' or 'ed3'"
+                )
+            place = len(unknowns), number
+            along = over_interval(space.mesh, sub.between, place, dt, linear)
+            terms = [*terms, body.damping.term(along, dq, trial)]
+            work = body.damping.work(along) if name == END else None
         if internal is not None and linear:
             internal = change(internal, levels)
         inertia = None if stage.rate is None else body.inertia(stage.rate, dq)
@@ -140,7 +157,7 @@ def stage_forms(
         own = [form for form in forces if form is not None]
         parts = [sum(own[1:], own[0])] if own else []
         parts += acting(body, (sample,), dq)
-        result[name] = StageForms(stage, tuple(parts), (sample,), tuple(terms), sub.states)
+        result[name] = StageForms(stage, tuple(parts), (sample,), tuple(terms), sub.states, work)
     if jump is not None:
         db = ufl.TestFunction(levels.unknown["b"].function_space)
         leap = leaping(db)

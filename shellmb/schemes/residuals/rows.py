@@ -90,6 +90,7 @@ class Span:
         unknown: Unknown states of the step.
         number: Number of the one whose row it is.
         reference: The same at the reference, where forms are linearised; None: they are not.
+        before: State at the start of the step, where strains of the whole step are asked for.
     """
 
     def __init__(
@@ -98,10 +99,11 @@ class Span:
         unknown: Sequence[fem.Function],
         number: int,
         reference: Interval | None = None,
+        before: fem.Function | None = None,
     ) -> None:
         self.span = span if reference is None else reference
         self._of, self._linear = span, reference is not None
-        self._unknown, self._number = unknown, number
+        self._unknown, self._number, self._before = unknown, number, before
         self.states: PathStates | None = None
 
     @cached_property
@@ -112,14 +114,37 @@ class Span:
         holder = unknown[number]
         if a is b is mid is at is held is holder:
             self.states = PathStates([holder], SINGLE.reshape(4, 1))
+            states: tuple[Expr, ...] = self.states.functions
             weights = single_pair(number, self._linear)
-        else:
-            middle = renumber_indices(mid) == renumber_indices(mean(a, b))
-            if not (middle and isinstance(a, fem.Function) and b is at is held is holder):
-                return None
-            self.states = PathStates([a, b], np.array([FIRST, LAST]).T)
+        elif self.between is not None:
+            states = self.between
             first = next((n for n, other in enumerate(unknown) if other is a), None)
             # a Constant is a number here: it is given once
             weights = interval_pair(float(beta), first, number, self._linear)
+        else:
+            return None
         pair = bound(holder.function_space.mesh, weights, holder)
-        return Row(self.states.functions, (pair,), 2)
+        return Row(states, (pair,), 2)
+
+    @cached_property
+    def between(self) -> tuple[fem.Function, ...] | None:
+        """Mean and chord of a sub-interval, as functions that follow its ends.
+
+        And the chord of the other one, where there are two and the step is asked for; None where it
+        is none between two states.
+        """
+        a, b, mid, at, held, _ = self._of
+        middle = renumber_indices(mid) == renumber_indices(mean(a, b))
+        holder = self._unknown[self._number]
+        if not (middle and isinstance(a, fem.Function) and b is at is held is holder):
+            return None
+        sources, weights = [a, holder], np.array([FIRST, LAST]).T
+        others = [q for q in (self._before, *self._unknown) if q is not None and q not in sources]
+        if self._before is not None and others:
+            # before the start, or behind the end
+            (other,) = others
+            z = (1.0, 0.0, -1.0) if other is self._before else (0.0, -1.0, 1.0)
+            weights = np.column_stack([weights, np.zeros(4)])
+            sources, weights[2] = [*sources, other], z
+        self.states = PathStates(sources, weights)
+        return self.states.functions

@@ -125,6 +125,7 @@ class EndForces:
             body.velocity_constraint(unknown, q, dq),
             turned,
             None if isinstance(body, ConstraintGroup) else _internal(body, q, unknown, dq),
+            None if body.damping is None else body.damping.at(q, v, dq),
             *(None if form is None else -form for form in acting),
         ]
         stresses = _stress_dofs(body)

@@ -1,0 +1,235 @@
+"""Damping of Kelvin and Voigt: stresses in proportion to the rate of strains over a step.
+
+As the stress (Q3) is linear over a step, the rate of a strain is projected on linear functions,
+
+    h e'(tau) = (e_f - e_i) + 3 bow P1,     S^d = C^d e',     C^d = T^(1/2) C T^(1/2)           (D1)
+
+with the damping times on the diagonal of `T`: positive semidefinite, whatever is coupled. It acts
+as the stresses of the scheme do, and so takes of the energy
+
+    work = -(1/h) [(e_f - e_i) . C^d (e_f - e_i) + 3 bow . C^d bow],                          (D2)
+
+exactly, and of what moves without strains nothing. Rows see moments of the strain with other
+weights, so the templates of `forms.pathwork` serve. EP has no bow. ED is linear in both of its
+sub-intervals; with `bow = e_i - e_j` its rows see
+
+    f:  e_f - e_i,          j:  (e_f - e_i) + 3 (e_j - e_i)
+
+which for linear strains is (D1) in ED's rows. Resultants of the mixed forms are those of states, so
+their changes are stiffness times changes of the strains, as the elements see these: where an
+element takes a mean of a strain, it damps the mean.
+
+===========  ==========================================================  ==========
+symbol       name                                                        unit
+===========  ==========================================================  ==========
+`T`          damping times of membrane, bending, shear; of a beam's six  s
+`C^d`        stiffness times damping times                               N s/m, ...
+===========  ==========================================================  ==========
+"""
+
+from dataclasses import dataclass
+from typing import NamedTuple, Protocol
+
+import ufl
+from ufl.core.expr import Expr
+
+from shellmb.forms.beam import BeamMixed, halves
+from shellmb.forms.state import Layout
+from shellmb.forms.steps.mixed import LinearMixed, bending, membrane_shear, split
+from shellmb.forms.steps.path import Measure, Moment, Row
+from shellmb.forms.steps.pathwork import MixedSection
+
+
+class Straining(NamedTuple):
+    """How strains change over a step, as a row sees it.
+
+    Args:
+        row: Its states with the moments of the rate, times the step, and what stresses act on.
+        change: `e_f - e_i`, and the bow where there is one, for the work (D2).
+        dt: Length of the step, s.
+    """
+
+    row: Row
+    change: tuple[Moment, ...]
+    dt: Expr
+
+
+class Resistance(MixedSection, Protocol):
+    """Stresses of the rate of a strain, of those of its moment and of their resultants."""
+
+    def of_strains(self, e: Expr) -> Expr:
+        """Resultants that belong to strains, point by point."""
+        ...
+
+
+def _zeros(count: int) -> Expr:
+    return ufl.as_vector([0] * count)
+
+
+class _WithoutGap:
+    """What demands nothing of the resultants."""
+
+    def where_held(self, there: Expr, elsewhere: Expr) -> Expr:
+        """No strain is."""
+        return elsewhere
+
+
+@dataclass(frozen=True)
+class ViscousShell(_WithoutGap):
+    """Damping of a linear section in the two rules of `forms.mixed`.
+
+    Args:
+        elastic: Its elastic form.
+        membrane: Time of the membrane strains, s; None: zero, or these are held; then no term is.
+        bend: The same of bending.
+        shear: The same of transverse shear.
+        both: Root of the product of the first two, where the section couples.
+    """
+
+    elastic: LinearMixed
+    membrane: Expr | None
+    bend: Expr | None
+    shear: Expr | None
+    both: Expr | None
+
+    def forces(self, layout: Layout, q: Expr) -> Expr:
+        """Membrane and shear forces that a state holds, shape (5,), N/m."""
+        return self.elastic.forces(layout, q)
+
+    def gap(self, mean: Expr, end: Expr, N: Expr) -> Expr:
+        """Nothing has to agree."""
+        return _zeros(5)
+
+    def of_strains(self, e: Expr) -> Expr:
+        """Membrane and shear forces, shape (5,)."""
+        eps, gam = split(membrane_shear(e))
+        n = self.elastic.A * eps
+        if self.elastic.B is not None:
+            n = n + self.elastic.B * bending(e)
+        return ufl.as_vector([*n, *(self.elastic.G * gam)])
+
+    def stress(self, e: Expr, N: Expr) -> tuple[Expr, ...]:
+        """Stresses for the full and the reduced rule, shape (8,) each."""
+        elastic, a = self.elastic, self.elastic.a
+        (eps, gam), kap = split(membrane_shear(e)), bending(e)
+        n, Q = split(N)
+        n_full = m_full = m_red = _zeros(3)
+        n_red, Q_full, Q_red = _zeros(3), _zeros(2), _zeros(2)
+        if elastic.B is not None:
+            n = n - elastic.B * kap
+        if self.membrane is not None:
+            n_full, n_red = self.membrane * (elastic.A * eps), self.membrane * n
+        if self.bend is not None:
+            m_full = self.bend * (elastic.D * kap)
+        if self.shear is not None:
+            Q_full, Q_red = self.shear * (elastic.G * gam), self.shear * Q
+        if self.both is not None:
+            coupled = self.both * (elastic.B * kap)
+            n_full, n_red = n_full + coupled, n_red + coupled
+            m_full = m_full + a * self.both * (elastic.B * eps)
+            m_red = self.both * (elastic.B * (elastic.A_inv * n))
+        full = [*(a * n_full), *m_full, *(a * Q_full)]
+        red = [*((1 - a) * n_red), *((1 - a) * m_red), *((1 - a) * Q_red)]
+        return ufl.as_vector(full), ufl.as_vector(red)
+
+
+@dataclass(frozen=True)
+class ViscousRule(_WithoutGap):
+    """Damping in one rule by its own coefficients, of strains as they are or as assumed ones.
+
+    Args:
+        A: Membrane; None: no term is, as of the others.
+        B: Coupling.
+        D: Bending.
+        G: Transverse shear.
+        share: Share of all but the bending in this rule.
+        bends: Whether the bending is of this rule.
+    """
+
+    A: Expr | None
+    B: Expr | None
+    D: Expr | None
+    G: Expr | None
+    share: Expr
+    bends: bool
+
+    def forces(self, layout: Layout, q: Expr) -> Expr:
+        """There are none: they follow from the strains."""
+        return _zeros(2)
+
+    def gap(self, mean: Expr, end: Expr, N: Expr) -> Expr:
+        """Nothing has to agree."""
+        return _zeros(2)
+
+    def of_strains(self, e: Expr) -> Expr:
+        """There are none."""
+        return _zeros(2)
+
+    def stress(self, e: Expr, N: Expr) -> tuple[Expr, ...]:
+        """Stresses, shape (8,)."""
+        (eps, gam), kap = split(membrane_shear(e)), bending(e)
+        n, m, Q = _zeros(3), _zeros(3), _zeros(2)
+        if self.A is not None:
+            n = self.share * (self.A * eps)
+        if self.B is not None:
+            n, m = n + self.share * (self.B * kap), self.share * (ufl.transpose(self.B) * eps)
+        if self.D is not None and self.bends:
+            m = m + self.D * kap
+        if self.G is not None:
+            Q = self.share * (self.G * gam)
+        return (ufl.as_vector([*n, *m, *Q]),)
+
+
+@dataclass(frozen=True)
+class ViscousBeam(_WithoutGap):
+    """Damping of a beam, of the strains at the centroid and of the curvatures.
+
+    Args:
+        elastic: Its elastic form.
+        A: Stiffness of the forces, zero where strains are held, shape (3, 3), N.
+        R: Damping forces by the forces of `A`, shape (3, 3), s.
+        D0: Damping of the curvatures without force, shape (3, 3), N m^2 s.
+    """
+
+    elastic: BeamMixed
+    A: Expr
+    R: Expr
+    D0: Expr
+
+    def forces(self, layout: Layout, q: Expr) -> Expr:
+        """Forces along the directors, shape (3,), N."""
+        return self.elastic.forces(layout, q)
+
+    def gap(self, mean: Expr, end: Expr, N: Expr) -> Expr:
+        """Nothing has to agree."""
+        return _zeros(3)
+
+    def of_strains(self, e: Expr) -> Expr:
+        """Forces, shape (3,)."""
+        Gamma, K = halves(e)
+        H = self.elastic.H
+        return self.A * (Gamma if H is None else Gamma + H * K)
+
+    def stress(self, e: Expr, N: Expr) -> tuple[Expr, ...]:
+        """Forces and moments, shape (6,)."""
+        n, m, H = self.R * N, self.D0 * halves(e)[1], self.elastic.H
+        if H is not None:
+            m = m + ufl.transpose(H) * n
+        return (ufl.as_vector([*n, *m]),)
+
+
+def taken(section: MixedSection, layout: Layout, strain: Measure, along: Straining) -> list[Expr]:
+    """Densities of the work (D2) that damping takes, times the step; one for each rule."""
+    states = along.row.states[: along.row.moving]
+    found: list[Expr] = []
+    for weight, moment in zip((1, 3), along.change, strict=False):
+        e, N = strain.moment(moment, states), section.forces(layout, moment.held)
+        works = [weight * ufl.dot(s, e) for s in section.stress(e, N)]
+        found = [a + b for a, b in zip(found, works, strict=True)] if found else works
+    return found
+
+
+def at_state(section: Resistance, strain: Measure, q: Expr, v: Expr, dq: Expr) -> list[Expr]:
+    """Densities of the virtual work at a state with a velocity, one for each rule."""
+    rate, de = (strain.slope(1, ((1, q),), d) for d in (v, dq))
+    return [ufl.dot(s, de) for s in section.stress(rate, section.of_strains(rate))]

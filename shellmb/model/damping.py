@@ -1,0 +1,107 @@
+"""Damping of a body: of its strains, and in proportion to its mass."""
+
+from collections.abc import Callable, Sequence
+from functools import reduce
+from typing import Any, NamedTuple, Protocol
+
+from dolfinx import fem
+from ufl import Form
+from ufl.core.expr import Expr
+
+from shellmb.forms.state import Layout
+from shellmb.forms.steps.damping import Resistance, Straining, at_state, taken
+from shellmb.forms.steps.path import Measure
+from shellmb.model.body import Rates, Term
+from shellmb.model.pathterms import path_terms
+from shellmb.model.pathterms import together as joined
+from shellmb.scene import BeamSection, Section
+
+
+class Resisting(NamedTuple):
+    """What resists the rate of a strain.
+
+    Args:
+        section: Its stresses.
+        strain: The strain.
+        integrate: Integral of densities, one for each quadrature rule.
+    """
+
+    section: Resistance
+    strain: Measure
+    integrate: Callable[[Sequence[Expr]], Form]
+
+
+class StrainDamping:
+    """Damping of a body's strains, eq. (D1).
+
+    Args:
+        layout: Parts of the state.
+        parts: What resists.
+    """
+
+    def __init__(self, layout: Layout, parts: Sequence[Resisting]) -> None:
+        self._layout, self._parts = layout, parts
+
+    def term(self, along: Straining, dq: Expr, trial: Expr) -> Term:
+        """Forces in a row of a step, with their derivatives."""
+        terms = []
+        for section, strain, integrate in self._parts:
+
+            def by_time(
+                densities: Sequence[Expr], on: Callable[[Sequence[Expr]], Form] = integrate
+            ) -> Form:
+                return on([density / along.dt for density in densities])
+
+            common = section, self._layout, strain
+            terms.append(path_terms(*common, along.row, dq, trial, by_time))
+        return reduce(joined, terms)
+
+    def work(self, along: Straining) -> Form:
+        """Work over the step, eq. (D2); never positive."""
+        forms = [
+            on([-density / along.dt for density in taken(section, self._layout, strain, along)])
+            for section, strain, on in self._parts
+        ]
+        return sum(forms[1:], forms[0])
+
+    def at(self, q: Expr, v: Expr, dq: Expr) -> Form:
+        """Virtual work of the forces at a state with a velocity."""
+        forms = [on(at_state(section, strain, q, v, dq)) for section, strain, on in self._parts]
+        return sum(forms[1:], forms[0])
+
+
+def slowing(section: Section | BeamSection, mesh: Any) -> fem.Constant | None:
+    """Rate of a section's damping in proportion to its mass, 1/s; None without any."""
+    rate = float(section.mass_damping)
+    return fem.Constant(mesh, rate) if rate else None
+
+
+def together(forms: Sequence[Form | None]) -> Form | None:
+    """Sum of those that there are; None without any."""
+    found = [form for form in forms if form is not None]
+    return sum(found[1:], found[0]) if found else None
+
+
+class Inert(Protocol):
+    """A body with mass."""
+
+    def inertia(self, rate: Expr, dq: Expr) -> Form | None:
+        """Virtual work of the inertia forces."""
+        ...
+
+
+def mass_damping(
+    body: Inert, rate: fem.Constant | None, rates: Rates | None, dq: Expr
+) -> Form | None:
+    """Virtual work of forces in proportion to the momentum; None without any.
+
+    Args:
+        body: The body.
+        rate: Of the proportion, 1/s; None: none.
+        rates: Velocities; None in statics.
+        dq: Virtual displacement.
+    """
+    if rate is None or rates is None:
+        return None
+    form = body.inertia(rates.chord if rates.weighed is None else rates.weighed, dq)
+    return None if form is None else -rate * form

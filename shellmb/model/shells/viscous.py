@@ -1,0 +1,143 @@
+"""Damping of a shell's strains, bound to its mesh."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+from dolfinx import fem
+from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
+from ufl.algorithms.apply_derivatives import apply_derivatives
+from ufl.core.expr import Expr
+from ufl.corealg.traversal import traverse_unique_terminals
+
+from shellmb.errors import SceneError
+from shellmb.forms import hourglass
+from shellmb.forms.steps.damping import ViscousRule, ViscousShell
+from shellmb.forms.steps.mixed import LinearMixed
+from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
+from shellmb.forms.steps.path import Measure
+from shellmb.forms.steps.pathwork_nonlinear import assumed, tangent
+from shellmb.model.damping import Resisting, StrainDamping
+from shellmb.model.shells import path
+from shellmb.model.shells.bound import BoundShell
+from shellmb.scene.values.validate import show
+
+Floats = npt.NDArray[np.float64]
+
+# eigenvalues of a stiffness that are less than this, relative to the largest, are round-off
+NEGATIVE = 1e-10
+
+
+def strain_damping(shell: BoundShell) -> StrainDamping | None:
+    """Damping of the strains of a shell; None without any.
+
+    Args:
+        shell: The shell on its mesh.
+
+    Raises:
+        SceneError: If strains of the user are not quadratic, or an energy is not convex where it
+            is undeformed.
+    """
+    times = shell.shell.section.damping_times
+    if not any(times):
+        return None
+    if not path.quadratic_strains(shell):
+        own = shell.shell.strains
+        raise SceneError(
+            f"shell '{shell.name}': strains is {getattr(own, '__name__', own)}, which is not "
+            "quadratic in displacement and director; with damping of the section it must be, or "
+            "the damping a term of the shell"
+        )
+    formulation, strain = shell.section.formulation, path.strain_measure(shell)
+    if isinstance(formulation, LinearMixed):
+        parts = _linear(shell, formulation, strain)
+    else:
+        assert isinstance(formulation, NonlinearMixed)
+        parts = _of_rest(shell, formulation, strain)
+    stretched = times[0] > 0 and shell.shell.stretching
+    if shell.rules.lines is not None and stretched:
+        time, lines = fem.Constant(shell.mixed.space.mesh, times[0]), path.lines_of(shell, strain)
+        parts.append(
+            Resisting(
+                hourglass.LineSection(),
+                lines,
+                lambda d: shell.hourglass((time * d[0], time * d[1])),
+            )
+        )
+    return StrainDamping(shell.layout, parts) if parts else None
+
+
+def _linear(shell: BoundShell, section: LinearMixed, strain: Measure) -> list[Resisting]:
+    """Damping of a linear section; of strains that are held none."""
+    membrane, bend, shear = shell.shell.section.damping_times
+    if section.A_inv is None:
+        membrane = 0.0
+    if section.G_inv is None:
+        shear = 0.0
+    both = math.sqrt(membrane * bend) if section.B is not None else 0.0
+
+    def constant(time: float) -> Expr | None:
+        return fem.Constant(shell.mixed.space.mesh, time) if time else None
+
+    if not (membrane or bend or shear):
+        return []
+    viscous = ViscousShell(section, *map(constant, (membrane, bend, shear, both)))
+    return [Resisting(viscous, strain, lambda d: shell.integrate((d[0], d[1])))]
+
+
+def _of_rest(shell: BoundShell, section: NonlinearMixed, strain: Measure) -> list[Resisting]:
+    """Damping of an energy; in the reduced rule of the assumed strains."""
+    parts, a = stiffness_at_rest(shell, section), section.a
+    full, rules = ViscousRule(*parts, a, True), shell.rules
+    found = [Resisting(full, strain, lambda d: d[0] * rules.full)]
+    if any(part is not None for part in (parts[0], parts[1], parts[3])):
+        reduced, seen = ViscousRule(*parts, 1 - a, False), assumed(strain, shell.layout)
+        found.append(Resisting(reduced, seen, lambda d: d[0] * rules.reduced))
+    return found
+
+
+type Parts = tuple[Expr | None, Expr | None, Expr | None, Expr | None]
+
+
+def stiffness_at_rest(shell: BoundShell, section: NonlinearMixed) -> Parts:
+    """Damping from the stiffness of an energy at zero strain: membrane, coupling, bending, shear.
+
+    Args:
+        shell: The shell on its mesh.
+        section: Its mixed form.
+
+    Raises:
+        SceneError: If that is not positive.
+    """
+    mesh = shell.mixed.space.mesh
+    e = fem.Constant(mesh, np.zeros(8))
+    C = _numbers(tangent(section.energy_density, e))
+    label = getattr(shell.shell.section, "label", "section")
+    scale = np.sqrt(np.abs(np.outer(C.diagonal(), C.diagonal())))
+    least = np.linalg.eigvalsh(C / np.where(scale > 0, scale, 1.0)).min()
+    if not least >= -NEGATIVE:
+        raise SceneError(
+            f"shell '{shell.name}': the energy of its {label} has a stiffness at zero strain that "
+            f"is not positive (scaled, its least eigenvalue is {show(float(f'{least:.3g}'))}); "
+            "with damping, which is in proportion to it, it must be"
+        )
+    membrane, bend, shear = shell.shell.section.damping_times
+    B = math.sqrt(membrane * bend) * C[:3, 3:6]
+
+    def part(time: float, value: Floats) -> Expr | None:
+        return fem.Constant(mesh, np.ascontiguousarray(time * value)) if time else None
+
+    coupling = part(1.0, B) if np.abs(B).max() > 0 else None
+    own = part(membrane, C[:3, :3]), part(bend, C[3:6, 3:6]), part(shear, C[6:, 6:])
+    return own[0], coupling, own[1], own[2]
+
+
+def _numbers(matrix: Expr) -> Floats:
+    """Values of an expression of Constants, shape (n, n)."""
+    lowered = apply_derivatives(apply_algebra_lowering(matrix))
+    terminals = traverse_unique_terminals(lowered)
+    known = {c: c.value.tolist() for c in terminals if isinstance(c, fem.Constant)}
+    n, m = lowered.ufl_shape
+    return np.array([[float(lowered[i, j]((0.0,) * 3, known)) for j in range(m)] for i in range(n)])

@@ -1,0 +1,138 @@
+"""Rates of strains over a step, their weights as Constants, eq. (D1) of `forms.steps.damping`."""
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+from ufl.core.expr import Expr
+
+from shellmb.forms.steps.damping import Straining
+from shellmb.forms.steps.path import Moment, Row
+from shellmb.schemes.residuals.rows import bound, constants, moment_of
+from shellmb.schemes.residuals.weights import (
+    AT_REFERENCE,
+    BOW,
+    LAST,
+    MIDDLE,
+    SLOPES,
+    UNKNOWN,
+    ChangeWeights,
+    Floats,
+    MomentWeights,
+    PairWeights,
+    SlopeWeights,
+    combined,
+    moments,
+    path_states,
+)
+
+# changes of a strain over a sub-interval, and over the one before and behind it, whose chord is z
+CHANGE = MomentWeights(np.array([0.0, 1, 0, 0]), np.array([0.0, 1, 0, 0, 0, 0, 0]))
+BEFORE = MomentWeights(np.array([0.0, 0, 1, 0]), np.array([0, 0, 1, 0, -1 / 2, -1 / 2, 0]))
+BEHIND = MomentWeights(np.array([0.0, 0, 1, 0]), np.array([0, 0, 1, 0, 1 / 2, 1 / 2, 0]))
+
+# what the rows of a scheme of one and of two sub-intervals see, the shares of the unknown states in
+# x, D, z, y there, and what the work (D2) is of
+type Sources = tuple[Expr, Expr, Expr]
+type Parts = tuple[tuple[float, MomentWeights], ...]
+
+ROWS: dict[tuple[int, int], Parts] = {
+    (1, 0): ((1, CHANGE),),
+    (2, 0): ((4, CHANGE), (1, BEHIND)),
+    (2, 1): ((1, CHANGE), (1, BEFORE)),
+}
+SHARES: dict[tuple[int, int], list[Floats]] = {
+    (1, 0): [LAST],
+    (2, 0): [np.array([0.5, 1, -1, 0]), np.array([0.0, 0, 1, 0])],
+    (2, 1): [np.array([0.5, -1, 1, 0]), LAST],
+}
+WORKS: dict[tuple[int, int], list[Parts]] = {
+    (1, 0): [((1, CHANGE),)],
+    (2, 0): [((1, CHANGE), (1, BEHIND)), ((1, CHANGE),)],
+    (2, 1): [((1, CHANGE), (1, BEFORE)), ((1, BEFORE),)],
+}
+
+
+def over_interval(
+    mesh: Any,
+    states: tuple[Expr, ...],
+    place: tuple[int, int],
+    dt: Expr,
+    linear: bool,
+) -> Straining:
+    """The row of a sub-interval.
+
+    Args:
+        mesh: Mesh of the body.
+        states: Mean and chord of the sub-interval, and the chord of the other one.
+        place: Number of sub-intervals, and which of them it is.
+        dt: Length of the step.
+        linear: Whether strains are linear.
+    """
+    n = 1 + place[0]
+
+    def weights(parts: Parts) -> MomentWeights:
+        found = combined(*parts)
+        return MomentWeights(found.linear, np.zeros(7)) if linear else found
+
+    def holder(moment: MomentWeights) -> Expr:
+        """Resultants of states change as strains do."""
+        numbers = constants(mesh, moment.linear[1:n])
+        parts = [c * state for c, state in zip(numbers, states[1:n], strict=True)]
+        return sum(parts[1:], parts[0])
+
+    slope, seen = AT_REFERENCE if linear else MIDDLE, weights(ROWS[place])
+    shares = [float(seen.linear @ share) for share in SHARES[place]]
+    pair = _pair(seen, slope, SHARES[place], shares)
+    works = [weights(work) for work in WORKS[place]]
+    change = tuple(moment_of(mesh, work, holder(work)) for work in works)
+    return Straining(Row(states, (bound(mesh, pair, holder(seen)),), n), change, dt)
+
+
+def over_path(
+    mesh: Any, alpha: float, states: tuple[Expr, ...], row: int, sources: Sources, dt: Expr
+) -> Straining:
+    """A row of a step that is quadratic in time.
+
+    Args:
+        mesh: Mesh of the body.
+        alpha: Dissipation.
+        states: Mean, chord, bow and swing of the path.
+        row: 0 for P0, 1 for P1.
+        sources: State at the start, and the unknown ones of both rows.
+        dt: Length of the step.
+    """
+    change, shares = combined((2.0, moments(0.0)[1])), path_states(alpha)[:, UNKNOWN].T
+    # resultants are S_0 and S_1 of (Q3): what of S_i and of them the bow and the change are
+    bow = np.array([1.0, -1, 1]) * 2 / (1 + alpha)
+    held = np.array([0.0, 0, 2]) - alpha * bow, bow
+
+    def holder(weights: Floats) -> Expr:
+        parts = [c * q for c, q in zip(constants(mesh, weights), sources, strict=True)]
+        return sum(parts[1:], parts[0])
+
+    seen = zip((change, combined((3.0, BOW))), SLOPES[row], (1, 3), held, strict=True)
+    pairs = tuple(
+        bound(mesh, _pair(moment, slope, shares, weight * own[1:]), holder(weight * own))
+        for moment, slope, weight, own in seen
+    )
+    works: tuple[Moment, ...] = tuple(
+        moment_of(mesh, w, holder(own)) for w, own in zip((change, BOW), held, strict=True)
+    )
+    return Straining(Row(states, pairs), works, dt)
+
+
+def _pair(
+    moment: MomentWeights, slope: SlopeWeights, shares: Iterable[Floats], held: Iterable[float]
+) -> PairWeights:
+    """A pair whose compatibility is demanded elsewhere.
+
+    Args:
+        moment: Its moment.
+        slope: What its stress acts on.
+        shares: Those of the unknown states in x, D, z, y.
+        held: Those of their resultants in the resultants of the moment.
+    """
+    both = enumerate(zip(shares, held, strict=True))
+    changes = {c: ChangeWeights(share, False, float(own), 0.0) for c, (share, own) in both}
+    return PairWeights(moment, slope, False, changes)
