@@ -28,7 +28,7 @@ class Event:
         when: The condition at which it goes on, as ``Sensor("hinge.rotation") >= 1.5``.
         until: The condition at which it goes off; None: it stays on.
         ends: Whether the run ends when it goes on.
-        tolerance: How much later than the condition the step may end [s]; None: 1e-6 of ``dt``.
+        tolerance: How much later than the condition the step may end [s]; None: 1e-5 of ``dt``.
     """
 
     name: Name

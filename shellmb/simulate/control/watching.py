@@ -14,12 +14,13 @@ from shellmb.scene.control.events import Event
 from shellmb.scene.control.sensors import Condition, Sensor
 
 Floats = npt.NDArray[np.float64]
-# tolerance of the time of an event where it says nothing, in steps
-TOLERANCE = 1e-6
+# tolerance of the time of an event where it says nothing, in steps: a step as short as that is
+# possible, and round-off of positions of 1e-16 over it is one of velocities
+TOLERANCE = 1e-5
 # so many changes of one event within the scene's step are no mechanics
 CHATTER = 40
-# solutions of one step after which nothing is found any more: bisection needs 20 to the tolerance
-MOST = 60
+# solutions of one step after which nothing is found any more; bisection to 1e-9 of it takes 90
+MOST = 120
 
 
 class Watch:
@@ -118,8 +119,8 @@ def first_crossing(
     """Where in a step the first of several margins comes up to zero.
 
     By the secant, with the Illinois rule against an end that stays (M. Dowell, P. Jarratt, BIT 11
-    (1971) 168-174); each point is at least the tolerance off both ends, so that what is left
-    between two of them is no more.
+    (1971) 168-174), and by bisection where two points have not halved what is left. Each point is
+    at least the tolerance off both ends, so that what is left in the end is no more.
 
     Args:
         margins: Margins at a part of the step, s.
@@ -132,15 +133,18 @@ def first_crossing(
         The length of the step in which it happens, s, and the margins at its end.
     """
     low, high, before, behind = 0.0, dt, start.copy(), end
-    weight, stayed = np.ones(2), 0
+    weight, stayed, widths = np.ones(2), 0, [math.inf, math.inf]
     for _ in range(MOST):
         if high - low <= tolerance:
             break
+        slow, widths = high - low > widths[0] / 2, [widths[1], high - low]
         crossing = behind >= 0
         a, b = weight[0] * before[crossing], weight[1] * behind[crossing]
         part = float(np.min(a / (a - b))) if np.all(a < 0) else 0.0
         least = min(tolerance, (high - low) / 2)
         middle = min(max(low + part * (high - low), low + least), high - least)
+        if slow:
+            middle = (low + high) / 2
         found = margins(middle)
         if np.any(found >= 0):
             high, behind = middle, found
