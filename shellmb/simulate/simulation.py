@@ -223,7 +223,7 @@ class Simulation:
                 wrong = self.size.too_large(measured, attempt.dt)
                 if wrong and self.size.reject(attempt.dt, measured):
                     continue
-                located = self.control.locate(self, attempt)
+                located = self.control.locate(self, attempt, lands and attempt.dt == dt)
                 if located is not attempt:
                     attempt = located
                     jump, measured = self._measured(attempt)

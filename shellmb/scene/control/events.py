@@ -28,7 +28,9 @@ class Event:
         when: The condition at which it goes on, as ``Sensor("hinge.rotation") >= 1.5``.
         until: The condition at which it goes off; None: it stays on.
         ends: Whether the run ends when it goes on.
-        tolerance: How much later than the condition the step may end [s]; None: 1e-5 of ``dt``.
+        tolerance: How much later than the condition the step may end [s]; None: 1e-6 of ``dt``. No
+            step is shorter than 1e-3 of ``dt``: what comes sooner behind another event, or before a
+            time on which steps have to end, counts at the end of that.
     """
 
     name: Name

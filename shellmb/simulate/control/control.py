@@ -13,7 +13,7 @@ from shellmb.model.signals import Signals, Way
 from shellmb.scene import Scene
 from shellmb.simulate.control.readings import Readings, Running
 from shellmb.simulate.control.sampling import Sampler
-from shellmb.simulate.control.watching import Floats, Watch, first_crossing
+from shellmb.simulate.control.watching import LEAST, Floats, Watch, comes_soon, first_crossing
 from shellmb.simulate.stepping import Attempt
 
 
@@ -96,12 +96,15 @@ class Control:
         """Time of the next sample, s."""
         return min((s.next for s in self.samplers), default=np.inf)
 
-    def locate(self, simulation: Running, attempt: Attempt) -> Attempt:
+    def locate(self, simulation: Running, attempt: Attempt, lands: bool) -> Attempt:
         """Look behind a step that is solved, and repeat it where an event is within; collective.
+
+        Also where one is so near behind it that the next step would be too short: it is halved.
 
         Args:
             simulation: The simulation.
             attempt: The step.
+            lands: Whether it ends where a step has to.
 
         Returns:
             It, or the one that ends with the event.
@@ -130,14 +133,19 @@ class Control:
             last = simulation.stepping.attempt(t, dt)
             return behind(last)
 
-        end = behind(attempt)
+        end, least = behind(attempt), LEAST * simulation.size.dt
         crossing = end >= 0
         if np.any(crossing):
             tolerance = min(w.tolerance for w, c in zip(self.watches, crossing, strict=True) if c)
-            dt, end = first_crossing(margins, start, end, attempt.dt, tolerance)
+            dt, found = first_crossing(margins, start, end, attempt.dt, tolerance, least)
+            if lands and attempt.dt - dt < least:
+                dt, found = attempt.dt, end
             if last.dt != dt:
                 last = simulation.stepping.attempt(t, dt)
-        self._crossed = [w for w, c in zip(self.watches, end >= 0, strict=True) if c]
+            crossing = found >= 0
+        elif attempt.dt > 4 * least and comes_soon(start, end, attempt.dt, 2 * least):
+            return self.locate(simulation, simulation.stepping.attempt(t, attempt.dt / 2), False)
+        self._crossed = [w for w, c in zip(self.watches, crossing, strict=True) if c]
         return last
 
     def accept(self, dt: float, t: float) -> None:

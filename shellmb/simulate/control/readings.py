@@ -23,6 +23,7 @@ class Running(Protocol):
     model: Any
     problem: Any
     stepping: Any
+    size: Any
     t: float
     last: StepInfo | None
 

@@ -14,9 +14,10 @@ from shellmb.scene.control.events import Event
 from shellmb.scene.control.sensors import Condition, Sensor
 
 Floats = npt.NDArray[np.float64]
-# tolerance of the time of an event where it says nothing, in steps: a step as short as that is
-# possible, and round-off of positions of 1e-16 over it is one of velocities
-TOLERANCE = 1e-5
+# tolerance of the time of an event where it says nothing, in steps
+TOLERANCE = 1e-6
+# no step is shorter than that, in steps: round-off of positions over its square is one of forces
+LEAST = 1e-3
 # so many changes of one event within the scene's step are no mechanics
 CHATTER = 40
 # solutions of one step after which nothing is found any more; bisection to 1e-9 of it takes 90
@@ -113,8 +114,27 @@ class Watch:
         self.times, self.armed = list(state["times"]), bool(state["armed"])
 
 
+def comes_soon(start: Floats, end: Floats, dt: float, least: float) -> bool:
+    """Whether a margin that goes on as in a step will cross zero too soon behind it.
+
+    Args:
+        start: Margins at its start.
+        end: At its end, below zero.
+        dt: Its length, s.
+        least: What is too soon, s.
+    """
+    rising = (end > start) & np.isfinite(start)
+    rise = end[rising] - start[rising]
+    return bool(np.any(-end[rising] * dt < least * rise))
+
+
 def first_crossing(
-    margins: Callable[[float], Floats], start: Floats, end: Floats, dt: float, tolerance: float
+    margins: Callable[[float], Floats],
+    start: Floats,
+    end: Floats,
+    dt: float,
+    tolerance: float,
+    least: float = 0.0,
 ) -> tuple[float, Floats]:
     """Where in a step the first of several margins comes up to zero.
 
@@ -128,6 +148,7 @@ def first_crossing(
         end: At its end, one of them at least zero.
         dt: Its length, s.
         tolerance: By how much later the crossing may be found, s.
+        least: Least length of a step, s.
 
     Returns:
         The length of the step in which it happens, s, and the margins at its end.
@@ -135,16 +156,18 @@ def first_crossing(
     low, high, before, behind = 0.0, dt, start.copy(), end
     weight, stayed, widths = np.ones(2), 0, [math.inf, math.inf]
     for _ in range(MOST):
-        if high - low <= tolerance:
+        if high - max(low, least if low == 0 else 0.0) <= tolerance:
             break
         slow, widths = high - low > widths[0] / 2, [widths[1], high - low]
         crossing = behind >= 0
         a, b = weight[0] * before[crossing], weight[1] * behind[crossing]
         part = float(np.min(a / (a - b))) if np.all(a < 0) else 0.0
-        least = min(tolerance, (high - low) / 2)
-        middle = min(max(low + part * (high - low), low + least), high - least)
+        off = min(tolerance, (high - low) / 2)
+        middle = min(max(low + part * (high - low), low + off), high - off)
         if slow:
             middle = (low + high) / 2
+        if low == 0:
+            middle = max(middle, least)
         found = margins(middle)
         if np.any(found >= 0):
             high, behind = middle, found
