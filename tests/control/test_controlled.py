@@ -93,7 +93,7 @@ def test_short_periods_come_to_the_continuous_law(slider) -> None:
 
 
 ORDERS = [
-    pytest.param("ep", 2),
+    pytest.param("ep", 2, marks=pytest.mark.slow),
     pytest.param("ed", 2, marks=pytest.mark.slow),
     pytest.param("ep4", 4, marks=pytest.mark.slow),
     pytest.param("ed3", 3, marks=pytest.mark.slow),
@@ -149,6 +149,7 @@ def test_a_driver_is_commanded_by_its_acceleration(slider) -> None:
     assert np.allclose(run.column("work_supports"), run.column("kinetic_energy"), atol=1e-9)
 
 
+@pytest.mark.slow
 def test_steps_that_follow_a_tolerance_land_on_samples(arm) -> None:
     """And the motion is that of the exact sampled system, to the tolerance."""
     period = math.pi / 40

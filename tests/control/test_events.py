@@ -211,6 +211,7 @@ def test_a_latch_where_steps_follow_a_tolerance(arm) -> None:
     assert run.column("dt")[-2] > 5e-3
 
 
+@pytest.mark.slow
 def test_static_steps_end_at_events_too(arm) -> None:
     """A spring turned by a moment: the load at which it has turned by 0.3."""
     spring = JointSpring("spring", "hinge", stiffness=10.0)

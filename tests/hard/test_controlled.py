@@ -21,7 +21,7 @@ from shellmb.scene import (
     Sensor,
 )
 
-SCHEMES = [("ep", 0.0), ("ed", 1.0)]
+SCHEMES = [("ep", 0.0), pytest.param("ed", 1.0, marks=pytest.mark.slow)]
 ANGLE = Sensor("pin.rotation")
 
 
