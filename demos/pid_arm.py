@@ -120,18 +120,25 @@ def results(run):
     """How well the angle is held, by which torque, and how far the rigid arm is off a pendulum."""
     history, summary = run.history, run.summary
     last, angle = history.iloc[-1], history["shoulder.rotation"].to_numpy()
-    weights = G * (moments()[0] - LOAD * LENGTH + LOAD * last["tip_x"] / math.cos(TARGET))
-    off = None
+    end = np.array([last["tip_x"], last["tip_z"]])
+    # at the angle that the hinge has
+    along = np.array([math.cos(angle[-1]), math.sin(angle[-1])])
+    sag = float((LENGTH * along - end) @ [-along[1], along[0]])
+    weights = G * (moments()[0] * along[0] - LOAD * (LENGTH * along[0] - end[0]))
+    off, bent = None, None
     if run.scene.beams[0].rigid:
         every = round(PERIOD / run.scene.dt)
         off = float(np.abs(angle[::every] - pendulum(last["t"])).max())
-    line = LENGTH * np.array([math.cos(TARGET), math.sin(TARGET)]) - [last["tip_x"], last["tip_z"]]
+    else:
+        stiffness = SECTION.E * SECTION.width * SECTION.height**3 / 12
+        mass = SECTION.density * SECTION.width * SECTION.height * LENGTH
+        bent = sag / (G * along[0] * LENGTH**3 * (LOAD / 3 + mass / 8) / stiffness)
     return {
         "angle_error": float(abs(angle[-1] - TARGET)),
         "overshoot": float(angle.max() / TARGET - 1),
         "largest_torque": float(history["motor.torque"].abs().max()),
-        "torque_over_weights": float(last["motor.torque"] / (weights * math.cos(TARGET))),
-        "sag": float(line @ [-math.sin(TARGET), math.cos(TARGET)]),
+        "torque_over_weights": float(last["motor.torque"] / weights),
+        "sag_over_cantilever": bent,
         "off_pendulum": off,
         "energy_balance_error": summary["energy_balance_error"],
     }
@@ -142,5 +149,7 @@ def check(results):
     assert results["angle_error"] < 2e-3
     assert abs(results["torque_over_weights"] - 1) < 5e-3
     assert results["largest_torque"] == LIMIT
+    # the rest of the motion at 3 s counts as a load
+    assert abs(results.get("sag_over_cantilever", 1.0) - 1) < 2e-2
     assert results.get("off_pendulum", 0.0) < 1e-5
     assert results["energy_balance_error"] < 1e-9

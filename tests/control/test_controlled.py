@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from shellmb.run.execute import execute
+from shellmb.run.loader import load
 from shellmb.scene import (
     PID,
     Acceleration,
@@ -195,3 +196,13 @@ def test_a_law_is_asked_before_each_step_without_a_period(slider) -> None:
 
     execute(slider(t_end=0.03, controllers=Controller("count", X, law, state=0)))
     assert np.allclose(calls, [(0.0, 0.0), (0.01, 0.01), (0.02, 0.01)], atol=1e-15)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["pid_arm", "latching_panel"])
+def test_flexible_demo(name) -> None:
+    """CI runs the rigid ones: here the arm sags as a cantilever, and the panel swings over."""
+    module = load(name)
+    run = execute(module.build(), results=module.results)
+    module.check(run.results)
+    assert run.summary["warnings"] == []

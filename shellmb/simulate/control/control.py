@@ -44,6 +44,19 @@ class Control:
         self._crossed: list[Watch] = []
         self._dt = 0.0
 
+    def attach(self, simulation: Running, observers: Sequence[Any]) -> None:
+        """Read the columns of some observers from now on; they have begun.
+
+        Args:
+            simulation: The simulation.
+            observers: Its observers.
+
+        Raises:
+            SceneError: If nothing measures what a sensor reads.
+        """
+        if self._active and self._readings is None:
+            self._readings = Readings(simulation, observers, self._sensors)
+
     def begin(self, simulation: Running, observers: Sequence[Any]) -> None:
         """Switch what events have changed, and ask controllers, before a step; collective.
 
@@ -57,8 +70,7 @@ class Control:
         """
         if not self._active:
             return
-        if self._readings is None:
-            self._readings = Readings(simulation, observers, self._sensors)
+        self.attach(simulation, observers)
         t, read = simulation.t, self._now()
         changed = self._changed
         for watch in self.watches:
@@ -197,6 +209,6 @@ class Control:
             self._signals.ways[key] = Way(*way)
         for watch, saved in zip(self.watches, state["events"], strict=True):
             watch.restore(saved)
-        self._read = state["read"]
+        self._read, self._before, self._crossed = state["read"], {}, []
         self._begun, self._changed = bool(state["begun"]), bool(state["changed"])
         self.ended = state["ended"]
