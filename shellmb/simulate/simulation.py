@@ -307,7 +307,7 @@ class Simulation:
         self.model.mechanism.switches.restore(state["switches"])
         past = {k.removeprefix(PAST): a for k, a in arrays.items() if k.startswith(PAST)}
         self.stepping.restore(past, state["past"])
-        self.control.restore(state["control"])
+        self.control.restore(state.get("control"))
         if self.control.ended is not None:
             self.t_end = self.t
 

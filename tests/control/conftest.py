@@ -13,8 +13,8 @@ def make_slider(**changes: Any) -> Scene:
     """A mass that slides along x: with EP its motion under constant forces is exact."""
     body = RigidBody("mass", MASS, (0.1, 0.1, 0.1))
     slide = Prismatic("slide", GROUND, "mass", at=(0, 0, 0), axis=(1, 0, 0))
-    given = {"scheme": "ep", "dt": 0.01, "t_end": 1.0} | changes
-    return Scene("slider", rigid_bodies=body, joints=slide, **given)
+    given = {"joints": slide, "scheme": "ep", "dt": 0.01, "t_end": 1.0} | changes
+    return Scene("slider", rigid_bodies=body, **given)
 
 
 def make_arm(**changes: Any) -> Scene:

@@ -6,6 +6,7 @@ import pytest
 
 from shellmb.errors import SceneError
 from shellmb.scene import (
+    GROUND,
     PID,
     Acceleration,
     Command,
@@ -18,6 +19,7 @@ from shellmb.scene import (
     Off,
     On,
     PathFollowing,
+    Prismatic,
     Probe,
     Sensor,
     StepControl,
@@ -39,6 +41,10 @@ BAD = {
     "'nothing': the run has no such number; it must be one of 'slide.translation', 'tip', ": {
         "probes": Probe("tip", (0, 0, 0)),
         "events": Event("e", Sensor("nothing") > 1),
+    },
+    "sensor 'slide.translation': joint 'slide' has windows of time": {
+        "joints": Prismatic("slide", GROUND, "mass", at=(0, 0, 0), axis=(1, 0, 0), active=(0, 1)),
+        "events": Event("e", X > 1),
     },
     "motor 'm': command: there is no controller 'pid'; the scene has 'hold'": {
         "controllers": HOLD,

@@ -10,7 +10,7 @@ from shellmb.errors import SceneError
 from shellmb.scene.control.controllers import Law
 from shellmb.scene.control.signals import Acceleration, Commanded, Signal, Switched
 from shellmb.scene.loads.supports import Driven, Fixed
-from shellmb.scene.lookup import coordinates_of, listed, said
+from shellmb.scene.lookup import coordinates_of, find_joint, listed, said
 from shellmb.scene.multibody.elements import JointElement, Motor, PointElement
 from shellmb.scene.schemes import SCHEMES
 from shellmb.scene.values.validate import show
@@ -220,7 +220,13 @@ def _sensors(scene: Description) -> None:
     known = list(dict.fromkeys(_columns(scene)))
     for sensor in scene.sensors:
         column = sensor.column
-        if column in known or coordinate_read(scene, column) is not None:
+        coordinate = coordinate_read(scene, column)
+        if coordinate is not None and find_joint(scene, coordinate[0], "").active is not None:
+            raise SceneError(
+                f"sensor '{column}': joint '{coordinate[0]}' has windows of time; a joint whose "
+                "coordinate is read must act always"
+            )
+        if column in known or coordinate is not None:
             continue
         owner = column.rpartition(".")[0]
         near = [f"{j.name}.{k}" for j in scene.joints for k in j.freedoms if j.name == owner]
