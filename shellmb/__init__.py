@@ -30,6 +30,7 @@ _API = {
 }
 _PACKAGES = ("errors", "forms", "scene")
 _ERRORS = (
+    "ControlError",
     "ConvergenceError",
     "RunError",
     "SceneError",
