@@ -31,6 +31,7 @@ _API = {
 }
 _PACKAGES = ("errors", "forms", "scene")
 _ERRORS = (
+    "ControlError",
     "ConvergenceError",
     "RunError",
     "SceneError",

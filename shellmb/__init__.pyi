@@ -14,6 +14,7 @@ from shellmb.api.runs import scenes as scenes
 from shellmb.api.studies import Study as Study
 from shellmb.api.studies import study as study
 from shellmb.api.sweeps import sweep as sweep
+from shellmb.errors import ControlError as ControlError
 from shellmb.errors import ConvergenceError as ConvergenceError
 from shellmb.errors import RunError as RunError
 from shellmb.errors import SceneError as SceneError

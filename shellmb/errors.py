@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 __all__ = [
+    "ControlError",
     "ConvergenceError",
     "RunError",
     "SceneError",
@@ -59,6 +60,10 @@ class RunError(ShellmbError):
     def __init__(self, message: str, alone: bool = False) -> None:
         super().__init__(message)
         self.alone = alone
+
+
+class ControlError(RunError):
+    """A controller or an event that fails in a run, on all ranks alike; the text names it."""
 
 
 class Stopped(KeyboardInterrupt):

@@ -59,18 +59,19 @@ class Timed(Silent):
         observers: They.
 
     Attributes:
+        inner: They.
         seconds: Time spent in them during steps so far, s.
         kernels: Names of the kernels that they compiled for themselves.
     """
 
     def __init__(self, *observers: Observer) -> None:
-        self._observers, self.seconds = observers, 0.0
+        self.inner, self.seconds = observers, 0.0
         self.kernels: set[str] = set()
 
     def start(self, simulation: Simulation) -> None:
         """Before the first step."""
         with watched() as self.kernels:
-            for observer in self._observers:
+            for observer in self.inner:
                 observer.start(simulation)
 
     def switched(self, simulation: Simulation) -> None:
@@ -87,12 +88,12 @@ class Timed(Silent):
 
     def finish(self, simulation: Simulation, error: BaseException | None) -> None:
         """After the last step."""
-        for observer in self._observers:
+        for observer in self.inner:
             observer.finish(simulation, error)
 
     def _each(self, call: Callable[[Observer], None]) -> None:
         begin = time.perf_counter()
-        for observer in self._observers:
+        for observer in self.inner:
             call(observer)
         self.seconds += time.perf_counter() - begin
 
@@ -134,6 +135,7 @@ class Stepping:
         self.observers = group(observers_of_run(folder))
         for observer in self.observers.values():
             observer.start(self.simulation)
+        self.simulation.control.attach(self.simulation, list(self.observers.values()))
         self._start = self.simulation.arrays(), self.simulation.state()
         self.steps = self.iterations = 0
 

@@ -23,6 +23,7 @@ from shellmb.model.places.nodes import local_point
 from shellmb.model.plausible import doubt_thickness
 from shellmb.model.shells.joins import join_shells
 from shellmb.model.shells.shell import ShellModel
+from shellmb.model.signals import Signals
 from shellmb.model.supports.idle import refuse_idle_loads
 from shellmb.model.supports.nodal import NodalConstraint
 from shellmb.model.supports.pointloads import point_loads
@@ -48,6 +49,7 @@ class Model:
     Args:
         scene: The scene it was made from, with rigid bodies for shells and beams that are rigid.
         comm: Communicator.
+        signals: What controllers command and events switch.
         bodies: All bodies of the system.
         shells: The shells by name.
         beams: The beams by name.
@@ -60,6 +62,7 @@ class Model:
 
     scene: Scene
     comm: MPI.Comm
+    signals: Signals
     bodies: list[Body] = field(default_factory=list)
     shells: dict[str, ShellModel] = field(default_factory=dict)
     beams: dict[str, BeamModel] = field(default_factory=dict)
@@ -119,7 +122,7 @@ def build_model(scene: Scene, comm: MPI.Comm) -> Model:
         SceneError: If something the scene names does not exist on the meshes.
     """
     scene, rigid_meshes = rigidified(scene, comm)
-    model = Model(scene, comm, rigid_meshes=rigid_meshes)
+    model = Model(scene, comm, Signals(scene), rigid_meshes=rigid_meshes)
     dynamic = not scene.static
     for shell in scene.shells:
         mesh = build_surface(shell, comm)
@@ -156,7 +159,9 @@ def build_model(scene: Scene, comm: MPI.Comm) -> Model:
     refuse_idle_loads(scene, model.meshed, prescribed)
     model.bodies += glue_beams(scene, comm, model.beams, model.shells, lines)
     find = Finder(model.meshed, _rigid_places(scene, model))
-    model.mechanism = build_mechanism(scene, comm, find, model.shells, force, model.length)
+    model.mechanism = build_mechanism(
+        scene, comm, find, model.shells, force, model.length, model.signals
+    )
     _turnable(model)
     model.bodies += model.mechanism.bodies
     model.bodies += point_loads(scene, comm, find)

@@ -18,8 +18,16 @@ from mpi4py import MPI
 import numpy as np
 import numpy.typing as npt
 
-from shellmb.errors import ConvergenceError, RunError, SceneError, ShellmbError, Stopped
+from shellmb.errors import (
+    ControlError,
+    ConvergenceError,
+    RunError,
+    SceneError,
+    ShellmbError,
+    Stopped,
+)
 from shellmb.observers.account.energy import EnergyAccount
+from shellmb.observers.control import control_summary
 from shellmb.observers.files.checkpoint import Saved
 from shellmb.observers.files.described import describe
 from shellmb.observers.path import path_points
@@ -216,7 +224,8 @@ def _result(
     rows = standard.sources.history.rows
     found = tuple(cautions(standard.watches, simulation) if rows else ())
     summary = summarise(simulation, standard.sources, wall, failed)
-    summary |= path_points(simulation) | {"warnings": [c.to_dict() for c in found]}
+    summary |= path_points(simulation) | control_summary(simulation)
+    summary |= {"warnings": [c.to_dict() for c in found]}
     energy = standard.sources.energy
     return RunResult(simulation.scene, simulation, rows, summary, energy, directory, found)
 
@@ -244,6 +253,8 @@ def _with_state(
     if isinstance(failure, ConvergenceError):
         message = f"{failure}; the last good state is in {directory / STATE}"
         return ConvergenceError(message, failure.field, failure.norms)
+    if isinstance(failure, ControlError):
+        return ControlError(f"{failure}; the last good state is in {directory / STATE}")
     if isinstance(failure, Stopped):
         scene = f" {request.scene}" if request is not None and is_file_name(request.scene) else ""
         return Stopped(

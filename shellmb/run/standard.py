@@ -11,6 +11,7 @@ from shellmb.observers.account.energy import EnergyAccount
 from shellmb.observers.account.momentum import Momentum
 from shellmb.observers.account.step_error import StepError
 from shellmb.observers.account.turning import Turning
+from shellmb.observers.control import ControlColumns
 from shellmb.observers.files.checkpoint import Checkpoint
 from shellmb.observers.forces.endforces import EndForceColumns
 from shellmb.observers.forces.joints import JointForces
@@ -56,6 +57,7 @@ class StandardObservers:
             "end forces": EndForceColumns(),
             "path": PathRecord(),
             "step error": StepError(),
+            "control": ControlColumns(),
             **{f"observer {k}": o for k, o in enumerate(others)},
         }
         measuring = [o for o in self.named.values() if isinstance(o, Measuring)]

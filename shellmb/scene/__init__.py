@@ -12,6 +12,10 @@ from shellmb.scene.beams.curves import (
 )
 from shellmb.scene.beams.sections import BeamSection, GeneralSection
 from shellmb.scene.beams.shapes import CircularSection, RectangularSection, TubularSection
+from shellmb.scene.control.controllers import PID, Controller
+from shellmb.scene.control.events import Event
+from shellmb.scene.control.sensors import Condition, Formula, Sensor
+from shellmb.scene.control.signals import Acceleration, Command, Off, On
 from shellmb.scene.description import Body
 from shellmb.scene.initial import InitialVelocity
 from shellmb.scene.loads.body_loads import (
@@ -93,6 +97,8 @@ from shellmb.scene.values.times import Ramp, Sine, Step, Table, TimeFunction
 
 __all__ = [
     "GROUND",
+    "PID",
+    "Acceleration",
     "AlongEdge",
     "AlongLine",
     "Arc",
@@ -103,6 +109,9 @@ __all__ = [
     "CircularArc",
     "CircularSection",
     "Clamped",
+    "Command",
+    "Condition",
+    "Controller",
     "Curve",
     "Cylinder",
     "Cylindrical",
@@ -115,12 +124,14 @@ __all__ = [
     "EdgeForce",
     "EdgeMoment",
     "Element",
+    "Event",
     "Fixed",
     "FollowerEdgeForce",
     "FollowerForce",
     "FollowerLineForce",
     "FollowerMoment",
     "FollowerSurfaceForce",
+    "Formula",
     "GeneralSection",
     "Glue",
     "GmshFile",
@@ -146,7 +157,9 @@ __all__ = [
     "Lock",
     "MeshFile",
     "Motor",
+    "Off",
     "Offset",
+    "On",
     "Orthotropic",
     "Output",
     "Parametric",
@@ -169,6 +182,7 @@ __all__ = [
     "Scene",
     "Screw",
     "Section",
+    "Sensor",
     "Shell",
     "ShellDamping",
     "ShellRevolute",

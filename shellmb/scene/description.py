@@ -8,6 +8,9 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, BeforeValidator, Field, InstanceOf
 
 from shellmb.scene.beams.beam import Beam, Glue
+from shellmb.scene.control.controllers import Law
+from shellmb.scene.control.events import Event
+from shellmb.scene.control.sensors import Sensor, sensors_of
 from shellmb.scene.initial import InitialVelocity
 from shellmb.scene.loads.loads import Load
 from shellmb.scene.loads.supports import Support
@@ -68,6 +71,8 @@ class Description:
     redundant: Literal["error", "drop"] = "error"
     path: PathFollowing | None = None
     units: Annotated[str | None, AfterValidator(_units)] = None
+    controllers: Annotated[tuple[InstanceOf[Law], ...], BeforeValidator(_several)] = ()
+    events: Annotated[tuple[InstanceOf[Event], ...], BeforeValidator(_several)] = ()
 
     @property
     def scheme_name(self) -> str:
@@ -100,6 +105,22 @@ class Description:
 
     @property
     def acting_locks(self) -> tuple[Lock, ...]:
-        """The locks of which a window begins before the scene's end."""
+        """The locks that an event switches, or of which a window begins before the scene's end."""
         end = self.t_end or 0.0
-        return tuple(k for k in self.locks if any(start < end for start, _ in k.windows))
+        return tuple(
+            k for k in self.locks if k.switch or any(start < end for start, _ in k.windows or ())
+        )
+
+    @property
+    def all_events(self) -> tuple[Event, ...]:
+        """The events, also those of locks."""
+        own = (lock.event for lock in self.locks)
+        return (*self.events, *(event for event in own if event is not None))
+
+    @property
+    def sensors(self) -> tuple[Sensor, ...]:
+        """All sensors that controllers and events read, each once."""
+        found = [s for controller in self.controllers for s in controller.sensors]
+        for event in self.all_events:
+            found += (*sensors_of(event.when), *sensors_of(event.until))
+        return tuple(dict.fromkeys(found))

@@ -67,6 +67,8 @@ class Scene(Description):
         path: Follows the path of static equilibria through limit points; None: load steps.
         units: Units of length, mass and time in labels, as ``"m, kg, s"`` or ``"mm, t, s"``; None:
             labels have none. The numbers are in consistent units, whatever these are.
+        controllers: Controllers, which read sensors and command motors, drivers and loads.
+        events: What happens when conditions become true.
 
     Raises:
         SceneError: If anything is impossible, in one sentence that tells what would be right.

@@ -24,6 +24,10 @@ def account(summary: Mapping[str, Any]) -> dict[str, str]:
     add("failed", summary["failed"])
     add("steps", f"{steps} ({rejected} rejected)" if rejected else str(steps))
     add("iterations per step", f"{summary['newton_iterations'] / max(steps, 1):.2f}")
+    for name, event in summary.get("events", {}).items():
+        times = ", ".join(f"{t:.6g}" for t in event["times"][:4])
+        more = ", ..." if len(event["times"]) > 4 else ""
+        add(f"event '{name}'", f"t = {times}{more}" if times else "never")
     add("energy balance error", _power(summary["energy_balance_error"]))
     add("director length error", _power(summary["director_max"]))
     add("constraint error", _power(summary["constraint_max"]))

@@ -46,7 +46,6 @@ from shellmb.system.newton.solver import NEWTON
 
 # name of the unknown jump of velocities
 JUMP = "b"
-
 # an update of a position or director this many times its scale is no motion of the body any more
 DIVERGED = 1e3
 
@@ -74,8 +73,7 @@ class Problem:
         self.load_factor: float | None = None
         self.levels: dict[str, Levels] = {}
         self.forms: dict[str, dict[str, StageForms]] = {}
-        self._dt: list[fem.Constant] = []
-        self._time: list[fem.Constant] = []
+        self._dt, self._time = list[fem.Constant](), list[fem.Constant]()
         self.paths: dict[str, PathForms] = {}
         for body in model.bodies:
             self._add(body)
@@ -218,10 +216,8 @@ class Problem:
         if self.load_factor is not None:
             return self.load_factor
         if function is not None:
-            return float(function(t))
-        t_end = self.model.scene.t_end
-        assert t_end is not None
-        return 1.0 if self.scheme.dynamic else t / t_end
+            return self.model.signals(function, t)
+        return 1.0 if self.scheme.dynamic else t / (self.model.scene.t_end or 1.0)
 
     def prepare(self, t: float, dt: float) -> None:
         """Set times, load factors, prescribed values and the first guess for a step."""
@@ -312,6 +308,10 @@ class Problem:
         """Make the state at the end of the step the start of the next one."""
         if self.scheme.dynamic:
             self.predictor.accept(self.system.x, self.switches, dt)
+        self.advance(dt)
+
+    def advance(self, dt: float) -> None:
+        """Put the state at the end of the step in place of that at its start."""
         for name, levels in self.levels.items():
             kinematic = self._kinematic_dofs[name]
             unknown = {s: f.x.array for s, f in levels.unknown.items()}

@@ -5,7 +5,6 @@ from __future__ import annotations
 import time as clock
 from collections.abc import Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass
 from typing import Any, Protocol
 
 from mpi4py import MPI
@@ -19,12 +18,13 @@ from shellmb.scene.checks.effect import check_begin
 from shellmb.schemes.base import Scheme
 from shellmb.schemes.localerror import local_error
 from shellmb.schemes.registry import make_scheme
+from shellmb.simulate.control.control import Control
 from shellmb.simulate.paths.arclength import ArcSize, PathSteps
 from shellmb.simulate.problem import Problem
 from shellmb.simulate.soundness.dropped import DroppedConstraints
 from shellmb.simulate.soundness.sound import sound_model
 from shellmb.simulate.start.start import Start
-from shellmb.simulate.stepping import Arrays, Stepping, TimeSteps
+from shellmb.simulate.stepping import Arrays, Attempt, StepInfo, Stepping, TimeSteps
 from shellmb.simulate.stepsize.control import StepSize
 from shellmb.simulate.stepsize.landing import ROUND_OFF, Landing, step_to
 from shellmb.simulate.stepsize.tolerance import ErrorSize
@@ -95,26 +95,6 @@ class Silent:
         """Nothing to take up."""
 
 
-@dataclass(frozen=True)
-class StepInfo:
-    """The step just solved.
-
-    Args:
-        t: Time at its start, s.
-        dt: Its length, s.
-        iterations: Newton iterations.
-        jump: Largest jump between the states j and i relative to the parts' scales; None where the
-            scheme has none.
-        error: Estimate of its error (`errors`); None without a tolerance.
-    """
-
-    t: float
-    dt: float
-    iterations: int
-    jump: float | None
-    error: float | None = None
-
-
 class Simulation:
     """A scene in motion.
 
@@ -132,6 +112,7 @@ class Simulation:
         problem: Functions and the system of one step.
         stepping: How it gets from state to state.
         path: The same where it follows a static path, else None.
+        control: Controllers and events.
         t: Current time, s.
         step: Number of accepted steps.
         iterations: Newton iterations of accepted steps.
@@ -166,6 +147,7 @@ class Simulation:
         self.stepping: Stepping = self.path or TimeSteps(self.problem)
         self.dropped = DroppedConstraints(self.problem)
         self.landing = Landing(scene, self.model.mechanism.events)
+        self.control = Control(scene, self.model.signals)
         self.setup_seconds = clock.perf_counter() - begin - self.problem.system.jit_seconds
         self.step_seconds = 0.0
 
@@ -195,7 +177,7 @@ class Simulation:
         begin = clock.perf_counter()
         before = self.step_seconds
         try:
-            while self.t_end - self.t > ROUND_OFF * self.size.dt and not self.stepping.finished:
+            while self.t_end - self.t > ROUND_OFF * self.size.dt and not self.finished:
                 self.advance(observers)
                 self.step_seconds = before + clock.perf_counter() - begin
         except BaseException as failure:
@@ -207,12 +189,19 @@ class Simulation:
                 for observer in reversed(observers):
                     last.callback(observer.finish, self, error)
 
+    @property
+    def finished(self) -> bool:
+        """Whether the end is reached before the last time."""
+        return self.stepping.finished or self.control.ended is not None
+
     def advance(self, observers: Sequence[Observer] = ()) -> None:
         """One accepted step, after as many rejected ones as it takes.
 
         Raises:
             ConvergenceError: If the step fails at the smallest step size.
+            ControlError: If a controller or an event fails.
         """
+        self.control.begin(self, observers)
         if self.model.mechanism.update(self.t, self.problem.state) and self.scheme.dynamic:
             self.problem.projection.project()
             self._start.accelerations(self.t)
@@ -225,11 +214,19 @@ class Simulation:
         if self.landing.corner(self.t):
             self.stepping.forget(velocities=False)
         while True:
-            end = self.landing.after(self.t, self.t_end)
+            end = min(self.landing.after(self.t, self.t_end), self.control.next)
             dt = step_to(end, self.t, self.size)
             lands = dt == end - self.t
             try:
                 attempt = self.stepping.attempt(self.t, dt)
+                jump, measured = self._measured(attempt)
+                wrong = self.size.too_large(measured, attempt.dt)
+                if wrong and self.size.reject(attempt.dt, measured):
+                    continue
+                located = self.control.locate(self, attempt, lands and attempt.dt == dt)
+                if located is not attempt:
+                    attempt = located
+                    jump, measured = self._measured(attempt)
             except ConvergenceError as error:
                 if self.size.reject(dt) or (self.scheme.dynamic and self.size.leap()):
                     continue
@@ -239,10 +236,6 @@ class Simulation:
                     error.norms,
                 ) from error
             lands, dt = lands and attempt.dt == dt, attempt.dt
-            jump = self._jump()
-            measured = jump if attempt.error is None else attempt.error
-            if self.size.too_large(measured, dt) and self.size.reject(dt, measured):
-                continue
             break
         self.dropped.check(self.t)
         self.last = StepInfo(self.t, dt, attempt.iterations, jump, attempt.error)
@@ -250,13 +243,19 @@ class Simulation:
             observer.solved(self)
         self.stepping.accept(dt)
         self.t = end if lands else self.t + dt
-        if self.stepping.finished:
+        self.control.accept(dt, self.t)
+        if self.finished:
             self.t_end = self.t
         self.step += 1
         self.iterations += attempt.iterations
         self.size.accept(measured, dt)
         for observer in observers:
             observer.accepted(self)
+
+    def _measured(self, attempt: Attempt) -> tuple[float | None, float | None]:
+        """Jump of a step, and what the size of steps follows: that, or its error."""
+        jump = self._jump()
+        return jump, jump if attempt.error is None else attempt.error
 
     def _jump(self) -> float | None:
         """Largest jump of a kinematic part between the start of the step and the jump stage."""
@@ -308,6 +307,9 @@ class Simulation:
         self.model.mechanism.switches.restore(state["switches"])
         past = {k.removeprefix(PAST): a for k, a in arrays.items() if k.startswith(PAST)}
         self.stepping.restore(past, state["past"])
+        self.control.restore(state.get("control"))
+        if self.control.ended is not None:
+            self.t_end = self.t
 
     def state(self) -> dict[str, Any]:
         """Counters and step size, for a restart."""
@@ -319,4 +321,5 @@ class Simulation:
             "size": self.size.state(),
             "switches": self.model.mechanism.switches.state(),
             "past": self.stepping.state(),
+            "control": self.control.state(),
         }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -15,6 +16,26 @@ Arrays = dict[str, npt.NDArray[np.float64]]
 
 # what names of arrays for estimates of errors begin with
 ERRORS = "errors/"
+
+
+@dataclass(frozen=True)
+class StepInfo:
+    """The step just solved.
+
+    Args:
+        t: Time at its start, s.
+        dt: Its length, s.
+        iterations: Newton iterations.
+        jump: Largest jump between the states j and i relative to the parts' scales; None where the
+            scheme has none.
+        error: Estimate of its error (`errors`); None without a tolerance.
+    """
+
+    t: float
+    dt: float
+    iterations: int
+    jump: float | None
+    error: float | None = None
 
 
 class Attempt(NamedTuple):

@@ -50,6 +50,10 @@ MORE = {
     # one multiplier; the angle that it holds, with its equation
     "lock": (3, 2, 9, 4),
     "motor": (2, 2, 9, 4),
+    # a motor with its torque for a parameter, and no law
+    "controller": (2, 2, 6, 3),
+    # the angle that is watched, with its equation
+    "event": (2, 1, 5, 2),
     # the length and its equation
     "spring": (2, 2, 10, 4),
     "damper": (2, 2, 10, 4),

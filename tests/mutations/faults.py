@@ -101,7 +101,7 @@ FAULTS = (
     ),
     Fault(
         "coupling of membrane and bending with the wrong sign",
-        "shellmb/model/section.py",
+        "shellmb/model/sections/section.py",
         "B=fields.of(lambda at: at.B)",
         "B=fields.of(lambda at: -at.B)",
         (

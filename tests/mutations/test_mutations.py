@@ -14,10 +14,15 @@ from pathlib import Path
 
 import pytest
 
-from . import faults, faults_places, faults_solution
+from . import faults, faults_control, faults_places, faults_solution
 from .faults import Fault
 
-FAULTS = (*faults.FAULTS, *faults_solution.FAULTS, *faults_places.FAULTS)
+FAULTS = (
+    *faults.FAULTS,
+    *faults_solution.FAULTS,
+    *faults_places.FAULTS,
+    *faults_control.FAULTS,
+)
 
 ROOT = Path(__file__).parents[2]
 # a test that does not end within this is no quick one [s]

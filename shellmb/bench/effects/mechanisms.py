@@ -12,10 +12,13 @@ from shellmb.bench.effects.plates import CASES as PLATES
 from shellmb.bench.scenes import DT
 from shellmb.scene import (
     GROUND,
+    PID,
+    Command,
     Cylindrical,
     Damper,
     Distance,
     Driver,
+    Event,
     Gravity,
     InPlane,
     Joint,
@@ -31,6 +34,7 @@ from shellmb.scene import (
     Rolling,
     Scene,
     Screw,
+    Sensor,
     ShellRevolute,
     Spherical,
     Spring,
@@ -98,6 +102,7 @@ def _pull(coordinate: Any, rate: Any, time: Any) -> Any:
     return -0.1 * coordinate - 0.01 * rate + time
 
 
+_HELD = PID("pid", Sensor("hinge.rotation"), 0.0, 1.0, kd=0.1)
 # of what pulls the second rod: a point of the ground, and the rod's end
 _ABOVE, _END = (0.0, 0.0, 1.0), (1.0, 0.0, 0.0)
 
@@ -124,5 +129,10 @@ CASES = (
     _with("motor", elements=Motor("motor", "hinge", law=_pull)),
     _with("spring", elements=Spring("spring", GROUND, "b", _ABOVE, _END, stiffness=10.0)),
     _with("damper", elements=Damper("damper", GROUND, "b", _ABOVE, _END, viscosity=0.1)),
+    _with(
+        "controller", controllers=_HELD, elements=Motor("servo", "hinge", command=Command("pid"))
+    ),
+    # one that never comes: what it costs to look
+    _with("event", events=Event("far", Sensor("hinge.rotation") >= 9.0)),
     _with("observe_joints"),
 )

@@ -23,11 +23,11 @@ from shellmb.forms.steps.pathwork import interval_work
 from shellmb.meshes.curve_mesh import LineMesh, build_line
 from shellmb.meshes.spaces import beam_space
 from shellmb.model.body import LoadFactors, PartScale, Rates, SubInterval, Term
-from shellmb.model.damping import Resisting, StrainDamping, mass_damping, slowing, together
 from shellmb.model.frames.frame import FrameBody
 from shellmb.model.pathterms import path_terms
 from shellmb.model.rules import line_rules
-from shellmb.model.section import SLACK
+from shellmb.model.sections.damping import Resisting, StrainDamping, mass_damping, slowing, together
+from shellmb.model.sections.section import SLACK
 from shellmb.model.shells.loads import DistributedLoads
 from shellmb.model.written import virtual_work
 from shellmb.scene import Beam, BeamSection, FollowerLineForce, LineForce, LineMoment

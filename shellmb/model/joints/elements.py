@@ -26,6 +26,7 @@ from shellmb.meshes.nodes import constant_vector, node_mesh, node_space, set_con
 from shellmb.model.body import Rates, Term
 from shellmb.model.joints.coordinates import Coordinate, gathered, scalar_links
 from shellmb.model.massless import Massless
+from shellmb.model.signals import Signals
 from shellmb.scene import Scene
 from shellmb.scene.multibody import elements as scene_elements
 from shellmb.scene.multibody.elements import Element, JointElement
@@ -252,7 +253,14 @@ class Dampers(ElementGroup):
 
 
 class Motors(ElementGroup):
-    """Motors that share a law of coordinate, mean rate over the step, and time."""
+    """Motors that share a law of coordinate, mean rate over the step, and time; or commanded."""
+
+    def command(self, signals: Signals) -> None:
+        """Set the torques and forces that are commanded."""
+        if self.law is None:
+            motors: list[Any] = [item.element for item in self.items]
+            given = np.array([[signals(motor.command, 0.0)] for motor in motors])
+            set_constants(self.parameter, self.nodes, given)
 
     def extra(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
         """Work of the motors at the middle of the sub-interval; in statics at rate zero."""
@@ -262,7 +270,8 @@ class Motors(ElementGroup):
 
     def force(self, x: Expr, rate: Expr, time: Expr) -> Expr:
         """What the motor exerts."""
-        assert self.law is not None
+        if self.law is None:
+            return self.parameter
         return _scalar(self.law(x, rate, time), self.law)
 
 

@@ -23,6 +23,7 @@ from shellmb.model.body import LoadFactors, TimeFunction
 from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.massless import Massless
 from shellmb.model.places.ends import End, EndGroup, end_pair, frame_about
+from shellmb.scene import Scene
 from shellmb.scene.loads.loads import Gravity
 from shellmb.scene.multibody import joints as scene_joints
 from shellmb.scene.multibody.joints import Joint
@@ -303,3 +304,29 @@ class _PointWeight:
         """Virtual work of the weights."""
         body = self._body
         return dead_force(body.mass * self._acceleration, body.velocity(dq)) * ufl.dx
+
+
+def point_masses(scene: Scene, comm: MPI.Comm, joints: Sequence[BoundJoint]) -> list[PointMasses]:
+    """Half of each joint's mass at each of its ends.
+
+    Args:
+        scene: The scene.
+        comm: Communicator.
+        joints: The joints.
+    """
+    gravity = [load for load in scene.loads if isinstance(load, Gravity) and load.body is None]
+    if scene.static and not gravity:
+        return []
+    ends = [
+        (end, joint.joint.mass / 2)
+        for joint in joints
+        for end in joint.ends
+        if joint.joint.mass > 0
+    ]
+    bodies = []
+    for key in dict.fromkeys(end.needed(0) for end, _ in ends):
+        mine = [(e, m) for e, m in ends if e.needed(0) == key]
+        name = f"joint masses ({key})"
+        places, masses = [e for e, _ in mine], [m for _, m in mine]
+        bodies.append(PointMasses(name, comm, places, masses, gravity, key > 0, not scene.static))
+    return bodies

@@ -33,6 +33,7 @@ from shellmb.model.joints.coordinates import (
 )
 from shellmb.model.joints.elements import (
     ElementGroup,
+    Motors,
     bind_element,
     check_at_rest,
     coordinate_of,
@@ -41,8 +42,8 @@ from shellmb.model.joints.elements import (
 from shellmb.model.joints.joints import (
     BoundJoint,
     JointGroup,
-    PointMasses,
     joint_groups,
+    point_masses,
 )
 from shellmb.model.joints.linear import HeldCoordinates, TiedCoordinates
 from shellmb.model.joints.regions import bind
@@ -51,8 +52,9 @@ from shellmb.model.joints.slipping import read_contacts
 from shellmb.model.joints.switches import Locks, State, Switched, Switches, Windows
 from shellmb.model.places.finder import Finder
 from shellmb.model.shells.shell import ShellModel
+from shellmb.model.signals import Signals
 from shellmb.scene import Scene
-from shellmb.scene.loads.loads import Gravity
+from shellmb.scene.checks.signals import coordinate_read
 from shellmb.scene.multibody.elements import PointElement
 from shellmb.scene.multibody.joints import Screw
 from shellmb.scene.multibody.rolling import Contact
@@ -121,6 +123,12 @@ class Mechanism:
         for group in self.coordinate_groups:
             group.refresh(levels[group.name].q, levels[group.name].rates["v"])
 
+    def command(self, signals: Signals) -> None:
+        """Give motors the torques and forces that are commanded now."""
+        for group in self.element_groups:
+            if isinstance(group, Motors):
+                group.command(signals)
+
     def coordinates(self, problem: Solution, t: float | None = None) -> dict[str, float]:
         """Columns of the history: coordinates, and what acts on them; collective.
 
@@ -163,6 +171,7 @@ def build_mechanism(
     shells: Mapping[str, ShellModel],
     force: float,
     length: float,
+    signals: Signals,
 ) -> Mechanism:
     """Bind the joints of a scene, and what acts on them.
 
@@ -173,6 +182,7 @@ def build_mechanism(
         shells: The shells by name.
         force: Size of joint forces, N.
         length: Size of the scene, m.
+        signals: What controllers command and events switch.
 
     Raises:
         SceneError: If a place does not exist, a joint does not fit its bodies, or what acts on it
@@ -197,12 +207,13 @@ def build_mechanism(
     elements = [bind_element(e, made.table[coordinate_of(scene, e)]) for e in scene.elements]
     made.element_groups = element_groups(comm, elements)
     check_at_rest(scene, made.element_groups)
-    _drive(scene, made)
+    _drive(scene, made, signals)
     switches = _windows(scene, [*made.groups, *screws])
-    locks = _locks(scene, comm, made, force, length)
+    locks = _locks(scene, comm, made, force, length, signals)
     made.lock_groups = [lock.group for lock in locks]
     made.switches = Switches([*switches, *locks])
-    made.bodies += [*made.groups, *_masses(scene, comm, made), *made.coordinate_groups]
+    masses = point_masses(scene, comm, list(made.joints.values()))
+    made.bodies += [*made.groups, *masses, *made.coordinate_groups]
     made.bodies += [*screws, *made.element_groups, *made.lock_groups]
     return made
 
@@ -210,12 +221,13 @@ def build_mechanism(
 def _coordinates(
     scene: Scene, made: Mechanism, find: Finder, length: float
 ) -> list[BoundCoordinate]:
-    """The coordinates that something acts on; others do not exist.
+    """The coordinates that something acts on, or that sensors read; others do not exist.
 
     Raises:
         SceneError: If something acts on a joint that acts at times only.
     """
-    keys: dict[Key, None] = {}
+    read = [coordinate_read(scene, sensor.column) for sensor in scene.sensors]
+    keys: dict[Key, None] = {key: None for key in read if key is not None}
     items: list[Any] = [*scene.drivers, *scene.acting_locks, *scene.elements]
     for item in items:
         if isinstance(item, PointElement):
@@ -264,7 +276,7 @@ def _screws(
     return [TiedCoordinates(comm, labels, pairs, ratios, force, length, switched)]
 
 
-def _drive(scene: Scene, made: Mechanism) -> None:
+def _drive(scene: Scene, made: Mechanism, signals: Signals) -> None:
     """Prescribe the coordinates of drivers.
 
     Raises:
@@ -272,7 +284,7 @@ def _drive(scene: Scene, made: Mechanism) -> None:
     """
     for driver in scene.drivers:
         for kind in driver.coordinates:
-            motion: TimeFunction = getattr(driver, kind)
+            motion: TimeFunction = signals.bound(getattr(driver, kind))
             coordinate = made.table[driver.joint, kind]
             start = float(motion(0.0))
             if not scene.static and not scene.assemble and abs(start) > AT_START * coordinate.size:
@@ -311,6 +323,7 @@ def _locks(
     made: Mechanism,
     force: float,
     length: float,
+    signals: Signals,
 ) -> list[Locks]:
     """Groups of locks, of rotations and of translations."""
     assert scene.t_end is not None
@@ -323,25 +336,7 @@ def _locks(
         group = HeldCoordinates(
             comm, kind, labels, coordinates, force * length / coordinates[0].size
         )
-        found.append(Locks(group, [lock.windows for lock in locks], scene.t_end))
+        # an event's windows are known as the run goes on
+        windows = [signals.windows[k.switch] if k.switch else k.windows or () for k in locks]
+        found.append(Locks(group, windows, scene.t_end))
     return found
-
-
-def _masses(scene: Scene, comm: MPI.Comm, made: Mechanism) -> list[PointMasses]:
-    """Half of each joint's mass at each of its ends."""
-    gravity = [load for load in scene.loads if isinstance(load, Gravity) and load.body is None]
-    if scene.static and not gravity:
-        return []
-    ends = [
-        (end, joint.joint.mass / 2)
-        for joint in made.joints.values()
-        for end in joint.ends
-        if joint.joint.mass > 0
-    ]
-    bodies = []
-    for key in dict.fromkeys(end.needed(0) for end, _ in ends):
-        mine = [(e, m) for e, m in ends if e.needed(0) == key]
-        name = f"joint masses ({key})"
-        places, masses = [e for e, _ in mine], [m for _, m in mine]
-        bodies.append(PointMasses(name, comm, places, masses, gravity, key > 0, not scene.static))
-    return bodies

@@ -25,7 +25,7 @@ from shellmb.model.body import (
     PartScale,
 )
 from shellmb.model.rules import quadrature_rules
-from shellmb.model.section import bind_mass, bind_section
+from shellmb.model.sections.section import bind_mass, bind_section
 from shellmb.model.shells.direction import direction_1
 from shellmb.scene import LinearSection, Shell
 from shellmb.scene.loads.loads import Gravity, Load

@@ -24,8 +24,8 @@ from shellmb.model.body import (
     SubInterval,
     Term,
 )
-from shellmb.model.damping import StrainDamping, mass_damping, slowing, together
-from shellmb.model.section import Arm, mass_arm
+from shellmb.model.sections.damping import StrainDamping, mass_damping, slowing, together
+from shellmb.model.sections.section import Arm, mass_arm
 from shellmb.model.shells import path as shellpath
 from shellmb.model.shells.bound import BoundShell
 from shellmb.model.shells.loads import ShellLoads

@@ -19,7 +19,7 @@ from shellmb.forms.steps.mixed import LinearMixed
 from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
 from shellmb.forms.steps.path import Measure
 from shellmb.forms.steps.pathwork_nonlinear import assumed, tangent
-from shellmb.model.damping import Resisting, StrainDamping
+from shellmb.model.sections.damping import Resisting, StrainDamping
 from shellmb.model.shells import path
 from shellmb.model.shells.bound import BoundShell
 from shellmb.scene.values.validate import show

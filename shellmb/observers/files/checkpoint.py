@@ -12,7 +12,7 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from shellmb.errors import ConvergenceError, Stopped
+from shellmb.errors import ControlError, ConvergenceError, Stopped
 from shellmb.observers.files.seal import checksum, sealed
 from shellmb.scene.fingerprint import Fingerprint, fingerprint
 from shellmb.simulate.simulation import Observer, Silent, Simulation
@@ -108,7 +108,7 @@ class Checkpoint(Silent):
 
     def finish(self, simulation: Simulation, error: BaseException | None) -> None:
         """Write the last state, unless ranks may have failed one by one and would wait for ever."""
-        known = error is None or isinstance(error, ConvergenceError | Stopped)
+        known = error is None or isinstance(error, ConvergenceError | ControlError | Stopped)
         together = known or self._comm.size == 1
         if self._pending and together:
             self._write()

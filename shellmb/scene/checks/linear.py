@@ -44,7 +44,12 @@ def check(scene: Description) -> None:
         if isinstance(support, Driven):
             _small(scene, support.angle, f"{said(support)}: angle")
     for lock in scene.acting_locks:
-        late = [start for start, _ in lock.windows if start > 0]
+        late = [start for start, _ in lock.windows or () if start > 0]
+        if lock.switch is not None:
+            raise SceneError(
+                f"lock of joint '{lock.joint}': event '{lock.switch}' switches it; {scheme} it "
+                "must begin at 0, in the reference configuration, in a window"
+            )
         if late:
             raise SceneError(
                 f"lock of joint '{lock.joint}': a window begins at t = {late[0]:g}; {scheme} it "

@@ -163,7 +163,7 @@ def _coordinates(scene: Description) -> None:
             finite_in_time(getattr(driver, name), scene.t_end, f"{said(driver)}: {name}", 1)
     for lock in scene.locks:
         # one that begins after the end, as of a run that is cut short, is just not there
-        for start, end in lock.windows:
+        for start, end in lock.windows or ():
             if start < 0:
                 raise SceneError(
                     f"lock of joint '{lock.joint}': windows has the window ({start:g}, {end:g}); "

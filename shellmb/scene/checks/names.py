@@ -34,6 +34,8 @@ def check_names(scene: Description) -> None:
         *scene.drivers,
         *scene.elements,
         *scene.probes,
+        *scene.controllers,
+        *scene.events,
     )
     for item in named:
         wrong = _wrong(item.name)

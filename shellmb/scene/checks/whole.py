@@ -21,6 +21,7 @@ from shellmb.scene.checks.places import (
     finite_in_time,
     points_of,
 )
+from shellmb.scene.checks.signals import check_signals
 from shellmb.scene.loads.supports import Driven, Fixed, HardSupport, Support
 from shellmb.scene.lookup import bodies_of, find_shell, kind_of, listed, said
 from shellmb.scene.multibody.joints import GROUND
@@ -51,6 +52,7 @@ def check(scene: Description) -> None:
     checks_multibody.check(scene)
     checks_effect.check(scene)
     checks_linear.check(scene)
+    check_signals(scene)
 
 
 def _names(scene: Description) -> None:
@@ -64,7 +66,7 @@ def _names(scene: Description) -> None:
                 f"scene '{scene.name}': a {kind_of(body)} is named '{GROUND}'; it must have "
                 "another name, because this one is reserved"
             )
-    for what in ("shells", "bodies", "joints", "drivers", "elements", "probes"):
+    for what in ("shells", "bodies", "joints", "drivers", "elements", "probes", "controllers"):
         for name, count in Counter(item.name for item in getattr(scene, what)).items():
             if count > 1:
                 raise SceneError(

@@ -10,7 +10,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, ClassVar, Literal
 
+from pydantic import InstanceOf
+
 from shellmb.errors import SceneError
+from shellmb.scene.control.events import ALWAYS, Event
+from shellmb.scene.control.sensors import Condition
+from shellmb.scene.control.signals import Command
 from shellmb.scene.multibody.offsets import Point
 from shellmb.scene.values.times import TimeFunction
 from shellmb.scene.values.validate import Finite, Name, NonNegative, Positive, Windows, described
@@ -39,8 +44,9 @@ class Driver:
     Args:
         name: Its name in the results.
         joint: Name of the joint.
-        rotation: Relative rotation over time [rad].
-        translation: Relative translation over time [m].
+        rotation: Relative rotation over time [rad], or the ``Acceleration`` that a controller
+            commands.
+        translation: Relative translation over time [m], likewise.
     """
 
     name: Name
@@ -72,18 +78,55 @@ class Driver:
 
 @described("lock")
 class Lock:
-    """Holds the coordinates of a joint at the values that they have when a window begins.
+    """Holds the coordinates of a joint at the values that they have when it begins to act.
 
     Args:
         joint: Name of the joint.
         windows: One window ``(start, end)`` of time [s] or several; a lock whose windows all
             begin after the scene's end does not act.
         coordinate: Which coordinate; None: all that the joint has.
+        when: In place of windows the condition at which it begins to act, as
+            ``Sensor("hinge.rotation") >= 1.5``, or the name of an event: it acts while that is on.
+        until: The condition at which it ends to act; without ``when`` it acts from the start.
     """
 
     joint: Name
-    windows: Windows
+    windows: Windows | None = None
     coordinate: Coordinate | None = None
+    when: Name | InstanceOf[Condition] | None = None
+    until: InstanceOf[Condition] | None = None
+
+    def __post_init__(self) -> None:
+        """Check that one thing says when it acts.
+
+        Raises:
+            SceneError: If nothing does, or two things do.
+        """
+        said = f"lock of joint '{self.joint}'"
+        if (self.windows is None) == (self.when is None and self.until is None):
+            state = "none is" if self.windows is None else "both are"
+            raise SceneError(
+                f"{said}: of windows and conditions (when, until) {state} given; it must be one of "
+                "them"
+            )
+        if isinstance(self.when, str) and self.until is not None:
+            raise SceneError(
+                f"{said}: when is event '{self.when}' and until is given; it must be the event's"
+            )
+
+    @property
+    def event(self) -> Event | None:
+        """The event of its own conditions."""
+        if self.windows is not None or isinstance(self.when, str):
+            return None
+        which = "" if self.coordinate is None else f" {self.coordinate}"
+        when = ALWAYS if self.when is None else self.when
+        return Event(f"{self.joint}{which} lock", when, self.until)
+
+    @property
+    def switch(self) -> str | None:
+        """Name of the event while which it acts; None where it has windows."""
+        return self.when if isinstance(self.when, str) else getattr(self.event, "name", None)
 
 
 class Element:
@@ -204,12 +247,18 @@ class Motor(JointElement):
         law: ``law(coordinate, rate, time)`` gives the torque [N m] or force [N], written with
             operators and UFL functions.
         coordinate: ``"rotation"`` or ``"translation"``; None: the joint's only one.
+        command: In place of a law what a controller commands [N m or N].
     """
 
     name: Name
     joint: Name
-    law: Callable[[Any, Any, Any], Any]
+    law: Callable[[Any, Any, Any], Any] | None = None
     coordinate: Coordinate | None = None
+    command: InstanceOf[Command] | None = None
+
+    def __post_init__(self) -> None:
+        """Check that it has one law."""
+        _one_of(f"{self.label} '{self.name}'", law=self.law, command=self.command)
 
 
 @described("spring")

@@ -295,6 +295,11 @@ def _with_name(label: str, cls: type, args: tuple[Any, ...], kwargs: dict[str, A
     return f"{label} {name!r}" if isinstance(name, str) and name else label
 
 
+def _plainly(made: Any, name: str, value: Any) -> Any:
+    """A value with tuples for lists and arrays, unless the class takes it as it is given."""
+    return value if name in getattr(made, "AS_GIVEN", ()) else _tuples(value)
+
+
 @dataclass_transform(frozen_default=True, field_specifiers=(field,))
 def described[T](label: str) -> Callable[[type[T]], type[T]]:
     """Make a class a frozen pydantic dataclass whose construction fails with one sentence.
@@ -314,8 +319,9 @@ def described[T](label: str) -> Callable[[type[T]], type[T]]:
 
         @functools.wraps(checked_init)
         def init(self: Any, *args: Any, **kwargs: Any) -> None:
-            args = tuple(_tuples(value) for value in args)
-            kwargs = {name: _tuples(value) for name, value in kwargs.items()}
+            given = zip((f.name for f in fields(made)), args, strict=False)
+            args = (*(_plainly(made, *pair) for pair in given), *args[len(fields(made)) :])
+            kwargs = {name: _plainly(made, name, value) for name, value in kwargs.items()}
             try:
                 checked_init(self, *args, **kwargs)
             except ValidationError as failure:

@@ -1,0 +1,102 @@
+"""What controllers command and events switch, as it is now: values of the scene's signals."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from shellmb.scene import Scene
+from shellmb.scene.control.signals import Acceleration, Commanded, Off, Signal, Switched
+
+TimeFunction = Callable[[float], float]
+# name of a controller, and of its output
+Key = tuple[str, str]
+
+
+@dataclass(frozen=True)
+class Way:
+    """A coordinate with a constant acceleration.
+
+    Args:
+        begin: Time at which it begins, s.
+        place: Coordinate then, rad or m.
+        rate: Its rate then.
+        acceleration: Its acceleration from then on.
+    """
+
+    begin: float = 0.0
+    place: float = 0.0
+    rate: float = 0.0
+    acceleration: float = 0.0
+
+    def at(self, t: float) -> float:
+        """The coordinate at a time [s]."""
+        s = t - self.begin
+        return self.place + s * (self.rate + s * self.acceleration / 2)
+
+    def on(self, t: float, acceleration: float) -> Way:
+        """The way that goes on from a time [s] with another acceleration."""
+        return Way(t, self.at(t), self.rate + (t - self.begin) * self.acceleration, acceleration)
+
+
+class Signals:
+    """Values of the signals of a scene in a run.
+
+    Args:
+        scene: The scene.
+
+    Attributes:
+        commands: Outputs of controllers, held now.
+        ways: Coordinates whose accelerations they are, by the same keys.
+        windows: Windows of time in which events are on, by their names; the last may be open. Locks
+            share these lists.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        self._outputs = {c.name: c.outputs for c in scene.controllers}
+        self.commands: dict[Key, float] = {
+            (c.name, output): 0.0 for c in scene.controllers for output in c.outputs
+        }
+        self.ways: dict[Key, Way] = {}
+        for driver in scene.drivers:
+            for kind in driver.coordinates:
+                motion = getattr(driver, kind)
+                if isinstance(motion, Acceleration):
+                    self.ways[self.key(motion)] = Way()
+        self.windows: dict[str, list[tuple[float, float]]] = {e.name: [] for e in scene.all_events}
+
+    def key(self, signal: Commanded) -> Key:
+        """Which output a command is."""
+        return signal.controller, signal.output or self._outputs[signal.controller][0]
+
+    def on(self, event: str) -> bool:
+        """Whether an event is on."""
+        return any(math.isinf(end) for _, end in self.windows[event][-1:])
+
+    def command(self, t: float, key: Key, value: float) -> None:
+        """Hold an output from a time [s] on."""
+        self.commands[key] = value
+        if key in self.ways:
+            self.ways[key] = self.ways[key].on(t, value)
+
+    def __call__(self, function: Any, t: float) -> float:
+        """Value of a function of time, or of a signal as it is in the current step.
+
+        Args:
+            function: It.
+            t: Time within the step, s.
+        """
+        if not isinstance(function, Signal):
+            return float(function(t))
+        if isinstance(function, Switched):
+            on = self.on(function.event)
+            return function.times(t) if on is not isinstance(function, Off) else 0.0
+        assert isinstance(function, Commanded)
+        key = self.key(function)
+        return self.ways[key].at(t) if isinstance(function, Acceleration) else self.commands[key]
+
+    def bound(self, function: TimeFunction) -> TimeFunction:
+        """A function of time that is one, whatever is given."""
+        return (lambda t: self(function, t)) if isinstance(function, Signal) else function

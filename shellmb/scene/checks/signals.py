@@ -1,0 +1,239 @@
+"""Checks of sensors, controllers, events, and of what they act on."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+from shellmb.errors import SceneError
+from shellmb.scene.control.controllers import Law
+from shellmb.scene.control.signals import Acceleration, Commanded, Signal, Switched
+from shellmb.scene.loads.supports import Driven, Fixed
+from shellmb.scene.lookup import coordinates_of, find_joint, listed, said
+from shellmb.scene.multibody.elements import JointElement, Motor, PointElement
+from shellmb.scene.schemes import SCHEMES
+from shellmb.scene.values.validate import show
+
+if TYPE_CHECKING:
+    from shellmb.scene.description import Description
+
+__all__ = ["check_signals", "coordinate_read"]
+
+# a period is a multiple of the step to this part of it
+MULTIPLE = 1e-9
+RIVALS = ("generalized-alpha", "ed-printed")
+# columns of the account that every dynamic run has; statics has the first three
+ACCOUNT = (
+    "strain_energy",
+    "total_energy",
+    "kinetic_energy",
+    "work_loads",
+    "work_terms",
+    "work_supports",
+    "dissipation",
+    *(f"{kind}_{axis}" for kind in ("momentum", "angular_momentum") for axis in "xyz"),
+)
+_FORCES = ("F1", "F2", "F3", "M1", "M2", "M3")
+_EFFORT = {"rotation": "torque", "translation": "force"}
+
+
+def check_signals(scene: Description) -> None:
+    """Check that sensors, controllers and events are there, and fit the scheme and its steps.
+
+    Raises:
+        SceneError: At the first thing that is impossible.
+    """
+    _places(scene)
+    names = Counter(event.name for event in scene.all_events)
+    for name, count in names.items():
+        if count > 1:
+            raise SceneError(
+                f"scene '{scene.name}': {count} events are named '{name}' (a lock with a condition "
+                "has one of its own); each must have a name of its own"
+            )
+    for signal, who in _signals(scene):
+        _known(scene, signal, who)
+    for lock in scene.locks:
+        if lock.switch is not None and lock.switch not in names:
+            raise SceneError(
+                f"lock of joint '{lock.joint}': there is no event '{lock.switch}'; the scene has "
+                f"{listed(names) or 'none'}"
+            )
+    if scene.controllers or scene.all_events:
+        _scheme(scene)
+    for controller in scene.controllers:
+        _period(scene, controller)
+    _sensors(scene)
+
+
+def _signals(scene: Description) -> Iterator[tuple[Any, str]]:
+    """All signals, and what has them."""
+    for load in scene.loads:
+        if isinstance(load.time, Signal):
+            yield load.time, f"{said(load)}: time"
+    for driver in scene.drivers:
+        for name in driver.coordinates:
+            if isinstance(getattr(driver, name), Signal):
+                yield getattr(driver, name), f"{said(driver)}: {name}"
+    for element in scene.elements:
+        if isinstance(element, Motor) and element.command is not None:
+            yield element.command, f"{said(element)}: command"
+
+
+def _places(scene: Description) -> None:
+    """Commands and switches where they make sense."""
+    for support in scene.supports:
+        values: tuple[Any, ...] = ()
+        if isinstance(support, Fixed):
+            values = (*support.displacement, *support.director)
+        elif isinstance(support, Driven):
+            values = (support.angle, support.translation)
+        for value in values:
+            if isinstance(value, Signal):
+                raise SceneError(
+                    f"{said(support)}: {show(value)} is no motion of a support; it must be a "
+                    "function of time, or the body driven by a joint and its driver"
+                )
+    for load in scene.loads:
+        if isinstance(load.time, Acceleration):
+            raise SceneError(
+                f"{said(load)}: time is {show(load.time)}; it must be Command(...), as a load has "
+                "no coordinate to accelerate"
+            )
+    for driver in scene.drivers:
+        for name in driver.coordinates:
+            value = getattr(driver, name)
+            if isinstance(value, Signal) and not isinstance(value, Acceleration):
+                raise SceneError(
+                    f"{said(driver)}: {name} is {show(value)}, which jumps, and a coordinate cannot"
+                    "; it must be Acceleration(...), whose second derivative is commanded"
+                )
+
+
+def _known(scene: Description, signal: Any, who: str) -> None:
+    """Whether what a signal is of is there."""
+    if isinstance(signal, Switched):
+        events = [event.name for event in scene.all_events]
+        if signal.event not in events:
+            raise SceneError(
+                f"{who}: there is no event '{signal.event}'; the scene has "
+                f"{listed(events) or 'none'}"
+            )
+        return
+    assert isinstance(signal, Commanded)
+    found = [c for c in scene.controllers if c.name == signal.controller]
+    if not found:
+        names = listed(c.name for c in scene.controllers) or "none"
+        raise SceneError(
+            f"{who}: there is no controller '{signal.controller}'; the scene has {names}"
+        )
+    outputs = found[0].outputs
+    if signal.output is None and len(outputs) > 1:
+        raise SceneError(
+            f"{who}: output is missing; controller '{signal.controller}' has {listed(outputs)}"
+        )
+    if signal.output is not None and signal.output not in outputs:
+        raise SceneError(
+            f"{who}: controller '{signal.controller}' has no output '{signal.output}'; it has "
+            f"{listed(outputs)}"
+        )
+
+
+def _scheme(scene: Description) -> None:
+    """What schemes can follow."""
+    what = "controllers" if scene.controllers else "events"
+    who, scheme = f"scene '{scene.name}'", show(scene.scheme_name)
+    if scene.controllers and scene.static:
+        raise SceneError(
+            f"{who}: it has controllers, and scheme {scheme} has no time in which they could act; "
+            "they must be left out, or the scheme be a dynamic one"
+        )
+    if scene.path is not None:
+        raise SceneError(
+            f"{who}: it has events, and follows a path of equilibria, which may not end within a "
+            "step; they must be left out, or the path"
+        )
+    if scene.scheme_name in RIVALS or scene.linear:
+        able = listed(s for s in SCHEMES if s not in (*RIVALS, "static") and "linear" not in s)
+        raise SceneError(
+            f"{who}: it has {what}, which scheme {scheme} cannot have; it must be one of {able}"
+        )
+    rates = [s for s in scene.sensors if s.derivative]
+    if rates and scene.static:
+        raise SceneError(
+            f"{who}: sensor '{rates[0].name}' is a rate, and scheme {scheme} has none; it must be "
+            "left out"
+        )
+
+
+def _period(scene: Description, controller: Law) -> None:
+    """With fixed steps samples are at the ends of some."""
+    control, dt, period = scene.control, scene.dt, controller.period
+    if control.tolerance is not None or control.jump_tolerance is not None or period is None:
+        return
+    assert dt is not None
+    if abs(period / dt - round(period / dt)) > MULTIPLE * period / dt or period < dt / 2:
+        raise SceneError(
+            f"{said(controller)}: period is {show(period)}; it must be a multiple of dt, which is "
+            f"{show(dt)}, or the steps must follow a tolerance"
+        )
+
+
+def coordinate_read(scene: Description, column: str) -> tuple[str, str] | None:
+    """The joint and coordinate that a column is of; None for any other column.
+
+    Args:
+        scene: The scene.
+        column: Its name.
+    """
+    for joint in scene.joints:
+        for kind in joint.freedoms:
+            if column == f"{joint.name}.{kind}":
+                return joint.name, kind
+    return None
+
+
+def _columns(scene: Description) -> Iterator[str]:
+    """Columns of the history that sensors may read, besides those of single joints' coordinates."""
+    yield from (probe.name for probe in scene.probes)
+    for driver in scene.drivers:
+        yield from (f"{driver.name}.{_EFFORT[name]}" for name in driver.coordinates)
+    for element in scene.elements:
+        if isinstance(element, PointElement):
+            yield from (f"{element.name}.length", f"{element.name}.force")
+        elif isinstance(element, JointElement):
+            yield from (
+                f"{element.name}.{_EFFORT[name]}" for name in coordinates_of(scene, element)
+            )
+    for lock in scene.acting_locks:
+        yield from (f"{lock.joint}.lock_{_EFFORT[name]}" for name in coordinates_of(scene, lock))
+    for joint in scene.joints:
+        yield from (f"{joint.name}.{force}" for force in _FORCES)
+    yield from ACCOUNT[:2] if scene.static else ACCOUNT
+
+
+def _sensors(scene: Description) -> None:
+    """Whether there is what they read."""
+    if not scene.sensors:
+        return
+    known = list(dict.fromkeys(_columns(scene)))
+    for sensor in scene.sensors:
+        column = sensor.column
+        coordinate = coordinate_read(scene, column)
+        if coordinate is not None and find_joint(scene, coordinate[0], "").active is not None:
+            raise SceneError(
+                f"sensor '{column}': joint '{coordinate[0]}' has windows of time; a joint whose "
+                "coordinate is read must act always"
+            )
+        if column in known or coordinate is not None:
+            continue
+        owner = column.rpartition(".")[0]
+        near = [f"{j.name}.{k}" for j in scene.joints for k in j.freedoms if j.name == owner]
+        near += [k for k in known if owner and k.startswith(f"{owner}.")]
+        free = [f"{j.name}.{k}" for j in scene.joints for k in j.freedoms]
+        there = near or [*free, *(k for k in known if "." not in k)]
+        raise SceneError(
+            f"sensor '{column}': the run has no such number; "
+            f"{f'of {owner!r} it has' if near else 'it must be one of'} {listed(there)}"
+        )

@@ -1,0 +1,179 @@
+"""Controllers: laws in plain Python with a memory, which read sensors and give commands."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Annotated, Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BeforeValidator, InstanceOf
+
+from shellmb.errors import SceneError
+from shellmb.scene.control.sensors import Sensor
+from shellmb.scene.values.times import TimeFunction
+from shellmb.scene.values.validate import Finite, Name, NonNegative, Positive, described, show
+
+__all__ = ["PID", "Controller", "Law"]
+
+type Floats = NDArray[np.float64]
+
+
+def _sensors(value: Any) -> Any:
+    """One sensor in place of a tuple of one is welcome."""
+    return (value,) if isinstance(value, Sensor) else value
+
+
+def _names(value: Any) -> Any:
+    return (value,) if isinstance(value, str) else value
+
+
+class Law:
+    """Any controller.
+
+    Attributes:
+        name: What commands and results call it.
+        sensors: What it reads.
+        outputs: Names of what it gives.
+        state: Its memory before the first sample.
+        period: Time from sample to sample [s]; None: it is asked before each step.
+    """
+
+    name: str
+    sensors: tuple[Sensor, ...]
+    outputs: tuple[str, ...]
+    state: Any
+    period: float | None
+    label: ClassVar[str]
+
+    def act(self, t: float, readings: Floats, state: Any, dt: float) -> Any:
+        """Outputs, one number or as many as there are, and the new state.
+
+        Args:
+            t: Time of the sample [s].
+            readings: What the sensors read, in their order.
+            state: What it gave last.
+            dt: Time since the last sample [s]; 0 at the first.
+        """
+        raise NotImplementedError
+
+
+@described("controller")
+class Controller(Law):
+    """A law in plain Python or NumPy that reads sensors and gives commands, which are held.
+
+    A motor takes its torque or force from it, ``Motor("drive", "hinge", command=Command("name"))``,
+    a load its factor, ``time=Command("name")``, a driver its acceleration,
+    ``rotation=Acceleration("name")``.
+
+    Args:
+        name: What commands and results call it.
+        sensors: What it reads.
+        law: ``law(t, readings, state, dt) -> outputs, state``: of the time [s], what the sensors
+            read, shape (sensors,), its memory, and the time since it was asked last [s], 0 at
+            first. The outputs are one number or as many as there are names. It must depend on
+            nothing else: what it remembers is the state, which ``shellmb resume`` goes on with.
+        outputs: Names of its outputs.
+        state: Its memory at first: numbers, texts, arrays, and lists, tuples and dicts of these.
+        period: Time from sample to sample [s], the first at 0; None: before each step.
+    """
+
+    name: Name
+    sensors: Annotated[tuple[InstanceOf[Sensor], ...], BeforeValidator(_sensors)]
+    law: Callable[..., Any]
+    outputs: Annotated[tuple[Name, ...], BeforeValidator(_names)] = ("u",)
+    state: Any = None
+    period: Positive | None = None
+
+    AS_GIVEN: ClassVar[tuple[str, ...]] = ("state",)
+
+    def __post_init__(self) -> None:
+        """Check that it gives something."""
+        if not self.outputs or len(set(self.outputs)) < len(self.outputs):
+            raise SceneError(
+                f"controller '{self.name}': outputs is {show(self.outputs)}; it must be one name "
+                "at least, each once"
+            )
+
+    def act(self, t: float, readings: Floats, state: Any, dt: float) -> Any:
+        """As the law."""
+        return self.law(t, readings, state, dt)
+
+
+@described("PID controller")
+class PID(Law):
+    """Proportional, integral and derivative: ``u = kp e + ki int e dt + kd de/dt``, limited.
+
+    Of the error ``e = target - sensor``. The integral is that of the trapezoidal rule; the rate of
+    the sensor is read, that of the target is its change since the last sample. Where a limit holds
+    the output back the integral does not grow further beyond it.
+
+    Args:
+        name: What commands and results call it; its only output is ``"u"``.
+        sensor: What is controlled.
+        target: What it is to be: a number or a function of time.
+        kp: Proportional gain.
+        ki: Integral gain [1/s].
+        kd: Derivative gain [s].
+        limits: Least and largest output; None: no limits.
+        filter: Time constant of a low-pass filter of first order of the derivative [s]; 0: none.
+        period: Time from sample to sample [s], the first at 0; None: before each step.
+    """
+
+    name: Name
+    sensor: InstanceOf[Sensor]
+    target: Finite | TimeFunction
+    kp: Finite
+    ki: Finite = 0.0
+    kd: Finite = 0.0
+    limits: tuple[float, float] | None = None
+    filter: NonNegative = 0.0
+    period: Positive | None = None
+
+    def __post_init__(self) -> None:
+        """Check the limits.
+
+        Raises:
+            SceneError: If they are in no order.
+        """
+        if self.limits is not None and not self.limits[0] < self.limits[1]:
+            raise SceneError(
+                f"PID controller '{self.name}': limits is {show(self.limits)}; the first must be "
+                "less than the second"
+            )
+
+    @property
+    def outputs(self) -> tuple[str, ...]:  # type: ignore[override]
+        """Its only one."""
+        return ("u",)
+
+    @property
+    def state(self) -> None:
+        """Nothing at first; then integral, derivative, error and target of the sample before."""
+        return
+
+    @property
+    def sensors(self) -> tuple[Sensor, ...]:  # type: ignore[override]
+        """What it reads: the rate, too, if that counts."""
+        return (self.sensor, self.sensor.rate) if self.kd else (self.sensor,)
+
+    def act(self, t: float, readings: Floats, state: Any, dt: float) -> Any:
+        """Output and memory."""
+        target = float(self.target(t)) if callable(self.target) else self.target
+        error = target - float(readings[0])
+        integral, derivative, before, aim = (0.0, 0.0, error, target) if state is None else state
+        if self.kd:
+            moving = (target - aim) / dt if dt > 0 else 0.0
+            rate = self.kd * (moving - float(readings[1]))
+            late = self.filter / (self.filter + dt) if self.filter and state is not None else 0.0
+            derivative = late * derivative + (1 - late) * rate
+        grown = integral + self.ki * dt * (error + before) / 2
+        low, high = self.limits or (-math.inf, math.inf)
+        wanted = self.kp * error + grown + derivative
+        output = min(max(wanted, low), high)
+        # held back, and it would be held back more
+        if (wanted - output) * (grown - integral) > 0:
+            grown = integral
+            output = min(max(self.kp * error + grown + derivative, low), high)
+        return output, (grown, derivative, error, target)

@@ -1,0 +1,222 @@
+"""Sensors, formulas of them, and conditions on these: what controllers and events are told by."""
+
+from __future__ import annotations
+
+import math
+import operator
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from shellmb.errors import SceneError
+from shellmb.scene.values.validate import Name, described, show
+
+__all__ = ["Condition", "Formula", "Quantity", "Sensor"]
+
+# what a sensor reads now
+type Reading = Callable[["Sensor"], float]
+
+_OPERATIONS: dict[str, Callable[..., float]] = {
+    "+": operator.add,
+    "-": operator.sub,
+    "*": operator.mul,
+    "/": operator.truediv,
+    "abs": abs,
+}
+# what the rate of a column is called
+RATE = ".rate"
+# margin of a strict comparison of equals: as little below zero as a number can be
+_NOT_YET = -5e-324
+
+
+class Quantity:
+    """A number that a run knows at the end of each step; to be calculated and compared with."""
+
+    def value(self, read: Reading, t: float) -> float:
+        """Its value.
+
+        Args:
+            read: What sensors read.
+            t: Time [s].
+        """
+        raise NotImplementedError
+
+    def __add__(self, other: Any) -> Formula:
+        return Formula("+", (self, other))
+
+    def __radd__(self, other: Any) -> Formula:
+        return Formula("+", (other, self))
+
+    def __sub__(self, other: Any) -> Formula:
+        return Formula("-", (self, other))
+
+    def __rsub__(self, other: Any) -> Formula:
+        return Formula("-", (other, self))
+
+    def __mul__(self, other: Any) -> Formula:
+        return Formula("*", (self, other))
+
+    def __rmul__(self, other: Any) -> Formula:
+        return Formula("*", (other, self))
+
+    def __truediv__(self, other: Any) -> Formula:
+        return Formula("/", (self, other))
+
+    def __neg__(self) -> Formula:
+        return Formula("*", (-1.0, self))
+
+    def __abs__(self) -> Formula:
+        return Formula("abs", (self,))
+
+    def __ge__(self, other: Any) -> Condition:
+        return Condition(">=", (self, other))
+
+    def __gt__(self, other: Any) -> Condition:
+        return Condition(">", (self, other))
+
+    def __le__(self, other: Any) -> Condition:
+        return Condition("<=", (self, other))
+
+    def __lt__(self, other: Any) -> Condition:
+        return Condition("<", (self, other))
+
+
+@described("sensor")
+class Sensor(Quantity):
+    """Reads a number of the run at the end of each step.
+
+    Args:
+        column: What ``history.csv`` calls it: the name of a probe, ``"JOINT.rotation"`` [rad] or
+            ``"JOINT.translation"`` [m] of any joint that has it, ``"JOINT.F1"`` to ``"JOINT.M3"``,
+            ``"NAME.torque"`` and ``"NAME.force"`` of drivers and force elements,
+            ``"ELEMENT.length"``, energies, momenta. What is a mean over a step is 0 before the
+            first.
+        derivative: Whether its rate is read: of coordinates of joints that of the motion at the end
+            of the step, of all others what it has changed by over the step, over its length.
+    """
+
+    column: Name
+    derivative: bool = False
+
+    @property
+    def rate(self) -> Sensor:
+        """Its rate.
+
+        Raises:
+            SceneError: If it is one already.
+        """
+        if self.derivative:
+            raise SceneError(
+                f"sensor '{self.name}': it is a rate already; it must be that of a column, "
+                f"Sensor('{self.column}').rate"
+            )
+        return Sensor(self.column, derivative=True)
+
+    @property
+    def name(self) -> str:
+        """What results call its readings."""
+        return f"{self.column}{RATE}" if self.derivative else self.column
+
+    def value(self, read: Reading, t: float) -> float:
+        """What it reads."""
+        return read(self)
+
+
+def sensors_of(part: Any) -> Iterator[Sensor]:
+    """All sensors in a formula or condition.
+
+    Args:
+        part: It, or a part of it.
+    """
+    if isinstance(part, Sensor):
+        yield part
+    elif isinstance(part, Formula | Condition):
+        for inner in part.parts:
+            yield from sensors_of(inner)
+
+
+def _check_operands(who: str, parts: tuple[Any, ...]) -> None:
+    """Refuse what has no value.
+
+    Raises:
+        SceneError: If a part is neither a quantity, a number, nor a function of time.
+    """
+    for part in parts:
+        if isinstance(part, Quantity) or callable(part):
+            continue
+        if isinstance(part, bool) or not isinstance(part, int | float) or math.isnan(part):
+            raise SceneError(
+                f"{who} {show(part)}: a sensor can be compared and calculated with a number, a "
+                "function of time or another sensor"
+            )
+
+
+def _value(part: Any, read: Reading, t: float) -> float:
+    if isinstance(part, Quantity):
+        return part.value(read, t)
+    return float(part(t)) if callable(part) else float(part)
+
+
+@described("formula")
+class Formula(Quantity):
+    """Made by ``+ - * /`` and ``abs`` of sensors, numbers and functions of time.
+
+    Args:
+        operation: One of them.
+        parts: What it is applied to.
+    """
+
+    operation: str
+    parts: tuple[Any, ...]
+
+    def __post_init__(self) -> None:
+        """Check what it is applied to."""
+        _check_operands(f"formula: '{self.operation}' of", self.parts)
+
+    def value(self, read: Reading, t: float) -> float:
+        """Its value."""
+        return _OPERATIONS[self.operation](*(_value(part, read, t) for part in self.parts))
+
+
+@described("condition")
+class Condition:
+    """Made by comparing a sensor, ``angle >= 1.5``, and of two others by ``&`` and ``|``.
+
+    Args:
+        operation: One of ``>=``, ``>``, ``<=``, ``<``, ``&``, ``|``.
+        parts: What it compares, or the two conditions.
+    """
+
+    operation: str
+    parts: tuple[Any, Any]
+
+    def __post_init__(self) -> None:
+        """Check what is compared."""
+        if self.operation not in "&|":
+            _check_operands(f"condition: {self.operation}", self.parts)
+
+    def __and__(self, other: Condition) -> Condition:
+        return Condition("&", (self, other))
+
+    def __or__(self, other: Condition) -> Condition:
+        return Condition("|", (self, other))
+
+    def __bool__(self) -> bool:
+        raise SceneError(
+            "condition: whether it is true is known in a run only; it must be given as it is, and "
+            "two of them joined by & or |, each in brackets"
+        )
+
+    def margin(self, read: Reading, t: float) -> float:
+        """By how much it is true; below zero where it is not.
+
+        Args:
+            read: What sensors read.
+            t: Time [s].
+        """
+        first, second = self.parts
+        if self.operation in "&|":
+            both = first.margin(read, t), second.margin(read, t)
+            return min(both) if self.operation == "&" else max(both)
+        by = _value(first, read, t) - _value(second, read, t)
+        by = by if self.operation.startswith(">") else -by
+        return _NOT_YET if by == 0 and not self.operation.endswith("=") else by

@@ -1,0 +1,214 @@
+"""Controllers and events of a run: asked before each step, watched behind it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import astuple
+from typing import Any
+
+import numpy as np
+
+from shellmb.errors import SceneError
+from shellmb.model.signals import Signals, Way
+from shellmb.scene import Scene
+from shellmb.simulate.control.readings import Readings, Running
+from shellmb.simulate.control.sampling import Sampler
+from shellmb.simulate.control.watching import LEAST, Floats, Watch, comes_soon, first_crossing
+from shellmb.simulate.stepping import Attempt
+
+
+class Control:
+    """What a scene controls and watches.
+
+    Args:
+        scene: The scene.
+        signals: What it commands and switches.
+
+    Attributes:
+        samplers: Its controllers.
+        watches: Its events.
+        ended: Name of the event that has ended the run.
+    """
+
+    def __init__(self, scene: Scene, signals: Signals) -> None:
+        self._signals = signals
+        self.samplers = [Sampler(law) for law in scene.controllers]
+        self.watches = [Watch(event, float(scene.dt or 0.0)) for event in scene.all_events]
+        self.ended: str | None = None
+        self._sensors, self._active = scene.sensors, bool(self.samplers or self.watches)
+        self._readings: Readings | None = None
+        # at the accepted state and at the one before, by their names; None: not read yet
+        self._read: dict[str, float] | None = None
+        self._before: dict[str, float] = {}
+        self._begun, self._changed = False, False
+        self._crossed: list[Watch] = []
+        self._dt = 0.0
+
+    def attach(self, simulation: Running, observers: Sequence[Any]) -> None:
+        """Read the columns of some observers from now on; they have begun.
+
+        Args:
+            simulation: The simulation.
+            observers: Its observers.
+
+        Raises:
+            SceneError: If nothing measures what a sensor reads.
+        """
+        if self._active and self._readings is None:
+            self._readings = Readings(simulation, observers, self._sensors)
+
+    def begin(self, simulation: Running, observers: Sequence[Any]) -> None:
+        """Switch what events have changed, and ask controllers, before a step; collective.
+
+        Args:
+            simulation: The simulation.
+            observers: Its observers.
+
+        Raises:
+            ControlError: If a law fails.
+            SceneError: If nothing measures what a sensor reads, or the run would end at once.
+        """
+        if not self._active:
+            return
+        self.attach(simulation, observers)
+        t, read = simulation.t, self._now()
+        changed = self._changed
+        for watch in self.watches:
+            if not self._begun and watch.margin(read, t) >= 0:
+                watch.change(t)
+                changed = True
+                if watch.event.ends:
+                    raise SceneError(
+                        f"event '{watch.event.name}': it is true at the start, where the run "
+                        "would end; it must be false there"
+                    )
+            self._signals.windows[watch.event.name][:] = watch.windows
+            watch.armed = watch.armed or watch.margin(read, t) < 0
+        self._begun, self._changed = True, False
+        jumps = False
+        for sampler in self.samplers:
+            if sampler.due(t):
+                jumps |= sampler.ask(t, read, simulation.model.comm)
+                sampler.command(t, self._signals)
+        if self.samplers:
+            simulation.model.mechanism.command(self._signals)
+        if changed or jumps:
+            # forces have jumped; a step that an event has cut is too short to guess from
+            simulation.stepping.forget(velocities=changed)
+
+    def _now(self) -> dict[str, float]:
+        """Readings at the accepted state."""
+        if self._read is None:
+            assert self._readings is not None
+            self._read = self._readings.now(self._before, self._dt)
+        return self._read
+
+    @property
+    def next(self) -> float:
+        """Time of the next sample, s."""
+        return min((s.next for s in self.samplers), default=np.inf)
+
+    def locate(self, simulation: Running, attempt: Attempt, lands: bool) -> Attempt:
+        """Look behind a step that is solved, and repeat it where an event is within; collective.
+
+        Also where one is so near behind it that the next step would be too short: it is halved.
+
+        Args:
+            simulation: The simulation.
+            attempt: The step.
+            lands: Whether it ends where a step has to.
+
+        Returns:
+            It, or the one that ends with the event.
+
+        Raises:
+            ConvergenceError: If a shorter step has no solution.
+            ControlError: If a condition is no number.
+        """
+        self._crossed = []
+        if not self.watches:
+            return attempt
+        read, t, last = self._now(), simulation.t, attempt
+        armed = np.array([watch.armed for watch in self.watches])
+        start = np.array([watch.margin(read, t) for watch in self.watches])
+
+        def behind(made: Attempt) -> Floats:
+            assert self._readings is not None
+            with self._readings.after(made):
+                now = self._readings.now(read, made.dt)
+            end = t + made.dt
+            found = [watch.margin(now, end) for watch in self.watches]
+            return np.where(armed, found, -np.inf)
+
+        def margins(dt: float) -> Floats:
+            nonlocal last
+            last = simulation.stepping.attempt(t, dt)
+            return behind(last)
+
+        end, least = behind(attempt), LEAST * simulation.size.dt
+        crossing = end >= 0
+        if np.any(crossing):
+            tolerance = min(w.tolerance for w, c in zip(self.watches, crossing, strict=True) if c)
+            dt, found = first_crossing(margins, start, end, attempt.dt, tolerance, least)
+            if lands and attempt.dt - dt < least:
+                dt, found = attempt.dt, end
+            if last.dt != dt:
+                last = simulation.stepping.attempt(t, dt)
+            crossing = found >= 0
+        elif attempt.dt > 4 * least and comes_soon(start, end, attempt.dt, 2 * least):
+            return self.locate(simulation, simulation.stepping.attempt(t, attempt.dt / 2), False)
+        self._crossed = [w for w, c in zip(self.watches, crossing, strict=True) if c]
+        return last
+
+    def accept(self, dt: float, t: float) -> None:
+        """A step is accepted.
+
+        Args:
+            dt: Its length, s.
+            t: Time at its end, s.
+
+        Raises:
+            ControlError: If an event goes on and off again and again.
+        """
+        if not self._active:
+            return
+        self._before, self._read, self._dt = self._read or {}, None, dt
+        for watch in self._crossed:
+            watch.change(t)
+            self._changed = True
+            if watch.on and watch.event.ends:
+                self.ended = watch.event.name
+
+    def state(self) -> dict[str, Any] | None:
+        """What a restart needs; None where nothing is controlled and watched."""
+        if not self._active:
+            return None
+        return {
+            "controllers": [sampler.state() for sampler in self.samplers],
+            "events": [watch.state() for watch in self.watches],
+            "read": None if self._readings is None else self._now(),
+            "ways": [list(astuple(way)) for way in self._signals.ways.values()],
+            "begun": self._begun,
+            "changed": self._changed,
+            "ended": self.ended,
+        }
+
+    def restore(self, state: Mapping[str, Any] | None) -> None:
+        """Take up a saved state.
+
+        Args:
+            state: As from `state`.
+        """
+        if state is None:
+            return
+        for sampler, saved in zip(self.samplers, state["controllers"], strict=True):
+            sampler.restore(saved)
+            for name, value in sampler.outputs.items():
+                self._signals.commands[sampler.law.name, name] = value
+        for key, way in zip(self._signals.ways, state["ways"], strict=True):
+            self._signals.ways[key] = Way(*way)
+        for watch, saved in zip(self.watches, state["events"], strict=True):
+            watch.restore(saved)
+        self._read, self._before, self._crossed = state["read"], {}, []
+        self._begun, self._changed = bool(state["begun"]), bool(state["changed"])
+        self.ended = state["ended"]
