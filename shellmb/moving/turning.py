@@ -11,6 +11,7 @@ import ufl
 from dolfinx import fem
 
 from shellmb.errors import ConvergenceError, SceneError
+from shellmb.model.sections.damping import together
 from shellmb.modes import Blocks, shift_below
 from shellmb.moving.axis import Axis, held
 from shellmb.moving.frame import TurningFrame
@@ -97,9 +98,13 @@ class Turning:
                 mass[k, k] = [inertia]
                 unit[k, k] = [ufl.algorithms.expand_derivatives(ufl.derivative(moved, q, trial))]
             rates, time = frame.rates(q), fem.Constant(space.mesh, self._relaxation.time)
-            extra = body.extra(q, rates, test, time)
-            if extra is not None:
-                by_rate = ufl.derivative(-extra, frame.still, trial)
+            forces = [body.extra(q, rates, test, time)]
+            if body.damping is not None:
+                # of strains, which a rotation does not change
+                forces.append(-body.damping.at(q, frame.still, test))
+            work = together(forces)
+            if work is not None:
+                by_rate = ufl.derivative(-work, frame.still, trial)
                 by_rate = ufl.algorithms.expand_derivatives(by_rate)
                 if not by_rate.empty():
                     damping[k, k] = [by_rate]

@@ -1,6 +1,7 @@
 """Modes about steady rotations against closed forms: top, mass on springs, blade, disc."""
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -26,6 +27,7 @@ from shellmb.scene import (
     Line,
     Planar,
     Prismatic,
+    Rectangle,
     RectangularSection,
     Revolute,
     RigidBody,
@@ -168,6 +170,34 @@ def test_damped_at_rest(viscosity: float) -> None:
     np.testing.assert_allclose(modes.values[:count], exact, rtol=1e-9)
     assert modes.damping[0] == pytest.approx(min(viscosity / 40.0, 1.0))
     assert not modes.unstable
+
+
+@pytest.mark.parametrize("of", ["shell", "beam"])
+def test_damping_of_sections(of: str) -> None:
+    """`tau |s| / 2` of the strains and `rate / 2 |s|` of the mass, where it does not turn.
+
+    Where it turns, the stiffness that comes with the pull is not damped, and the ratio is smaller.
+    """
+    tau, rate = 2e-4, 3.0
+    damped = {"E": 70e9, "nu": 0.0, "density": 2700.0, "damping": tau, "mass_damping": rate}
+    bodies: dict[str, Any] = (
+        {"shells": Shell("plate", Rectangle(1.0, 0.1), Isotropic(thickness=0.01, **damped))}
+        if of == "shell"
+        else {
+            "beams": Beam(
+                "beam",
+                Line((0, 0, 0), (1, 0, 0)),
+                RectangularSection(width=0.1, height=0.01, **damped),
+            )
+        }
+    )
+    edge = "left" if of == "shell" else "start"
+    scene = Scene("strip", supports=Clamped(edge), **bodies, **TIMES)
+    still, turning = campbell(scene, [0.0, 20.0], count=3, axis=UP).modes
+    size = np.abs(still.values)
+    np.testing.assert_allclose(still.damping, tau * size / 2 + rate / (2 * size), rtol=1e-6)
+    size = np.abs(turning.values[0])
+    assert turning.damping[0] < 0.99 * (tau * size / 2 + rate / (2 * size))
 
 
 def test_free_gyroscope() -> None:
