@@ -12,6 +12,7 @@ from shellmb.observers.account.momentum import Momentum
 from shellmb.observers.account.step_error import StepError
 from shellmb.observers.account.turning import Turning
 from shellmb.observers.files.checkpoint import Checkpoint
+from shellmb.observers.forces.contacts import ContactForces
 from shellmb.observers.forces.endforces import EndForceColumns
 from shellmb.observers.forces.joints import JointForces
 from shellmb.observers.history import History, Measuring
@@ -53,6 +54,7 @@ class StandardObservers:
             "turning": turning,
             "probes": Probes(),
             "joints": joints,
+            "contacts": ContactForces(),
             "end forces": EndForceColumns(),
             "path": PathRecord(),
             "step error": StepError(),

@@ -22,6 +22,7 @@ from shellmb.scene.loads.body_loads import (
     LineMoment,
     PointMoment,
 )
+from shellmb.scene.loads.contacts import Ball, Contact, Obstacle, Plane, Rod
 from shellmb.scene.loads.loads import (
     EdgeForce,
     EdgeMoment,
@@ -33,6 +34,7 @@ from shellmb.scene.loads.loads import (
     Pressure,
     SurfaceForce,
 )
+from shellmb.scene.loads.potentials import Potential
 from shellmb.scene.loads.supports import (
     Clamped,
     Diaphragm,
@@ -95,12 +97,14 @@ __all__ = [
     "AlongEdge",
     "AlongLine",
     "Arc",
+    "Ball",
     "Beam",
     "BeamSection",
     "Body",
     "CircularArc",
     "CircularSection",
     "Clamped",
+    "Contact",
     "Curve",
     "Cylinder",
     "Cylindrical",
@@ -144,6 +148,7 @@ __all__ = [
     "Lock",
     "MeshFile",
     "Motor",
+    "Obstacle",
     "Offset",
     "Orthotropic",
     "Output",
@@ -151,10 +156,12 @@ __all__ = [
     "ParametricCurve",
     "PathFollowing",
     "Planar",
+    "Plane",
     "Ply",
     "PlyMaterial",
     "PointForce",
     "PointMoment",
+    "Potential",
     "Pressure",
     "Prismatic",
     "Probe",
@@ -163,6 +170,7 @@ __all__ = [
     "RectangularSection",
     "Revolute",
     "RigidBody",
+    "Rod",
     "Rolling",
     "Scene",
     "Screw",

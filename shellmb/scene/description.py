@@ -9,7 +9,9 @@ from pydantic import AfterValidator, BeforeValidator, Field, InstanceOf
 
 from shellmb.scene.beams.beam import Beam, Glue
 from shellmb.scene.initial import InitialVelocity
+from shellmb.scene.loads.contacts import Contact
 from shellmb.scene.loads.loads import Load
+from shellmb.scene.loads.potentials import Potential
 from shellmb.scene.loads.supports import Support
 from shellmb.scene.multibody.elements import Driver, Element, Lock
 from shellmb.scene.multibody.joints import Joint
@@ -67,6 +69,8 @@ class Description:
     start: Literal["given", "equilibrium"] = "given"
     redundant: Literal["error", "drop"] = "error"
     path: PathFollowing | None = None
+    potentials: Annotated[tuple[InstanceOf[Potential], ...], BeforeValidator(_several)] = ()
+    contacts: Annotated[tuple[InstanceOf[Contact], ...], BeforeValidator(_several)] = ()
     units: Annotated[str | None, AfterValidator(_units)] = None
 
     @property

@@ -66,12 +66,14 @@ class Stage:
         rate: Rate of the velocities that the inertia sees; None in statics.
         velocity: Velocity that velocity-dependent terms see; None in statics.
         chord: Mean velocity over the whole step, in all stages the same; None: `velocity`.
+        middle: Middle of the whole step, where stages have intervals of their own; else None.
     """
 
     span: Interval
     rate: Expr | None = None
     velocity: Expr | None = None
     chord: Expr | None = None
+    middle: Expr | None = None
 
     @property
     def single(self) -> bool:
@@ -83,7 +85,8 @@ class Stage:
         """Velocities that forces may depend on; None in statics."""
         if self.velocity is None:
             return None
-        return Rates(self.velocity, self.velocity if self.chord is None else self.chord)
+        chord = self.velocity if self.chord is None else self.chord
+        return Rates(self.velocity, chord, self.middle)
 
 
 @dataclass(frozen=True)

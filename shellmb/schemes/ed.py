@@ -89,9 +89,9 @@ class EnergyDecaying:
         a = both - b
         # the velocity at j with the average of eq. (32), as loads and stresses are taken
         v_j = v + b / 2 + alpha * b / 2
-        chord = (qf - q) / dt
-        first = Stage(interval(q, qj, alpha), rate=(a + 3 * b) / dt, velocity=v_j, chord=chord)
-        last = Stage(interval(qj, qf), rate=a / dt, velocity=chord, chord=chord)
+        whole = {"chord": (qf - q) / dt, "middle": mean(q, qf)}
+        first = Stage(interval(q, qj, alpha), rate=(a + 3 * b) / dt, velocity=v_j, **whole)
+        last = Stage(interval(qj, qf), rate=a / dt, velocity=whole["chord"], **whole)
         return {"j": first, "f": last}
 
     def jump(self, levels: Levels, dt: fem.Constant) -> JumpStage | None:
