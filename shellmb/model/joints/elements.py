@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from mpi4py import MPI
 
@@ -25,9 +25,10 @@ from shellmb.kernels import compiled_expression
 from shellmb.meshes.nodes import constant_vector, node_mesh, node_space, set_constants
 from shellmb.model.body import Massless, Rates, Term
 from shellmb.model.joints.coordinates import Coordinate, gathered, scalar_links
+from shellmb.model.potentials.stops import StopForces
 from shellmb.scene import Scene
 from shellmb.scene.multibody import elements as scene_elements
-from shellmb.scene.multibody.elements import Element, JointElement
+from shellmb.scene.multibody.elements import Element, JointElement, JointStop
 from shellmb.scene.values.validate import show
 
 Floats = npt.NDArray[np.float64]
@@ -61,7 +62,7 @@ class BoundElement:
 
     @staticmethod
     def kind_of(element: Element) -> str:
-        """One of "spring", "damper", "motor"."""
+        """One of "spring", "damper", "motor", "stop"."""
         return element.label.removeprefix("joint ")
 
 
@@ -79,6 +80,8 @@ def bind_element(element: Any, coordinate: Coordinate) -> BoundElement:
             return BoundElement(element, coordinate, k, element.potential, rest)
         case scene_elements.JointDamper() | scene_elements.Damper():
             return BoundElement(element, coordinate, element.viscosity or 0.0, element.law)
+        case scene_elements.JointStop():
+            return BoundElement(element, coordinate, element.stiffness, None)
         case scene_elements.Motor():
             return BoundElement(element, coordinate, 0.0, element.law)
         case _:
@@ -265,6 +268,23 @@ class Motors(ElementGroup):
         return _scalar(self.law(x, rate, time), self.law)
 
 
+class Stops(StopForces, ElementGroup):
+    """Stops of joints."""
+
+    def __init__(self, name: str, comm: MPI.Comm, items: Sequence[BoundElement]) -> None:
+        super().__init__(name, comm, items)
+        self.take(self.nodes, [cast(JointStop, item.element) for item in items])
+
+    def force(self, x: Expr, rate: Expr, time: Expr) -> Expr:
+        """What would have to be applied to hold the coordinate."""
+        held = forms.slope(lambda e: self.potential(ufl.as_vector([e / self.size])), x)
+        return held + self.resistance(x, rate) if self.damped else held
+
+    def x(self, q: Expr) -> Expr:
+        """The coordinate at a state."""
+        return self.layout.part(q, "x")
+
+
 def _scalar(value: Any, law: Callable[..., Any]) -> Expr:
     """What a user's law gives, if that is a number or a scalar of UFL."""
     try:
@@ -281,7 +301,8 @@ def _scalar(value: Any, law: Callable[..., Any]) -> Expr:
     return made
 
 
-_KINDS: dict[str, type[ElementGroup]] = {"spring": Springs, "damper": Dampers, "motor": Motors}
+_GROUPS: tuple[type[ElementGroup], ...] = (Springs, Dampers, Motors, Stops)
+_KINDS = dict(zip(("spring", "damper", "motor", "stop"), _GROUPS, strict=True))
 
 
 def element_groups(comm: MPI.Comm, items: Sequence[BoundElement]) -> list[ElementGroup]:

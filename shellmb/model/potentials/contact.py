@@ -17,6 +17,7 @@ from shellmb.errors import SceneError
 from shellmb.forms import contact as forms
 from shellmb.model.body import Rates
 from shellmb.model.places.nodes import said_point
+from shellmb.model.potentials.exact import FAR
 from shellmb.model.potentials.group import PotentialGroup
 from shellmb.model.potentials.points import Points
 from shellmb.scene.loads.contacts import Ball, Contact, Plane, Rod
@@ -26,8 +27,6 @@ Floats = npt.NDArray[np.float64]
 
 # distance from a centre or axis, in radii, within which there is no direction any more
 CORE = 1e-3
-# a penetration and a rate beyond all others, for the pattern of matrices
-FAR = 1e3
 # part of the scene's length by which points may be in an obstacle at the start: round-off
 TOUCHING = 1e-9
 
@@ -132,6 +131,15 @@ class ContactGroup(PotentialGroup):
         distance = np.linalg.norm(r, axis=1)
         normals = self.sign * r / np.maximum(distance, CORE * self.radius)[:, None]
         return normals, self.item.radius + self.sign * (self.radius - distance)
+
+    def nearest(self, start: Floats, end: Floats) -> Floats:
+        """Where points that move straight are nearest to the centre or axis, shape (n, 3)."""
+        move, r = end - start, start - self.point
+        if self._kind is Rod:
+            move, r = (v - np.outer(v @ self.axis, self.axis) for v in (move, r))
+        square = np.maximum(np.vecdot(move, move), 1e-300)
+        share = np.clip(-np.vecdot(r, move) / square, 0.0, 1.0)
+        return np.asarray(start + share[:, None] * (end - start))
 
     def check_start(self) -> None:
         """Refuse points that are in the obstacle.

@@ -13,22 +13,19 @@ from dolfinx import fem
 from ufl import Form
 from ufl.core.expr import Expr
 
-from shellmb.forms.constraints.elements import Stretch
 from shellmb.forms.constraints.joints import Place
 from shellmb.forms.state import Layout
-from shellmb.forms.steps import potentials as forms
-from shellmb.forms.steps.discrete import gradient, variation
-from shellmb.forms.steps.mixed import Interval
-from shellmb.forms.steps.path import Measure, Step, measure
+from shellmb.forms.steps.discrete import variation
 from shellmb.meshes.nodes import constant_vector, node_mesh, node_space
-from shellmb.model.body import Massless, Rates, Term
+from shellmb.model.body import Massless, Rates
 from shellmb.model.places.ends import EndGroup
+from shellmb.model.potentials.exact import ExactEnergy
 from shellmb.model.potentials.points import Points
 
 Floats = npt.NDArray[np.float64]
 
 
-class PotentialGroup(Massless):
+class PotentialGroup(ExactEnergy, Massless):
     """What has an energy at points of a body; potentials and contacts derive from it.
 
     Points are nodes: their places are unknowns of the body itself, so that one form at single
@@ -58,9 +55,12 @@ class PotentialGroup(Massless):
         self.layout = Layout(mixed.parts)
         self.weight = self.data(points.weights[:, None], "weight")
         self.dx = ufl.dx(self.nodes.mesh)
-        # zero, and not zero where the pattern of matrices is looked for: there nothing that acts
-        # at times only may be missing
         self.always = self.constant(0.0)
+
+    @property
+    def holds(self) -> bool:
+        """Whether it may hold a body that nothing else does: contacts open, and so do not."""
+        return not hasattr(self.item, "preloaded") or bool(self.item.preloaded)
 
     @property
     def owner(self) -> str:
@@ -86,54 +86,6 @@ class PotentialGroup(Massless):
             variation(lambda q: self.place(q).x, at, v),
             tuple(variation(lambda q, k=k: self.place(q).e[k], at, v) for k in range(count)),  # type: ignore[misc]
         )
-
-    def measure(self, q: Expr) -> Expr:
-        """Measures of order one that the energy is a function of, shape (n,); quadratic at most."""
-        raise NotImplementedError
-
-    def potential(self, e: Expr) -> Expr:
-        """Energy per area or length, or at a point."""
-        raise NotImplementedError
-
-    def internal(self, span: Interval, dq: Expr) -> Form:
-        """Virtual work over a sub-interval."""
-        a, b = self.measure(span.a), self.measure(span.b)
-        if span.a is span.b:
-            stress = gradient(self.potential, a)
-        else:
-            stress = forms.interval_stress(self.potential, a, b, span.beta)
-        return self.weight * ufl.dot(stress, variation(self.measure, span.mid, dq)) * self.dx
-
-    def _along(self, step: Step) -> tuple[Measure, Stretch]:
-        """The measure, and what it is over a step."""
-        path, measured = step.path, measure(self.measure)
-        start = self.measure(path.start)
-        return measured, Stretch(start, self.measure(path.end) - start, step.bow_of(measured))
-
-    def along(self, step: Step, k: int, dq: Expr, trial: Expr) -> tuple[Form | None, list[Term]]:
-        """Virtual work over a step, with stresses linear in time, eq. (Q2)."""
-        (measured, e), p = self._along(step), step.path
-        stresses = forms.path_stresses(self.potential, e, p.alpha)
-        states = p.mean, p.chord, p.bow, p.swing
-        work = sum(
-            ufl.dot(stress, measured.at(pair.slope, states, dq))
-            for stress, pair in zip(stresses, step.pairs[k], strict=True)
-        )
-        return self.weight * work * self.dx, []
-
-    def lost(self, step: Step, bow: Expr) -> Form | None:
-        """Energy of the bow of the measures, J."""
-        _, e = self._along(step)
-        return self.weight * forms.path_loss(self.potential, e) * self.dx
-
-    def strain_energy(self, q: Expr) -> Form:
-        """Its energy, J."""
-        return self.weight * self.potential(self.measure(q)) * self.dx
-
-    def jump(self, a: Expr, b: Expr) -> Form | None:
-        """Elastic part of eq. (34), J."""
-        found = forms.interval_jump(self.potential, self.measure(a), self.measure(b))
-        return self.weight * found * self.dx
 
     def extra(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
         """Nothing that dissipates."""

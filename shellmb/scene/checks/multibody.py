@@ -272,7 +272,9 @@ def _supported(scene: Description) -> None:
     pairs += [(body.name, GROUND) for s in scene.supports for body in bodies_of(scene, s)]
     # an elastic foundation, say; whether terms hold all motions is found out later
     pairs += [(body.name, GROUND) for body in scene.meshed if body.terms]
-    pairs += [(b.name, GROUND) for p in scene.potentials for b in bodies_of(scene, p)]
+    pairs += [
+        (b.name, GROUND) for p in (*scene.potentials, *scene.contacts) for b in bodies_of(scene, p)
+    ]
     for first, second in pairs:
         old, new = group[first], group[second]
         group = {name: new if g == old else g for name, g in group.items()}

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from shellmb.errors import SceneError
 from shellmb.scene.checks.places import areas_of, check_point, edges_of, points_of
 from shellmb.scene.lookup import bodies_of, listed, said
+from shellmb.scene.multibody.elements import JointStop
 from shellmb.scene.values.validate import show
 
 if TYPE_CHECKING:
@@ -40,11 +41,18 @@ def check_potentials(scene: Description) -> None:
             )
         (body,) = bodies_of(scene, item)
         _place(body, item.on, who)
+    for stop in scene.elements:
+        if isinstance(stop, JointStop) and scene.linear:
+            raise SceneError(
+                f"{said(stop)}: the scheme is {show(scene.scheme_name)}, and displacements are "
+                "small; it must be one for large ones, as 'static' or 'ep'"
+            )
     if not scene.static:
         return
-    for contact in scene.contacts:
+    damped: list[Any] = [e for e in scene.elements if isinstance(e, JointStop)]
+    for contact in (*scene.contacts, *damped):
         for what in ("damping", "friction"):
-            if getattr(contact, what) > 0:
+            if getattr(contact, what, 0) > 0:
                 raise SceneError(
                     f"{said(contact)}: {what} is {getattr(contact, what):g}; it must be 0, because "
                     f"scheme {show(scene.scheme_name)} has no velocities as 'ep' and 'ed' have"

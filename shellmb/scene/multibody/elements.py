@@ -7,13 +7,23 @@ whole turns.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
+from dataclasses import field
 from typing import Any, ClassVar, Literal
 
 from shellmb.errors import SceneError
 from shellmb.scene.multibody.offsets import Point
 from shellmb.scene.values.times import TimeFunction
-from shellmb.scene.values.validate import Finite, Name, NonNegative, Positive, Windows, described
+from shellmb.scene.values.validate import (
+    Finite,
+    Name,
+    NonNegative,
+    Positive,
+    Windows,
+    described,
+    show,
+)
 
 __all__ = [
     "Coordinate",
@@ -23,6 +33,7 @@ __all__ = [
     "JointDamper",
     "JointElement",
     "JointSpring",
+    "JointStop",
     "Lock",
     "Motor",
     "PointElement",
@@ -192,6 +203,50 @@ class JointDamper(JointElement):
     def __post_init__(self) -> None:
         """Check that it has one law."""
         _one_of(f"{self.label} '{self.name}'", viscosity=self.viscosity, law=self.law)
+
+
+@described("joint stop")
+class JointStop(JointElement):
+    """Limits of a coordinate of a joint, by a penalty: a door's stop, the end of a slide.
+
+    Args:
+        name: Its name in the results.
+        joint: Name of the joint.
+        lower: Least coordinate [rad or m]; None: any.
+        upper: Largest coordinate [rad or m]; None: any.
+        stiffness: Torque or force per coordinate beyond a limit [N m/rad or N/m].
+        smoothing: Coordinate beyond a limit over which the stiffness sets in [rad or m]; 0: at
+            once.
+        damping: The force grows by this part of itself per rate into the stop [s/rad or s/m], and
+            falls as much on the way back, but never below zero.
+        coordinate: ``"rotation"`` or ``"translation"``; None: the joint's only one.
+    """
+
+    name: Name
+    joint: Name
+    lower: Finite | None = None
+    upper: Finite | None = None
+    stiffness: Positive = field(kw_only=True)
+    smoothing: NonNegative = 0.0
+    damping: NonNegative = 0.0
+    coordinate: Coordinate | None = None
+
+    def __post_init__(self) -> None:
+        """Check that there is a limit, and that the joint starts between both.
+
+        Raises:
+            SceneError: Otherwise.
+        """
+        said = f"{self.label} '{self.name}'"
+        if self.lower is None and self.upper is None:
+            raise SceneError(f"{said}: neither lower nor upper is given; give one at least")
+        low = -math.inf if self.lower is None else self.lower
+        high = math.inf if self.upper is None else self.upper
+        if not (low < high and low <= 0 <= high):
+            raise SceneError(
+                f"{said}: lower is {show(self.lower)} and upper {show(self.upper)}; they must be "
+                "such that 0 is between them, which is where the joint starts"
+            )
 
 
 @described("motor")

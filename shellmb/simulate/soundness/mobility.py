@@ -54,8 +54,12 @@ def refuse_mechanisms(model: Model) -> None:
         free = free @ motions.without_force(free)
     if not free.shape[1]:
         return
+    # whether a potential holds its body is seen when that is solved
+    kept = {group.owner for group in model.potentials if group.holds}
     found = []
     for body, k in motions.blocks.items():
+        if body in kept:
+            continue
         words = describe(motions.frames[body], free[6 * k : 6 * k + 6])
         if words:
             found.append(f"{said(model.scene.body(body))} can {words}")
