@@ -95,9 +95,11 @@ def surface_motion(
         motion: Motion of the point, shape (3,).
         normal: Normal from the obstacle to the body.
         arm: Distance of the surface from the point, m.
-        directors: Directors at the point.
+        directors: Directors at the point; none where the surface is the point itself.
         changes: Their motions.
     """
+    if not directors:
+        return motion
     return motion - arm * ufl.cross(turn(directors, changes), normal)
 
 
