@@ -24,6 +24,12 @@ from shellmb.scene import (
 from .conftest import MASS, RADIUS, SPEED, STIFFNESS
 
 SCHEMES = [("ep", 0.0), ("ep4", 0.0), ("ed", 1.0), ("ed3", 1.0)]
+
+
+def _slow(*values: Any) -> Any:
+    return pytest.param(*values, marks=pytest.mark.slow)
+
+
 LASTS = np.pi * np.sqrt(MASS / STIFFNESS)
 
 
@@ -46,8 +52,10 @@ def test_a_ball_bounces_with_restitution_one(scheme, alpha, run, ball) -> None:
     assert_allclose(found["floor.Fz"].iloc[1:].sum() * 1e-3, MASS * SPEED * (1 + last), rtol=1e-9)
 
 
-@pytest.mark.parametrize(("scheme", "alpha"), SCHEMES)
-@pytest.mark.parametrize("smoothing", [0.0, 0.01])
+@pytest.mark.parametrize(
+    ("scheme", "alpha"), [SCHEMES[0], SCHEMES[2], *(_slow(*s) for s in SCHEMES[1::2])]
+)
+@pytest.mark.parametrize("smoothing", [0.0, _slow(0.01)])
 def test_steps_as_long_as_the_impact(scheme, alpha, smoothing, run, ball) -> None:
     """Energy is exact however long the step; the run says that the impact is coarse."""
     result = run(ball(scheme, alpha, 0.03, t_end=0.24, smoothing=smoothing))
@@ -102,8 +110,8 @@ def test_restitution_with_damping(scheme, alpha, run, ball) -> None:
         return v / chi - np.log(1 + chi * v) / chi**2
 
     assert 0.5 < rebound / SPEED < 0.8
-    # the scheme's damping is taken at Gauss points, or in the middle of a step: 1e-4
-    assert_allclose(fallen(-rebound), fallen(SPEED), rtol=2e-3)
+    # EP is of second order, a step 1/31 of the impact: 2.1e-3
+    assert_allclose(fallen(-rebound), fallen(SPEED), rtol=4e-3)
     lost = MASS * (SPEED**2 - rebound**2) / 2
     assert_allclose([end["floor.loss"], end.dissipation], lost, rtol=1e-10)
 

@@ -16,13 +16,8 @@ from shellmb.scene import (
     SurfaceForce,
 )
 
-SCHEMES = [
-    ("ep", 0.0),
-    ("ed3", 1.0),
-    pytest.param("ep4", 0.0, marks=pytest.mark.slow),
-    pytest.param("ed", 1.0, marks=pytest.mark.slow),
-]
 OTHERS = [("ep4", 0.0), ("ed", 1.0), ("ed3", 1.0)]
+SCHEMES = [("ep", 0.0), *(pytest.param(*s, marks=pytest.mark.slow) for s in OTHERS)]
 
 
 def attracted(at, p):
@@ -85,10 +80,7 @@ def leaning(at, p):
     return p["m"] * (1 - at.directors[0][2]) + p["k"] / 2 * (at.u[2] + 0.3 * at.u[0]) ** 2
 
 
-@pytest.mark.parametrize(
-    ("scheme", "alpha"),
-    [("ep", 0.0), *(pytest.param(*s, marks=pytest.mark.slow) for s in OTHERS)],
-)
+@pytest.mark.parametrize(("scheme", "alpha"), SCHEMES)
 def test_directors_of_a_shell(scheme, alpha, run) -> None:
     """A tumbling plate in a field that turns its directors; half the step gives nearly the same."""
     ends = []

@@ -19,7 +19,7 @@ from shellmb.scene import (
 
 SCHEMES = [
     ("ep", 0.0),
-    ("ed3", 1.0),
+    pytest.param("ed3", 1.0, marks=pytest.mark.slow),
     pytest.param("ep4", 0.0, marks=pytest.mark.slow),
     pytest.param("ed", 1.0, marks=pytest.mark.slow),
 ]
