@@ -86,12 +86,11 @@ class FixedDofs:
 
 @dataclass(frozen=True)
 class NodeLink:
-    """Dofs of a body that are the nodal dofs of another one.
+    """Dofs of a body, local ones in its mixed space, that are the nodal dofs of another one.
 
     Args:
-        dofs: Local dofs in this body's mixed space.
         body: Name of the other body.
-        targets: Global dofs in the other body's mixed space.
+        targets: Global dofs in its mixed space.
     """
 
     dofs: Dofs
@@ -106,11 +105,13 @@ class Rates(NamedTuple):
         now: Velocity in the sub-interval.
         chord: Mean velocity over the whole step, in all of its stages the same.
         weighed: Velocity as the stage's test function weighs it; None: `chord`.
+        middle: State that belongs to it, in all stages the same; None: that of the sub-interval.
     """
 
     now: Expr
     chord: Expr
     weighed: Expr | None = None
+    middle: Expr | None = None
 
 
 class Term(NamedTuple):
@@ -180,8 +181,7 @@ class Body(Protocol):
     fixed: list[FixedDofs]
     links: tuple[NodeLink, ...]
     kinematic: frozenset[str]  # parts that have velocities
-    # whether constraints tie its jump of velocities to those of other bodies: then the jump is
-    # unknown, and these parts of it have equations
+    # whether constraints tie its jump of velocities to others: then it is unknown, with equations
     coupled: bool
     # whether constraints then hold velocities at the end of a step (`forms.constraints.leap`)
     leaps: bool

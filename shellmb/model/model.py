@@ -21,6 +21,8 @@ from shellmb.model.joints.mechanism import Mechanism, build_mechanism
 from shellmb.model.places.finder import Finder, RigidPlaces
 from shellmb.model.places.nodes import local_point
 from shellmb.model.plausible import doubt_thickness
+from shellmb.model.potentials.build import potential_groups
+from shellmb.model.potentials.group import PotentialGroup
 from shellmb.model.shells.joins import join_shells
 from shellmb.model.shells.shell import ShellModel
 from shellmb.model.signals import Signals
@@ -58,6 +60,7 @@ class Model:
         length: Characteristic length of the scene, m.
         rigid_meshes: Meshes of the shells and beams that are rigid, by name: they have no unknowns.
         planes: Planes that are not axis-parallel and hold nodes; among `bodies`, too.
+        potentials: Potentials and contacts; among `bodies`, too.
     """
 
     scene: Scene
@@ -71,6 +74,7 @@ class Model:
     length: float = 1.0
     rigid_meshes: RigidMeshes = field(default_factory=dict)
     planes: list[NodalConstraint] = field(default_factory=list)
+    potentials: list[PotentialGroup] = field(default_factory=list)
 
     @property
     def meshed(self) -> dict[str, ShellModel | BeamModel]:
@@ -121,7 +125,7 @@ def build_model(scene: Scene, comm: MPI.Comm) -> Model:
     Raises:
         SceneError: If something the scene names does not exist on the meshes.
     """
-    scene, rigid_meshes = rigidified(scene, comm)
+    given, (scene, rigid_meshes) = scene, rigidified(scene, comm)
     model = Model(scene, comm, Signals(scene), rigid_meshes=rigid_meshes)
     dynamic = not scene.static
     for shell in scene.shells:
@@ -165,6 +169,9 @@ def build_model(scene: Scene, comm: MPI.Comm) -> Model:
     _turnable(model)
     model.bodies += model.mechanism.bodies
     model.bodies += point_loads(scene, comm, find)
+    meshes = model.meshed, rigid_meshes
+    model.potentials = potential_groups(given, comm, find, *meshes, model.length)
+    model.bodies += model.potentials
     if model.beams or model.rigid is not None or scene.joints or scene.elements:
         # constraints tie velocities together: see `Body.coupled`
         leaps = any(isinstance(joint, Contact) for joint in scene.joints)

@@ -13,6 +13,7 @@ from shellmb.observers.account.step_error import StepError
 from shellmb.observers.account.turning import Turning
 from shellmb.observers.control import ControlColumns
 from shellmb.observers.files.checkpoint import Checkpoint
+from shellmb.observers.forces.contacts import ContactForces
 from shellmb.observers.forces.endforces import EndForceColumns
 from shellmb.observers.forces.joints import JointForces
 from shellmb.observers.history import History, Measuring
@@ -54,6 +55,7 @@ class StandardObservers:
             "turning": turning,
             "probes": Probes(),
             "joints": joints,
+            "contacts": ContactForces(),
             "end forces": EndForceColumns(),
             "path": PathRecord(),
             "step error": StepError(),

@@ -26,6 +26,7 @@ from shellmb.scene.loads.body_loads import (
     LineMoment,
     PointMoment,
 )
+from shellmb.scene.loads.contacts import Ball, Contact, Obstacle, Plane, Rod
 from shellmb.scene.loads.loads import (
     EdgeForce,
     EdgeMoment,
@@ -37,6 +38,7 @@ from shellmb.scene.loads.loads import (
     Pressure,
     SurfaceForce,
 )
+from shellmb.scene.loads.potentials import Potential
 from shellmb.scene.loads.supports import (
     Clamped,
     Diaphragm,
@@ -48,13 +50,13 @@ from shellmb.scene.loads.supports import (
     Support,
     SymmetryPlane,
 )
+from shellmb.scene.multibody.drivers import Driver, Lock
 from shellmb.scene.multibody.elements import (
     Damper,
-    Driver,
     Element,
     JointDamper,
     JointSpring,
-    Lock,
+    JointStop,
     Motor,
     Spring,
 )
@@ -102,6 +104,7 @@ __all__ = [
     "AlongEdge",
     "AlongLine",
     "Arc",
+    "Ball",
     "Beam",
     "BeamDamping",
     "BeamSection",
@@ -111,6 +114,7 @@ __all__ = [
     "Clamped",
     "Command",
     "Condition",
+    "Contact",
     "Controller",
     "Curve",
     "Cylinder",
@@ -147,6 +151,7 @@ __all__ = [
     "Joint",
     "JointDamper",
     "JointSpring",
+    "JointStop",
     "KnifeEdge",
     "Laminate",
     "Line",
@@ -157,6 +162,7 @@ __all__ = [
     "Lock",
     "MeshFile",
     "Motor",
+    "Obstacle",
     "Off",
     "Offset",
     "On",
@@ -166,10 +172,12 @@ __all__ = [
     "ParametricCurve",
     "PathFollowing",
     "Planar",
+    "Plane",
     "Ply",
     "PlyMaterial",
     "PointForce",
     "PointMoment",
+    "Potential",
     "Pressure",
     "Prismatic",
     "Probe",
@@ -178,6 +186,7 @@ __all__ = [
     "RectangularSection",
     "Revolute",
     "RigidBody",
+    "Rod",
     "Rolling",
     "Scene",
     "Screw",

@@ -12,9 +12,12 @@ from shellmb.scene.control.controllers import Law
 from shellmb.scene.control.events import Event
 from shellmb.scene.control.sensors import Sensor, sensors_of
 from shellmb.scene.initial import InitialVelocity
+from shellmb.scene.loads.contacts import Contact
 from shellmb.scene.loads.loads import Load
+from shellmb.scene.loads.potentials import Potential
 from shellmb.scene.loads.supports import Support
-from shellmb.scene.multibody.elements import Driver, Element, Lock
+from shellmb.scene.multibody.drivers import Driver, Lock
+from shellmb.scene.multibody.elements import Element
 from shellmb.scene.multibody.joints import Joint
 from shellmb.scene.multibody.rigid import RigidBody
 from shellmb.scene.paths import PathFollowing
@@ -70,6 +73,8 @@ class Description:
     start: Literal["given", "equilibrium"] = "given"
     redundant: Literal["error", "drop"] = "error"
     path: PathFollowing | None = None
+    potentials: Annotated[tuple[InstanceOf[Potential], ...], BeforeValidator(_several)] = ()
+    contacts: Annotated[tuple[InstanceOf[Contact], ...], BeforeValidator(_several)] = ()
     units: Annotated[str | None, AfterValidator(_units)] = None
     controllers: Annotated[tuple[InstanceOf[Law], ...], BeforeValidator(_several)] = ()
     events: Annotated[tuple[InstanceOf[Event], ...], BeforeValidator(_several)] = ()

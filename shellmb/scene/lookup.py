@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 from shellmb.errors import SceneError
 from shellmb.scene.beams.beam import Beam
 from shellmb.scene.initial import InitialVelocity
-from shellmb.scene.loads import body_loads, loads, supports
-from shellmb.scene.multibody.elements import Coordinate, Driver, JointElement
+from shellmb.scene.loads import body_loads, contacts, loads, potentials, supports
+from shellmb.scene.multibody.drivers import Coordinate, Driver
+from shellmb.scene.multibody.elements import JointElement
 from shellmb.scene.multibody.joints import GROUND, Joint
 from shellmb.scene.multibody.rigid import RigidBody
 from shellmb.scene.probes import Probe
@@ -45,6 +46,8 @@ ACTS_ON: dict[type, tuple[type, ...]] = {
     supports.Clamped: (Shell, Beam),
     supports.Hinged: (Shell, Beam),
     supports.Fixed: (Shell, Beam),
+    potentials.Potential: ANY,
+    contacts.Contact: ANY,
     InitialVelocity: ANY,
     Probe: ANY,
 }

@@ -13,9 +13,12 @@ from shellmb.scene.checks.fields import check_fields
 from shellmb.scene.checks.paths import check_path
 from shellmb.scene.description import Body, Description
 from shellmb.scene.initial import InitialVelocity
+from shellmb.scene.loads.contacts import Contact
 from shellmb.scene.loads.loads import Load
+from shellmb.scene.loads.potentials import Potential
 from shellmb.scene.loads.supports import Support
-from shellmb.scene.multibody.elements import Coordinate, Driver, Element, Lock
+from shellmb.scene.multibody.drivers import Coordinate, Driver, Lock
+from shellmb.scene.multibody.elements import Element
 from shellmb.scene.multibody.joints import Joint
 from shellmb.scene.probes import Probe
 from shellmb.scene.schemes import DISSIPATIVE, is_static
@@ -65,6 +68,8 @@ class Scene(Description):
             loads of time 0.
         redundant: What becomes of constraints that others imply: an error, or they are dropped.
         path: Follows the path of static equilibria through limit points; None: load steps.
+        potentials: Energies of the place of bodies.
+        contacts: Contact of bodies with rigid obstacles.
         units: Units of length, mass and time in labels, as ``"m, kg, s"`` or ``"mm, t, s"``; None:
             labels have none. The numbers are in consistent units, whatever these are.
         controllers: Controllers, which read sensors and command motors, drivers and loads.
@@ -110,8 +115,10 @@ class Scene(Description):
         """
         return lookup.find_joint(self, name, "scene")
 
-    def bodies_of(self, item: Support | Load | InitialVelocity | Probe) -> tuple[Body, ...]:
-        """The bodies that a support, load, initial velocity or probe acts on."""
+    def bodies_of(
+        self, item: Support | Load | InitialVelocity | Probe | Potential | Contact
+    ) -> tuple[Body, ...]:
+        """The bodies that a support, load, potential, initial velocity or probe acts on."""
         return lookup.bodies_of(self, item)
 
     def shells_of(self, item: Support | Load | InitialVelocity | Probe) -> tuple[Shell, ...]:

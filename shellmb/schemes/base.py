@@ -67,6 +67,7 @@ class Stage:
         velocity: Velocity that velocity-dependent terms see; None in statics.
         chord: Mean velocity over the whole step, in all stages the same; None: `velocity`.
         weighed: As of `Rates`.
+        middle: Middle of the whole step, where stages have intervals of their own; else None.
     """
 
     span: Interval
@@ -74,6 +75,7 @@ class Stage:
     velocity: Expr | None = None
     chord: Expr | None = None
     weighed: Expr | None = None
+    middle: Expr | None = None
 
     @property
     def single(self) -> bool:
@@ -86,7 +88,7 @@ class Stage:
         if self.velocity is None:
             return None
         chord = self.velocity if self.chord is None else self.chord
-        return Rates(self.velocity, chord, self.weighed)
+        return Rates(self.velocity, chord, self.weighed, self.middle)
 
 
 @dataclass(frozen=True)

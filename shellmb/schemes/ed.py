@@ -89,11 +89,12 @@ class EnergyDecaying:
         a = both - b
         # the velocity at j with the average of eq. (32), as loads and stresses are taken
         v_j = v + b / 2 + alpha * b / 2
-        chord = (qf - q) / dt
+        whole = {"chord": (qf - q) / dt, "middle": mean(q, qf)}
         # the velocity of the path, q' = chord - 3 (q_j - q_i) P1/dt, in the row of P0 - 3 P1
-        weighed = chord + 3 * (qj - q) / dt
-        first = Stage(interval(q, qj, alpha), (a + 3 * b) / dt, v_j, chord, weighed)
-        last = Stage(interval(qj, qf), rate=a / dt, velocity=chord, chord=chord)
+        weighed = whole["chord"] + 3 * (qj - q) / dt
+        inertia = (a + 3 * b) / dt
+        first = Stage(interval(q, qj, alpha), inertia, v_j, weighed=weighed, **whole)
+        last = Stage(interval(qj, qf), rate=a / dt, velocity=whole["chord"], **whole)
         return {"j": first, "f": last}
 
     def jump(self, levels: Levels, dt: fem.Constant) -> JumpStage | None:

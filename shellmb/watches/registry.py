@@ -7,12 +7,12 @@ from collections.abc import Sequence
 from shellmb.observers.summary import Sources
 from shellmb.simulate.simulation import Simulation
 from shellmb.watches.base import Caution, Watch
+from shellmb.watches.contacts import Contacts
 from shellmb.watches.dissipation import Dissipation
 from shellmb.watches.drift import Drift
 from shellmb.watches.energy_law import EnergyLaw
 from shellmb.watches.large_turns import LargeTurns
-from shellmb.watches.lifting import Lifting
-from shellmb.watches.slipping import Slipping
+from shellmb.watches.rolling import Lifting, Slipping
 from shellmb.watches.small_displacements import SmallDisplacements
 from shellmb.watches.step_error import StepErrors
 from shellmb.watches.stiff_spin import StiffSpin
@@ -25,6 +25,7 @@ WATCHES: tuple[type[Watch], ...] = (
     StiffSpin,
     Lifting,
     Slipping,
+    Contacts,
     Drift,
     Dissipation,
     EnergyLaw,

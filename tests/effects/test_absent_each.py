@@ -57,6 +57,11 @@ MORE = {
     # the length and its equation
     "spring": (2, 2, 10, 4),
     "damper": (2, 2, 10, 4),
+    # the coordinate, its equation, and the five numbers of a stop
+    "joint_stop": (2, 2, 14, 4),
+    # no unknown of its own: the places of nodes
+    "potential": (0, 1, 8, 2),
+    "contact": (0, 1, 11, 2),
 }
 # looked into in test_absent.py
 BEFORE = {

@@ -91,7 +91,7 @@ def mode(kind: str, what: str) -> tuple[float, Any]:
     model = build_model(strip(kind, "ep"), MPI.COMM_WORLD)
     system, stiffness, mass = modes._forms(model, None)
     K, M = system.symmetric_matrix(stiffness, 1.0), system.symmetric_matrix(mass, 0.0)
-    values, vectors = modes._solve(K, M, 12, modes._shift(model, False), symmetric=True)
+    values, vectors = modes._solve(K, M, 12, modes.shift_below(model, False), symmetric=True)
     dofs = model.meshed["strip"].mixed.dofs["u"].reshape(-1, 3)
     for value, vector in zip(values, vectors, strict=True):
         state = system.local_values(vector)

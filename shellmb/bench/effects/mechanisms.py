@@ -14,6 +14,7 @@ from shellmb.scene import (
     GROUND,
     PID,
     Command,
+    Contact,
     Cylindrical,
     Damper,
     Distance,
@@ -24,10 +25,13 @@ from shellmb.scene import (
     Joint,
     JointDamper,
     JointSpring,
+    JointStop,
     KnifeEdge,
     Lock,
     Motor,
     Planar,
+    Plane,
+    Potential,
     Prismatic,
     Revolute,
     RigidBody,
@@ -103,6 +107,13 @@ def _pull(coordinate: Any, rate: Any, time: Any) -> Any:
 
 
 _HELD = PID("pid", Sensor("hinge.rotation"), 0.0, 1.0, kd=0.1)
+
+
+def _field(at: Any, parameters: Any) -> Any:
+    """Springs to where the point began, in all directions."""
+    return parameters["k"] / 2 * (at.u[0] ** 2 + at.u[1] ** 2 + at.u[2] ** 2)
+
+
 # of what pulls the second rod: a point of the ground, and the rod's end
 _ABOVE, _END = (0.0, 0.0, 1.0), (1.0, 0.0, 0.0)
 
@@ -126,6 +137,7 @@ CASES = (
     _with("lock", locks=Lock("hinge", ((0.0, T_END),))),
     _with("joint_spring", elements=JointSpring("spring", "hinge", stiffness=10.0)),
     _with("joint_damper", elements=JointDamper("damper", "hinge", viscosity=0.1)),
+    _with("joint_stop", elements=JointStop("stop", "hinge", upper=0.2, stiffness=100.0)),
     _with("motor", elements=Motor("motor", "hinge", law=_pull)),
     _with("spring", elements=Spring("spring", GROUND, "b", _ABOVE, _END, stiffness=10.0)),
     _with("damper", elements=Damper("damper", GROUND, "b", _ABOVE, _END, viscosity=0.1)),
@@ -134,5 +146,7 @@ CASES = (
     ),
     # one that never comes: what it costs to look
     _with("event", events=Event("far", Sensor("hinge.rotation") >= 9.0)),
+    _with("potential", potentials=Potential("field", _field, "b", on=_END, parameters={"k": 10.0})),
+    _with("contact", contacts=Contact("floor", Plane((0, 0, -0.2)), 1e3, "b", on=_END)),
     _with("observe_joints"),
 )

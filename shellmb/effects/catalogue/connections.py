@@ -9,6 +9,7 @@ from typing import Any
 from shellmb.effects.catalogue.parts import chosen, drop, use_of_parts
 from shellmb.effects.effect import Change, Effect, Use, names, refuse
 from shellmb.scene import (
+    Contact,
     Cylindrical,
     Damper,
     Distance,
@@ -19,10 +20,12 @@ from shellmb.scene import (
     Joint,
     JointDamper,
     JointSpring,
+    JointStop,
     KnifeEdge,
     Lock,
     Motor,
     Planar,
+    Potential,
     Prismatic,
     Revolute,
     Rolling,
@@ -54,6 +57,7 @@ _JOINTS: tuple[tuple[type[Joint], str], ...] = (
 _ELEMENTS: tuple[tuple[type, str, str], ...] = (
     (JointSpring, "spring on a coordinate of a joint", "springs"),
     (JointDamper, "damper on a coordinate of a joint", "dampers"),
+    (JointStop, "limits of a coordinate of a joint", "stops"),
     (Motor, "torque or force by a law", "motors"),
     (Spring, "spring between two points", "springs"),
     (Damper, "damper between two points", "dampers"),
@@ -174,5 +178,21 @@ EFFECTS = (
             bodies=(bodies,),
         )
         for kind, title, bodies in _ELEMENTS
+    ),
+    _listed(
+        "potentials",
+        Potential,
+        "potential",
+        "energies of the place of bodies, exact in the account",
+        group="force elements",
+        bodies=("potential",),
+    ),
+    _listed(
+        "contacts",
+        Contact,
+        "contact",
+        "contact with rigid obstacles, friction and damping",
+        group="force elements",
+        bodies=("contact",),
     ),
 )

@@ -194,6 +194,9 @@ def rigidified(scene: Scene, comm: MPI.Comm) -> tuple[Scene, RigidMeshes]:
         probes=tuple(pointed(probe, scene, meshes) for probe in scene.probes),
         joins=tuple(j for j in scene.joins if j.first not in names),
         glues=tuple(g for g in scene.glues if g.beam not in names),
+        # on the meshes of what is rigid: bound from the scene as it was given
+        potentials=(),
+        contacts=(),
     )
     return changed, meshes
 

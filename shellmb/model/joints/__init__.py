@@ -1,1 +1,1 @@
-"""Joints, their coordinates, and the forces that act on these."""
+"""Joints and their coordinates."""

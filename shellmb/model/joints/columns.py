@@ -11,8 +11,8 @@ import numpy as np
 import numpy.typing as npt
 from dolfinx import fem
 
+from shellmb.model.elements.elements import ElementGroup
 from shellmb.model.joints.coordinates import Coordinate, CoordinateGroup, Key, gathered
-from shellmb.model.joints.elements import ElementGroup
 from shellmb.model.joints.linear import HeldCoordinates
 
 Floats = npt.NDArray[np.float64]

@@ -12,6 +12,8 @@ import numpy as np
 
 from shellmb.errors import SceneError
 from shellmb.model.body import Body, FixedDofs, PrescribedTurn, TimeFunction
+from shellmb.model.elements.bound import bind_element, coordinate_of
+from shellmb.model.elements.elements import ElementGroup, Motors, check_at_rest, element_groups
 from shellmb.model.joints.columns import (
     COLUMN,
     EFFORT,
@@ -30,14 +32,6 @@ from shellmb.model.joints.coordinates import (
     coordinate_groups,
     distance_coordinate,
     joint_coordinate,
-)
-from shellmb.model.joints.elements import (
-    ElementGroup,
-    Motors,
-    bind_element,
-    check_at_rest,
-    coordinate_of,
-    element_groups,
 )
 from shellmb.model.joints.joints import (
     BoundJoint,

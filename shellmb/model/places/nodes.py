@@ -56,18 +56,20 @@ class Nodes:
         return np.asarray(self.directors[:, 0])
 
 
-def local_nodes(body: Meshed, where: Place, who: str) -> npt.NDArray[np.int32]:
+def local_nodes(body: Meshed, where: Place | None, who: str) -> npt.NDArray[np.int32]:
     """Local numbers (owned and ghost) of the nodes at a place; they count nodes, not dofs.
 
     Args:
         body: The shell.
-        where: Name or names of edges and areas, name of a point, or coordinates.
+        where: Name or names of edges and areas, or of points; or coordinates; None: all nodes.
         who: Who asks, for the error.
 
     Raises:
         SceneError: If there is no such edge or point, or no node at the coordinates.
     """
     mesh = body.domain
+    if where is None:
+        return np.arange(len(body.mixed.nodes("u")), dtype=np.int32)
     if isinstance(where, str) and where in mesh.points:
         if isinstance(mesh, LineMesh):
             return _node_at(body, mesh.points[where], who)
@@ -79,7 +81,7 @@ def local_nodes(body: Meshed, where: Place, who: str) -> npt.NDArray[np.int32]:
         known = ", ".join(f"'{name}'" for name in mesh.points)
         raise SceneError(f"{who}: beam '{body.name}' has no point '{where}'; it has {known}")
     if isinstance(where, str) or all(isinstance(item, str) for item in where):
-        if isinstance(mesh, LineMesh):
+        if isinstance(mesh, LineMesh) or all(item in mesh.points for item in where):
             return np.unique(np.concatenate([local_nodes(body, item, who) for item in where]))  # type: ignore[arg-type]
         space = body.mixed.subspaces["u"]
         entities = mesh.entities(where, who)  # type: ignore[arg-type]
@@ -161,8 +163,8 @@ def part_dofs(body: Meshed, nodes: npt.NDArray[np.int32], part: str) -> npt.NDAr
     return body.mixed.dofs[part].reshape(-1, size)[nodes]
 
 
-def shared_nodes(body: Meshed, where: Place, who: str) -> Nodes:
-    """The nodes at a place, gathered from all ranks and sorted by position."""
+def shared_nodes(body: Meshed, where: Place | None, who: str) -> Nodes:
+    """The nodes at a place, or all, gathered from all ranks and sorted by position."""
     local = local_nodes(body, where, who)
     owned = body.mixed.subspaces["u"].dofmap.index_map.size_local
     local = local[local < owned]

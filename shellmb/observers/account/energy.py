@@ -17,11 +17,15 @@ import numpy.typing as npt
 from dolfinx import fem
 from ufl import Form
 
+from shellmb.model.body import Body
 from shellmb.observers.account.sizes import stiffness_of
 from shellmb.schemes.base import Levels
 from shellmb.schemes.linearised import strain_energy
 from shellmb.simulate.simulation import Silent, Simulation
 from shellmb.system.assembly.functionals import Functionals
+
+# work from outside that has columns of its own
+WORKS = ("loads", "terms")
 
 # strains, and motions relative to the scene, below which an energy account cannot close to 1e-8:
 # round-off of 1e-16 in strains is an energy of 1e-12 of theirs, and forces that are in balance
@@ -58,7 +62,8 @@ class EnergyAccount(Silent):
         exchanged: Largest energy, work of one kind, or dissipation so far, J.
         floor: Energy below which there is round-off only, J.
         dissipated: What the scheme has dissipated so far in each body of the system, J; beside
-            it, `dissipation` counts what impacts take at which something begins to act.
+            it, `dissipation` counts what impacts take at which something begins to act, and
+            friction and damping of contacts.
     """
 
     NAMES = (
@@ -86,11 +91,20 @@ class EnergyAccount(Silent):
         kinetic: list[Form | None] = []
         if "v" in scheme.rates:
             kinetic = [b.kinetic_energy(problem.levels[b.name].rates["v"]) for b in bodies]
-        strain = [strain_energy(b, problem.levels[b.name]) for b in bodies]
+        self._potentials = simulation.model.potentials
+        levels = problem.levels
+        others = [b for b in bodies if b not in self._potentials]
+        strain = [strain_energy(b, levels[b.name]) for b in others]
+        stored = [present([b.strain_energy(levels[b.name].q)]) for b in self._potentials]
         elastic, inert = self._dissipation(simulation)
-        self._ends = Functionals([present(kinetic), present(strain), *inert.values()], comm)
-        loads, terms = (present(self._work(simulation, kind)) for kind in ("loads", "terms"))
-        steps = [loads, terms, *elastic.values()]
+        ends = [present(kinetic), present(strain), *stored, *inert.values()]
+        self._ends = Functionals(ends, comm)
+        loads, terms = (present(self._work(simulation, kind, others)) for kind in WORKS)
+        lost = [present(self._work(simulation, "terms", [b])) for b in self._potentials]
+        steps = [loads, terms, *lost, *elastic.values()]
+        if self._potentials:
+            self.values.setdefault("potential_energy", 0.0)
+            self.values |= {f"{b.item.name}.loss": 0.0 for b in self._potentials} | self.values
         self._names = tuple(inert)
         self._step = Functionals(steps, comm)
         self._acting = scheme.dynamic and any(steps)
@@ -106,7 +120,7 @@ class EnergyAccount(Silent):
             self._initial = self.values["total_energy"]
             self._sizes()
 
-    def _work(self, simulation: Simulation, kind: str) -> list[Form | None]:
+    def _work(self, simulation: Simulation, kind: str, bodies: list[Body]) -> list[Form | None]:
         """Virtual work of each stage in the direction in which the state moves over it.
 
         In statics the load step is not followed inside, so there is no work to account for.
@@ -114,7 +128,7 @@ class EnergyAccount(Silent):
         forms: list[Form | None] = []
         if not simulation.scheme.dynamic:
             return forms
-        for body in simulation.model.bodies:
+        for body in bodies:
             levels = simulation.problem.levels[body.name]
             moved = simulation.scheme.moved(levels.q, levels.push, levels.unknown)
             for name, stage in simulation.problem.forms[body.name].items():
@@ -160,9 +174,15 @@ class EnergyAccount(Silent):
 
     def _energies(self) -> None:
         values = self.values
-        kinetic, strain, *self._inert = self._ends().tolist()
+        kinetic, strain, *rest = self._ends().tolist()
+        count = len(self._potentials)
+        stored, self._inert = rest[:count], rest[count:]
         values["kinetic_energy"], values["strain_energy"] = kinetic, strain
-        values["total_energy"] = kinetic + strain
+        values["total_energy"] = kinetic + strain + sum(stored)
+        for body, energy in zip(self._potentials, stored, strict=True):
+            values[f"{body.item.name}.energy"] = energy
+        if stored:
+            values["potential_energy"] = sum(stored)
 
     def switched(self, simulation: Simulation) -> None:
         """The impact at which something begins to act dissipates kinetic energy."""
@@ -187,10 +207,14 @@ class EnergyAccount(Silent):
             return
         values = self.values
         if self._acting:
-            loads, terms, *elastic = self._step().tolist()
+            loads, terms, *rest = self._step().tolist()
             values["work_loads"] += loads
             values["work_terms"] += terms
-            self._dissipate(elastic)
+            for body, work in zip(self._potentials, rest, strict=False):
+                # friction, and damping in contact
+                values[f"{body.item.name}.loss"] -= work
+                values["dissipation"] -= work
+            self._dissipate(rest[len(self._potentials) :])
         if self._driven:
             values["work_supports"] += simulation.problem.support_work()
         self.floor = max(self.floor, ROUND_OFF_MOTION * self._reach(simulation))

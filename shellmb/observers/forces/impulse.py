@@ -128,6 +128,14 @@ class _Acting(NodalForces):
             for body in simulation.model.bodies
             for form in self._work(problem.forms[body.name][stage], body)
         ]
+        # all of what potentials exert comes from outside; residuals are against it
+        self._against = [
+            (problem.number(body.name, stage), compiled(form))
+            for body in simulation.model.potentials
+            for form in problem.forms[body.name][stage].residual
+        ]
+        own = {problem.number(body.name, stage) for body in simulation.model.potentials}
+        self._forms = [(k, form) for k, form in self._forms if k not in own]
 
     @staticmethod
     def _work(row: StageForms, body: Body) -> list[fem.Form]:
@@ -141,9 +149,12 @@ class _Acting(NodalForces):
 
     def nodal(self) -> Floats | None:
         """Nodal forces on this rank; None without any."""
-        if not self._forms:
+        if not self._forms and not self._against:
             return None
         local = np.zeros(len(self._numbers))
+        for k, form in self._against:
+            fem.assemble_vector(local[self._system.numbering.slice(k)], form)  # type: ignore[arg-type]
+        local *= -1.0
         for k, form in self._forms:
             fem.assemble_vector(local[self._system.numbering.slice(k)], form)  # type: ignore[arg-type]
         self._total.set(0.0)

@@ -18,7 +18,8 @@ from shellmb.scene.lookup import (
     find_shell,
     said,
 )
-from shellmb.scene.multibody.elements import Driver, JointElement, Lock, PointElement
+from shellmb.scene.multibody.drivers import Driver, Lock
+from shellmb.scene.multibody.elements import JointElement, PointElement
 from shellmb.scene.multibody.joints import GROUND, Distance, Joint, ShellRevolute, Weld
 from shellmb.scene.multibody.offsets import Offset
 from shellmb.scene.multibody.rigid import RigidBody
@@ -272,6 +273,9 @@ def _supported(scene: Description) -> None:
     pairs += [(body.name, GROUND) for s in scene.supports for body in bodies_of(scene, s)]
     # an elastic foundation, say; whether terms hold all motions is found out later
     pairs += [(body.name, GROUND) for body in scene.meshed if body.terms]
+    pairs += [
+        (b.name, GROUND) for p in (*scene.potentials, *scene.contacts) for b in bodies_of(scene, p)
+    ]
     for first, second in pairs:
         old, new = group[first], group[second]
         group = {name: new if g == old else g for name, g in group.items()}

@@ -33,6 +33,8 @@ def check_names(scene: Description) -> None:
         *scene.joints,
         *scene.drivers,
         *scene.elements,
+        *scene.potentials,
+        *scene.contacts,
         *scene.probes,
         *scene.controllers,
         *scene.events,

@@ -21,6 +21,7 @@ from shellmb.scene.checks.places import (
     finite_in_time,
     points_of,
 )
+from shellmb.scene.checks.potentials import check_potentials
 from shellmb.scene.checks.signals import check_signals
 from shellmb.scene.loads.supports import Driven, Fixed, HardSupport, Support
 from shellmb.scene.lookup import bodies_of, find_shell, kind_of, listed, said
@@ -50,6 +51,7 @@ def check(scene: Description) -> None:
     _time_functions(scene)
     _functions_of_position(scene)
     checks_multibody.check(scene)
+    check_potentials(scene)
     checks_effect.check(scene)
     checks_linear.check(scene)
     check_signals(scene)

@@ -1,1 +1,1 @@
-"""Loads, supports and prescribed motions."""
+"""Loads, supports, prescribed motions, potentials and contact."""

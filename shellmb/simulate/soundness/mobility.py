@@ -21,7 +21,7 @@ from dolfinx import fem
 from shellmb.errors import SceneError
 from shellmb.kernels import compiled
 from shellmb.model.body import Body
-from shellmb.model.joints.elements import ElementGroup
+from shellmb.model.elements.elements import ElementGroup
 from shellmb.model.model import Model
 from shellmb.model.unknowns import NOT_GIVEN, Unknowns
 from shellmb.scene.lookup import said
@@ -54,8 +54,12 @@ def refuse_mechanisms(model: Model) -> None:
         free = free @ motions.without_force(free)
     if not free.shape[1]:
         return
+    # whether a potential holds its body is seen when that is solved
+    kept = {group.owner for group in model.potentials if group.holds}
     found = []
     for body, k in motions.blocks.items():
+        if body in kept:
+            continue
         words = describe(motions.frames[body], free[6 * k : 6 * k + 6])
         if words:
             found.append(f"{said(model.scene.body(body))} can {words}")

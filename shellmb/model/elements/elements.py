@@ -1,10 +1,9 @@
 """Springs, dampers and motors: forces on coordinates of the mechanism, which are unknowns."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from mpi4py import MPI
 
@@ -24,67 +23,19 @@ from shellmb.forms.steps.path import Step
 from shellmb.kernels import compiled_expression
 from shellmb.meshes.nodes import constant_vector, node_mesh, node_space, set_constants
 from shellmb.model.body import Rates, Term
-from shellmb.model.joints.coordinates import Coordinate, gathered, scalar_links
+from shellmb.model.elements.bound import BoundElement
+from shellmb.model.joints.coordinates import gathered, scalar_links
 from shellmb.model.massless import Massless
+from shellmb.model.potentials.stops import StopForces
 from shellmb.model.signals import Signals
 from shellmb.scene import Scene
-from shellmb.scene.multibody import elements as scene_elements
-from shellmb.scene.multibody.elements import Element, JointElement
+from shellmb.scene.multibody.elements import JointStop
 from shellmb.scene.values.validate import show
 
 Floats = npt.NDArray[np.float64]
 
 # a change of force below this part of the force is round-off
 ROUND_OFF = 1e-9
-
-
-@dataclass(frozen=True)
-class BoundElement:
-    """A force element with its coordinate.
-
-    Args:
-        element: Description.
-        coordinate: The coordinate it acts on.
-        parameter: Stiffness or viscosity; 0 with a law of its own.
-        law: Potential of a spring, law of a damper or motor; None: linear.
-        rest: Change of the coordinate at which a spring's argument is zero.
-    """
-
-    element: Element
-    coordinate: Coordinate
-    parameter: float
-    law: Callable[..., Any] | None
-    rest: float = 0.0
-
-    @property
-    def key(self) -> tuple[str, object]:
-        """What elements must have in common to share their kernels."""
-        return type(self).kind_of(self.element), self.law
-
-    @staticmethod
-    def kind_of(element: Element) -> str:
-        """One of "spring", "damper", "motor"."""
-        return element.label.removeprefix("joint ")
-
-
-def bind_element(element: Any, coordinate: Coordinate) -> BoundElement:
-    """A scene's force element on its coordinate."""
-    match element:
-        case scene_elements.JointSpring():
-            k = element.stiffness or 0.0
-            return BoundElement(element, coordinate, k, element.potential, element.rest)
-        case scene_elements.Spring():
-            natural = 0.0
-            if element.potential is None:
-                natural = coordinate.start if element.length is None else element.length
-            k, rest = element.stiffness or 0.0, natural - coordinate.start
-            return BoundElement(element, coordinate, k, element.potential, rest)
-        case scene_elements.JointDamper() | scene_elements.Damper():
-            return BoundElement(element, coordinate, element.viscosity or 0.0, element.law)
-        case scene_elements.Motor():
-            return BoundElement(element, coordinate, 0.0, element.law)
-        case _:
-            raise NotImplementedError(f"no form for {element.label}")
 
 
 class ElementGroup(Massless):
@@ -275,6 +226,23 @@ class Motors(ElementGroup):
         return _scalar(self.law(x, rate, time), self.law)
 
 
+class Stops(StopForces, ElementGroup):
+    """Stops of joints."""
+
+    def __init__(self, name: str, comm: MPI.Comm, items: Sequence[BoundElement]) -> None:
+        super().__init__(name, comm, items)
+        self.take(self.nodes, [cast(JointStop, item.element) for item in items])
+
+    def force(self, x: Expr, rate: Expr, time: Expr) -> Expr:
+        """What would have to be applied to hold the coordinate."""
+        held = forms.slope(lambda e: self.potential(ufl.as_vector([e / self.size])), x)
+        return held + self.resistance(x, rate) if self.damped else held
+
+    def x(self, q: Expr) -> Expr:
+        """The coordinate at a state."""
+        return self.layout.part(q, "x")
+
+
 def _scalar(value: Any, law: Callable[..., Any]) -> Expr:
     """What a user's law gives, if that is a number or a scalar of UFL."""
     try:
@@ -291,7 +259,8 @@ def _scalar(value: Any, law: Callable[..., Any]) -> Expr:
     return made
 
 
-_KINDS: dict[str, type[ElementGroup]] = {"spring": Springs, "damper": Dampers, "motor": Motors}
+_GROUPS: tuple[type[ElementGroup], ...] = (Springs, Dampers, Motors, Stops)
+_KINDS = dict(zip(("spring", "damper", "motor", "stop"), _GROUPS, strict=True))
 
 
 def element_groups(comm: MPI.Comm, items: Sequence[BoundElement]) -> list[ElementGroup]:
@@ -308,14 +277,6 @@ def element_groups(comm: MPI.Comm, items: Sequence[BoundElement]) -> list[Elemen
         name = f"{kind}s" if law is None else f"{kind}s with law {number + 1}"
         groups.append(_KINDS[kind](name, comm, members))
     return groups
-
-
-def coordinate_of(scene: Scene, element: Any) -> tuple[str, str]:
-    """Which coordinate a force element acts on."""
-    if isinstance(element, JointElement):
-        (kind,) = scene.coordinates_of(element)
-        return element.joint, kind
-    return element.name, "distance"
 
 
 def check_at_rest(scene: Scene, groups: Sequence[ElementGroup]) -> None:

@@ -1,0 +1,122 @@
+"""Contact of points with rigid obstacles, by a penalty on the penetration.
+
+Obstacles are given by a measure of the position that is at most quadratic, and the distance that
+follows from it: of a plane the distance itself, of a ball or rod the square of that from its centre
+or axis. So forces over a step are those of a potential of quadratic measures
+(`forms.steps.potentials`): they point along the normal of a plane, and are central about a centre
+or axis in the sense of the scheme, which keeps the momenta that the obstacle leaves free.
+
+===========  =====================================================================  ==========
+symbol       name                                                                   unit
+===========  =====================================================================  ==========
+`g`          distance of the surface that touches from the obstacle                 m
+`p = -g`     penetration                                                            m
+`k`          stiffness                                                              N/m, ...
+`s`          smoothing: length over which the stiffness sets in                     m
+`chi`        damping: normal force `F(p) (1 + chi dp/dt)`, but never less than 0    s/m
+`mu, v_s`    friction: `mu N v/sqrt(v^2 + v_s^2)` against the slip `v`              -, m/s
+===========  =====================================================================  ==========
+
+The damping is K. H. Hunt and F. R. E. Crossley's (J. Appl. Mech. 42 (1975) 440-445).
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import ufl
+from ufl.core.expr import Expr
+
+
+class Law(NamedTuple):
+    """Parameters of a contact.
+
+    Args:
+        stiffness: `k`.
+        smoothing: `s`; may be zero.
+        damping: `chi`; None: none.
+        friction: `mu`; None: none.
+        slip_speed: `v_s`; None without friction.
+    """
+
+    stiffness: Expr
+    smoothing: Expr
+    damping: Expr | None = None
+    friction: Expr | None = None
+    slip_speed: Expr | None = None
+
+
+def energy(p: Expr, k: Expr, s: Expr) -> Expr:
+    """Energy of a penetration: `k p^3/(6 s)` up to `p = s`, then `k [(p - s/2)^2 + s^2/12]/2`.
+
+    Its force is once continuously differentiable; without smoothing it is `k p`, which is not.
+    """
+    # the quotient is not taken where s is zero
+    rising = k * p**3 / (6 * ufl.conditional(ufl.gt(s, 0), s, 1))
+    whole = k * ((p - s / 2) ** 2 + s**2 / 12) / 2
+    return ufl.conditional(ufl.gt(p, 0), ufl.conditional(ufl.lt(p, s), rising, whole), 0)
+
+
+def force(p: Expr, k: Expr, s: Expr) -> Expr:
+    """Its force, the slope of the energy."""
+    rising = k * p**2 / (2 * ufl.conditional(ufl.gt(s, 0), s, 1))
+    return ufl.conditional(ufl.gt(p, 0), ufl.conditional(ufl.lt(p, s), rising, k * (p - s / 2)), 0)
+
+
+def resisted(push: Expr, rate: Expr, chi: Expr) -> Expr:
+    """What the damping adds to a force: it never attracts, and takes energy whatever the rate.
+
+    Args:
+        push: The elastic force, N.
+        rate: Rate of the penetration, m/s.
+        chi: Damping.
+    """
+    share = chi * rate
+    return push * ufl.conditional(ufl.gt(share, -1), share, -1)
+
+
+def friction(push: Expr, slip: Expr, law: Law) -> Expr:
+    """Coulomb's friction against a slip, regularised, shape (3,).
+
+    Args:
+        push: Normal force, N.
+        slip: Velocity along the obstacle, shape (3,), m/s.
+        law: Coefficient and speed below which it is viscous.
+    """
+    assert law.friction is not None and law.slip_speed is not None
+    return -law.friction * push / ufl.sqrt(ufl.dot(slip, slip) + law.slip_speed**2) * slip
+
+
+def surface_motion(
+    motion: Expr, normal: Expr, arm: Expr, directors: Sequence[Expr], changes: Sequence[Expr]
+) -> Expr:
+    """Motion of the surface that touches, a distance `arm` from the point towards the obstacle.
+
+    Args:
+        motion: Motion of the point, shape (3,).
+        normal: Normal from the obstacle to the body.
+        arm: Distance of the surface from the point, m.
+        directors: Directors at the point; none where the surface is the point itself.
+        changes: Their motions.
+    """
+    if not directors:
+        return motion
+    return motion - arm * ufl.cross(turn(directors, changes), normal)
+
+
+def turn(directors: Sequence[Expr], changes: Sequence[Expr]) -> Expr:
+    """Rotation vector of a motion of directors, as moments see it (`forms.loads`), shape (3,).
+
+    Args:
+        directors: Three of a frame, or that of a shell, which does not turn about itself.
+        changes: Their motions.
+    """
+    if len(directors) == 1:
+        (d,), (dd,) = directors, changes
+        return ufl.cross(d, dd) / ufl.dot(d, d)
+    volume = ufl.dot(directors[0], ufl.cross(directors[1], directors[2]))
+    pairs = ((1, 2), (2, 0), (0, 1))
+    spins = [
+        (ufl.dot(changes[a], directors[b]) - ufl.dot(changes[b], directors[a])) / 2
+        for a, b in pairs
+    ]
+    return sum((s / volume * d for s, d in zip(spins, directors, strict=True)), 0 * changes[0])

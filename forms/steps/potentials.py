@@ -1,0 +1,112 @@
+"""Stresses of a potential of any form of measures that are at most quadratic, exact over a step.
+
+A potential `U(e)` of measures `e(q)` of the position (coordinates, squares of distances) is treated
+as a strain energy is. Over a sub-interval its stress `S` satisfies `S.(e_b - e_a) = U_b - U_a`;
+over a step that is quadratic in time (`forms.path`) `S_0 + S_1 P1` satisfies
+`S_0.(e_f - e_i) + S_1.bow = U_f - U_i`. Both are means of the slopes along the path, by four Gauss
+points, and what those lack of the change of the energy, along chord and bow (after O. Gonzalez,
+J. Nonlinear Sci. 6 (1996) 449-467).
+
+What dissipates in ED and ED3 acts on the jump of `e` and on its bow with the change of the slope.
+Where the potential is concave that would gain energy: there it is scaled down to nothing.
+
+===========  =====================================================================  ====
+symbol       name                                                                   eq.
+===========  =====================================================================  ====
+`S_0, S_1`   stress, linear in time                                                 (Q3)
+`beta`       share of the jump of the stress                                        (32)
+`alpha`      dissipation                                                            (Q5)
+===========  =====================================================================  ====
+"""
+
+from collections.abc import Callable
+
+import ufl
+from ufl.core.expr import Expr
+
+from shellmb.forms.constraints.elements import GAUSS, Stretch
+from shellmb.forms.steps.discrete import gradient
+from shellmb.forms.steps.pathwork_nonlinear import tangent
+
+Potential = Callable[[Expr], Expr]
+
+# squares of changes of measures of order one below which a correction is round-off
+TINY = 1e-16
+# cosine of the angle of a motion and the change of a slope from which the dissipation is whole
+WHOLE = 0.1
+
+
+def path_stresses(U: Potential, e: Stretch, alpha: Expr) -> tuple[Expr, Expr]:
+    """`S_0` and `S_1` over a step that is quadratic in time, shape (n,) each.
+
+    Args:
+        U: Energy as a function of measures of order one, shape (n,).
+        e: The measures over the step.
+        alpha: Dissipation.
+    """
+    first, second = _means(U, e)
+    damping = alpha / 2 * convex(ufl.dot(curvature(U, e), e.bow), e.bow)
+    return first, second + damping
+
+
+def _means(U: Potential, e: Stretch) -> tuple[Expr, Expr]:
+    """The stresses without dissipation."""
+    first, second = 0 * e.start, 0 * e.start
+    for g, weight in GAUSS:
+        tau = (1 + g) / 2
+        slope = gradient(U, e.start + tau * e.chord + 3 * (tau**2 - tau) * e.bow)
+        first, second = first + weight * slope, second + 3 * g * weight * slope
+    defect = U(e.start + e.chord) - U(e.start)
+    defect -= ufl.dot(first, e.chord) + ufl.dot(second, e.bow)
+    ratio = defect / (ufl.dot(e.chord, e.chord) + ufl.dot(e.bow, e.bow) + TINY)
+    return first + ratio * e.chord, second + ratio * e.bow
+
+
+def interval_stress(U: Potential, a: Expr, b: Expr, beta: Expr | float) -> Expr:
+    """Stress over a sub-interval, eqs. (21), (32), shape (n,).
+
+    Args:
+        U: Energy as a function of measures of order one, shape (n,).
+        a: The measures at its start.
+        b: The measures at its end.
+        beta: Share of the jump.
+    """
+    increment = b - a
+    stress = 0 * a
+    for g, weight in GAUSS:
+        stress += weight * gradient(U, (a + b) / 2 + g / 2 * increment)
+    defect = U(b) - U(a) - ufl.dot(stress, increment)
+    stress += defect / (ufl.dot(increment, increment) + TINY) * increment
+    if isinstance(beta, float):
+        # no jump at all
+        return stress
+    return stress + beta / 2 * convex(gradient(U, b) - gradient(U, a), increment)
+
+
+def interval_jump(U: Potential, a: Expr, b: Expr) -> Expr:
+    """Elastic part of `c^2`, eq. (34): work of the stress's jump on that of the measures."""
+    return ufl.dot(convex(gradient(U, b) - gradient(U, a), b - a), b - a) / 2
+
+
+def path_loss(U: Potential, e: Stretch) -> Expr:
+    """Energy of the bow, `bow.C bow/2` of eq. (Q5)."""
+    return ufl.dot(convex(ufl.dot(curvature(U, e), e.bow), e.bow), e.bow) / 2
+
+
+def curvature(U: Potential, e: Stretch) -> Expr:
+    """Second derivative of the energy in the middle of the chord, shape (n, n)."""
+    return tangent(U, e.start + e.chord / 2)
+
+
+def convex(change: Expr, motion: Expr) -> Expr:
+    """A change of a slope, scaled down to zero where it works against the motion.
+
+    Args:
+        change: The change, shape (n,).
+        motion: The motion that it is due to, shape (n,).
+    """
+    # a root of zero has no derivative
+    sizes = ufl.sqrt(ufl.dot(change, change) * ufl.dot(motion, motion) + 1e-60)
+    cosine = ufl.dot(change, motion) / (WHOLE * sizes)
+    above = ufl.conditional(ufl.lt(cosine, 1), cosine, 1)
+    return ufl.conditional(ufl.gt(cosine, 0), above, 0) * change

@@ -1,0 +1,1 @@
+"""Force elements: springs, dampers, stops and motors on their coordinates."""

@@ -1,0 +1,133 @@
+"""Potentials and contacts of a scene as bodies of the system."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+from mpi4py import MPI
+
+import numpy as np
+import ufl
+from dolfinx import fem
+from ufl.core.expr import Expr
+from ufl.corealg.traversal import traverse_unique_terminals
+
+from shellmb.errors import SceneError
+from shellmb.meshes.nodes import node_mesh
+from shellmb.model.places.finder import Finder
+from shellmb.model.potentials.contact import ContactGroup
+from shellmb.model.potentials.group import PotentialGroup
+from shellmb.model.potentials.points import MeshedBody, Points, acting_points
+from shellmb.model.written import written
+from shellmb.scene import Scene
+from shellmb.scene.loads.potentials import Potential
+from shellmb.scene.lookup import said
+
+
+class At(NamedTuple):
+    """What the energy of a potential is a function of.
+
+    Args:
+        x: Position, shape (3,), m.
+        u: Displacement, shape (3,), m.
+        X: Reference position, shape (3,), m.
+        directors: Deformed directors, shape (3,) each: one of a shell, three of a frame.
+    """
+
+    x: Expr
+    u: Expr
+    X: Expr
+    directors: tuple[Expr, ...]
+
+
+class UserPotential(PotentialGroup):
+    """A user's potential.
+
+    Args:
+        item: Description.
+        comm: Communicator.
+        points: Where it acts.
+        length: Size of the scene, m.
+
+    Raises:
+        SceneError: If its energy is no scalar of UFL, or does not depend on where the body is.
+    """
+
+    def __init__(self, item: Potential, comm: MPI.Comm, points: Points, length: float) -> None:
+        self._turns = _uses_directors(item, len(points.ends[0].directors), comm)
+        super().__init__(item, comm, points, self._turns, length)
+        self._size = self.constant(length)
+        self._X = self.data(np.array([end.point for end in points.ends]), "X")
+        self._parameters = {name: self.constant(value) for name, value in item.parameters.items()}
+
+    def measure(self, q: Expr) -> Expr:
+        """Displacement over the size of the scene, and directors where they matter."""
+        place = self.place(q)
+        u = (place.x - self._X) / self._size
+        directors = place.e if self._turns else ()
+        return ufl.as_vector([u[i] for i in range(3)] + [d[i] for d in directors for i in range(3)])
+
+    def potential(self, e: Expr) -> Expr:
+        """The user's energy."""
+        u = self._size * ufl.as_vector([e[i] for i in range(3)])
+        count = len(self.points.ends[0].directors) if self._turns else 0
+        directors = tuple(ufl.as_vector([e[3 + 3 * k + i] for i in range(3)]) for k in range(count))
+        at = At(self._X + u, u, self._X, directors)
+        found = written(self.item.energy, (at, self._parameters), f"{said(self.item)}: energy")
+        every = sum(e[k] for k in range(e.ufl_shape[0]))
+        return found + self.always * every**2
+
+
+def _uses_directors(item: Potential, count: int, comm: MPI.Comm) -> bool:
+    """Whether an energy depends on directors; it must depend on these or on the position.
+
+    Raises:
+        SceneError: If it depends on neither.
+    """
+    domain = node_mesh(comm, 1).mesh
+    parameters = {name: fem.Constant(domain, value) for name, value in item.parameters.items()}
+    x, u, X, *directors = (fem.Constant(domain, np.zeros(3)) for _ in range(3 + count))
+    at, who = At(x, u, X, tuple(directors)), f"{said(item)}: energy"
+    used = set(traverse_unique_terminals(written(item.energy, (at, parameters), who)))
+    if not used & {x, u, *directors}:
+        raise SceneError(
+            f"{who} depends neither on at.x nor on at.u or at.directors; it must, or it exerts no "
+            "force"
+        )
+    return bool(used & set(directors))
+
+
+def potential_groups(
+    scene: Scene,
+    comm: MPI.Comm,
+    find: Finder,
+    meshed: Mapping[str, MeshedBody],
+    rigid_meshes: Mapping[str, MeshedBody],
+    length: float,
+) -> list[PotentialGroup]:
+    """All potentials and contacts of a scene; collective.
+
+    Args:
+        scene: The scene as it was given, with its rigid shells and beams.
+        comm: Communicator.
+        find: Places on bodies.
+        meshed: Shells and beams.
+        rigid_meshes: Meshes of those that are rigid.
+        length: Size of the scene, m.
+
+    Raises:
+        SceneError: If there is no such place, a function fails, or a body starts in an obstacle.
+    """
+    groups: list[PotentialGroup] = []
+    items: tuple[Any, ...] = (*scene.potentials, *scene.contacts)
+    for item in items:
+        (body,) = scene.bodies_of(item)
+        points = acting_points(body.name, item.on, find, meshed, rigid_meshes, said(item))
+        if isinstance(item, Potential):
+            groups.append(UserPotential(item, comm, points, length))
+        else:
+            contact = ContactGroup(item, comm, points, length)
+            contact.check_start()
+            groups.append(contact)
+    return groups

@@ -1,0 +1,80 @@
+"""What an energy of measures of the state has in each row of a step."""
+
+from __future__ import annotations
+
+import ufl
+from ufl import Form
+from ufl.core.expr import Expr
+
+from shellmb.forms.constraints.elements import Stretch
+from shellmb.forms.steps import potentials as forms
+from shellmb.forms.steps.discrete import gradient, variation
+from shellmb.forms.steps.mixed import Interval
+from shellmb.forms.steps.path import Measure, Step, measure
+from shellmb.model.body import Term
+
+# a penetration and a rate beyond all others, for the pattern of matrices
+FAR = 1e3
+
+
+class ExactEnergy:
+    """An energy whose forces are exact over a step (`forms.steps.potentials`).
+
+    Attributes:
+        weight: Weight of each point.
+        dx: Measure whose points these are.
+        always: A Constant that is zero, and not zero where the pattern of matrices is looked for:
+            what acts at times only must not be missing there.
+    """
+
+    weight: Expr
+    dx: ufl.Measure
+    always: Expr
+
+    def measure(self, q: Expr) -> Expr:
+        """Measures of order one that the energy is a function of, shape (n,); quadratic at most."""
+        raise NotImplementedError
+
+    def potential(self, e: Expr) -> Expr:
+        """Energy for a weight of one."""
+        raise NotImplementedError
+
+    def internal(self, span: Interval, dq: Expr) -> Form:
+        """Virtual work over a sub-interval."""
+        a, b = self.measure(span.a), self.measure(span.b)
+        if span.a is span.b:
+            stress = gradient(self.potential, a)
+        else:
+            stress = forms.interval_stress(self.potential, a, b, span.beta)
+        return self.weight * ufl.dot(stress, variation(self.measure, span.mid, dq)) * self.dx
+
+    def _over(self, step: Step) -> tuple[Measure, Stretch]:
+        """The measure, and what it is over a step."""
+        path, measured = step.path, measure(self.measure)
+        start = self.measure(path.start)
+        return measured, Stretch(start, self.measure(path.end) - start, step.bow_of(measured))
+
+    def along(self, step: Step, k: int, dq: Expr, trial: Expr) -> tuple[Form | None, list[Term]]:
+        """Virtual work over a step, with stresses linear in time, eq. (Q2)."""
+        (measured, e), p = self._over(step), step.path
+        stresses = forms.path_stresses(self.potential, e, p.alpha)
+        states = p.mean, p.chord, p.bow, p.swing
+        work = sum(
+            ufl.dot(stress, measured.at(pair.slope, states, dq))
+            for stress, pair in zip(stresses, step.pairs[k], strict=True)
+        )
+        return self.weight * work * self.dx, []
+
+    def lost(self, step: Step, bow: Expr) -> Form | None:
+        """Energy of the bow of the measures, J."""
+        _, e = self._over(step)
+        return self.weight * forms.path_loss(self.potential, e) * self.dx
+
+    def strain_energy(self, q: Expr) -> Form:
+        """The energy, J."""
+        return self.weight * self.potential(self.measure(q)) * self.dx
+
+    def jump(self, a: Expr, b: Expr) -> Form | None:
+        """Elastic part of eq. (34), J."""
+        found = forms.interval_jump(self.potential, self.measure(a), self.measure(b))
+        return self.weight * found * self.dx

@@ -1,0 +1,104 @@
+"""A potential of the place of a body at some of its points, as a body of the system."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from mpi4py import MPI
+
+import numpy as np
+import numpy.typing as npt
+import ufl
+from dolfinx import fem
+from ufl import Form
+from ufl.core.expr import Expr
+
+from shellmb.forms.constraints.joints import Place
+from shellmb.forms.state import Layout
+from shellmb.forms.steps.discrete import variation
+from shellmb.meshes.nodes import constant_vector, node_mesh, node_space
+from shellmb.model.body import Rates
+from shellmb.model.massless import Massless
+from shellmb.model.places.ends import EndGroup
+from shellmb.model.potentials.exact import ExactEnergy
+from shellmb.model.potentials.points import Points
+
+Floats = npt.NDArray[np.float64]
+
+
+class PotentialGroup(ExactEnergy, Massless):
+    """What has an energy at points of a body; potentials and contacts derive from it.
+
+    Points are nodes: their places are unknowns of the body itself, so that one form at single
+    nodes serves shells, beams and rigid bodies alike, and what is seen of a contact, the places of
+    nodes, is what is acted on. Energies are of measures that are at most quadratic in the state,
+    so that forces over a step are exact (`forms.steps.potentials`).
+
+    Args:
+        item: What the scene has, with a name.
+        comm: Communicator.
+        points: The points.
+        turns: Whether the directors matter.
+        length: Size of the scene, m.
+    """
+
+    def __init__(
+        self, item: Any, comm: MPI.Comm, points: Points, turns: bool, length: float
+    ) -> None:
+        self.item, self.points, self.length = item, points, length
+        ends = points.ends
+        self.nodes = node_mesh(comm, len(ends))
+        axes = np.array([end.directors if end.framed else np.eye(3) for end in ends])
+        arms = any(np.any(end.offset != 0) for end in ends)
+        self._end = EndGroup(self.nodes, ends, axes, "1", turns or arms)
+        mixed = node_space(self.nodes, self._end.parts)
+        super().__init__(f"{item.label} '{item.name}'", mixed, (), tuple(self._end.links(mixed)))
+        self.layout = Layout(mixed.parts)
+        self.weight = self.data(points.weights[:, None], "weight")
+        self.dx = ufl.dx(self.nodes.mesh)
+        self.always = self.constant(0.0)
+
+    @property
+    def holds(self) -> bool:
+        """Whether it may hold a body that nothing else does: contacts open, and so do not."""
+        return not hasattr(self.item, "preloaded") or bool(self.item.preloaded)
+
+    @property
+    def owner(self) -> str:
+        """Name of the body that it acts on."""
+        return self.points.ends[0].owner
+
+    def data(self, rows: Floats, name: str) -> fem.Function:
+        """A function with values of its own at each point, shape (n, size)."""
+        return constant_vector(self.nodes, rows, name)
+
+    def constant(self, value: float | Floats) -> fem.Constant:
+        """A Constant on its mesh."""
+        return fem.Constant(self.nodes.mesh, np.asarray(value, dtype=float))
+
+    def place(self, q: Expr) -> Place:
+        """The points and their directors at a state."""
+        return self._end.place(q, self.layout)
+
+    def moved(self, at: Expr, v: Expr) -> Place:
+        """How points and directors move with a rate or variation of the state."""
+        count = len(self.place(at).e)
+        return Place(
+            variation(lambda q: self.place(q).x, at, v),
+            tuple(variation(lambda q, k=k: self.place(q).e[k], at, v) for k in range(count)),  # type: ignore[misc]
+        )
+
+    def extra(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
+        """Nothing that dissipates."""
+        return None
+
+    def positions(self, q: Floats) -> Floats:
+        """Positions of the local points (owned and ghost) at a state's array, shape (n, 3), m."""
+        items = self.nodes.item
+        ends = self.points.ends
+        x = np.array([ends[k].point for k in items]).reshape(-1, 3)
+        x += q[self.mixed.dofs["u1"]].reshape(-1, 3)
+        if "w1" in self.mixed.dofs:
+            w = q[self.mixed.dofs["w1"]].reshape(len(items), -1, 3)
+            x += np.einsum("nk,nki->ni", np.array([ends[k].offset for k in items]), w)
+        return x

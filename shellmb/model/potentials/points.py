@@ -1,0 +1,120 @@
+"""Where potentials and contacts act: nodes of bodies with their shares of an area or length."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import ufl
+from dolfinx import fem, la
+
+from shellmb.kernels import compiled
+from shellmb.model.frames.beam import BeamModel
+from shellmb.model.places.ends import End
+from shellmb.model.places.finder import Finder
+from shellmb.model.places.nodes import part_dofs, shared_nodes
+from shellmb.model.shells.shell import ShellModel
+from shellmb.scene.values.validate import edge_names
+
+Floats = npt.NDArray[np.float64]
+MeshedBody = ShellModel | BeamModel
+
+
+@dataclass(frozen=True)
+class Points:
+    """Places on one body, the same on all ranks.
+
+    Args:
+        ends: The places, with the same number of directors.
+        weights: Area or length that each stands for, or one, shape (n,).
+    """
+
+    ends: list[End]
+    weights: Floats
+
+
+def acting_points(
+    name: str,
+    on: Any,
+    find: Finder,
+    meshed: Mapping[str, MeshedBody],
+    rigid_meshes: Mapping[str, MeshedBody],
+    who: str,
+) -> Points:
+    """Points of a body where something acts; collective.
+
+    Args:
+        name: Name of the body.
+        on: Where on it, as of a contact.
+        find: Places on bodies.
+        meshed: Shells and beams.
+        rigid_meshes: Meshes of the shells and beams that are rigid.
+        who: Who asks, for the error.
+
+    Raises:
+        SceneError: If there is no such place.
+    """
+    if name in meshed:
+        return _on_mesh(meshed[name], on, who)
+    center = find(name, None, who)
+    if name in rigid_meshes:
+        found = _on_mesh(rigid_meshes[name], on, who)
+        return replace(found, ends=[replace(center, point=end.point) for end in found.ends])
+    places = on if isinstance(on, tuple) and isinstance(on[0], str) else (on,)
+    ends = [find(name, place, who) for place in places]
+    return Points(ends, np.ones(len(ends)))
+
+
+def _on_mesh(body: MeshedBody, on: Any, who: str) -> Points:
+    """Nodes of a shell or beam; those of points weigh one."""
+    nodes = shared_nodes(body, on, who)
+    ends = [
+        End(body.name, body.name, {part: nodes.dofs[part][k] for part in ("u", "w")}, x, d, x)
+        for k, (x, d) in enumerate(zip(nodes.x, nodes.directors, strict=True))
+    ]
+    measures = _measures(body, on, who)
+    if measures is None:
+        return Points(ends, np.ones(len(ends)))
+    return Points(ends, _shares(body, measures, np.array([end.dofs["u"][0] for end in ends])))
+
+
+def _measures(body: MeshedBody, on: Any, who: str) -> list[ufl.Measure] | None:
+    """Measures of the area or length; None at points."""
+    if on is None:
+        return [body.rules.nodes]
+    names = edge_names(on)
+    if isinstance(body, BeamModel) or not isinstance(names[0], str):
+        return None
+    mesh = body.domain
+    if set(names) <= set(mesh.points):
+        return None
+    edges = tuple(name for name in names if name not in mesh.areas)
+    found = [body.ds(edges, who)] if edges else []
+    for name in names:
+        if name in mesh.areas:
+            cells = mesh.areas[name]
+            owned = cells[cells < mesh.mesh.topology.index_map(2).size_local]
+            data = [(1, owned.astype(np.int32))]
+            found.append(body.rules.nodes.reconstruct(subdomain_id=1, subdomain_data=data))
+    return found
+
+
+def _shares(body: MeshedBody, measures: list[ufl.Measure], wanted: npt.NDArray[np.int64]) -> Floats:
+    """Integrals of the functions of some nodes, which their first dofs name; collective."""
+    space = body.mixed.subspaces["u"]
+    owned = space.dofmap.index_map.size_local
+    total = np.zeros(owned)
+    for measure in measures:
+        vector = fem.assemble_vector(compiled(ufl.TestFunction(space)[0] * measure))
+        vector.scatter_reverse(la.InsertMode.add)
+        total += vector.array.reshape(-1, 3)[:owned, 0]
+    first = part_dofs(body, np.arange(owned, dtype=np.int32), "u")[:, 0]
+    mine = body.mixed.space.dofmap.index_map.local_to_global(first), total
+    gathered = body.domain.mesh.comm.allgather(mine)
+    numbers = np.concatenate([part[0] for part in gathered])
+    order = np.argsort(numbers)
+    places = np.searchsorted(numbers[order], wanted)
+    return np.asarray(np.concatenate([part[1] for part in gathered])[order][places])

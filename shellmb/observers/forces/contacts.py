@@ -1,0 +1,97 @@
+"""What potentials and contacts exert on bodies, and how deep points are in obstacles."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from mpi4py import MPI
+
+import numpy as np
+import numpy.typing as npt
+
+from shellmb.model.potentials.contact import ContactGroup
+from shellmb.model.potentials.group import PotentialGroup
+from shellmb.observers.forces.holding import resistance
+from shellmb.observers.forces.impulse import last_middle
+from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.system.assembly.loops import LoopResiduals
+
+Floats = npt.NDArray[np.float64]
+
+AXES = ("Fx", "Fy", "Fz")
+CONTACT = ("normal", "friction")
+
+
+class _Loop(NamedTuple):
+    """What assembles the forces of a group at its points.
+
+    Args:
+        group: The group.
+        loop: The loop.
+        place: Place for what it assembles.
+    """
+
+    group: PotentialGroup
+    loop: LoopResiduals
+    place: Floats
+
+
+class ContactForces(Silent):
+    """Forces [N] of potentials and contacts on their bodies, as means over the step.
+
+    Attributes:
+        values: Columns of the history: `NAME.Fx` to `NAME.Fz`, NaN before the first step; of
+            contacts also `NAME.normal`, `NAME.friction`, sums over the points of what pushes along
+            their normals, and size of the sum of what acts across them; `NAME.penetration`, that
+            of the deepest point at the end of the step, m.
+    """
+
+    def __init__(self) -> None:
+        self.values: dict[str, float] = {}
+
+    def start(self, simulation: Simulation) -> None:
+        """Prepare the loops that assemble the forces, and list the columns."""
+        problem = simulation.problem
+        self._loops = []
+        for group in simulation.model.potentials:
+            self._loops.append(_Loop(group, *resistance(problem, group.name)))
+            names = (*AXES, *(CONTACT if isinstance(group, ContactGroup) else ()))
+            self.values.update({f"{group.item.name}.{name}": float("nan") for name in names})
+        self._depths(simulation)
+
+    def solved(self, simulation: Simulation) -> None:
+        """Take the forces of the step."""
+        for group, loop, place in self._loops:
+            middle = group.positions(last_middle(simulation, group.name))
+            place[:] = 0.0
+            loop.refresh()
+            loop.add(place)
+            forces = -place[group.mixed.dofs["u1"]].reshape(-1, 3)
+            sums = np.zeros(7)
+            sums[:3] = forces.sum(axis=0)
+            if isinstance(group, ContactGroup):
+                normals, _ = group.normals(middle)
+                pushes = np.vecdot(normals, forces)
+                sums[3] = pushes.sum()
+                sums[4:] = (forces - pushes[:, None] * normals).sum(axis=0)
+            simulation.model.comm.Allreduce(MPI.IN_PLACE, sums)
+            found = [*sums[:4], float(np.linalg.norm(sums[4:]))]
+            for name, value in zip((*AXES, *CONTACT), found, strict=True):
+                if f"{group.item.name}.{name}" in self.values:
+                    self.values[f"{group.item.name}.{name}"] = float(value)
+
+    def accepted(self, simulation: Simulation) -> None:
+        """Take the penetrations."""
+        self._depths(simulation)
+
+    def _depths(self, simulation: Simulation) -> None:
+        for group, *_ in self._loops:
+            if isinstance(group, ContactGroup):
+                x = group.positions(simulation.problem.levels[group.name].q.x.array)
+                depth = float(np.max(group.normals(x)[1], initial=0.0))
+                depth = simulation.model.comm.allreduce(depth, op=MPI.MAX)
+                self.values[f"{group.item.name}.penetration"] = depth
+
+    def measure(self) -> dict[str, float]:
+        """Columns of the history."""
+        return dict(self.values)

@@ -1,0 +1,83 @@
+"""Checks of potentials and contacts: where they act, and under which schemes."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import TYPE_CHECKING, Any
+
+from shellmb.errors import SceneError
+from shellmb.scene.checks.places import areas_of, check_point, edges_of, points_of
+from shellmb.scene.lookup import bodies_of, listed, said
+from shellmb.scene.multibody.elements import JointStop
+from shellmb.scene.values.validate import show
+
+if TYPE_CHECKING:
+    from shellmb.scene.description import Description
+
+__all__ = ["check_potentials"]
+
+
+def check_potentials(scene: Description) -> None:
+    """Check that they have names of their own, places, and an effect.
+
+    Raises:
+        SceneError: At the first thing that is impossible.
+    """
+    items: tuple[Any, ...] = (*scene.potentials, *scene.contacts)
+    others: tuple[Any, ...] = (*scene.joints, *scene.drivers, *scene.elements, *items)
+    counts = Counter(item.name for item in others)
+    for item in items:
+        who = said(item)
+        if counts[item.name] > 1:
+            raise SceneError(
+                f"{who}: another potential, contact, joint or element is named '{item.name}'; each "
+                "must have a name of its own, which its columns begin with"
+            )
+        if scene.linear:
+            raise SceneError(
+                f"{who}: the scheme is {show(scene.scheme_name)}, and displacements are small; it "
+                "must be one for large ones, as 'static' or 'ep' (of a foundation, terms are "
+                "linearised)"
+            )
+        (body,) = bodies_of(scene, item)
+        _place(body, item.on, who)
+    for stop in scene.elements:
+        if isinstance(stop, JointStop) and scene.linear:
+            raise SceneError(
+                f"{said(stop)}: the scheme is {show(scene.scheme_name)}, and displacements are "
+                "small; it must be one for large ones, as 'static' or 'ep'"
+            )
+    if not scene.static:
+        return
+    damped: list[Any] = [e for e in scene.elements if isinstance(e, JointStop)]
+    for contact in (*scene.contacts, *damped):
+        for what in ("damping", "friction"):
+            if getattr(contact, what, 0) > 0:
+                raise SceneError(
+                    f"{said(contact)}: {what} is {getattr(contact, what):g}; it must be 0, because "
+                    f"scheme {show(scene.scheme_name)} has no velocities as 'ep' and 'ed' have"
+                )
+
+
+def _place(body: Any, on: Any, who: str) -> None:
+    """Refuse a place that a body does not have, as far as that is known without its mesh."""
+    if on is None or not isinstance(on, str | tuple) or not isinstance(on[0], str):
+        return
+    names, points, edges = (on,) if isinstance(on, str) else on, points_of(body), edges_of(body)
+    if points is None or edges is None:
+        return
+    places = (*edges, *areas_of(body))
+    if not places:
+        for name in names:
+            check_point(body, name, who)
+        return
+    unknown = [name for name in names if name not in (*places, *points)]
+    if unknown:
+        raise SceneError(
+            f"{who}: {said(body)} has no place '{unknown[0]}'; its edges and areas are "
+            f"{listed(places)}, its points {listed(points)}"
+        )
+    if len({name in points for name in names}) > 1:
+        raise SceneError(
+            f"{who}: on is {show(on)}; it must be edges and areas, or points, and not both"
+        )

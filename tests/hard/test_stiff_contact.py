@@ -1,0 +1,38 @@
+"""Stiff contact in steps that are many times longer than an impact."""
+
+import numpy as np
+import pytest
+
+from shellmb.scene import Contact, InitialVelocity, Plane, Rod, Solver
+
+SLOW = [("ep4", 0.0), ("ed", 1.0), ("ed3", 1.0)]
+SCHEMES = [("ep", 0.0), *(pytest.param(*s, marks=pytest.mark.slow) for s in SLOW)]
+# of the plate of density 1 and thickness 0.2 on a stiffness per area: pi sqrt(0.2/k) is 1.4e-3 s
+STIFFNESS = 1e6
+
+
+@pytest.mark.parametrize(("scheme", "alpha"), SCHEMES)
+def test_soft_plate_on_stiff_ground_in_steps_of_100_impacts(
+    scheme, alpha, plate, watch, worst
+) -> None:
+    """It falls with a spin, and a rod is in its way; a step of 0.15 s moves it by a tenth of it."""
+    watched = watch(
+        plate(
+            scheme,
+            alpha,
+            initial=InitialVelocity(linear=(0.3, 0.1, -0.5), spin=(0.2, -0.4, 0.3)),
+            contacts=(
+                Contact("ground", Plane((0, 0, -0.2), (0.1, 0, 1)), STIFFNESS),
+                Contact("rod", Rod((1.4, 0, 0.2), (0, 1, 0), 0.2), STIFFNESS, smoothing=1e-3),
+            ),
+            solver=Solver(tolerance=1e-11),
+            dt=0.15,
+            t_end=4.5,
+        )
+    )
+    watched.check(worst)
+    total = watched.total
+    if alpha:
+        worst("energy left in ED with alpha > 0, of 1", total[-1] / total[0], 0.9)
+    else:
+        worst("change of energy in EP and EP4, of 1", np.ptp(total) / total[0], 1e-9)
