@@ -47,7 +47,7 @@ def _flexibility(scene: Scene) -> Use:
     if not soft:
         rigid = [b for b in scene.bodies if isinstance(b, RigidBody) or b.rigid]
         return Use(False, f"all bodies are rigid: {names(rigid)}")
-    return Use(True, f"rigid=False of {names(soft)}")
+    return Use(True, f"{names(soft)} not rigid")
 
 
 def _rigid(scene: Scene, part: str | None) -> Scene:
@@ -59,13 +59,13 @@ def _rigid(scene: Scene, part: str | None) -> Scene:
                 f"{body.label} '{body.name}' is held by a {held[0].label}; of a rigid body that "
                 "must be a joint to the ground"
             )
-    return replaced(scene, bodies, rigid=True)
+    return replaced(scene, bodies, model="rigid")
 
 
 def _soft(scene: Scene, part: str | None) -> Scene:
     able = [b for b in scene.meshed if b.rigid]
-    what = "shell or beam with rigid=True (a RigidBody has no section to be flexible with)"
-    return replaced(scene, chosen(able, part, what), rigid=False)
+    what = "shell or beam with model='rigid' (a RigidBody has no section to be flexible with)"
+    return replaced(scene, chosen(able, part, what), model="exact")
 
 
 def _nonlinearity(scene: Scene) -> Use:
@@ -126,7 +126,7 @@ EFFECTS = (
             "without bending stiffness nothing holds the directors; a section must have one: make "
             "it small by a thin section"
         ),
-        refuse(f"{_NO_BODY}; it must have a shell or a beam with rigid=False"),
+        refuse(f"{_NO_BODY}; it must have a shell or a beam that is not rigid"),
     ),
     Effect(
         "stretching",

@@ -21,7 +21,7 @@ from shellmb.scene.lookup import (
 from shellmb.scene.multibody.elements import Driver, JointElement, Lock, PointElement
 from shellmb.scene.multibody.joints import GROUND, Distance, Joint, ShellRevolute, Weld
 from shellmb.scene.multibody.offsets import Offset
-from shellmb.scene.multibody.rigid import RigidBody
+from shellmb.scene.multibody.rigid import Interface, RigidBody
 from shellmb.scene.multibody.rolling import Contact, Rolling
 from shellmb.scene.probes import MOTIONS
 from shellmb.scene.shells.sections import LinearSection
@@ -114,7 +114,7 @@ def _regions(body: Body | None) -> tuple[str, ...]:
 
 
 def _frameless(body: Body | None) -> bool:
-    return isinstance(body, Shell) and not body.rigid
+    return isinstance(body, Shell) and body.exact
 
 
 def _end_said(body: Body | None) -> str:
@@ -245,7 +245,7 @@ def _frame(scene: Description, probe: Any) -> None:
         )
     if probe.frame_at is not None:
         check_point(body, probe.frame_at, f"{said(probe)}: frame_at")
-    elif isinstance(body, Beam) and not body.rigid:
+    elif isinstance(body, Beam) and body.exact:
         raise SceneError(
             f"{said(probe)}: frame_at is missing; it must be the node of {said(body)} whose frame "
             "it is"
@@ -303,7 +303,7 @@ def _massive(scene: Description) -> None:
     }
     for body in scene.bodies:
         if isinstance(body, RigidBody):
-            if body.name in framed:
+            if body.name in framed or isinstance(body, Interface):
                 continue
             m, what, remedy = body.mass, "mass", ""
         else:
