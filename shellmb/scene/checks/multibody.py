@@ -270,6 +270,7 @@ def _supported(scene: Description) -> None:
     pairs += [(glue.beam, glue.shell) for glue in scene.glues]
     pairs += [(e.first, e.second) for e in scene.elements if isinstance(e, PointElement)]
     pairs += [(body.name, GROUND) for s in scene.supports for body in bodies_of(scene, s)]
+    pairs += [(body.name, body.of) for body in scene.bodies if isinstance(body, Interface)]
     # an elastic foundation, say; whether terms hold all motions is found out later
     pairs += [(body.name, GROUND) for body in scene.meshed if body.terms]
     for first, second in pairs:

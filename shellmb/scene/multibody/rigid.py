@@ -185,4 +185,10 @@ class RigidBody:
 
 @described("interface")
 class Interface(RigidBody):
-    """A massless frame that moves with the modes of a reduced body; scenes make them themselves."""
+    """A massless frame that moves with the modes of a reduced body; scenes make them themselves.
+
+    Args:
+        of: Name of the reduced body's floating frame.
+    """
+
+    of: str = ""

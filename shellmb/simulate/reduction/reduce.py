@@ -125,7 +125,9 @@ class _Reduction:
             axes = nodes.directors[0].T if framed else np.eye(3)
             rows: Any = tuple(map(_triple, axes))
             title = f"{name} ({label})"
-            frame = Interface(title, 0.0, (0.0, 0.0, 0.0), _triple(nodes.x.mean(axis=0)), rows)
+            at = _triple(nodes.x.mean(axis=0))
+            still = (0.0, 0.0, 0.0)
+            frame = Interface(title, 0.0, still, at, rows, of=self.group[name])
             self._found[name, node] = Attachment(name, node, frame)
         return self._found[name, node]
 
