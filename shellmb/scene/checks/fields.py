@@ -14,7 +14,7 @@ from shellmb.scene.shells.shell import Shell
 if TYPE_CHECKING:
     from shellmb.scene.description import Body, Description
 
-__all__ = ["check_fields", "kinds_of", "wanted_fields"]
+__all__ = ["check_fields", "has_field", "kinds_of", "wanted_fields"]
 
 # what there has to be for a field, in words
 OWNERS = {
@@ -55,6 +55,16 @@ def wanted_fields(scene: Description, kinds: set[str]) -> tuple[str, ...]:
     )
 
 
+def has_field(name: str, kinds: set[str]) -> bool:
+    """Whether bodies of some kinds may be asked for a field.
+
+    Args:
+        name: Its name.
+        kinds: Kinds of `FieldKind.bodies`.
+    """
+    return name in (*DEFAULT, "all") or bool(FIELDS[name].bodies & kinds)
+
+
 def check_fields(scene: Description) -> None:
     """Refuse fields that nothing in the scene has.
 
@@ -65,7 +75,7 @@ def check_fields(scene: Description) -> None:
     if scene.joints:
         there.add("joint")
     for name in scene.output.fields:
-        if name in (*DEFAULT, "all") or FIELDS[name].bodies & there:
+        if has_field(name, there):
             continue
         owners = " or ".join(OWNERS[kind] for kind in OWNERS if kind in FIELDS[name].bodies)
         raise SceneError(

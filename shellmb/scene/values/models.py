@@ -6,9 +6,10 @@ from typing import Annotated, Literal
 
 from pydantic import BeforeValidator
 
+from shellmb.errors import SceneError
 from shellmb.scene.values.validate import PositiveInt, described
 
-__all__ = ["BodyModel", "Modal"]
+__all__ = ["BodyModel", "Modal", "model_of"]
 
 WORDS = ("exact", "rigid")
 
@@ -33,6 +34,20 @@ def _word_or_modal(value: object) -> object:
     if isinstance(value, Modal) or (isinstance(value, str) and value in WORDS):
         return value
     raise ValueError("it must be 'exact', 'rigid' or Modal(modes=10)")
+
+
+def model_of(text: str) -> str | Modal:
+    """A model from text: ``"exact"``, ``"rigid"``, or ``"modal:10"``, a number of modes.
+
+    Raises:
+        SceneError: If it is none of these.
+    """
+    word, _, count = text.partition(":")
+    if word == "modal" and count.isdecimal():
+        return Modal(int(count))
+    if text in WORDS:
+        return text
+    raise SceneError(f"model is {text!r}; it must be 'exact', 'rigid' or 'modal:10'")
 
 
 BodyModel = Annotated[Literal["exact", "rigid"] | Modal, BeforeValidator(_word_or_modal)]

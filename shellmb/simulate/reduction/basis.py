@@ -24,9 +24,9 @@ from shellmb.scene.multibody.rigid import Interface
 from shellmb.scene.values.models import Modal
 from shellmb.simulate.reduction.alone import Alone, Arrays, Floats
 
-# shares of what is combined below which a combination of Ritz vectors is none, points have no mass,
-# and a body has no inertia about an axis
-NO_MODE, NO_MASS, NO_INERTIA = 1e-10, 1e-9, 1e-12
+# shares below which a combination of Ritz vectors is none, a point has no mass that counts (as
+# inertia of rotation in thin bodies), and a body has no inertia about an axis
+NO_MODE, NO_MASS, NO_INERTIA = 1e-10, 1e-6, 1e-12
 
 
 @dataclass(frozen=True)
@@ -200,10 +200,12 @@ class _Modes:
         shapes = [self._along_x(arrays, a) for a in range(3) for arrays in self.arrays]
         arms = [self._arm(a, self.center) for a in range(3)]
         gram = self._masses([*arms, *shapes])
-        masses, Q = np.linalg.eigh(gram[3:, 3:])
-        keep = masses > NO_MASS * masses[-1]
+        # of each mode nearly all of its own mass is kept, however small that is
+        own = np.tile(np.sqrt(np.diag(gram)[3:].reshape(3, K).sum(axis=0) / self.mass), 3)
+        masses, Q = np.linalg.eigh(gram[3:, 3:] / np.outer(own, own))
+        keep = masses > NO_MASS * self.mass
         Q = Q[:, keep].T
-        return masses[keep], Q.reshape(-1, 3, K), Q @ gram[3:, :3]
+        return masses[keep], (Q * own).reshape(-1, 3, K), (Q / own) @ gram[3:, :3]
 
     def frame(self, name: str) -> RigidBody:
         """The floating frame, with the mass and inertia of the body as it is at rest."""
