@@ -145,7 +145,7 @@ class ReducedBodies(Silent):
                     share,
                     STIFFENED,
                     f"{who} is reduced to modes and spins at {spin:.3g} rad/s, at t = {when:g}, "
-                    f"{spin / data.clamped:.2g} of its lowest frequency with its joints held, "
+                    f"{spin / data.clamped:.2g} of its lowest frequency with one joint held, "
                     f"{data.clamped:.3g} rad/s: centrifugal forces would change its stiffness by "
                     f"about {share:.0%}, and its modes do not know that; use model='exact'",
                 )

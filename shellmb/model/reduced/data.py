@@ -65,7 +65,9 @@ class Member:
 
 @dataclass(frozen=True)
 class ModalBody:
-    """A body in modes. Amplitudes are in m: the largest displacement of each mode is one.
+    """A body in modes, the largest displacement of each, or turn times length, being one.
+
+    So amplitudes are in m.
 
     Args:
         name: Name of its floating frame in the scene.
@@ -77,7 +79,8 @@ class ModalBody:
         points: Where they are per amplitude, `Q` above, shape (R, 3, K).
         coupling: Products of inertia of the points and the directors, shape (R, 3), kg m.
         length: Size of the body, m.
-        clamped: Lowest angular frequency with the frames held, rad/s; of the free body without any.
+        clamped: Lowest angular frequency with one of the frames held, rad/s; of the free body
+            without any.
     """
 
     name: str

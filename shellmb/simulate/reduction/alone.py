@@ -42,8 +42,6 @@ class Alone:
         system: Its block system.
         K: Stiffness matrix at the reference, resultants and multipliers included.
         M: Mass matrix.
-        clamped: Square of the lowest angular frequency with the frames held, rad^2/s^2; without
-            frames that of the free body.
     """
 
     def __init__(self, scene: Scene, comm: MPI.Comm) -> None:
@@ -52,7 +50,6 @@ class Alone:
         self.system, stiffness, mass = tangent(self.model)
         self.K = self.system.symmetric_matrix(stiffness, 1.0)
         self.M = self.system.symmetric_matrix(mass, 0.0)
-        self.clamped = 0.0
         # those that have nodes
         self.bodies: dict[str, Any] = dict(self.model.meshed)
         if self.model.rigid is not None:
@@ -128,8 +125,7 @@ class Alone:
         """
         rigid, shift = self.model.rigid, -SHIFT * self.scale
         if rigid is None:
-            values, vectors = eigenpairs(self.K, self.M, count + 6, shift, symmetric=True)
-            self.clamped = float(values[6])
+            _, vectors = eigenpairs(self.K, self.M, count + 6, shift, symmetric=True)
             return vectors
         numbering = self.system.numbering
         number = next(k for k, f in enumerate(self.system.fields) if f.name == rigid.name)
@@ -137,8 +133,7 @@ class Alone:
         free = np.setdiff1d(every, numbering.by_field[number])
         where = PETSc.IS().createGeneral(free.astype(PETSc.IntType), comm=self.comm)
         K, M = (A.createSubMatrix(where, where) for A in (self.K, self.M))
-        values, inner = eigenpairs(K, M, count, shift, symmetric=True)
-        self.clamped = float(max(values[0], 0.0))
+        _, inner = eigenpairs(K, M, count, shift, symmetric=True)
         free -= numbering.start
         found = [self._whole(vector, free) for vector in inner]
         K.axpy(STATIC * self.scale, M)

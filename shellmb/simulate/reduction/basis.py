@@ -26,7 +26,9 @@ from shellmb.simulate.reduction.alone import Alone, Arrays, Floats
 
 # shares below which a combination of Ritz vectors is none, a point has no mass that counts (as
 # inertia of rotation in thin bodies), and a body has no inertia about an axis
-NO_MODE, NO_MASS, NO_INERTIA = 1e-10, 1e-6, 1e-12
+NO_MODE, NO_MASS, NO_INERTIA = 1e-10, 1e-8, 1e-12
+# a square of a frequency below this share of the lowest free one is that of a rigid motion
+FREE = 1e-6
 
 
 @dataclass(frozen=True)
@@ -104,6 +106,7 @@ class _Modes:
 
     def __init__(self, alone: Alone, count: int, who: str) -> None:
         self._alone = alone
+        self._length = max(body.domain.length for body in alone.model.meshed.values())
         # moments about a point nearby: far from the origin nothing must cancel
         X = np.concatenate([alone.nodes(name)[0] for name in alone.model.meshed])
         comm = alone.comm
@@ -148,7 +151,7 @@ class _Modes:
             {n: sum(t * a[n] for t, a in zip(column, local, strict=True)) for n in local[0]}
             for column in T.T
         ]
-        # amplitudes are displacements: the largest one of each mode is one
+        # amplitudes are displacements: the largest one of each mode, or turn times length, is one
         sizes = np.array([self._largest(arrays) for arrays in self.arrays])
         for arrays, largest in zip(self.arrays, sizes, strict=True):
             for array in arrays.values():
@@ -156,9 +159,11 @@ class _Modes:
         self.omega2, self.stiffness = values, values / sizes**2
 
     def _largest(self, arrays: Arrays) -> float:
+        # in torsion a straight line does not move: directors times the length count, too
         found = [
-            np.linalg.norm(arrays[name][body.mixed.dofs["u"]].reshape(-1, 3), axis=1)
+            size * np.linalg.norm(arrays[name][body.mixed.dofs[part]].reshape(-1, 3), axis=1)
             for name, body in self._alone.model.meshed.items()
+            for part, size in (("u", 1.0), ("w", self._length))
         ]
         local = float(np.max(np.concatenate(found), initial=0.0))
         return self._alone.comm.allreduce(local, op=MPI.MAX)
@@ -222,21 +227,45 @@ class _Modes:
         """
         alone, model = self._alone, self._alone.model
         mass, points, coupling = self._points
+        interfaces = tuple(self._interface(frame) for frame in frames)
         members = {
             member: Member(alone.bodies[member], *self._shapes(member)) for member in model.meshed
         }
         return ModalBody(
             name,
             members,
-            tuple(self._interface(frame) for frame in frames),
+            interfaces,
             self.stiffness,
             self.omega2,
             mass,
             points,
             coupling,
-            max(body.domain.length for body in model.meshed.values()),
-            float(np.sqrt(alone.clamped)),
+            self._length,
+            float(np.sqrt(self._held(interfaces))),
         )
+
+    def _held(self, interfaces: Sequence[InterfaceModes]) -> float:
+        """Square of the lowest angular frequency with one of the frames held; of the free body."""
+        K, rigid = len(self.omega2), self._alone.model.rigid
+        stiffness = np.diag(np.concatenate([np.zeros(6), self.stiffness]))
+        mass = np.diag(np.concatenate([np.full(6, self.mass), self.stiffness / self.omega2]))
+        mass[3:6, 3:6] = self.inertia
+        lowest = [float(self.omega2[0])]
+        for item in interfaces:
+            assert rigid is not None
+            arm = rigid.bodies[rigid.index[item.name]].center - self.center
+            moves = np.zeros((6, 6 + K))
+            moves[:3, :3] = moves[3:, 3:6] = np.eye(3)
+            moves[:3, 3:6] = np.cross(np.eye(3), arm).T
+            moves[:3, 6:], moves[3:, 6:] = item.shift, item.turn
+            _, s, V = np.linalg.svd(moves)
+            Z = V[int(np.sum(s > NO_MODE * s[0])) :].T
+            root = np.linalg.cholesky(Z.T @ mass @ Z)
+            half = np.linalg.solve(root, Z.T @ stiffness @ Z)
+            values = np.linalg.eigvalsh(np.linalg.solve(root, half.T))
+            # about the director of a single node it is free to turn
+            lowest += [v for v in values if v > FREE * self.omega2[0]][:1]
+        return min(lowest)
 
     def _shapes(self, name: str) -> tuple[Floats, Floats]:
         """Displacements and changes of directors of a body's nodes by the modes."""
