@@ -16,7 +16,7 @@ first order in the step only.
 # CI: shellmb run slider_crank --check --no-pictures
 # CI: shellmb run slider_crank --scheme ep --check --no-pictures --out runs/ci-crank-ep
 # CI: shellmb run slider_crank --set flexible=True --check --no-pictures --out runs/ci-crank-soft
-# CI: shellmb run slider_crank --set flexible=True --set modes=3 --check --no-pictures --out runs/c-m
+# CI: shellmb run slider_crank --set flexible=True --set modes=3 --check --no-pictures --out runs/cm
 
 import numpy as np
 
