@@ -49,7 +49,7 @@ def scene(rigid: bool = False, dt: float = 0.01, t_end: float = 3.0):
     surface = Rectangle(LENGTH, WIDTH, origin=(0.0, -WIDTH / 2, 0.0))
     return Scene(
         "latching_panel",
-        Shell("panel", surface, SKIN, mesh=(4, 2), rigid=rigid),
+        Shell("panel", surface, SKIN, mesh=(4, 2), model="rigid" if rigid else "exact"),
         rigid_bodies=RigidBody("shaft", 0.1, (SHAFT, SHAFT, SHAFT)),
         joints=[
             # about -y: the panel unfolds upwards

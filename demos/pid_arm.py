@@ -63,7 +63,9 @@ def scene(rigid: bool = False, dt: float = 0.01, t_end: float = 3.0):
         t_end: End of the run [s].
     """
     tip = (LENGTH, 0.0, 0.0)
-    arm = Beam("arm", Line((0, 0, 0), tip), SECTION, elements=3, rigid=rigid)
+    arm = Beam(
+        "arm", Line((0, 0, 0), tip), SECTION, elements=3, model="rigid" if rigid else "exact"
+    )
     return Scene(
         "pid_arm",
         beams=arm,

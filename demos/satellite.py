@@ -12,10 +12,11 @@ which panels open. Flexible panels lag behind as they bend, and swing about it.
 
 # KIND: mechanisms
 # CI: shellmb run satellite --check
-# CI: shellmb run satellite --set rigid=True --scheme ep4 --check --no-pictures --out runs/ci-rigid
+# CI: shellmb run satellite --set model=rigid --scheme ep4 --check --no-pictures --out runs/ci-rigid
 
 import math
 from functools import partial
+from typing import Literal
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -26,6 +27,7 @@ from shellmb.scene import (
     Driver,
     Glue,
     Isotropic,
+    Modal,
     Output,
     Probe,
     Rectangle,
@@ -52,14 +54,17 @@ def opening(t, begin):
     return TURN * (s - math.sin(2 * math.pi * s) / (2 * math.pi))
 
 
-def scene(rigid: bool = False, dt: float = 0.05, t_end: float = 6.0):
+def scene(
+    model: Literal["exact", "modal", "rigid"] = "exact", dt: float = 0.05, t_end: float = 6.0
+):
     """The satellite.
 
     Args:
-        rigid: Whether the panels are rigid.
+        model: How the panels deform: exactly, in their first ten modes, or not at all.
         dt: Time step [s].
         t_end: End of the run [s].
     """
+    word = Modal(modes=10) if model == "modal" else model
     section = Isotropic(E, 0.3, THICKNESS, DENSITY)
     inertia = BUS * SIDE**2 / 6
     shells, beams, glues, joints, drivers, probes = [], [], [], [], [], []
@@ -68,8 +73,8 @@ def scene(rigid: bool = False, dt: float = 0.05, t_end: float = 6.0):
         corner = (hinge[0], -WIDTH / 2, hinge[2])
         # down along the side of the bus
         surface = Rectangle(LENGTH, WIDTH, corner, axis1=(0, 0, -1), axis2=(0, 1, 0))
-        shells.append(Shell(name, surface, section, mesh=(4, 1), rigid=rigid))
-        beams.append(Beam(f"{name} root", AlongEdge(name, "left"), ROOT, rigid=rigid))
+        shells.append(Shell(name, surface, section, mesh=(4, 1), model=word))
+        beams.append(Beam(f"{name} root", AlongEdge(name, "left"), ROOT, model=word))
         glues.append(Glue(f"{name} root", name))
         joints.append(
             Revolute(f"{name} hinge", "bus", f"{name} root", at=hinge, axis=(0, -sign, 0))
@@ -92,7 +97,7 @@ def scene(rigid: bool = False, dt: float = 0.05, t_end: float = 6.0):
         scheme="ep",
         dt=dt,
         t_end=t_end,
-        output=Output(fields=("velocity",) if rigid else ("M", "force"), frames=61),
+        output=Output(fields=("velocity",) if model != "exact" else ("M", "force"), frames=61),
         units="m, kg, s",
     )
 

@@ -4,27 +4,21 @@ from dataclasses import dataclass
 
 from mpi4py import MPI
 from petsc4py import PETSc
-from slepc4py import SLEPc
 
 import numpy as np
 import numpy.typing as npt
-import ufl
-from dolfinx import fem
-from ufl import Form
 
 from shellmb.calling import callable_module
-from shellmb.errors import ConvergenceError, SceneError
+from shellmb.errors import SceneError
 from shellmb.model.model import Model
+from shellmb.observers.fields.modal import ModalNodes, modal_members
 from shellmb.scene import Scene
 from shellmb.scene.loads.loads import FollowerEdgeForce, FollowerSurfaceForce, Gravity, Pressure
-from shellmb.schemes.base import at_state
-from shellmb.schemes.residuals.rows import Span
-from shellmb.simulate.fields import body_field
+from shellmb.simulate.reduction.tangent import Blocks, tangent
 from shellmb.simulate.simulation import Simulation
 from shellmb.simulate.soundness.sound import sound_model
 from shellmb.system.assembly.blocks import BlockSystem
-from shellmb.system.assembly.fields import Field, Followers
-from shellmb.system.direct.mumps import MUMPS_OPTIONS
+from shellmb.system.eigenvalues import eigenpairs
 
 # shellmb.modes(scene)
 callable_module(__name__, "shellmb.api.modal:modes")
@@ -35,14 +29,10 @@ RIGID = 1e-5
 # the shift lies this many times D/(m L^4) below zero: near the lowest modes, and never on one
 SHIFT = 10.0
 
-# eigenvalues below this fraction of the shift are zero, where all modes are rigid; beyond this
-# multiple of it they are those of multipliers, infinite but for round-off
-ZERO, INFINITE = 1e-10, 1e12
+# eigenvalues below this fraction of the shift are zero, where all modes are rigid
+ZERO = 1e-10
 
 FOLLOWERS = (FollowerEdgeForce, FollowerSurfaceForce, Pressure)
-
-# forms that add up to each block of a matrix
-Blocks = dict[tuple[int, int], list[Form]]
 
 
 @dataclass(frozen=True)
@@ -100,12 +90,12 @@ def natural_modes(
     state = Simulation(scene.with_options(scheme="static"), comm) if loaded else None
     if state is not None:
         state.run()
-    system, stiffness, mass = _forms(model, state)
+    system, stiffness, mass = _tangent_at(model, state)
     K = system.symmetric_matrix(stiffness, 1.0)
     M = system.symmetric_matrix(mass, 0.0)
     follower = loaded and any(isinstance(load, FOLLOWERS) for load in scene.loads)
     shift = shift_below(model, loaded)
-    values, vectors = _solve(K, M, count, shift, symmetric=not follower)
+    values, vectors = eigenpairs(K, M, count, shift, symmetric=not follower)
     shapes = [mode_shape(system, model, vector) for vector in vectors]
     elastic = float(np.max(np.abs(values)))
     # rigid modes are told from the elastic ones by the largest gap, not by the highest mode asked
@@ -116,45 +106,12 @@ def natural_modes(
     return Modes(values, shapes, model, system.size, rigid)
 
 
-def _forms(model: Model, state: Simulation | None) -> tuple[BlockSystem, Blocks, Blocks]:
-    """Block system at the state, with the forms of its stiffness and mass matrices."""
-    fields: list[Field] = []
-    followers: list[Followers] = []
-    stiffness: Blocks = {}
-    mass: Blocks = {}
-    numbers = {body.name: k for k, body in enumerate(model.bodies)}
-    arrays = state.arrays() if state is not None else {}
-    for k, body in enumerate(model.bodies):
-        space = body.mixed.space
-        q = fem.Function(space)
-        if arrays:
-            q.x.array[:] = arrays[f"{body.name}/q"]
-        dq, trial = ufl.TestFunction(space), ufl.TrialFunction(space)
-        sub = Span(at_state(q), [q], 0)
-        form, terms = body.within(sub, dq, trial)
-        if sub.states is not None:
-            followers.append(Followers(**vars(sub.states)))
-        forms = [form]
-        loads = body.loads() if state is not None else None
-        if loads is not None and state is not None:
-            end = state.problem.start_factor
-            loads.update(lambda function, end=end, t=state.t: end(t, function))  # type: ignore[misc]
-            work = loads.virtual_work(q, dq)
-            forms.append(-work if work is not None else None)
-        present = [form for form in forms if form is not None]
-        stiffness[k, k] = [f for term in terms for f in term.derivatives[0]]
-        if present:
-            residual = sum(present[1:], present[0])
-            derivative = ufl.algorithms.expand_derivatives(ufl.derivative(residual, q, trial))
-            if not derivative.empty():
-                stiffness[k, k].append(derivative)
-        inertia = body.inertia(trial, dq)
-        if inertia is not None:
-            mass[k, k] = [inertia]
-        fields.append(body_field(body, q, (), numbers))
-    system = BlockSystem(model.comm, fields, followers)
-    system.follow()
-    return system, stiffness, mass
+def _tangent_at(model: Model, state: Simulation | None) -> tuple[BlockSystem, Blocks, Blocks]:
+    """Stiffness and mass at the end of a static simulation, or at the reference."""
+    if state is None:
+        return tangent(model)
+    end, t = state.problem.start_factor, state.t
+    return tangent(model, state.arrays(), lambda function: end(t, function))
 
 
 def shift_below(model: Model, loaded: bool) -> float:
@@ -167,63 +124,12 @@ def shift_below(model: Model, loaded: bool) -> float:
     for beam in model.beams.values():
         bending = float(np.min(np.diag(beam.beam.section.stiffness)[4:]))
         found.append(bending / beam.beam.section.mass[0] / beam.domain.length**4)
+    found += [float(np.min(data.omega2)) / SHIFT for data in model.modal]
     if not found:
         # rigid bodies swing by their weight, or by springs of whatever stiffness
         weights = [w for w in model.scene.loads if loaded and isinstance(w, Gravity)]
         found = [float(np.linalg.norm(w.acceleration)) / model.length for w in weights] or [1.0]
     return -SHIFT * min(found)
-
-
-def _solve(
-    K: PETSc.Mat, M: PETSc.Mat, count: int, shift: float, symmetric: bool
-) -> tuple[npt.NDArray[np.float64], list[PETSc.Vec]]:
-    """Eigenvalues nearest to the shift and their vectors, sorted."""
-    solver = SLEPc.EPS().create(K.getComm())
-    solver.setOperators(K, M)
-    kinds = SLEPc.EPS.ProblemType
-    solver.setProblemType(kinds.GHEP if symmetric else kinds.GNHEP)
-    solver.setType(SLEPc.EPS.Type.KRYLOVSCHUR)
-    solver.setWhichEigenpairs(SLEPc.EPS.Which.TARGET_REAL)
-    solver.setTarget(shift)
-    # a wide basis finds multiple eigenvalues, such as the six rigid-body modes, all at once
-    solver.setDimensions(count, min(max(4 * count, 40), K.getSize()[0]))
-    solver.setTolerances(1e-10, 500)
-    transform = solver.getST()
-    transform.setType(SLEPc.ST.Type.SINVERT)
-    ksp = transform.getKSP()
-    ksp.setType(PETSc.KSP.Type.PREONLY)
-    ksp.getPC().setType(PETSc.PC.Type.LU)
-    ksp.getPC().setFactorSolverType("mumps")
-    prefix = f"shellmb_modes_{id(solver)}_"
-    solver.setOptionsPrefix(prefix)
-    options = PETSc.Options()
-    for key, option in MUMPS_OPTIONS.items():
-        options[f"{prefix}st_{key}"] = option
-    solver.setFromOptions()
-    try:
-        solver.solve()
-    except PETSc.Error as error:
-        raise ConvergenceError(
-            f"modes: the matrix of the eigenproblem has no factors (PETSc error {error.ierr}); it "
-            "must be regular: look for bodies without stiffness and mass"
-        ) from error
-    if solver.getConverged() < count:
-        raise ConvergenceError(
-            f"modes: {solver.getConverged()} of {count} modes converged; ask for fewer, or refine"
-        )
-    pairs = []
-    for k in range(solver.getConverged()):
-        vector = K.createVecRight()
-        value = float(np.real(solver.getEigenpair(k, vector)))
-        if abs(value) < INFINITE * abs(shift):
-            pairs.append((value, vector))
-    if len(pairs) < count:
-        raise ConvergenceError(
-            f"modes: count is {count}; there are {len(pairs)} modes, ask for no more"
-        )
-    pairs.sort(key=lambda pair: pair[0])
-    kept = pairs[:count]
-    return np.array([value for value, _ in kept]), [vector for _, vector in kept]
 
 
 Shape = dict[str, npt.NDArray[np.float64]]
@@ -239,6 +145,7 @@ def nodal_shape(system: BlockSystem, model: Model, vector: PETSc.Vec) -> Shape:
     """Values of a mode at the nodes of this rank, as of `Modes`, of whatever size."""
     values = system.local_values(vector)
     shapes = {}
+    part_of = {f.name: values[system.numbering.slice(k)] for k, f in enumerate(system.fields)}
     for k, field in enumerate(system.fields):
         part = values[system.numbering.slice(k)]
         if field.name in model.meshed:
@@ -247,6 +154,10 @@ def nodal_shape(system: BlockSystem, model: Model, vector: PETSc.Vec) -> Shape:
             dofs = model.rigid.mixed.dofs
             rows = [part[dofs["u"]].reshape(-1, 3), part[dofs["w"]].reshape(-1, 9)]
             shapes[field.name] = np.concatenate(rows, axis=1)
+    for name in modal_members(model):
+        state = ModalNodes(model, name)
+        frame, eta = (part_of[n] for n in (state.state.rigid, state.state.modes.name))
+        shapes[name] = state.shape(*state.state.read(frame, eta))
     return shapes
 
 

@@ -93,6 +93,7 @@ def study(
     mesh: Sequence[tuple[int, int] | str] = (),
     degree: Sequence[int] = (),
     cell: Sequence[str] = (),
+    model: Sequence[str] = (),
     solve: Sequence[str] = (),
     tolerance: Sequence[float] = (),
     exact: float | None = None,
@@ -119,6 +120,7 @@ def study(
         mesh: Counts of elements of shells, as (8, 4) or "8x4".
         degree: Degrees.
         cell: Cell types.
+        model: How bodies deform: "exact", "modal:10", "rigid".
         solve: Unknowns of linear systems.
         tolerance: Tolerances of Newton's method.
         exact: The exact value; None: a finer run is the reference.
@@ -162,6 +164,7 @@ def study(
         scheme=tuple(scheme),
         alpha=tuple(alpha),
         cell=tuple(cell),
+        model=tuple(model),
         degree=tuple(degree),
         solve=tuple(solve),
         tolerance=tuple(tolerance),

@@ -46,6 +46,9 @@ def study(
     alpha: Annotated[str | None, _list("A,A,...", "Dissipations, from 0 to 1.")] = None,
     degree: Annotated[str | None, _list("2,3", "Degrees of the elements.")] = None,
     cell: Annotated[str | None, _list("quad,tri", "Cell types.")] = None,
+    model: Annotated[
+        str | None, _list("exact,modal:10,...", "How bodies deform: exact, modal:K, rigid.")
+    ] = None,
     solve: Annotated[str | None, _list("reduced,full", "Unknowns of linear systems.")] = None,
     tolerance: Annotated[
         str | None,
@@ -104,6 +107,7 @@ def study(
         "alpha": _values("alpha", alpha, float),
         "degree": _values("degree", degree, int),
         "cell": _values("cell", cell, _one_of(*Cell)),
+        "model": _values("model", model, str),
         "solve": _values("solve", solve, _one_of(*Solve)),
         "tolerance": _values("newton-tolerance", newton_tolerance, _positive),
         "step_tolerance": _values("tolerance", tolerance, _positive),

@@ -1,6 +1,7 @@
 """The model: all bodies of a scene, bound to meshes, joined, supported and loaded."""
 
 import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import cast
 
@@ -19,10 +20,11 @@ from shellmb.model.frames.rigidify import RigidMeshes, rigidified
 from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.joints.mechanism import Mechanism, build_mechanism
 from shellmb.model.places.finder import Finder, RigidPlaces
-from shellmb.model.places.nodes import local_point
-from shellmb.model.plausible import doubt_thickness
+from shellmb.model.plausible import check_probes, doubt_thickness
 from shellmb.model.potentials.build import potential_groups
 from shellmb.model.potentials.group import PotentialGroup
+from shellmb.model.reduced.data import ModalBody
+from shellmb.model.reduced.modal import modal_bodies
 from shellmb.model.shells.joins import join_shells
 from shellmb.model.shells.shell import ShellModel
 from shellmb.model.signals import Signals
@@ -61,6 +63,7 @@ class Model:
         rigid_meshes: Meshes of the shells and beams that are rigid, by name: they have no unknowns.
         planes: Planes that are not axis-parallel and hold nodes; among `bodies`, too.
         potentials: Potentials and contacts; among `bodies`, too.
+        modal: What is reduced to modes; its frames are among `rigid`.
     """
 
     scene: Scene
@@ -75,6 +78,7 @@ class Model:
     rigid_meshes: RigidMeshes = field(default_factory=dict)
     planes: list[NodalConstraint] = field(default_factory=list)
     potentials: list[PotentialGroup] = field(default_factory=list)
+    modal: tuple[ModalBody, ...] = ()
 
     @property
     def meshed(self) -> dict[str, ShellModel | BeamModel]:
@@ -115,18 +119,20 @@ class Model:
         return bool(self.scene.supports) or (self.rigid is not None and GROUND in self.rigid.index)
 
 
-def build_model(scene: Scene, comm: MPI.Comm) -> Model:
+def build_model(scene: Scene, comm: MPI.Comm, modal: Sequence[ModalBody] = ()) -> Model:
     """Mesh the bodies and bind supports, loads and joints to them.
 
     Args:
         scene: A validated scene.
         comm: Communicator of all meshes.
+        modal: Bodies that are reduced to modes, with rigid bodies of the scene for their frames.
 
     Raises:
         SceneError: If something the scene names does not exist on the meshes.
     """
     given, (scene, rigid_meshes) = scene, rigidified(scene, comm)
-    model = Model(scene, comm, Signals(scene), rigid_meshes=rigid_meshes)
+    signals = Signals(scene)
+    model = Model(scene, comm, signals, rigid_meshes=rigid_meshes, modal=tuple(modal))
     dynamic = not scene.static
     for shell in scene.shells:
         mesh = build_surface(shell, comm)
@@ -159,6 +165,8 @@ def build_model(scene: Scene, comm: MPI.Comm) -> Model:
     if model.rigid is not None:
         model.bodies.append(model.rigid)
     model.bodies += kinks
+    if model.rigid is not None:
+        model.bodies += modal_bodies(comm, modal, model.rigid, dynamic, force, model.length)
     prescribed = _support(scene, model)
     refuse_idle_loads(scene, model.meshed, prescribed)
     model.bodies += glue_beams(scene, comm, model.beams, model.shells, lines)
@@ -179,13 +187,7 @@ def build_model(scene: Scene, comm: MPI.Comm) -> Model:
             body.coupled = bool(body.kinematic) or isinstance(body, ConstraintGroup)
             body.leaps = leaps
     _resolve_links(model.bodies, comm)
-    for probe in scene.probes:
-        # found out now: before anything is compiled
-        (target,) = scene.bodies_of(probe)
-        if target.name in model.meshed:
-            local_point(model.meshed[target.name], probe.point, f"probe '{probe.name}'")
-        if probe.frame in model.meshed:
-            local_point(model.meshed[probe.frame], probe.frame_at, f"probe '{probe.name}'")
+    check_probes(scene, model.meshed)
     return model
 
 
@@ -241,7 +243,8 @@ def _length(scene: Scene, model: Model) -> float:
     points += [np.asarray(j.at) for j in scene.joints if isinstance(j.at, tuple)]
     box = float(np.linalg.norm(np.ptp(np.array(points), axis=0))) if points else 0.0
     meshes = (*model.meshed.values(), *model.rigid_meshes.values())
-    return max([box, *(m.domain.length for m in meshes)]) or 1.0
+    sizes = [*(m.domain.length for m in meshes), *(data.length for data in model.modal)]
+    return max([box, *sizes]) or 1.0
 
 
 def _force(scene: Scene, model: Model) -> float:

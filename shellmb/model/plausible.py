@@ -1,4 +1,4 @@
-"""Doubts about bodies that are possible but hardly meant; warnings, on the first rank."""
+"""Whether a model is what is meant: doubts about sizes, and where probes are."""
 
 from __future__ import annotations
 
@@ -9,11 +9,13 @@ from typing import TYPE_CHECKING
 from mpi4py import MPI
 
 from shellmb.errors import ShellmbWarning
+from shellmb.model.places.nodes import local_point
 from shellmb.scene.lookup import said
 
 if TYPE_CHECKING:
     from shellmb.model.frames.beam import BeamModel
     from shellmb.model.shells.shell import ShellModel
+    from shellmb.scene import Scene
 
 
 def doubt_thickness(
@@ -44,3 +46,17 @@ def doubt_thickness(
                 ShellmbWarning,
                 stacklevel=3,
             )
+
+
+def check_probes(scene: Scene, meshed: Mapping[str, ShellModel | BeamModel]) -> None:
+    """Points of probes are found before anything is compiled; collective.
+
+    Raises:
+        SceneError: If one is not on its body.
+    """
+    for probe in scene.probes:
+        (target,) = scene.bodies_of(probe)
+        if target.name in meshed:
+            local_point(meshed[target.name], probe.point, f"probe '{probe.name}'")
+        if probe.frame is not None and probe.frame in meshed:
+            local_point(meshed[probe.frame], probe.frame_at, f"probe '{probe.name}'")

@@ -12,11 +12,12 @@ from dolfinx import fem
 
 from shellmb.errors import ConvergenceError, SceneError
 from shellmb.model.sections.damping import together
-from shellmb.modes import Blocks, shift_below
+from shellmb.modes import shift_below
 from shellmb.moving.axis import Axis, held
 from shellmb.moving.frame import TurningFrame
 from shellmb.scene import Scene
 from shellmb.schemes.base import Levels
+from shellmb.simulate.reduction.tangent import Blocks
 from shellmb.simulate.soundness.redundancy import largest_gap
 from shellmb.simulate.soundness.sound import sound_model
 from shellmb.simulate.start.relaxation import Relaxation

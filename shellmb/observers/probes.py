@@ -14,10 +14,11 @@ import numpy as np
 import numpy.typing as npt
 
 from shellmb.model.places.nodes import local_nodes, local_point
+from shellmb.observers.fields.modal import ModalNodes, modal_members
 from shellmb.observers.fields.nodal import Nodes
 from shellmb.observers.fields.resultants import Resultants, has_resultants
 from shellmb.observers.inframe import packed, seen, unpacked
-from shellmb.scene import Body, Probe, RigidBody
+from shellmb.scene import Probe, RigidBody
 from shellmb.simulate.simulation import Silent, Simulation
 
 Floats = npt.NDArray[np.float64]
@@ -25,6 +26,8 @@ Floats = npt.NDArray[np.float64]
 
 # sum of what a probe reads over its nodes on this rank, shape (n,), and their number
 type Sum = Callable[[], tuple[Floats, int]]
+# name of a body in the system, nodes of a point, and arms from them
+type Where = tuple[str, Nodes | ModalNodes, Floats | None]
 
 
 @dataclass(frozen=True)
@@ -72,17 +75,20 @@ class Probes(Silent):
 
     def _sums(self, simulation: Simulation, probe: Probe) -> tuple[Sum, ...]:
         scene, who = simulation.model.scene, f"probe '{probe.name}'"
-        (described,) = scene.bodies_of(probe)
-        body = simulation.model.meshed.get(described.name)
+        (given,) = simulation.scene.bodies_of(probe)
+        body = simulation.model.meshed.get(given.name)
         if body is not None and has_resultants(body, probe.quantity):
             if body.name not in self._resultants:
                 self._resultants[body.name] = Resultants(simulation, body)
             nodes = local_nodes(body, cast(Any, probe.point), who)
             return (partial(self._resultants[body.name].sums, nodes, probe.quantity),)
-        spot = _spot(simulation, described, probe.point, who)
+        spot = _spot(simulation, given.name, probe.point, who)
         if probe.frame is None:
             return (_total(simulation, *spot, probe.quantity),)
-        frame = _spot(simulation, scene.body(probe.frame), probe.frame_at, who)
+        # a reduced body is seen from its floating frame, and has coordinates for names there
+        seen_from = next(p for p in scene.probes if p.name == probe.name)
+        assert seen_from.frame is not None
+        frame = _plain_spot(simulation, seen_from.frame, seen_from.frame_at, who)
         return _pose(simulation, *spot), _pose(simulation, *frame)
 
     def solved(self, simulation: Simulation) -> None:
@@ -115,11 +121,23 @@ class Probes(Silent):
         return dict(self.values)
 
 
-def _spot(
-    simulation: Simulation, described: Body, point: Any, who: str
-) -> tuple[str, Nodes, Floats | None]:
+def _spot(simulation: Simulation, name: str, point: Any, who: str) -> Where:
     """Name of a body in the system, the nodes of a point on this rank, and its arms there."""
     model = simulation.model
+    modal = modal_members(model).get(name)
+    if modal is None:
+        return _plain_spot(simulation, name, point, who)
+    mesh = modal.members[name].body
+    nodes, arms = local_point(mesh, point, who)
+    mine = nodes < mesh.mixed.subspaces["u"].dofmap.index_map.size_local
+    found = ModalNodes(model, name, nodes[mine])
+    return name, found, None if arms is None else arms[mine]
+
+
+def _plain_spot(simulation: Simulation, name: str, point: Any, who: str) -> Where:
+    """The same on a rigid body, or a body whose nodes are unknowns."""
+    model = simulation.model
+    described = model.scene.body(name)
     if isinstance(described, RigidBody):
         rigid = model.rigid
         assert rigid is not None
@@ -136,7 +154,11 @@ def _spot(
 
 
 def _total(
-    simulation: Simulation, body: str, nodes: Nodes, arms: Floats | None, quantity: str
+    simulation: Simulation,
+    body: str,
+    nodes: Nodes | ModalNodes,
+    arms: Floats | None,
+    quantity: str,
 ) -> Sum:
     """Sum over nodes, or over points at the ends of arms."""
     read = nodes.reader(simulation, body, quantity, arms)
@@ -144,7 +166,7 @@ def _total(
     return lambda: (np.add.reduce(read()), count)
 
 
-def _pose(simulation: Simulation, body: str, nodes: Nodes, arms: Floats | None) -> Sum:
+def _pose(simulation: Simulation, body: str, nodes: Nodes | ModalNodes, arms: Floats | None) -> Sum:
     """Sum of poses."""
 
     def read() -> tuple[Floats, int]:

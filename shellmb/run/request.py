@@ -34,7 +34,8 @@ class Options:
         mesh: Counts of elements of every shell; the first of them also of every beam.
         degree: Degree of every shell and beam.
         cell: Cell type of every shell.
-        body: The only shell or beam that gets mesh, degree and cell; None: all of them.
+        body: The only shell or beam that gets mesh, degree, cell and model; None: all of them.
+        model: How every shell and beam deforms: "exact", "rigid", "modal:10".
         solve: Unknowns of the linear systems.
         newton: When Newton's method factorises.
         backend: Whose Newton solver.
@@ -54,6 +55,7 @@ class Options:
     degree: Literal[2, 3] | None = None
     cell: Literal["quad", "tri"] | None = None
     body: str | None = None
+    model: str | None = None
     solve: Literal["reduced", "full"] | None = None
     newton: Literal["auto", "modified", "full"] | None = None
     backend: Literal["newton", "snes"] | None = None

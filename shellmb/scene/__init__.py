@@ -95,6 +95,7 @@ from shellmb.scene.shells.sections import (
 from shellmb.scene.shells.shell import Join, Shell
 from shellmb.scene.shells.surfaces import Parametric, Rectangle, Surface
 from shellmb.scene.values.damping import BeamDamping, ShellDamping
+from shellmb.scene.values.models import Modal
 from shellmb.scene.values.times import Ramp, Sine, Step, Table, TimeFunction
 
 __all__ = [
@@ -161,6 +162,7 @@ __all__ = [
     "Load",
     "Lock",
     "MeshFile",
+    "Modal",
     "Motor",
     "Obstacle",
     "Off",

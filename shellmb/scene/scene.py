@@ -9,8 +9,8 @@ from shellmb.errors import SceneError
 from shellmb.scene import lookup
 from shellmb.scene.beams.beam import Beam
 from shellmb.scene.checks import whole as checks
-from shellmb.scene.checks.fields import check_fields
-from shellmb.scene.checks.paths import check_path
+from shellmb.scene.checks.fields import check_fields, has_field
+from shellmb.scene.checks.linear import check_path
 from shellmb.scene.description import Body, Description
 from shellmb.scene.initial import InitialVelocity
 from shellmb.scene.loads.contacts import Contact
@@ -24,6 +24,7 @@ from shellmb.scene.probes import Probe
 from shellmb.scene.schemes import DISSIPATIVE, is_static
 from shellmb.scene.shells.gmsh_surfaces import GmshFile, MeshFile
 from shellmb.scene.shells.shell import Shell
+from shellmb.scene.values.models import model_of
 from shellmb.scene.values.validate import described, show
 
 __all__ = ["Scene"]
@@ -139,12 +140,13 @@ class Scene(Description):
         degree: Literal[2, 3] | None = None,
         cell: Literal["quad", "tri"] | None = None,
         body: str | None = None,
+        model: str | None = None,
     ) -> Scene:
         """The same scene with some choices replaced, checked again; None keeps a choice.
 
         What a new scheme cannot have is left out: the path of a static scene, initial velocities,
-        the start and the tolerance of a dynamic one, the dissipation. A load step that exceeds a
-        new end becomes the default one.
+        the start and the tolerance of a dynamic one, the dissipation; and of a new model of all
+        bodies fields of resultants. A load step that exceeds a new end becomes the default one.
 
         Args:
             scheme: Scheme.
@@ -154,16 +156,22 @@ class Scene(Description):
             mesh: Counts of elements, of every shell; the first of them also of every beam.
             degree: Degree, of every shell and beam.
             cell: Cell type, of every shell.
-            body: The only shell or beam that gets mesh, degree and cell; None: all of them.
+            body: The only shell or beam that gets mesh, degree, cell and model; None: all of them.
+            model: How every shell and beam deforms: "exact", "rigid", "modal:10".
 
         Raises:
             SceneError: If the new scene is impossible, there is no such body, or a mesh file's mesh
                 would have to change.
         """
         chosen = {"scheme": scheme, "alpha": alpha, "dt": dt, "t_end": t_end}
-        shell = {"mesh": mesh, "degree": degree, "cell": cell}
-        beam = {"elements": mesh[0] if mesh is not None else None, "degree": degree}
+        both = {"degree": degree, "model": None if model is None else model_of(model)}
+        shell = {"mesh": mesh, "cell": cell, **both}
+        beam = {"elements": mesh[0] if mesh is not None else None, **both}
         changes, shell_changes, beam_changes = map(_given, (chosen, shell, beam))
+        if model not in (None, "exact") and body is None:
+            # bodies without resultants have no fields of them
+            left = tuple(f for f in self.output.fields if has_field(f, {"rigid", "joint"}))
+            changes["output"] = replace(self.output, fields=left)
         new = changes.get("scheme", self.scheme)
         changes |= _lost(new)
         if dt is None and is_static(new) and t_end is not None and t_end < (self.dt or 0.0):

@@ -13,7 +13,7 @@ from shellmb.scene.schemes import DISSIPATIVE
 
 # in this order choices are named, and vary from the slowest to the fastest in the grid
 AXES = (
-    *("scheme", "alpha", "cell", "degree", "solve", "tolerance", "mesh", "dt"),
+    *("model", "scheme", "alpha", "cell", "degree", "solve", "tolerance", "mesh", "dt"),
     "step_tolerance",
 )
 # what a run is the more accurate for, and what its curve in the picture is drawn over
@@ -36,6 +36,7 @@ class Choice:
         mesh: Elements of the shells along both sides; without shells of the beams, and 1.
         dt: Time or load step, s; the first one where steps follow their error.
         step_tolerance: Tolerance of the step control; None: steps are fixed.
+        model: How shells and beams deform, where that is chosen.
     """
 
     scheme: str | None = None
@@ -47,6 +48,7 @@ class Choice:
     mesh: tuple[int, int] | None = None
     dt: float | None = None
     step_tolerance: float | None = None
+    model: str | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values, those that apply."""
@@ -80,6 +82,7 @@ def _words(choice: Choice, name: str) -> str:
     written = {
         "alpha": f"alpha = {value}",
         "cell": f"{value}",
+        "model": f"{value}",
         "degree": f"degree {value}",
         "solve": f"{value} system",
         "tolerance": f"Newton tolerance {value}",
@@ -142,6 +145,8 @@ class Base:
         if meshed:
             first = meshed[0]
             found["degree"] = first.degree
+            # only where it is chosen: most studies are of exact bodies
+            found["model"] = choice.model
             found["cell"] = first.cell if isinstance(first, Shell) else None
             # of a mesh that is read from a file there is nothing to choose
             read = [b.surface for b in meshed if isinstance(b, Shell)]

@@ -55,6 +55,7 @@ class Sweep:
     Args:
         base: The scene.
         quantities: What is judged; none: see `default_quantity`.
+        model: How shells and beams deform: "exact", "rigid", "modal:10".
         scheme: Names of schemes.
         alpha: Dissipations, of schemes that have one.
         dissipations: Those of single schemes in place of `alpha`.
@@ -78,6 +79,7 @@ class Sweep:
 
     base: Base
     quantities: tuple[Quantity, ...] = ()
+    model: tuple[str, ...] = ()
     scheme: tuple[str, ...] = ()
     alpha: tuple[float, ...] = ()
     cell: tuple[str, ...] = ()
@@ -245,8 +247,9 @@ def _of_scheme(sweep: Sweep, grid: Grid) -> Sequence[Choice]:
 
 
 def _fineness(choice: Choice) -> tuple[float, ...]:
-    """The most accurate first: little dissipation, quadrilaterals, high degree, tight tolerance."""
+    """The most accurate first: exact, little dissipation, quadrilaterals, high degree, tight."""
     return (
+        float(choice.model not in (None, "exact")),
         choice.alpha or 0.0,
         float(choice.cell == "tri"),
         -float(choice.degree or 0),

@@ -13,13 +13,14 @@ from shellmb.watches.drift import Drift
 from shellmb.watches.energy_law import EnergyLaw
 from shellmb.watches.large_turns import LargeTurns
 from shellmb.watches.rolling import Lifting, Slipping
-from shellmb.watches.small_displacements import SmallDisplacements
+from shellmb.watches.small_displacements import ReducedBodies, SmallDisplacements
 from shellmb.watches.step_error import StepErrors
 from shellmb.watches.stiff_spin import StiffSpin
 
 # what is nearest to the cause comes first
 WATCHES: tuple[type[Watch], ...] = (
     SmallDisplacements,
+    ReducedBodies,
     LargeTurns,
     StepErrors,
     StiffSpin,

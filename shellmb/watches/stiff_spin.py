@@ -80,7 +80,7 @@ class StiffSpin(Silent):
                 f"by {turn.total:.2g} rad in all, up to {turn.largest:.2g} rad in a step: "
                 f"{simulation.scheme.title} falsifies its spin, or what drives it, by about "
                 f"{share:.0%}, and forces along it are wrong, even in sign; use "
-                f"{remedies(simulation.scheme, 'rigid=True', step)}",
+                f"{remedies(simulation.scheme, "model='rigid'", step)}",
             )
 
     def state(self) -> dict[str, Any]:

@@ -72,7 +72,15 @@ BEFORE = {
 # looked into below, one by one
 SINGLE = {
     *("initial_velocity", "adaptivity", "path_following", "equilibrium_start", "assembly"),
-    *("geometric_nonlinearity", "own_strains", "prescribed_motion", "supports", "joins", "glues"),
+    *(
+        "geometric_nonlinearity",
+        "own_strains",
+        "prescribed_motion",
+        "large_deformation",
+        "supports",
+        "joins",
+        "glues",
+    ),
 }
 # there is nothing to leave out
 NEVER = {"bending", "drilling"}
@@ -165,6 +173,15 @@ def test_a_linear_jacobian_lasts() -> None:
     # one factorisation for all steps
     assert not large.problem.iteration.refresh.lasts
     assert small.problem.iteration.refresh.lasts
+
+
+def test_a_body_in_modes_has_no_nodes() -> None:
+    """Nor kernels of shells in its steps; what finds the modes is compiled besides."""
+    exact, modal = both("large_deformation")
+    assert modal.problem.system.size < exact.problem.system.size
+    assert not modal.model.shells
+    assert not any(body.name.startswith(("modes", "inertia")) for body in exact.model.bodies)
+    assert not kernels(modal) & kernels(exact)
 
 
 def test_load_steps_have_no_path() -> None:

@@ -162,7 +162,7 @@ def test_reduced_and_full_alike_and_a_rigid_shell_as_well() -> None:
         for name, more in {
             "reduced": {},
             "full": {"solver": Solver(solve="full")},
-            "rigid": {"shell": plate(rigid=True)},
+            "rigid": {"shell": plate(model="rigid")},
         }.items()
     }
     assert np.allclose(found["full"], found["reduced"], rtol=0, atol=1e-9)

@@ -51,12 +51,12 @@ MOTION = {"scheme": "ep", "dt": 1e-3, "t_end": 0.05}
 
 
 def plate(section: Isotropic = PLATE, **more: Any) -> Shell:
-    given = {"surface": Rectangle(A, B), "mesh": (2, 1), "rigid": True, **more}
+    given = {"surface": Rectangle(A, B), "mesh": (2, 1), "model": "rigid", **more}
     return Shell("body", section=section, **given)
 
 
 def beam(curve: Any, **more: Any) -> Beam:
-    return Beam("body", curve, **{"section": BAR, "elements": 4, "rigid": True, **more})
+    return Beam("body", curve, **{"section": BAR, "elements": 4, "model": "rigid", **more})
 
 
 def scene_of(body: Shell | Beam, **more: Any) -> Scene:
@@ -68,8 +68,8 @@ def flexible(scene: Scene) -> Scene:
     """The same scene with flexible bodies."""
     return replace(
         scene,
-        shells=tuple(replace(b, rigid=False) for b in scene.shells),
-        beams=tuple(replace(b, rigid=False) for b in scene.beams),
+        shells=tuple(replace(b, model="exact") for b in scene.shells),
+        beams=tuple(replace(b, model="exact") for b in scene.beams),
     )
 
 
@@ -87,8 +87,8 @@ def observed(scene: Scene) -> tuple[Simulation, EnergyAccount, Momentum]:
         plate(ECCENTRIC, surface=Rectangle(A, B, **PLACED)),
         plate(ECCENTRIC, cell="tri"),
         plate(rotary_inertia=False),
-        Shell("body", Cylinder(0.5, 1.0, angles=(0, 90)), ECCENTRIC, mesh=(3, 2), rigid=True),
-        Shell("body", Cylinder(0.5, 1.0), PLATE, mesh=(4, 1), degree=3, rigid=True),
+        Shell("body", Cylinder(0.5, 1.0, angles=(0, 90)), ECCENTRIC, mesh=(3, 2), model="rigid"),
+        Shell("body", Cylinder(0.5, 1.0), PLATE, mesh=(4, 1), degree=3, model="rigid"),
         beam(Line((3, 1, 2), (4, 1.5, 2))),
         beam(Arc((0, 0, 0), (1, 0.5, 0.3), (2, 0, 0)), section=replace(BAR, offset=(0.01, 0.02))),
         beam(Arc((0, 0, 0), (1, 0.5, 0.3), (2, 0, 0)), degree=3, rotary_inertia=False),
@@ -217,7 +217,7 @@ def test_what_is_glued_or_joined_to_a_rigid_shell_is_welded() -> None:
 
 
 LINE = Line((0, 0, 0), (1, 0, 0))
-RIB = Beam("rib", AlongLine("body", (0, 0, 0), (A, 0, 0)), BAR, rigid=True)
+RIB = Beam("rib", AlongLine("body", (0, 0, 0), (A, 0, 0)), BAR, model="rigid")
 
 
 @pytest.mark.parametrize(
@@ -232,13 +232,13 @@ RIB = Beam("rib", AlongLine("body", (0, 0, 0), (A, 0, 0)), BAR, rigid=True)
         (
             scene_of(
                 plate(),
-                shells=(plate(), replace(plate(), name="soft", rigid=False)),
+                shells=(plate(), replace(plate(), name="soft", model="exact")),
                 joins=Join("body", "soft", "bottom", "bottom"),
             ),
             "join of 'body' and 'soft': one of them is rigid",
         ),
         (
-            scene_of(plate(rigid=False), beams=RIB, glues=Glue("rib", "body")),
+            scene_of(plate(model="exact"), beams=RIB, glues=Glue("rib", "body")),
             "beam 'rib' is rigid and shell 'body' is not",
         ),
     ],

@@ -112,7 +112,7 @@ def test_functions_that_are_constant_are_numbers() -> None:
 def test_mass_of_a_wedge_with_a_flat_face() -> None:
     """Built to one side: the middle of the section is half of its thickness above the surface."""
     section = Isotropic(E, 0.0, taper, density=RHO, offset=lambda x: taper(x) / 2)
-    shell = Shell("wedge", Rectangle(L, B), section, mesh=(2, 1), rigid=True)
+    shell = Shell("wedge", Rectangle(L, B), section, mesh=(2, 1), model="rigid")
     model = build_model(Scene("wedge", shell, scheme="ep", dt=1.0, t_end=1.0), MPI.COMM_WORLD)
     assert model.rigid is not None
     body = model.rigid.bodies[0]

@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 import ufl
 
-from shellmb import modes
 from shellmb.bench.effects.plates import _quadratic
 from shellmb.errors import SceneError
 from shellmb.forms import shell as shell_forms
 from shellmb.forms.shell import ShellStrains
 from shellmb.model.model import build_model
 from shellmb.model.shells.viscous import stiffness_at_rest
+from shellmb.modes import shift_below
 from shellmb.observers.account.energy import EnergyAccount
 from shellmb.scene import (
     Beam,
@@ -38,7 +38,9 @@ from shellmb.scene import (
     Solver,
     StepControl,
 )
+from shellmb.simulate.reduction.tangent import tangent
 from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.system.eigenvalues import eigenpairs
 
 E, RHO, LENGTH, SIDE = 2e11, 8000.0, 1.0, 0.1
 # bending and stretching lie within a decade, so that one damping time shows in both
@@ -89,9 +91,9 @@ class Works(Silent):
 def mode(kind: str, what: str) -> tuple[float, Any]:
     """Lowest mode of a kind: its angular frequency, and its shape as a state of the body."""
     model = build_model(strip(kind, "ep"), MPI.COMM_WORLD)
-    system, stiffness, mass = modes._forms(model, None)
+    system, stiffness, mass = tangent(model)
     K, M = system.symmetric_matrix(stiffness, 1.0), system.symmetric_matrix(mass, 0.0)
-    values, vectors = modes._solve(K, M, 12, modes.shift_below(model, False), symmetric=True)
+    values, vectors = eigenpairs(K, M, 12, shift_below(model, False), symmetric=True)
     dofs = model.meshed["strip"].mixed.dofs["u"].reshape(-1, 3)
     for value, vector in zip(values, vectors, strict=True):
         state = system.local_values(vector)

@@ -155,6 +155,7 @@ CASES = (
     Case("adaptivity", _having(control=StepControl(jump_tolerance=JUMP)), scheme="ed"),
     Case("path_following", _having(path=PathFollowing()), scheme="static"),
     Case("flexibility", _having(**_FLIGHT)),
+    Case("large_deformation", _having(**_FLIGHT)),
     Case("stretching", _plate),
     Case("transverse_shear", _plate),
     Case("coupling", _made_of(_eccentric)),

@@ -16,7 +16,8 @@ from shellmb.effects.catalogue.parts import (
 )
 from shellmb.effects.effect import Effect, Use, fixed, names, refuse, whole
 from shellmb.errors import SceneError
-from shellmb.scene import Beam, Hyperelastic, LinearSection, RigidBody, Scene
+from shellmb.scene import Beam, Hyperelastic, LinearSection, Modal, RigidBody, Scene
+from shellmb.scene.lookup import said
 from shellmb.scene.values.validate import show
 
 _GROUP = "deformation"
@@ -47,25 +48,49 @@ def _flexibility(scene: Scene) -> Use:
     if not soft:
         rigid = [b for b in scene.bodies if isinstance(b, RigidBody) or b.rigid]
         return Use(False, f"all bodies are rigid: {names(rigid)}")
-    return Use(True, f"rigid=False of {names(soft)}")
+    return Use(True, f"{names(soft)} not rigid")
 
 
 def _rigid(scene: Scene, part: str | None) -> Scene:
     bodies = chosen(flexible(scene), part, "shell or beam that is flexible")
+    _not_held(scene, bodies, "rigid body")
+    return replaced(scene, bodies, model="rigid")
+
+
+def _not_held(scene: Scene, bodies: list[Flexible], what: str) -> None:
+    """What moves with a frame is held by joints."""
     for body in bodies:
         held = [s for s in scene.supports if body in scene.bodies_of(s)]
         if held:
             raise SceneError(
-                f"{body.label} '{body.name}' is held by a {held[0].label}; of a rigid body that "
+                f"{said(body)} is held by a {held[0].label}; of a {what} that "
                 "must be a joint to the ground"
             )
-    return replaced(scene, bodies, rigid=True)
+
+
+def _exact(scene: Scene) -> Use:
+    exact = [b for b in scene.meshed if b.exact]
+    if exact:
+        return Use(True, f"model='exact' of {names(exact)}")
+    return Use(False, "no shell or beam has model='exact'")
+
+
+def _in_modes(scene: Scene, part: str | None) -> Scene:
+    able = [b for b in scene.meshed if b.exact]
+    bodies = chosen(able, part, "shell or beam with model='exact'")
+    _not_held(scene, bodies, "body in modes")
+    return replaced(scene, bodies, model=Modal())
+
+
+def _not_in_modes(scene: Scene, part: str | None) -> Scene:
+    able = [b for b in scene.meshed if isinstance(b.model, Modal)]
+    return replaced(scene, chosen(able, part, "shell or beam in modes"), model="exact")
 
 
 def _soft(scene: Scene, part: str | None) -> Scene:
     able = [b for b in scene.meshed if b.rigid]
-    what = "shell or beam with rigid=True (a RigidBody has no section to be flexible with)"
-    return replaced(scene, chosen(able, part, what), rigid=False)
+    what = "shell or beam with model='rigid' (a RigidBody has no section to be flexible with)"
+    return replaced(scene, chosen(able, part, what), model="exact")
 
 
 def _nonlinearity(scene: Scene) -> Use:
@@ -115,6 +140,14 @@ EFFECTS = (
         _soft,
     ),
     Effect(
+        "large_deformation",
+        _GROUP,
+        "large rotations within a body; without them ten modes about a frame",
+        _exact,
+        _in_modes,
+        _not_in_modes,
+    ),
+    Effect(
         "bending",
         _GROUP,
         "bending stiffness, D of eq. 11",
@@ -126,7 +159,7 @@ EFFECTS = (
             "without bending stiffness nothing holds the directors; a section must have one: make "
             "it small by a thin section"
         ),
-        refuse(f"{_NO_BODY}; it must have a shell or a beam with rigid=False"),
+        refuse(f"{_NO_BODY}; it must have a shell or a beam that is not rigid"),
     ),
     Effect(
         "stretching",

@@ -32,7 +32,7 @@ from shellmb.scene.lookup import said
 from shellmb.scene.multibody.joints import Joint, Revolute, ShellRevolute, Weld
 from shellmb.scene.multibody.offsets import node_of
 
-__all__ = ["Inertia", "RigidMeshes", "inertia_of", "rigid_body", "rigidified"]
+__all__ = ["Inertia", "RigidMeshes", "about_director", "inertia_of", "rigid_body", "rigidified"]
 
 Floats = npt.NDArray[np.float64]
 
@@ -187,7 +187,7 @@ def rigidified(scene: Scene, comm: MPI.Comm) -> tuple[Scene, RigidMeshes]:
             pointed(_load(load, scene, beams, bodies), scene, meshes) for load in scene.loads
         ),
         joints=(
-            *(ended(_joint(j, scene, shells), meshes) for j in scene.joints),
+            *(ended(about_director(j, scene, shells), meshes) for j in scene.joints),
             *_welds(scene, meshes),
         ),
         elements=tuple(ended(element, meshes) for element in scene.elements),
@@ -247,8 +247,14 @@ def _load(
     return replace(load, components=_triple(bodies[target.name].axes.T @ vector))
 
 
-def _joint(joint: Joint, scene: Scene, shells: dict[str, ShellModel]) -> Joint:
-    """A shell revolute joint on a rigid shell turns about the director that was the shell's."""
+def about_director(joint: Joint, scene: Scene, shells: dict[str, ShellModel]) -> Joint:
+    """A shell revolute joint on a shell with a frame turns about the director that was its own.
+
+    Args:
+        joint: The joint.
+        scene: The scene.
+        shells: Shells that are moved by frames, by name.
+    """
     if not isinstance(joint, ShellRevolute) or joint.second not in shells:
         return joint
     where = joint.second_at if joint.second_at is not None else _first_place(joint, scene)

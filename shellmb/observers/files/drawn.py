@@ -15,6 +15,7 @@ from shellmb.model.frames.beam import BeamModel
 from shellmb.model.frames.rigid import RigidBodies
 from shellmb.model.model import Model
 from shellmb.model.shells.shell import ShellModel
+from shellmb.observers.fields.modal import ModalNodes, modal_members
 from shellmb.observers.fields.nodal import NodalValues, Nodes, nodal_values, reference_nodes
 from shellmb.observers.files.grid import Gatherer, Grid
 from shellmb.scene import LinearSection
@@ -55,10 +56,11 @@ class DrawnMesh:
 
     Args:
         body: The body; the call is collective.
+        nodes: Its nodes, where they are no unknowns; None: they are.
     """
 
-    def __init__(self, body: ShellModel | BeamModel) -> None:
-        self._body, self._gatherer, self._nodes = body, Gatherer(body), Nodes(body)
+    def __init__(self, body: ShellModel | BeamModel, nodes: ModalNodes | None = None) -> None:
+        self._body, self._gatherer, self._nodes = body, Gatherer(body), nodes or Nodes(body)
         self.grid = self._gatherer.grid
 
     def shape(self, displacement: Floats) -> Floats | None:
@@ -249,6 +251,8 @@ class DrawnJoints:
 def drawn_bodies(model: Model) -> dict[str, DrawnMesh | DrawnRigid]:
     """Shells, beams and rigid bodies as they are shown; collective."""
     found: dict[str, DrawnMesh | DrawnRigid] = {n: DrawnMesh(b) for n, b in model.meshed.items()}
+    for name, data in modal_members(model).items():
+        found[name] = DrawnMesh(data.members[name].body, ModalNodes(model, name))
     if model.rigid is not None and model.scene.rigid_bodies:
         found[model.rigid.name] = DrawnRigid(model, model.rigid)
     return found

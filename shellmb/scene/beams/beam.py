@@ -11,6 +11,7 @@ from pydantic import InstanceOf
 from shellmb.errors import SceneError
 from shellmb.scene.beams.curves import Curve
 from shellmb.scene.beams.sections import BeamSection
+from shellmb.scene.values.models import BodyModel
 from shellmb.scene.values.validate import Axis, Name, PositiveInt, described, show, unit_vector
 
 __all__ = ["Beam", "Glue"]
@@ -36,7 +37,9 @@ class Beam:
         transverse_shear: Whether the section shears; False: a slender beam in Bernoulli's limit.
         stretching: Whether it stretches along its line; False: inextensible.
         coupling: Whether forces and moments are coupled, where the section does so.
-        rigid: Whether the beam is one rigid body, of the mass and inertia of its mesh and section.
+        model: ``"exact"``: any displacements and rotations; ``Modal(modes=10)``: reduced to modes
+            about a frame that moves by any amount; ``"rigid"``: one rigid body. Mass and inertia
+            are those of its mesh and section in all of them.
         terms: Terms added to the weak form, each a callable in UFL.
     """
 
@@ -51,7 +54,7 @@ class Beam:
     transverse_shear: bool = True
     stretching: bool = True
     coupling: bool = True
-    rigid: bool = False
+    model: BodyModel = "exact"
     terms: tuple[Callable[..., Any], ...] = ()
 
     def __post_init__(self) -> None:
@@ -84,9 +87,19 @@ class Beam:
                 )
 
     @property
+    def rigid(self) -> bool:
+        """Whether it is one rigid body."""
+        return self.model == "rigid"
+
+    @property
+    def exact(self) -> bool:
+        """Whether it deforms by any amount: its nodes are the unknowns."""
+        return self.model == "exact"
+
+    @property
     def holds_strains(self) -> bool:
         """Whether some strain is held at zero by forces that are multipliers."""
-        return not (self.rigid or (self.transverse_shear and self.stretching))
+        return self.exact and not (self.transverse_shear and self.stretching)
 
 
 @described("glue")

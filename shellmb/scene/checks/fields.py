@@ -14,12 +14,12 @@ from shellmb.scene.shells.shell import Shell
 if TYPE_CHECKING:
     from shellmb.scene.description import Body, Description
 
-__all__ = ["check_fields", "kinds_of", "wanted_fields"]
+__all__ = ["check_fields", "has_field", "kinds_of", "wanted_fields"]
 
 # what there has to be for a field, in words
 OWNERS = {
-    "shell": "shell that is not rigid",
-    "beam": "beam that is not rigid",
+    "shell": "shell with model='exact'",
+    "beam": "beam with model='exact'",
     "joint": "joint",
     "laminate": "shell with plies (a Laminate)",
     "linear": "shell with a linear section",
@@ -28,7 +28,7 @@ OWNERS = {
 
 def kinds_of(body: Body) -> set[str]:
     """Which fields a body can have, by the kinds in `FieldKind.bodies`."""
-    if not isinstance(body, Shell | Beam) or body.rigid:
+    if not isinstance(body, Shell | Beam) or not body.exact:
         return {"rigid"}
     if isinstance(body, Beam):
         return {"beam"}
@@ -55,6 +55,16 @@ def wanted_fields(scene: Description, kinds: set[str]) -> tuple[str, ...]:
     )
 
 
+def has_field(name: str, kinds: set[str]) -> bool:
+    """Whether bodies of some kinds may be asked for a field.
+
+    Args:
+        name: Its name.
+        kinds: Kinds of `FieldKind.bodies`.
+    """
+    return name in (*DEFAULT, "all") or bool(FIELDS[name].bodies & kinds)
+
+
 def check_fields(scene: Description) -> None:
     """Refuse fields that nothing in the scene has.
 
@@ -65,7 +75,7 @@ def check_fields(scene: Description) -> None:
     if scene.joints:
         there.add("joint")
     for name in scene.output.fields:
-        if name in (*DEFAULT, "all") or FIELDS[name].bodies & there:
+        if has_field(name, there):
             continue
         owners = " or ".join(OWNERS[kind] for kind in OWNERS if kind in FIELDS[name].bodies)
         raise SceneError(

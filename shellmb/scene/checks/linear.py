@@ -1,4 +1,4 @@
-"""What makes no sense where displacements are small and all is linearised about the reference."""
+"""What makes no sense where displacements are small, and where a path of equilibria is followed."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from shellmb.errors import SceneError
-from shellmb.scene.loads.supports import Driven
+from shellmb.scene.loads.supports import Driven, moves
 from shellmb.scene.lookup import said
 from shellmb.scene.multibody.rolling import Contact
 from shellmb.scene.values.validate import show
@@ -15,7 +15,7 @@ from shellmb.scene.values.validate import show
 if TYPE_CHECKING:
     from shellmb.scene.description import Description
 
-__all__ = ["SMALL_ANGLE", "check"]
+__all__ = ["SMALL_ANGLE", "check", "check_path"]
 
 # a rotation by this is off by its square in a linear analysis: positions by half a per cent, rad
 SMALL_ANGLE = 0.1
@@ -89,4 +89,37 @@ def _small(scene: Description, angle: Any, who: str) -> None:
             f"{who} is {show(float(f'{angles[worst]:.4g}'))} at t = {times[worst]:g}; with scheme "
             f"'{scene.scheme_name}' rotations must be at most {SMALL_ANGLE:g} rad, or the scheme "
             "another, as 'static' or 'ep'"
+        )
+
+
+def check_path(scene: Description) -> None:
+    """Check that a scene is one whose path can be followed.
+
+    Raises:
+        SceneError: Says what stands against it.
+    """
+    if scene.path is None:
+        return
+    who = f"scene '{scene.name}': path following"
+    if scene.scheme_name != "static":
+        raise SceneError(
+            f"{who} has scheme {show(scene.scheme_name)}; it must be 'static', or path must be "
+            "left out"
+        )
+    if not scene.loads:
+        raise SceneError(f"{who} has no load to follow; it must have one at least")
+    for load in scene.loads:
+        if load.time is not None:
+            raise SceneError(
+                f"{who}: a {load.label} has a function of time; it must be left out, because the "
+                "load factor multiplies all loads"
+            )
+    moved = [s.label for s in scene.supports if moves(s)]
+    moved += [f"driver '{d.name}'" for d in scene.drivers]
+    moved += [f"lock of joint '{lock.joint}'" for lock in scene.locks]
+    moved += [f"windows of joint '{j.name}'" for j in scene.joints if j.active is not None]
+    if moved:
+        raise SceneError(
+            f"{who}: something is prescribed over time ({moved[0]}); it must be left out, because "
+            "loads are followed and there is no time"
         )

@@ -22,7 +22,7 @@ from shellmb.scene.multibody.drivers import Driver, Lock
 from shellmb.scene.multibody.elements import JointElement, PointElement
 from shellmb.scene.multibody.joints import GROUND, Distance, Joint, ShellRevolute, Weld
 from shellmb.scene.multibody.offsets import Offset
-from shellmb.scene.multibody.rigid import RigidBody
+from shellmb.scene.multibody.rigid import Interface, RigidBody
 from shellmb.scene.multibody.rolling import Contact, Rolling
 from shellmb.scene.probes import MOTIONS
 from shellmb.scene.shells.sections import LinearSection
@@ -115,7 +115,7 @@ def _regions(body: Body | None) -> tuple[str, ...]:
 
 
 def _frameless(body: Body | None) -> bool:
-    return isinstance(body, Shell) and not body.rigid
+    return isinstance(body, Shell) and body.exact
 
 
 def _end_said(body: Body | None) -> str:
@@ -246,7 +246,7 @@ def _frame(scene: Description, probe: Any) -> None:
         )
     if probe.frame_at is not None:
         check_point(body, probe.frame_at, f"{said(probe)}: frame_at")
-    elif isinstance(body, Beam) and not body.rigid:
+    elif isinstance(body, Beam) and body.exact:
         raise SceneError(
             f"{said(probe)}: frame_at is missing; it must be the node of {said(body)} whose frame "
             "it is"
@@ -271,6 +271,7 @@ def _supported(scene: Description) -> None:
     pairs += [(glue.beam, glue.shell) for glue in scene.glues]
     pairs += [(e.first, e.second) for e in scene.elements if isinstance(e, PointElement)]
     pairs += [(body.name, GROUND) for s in scene.supports for body in bodies_of(scene, s)]
+    pairs += [(body.name, body.of) for body in scene.bodies if isinstance(body, Interface)]
     # an elastic foundation, say; whether terms hold all motions is found out later
     pairs += [(body.name, GROUND) for body in scene.meshed if body.terms]
     pairs += [
@@ -307,7 +308,7 @@ def _massive(scene: Description) -> None:
     }
     for body in scene.bodies:
         if isinstance(body, RigidBody):
-            if body.name in framed:
+            if body.name in framed or isinstance(body, Interface):
                 continue
             m, what, remedy = body.mass, "mass", ""
         else:

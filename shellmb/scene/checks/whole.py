@@ -11,6 +11,7 @@ from shellmb.errors import SceneError
 from shellmb.scene.checks import effect as checks_effect
 from shellmb.scene.checks import linear as checks_linear
 from shellmb.scene.checks import multibody as checks_multibody
+from shellmb.scene.checks import reduced as checks_reduced
 from shellmb.scene.checks.control import check_control
 from shellmb.scene.checks.names import check_names
 from shellmb.scene.checks.places import (
@@ -52,6 +53,7 @@ def check(scene: Description) -> None:
     _functions_of_position(scene)
     checks_multibody.check(scene)
     check_potentials(scene)
+    checks_reduced.check(scene)
     checks_effect.check(scene)
     checks_linear.check(scene)
     check_signals(scene)
@@ -117,7 +119,7 @@ def _quadratic(scene: Description) -> None:
     if scheme not in QUADRATIC:
         return
     bodies: list[Any] = [*scene.shells, *scene.beams]
-    light = {b.name: not (b.rotary_inertia and b.section.masses[2]) for b in bodies if not b.rigid}
+    light = {b.name: not (b.rotary_inertia and b.section.masses[2]) for b in bodies if b.exact}
     alpha = getattr(scene.scheme, "alpha", scene.alpha if scheme == "ed3" else 0.0)
     for body in scene.meshed:
         if alpha == 0 and light.get(body.name):
@@ -144,7 +146,7 @@ def _end_forces(scene: Description) -> None:
     if scene.static or not scene.output.end_forces:
         return
     for body in scene.meshed:
-        if body.holds_strains and not body.rigid:
+        if body.holds_strains:
             raise SceneError(
                 f"{said(body)}: it holds strains at zero, and what holds them is known as a mean "
                 "over a step only; output must be without end_forces, or the body must have all "

@@ -13,7 +13,7 @@ from pydantic import BeforeValidator
 from shellmb.errors import SceneError
 from shellmb.scene.values.validate import Matrix3, Name, NonNegative, Vec3, described, numbers, show
 
-__all__ = ["RigidBody", "rotation_matrix"]
+__all__ = ["Interface", "RigidBody", "rotation_matrix"]
 
 type Matrix = NDArray[np.float64]
 
@@ -181,3 +181,14 @@ class RigidBody:
                 "or give coordinates"
             )
         return np.asarray(self.position) + self.axes @ np.asarray(local[point or "origin"])
+
+
+@described("interface")
+class Interface(RigidBody):
+    """A massless frame that moves with the modes of a reduced body; scenes make them themselves.
+
+    Args:
+        of: Name of the reduced body's floating frame.
+    """
+
+    of: str = ""

@@ -12,6 +12,7 @@ from shellmb.errors import SceneError
 from shellmb.scene.shells.gmsh_surfaces import Meshed
 from shellmb.scene.shells.sections import LinearSection, Section
 from shellmb.scene.shells.surfaces import Surface
+from shellmb.scene.values.models import BodyModel
 from shellmb.scene.values.positions import OfPosition
 from shellmb.scene.values.validate import (
     Edge,
@@ -58,7 +59,9 @@ class Shell:
             ``ShellStrains``, as :func:`shellmb.forms.shell.shell_strains` does; of any form, and
             quickest to compile if at most quadratic in the unknowns.
         terms: Terms added to the weak form, each a callable in UFL.
-        rigid: Whether the shell is one rigid body, of the mass and inertia of its mesh and section.
+        model: ``"exact"``: any displacements and rotations; ``Modal(modes=10)``: reduced to modes
+            about a frame that moves by any amount; ``"rigid"``: one rigid body. Mass and inertia
+            are those of its mesh and section in all of them.
         areas: Names of areas with vectorised functions of positions (3, n) that say whether they
             are inside: ``{"flange": lambda x: x[0] < 0.1}``. An area is the elements of which most
             is inside. Supports hold it as they hold edges, and a ``Weld`` bolts it to a frame.
@@ -81,7 +84,7 @@ class Shell:
     coupling: bool = True
     strains: Callable[..., Any] | None = None
     terms: tuple[Callable[..., Any], ...] = ()
-    rigid: bool = False
+    model: BodyModel = "exact"
     areas: Mapping[Name, Callable[[Any], Any]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -123,9 +126,19 @@ class Shell:
                     )
 
     @property
+    def rigid(self) -> bool:
+        """Whether it is one rigid body."""
+        return self.model == "rigid"
+
+    @property
+    def exact(self) -> bool:
+        """Whether it deforms by any amount: its nodes are the unknowns."""
+        return self.model == "exact"
+
+    @property
     def holds_strains(self) -> bool:
         """Whether some strain is held at zero by forces that are multipliers."""
-        return not (self.rigid or (self.transverse_shear and self.stretching))
+        return self.exact and not (self.transverse_shear and self.stretching)
 
 
 @described("join")

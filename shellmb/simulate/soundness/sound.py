@@ -6,6 +6,7 @@ from mpi4py import MPI
 
 from shellmb.model.model import Model, build_model
 from shellmb.scene import Scene
+from shellmb.simulate.reduction.reduce import reduce_bodies
 from shellmb.simulate.soundness.mobility import refuse_mechanisms
 from shellmb.simulate.soundness.redundancy import Redundant, look_through
 
@@ -24,7 +25,8 @@ def sound_model(scene: Scene, comm: MPI.Comm) -> tuple[Model, list[Redundant]]:
         SceneError: If something the scene names does not exist, constraints are redundant or
             contradict one another, or nothing holds a motion of a static scene.
     """
-    model = build_model(scene, comm)
+    scene, modal = reduce_bodies(scene, comm)
+    model = build_model(scene, comm, modal)
     redundant = look_through(model)
     if scene.static:
         refuse_mechanisms(model)

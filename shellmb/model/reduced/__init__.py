@@ -1,0 +1,1 @@
+"""Bodies reduced to modes about a floating frame."""

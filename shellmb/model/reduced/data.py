@@ -1,0 +1,105 @@
+"""What is kept of a body that is reduced to modes: numbers, none of them as many as its nodes.
+
+A material point is at `x = x0 + d_a (X_a + phi_ka eta_k)`, with a floating frame `x0, d_a` that is
+unknown as that of a rigid body and modes `phi_k` of amplitudes `eta_k`, in components along the
+frame; its directors alike. All of it is linear in the vectors `x0`, `d_a` and `y_ka = eta_k d_a`,
+with constant coefficients. So the kinetic energy is a quadratic form of their rates with a
+*constant* matrix. In principal axes of its part of `y` it is that of point masses `m_r` at
+
+    z_r = sum_k eta_k sum_a Q_rka d_a
+
+which hold as constraints `d_a . z_r = sum_k Q_rka eta_k`, quadratic and unchanged by rotations as
+those of joints. So energies and momenta are exact in every scheme, by what it does with quadratic
+constraints and constant masses anyway.
+
+The modes have no linear and no angular momentum in the frame at rest (they are orthogonal to rigid
+motions in the metric of the mass): it is a mean of the body, and the representation is unique.
+
+References: R. R. Craig, M. C. C. Bampton, AIAA J. 6 (1968) 1313-1319; B. Fraeijs de Veubeke, Int.
+J. Eng. Sci. 14 (1976) 895-913 (mean axes).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from shellmb.model.frames.beam import BeamModel
+from shellmb.model.shells.shell import ShellModel
+
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class InterfaceModes:
+    """How a frame at which something is attached moves with the modes.
+
+    Args:
+        name: Name of the frame in the scene.
+        shift: Displacement along the floating frame per amplitude, shape (3, K).
+        turn: Rotation about the floating frame's axes per amplitude, shape (3, K), rad/m.
+    """
+
+    name: str
+    shift: Floats
+    turn: Floats
+
+
+@dataclass(frozen=True)
+class Member:
+    """A shell or beam of a reduced body, for pictures and probes.
+
+    Args:
+        body: The shell or beam with its mesh: it has no unknowns.
+        u: Displacements of the nodes on this rank per amplitude, shape (n, 3, K).
+        w: Changes of their directors, shape (n, m, 3, K), 1/m.
+    """
+
+    body: ShellModel | BeamModel
+    u: Floats
+    w: Floats
+
+
+@dataclass(frozen=True)
+class ModalBody:
+    """A body in modes, the largest displacement of each, or turn times length, being one.
+
+    So amplitudes are in m.
+
+    Args:
+        name: Name of its floating frame in the scene.
+        members: The shells and beams that it consists of, by name.
+        interfaces: The frames at which something is attached to it.
+        stiffness: Stiffness of each mode, shape (K,), N/m.
+        omega2: Square of its angular frequency, where the body is free, shape (K,), rad^2/s^2.
+        mass: Masses of the points that carry the inertia of the modes, shape (R,), kg.
+        points: Where they are per amplitude, `Q` above, shape (R, 3, K).
+        coupling: Products of inertia of the points and the directors, shape (R, 3), kg m.
+        length: Size of the body, m.
+        clamped: Lowest angular frequency with one of the frames held, rad/s; of the free body
+            without any.
+    """
+
+    name: str
+    members: dict[str, Member]
+    interfaces: tuple[InterfaceModes, ...]
+    stiffness: Floats
+    omega2: Floats
+    mass: Floats
+    points: Floats
+    coupling: Floats
+    length: float
+    clamped: float
+
+    @property
+    def count(self) -> int:
+        """Number of modes."""
+        return len(self.stiffness)
+
+    @cached_property
+    def slopes(self) -> Floats:
+        """Changes of all directors on this rank per amplitude, shape (n, 3, K), 1/m."""
+        return np.concatenate([m.w.reshape(-1, 3, self.count) for m in self.members.values()])

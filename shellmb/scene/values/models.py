@@ -1,0 +1,53 @@
+"""How a shell or beam deforms: exactly, in few modes about a moving frame, or not at all."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import BeforeValidator
+
+from shellmb.errors import SceneError
+from shellmb.scene.values.validate import PositiveInt, described
+
+__all__ = ["BodyModel", "Modal", "model_of"]
+
+WORDS = ("exact", "rigid")
+
+
+@described("modal model")
+class Modal:
+    """Small strains and rotations relative to a floating frame, in few modes (Craig and Bampton).
+
+    The frame moves by any amount, as a rigid body does; relative to it the body moves in the modes
+    that it has with its joints held, and in those of its joints, each of which moves as a rigid
+    frame: six for each place that something is attached to, less the six of the body as a whole.
+
+    Args:
+        modes: Number of modes with all joints held, the lowest ones; without joints and loads at
+            points the number of elastic modes of the free body.
+    """
+
+    modes: PositiveInt = 10
+
+
+def _word_or_modal(value: object) -> object:
+    if isinstance(value, Modal) or (isinstance(value, str) and value in WORDS):
+        return value
+    raise ValueError("it must be 'exact', 'rigid' or Modal(modes=10)")
+
+
+def model_of(text: str) -> str | Modal:
+    """A model from text: ``"exact"``, ``"rigid"``, or ``"modal:10"``, a number of modes.
+
+    Raises:
+        SceneError: If it is none of these.
+    """
+    word, _, count = text.partition(":")
+    if word == "modal" and count.isdecimal():
+        return Modal(int(count))
+    if text in WORDS:
+        return text
+    raise SceneError(f"model is {text!r}; it must be 'exact', 'rigid' or 'modal:10'")
+
+
+BodyModel = Annotated[Literal["exact", "rigid"] | Modal, BeforeValidator(_word_or_modal)]

@@ -1,0 +1,169 @@
+"""A body by itself, with frames welded to it: its matrices, and Ritz vectors of Craig and Bampton.
+
+Each frame moved by itself gives six static modes; with all of them held the lowest eigenvectors are
+taken.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from mpi4py import MPI
+from petsc4py import PETSc
+
+import numpy as np
+import numpy.typing as npt
+
+from shellmb.model.model import build_model
+from shellmb.scene import Scene
+from shellmb.simulate.reduction.tangent import tangent
+from shellmb.simulate.soundness.redundancy import look_through
+from shellmb.system.direct.mumps import use_mumps
+from shellmb.system.eigenvalues import eigenpairs
+
+Floats = npt.NDArray[np.float64]
+# local arrays by name of the body
+Arrays = dict[str, Floats]
+
+# the shift of eigenproblems, and of static modes, relative to D/(m L^4): the latter is so small
+# that they are static, and not zero, because a frame may leave the body free to turn about it
+SHIFT, STATIC = 10.0, 1e-6
+
+
+class Alone:
+    """A body by itself.
+
+    Args:
+        scene: The scene of it: shells and beams, and massless frames welded to them.
+        comm: Communicator.
+
+    Attributes:
+        model: The model.
+        system: Its block system.
+        K: Stiffness matrix at the reference, resultants and multipliers included.
+        M: Mass matrix.
+    """
+
+    def __init__(self, scene: Scene, comm: MPI.Comm) -> None:
+        self.comm, self.model = comm, build_model(scene, comm)
+        look_through(self.model)
+        self.system, stiffness, mass = tangent(self.model)
+        self.K = self.system.symmetric_matrix(stiffness, 1.0)
+        self.M = self.system.symmetric_matrix(mass, 0.0)
+        # those that have nodes
+        self.bodies: dict[str, Any] = dict(self.model.meshed)
+        if self.model.rigid is not None:
+            self.bodies[self.model.rigid.name] = self.model.rigid
+
+    @property
+    def scale(self) -> float:
+        """Size of the squares of the lowest frequencies, rad^2/s^2."""
+        found = []
+        for shell in self.model.shells.values():
+            sizes = shell.section.sizes
+            bending = sizes.stiffness * sizes.thickness**2 / 12
+            found.append(bending / sizes.mass / shell.surface_mesh.length**4)
+        for beam in self.model.beams.values():
+            bending = float(np.min(np.diag(beam.beam.section.stiffness)[4:]))
+            found.append(bending / beam.beam.section.mass[0] / beam.domain.length**4)
+        return min(found)
+
+    def nodes(self, name: str) -> tuple[Floats, Floats]:
+        """Positions (n, 3) and directors (n, m, 3) of the nodes of a body on this rank."""
+        body, rigid = self.bodies[name], self.model.rigid
+        if rigid is not None and body is rigid:
+            items = [rigid.bodies[k] for k in rigid.node_mesh.item]
+            X = np.array([b.center for b in items]).reshape(-1, 3)
+            return X, np.array([b.directors for b in items]).reshape(-1, 3, 3)
+        return body.mixed.nodes("u"), body.node_directors()
+
+    def zeros(self) -> Arrays:
+        """Local arrays of all bodies that have nodes."""
+        return {f.name: np.zeros(f.size_all) for f in self.system.fields if f.name in self.bodies}
+
+    def vector(self, arrays: Arrays) -> PETSc.Vec:
+        """A vector of the system from local arrays, zero where there are none."""
+        fields = self.system.fields
+        every = [arrays.get(f.name, np.full(f.size_all, np.nan)) for f in fields]
+        out = self.K.createVecRight()
+        out.array[:] = self.system.global_values(every, known=True)
+        return out
+
+    def arrays(self, vector: PETSc.Vec) -> Arrays:
+        """Local arrays of the bodies that have nodes."""
+        values, numbering = self.system.local_values(vector), self.system.numbering
+        fields = enumerate(self.system.fields)
+        return {f.name: values[numbering.slice(k)] for k, f in fields if f.name in self.bodies}
+
+    def motion(self, axis: int, about: Floats, name: str | None = None) -> Arrays:
+        """A rigid motion of all bodies, or of one frame.
+
+        Args:
+            axis: 0, 1, 2: along; 3, 4, 5: about x, y, z.
+            about: Point that rotations are about, shape (3,), m.
+            name: Name of the frame that moves alone; None: everything.
+        """
+        arrays, unit = self.zeros(), np.eye(3)[axis % 3]
+        for body_name, body in self.bodies.items():
+            X, D = self.nodes(body_name)
+            u, w = np.tile(unit, (len(X), 1)), np.zeros_like(D)
+            if axis > 2:
+                u, w = np.cross(unit, X - about), np.cross(unit, D)
+            if name is not None:
+                rigid = body is self.model.rigid
+                here = body.node_mesh.item == body.index[name] if rigid else np.zeros(len(X), bool)
+                u, w = u * here[:, None], w * here[:, None, None]
+            arrays[body_name][body.mixed.dofs["u"]] = u.ravel()
+            arrays[body_name][body.mixed.dofs["w"]] = w.ravel()
+        return arrays
+
+    def ritz_vectors(self, count: int) -> list[PETSc.Vec]:
+        """Static modes of all frames and the lowest modes with them held; else those of the body.
+
+        Args:
+            count: Number of modes with the frames held; without frames of elastic ones.
+        """
+        rigid, shift = self.model.rigid, -SHIFT * self.scale
+        if rigid is None:
+            _, vectors = eigenpairs(self.K, self.M, count + 6, shift, symmetric=True)
+            return vectors
+        numbering = self.system.numbering
+        number = next(k for k, f in enumerate(self.system.fields) if f.name == rigid.name)
+        every = np.arange(numbering.start, numbering.start + numbering.owned)
+        free = np.setdiff1d(every, numbering.by_field[number])
+        where = PETSc.IS().createGeneral(free.astype(PETSc.IntType), comm=self.comm)
+        K, M = (A.createSubMatrix(where, where) for A in (self.K, self.M))
+        _, inner = eigenpairs(K, M, count, shift, symmetric=True)
+        free -= numbering.start
+        found = [self._whole(vector, free) for vector in inner]
+        K.axpy(STATIC * self.scale, M)
+        solver = PETSc.KSP().create(self.comm)
+        solver.setOperators(K)
+        solver.setType(PETSc.KSP.Type.PREONLY)
+        use_mumps(solver.getPC(), "lu", f"shellmb_static_{id(self)}_", {})
+        for name in rigid.index:
+            center = rigid.bodies[rigid.index[name]].center
+            for axis in range(6):
+                moved = self.vector(self.motion(axis, center, name))
+                force, part, inside = self.K.createVecLeft(), K.createVecLeft(), K.createVecRight()
+                self.K.mult(moved, force)
+                part.array[:] = -force.array[free]
+                solver.solve(part, inside)
+                moved.axpy(1.0, self._whole(inside, free))
+                found.append(moved)
+        return found
+
+    def _whole(self, part: PETSc.Vec, free: npt.NDArray[np.int64]) -> PETSc.Vec:
+        """A vector of the system from one of its free unknowns."""
+        out = self.K.createVecRight()
+        out.array[:] = 0.0
+        out.array[free] = part.array
+        return out
+
+    def gram(self, A: PETSc.Mat, vectors: list[PETSc.Vec]) -> Floats:
+        """`v_i . A v_j` of vectors; collective."""
+        image, found = A.createVecLeft(), np.zeros((len(vectors), len(vectors)))
+        for j, vector in enumerate(vectors):
+            A.mult(vector, image)
+            found[:, j] = [other.dot(image) for other in vectors]
+        return np.asarray((found + found.T) / 2)

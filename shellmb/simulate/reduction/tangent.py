@@ -1,0 +1,71 @@
+"""Stiffness and mass matrices of a model at a state, as eigenproblems and reductions need them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+import numpy.typing as npt
+import ufl
+from dolfinx import fem
+from ufl import Form
+
+from shellmb.model.body import TimeFunction
+from shellmb.model.model import Model
+from shellmb.schemes.base import at_state
+from shellmb.schemes.residuals.rows import Span
+from shellmb.simulate.fields import body_field
+from shellmb.system.assembly.blocks import BlockSystem
+from shellmb.system.assembly.fields import Field, Followers
+
+# forms that add up to each block of a matrix
+Blocks = dict[tuple[int, int], list[Form]]
+
+
+def tangent(
+    model: Model,
+    arrays: Mapping[str, npt.NDArray[np.float64]] | None = None,
+    factor: Callable[[TimeFunction | None], float] | None = None,
+) -> tuple[BlockSystem, Blocks, Blocks]:
+    """Block system at a state, with the forms of its stiffness and mass matrices.
+
+    Args:
+        model: The bodies.
+        arrays: Local arrays of the state by `NAME/q`; None: the reference.
+        factor: Factors of the loads at that state by their time functions; None: no loads.
+    """
+    fields: list[Field] = []
+    followers: list[Followers] = []
+    stiffness: Blocks = {}
+    mass: Blocks = {}
+    numbers = {body.name: k for k, body in enumerate(model.bodies)}
+    for k, body in enumerate(model.bodies):
+        space = body.mixed.space
+        q = fem.Function(space)
+        if arrays:
+            q.x.array[:] = arrays[f"{body.name}/q"]
+        dq, trial = ufl.TestFunction(space), ufl.TrialFunction(space)
+        sub = Span(at_state(q), [q], 0)
+        form, terms = body.within(sub, dq, trial)
+        if sub.states is not None:
+            followers.append(Followers(**vars(sub.states)))
+        forms = [form]
+        loads = body.loads() if factor is not None else None
+        if loads is not None and factor is not None:
+            loads.update(factor)
+            work = loads.virtual_work(q, dq)
+            forms.append(-work if work is not None else None)
+        present = [form for form in forms if form is not None]
+        stiffness[k, k] = [f for term in terms for f in term.derivatives[0]]
+        if present:
+            residual = sum(present[1:], present[0])
+            derivative = ufl.algorithms.expand_derivatives(ufl.derivative(residual, q, trial))
+            if not derivative.empty():
+                stiffness[k, k].append(derivative)
+        inertia = body.inertia(trial, dq)
+        if inertia is not None:
+            mass[k, k] = [inertia]
+        fields.append(body_field(body, q, (), numbers))
+    system = BlockSystem(model.comm, fields, followers)
+    system.follow()
+    return system, stiffness, mass

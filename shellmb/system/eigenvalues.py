@@ -1,0 +1,77 @@
+"""Eigenvalues nearest to a shift of symmetric pairs of matrices (SLEPc, shift and invert)."""
+
+from mpi4py import MPI as _MPI  # noqa: F401  (before petsc4py)
+from petsc4py import PETSc
+from slepc4py import SLEPc
+
+import numpy as np
+import numpy.typing as npt
+
+from shellmb.errors import ConvergenceError
+from shellmb.system.direct.mumps import MUMPS_OPTIONS
+
+# eigenvalues beyond this multiple of the shift are those of multipliers, infinite but for round-off
+INFINITE = 1e12
+
+
+def eigenpairs(
+    K: PETSc.Mat, M: PETSc.Mat, count: int, shift: float, symmetric: bool
+) -> tuple[npt.NDArray[np.float64], list[PETSc.Vec]]:
+    """Eigenvalues nearest to the shift and their vectors, sorted.
+
+    Args:
+        K: Stiffness matrix, perhaps indefinite.
+        M: Mass matrix, perhaps singular.
+        count: Number of pairs wanted.
+        shift: Negative number of the size of the lowest eigenvalues.
+        symmetric: Whether `K` is.
+
+    Raises:
+        ConvergenceError: If the matrix has no factors, or there are fewer pairs.
+    """
+    solver = SLEPc.EPS().create(K.getComm())
+    solver.setOperators(K, M)
+    kinds = SLEPc.EPS.ProblemType
+    solver.setProblemType(kinds.GHEP if symmetric else kinds.GNHEP)
+    solver.setType(SLEPc.EPS.Type.KRYLOVSCHUR)
+    solver.setWhichEigenpairs(SLEPc.EPS.Which.TARGET_REAL)
+    solver.setTarget(shift)
+    # a wide basis finds multiple eigenvalues, such as the six rigid-body modes, all at once
+    solver.setDimensions(count, min(max(4 * count, 40), K.getSize()[0]))
+    solver.setTolerances(1e-10, 500)
+    transform = solver.getST()
+    transform.setType(SLEPc.ST.Type.SINVERT)
+    ksp = transform.getKSP()
+    ksp.setType(PETSc.KSP.Type.PREONLY)
+    ksp.getPC().setType(PETSc.PC.Type.LU)
+    ksp.getPC().setFactorSolverType("mumps")
+    prefix = f"shellmb_modes_{id(solver)}_"
+    solver.setOptionsPrefix(prefix)
+    options = PETSc.Options()
+    for key, option in MUMPS_OPTIONS.items():
+        options[f"{prefix}st_{key}"] = option
+    solver.setFromOptions()
+    try:
+        solver.solve()
+    except PETSc.Error as error:
+        raise ConvergenceError(
+            f"modes: the matrix of the eigenproblem has no factors (PETSc error {error.ierr}); it "
+            "must be regular: look for bodies without stiffness and mass"
+        ) from error
+    if solver.getConverged() < count:
+        raise ConvergenceError(
+            f"modes: {solver.getConverged()} of {count} modes converged; ask for fewer, or refine"
+        )
+    pairs = []
+    for k in range(solver.getConverged()):
+        vector = K.createVecRight()
+        value = float(np.real(solver.getEigenpair(k, vector)))
+        if abs(value) < INFINITE * abs(shift):
+            pairs.append((value, vector))
+    if len(pairs) < count:
+        raise ConvergenceError(
+            f"modes: count is {count}; there are {len(pairs)} modes, ask for no more"
+        )
+    pairs.sort(key=lambda pair: pair[0])
+    kept = pairs[:count]
+    return np.array([value for value, _ in kept]), [vector for _, vector in kept]
