@@ -27,6 +27,7 @@ from shellmb.scene import (
 from shellmb.scene.lookup import said
 from shellmb.scene.multibody.elements import JointElement, PointElement
 from shellmb.scene.multibody.rolling import Contact
+from shellmb.scene.values.models import Modal
 from shellmb.scene.values.validate import show
 
 Floats = npt.NDArray[np.float64]
@@ -166,6 +167,17 @@ def check_steady(scene: Scene, axis: Axis, loaded: bool) -> None:
         SceneError: Names what does not turn along.
     """
     size = _size(scene)
+    for body in scene.meshed:
+        if isinstance(body.model, Modal):
+            raise SceneError(
+                f"modes: {said(body)} is reduced to modes, which know no stiffness by the pull of "
+                "a rotation; its model must be 'exact'"
+            )
+    acting: tuple[Any, ...] = (*scene.potentials, *scene.contacts)
+    for item in acting:
+        raise SceneError(
+            f"modes: {said(item)} stays in space and does not turn along; leave it out"
+        )
     for joint in scene.joints:
         if isinstance(joint, Contact):
             raise SceneError(

@@ -8,15 +8,21 @@ from shellmb.errors import SceneError
 from shellmb.moving.axis import Axis, check_steady, find_axis
 from shellmb.moving.campbell import campbell
 from shellmb.scene import (
+    Contact,
     Driver,
     Gravity,
     InitialVelocity,
+    Isotropic,
     JointDamper,
     Lock,
+    Modal,
+    Plane,
     Prismatic,
+    Rectangle,
     Revolute,
     RigidBody,
     Scene,
+    Shell,
     Spring,
 )
 
@@ -38,6 +44,11 @@ ROPE = Spring("rope", "ground", "rotor", at=(2, 0, 0), second_at="rim", stiffnes
 HOOK = Spring("hook", "ground", "rotor", at=(0, 0, 3), second_at="rim", stiffness=1.0)
 
 
+FLOOR = Contact("floor", Plane((0, 0, -1)), 1e4, "rotor")
+SKIN = Isotropic(E=70e9, nu=0.3, thickness=4e-3, density=2700.0)
+IN_MODES = Shell("panel", Rectangle(1.0, 0.2), SKIN, model=Modal(modes=3))
+
+
 @pytest.mark.parametrize(
     ("parts", "loaded", "said"),
     [
@@ -46,6 +57,8 @@ HOOK = Spring("hook", "ground", "rotor", at=(0, 0, 3), second_at="rim", stiffnes
         ({"joints": AXLE, "elements": BRAKE}, False, "'brake' is turned in .*'axle' to ground"),
         ({"joints": AXLE, "locks": HELD}, False, "lock of joint 'axle' acts in windows"),
         ({"elements": ROPE}, False, r"'rope' holds on to ground at \(2.*point of the axis"),
+        ({"contacts": FLOOR}, False, "contact 'floor' stays in space"),
+        ({"shells": IN_MODES}, False, "shell 'panel' is reduced to modes, which know no stiffness"),
         ({"loads": Gravity((0, -9.81, 0))}, True, "gravity is .*fixed in space.*along the axis"),
     ],
 )

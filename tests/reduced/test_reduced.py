@@ -16,6 +16,7 @@ from shellmb.scene import (
     AlongEdge,
     Beam,
     Clamped,
+    Contact,
     Glue,
     Gravity,
     InitialVelocity,
@@ -23,6 +24,7 @@ from shellmb.scene import (
     Join,
     Line,
     Modal,
+    Plane,
     PointForce,
     Pressure,
     Probe,
@@ -181,6 +183,14 @@ def test_statics_knows_modes_too() -> None:
 
 
 BAD = {
+    "shell 'plate' is reduced to modes, and its section has damping; it must have none (joints may "
+    "have dampers), or the model must be 'exact'": {
+        "shells": replace(plate(), section=replace(plate().section, damping=1e-4))
+    },
+    "contact 'floor': shell 'plate' is reduced to modes; what touches must be a rigid body, "
+    "perhaps one that is welded to it, or the model must be 'exact'": {
+        "contacts": Contact("floor", Plane((0, 0, -1)), 1e4)
+    },
     "clamped edge: shell 'plate' is reduced to modes; it must be held by joints to the ground, as "
     "by a Weld along an edge": {"supports": Clamped("left")},
     "pressure: shell 'plate' is reduced to modes; its loads must be gravity, or forces and moments "
