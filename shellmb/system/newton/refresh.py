@@ -122,12 +122,15 @@ class Modified:
     _spent: float = field(default=0.0, init=False)
     _solved: int = field(default=0, init=False)
     _tired: bool = field(default=False, init=False)
+    # whether the factorisation was made in this solution
+    _fresh: bool = field(default=False, init=False)
 
     def begin(self, key: Hashable) -> None:
         """Forget the factorisation, or only that of another system."""
         self._wanted = not self._exists or not self.keep or key != self._key or self._tired
         self._key = key
         self._updates, self._far, self._iterations = [], False, 0
+        self._fresh = False
 
     def forget(self) -> None:
         """The next solution begins with a factorisation."""
@@ -143,6 +146,7 @@ class Modified:
         self._wanted, self._exists = self._far, True
         self._updates = self._updates[-1:] if self._far else []
         self._spent, self._solved, self._iterations, self._tired = cost, 0, 0, False
+        self._fresh = True
 
     def converged(self, update: float, moved: float, tolerance: float) -> bool:
         """By the error left behind, as the contraction tells it."""
@@ -167,13 +171,19 @@ class Modified:
             return False
         before = self._updates[-2]
         rho = update / before if before > 0 else math.inf
-        if update <= tolerance and (rho >= SLOW or update * rho / (1 - rho) <= ERROR * tolerance):
-            # small enough, or as small as round-off lets it be
-            return True
         # resultants lag behind by an iteration: contractions are good and bad in turn (1e-3 and 0.2
-        # of a plate), and only over two of them is it seen how fast it goes
+        # of a plate); only over two of them is it seen how fast it goes, and the worse one counts
+        # for what is left behind
         seen = len(self._updates) > 2
-        pace = math.sqrt(update / self._updates[-3]) if seen else rho
+        pace, worse = rho, rho
+        if seen:
+            pace = math.sqrt(update / self._updates[-3])
+            worse = max(rho, before / self._updates[-3])
+        if update <= tolerance and min(update * worse, update) <= ERROR * tolerance:
+            return True
+        if update <= tolerance and pace >= SLOW and self._fresh:
+            # as small as round-off lets it be; an old factorisation may just be too old
+            return True
         if not pace < SLOW:
             self._far = self._far or not seen
             self._wanted = True
