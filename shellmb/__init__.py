@@ -26,6 +26,7 @@ _API = {
     "Run": "shellmb.api.record",
     "ModeShapes": "shellmb.api.modeshapes",
     "RotatingModes": "shellmb.api.rotating",
+    "StateModes": "shellmb.api.rotating",
     "Study": "shellmb.api.studies",
     "sweep": "shellmb.api.sweeps",
 }

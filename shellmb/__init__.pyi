@@ -6,6 +6,7 @@ from shellmb.api.modal import modes as modes
 from shellmb.api.modeshapes import ModeShapes as ModeShapes
 from shellmb.api.record import Run as Run
 from shellmb.api.rotating import RotatingModes as RotatingModes
+from shellmb.api.rotating import StateModes as StateModes
 from shellmb.api.runs import load as load
 from shellmb.api.runs import load_scene as load_scene
 from shellmb.api.runs import resume as resume

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any, Literal, overload
 
 from shellmb.api.asked import ask
 from shellmb.api.modeshapes import ModeShapes
-from shellmb.api.rotating import RotatingModes
+from shellmb.api.record import Run
+from shellmb.api.rotating import RotatingModes, StateModes
 from shellmb.errors import SceneError
 from shellmb.scene import Scene
 
@@ -52,12 +53,13 @@ def modes(
 ) -> RotatingModes: ...
 
 
+@overload
 def modes(
     scene: Scene | str,
     out: Path | str | None = None,
     count: int = 6,
-    loaded: bool = False,
     *,
+    state: Run | Path | str,
     rates: Sequence[float] | None = None,
     axis: Sequence[float] | None = None,
     about: Sequence[float] | None = None,
@@ -67,11 +69,45 @@ def modes(
     cell: Literal["quad", "tri"] | None = None,
     pictures: bool | None = None,
     comm: MPI.Comm | None = None,
-) -> ModeShapes | RotatingModes:
+) -> StateModes: ...
+
+
+@overload
+def modes(
+    scene: Run,
+    out: Path | str | None = None,
+    count: int = 6,
+    *,
+    rates: Sequence[float] | None = None,
+    axis: Sequence[float] | None = None,
+    about: Sequence[float] | None = None,
+    pictures: bool | None = None,
+    comm: MPI.Comm | None = None,
+) -> StateModes: ...
+
+
+def modes(
+    scene: Scene | Run | str,
+    out: Path | str | None = None,
+    count: int = 6,
+    loaded: bool = False,
+    *,
+    rates: Sequence[float] | None = None,
+    axis: Sequence[float] | None = None,
+    about: Sequence[float] | None = None,
+    state: Run | Path | str | None = None,
+    parameters: Mapping[str, Any] | None = None,
+    mesh: tuple[int, int] | str | None = None,
+    degree: Literal[2, 3] | None = None,
+    cell: Literal["quad", "tri"] | None = None,
+    pictures: bool | None = None,
+    comm: MPI.Comm | None = None,
+) -> ModeShapes | RotatingModes | StateModes:
     """Natural frequencies and modes of a scene, rigid-body modes included.
 
     Args:
-        scene: A scene, the name of a bundled one, or the path of a Python file.
+        scene: A scene, the name of a bundled one, or the path of a Python file; or a run, whose
+            last state is meant then.
         out: Directory to write, new or empty; None: a temporary one.
         count: Number of modes.
         loaded: Whether about the static equilibrium under the scene's loads.
@@ -79,6 +115,8 @@ def modes(
             rest, without damping.
         axis: Direction of the axis of rotation; None: that about which the scene turns.
         about: A point of that axis.
+        state: A run of the scene, or its directory: complex modes about its last state, frozen in
+            time, in a frame that turns as the state does, or with the one rate of `rates`.
         parameters: Values of the parameters of a scene that is named.
         mesh: Counts of elements of every shell, as (8, 4) or "8x4"; of beams the first one.
         degree: Degree of every shell and beam.
@@ -94,14 +132,22 @@ def modes(
 
     from shellmb.api.folders import gone_with, place
     from shellmb.run.modes import find_modes
+    from shellmb.run.request import scene_of_run
 
+    if isinstance(scene, Run):
+        if state is not None:
+            raise SceneError("modes: the scene is a run, and a state is given, too; give one")
+        state, made_here = scene, scene.computed is not None
+        scene = scene.scene if made_here else scene_of_run(scene.directory, "modes")[0]
     asked = ask(scene, parameters, mesh=mesh, degree=degree, cell=cell)
     world = MPI.COMM_WORLD if comm is None else comm
     directory, temporary = place(out, world)
     measure = asked.module.mode_results if asked.module is not None else None
     draw = out is not None if pictures is None else pictures
-    made: ModeShapes | RotatingModes
-    if rates is None:
+    made: ModeShapes | RotatingModes | StateModes
+    if state is not None:
+        made = _about(asked.scene, directory, state, count, loaded, rates, axis, about, draw, world)
+    elif rates is None:
         if axis is not None or about is not None:
             raise SceneError("modes: axis and about are given without rates; give rates, too")
         found, _ = find_modes(
@@ -120,3 +166,27 @@ def modes(
     if temporary:
         gone_with(made, directory, world.rank)
     return made
+
+
+def _about(
+    scene: Scene,
+    directory: Path,
+    state: Run | Path | str,
+    count: int,
+    loaded: bool,
+    rates: Sequence[float] | None,
+    axis: Sequence[float] | None,
+    about: Sequence[float] | None,
+    pictures: bool,
+    comm: MPI.Comm,
+) -> StateModes:
+    """Modes about the last state of a run."""
+    from shellmb.moving.files import find_state_modes
+
+    if loaded:
+        raise SceneError("modes: loaded is given with a state, whose loads act; leave it out")
+    run = state if isinstance(state, Path | str) else state.directory
+    frame = (rates, axis, about)
+    found = find_state_modes(scene, directory, run, count, *frame, comm=comm, pictures=pictures)
+    comm.Barrier()
+    return StateModes(directory, found)

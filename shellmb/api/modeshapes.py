@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     import pyvista as pv
 
     from shellmb.modes import Modes
+    from shellmb.moving.state import StateModes as AboutState
 
 TABLE = "modes.csv"
 
@@ -35,7 +36,7 @@ class ModeShapes:
         SceneError: If the directory holds no modes.
     """
 
-    def __init__(self, directory: Path | str, computed: Modes | None = None) -> None:
+    def __init__(self, directory: Path | str, computed: Modes | AboutState | None = None) -> None:
         self.directory, self.computed = Path(directory), computed
         self.described: Described = read_described(self.directory)
 

@@ -107,6 +107,51 @@ class RotatingModes:
         )
 
 
+class StateModes(ModeShapes):
+    """Modes about a state of a run in their directory, as seen from a frame that turns along.
+
+    `frequencies` are damped ones; `table` has growth, damping ratio and whirl of each mode.
+    """
+
+    @property
+    def rate(self) -> float:
+        """Rate of the frame, rad/s."""
+        return float(self.summary["rate_rad_per_s"])
+
+    @property
+    def damping(self) -> list[float]:
+        """Damping ratios `-Re s/|s|`, those of rigid modes zero."""
+        return list(self.summary["damping_ratios"])
+
+    @property
+    def drift(self) -> float:
+        """How far the state goes in the time of a radian of its slowest mode, in lengths."""
+        return float(self.summary["drift"])
+
+    @property
+    def stable(self) -> bool:
+        """Whether no mode grows."""
+        return bool(self.summary["stable"])
+
+    @property
+    def verdict(self) -> str:
+        """The same as a sentence, and whether the state is too far from a steady motion."""
+        return str(self.summary["verdict"])
+
+    @property
+    def warnings(self) -> list[str]:
+        """What says that the eigenvalues mean little."""
+        return list(self.summary["warnings"])
+
+    def __repr__(self) -> str:
+        return f"<StateModes of '{self.described.name}' {self.verdict}, {self.directory}>"
+
+
 def is_rotating(directory: Path) -> bool:
     """Whether a directory holds modes over the rate."""
     return (directory / TABLE).is_file()
+
+
+def is_of_state(directory: Path) -> bool:
+    """Whether modes in a directory are about a state of a run."""
+    return "drift" in json.loads((directory / "summary.json").read_text())

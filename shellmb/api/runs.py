@@ -10,7 +10,7 @@ from shellmb.api.asked import ask
 from shellmb.api.folders import gone_with, place
 from shellmb.api.modeshapes import ModeShapes, is_modes
 from shellmb.api.record import Run
-from shellmb.api.rotating import RotatingModes, is_rotating
+from shellmb.api.rotating import RotatingModes, StateModes, is_of_state, is_rotating
 from shellmb.scene import Scene
 
 if TYPE_CHECKING:
@@ -166,7 +166,10 @@ def load(directory: Path | str) -> Run | ModeShapes | RotatingModes:
     folder = Path(directory)
     if is_rotating(folder):
         return RotatingModes(folder)
-    return ModeShapes(folder) if is_modes(folder) else Run(folder)
+    if not is_modes(folder):
+        return Run(folder)
+    found = ModeShapes(folder)
+    return StateModes(folder) if is_of_state(folder) else found
 
 
 def scenes() -> dict[str, str]:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from datetime import datetime
-from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -15,12 +13,17 @@ from shellmb.cli.effects import effects
 from shellmb.cli.failures import failures_reported, first_rank, run_check
 from shellmb.cli.options import (
     AlphaOption,
+    Backend,
     CellOption,
+    CheckOption,
     DegreeOption,
     EndOption,
     JsonOption,
     MeshOption,
+    Newton,
+    OutOption,
     PicturesOption,
+    QuietOption,
     SceneArgument,
     Scheme,
     SetOption,
@@ -28,10 +31,19 @@ from shellmb.cli.options import (
     StepOption,
     ToleranceOption,
     asked,
+    default_directory,
     numbers,
 )
 from shellmb.cli.pictures import plot, report, view
-from shellmb.cli.report import announced, print_campbell, print_list, print_modes, print_run, say
+from shellmb.cli.report import (
+    announced,
+    print_campbell,
+    print_list,
+    print_modes,
+    print_run,
+    print_state_modes,
+    say,
+)
 from shellmb.cli.study import study
 from shellmb.errors import SceneError
 
@@ -61,30 +73,6 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode="markdown",
 )
-
-
-class Newton(StrEnum):
-    """When Newton's method factorises."""
-
-    auto = "auto"
-    modified = "modified"
-    full = "full"
-
-
-class Backend(StrEnum):
-    """Whose Newton solver."""
-
-    newton = "newton"
-    snes = "snes"
-
-
-OutOption = Annotated[
-    Path | None, typer.Option(help="Run directory; runs/SCENE-SCHEME-TIME if left out.")
-]
-CheckOption = Annotated[
-    bool, typer.Option("--check", help="Fail unless the scene's reference values are met.")
-]
-QuietOption = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")]
 
 
 def _version(value: bool) -> None:
@@ -231,6 +219,10 @@ def modes(
         str | None, typer.Option(metavar="X,Y,Z", help="Axis of rotation, if not the scene's.")
     ] = None,
     about: Annotated[str | None, typer.Option(metavar="X,Y,Z", help="A point of the axis.")] = None,
+    state: Annotated[
+        Path | None,
+        typer.Option(metavar="RUN_DIR", help="About the last state of a run of the scene."),
+    ] = None,
     mesh: MeshOption = None,
     degree: DegreeOption = None,
     cell: CellOption = None,
@@ -244,8 +236,22 @@ def modes(
 
     With --rate complex modes about steady rotations, and their Campbell diagram:
     `shellmb modes campbell --rate 0,5,10,20`
+
+    With --state complex modes about the state of a run, frozen in time:
+    `shellmb modes sudden_load --state runs/first`
     """
-    built, module = asked(scene, parameters, mesh=mesh, degree=degree, cell=cell).build()
+    chosen = {"mesh": mesh, "degree": degree, "cell": cell}
+    if state is None and Path(scene).is_dir():
+        from shellmb.run.request import scene_of_run
+
+        if parameters or any(chosen.values()):
+            raise SceneError(f"modes: {scene} holds a run, which has its own mesh and parameters")
+        state = Path(scene)
+        built, module = scene_of_run(state, "modes")
+    else:
+        built, module = asked(scene, parameters, **chosen).build()
+    if state is not None and (check or loaded):
+        raise SceneError("modes: --check or --loaded is given with a state of a run; leave it out")
     if check:
         module.require_check(module.mode_results, "mode_results(modes)")
 
@@ -257,6 +263,14 @@ def modes(
     options: Any = {"results": module.mode_results, "pictures": not no_pictures}
     rates, line, point = numbers("rate", rate), numbers("axis", axis), numbers("about", about)
     found: Any
+    if state is not None:
+        from shellmb.moving.files import find_state_modes
+
+        del options["results"]
+        found = find_state_modes(built, directory, state, count, rates, line, point, **options)
+        if not quiet and first_rank():
+            print_state_modes(found, directory)
+        return found
     if rates is not None:
         from shellmb.moving.files import find_campbell
 
@@ -333,12 +347,3 @@ def _observers(quiet: bool) -> list[Any]:
     from shellmb.observers.progress import ProgressReport
 
     return [ProgressReport()]
-
-
-def default_directory(name: str) -> Path:
-    """A new directory name for a run.
-
-    Args:
-        name: What is run.
-    """
-    return Path("runs", f"{name}-{datetime.now():%Y%m%d-%H%M%S}")

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from datetime import datetime
 from enum import StrEnum
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -46,9 +48,31 @@ class Clock(StrEnum):
     wall = "wall"
 
 
+class Newton(StrEnum):
+    """When Newton's method factorises."""
+
+    auto = "auto"
+    modified = "modified"
+    full = "full"
+
+
+class Backend(StrEnum):
+    """Whose Newton solver."""
+
+    newton = "newton"
+    snes = "snes"
+
+
 SceneArgument = Annotated[
     str, typer.Argument(metavar="SCENE", help="Name of a bundled scene, or path of a Python file.")
 ]
+OutOption = Annotated[
+    Path | None, typer.Option(help="Run directory; runs/SCENE-SCHEME-TIME if left out.")
+]
+CheckOption = Annotated[
+    bool, typer.Option("--check", help="Fail unless the scene's reference values are met.")
+]
+QuietOption = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")]
 AlphaOption = Annotated[
     float | None, typer.Option(help="Dissipation of schemes that have one, from 0 to 1.")
 ]
@@ -114,3 +138,12 @@ def numbers(option: str, text: str | None) -> list[float] | None:
         from shellmb.errors import SceneError
 
         raise SceneError(f"--{option} is {text!r}; it must be numbers as 0,5,10") from None
+
+
+def default_directory(name: str) -> Path:
+    """A new directory name for a run.
+
+    Args:
+        name: What is run.
+    """
+    return Path("runs", f"{name}-{datetime.now():%Y%m%d-%H%M%S}")

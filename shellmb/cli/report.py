@@ -13,6 +13,7 @@ from shellmb.show.account import account
 
 if TYPE_CHECKING:
     from shellmb.moving.campbell import Campbell
+    from shellmb.moving.state import StateModes
     from shellmb.run.execute import RunResult
 
 
@@ -102,6 +103,27 @@ def print_campbell(found: Campbell, count: int, directory: Path) -> None:
         table.add_row(f"{rate:g}", *("" if f != f else f"{f:.6g}" for f in row))
     Console(highlight=False).print(table)
     say(found.verdict)
+    say(f"written to {directory}")
+
+
+def print_state_modes(about: StateModes, directory: Path) -> None:
+    """Modes about a state: frequencies, growth, damping, and whether one grows.
+
+    Args:
+        about: The modes.
+        directory: Where everything about them is.
+    """
+    from rich.console import Console
+    from rich.table import Table
+
+    found = about.modes
+    table = Table("mode", r"frequency \[Hz]", r"growth \[1/s]", "damping ratio", box=None)
+    for k, value in enumerate(found.values):
+        size = "rigid" if k < found.rigid else f"{found.frequencies[k]:.6g}"
+        table.add_row(str(k + 1), size, f"{value.real:.4g}", f"{found.damping[k]:.4g}")
+    Console(highlight=False).print(table)
+    say(about.verdict)
+    say(f"drift: {about.drift:.3g} of the scene's length")
     say(f"written to {directory}")
 
 

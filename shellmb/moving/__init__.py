@@ -1,1 +1,1 @@
-"""Modes about steady rotations: relative equilibria, complex eigenvalues, Campbell diagrams."""
+"""Modes about steady rotations and states of runs: complex eigenvalues, Campbell diagrams."""

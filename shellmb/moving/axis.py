@@ -43,6 +43,8 @@ class Axis:
     Args:
         axis: Its direction.
         about: A point of it, m.
+        within: How close directions and points have to be to it, of unit vectors and of what is
+            large.
 
     Raises:
         SceneError: If the direction is no vector, or zero.
@@ -50,6 +52,7 @@ class Axis:
 
     axis: tuple[float, float, float]
     about: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    within: float = ON_AXIS
 
     def __post_init__(self) -> None:
         """Check that there is a direction."""
@@ -71,12 +74,13 @@ class Axis:
     def along(self, direction: Any) -> bool:
         """Whether a vector is parallel to it, or zero."""
         vector = np.asarray(direction, dtype=float)
-        return bool(np.linalg.norm(np.cross(self.unit, vector)) <= ON_AXIS * np.linalg.norm(vector))
+        away = np.linalg.norm(np.cross(self.unit, vector))
+        return bool(away <= self.within * np.linalg.norm(vector))
 
     def has(self, point: Any, size: float = 1.0) -> bool:
         """Whether a point is on it, to a part of the size of the scene."""
         arm = np.asarray(point, dtype=float) - np.asarray(self.about)
-        return bool(np.linalg.norm(np.cross(self.unit, arm)) <= ON_AXIS * max(size, 1e-300))
+        return bool(np.linalg.norm(np.cross(self.unit, arm)) <= self.within * max(size, 1e-300))
 
 
 def find_axis(
@@ -93,14 +97,14 @@ def find_axis(
         SceneError: If the scene has none, or several that differ.
     """
     if axis is not None:
-        return Axis(_three("axis", axis), _three("about", about or (0.0, 0.0, 0.0)))
-    found = [Axis(_three("axis", a), _three("about", p)) for a, p in _turning(scene)]
+        return Axis(three("axis", axis), three("about", about or (0.0, 0.0, 0.0)))
+    found = [Axis(three("axis", a), three("about", p)) for a, p in _turning(scene)]
     if not found:
         raise SceneError(
             f"modes: scene '{scene.name}' has no initial spin, no driven edge and no driven joint "
             "to ground that would say about which axis it turns; give axis, and about"
         )
-    first = found[0] if about is None else Axis(found[0].axis, _three("about", about))
+    first = found[0] if about is None else Axis(found[0].axis, three("about", about))
     for other in found:
         if not first.along(other.axis) or (
             about is None and not first.has(other.about, _size(scene))
@@ -113,7 +117,12 @@ def find_axis(
     return first
 
 
-def _three(name: str, values: Sequence[float]) -> tuple[float, float, float]:
+def three(name: str, values: Sequence[float]) -> tuple[float, float, float]:
+    """Three numbers.
+
+    Raises:
+        SceneError: If they are something else; says so of `name`.
+    """
     try:
         a, b, c = (float(v) for v in values)
     except (TypeError, ValueError):
@@ -136,6 +145,19 @@ def _turning(scene: Scene) -> Iterator[tuple[Any, Any]]:
         joint: Any = scene.joint(driver.joint)
         if driver.rotation is not None and _grounded(joint):
             yield joint.axis, _place(scene, joint, joint.first, joint.at)
+
+
+def bearing(scene: Scene) -> Axis | None:
+    """The axis of the first driven edge or bearing to ground; None without any."""
+    for support in scene.supports:
+        if isinstance(support, Driven) and support.angle is not None:
+            return Axis(three("axis", support.axis), three("about", support.origin))
+    for joint in scene.joints:
+        if isinstance(joint, Revolute | Cylindrical) and _grounded(joint):
+            place = _place(scene, joint, joint.first, joint.at)
+            if place is not None:
+                return Axis(three("axis", joint.axis), three("about", place.tolist()))
+    return None
 
 
 def _size(scene: Scene) -> float:

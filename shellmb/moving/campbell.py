@@ -72,7 +72,27 @@ class Campbell:
 
     @property
     def verdict(self) -> str:
-        """Whether it is stable, in one sentence."""
+        """Whether it is stable, and where that is not decided, in one or two sentences."""
+        return self._stability + self._undecided
+
+    @property
+    def _undecided(self) -> str:
+        """The rates where more eigenvalues than elsewhere are taken for zero."""
+        # at rest a free system has more of them, which rotation holds
+        turning = [modes for modes in self.modes if modes.rate > 0]
+        least = min((modes.rigid for modes in turning), default=0)
+        near = [modes for modes in turning if modes.rigid > least]
+        if not near:
+            return ""
+        at = ", ".join(f"{modes.rate:g}" for modes in near)
+        bound = max(modes.neutral for modes in near)
+        return (
+            f"; at {at} rad/s more eigenvalues than at other rates are below {bound:.3g}/s and "
+            "count as zero: a critical speed is near by, where it is not decided whether they grow"
+        )
+
+    @property
+    def _stability(self) -> str:
         if not self.unstable:
             return "no mode grows at any rate"
         rate, mode, value = self.unstable[0]

@@ -35,7 +35,7 @@ class TurningFrame:
 
     def __init__(self, body: Body, axis: Axis) -> None:
         domain = body.mixed.space.mesh
-        self._body, self._axis = body, axis
+        self.body, self._axis = body, axis
         self._omega = fem.Constant(domain, np.zeros(3))
         self._about = fem.Constant(domain, np.array(axis.about))
         self.still = fem.Function(body.mixed.space, name=f"velocity_in_frame_{body.name}")
@@ -44,14 +44,21 @@ class TurningFrame:
         """Let it turn with another rate, rad/s."""
         self._omega.value[:] = rate * self._axis.unit
 
-    def turned(self, q: Expr, of: Callable[[Expr], Expr] | None = None) -> Expr:
+    def motion(self, q: Expr) -> Expr:
+        """Velocities in the frame at a state, which contain `still`."""
+        return self.still
+
+    def turned(
+        self, q: Expr, of: Callable[[Expr], Expr] | None = None, shift: Expr | None = None
+    ) -> Expr:
         """Velocities of all that is at rest in the frame, as a rate of the state.
 
         Args:
             q: State.
             of: Linear map of the vectors; None: `omega x`.
+            shift: Added to those of positions, shape (3,).
         """
-        body, omega = self._body, self._omega
+        body, omega = self.body, self._omega
         mapped = of or (lambda vector: ufl.cross(omega, vector))
         values: dict[str, list[Expr]] = {}
         if isinstance(body, ShellModel):
@@ -68,20 +75,25 @@ class TurningFrame:
             first = body.mixed.parts[part][0]
             for k, vector in enumerate(vectors):
                 new = mapped(vector)
+                if shift is not None and part != "w":
+                    new = new + shift
                 components[first + 3 * k : first + 3 * k + 3] = [new[i] for i in range(3)]
         return ufl.as_vector(components)
 
     def rates(self, q: Expr) -> Rates:
         """Absolute velocities along the axes of the frame, `still` being those in it."""
-        velocity = self.still + self.turned(q)
+        velocity = self.motion(q) + self.turned(q)
         return Rates(velocity, velocity)
 
     def carried(self, q: Expr, dq: Expr) -> ufl.Form | None:
         """Virtual work `M W^2 y` of the inertia forces of what is at rest in the frame."""
+        return self.body.inertia(self.centripetal(q), dq)
+
+    def centripetal(self, q: Expr) -> Expr:
+        """Accelerations `W^2 y` of what is at rest in the frame."""
         omega = self._omega
-        twice = self.turned(q, lambda vector: ufl.cross(omega, ufl.cross(omega, vector)))
-        return self._body.inertia(twice, dq)
+        return self.turned(q, lambda vector: ufl.cross(omega, ufl.cross(omega, vector)))
 
     def gyroscopic(self, q: Expr, dq: Expr) -> ufl.Form | None:
         """`M W y`, whose derivative by the state is half of the matrix of Coriolis' forces."""
-        return self._body.inertia(self.turned(q), dq)
+        return self.body.inertia(self.turned(q), dq)

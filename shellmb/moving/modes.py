@@ -10,6 +10,7 @@ import numpy.typing as npt
 from shellmb.errors import ConvergenceError, SceneError
 from shellmb.model.model import Model
 from shellmb.modes import Shape, nodal_shape, scaled
+from shellmb.moving.linearised import Linearised
 from shellmb.moving.quadratic import Pair, product, solve_quadratic, turned
 from shellmb.moving.turning import Turning
 
@@ -45,6 +46,7 @@ class TurningModes:
         unknowns: Number of unknowns of the eigenproblem.
         rigid: Number of modes with the eigenvalue zero, which are the first ones.
         threshold: Real part above which a mode is unstable, 1/s.
+        neutral: Eigenvalues below this are taken for zero, 1/s.
         pairs: Eigenvalues with their vectors.
     """
 
@@ -56,6 +58,7 @@ class TurningModes:
     unknowns: int
     rigid: int
     threshold: float
+    neutral: float
     pairs: tuple[Pair, ...]
 
     @property
@@ -104,6 +107,20 @@ def modes_at(turning: Turning, rate: float, count: int, spare: int = 0) -> Turni
         ConvergenceError: If there is no equilibrium, or there are fewer modes.
     """
     turning.go(rate)
+    return modes_of(turning, count, spare)
+
+
+def modes_of(turning: Linearised, count: int, spare: int = 0) -> TurningModes:
+    """Modes about the state that a system has, in the frame as it turns.
+
+    Args:
+        turning: The system.
+        count: Number of modes.
+        spare: Number of more of them that are found if there are so many.
+
+    Raises:
+        ConvergenceError: If there are fewer modes, or they do not converge.
+    """
     K, C, M = turning.matrices()
     found = solve_quadratic(K, C, M, count + spare, turning.shift)
     zero = [pair for pair in found if abs(pair.value) < NEUTRAL * turning.shift]
@@ -123,7 +140,7 @@ def modes_at(turning: Turning, rate: float, count: int, spare: int = 0) -> Turni
         for p in pairs
     ]
     return TurningModes(
-        rate,
+        turning.rate,
         np.array([p.value for p in pairs]),
         np.array(whirl),
         [(a, b) for a, b in shapes],
@@ -131,11 +148,12 @@ def modes_at(turning: Turning, rate: float, count: int, spare: int = 0) -> Turni
         system.size,
         min(rigid, len(kept)),
         UNSTABLE * turning.shift,
+        NEUTRAL * turning.shift,
         pairs,
     )
 
 
-def _upright(pair: Pair, turning: Turning) -> Pair:
+def _upright(pair: Pair, turning: Linearised) -> Pair:
     """The pair with the phase at which the real part is as large as it can be."""
     mirrored = pair._replace(imaginary=-1.0 * pair.imaginary)
     square = product(turning.mass, mirrored, pair)

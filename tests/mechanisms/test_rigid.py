@@ -6,12 +6,12 @@ from typing import Any
 
 from mpi4py import MPI  # noqa: F401  (before dolfinx)
 
-import dolfinx.jit
 import numpy as np
 import pytest
 
 from shellmb.analytic.rigid import pendulum
 from shellmb.demos import slider_crank
+from shellmb.kernels import watched
 from shellmb.observers.account.energy import EnergyAccount
 from shellmb.observers.account.momentum import Momentum
 from shellmb.run.execute import execute
@@ -186,20 +186,11 @@ def test_cost_grows_linearly_with_the_chain(rod) -> None:
     assert slope < 1.3, dict(zip(counts, costs, strict=True))
 
 
-def test_joints_of_a_kind_share_their_kernels(rod, monkeypatch: pytest.MonkeyPatch) -> None:
-    found: set[str] = set()
-    original = dolfinx.jit.ffcx_jit
-
-    def watched(*args: Any, **kwargs: Any) -> Any:
-        result = original(*args, **kwargs)
-        found.add(result[1].__name__)
-        return result
-
-    monkeypatch.setattr(dolfinx.jit, "ffcx_jit", watched)
+def test_joints_of_a_kind_share_their_kernels(rod) -> None:
     kernels = []
     for count in (2, 9):
-        found.clear()
-        Simulation(_chain(rod, count)).run([EnergyAccount()])
-        kernels.append(set(found))
+        with watched() as found:
+            Simulation(_chain(rod, count)).run([EnergyAccount()])
+        kernels.append(found)
     assert kernels[0] == kernels[1]
     assert len(kernels[0]) > 5

@@ -135,7 +135,7 @@ def test_strains_of_the_paper_are_a_special_case(what: str, monkeypatch) -> None
     """At random states: both rows and the energy that is lost, and all blocks of the Jacobian."""
     found = []
     for quadratic in (True, False):
-        monkeypatch.setattr(shellpath, "_quadratic_strains", lambda shell, is_so=quadratic: is_so)
+        monkeypatch.setattr(shellpath, "quadratic_strains", lambda shell, is_so=quadratic: is_so)
         scene = plate(None, "ed3", 0.5, supports=Clamped("left"))
         problem, rng = Simulation(scene).problem, np.random.default_rng(7)
         levels, (body,) = problem.levels["plate"], problem.model.bodies

@@ -78,6 +78,10 @@ class EndForces:
         """Function that holds a body's accelerations and multipliers."""
         return self._unknown[body]
 
+    def velocity(self, body: str) -> fem.Function:
+        """Function that holds a body's velocities, the nearest ones that constraints allow."""
+        return self._velocity[body]
+
     def time(self, name: str) -> fem.Constant:
         """Time at the middle of the step, as a constant on a body's mesh."""
         return self._problem.time(name)
