@@ -1,4 +1,4 @@
-"""What `shellmb bench --peer exudyn` prints and writes."""
+"""What `shellmb bench --peer` prints and writes."""
 
 from __future__ import annotations
 
@@ -8,23 +8,20 @@ from pathlib import Path
 
 from rich.console import Console
 
-from shellmb.bench.peers.compare import (
-    ASKED,
-    EXUDYN,
+from shellmb.bench.peers.compare import ASKED, Comparison, Point, compare
+from shellmb.bench.peers.history import TipHistory
+from shellmb.bench.peers.picture import draw
+from shellmb.bench.peers.plates import (
     OURS,
-    Comparison,
+    PEERS,
+    REQUIRE,
     Plate,
-    Point,
-    Study,
-    compare,
+    code_of,
+    every_run,
     large_load,
-    quick,
+    quick_runs,
     title,
 )
-from shellmb.bench.peers.exudyn_plate import require
-from shellmb.bench.peers.history import TipHistory
-from shellmb.bench.peers.our_plate import OurPlate
-from shellmb.bench.peers.picture import draw
 from shellmb.cli.failures import tell
 from shellmb.cli.report import say
 from shellmb.errors import SceneError
@@ -33,58 +30,74 @@ from shellmb.measuring.tables import Column, console, line, rich_table
 
 NOTE = (
     "Processor times of the steps on one thread, recording the tip and nothing else; set-up and "
-    "compilation excluded; the least of several runs, the codes in turn. Error: L2 norm over the "
-    "0.5 s of tip deflection less converged answer, relative to the latter, with a cubic spline "
-    "through the ends of the steps. Newton tolerance 1e-6 in both codes."
+    "compilation excluded; the least of several runs, the codes in turn (spread: slowest less "
+    "fastest by fastest). Error: L2 norm over the 0.5 s of tip deflection less converged answer, "
+    "relative to the latter, with a cubic spline through the ends of the steps. Newton tolerance "
+    "1e-6 in all codes."
 )
 
 
-def run_peer(out: Path | None, as_json: bool, fast: bool, check: bool) -> bool:
+def run_peer(
+    names: Sequence[str], out: Path | None, as_json: bool, fast: bool, check: bool
+) -> bool:
     """Compare, print, draw; say whether we take less time for each error, or nobody asked.
 
     Args:
+        names: Peers, keys of `PEERS`.
         out: Folder of the picture and of `peer.json`; None: neither.
         as_json: Whether stdout gets the runs as a JSON list, and nothing else.
         fast: Whether only a few runs are made.
         check: Whether the times are judged.
 
     Raises:
-        SceneError: If Exudyn is not installed, or on several ranks.
+        SceneError: If a peer is not installed, or on several ranks.
     """
     from mpi4py import MPI
 
     if MPI.COMM_WORLD.size > 1:
         raise SceneError("bench: codes are compared on one thread; leave out mpiexec")
-    require()
-    found = compare(quick() if fast else Study(), tell)
-    large = large_load(*(((1e-2,), 0.05) if fast else ()))
+    peers = tuple(dict.fromkeys(PEERS[name] for name in names))
+    for code in peers:
+        REQUIRE[code]()
+    found = compare((quick_runs if fast else every_run)(peers), 1 if fast else 2, tell)
+    large = large_load(peers, *(((1e-2,), 0.05) if fast else ()))
     text = to_json(found.points)
     if out is not None:
         write("peer", text, partial(draw, found), out)
     if as_json:
         say(text)
     _print(console(stderr=as_json), found, large)
-    ours, theirs = ([found.best(code, e) for e in ASKED] for code in (OURS, EXUDYN))
-    faster = [
-        a is not None and (b is None or a.cpu_s < b.cpu_s)
-        for a, b in zip(ours, theirs, strict=True)
-    ]
-    came_through = all(not h.failed for plate, h in large if isinstance(plate, OurPlate))
-    return not check or (all(faster) and came_through)
+    faster = all(_faster(found, code, error) for code in peers for error in ASKED)
+    came_through = all(not h.failed for plate, h in large if code_of(plate) == OURS)
+    return not check or (faster and came_through)
+
+
+def _faster(found: Comparison, code: str, error: float) -> bool:
+    """Whether we take less time for that error than a peer, or it never has it."""
+    mine, theirs = found.best(OURS, error), found.best(code, error)
+    return mine is not None and (theirs is None or mine.cpu_s < theirs.cpu_s)
+
+
+def codes(found: Comparison) -> list[str]:
+    """The codes of a comparison, ours first."""
+    return [OURS, *(c for c in PEERS.values() if any(p.code == c for p in found.points))]
 
 
 def sentence(found: Comparison) -> str:
     """Who takes how long for which error."""
     parts = []
     for error in ASKED:
-        times = []
-        for code in (OURS, EXUDYN):
+        times, mine = [], found.best(OURS, error)
+        for code in codes(found):
             best = found.best(code, error)
             if best is None:
                 times.append(f"{code} not reached")
             else:
                 how = f"{best.scheme}, {best.mesh}, dt = {best.dt:g} s"
-                times.append(f"{code} {best.cpu_s:.3g} s ({how})")
+                more = (
+                    f", {best.cpu_s / mine.cpu_s:.1f} times ours" if mine and code != OURS else ""
+                )
+                times.append(f"{code} {best.cpu_s:.3g} s ({how}{more})")
         parts.append(f"{100 * error:g} % error: {', '.join(times)}")
     return "; ".join(parts) + "."
 
@@ -97,6 +110,7 @@ COLUMNS: tuple[Column[Point], ...] = (
     Column("error", lambda p: f"{100 * p.error:.3g} %"),
     Column("own error", lambda p: f"{100 * p.error_own:.3g} %"),
     Column("cpu [s]", lambda p: f"{p.cpu_s:.3g}"),
+    Column("spread", lambda p: f"{100 * p.spread:.0f} %"),
     Column("wall [s]", lambda p: f"{p.wall_s:.3g}"),
     Column("iterations", lambda p: f"{p.iterations:.2f}"),
     Column("factored", lambda p: f"{p.factorisations:.2f}"),
@@ -111,10 +125,10 @@ def _print(to: Console, found: Comparison, large: Sequence[tuple[Plate, TipHisto
     if found.apart:
         line(
             to,
-            "The converged answers differ by more than half of the smallest error asked for: each "
-            "code is judged by its own.",
+            f"{' and '.join(found.apart)}: the converged answer differs from ours by more than "
+            "half of the smallest error asked for, so the error counts against its own.",
         )
-    to.print(rich_table(COLUMNS, [p for code in (OURS, EXUDYN) for p in found.front(code)]))
+    to.print(rich_table(COLUMNS, [p for code in codes(found) for p in found.front(code)]))
     failed = [p for p in found.points if p.failed]
     line(to, f"the best of {len(found.points)} runs, {len(failed)} of which failed")
     for p in failed:
@@ -122,8 +136,7 @@ def _print(to: Console, found: Comparison, large: Sequence[tuple[Plate, TipHisto
     line(to, NOTE)
     line(to, "under 40 N, 12x2:")
     for plate, history in large:
-        code = OURS if isinstance(plate, OurPlate) else EXUDYN
         what = f"failed at {history.t[-1]:.4g} s" if history.failed else "came through"
         numbers = f"{history.iterations:.1f} iterations per step, peak {history.peak:.4f} m"
-        line(to, f"  {code} {title(plate)}: {what}, {numbers}")
+        line(to, f"  {code_of(plate)} {title(plate)}: {what}, {numbers}")
     line(to, sentence(found))
