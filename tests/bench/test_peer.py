@@ -12,8 +12,9 @@ from shellmb.bench.peers.history import TipHistory, difference
 from shellmb.bench.peers.opensees_plate import OpenSeesPlate
 from shellmb.bench.peers.our_plate import OurPlate
 from shellmb.bench.peers.plates import EXUDYN, OPENSEES, OURS
-from shellmb.bench.peers.report import sentence
+from shellmb.bench.peers.report import best, columns, sentence, times_ours
 from shellmb.errors import SceneError
+from shellmb.measuring.tables import markdown
 
 
 def history(u, steps, failed=""):
@@ -60,6 +61,10 @@ def test_the_best_and_the_front():
     assert "0.1 % error: shellmb 0.4 s" in sentence(found)
     assert "Exudyn 0.3 s (s, 1x1, dt = 0.1 s, 3.0 times ours)" in sentence(found)
     assert "Exudyn not reached" in sentence(found) and OPENSEES not in sentence(found)
+    assert times_ours(found, points[3]) == pytest.approx(3.0)
+    assert [times_ours(found, p) for p in found.front(OURS)] == [1.0, 1.0]
+    lines = markdown(columns(found), best(found))
+    assert [line.split(" | ")[0] for line in lines[2:]] == ["| shellmb", "| shellmb", "| Exudyn"]
     # by its own converged answer it does not reach 1 % either
     assert Comparison(points, {}, {}, apart=(EXUDYN,)).best(EXUDYN, 1e-2) is None
 

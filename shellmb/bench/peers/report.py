@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
@@ -26,7 +27,7 @@ from shellmb.cli.failures import tell
 from shellmb.cli.report import say
 from shellmb.errors import SceneError
 from shellmb.measuring.records import to_json, write
-from shellmb.measuring.tables import Column, console, line, rich_table
+from shellmb.measuring.tables import Column, console, line, markdown, rich_table
 
 NOTE = (
     "Processor times of the steps on one thread, recording the tip and nothing else; set-up and "
@@ -44,7 +45,7 @@ def run_peer(
 
     Args:
         names: Peers, keys of `PEERS`.
-        out: Folder of the picture and of `peer.json`; None: neither.
+        out: Folder of the picture, of `peer.json` and of the table, `peer.md`; None: none of them.
         as_json: Whether stdout gets the runs as a JSON list, and nothing else.
         fast: Whether only a few runs are made.
         check: Whether the times are judged.
@@ -64,6 +65,7 @@ def run_peer(
     text = to_json(found.points)
     if out is not None:
         write("peer", text, partial(draw, found), out)
+        (out / "peer.md").write_text("\n".join(markdown(columns(found), best(found))) + "\n")
     if as_json:
         say(text)
     _print(console(stderr=as_json), found, large)
@@ -102,19 +104,38 @@ def sentence(found: Comparison) -> str:
     return "; ".join(parts) + "."
 
 
-COLUMNS: tuple[Column[Point], ...] = (
-    Column("code", lambda p: p.code, "words"),
-    Column("scheme", lambda p: p.scheme, "words"),
-    Column("mesh", lambda p: p.mesh, "words"),
-    Column("dt [s]", lambda p: f"{p.dt:g}"),
-    Column("error", lambda p: f"{100 * p.error:.3g} %"),
-    Column("own error", lambda p: f"{100 * p.error_own:.3g} %"),
-    Column("cpu [s]", lambda p: f"{p.cpu_s:.3g}"),
-    Column("spread", lambda p: f"{100 * p.spread:.0f} %"),
-    Column("wall [s]", lambda p: f"{p.wall_s:.3g}"),
-    Column("iterations", lambda p: f"{p.iterations:.2f}"),
-    Column("factored", lambda p: f"{p.factorisations:.2f}"),
-)
+def best(found: Comparison) -> list[Point]:
+    """Runs that no other one of their code beats, ours first, the fastest first."""
+    return [p for code in codes(found) for p in found.front(code)]
+
+
+def times_ours(found: Comparison, point: Point) -> float:
+    """Its time by that of our fastest run with at most its error; nan if we have none."""
+    mine = found.best(OURS, found.judged(point))
+    return point.cpu_s / mine.cpu_s if mine else math.nan
+
+
+def columns(found: Comparison) -> tuple[Column[Point], ...]:
+    """The table of the best."""
+
+    def ratio(point: Point) -> str:
+        value = times_ours(found, point)
+        return "-" if math.isnan(value) else f"{value:.1f}"
+
+    return (
+        Column("code", lambda p: p.code, "words"),
+        Column("scheme", lambda p: p.scheme, "words"),
+        Column("mesh", lambda p: p.mesh, "words"),
+        Column("dt [s]", lambda p: f"{p.dt:g}"),
+        Column("error", lambda p: f"{100 * p.error:.3g} %"),
+        Column("own error", lambda p: f"{100 * p.error_own:.3g} %"),
+        Column("cpu [s]", lambda p: f"{p.cpu_s:.3g}"),
+        Column("times ours", ratio),
+        Column("spread", lambda p: f"{100 * p.spread:.0f} %"),
+        Column("wall [s]", lambda p: f"{p.wall_s:.3g}"),
+        Column("iterations", lambda p: f"{p.iterations:.2f}"),
+        Column("factored", lambda p: f"{p.factorisations:.2f}"),
+    )
 
 
 def _print(to: Console, found: Comparison, large: Sequence[tuple[Plate, TipHistory]]) -> None:
@@ -128,7 +149,7 @@ def _print(to: Console, found: Comparison, large: Sequence[tuple[Plate, TipHisto
             f"{' and '.join(found.apart)}: the converged answer differs from ours by more than "
             "half of the smallest error asked for, so the error counts against its own.",
         )
-    to.print(rich_table(COLUMNS, [p for code in codes(found) for p in found.front(code)]))
+    to.print(rich_table(columns(found), best(found)))
     failed = [p for p in found.points if p.failed]
     line(to, f"the best of {len(found.points)} runs, {len(failed)} of which failed")
     for p in failed:
