@@ -5,7 +5,7 @@ import importlib.util
 import numpy as np
 import pytest
 
-from shellmb.bench.peers import exudyn_plate, opensees_plate, our_plate
+from shellmb.bench.peers import exudyn_plate, opensees_plate, our_plate, roll_up
 from shellmb.bench.peers.compare import Comparison, Point, in_turn
 from shellmb.bench.peers.exudyn_plate import ExudynPlate
 from shellmb.bench.peers.history import TipHistory, difference
@@ -86,6 +86,20 @@ def test_ours():
     assert found.cpu_s > 0 and 1 < found.iterations < 20 and found.factorisations < 3
 
 
+def test_distance_from_the_circle():
+    radius = 12.0 / (2 * np.pi)
+    circle = radius * np.array([[1.0, 1.0], [0.0, 2.0], [-1.0, 1.0], [0.0, 0.0]])
+    assert roll_up.distance(circle) < 1e-12
+    assert roll_up.distance(circle + np.array([0.12, 0.0])) == pytest.approx(0.01)
+
+
+def test_our_strip_rolls_up():
+    coarse, fine = roll_up.compared(1, (roll_up.Strip(OURS, 4), roll_up.Strip(OURS, 8)))
+    assert not coarse.failed and not fine.failed and len(fine.times) == 1
+    # of second order at least; eight elements of 45 degrees each are not many
+    assert fine.error < coarse.error / 4 and fine.error < 0.01
+
+
 @pytest.mark.parametrize(
     ("package", "run"),
     [
@@ -142,6 +156,14 @@ class TestOpenSees:
             for dt in (1e-6, 1e-7)
         )
         assert few == pytest.approx(many, rel=0.01)
+
+    def test_the_strip_is_a_polygon_that_closes(self):
+        strips = [roll_up.Strip(OPENSEES, n, "ASD") for n in (8, 16)]
+        found = roll_up.compared(1, tuple(strips))
+        # chords in place of arcs: of second order
+        assert found[0].error == pytest.approx(4 * found[1].error, rel=0.05)
+        (failed,) = roll_up.compared(1, (roll_up.Strip(OPENSEES, 8, "NLDKGQ", 10),))
+        assert failed.error == np.inf and "load step 1" in failed.failed
 
     def test_failures_are_told(self):
         plate = OpenSeesPlate((12, 2), 4e-3, force=40.0, t_end=0.2)

@@ -9,10 +9,12 @@ from pathlib import Path
 
 from rich.console import Console
 
+from shellmb.bench.peers import roll_up
 from shellmb.bench.peers.compare import ASKED, Comparison, Point, compare
 from shellmb.bench.peers.history import TipHistory
 from shellmb.bench.peers.picture import draw
 from shellmb.bench.peers.plates import (
+    OPENSEES,
     OURS,
     PEERS,
     REQUIRE,
@@ -45,7 +47,8 @@ def run_peer(
 
     Args:
         names: Peers, keys of `PEERS`.
-        out: Folder of the picture, of `peer.json` and of the table, `peer.md`; None: none of them.
+        out: Folder of the picture, of `peer.json` and of the tables, `peer.md` and
+            `roll_up.md`; None: none of them.
         as_json: Whether stdout gets the runs as a JSON list, and nothing else.
         fast: Whether only a few runs are made.
         check: Whether the times are judged.
@@ -62,13 +65,22 @@ def run_peer(
         REQUIRE[code]()
     found = compare((quick_runs if fast else every_run)(peers), 1 if fast else 2, tell)
     large = large_load(peers, *(((1e-2,), 0.05) if fast else ()))
+    strips = roll_up.STRIPS[-7:-5] if fast else roll_up.STRIPS
+    rolled = roll_up.compared(1 if fast else 3, strips) if OPENSEES in peers else []
     text = to_json(found.points)
     if out is not None:
         write("peer", text, partial(draw, found), out)
         (out / "peer.md").write_text("\n".join(markdown(columns(found), best(found))) + "\n")
+        if rolled:
+            lines = markdown(roll_up.COLUMNS, rolled)
+            (out / "roll_up.md").write_text("\n".join(lines) + "\n")
     if as_json:
         say(text)
-    _print(console(stderr=as_json), found, large)
+    to = console(stderr=as_json)
+    _print(to, found, large)
+    if rolled:
+        line(to, "strip rolled into a circle by its end moment:")
+        to.print(rich_table(roll_up.COLUMNS, rolled))
     faster = all(_faster(found, code, error) for code in peers for error in ASKED)
     came_through = all(not h.failed for plate, h in large if code_of(plate) == OURS)
     return not check or (faster and came_through)
