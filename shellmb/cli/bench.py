@@ -31,6 +31,7 @@ class Peer(StrEnum):
     """Codes to compare with."""
 
     exudyn = "exudyn"
+    opensees = "opensees"
 
 
 def bench(
@@ -52,7 +53,9 @@ def bench(
     ] = None,
     memory: Annotated[bool, typer.Option("--memory", help="Peak memory of all.")] = False,
     clock: Annotated[Clock, typer.Option(help="Processor or wall times.")] = Clock.wall,
-    peer: Annotated[Peer | None, typer.Option(help="Compare with another code.")] = None,
+    peer: Annotated[
+        list[Peer] | None, typer.Option(help="Compare with another code; may be repeated.")
+    ] = None,
     effects: Annotated[
         bool, typer.Option("--effects", help="A step with each effect and without it.")
     ] = False,
@@ -87,10 +90,10 @@ def bench(
         )
         run_effects(by_effect, out, json)
         return
-    if peer is not None:
+    if peer:
         from shellmb.bench.peers.report import run_peer
 
-        passed = run_peer(out, json, quick, check)
+        passed = run_peer([p.value for p in peer], out, json, quick, check)
     else:
         from shellmb.bench.report import plan_of, run_bench
 

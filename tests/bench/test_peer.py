@@ -1,18 +1,21 @@
-"""The comparison with Exudyn: errors, fronts, the peer's model, and what to do without it."""
+"""The comparison with other codes: errors, fronts, their models, and what to do without them."""
 
 import importlib.util
+import math
 
 import numpy as np
 import pytest
 
-from shellmb.bench.peers import compare as peer
-from shellmb.bench.peers import exudyn_plate, our_plate
-from shellmb.bench.peers.compare import EXUDYN, OURS, Comparison, Point
+from shellmb.bench.peers import exudyn_plate, opensees_plate, our_plate, roll_up
+from shellmb.bench.peers.compare import Comparison, Point, in_turn
 from shellmb.bench.peers.exudyn_plate import ExudynPlate
 from shellmb.bench.peers.history import TipHistory, difference
+from shellmb.bench.peers.opensees_plate import OpenSeesPlate
 from shellmb.bench.peers.our_plate import OurPlate
-from shellmb.bench.peers.report import sentence
+from shellmb.bench.peers.plates import EXUDYN, OPENSEES, OURS
+from shellmb.bench.peers.report import best, columns, sentence, times_ours
 from shellmb.errors import SceneError
+from shellmb.measuring.tables import markdown
 
 
 def history(u, steps, failed=""):
@@ -50,23 +53,30 @@ def test_the_best_and_the_front():
         point(EXUDYN, 8e-3, 0.3, own=2e-2),
         point(EXUDYN, np.inf, 0.01, failed="it diverged"),
     )
-    found = Comparison(points, {}, {}, apart=False)
+    found = Comparison(points, {}, {}, apart=())
     assert found.best(OURS, 1e-2) == points[0] and found.best(OURS, 1e-3) == points[2]
     assert found.best(EXUDYN, 1e-3) is None
     assert found.front(OURS) == [points[0], points[2]]
     assert found.front(EXUDYN) == [points[3]]
     assert "1 % error: shellmb 0.1 s" in sentence(found)
     assert "0.1 % error: shellmb 0.4 s" in sentence(found)
-    assert "Exudyn not reached" in sentence(found)
+    assert "Exudyn 0.3 s (s, 1x1, dt = 0.1 s, 3.0 times ours)" in sentence(found)
+    assert "Exudyn not reached" in sentence(found) and OPENSEES not in sentence(found)
+    assert times_ours(found, points[3]) == pytest.approx(3.0)
+    assert [times_ours(found, p) for p in found.front(OURS)] == [1.0, 1.0]
+    lines = markdown(columns(found), best(found))
+    assert [line.split(" | ")[0] for line in lines[2:]] == ["| shellmb", "| shellmb", "| Exudyn"]
     # by its own converged answer it does not reach 1 % either
-    assert Comparison(points, {}, {}, apart=True).best(EXUDYN, 1e-2) is None
+    assert Comparison(points, {}, {}, apart=(EXUDYN,)).best(EXUDYN, 1e-2) is None
 
 
 def test_codes_take_turns():
     ours = [OurPlate((n, 1), 0.1) for n in (1, 2, 3, 4)]
     theirs = [ExudynPlate((n, 1), 0.1) for n in (1, 2)]
-    kinds = [isinstance(p, OurPlate) for p in peer.in_turn(ours, theirs)]
+    kinds = [isinstance(p, OurPlate) for p in in_turn(ours, theirs)]
     assert kinds == [True, False, True, True, False, True]
+    third = [OpenSeesPlate((1, 1), 0.1)]
+    assert [p.mesh[0] for p in in_turn(ours, theirs, third)] == [1, 1, 2, 1, 3, 2, 4]
 
 
 def test_ours():
@@ -77,13 +87,34 @@ def test_ours():
     assert found.cpu_s > 0 and 1 < found.iterations < 20 and found.factorisations < 3
 
 
-def test_without_the_peer(monkeypatch):
+def test_distance_from_the_circle():
+    radius = 12.0 / (2 * np.pi)
+    circle = radius * np.array([[1.0, 1.0], [0.0, 2.0], [-1.0, 1.0], [0.0, 0.0]])
+    assert roll_up.distance(circle) < 1e-12
+    assert roll_up.distance(circle + np.array([0.12, 0.0])) == pytest.approx(0.01)
+
+
+def test_our_strip_rolls_up():
+    coarse, fine = roll_up.compared(1, (roll_up.Strip(OURS, 4), roll_up.Strip(OURS, 8)))
+    assert not coarse.failed and not fine.failed and len(fine.times) == 1
+    # of second order at least; eight elements of 45 degrees each are not many
+    assert fine.error < coarse.error / 4 and fine.error < 0.01
+
+
+@pytest.mark.parametrize(
+    ("package", "run"),
+    [
+        ("exudyn", lambda: exudyn_plate.run(ExudynPlate((2, 1), 1e-3))),
+        ("openseespy", lambda: opensees_plate.run(OpenSeesPlate((2, 1), 1e-3))),
+    ],
+)
+def test_without_the_peer(monkeypatch, package, run):
     find = importlib.util.find_spec
     monkeypatch.setattr(
-        importlib.util, "find_spec", lambda name: None if name == "exudyn" else find(name)
+        importlib.util, "find_spec", lambda name: None if name == package else find(name)
     )
-    with pytest.raises(SceneError, match="'peers'"):
-        exudyn_plate.run(ExudynPlate((2, 1), 1e-3))
+    with pytest.raises(SceneError, match=f"{package} is not installed; .*'peers'"):
+        run()
 
 
 @pytest.mark.skipif(importlib.util.find_spec("exudyn") is None, reason="extra 'peers' not there")
@@ -103,3 +134,46 @@ class TestExudyn:
     def test_failures_are_told(self):
         found = exudyn_plate.run(ExudynPlate((12, 2), 1e-2, force=40.0))
         assert found.failed and difference(found, found) == (np.inf, np.inf)
+
+
+@pytest.mark.skipif(
+    importlib.util.find_spec("openseespy") is None, reason="extra 'peers' not there"
+)
+class TestOpenSees:
+    @pytest.mark.parametrize(
+        ("element", "integrator"), [("NLDKGQ", "Newmark"), ("NLDKGQ", "TRBDF2"), ("ASD", "HHT 0.9")]
+    )
+    def test_near_the_others(self, element, integrator):
+        found = opensees_plate.run(OpenSeesPlate((6, 1), 1e-2, element, integrator))
+        # Exudyn on 12x4 elements gives 0.11508; the mesh and the step are coarse
+        assert found.peak == pytest.approx(0.11508, rel=0.02)
+        assert len(found.t) == 51 and not found.failed and 2 < found.iterations < 8
+
+    @pytest.mark.parametrize("element", ["NLDKGQ", "ASD"])
+    def test_it_starts_in_time(self, element):
+        # three steps against many: without accelerations at first they are a quarter short
+        few, many = (
+            opensees_plate.run(OpenSeesPlate((6, 1), dt, element, t_end=3e-4))
+            for dt in (1e-4, 1e-5)
+        )
+        assert not few.failed and not many.failed
+        assert few.u[-1] == pytest.approx(many.u[-1], rel=0.01)
+        # free flight of the edge: by its share of the mass if that is lumped, else by
+        # the end of a long chain of consistent masses, 1 / sqrt(3) of it
+        lumped = 2.0 / (7870.0 * 2e-3 * 0.08 / 6 / 2) * 3e-4**2 / 2
+        assert few.u[-1] == pytest.approx(
+            lumped if element == "ASD" else math.sqrt(3) * lumped, rel=5e-3
+        )
+
+    def test_the_strip_is_a_polygon_that_closes(self):
+        strips = [roll_up.Strip(OPENSEES, n, "ASD") for n in (8, 16)]
+        found = roll_up.compared(1, tuple(strips))
+        # chords in place of arcs: of second order
+        assert found[0].error == pytest.approx(4 * found[1].error, rel=0.05)
+        (failed,) = roll_up.compared(1, (roll_up.Strip(OPENSEES, 8, "NLDKGQ", 10),))
+        assert failed.error == np.inf and "load step 1" in failed.failed
+
+    def test_failures_are_told(self):
+        plate = OpenSeesPlate((12, 2), 4e-3, force=40.0, t_end=0.2)
+        found = opensees_plate.run(plate)
+        assert found.failed and found.t[-1] < 0.2

@@ -1,21 +1,16 @@
-"""Error against time of shellmb and Exudyn on one problem, run in turn."""
+"""Error against time of shellmb and other codes on one problem, run in turn."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from shellmb.bench.peers import exudyn_plate, our_plate
-from shellmb.bench.peers.exudyn_plate import ExudynPlate
 from shellmb.bench.peers.history import TipHistory, difference
-from shellmb.bench.peers.our_plate import OurPlate
-from shellmb.measuring.times import unbeaten
-
-type Plate = OurPlate | ExudynPlate
+from shellmb.bench.peers.plates import OURS, Plate, Runs, code_of, run, scheme_of, title
+from shellmb.measuring.times import spread, unbeaten
 
 # errors that are asked for
 ASKED = (1e-2, 1e-3)
-OURS, EXUDYN = "shellmb", "Exudyn"
 
 
 @dataclass(frozen=True)
@@ -23,8 +18,8 @@ class Point:
     """One run of the study.
 
     Args:
-        code: "shellmb" or "Exudyn".
-        scheme: "EP", "ED alpha=1", "rho=0.9".
+        code: "shellmb" or the name of a peer.
+        scheme: "EP", "ED alpha=1", "rho=0.9", with the element where a code has several.
         mesh: Elements, "6x2".
         dt: Time step, s.
         error: L2 norm over time of the error of the tip, relative to that of the tip's deflection;
@@ -36,6 +31,7 @@ class Point:
         iterations: Newton iterations per step.
         factorisations: Factorisations per step.
         failed: Why it ended early; "" if it did not.
+        times: Processor times of all runs, s.
     """
 
     code: str
@@ -50,64 +46,12 @@ class Point:
     iterations: float
     factorisations: float
     failed: str
+    times: tuple[float, ...] = ()
 
-
-@dataclass(frozen=True)
-class Study:
-    """What is run.
-
-    Args:
-        meshes: Of shellmb.
-        steps: Of shellmb, s.
-        peer_meshes: Of Exudyn.
-        peer_steps: Of Exudyn, s.
-        fine: Converged answers of shellmb, the finest first; the others check it.
-        peer_fine: Those of Exudyn.
-        again: How often what may be best is run again, the codes in turn.
-    """
-
-    meshes: Sequence[tuple[int, int]] = ((3, 1), (8, 1), (8, 2), (12, 2))
-    steps: Sequence[float] = (2e-2, 1e-2, 5e-3, 2.5e-3)
-    peer_meshes: Sequence[tuple[int, int]] = ((8, 1), (8, 2), (12, 2), (12, 4), (16, 4))
-    peer_steps: Sequence[float] = (2.5e-3, 1e-3)
-    fine: Sequence[OurPlate] = (
-        OurPlate((16, 4), 1e-3, "ed", 0.0),
-        OurPlate((12, 4), 2e-3, "ed", 0.0),
-    )
-    peer_fine: Sequence[ExudynPlate] = (
-        ExudynPlate((24, 6), 1e-3),
-        ExudynPlate((16, 4), 5e-4),
-    )
-    again: int = 2
-
-    def plates(self) -> list[Plate]:
-        """All runs, the codes in turn as long as both have some."""
-        ours: list[Plate] = [
-            OurPlate(mesh, dt, scheme, alpha)
-            for mesh in self.meshes
-            for dt in self.steps
-            for scheme, alpha in (("ep", 1.0), ("ed", 1.0), ("ed", 0.0))
-        ]
-        theirs: list[Plate] = [
-            ExudynPlate(mesh, dt, spectral_radius=radius)
-            for mesh in self.peer_meshes
-            for dt in self.peer_steps
-            for radius in (0.9, 1.0)
-        ]
-        return in_turn(ours, theirs)
-
-
-def quick() -> Study:
-    """What a test can wait for."""
-    return Study(
-        meshes=((2, 1),),
-        steps=(2e-2,),
-        peer_meshes=((2, 1),),
-        peer_steps=(2.5e-3,),
-        fine=(OurPlate((3, 1), 1e-2, "ed", 0.0), OurPlate((2, 1), 1e-2)),
-        peer_fine=(ExudynPlate((4, 1), 2.5e-3), ExudynPlate((2, 1), 2.5e-3)),
-        again=1,
-    )
+    @property
+    def spread(self) -> float:
+        """Difference of the slowest and the fastest run, relative to the fastest."""
+        return spread(self.times, self.cpu_s) if self.times else 0.0
 
 
 @dataclass(frozen=True)
@@ -117,19 +61,19 @@ class Comparison:
     Args:
         points: All runs.
         checks: Differences of converged answers (L2 norm over time, relative) by what they are of.
-        peaks: Largest deflection of both converged answers by code, m.
-        apart: Whether the codes' own converged answers are the measure, because they differ by more
-            than half the smallest error asked for.
+        peaks: Largest deflection of the converged answers by code, m.
+        apart: Codes that are measured by their own converged answer, because it differs from ours
+            by more than half the smallest error asked for.
     """
 
     points: tuple[Point, ...]
     checks: dict[str, float]
     peaks: dict[str, float]
-    apart: bool
+    apart: tuple[str, ...]
 
     def judged(self, point: Point) -> float:
         """The error of a run that counts."""
-        return point.error_own if self.apart else point.error
+        return point.error_own if point.code in self.apart else point.error
 
     def best(self, code: str, error: float) -> Point | None:
         """The fastest run of a code with at most that error, by processor time."""
@@ -142,67 +86,71 @@ class Comparison:
         return unbeaten(own, lambda p: p.cpu_s, self.judged)
 
 
-def run(plate: Plate) -> TipHistory:
-    """Run it in its code."""
-    if isinstance(plate, ExudynPlate):
-        return exudyn_plate.run(plate)
-    return our_plate.run(plate)
+def in_turn(*lists: Sequence[Plate]) -> list[Plate]:
+    """Elements of several lists by turns, spread evenly."""
+    placed = [((k + 0.5) / len(some), p) for some in lists for k, p in enumerate(some)]
+    return [p for _, p in sorted(placed, key=lambda pair: pair[0])]
 
 
-def in_turn(first: Sequence[Plate], second: Sequence[Plate]) -> list[Plate]:
-    """Elements of two lists by turns, spread evenly."""
-    both = [((k + 0.5) / len(some), p) for some in (first, second) for k, p in enumerate(some)]
-    return [p for _, p in sorted(both, key=lambda pair: pair[0])]
+def compare(
+    runs: Mapping[str, Runs], again: int, report: Callable[[str], None] = lambda text: None
+) -> Comparison:
+    """Run the study.
 
-
-def compare(study: Study, report: Callable[[str], None] = lambda text: None) -> Comparison:
-    """Run the study."""
+    Args:
+        runs: By code.
+        again: How often what may be best is run again, the codes in turn.
+        report: Is told what is at work.
+    """
     report("converged answers")
-    ours = [run(p) for p in study.fine]
-    theirs = [run(p) for p in study.peer_fine]
-    checks = {}
-    families: list[tuple[str, Sequence[Plate], list[TipHistory]]] = [
-        (OURS, study.fine, ours),
-        (EXUDYN, study.peer_fine, theirs),
-    ]
-    for code, plates, found in families:
-        for plate, other in zip(plates[1:], found[1:], strict=True):
-            name = f"{code}: {title(plate)} against {title(plates[0])}"
+    checks: dict[str, float] = {}
+    truth: dict[str, TipHistory] = {}
+    for code, some in runs.items():
+        found = [run(p) for p in some.fine]
+        truth[code] = found[0]
+        for plate, other in zip(some.fine[1:], found[1:], strict=True):
+            name = f"{code}: {title(plate)} against {title(some.fine[0])}"
             checks[name] = difference(other, found[0])[0]
-    apart = difference(theirs[0], ours[0])[0]
-    checks[f"{EXUDYN} against {OURS}, both converged"] = apart
+    away = {code: difference(own, truth[OURS])[0] for code, own in truth.items() if code != OURS}
+    for code, value in away.items():
+        checks[f"{code} against {OURS}, both converged"] = value
     points: dict[Plate, Point] = {}
 
     def add(plate: Plate) -> None:
-        history = run(plate)
-        own = ours[0] if isinstance(plate, OurPlate) else theirs[0]
-        found = _point(plate, history, ours[0], own)
-        before = points.get(plate, found)
-        points[plate] = replace(
-            found,
-            cpu_s=min(found.cpu_s, before.cpu_s),
-            wall_s=min(found.wall_s, before.wall_s),
-        )
+        made = _point(plate, run(plate), truth)
+        before = points.get(plate)
+        points[plate] = made if before is None else _joined(before, made)
 
-    every = study.plates()
+    every = in_turn(*(some.plates for some in runs.values()))
     for n, plate in enumerate(every):
         if n % 10 == 0:
             report(f"run {n + 1} of {len(every)}")
         add(plate)
-    peaks = {OURS: ours[0].peak, EXUDYN: theirs[0].peak}
-    made = Comparison(tuple(points.values()), checks, peaks, bool(apart > min(ASKED) / 2))
+    peaks = {code: own.peak for code, own in truth.items()}
+    apart = tuple(code for code, value in away.items() if value > min(ASKED) / 2)
+    made = Comparison(tuple(points.values()), checks, peaks, apart)
     names = {point: plate for plate, point in points.items()}
-    fronts = [[names[p] for p in made.front(code)] for code in (OURS, EXUDYN)]
-    report(f"the best once more, {study.again} times in turn")
-    for plate in in_turn(*fronts) * study.again:
+    fronts = [[names[p] for p in made.front(code)] for code in runs]
+    report(f"the best once more, {again} times in turn")
+    for plate in in_turn(*fronts) * again:
         add(plate)
     return replace(made, points=tuple(points.values()))
 
 
-def _point(plate: Plate, history: TipHistory, truth: TipHistory, own: TipHistory) -> Point:
-    code = OURS if isinstance(plate, OurPlate) else EXUDYN
-    error, largest = difference(history, truth)
-    own_error, _ = difference(history, own)
+def _joined(before: Point, again: Point) -> Point:
+    """A run that was made once more: the least times of both."""
+    return replace(
+        again,
+        cpu_s=min(again.cpu_s, before.cpu_s),
+        wall_s=min(again.wall_s, before.wall_s),
+        times=before.times + again.times,
+    )
+
+
+def _point(plate: Plate, history: TipHistory, truth: Mapping[str, TipHistory]) -> Point:
+    code = code_of(plate)
+    error, largest = difference(history, truth[OURS])
+    own_error, _ = difference(history, truth[code])
     return Point(
         code,
         scheme_of(plate),
@@ -216,38 +164,5 @@ def _point(plate: Plate, history: TipHistory, truth: TipHistory, own: TipHistory
         history.iterations,
         history.factorisations,
         history.failed,
+        (history.cpu_s,),
     )
-
-
-def scheme_of(plate: Plate) -> str:
-    """Its time scheme in words."""
-    if isinstance(plate, ExudynPlate):
-        newton = "" if plate.modified else ", full Newton"
-        return f"rho={plate.spectral_radius:g}{newton}"
-    return "EP" if plate.scheme == "ep" else f"ED alpha={plate.alpha:g}"
-
-
-def title(plate: Plate) -> str:
-    """Mesh, step and scheme."""
-    return f"{plate.mesh[0]}x{plate.mesh[1]}, dt = {plate.dt:g} s, {scheme_of(plate)}"
-
-
-def large_load(
-    steps: Sequence[float] = (4e-3, 1e-3), t_end: float = 1.0
-) -> list[tuple[Plate, TipHistory]]:
-    """The same plate, 12x2, under 40 N: who comes through, with which step.
-
-    Args:
-        steps: Time steps, s.
-        t_end: End, s.
-    """
-    mesh, force = (12, 2), 40.0
-    plates: list[Plate] = []
-    for dt in steps:
-        plates += [OurPlate(mesh, dt, s, force=force, t_end=t_end) for s in ("ep", "ed")]
-        plates += [
-            ExudynPlate(mesh, dt, force, t_end, radius, modified=modified)
-            for radius in (0.9, 1.0)
-            for modified in (True, False)
-        ]
-    return [(plate, run(plate)) for plate in plates]

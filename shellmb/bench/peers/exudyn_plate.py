@@ -9,7 +9,6 @@ module without range checks; one thread. These are the fastest settings found on
 from __future__ import annotations
 
 import contextlib
-import importlib.util
 import itertools
 import sys
 import warnings
@@ -19,8 +18,8 @@ from typing import Any
 import numpy as np
 
 from shellmb.bench.peers.history import TipHistory
+from shellmb.bench.peers.installed import require_package
 from shellmb.demos.sudden_load import LENGTH, WIDTH
-from shellmb.errors import SceneError
 from shellmb.measuring.times import Stopwatch
 
 E, NU, DENSITY, THICKNESS = 210e9, 0.25, 7870.0, 2e-3
@@ -60,11 +59,7 @@ def require() -> Any:
     Raises:
         SceneError: If it is not installed.
     """
-    if importlib.util.find_spec("exudyn") is None:
-        raise SceneError(
-            "bench: the peer exudyn is not installed; install the extra 'peers': "
-            "`uv sync --extra peers`, or `pip install 'shellmb[peers]'`"
-        )
+    require_package("exudyn")
     with _quiet():
         # the compiled module without range checks, about 30 % faster
         sys.exudynFast = True  # type: ignore[attr-defined]

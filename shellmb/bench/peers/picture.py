@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from shellmb.bench.peers.compare import ASKED, EXUDYN, OURS, Comparison
+from shellmb.bench.peers.compare import ASKED, Comparison
+from shellmb.bench.peers.plates import EXUDYN, OPENSEES, OURS
 from shellmb.measuring.pictures import picture
 
 
 def draw(found: Comparison, path: Path) -> None:
     """All runs as points, the best of each code as a line."""
-    markers = ("o", "s", "^", "D", "v")
+    markers = ("o", "s", "^", "D", "v", "P")
     with picture(path, 8.0, 5.0) as made:
         axes = made.add_subplot()
-        for code, colour in ((OURS, "C0"), (EXUDYN, "C3")):
+        for code, colour in ((OURS, "C0"), (EXUDYN, "C3"), (OPENSEES, "C2")):
             some = [p for p in found.points if p.code == code and not p.failed]
             schemes = list(dict.fromkeys(p.scheme for p in some))
             for scheme, marker in zip(schemes, markers, strict=False):

@@ -1,106 +1,153 @@
-"""What `shellmb bench --peer exudyn` prints and writes."""
+"""What `shellmb bench --peer` prints and writes."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
 from rich.console import Console
 
-from shellmb.bench.peers.compare import (
-    ASKED,
-    EXUDYN,
+from shellmb.bench.peers import roll_up
+from shellmb.bench.peers.compare import ASKED, Comparison, Point, compare
+from shellmb.bench.peers.history import TipHistory
+from shellmb.bench.peers.picture import draw
+from shellmb.bench.peers.plates import (
+    OPENSEES,
     OURS,
-    Comparison,
+    PEERS,
+    REQUIRE,
     Plate,
-    Point,
-    Study,
-    compare,
+    code_of,
+    every_run,
     large_load,
-    quick,
+    quick_runs,
     title,
 )
-from shellmb.bench.peers.exudyn_plate import require
-from shellmb.bench.peers.history import TipHistory
-from shellmb.bench.peers.our_plate import OurPlate
-from shellmb.bench.peers.picture import draw
 from shellmb.cli.failures import tell
 from shellmb.cli.report import say
 from shellmb.errors import SceneError
 from shellmb.measuring.records import to_json, write
-from shellmb.measuring.tables import Column, console, line, rich_table
+from shellmb.measuring.tables import Column, console, line, markdown, rich_table
 
 NOTE = (
     "Processor times of the steps on one thread, recording the tip and nothing else; set-up and "
-    "compilation excluded; the least of several runs, the codes in turn. Error: L2 norm over the "
-    "0.5 s of tip deflection less converged answer, relative to the latter, with a cubic spline "
-    "through the ends of the steps. Newton tolerance 1e-6 in both codes."
+    "compilation excluded; the least of several runs, the codes in turn (spread: slowest less "
+    "fastest by fastest). Error: L2 norm over the 0.5 s of tip deflection less converged answer, "
+    "relative to the latter, with a cubic spline through the ends of the steps. Newton tolerance "
+    "1e-6 in all codes."
 )
 
 
-def run_peer(out: Path | None, as_json: bool, fast: bool, check: bool) -> bool:
+def run_peer(
+    names: Sequence[str], out: Path | None, as_json: bool, fast: bool, check: bool
+) -> bool:
     """Compare, print, draw; say whether we take less time for each error, or nobody asked.
 
     Args:
-        out: Folder of the picture and of `peer.json`; None: neither.
+        names: Peers, keys of `PEERS`.
+        out: Folder of the picture, of `peer.json` and of the tables, `peer.md` and
+            `roll_up.md`; None: none of them.
         as_json: Whether stdout gets the runs as a JSON list, and nothing else.
         fast: Whether only a few runs are made.
         check: Whether the times are judged.
 
     Raises:
-        SceneError: If Exudyn is not installed, or on several ranks.
+        SceneError: If a peer is not installed, or on several ranks.
     """
     from mpi4py import MPI
 
     if MPI.COMM_WORLD.size > 1:
         raise SceneError("bench: codes are compared on one thread; leave out mpiexec")
-    require()
-    found = compare(quick() if fast else Study(), tell)
-    large = large_load(*(((1e-2,), 0.05) if fast else ()))
+    peers = tuple(dict.fromkeys(PEERS[name] for name in names))
+    for code in peers:
+        REQUIRE[code]()
+    found = compare((quick_runs if fast else every_run)(peers), 1 if fast else 2, tell)
+    large = large_load(peers, *(((1e-2,), 0.05) if fast else ()))
+    strips = roll_up.STRIPS[1:5:3] if fast else roll_up.STRIPS
+    rolled = roll_up.compared(1 if fast else 3, strips) if OPENSEES in peers else []
     text = to_json(found.points)
     if out is not None:
         write("peer", text, partial(draw, found), out)
+        (out / "peer.md").write_text("\n".join(markdown(columns(found), best(found))) + "\n")
+        if rolled:
+            lines = markdown(roll_up.COLUMNS, rolled)
+            (out / "roll_up.md").write_text("\n".join(lines) + "\n")
     if as_json:
         say(text)
-    _print(console(stderr=as_json), found, large)
-    ours, theirs = ([found.best(code, e) for e in ASKED] for code in (OURS, EXUDYN))
-    faster = [
-        a is not None and (b is None or a.cpu_s < b.cpu_s)
-        for a, b in zip(ours, theirs, strict=True)
-    ]
-    came_through = all(not h.failed for plate, h in large if isinstance(plate, OurPlate))
-    return not check or (all(faster) and came_through)
+    to = console(stderr=as_json)
+    _print(to, found, large)
+    if rolled:
+        line(to, "strip rolled into a circle by its end moment:")
+        to.print(rich_table(roll_up.COLUMNS, rolled))
+    faster = all(_faster(found, code, error) for code in peers for error in ASKED)
+    came_through = all(not h.failed for plate, h in large if code_of(plate) == OURS)
+    return not check or (faster and came_through)
+
+
+def _faster(found: Comparison, code: str, error: float) -> bool:
+    """Whether we take less time for that error than a peer, or it never has it."""
+    mine, theirs = found.best(OURS, error), found.best(code, error)
+    return mine is not None and (theirs is None or mine.cpu_s < theirs.cpu_s)
+
+
+def codes(found: Comparison) -> list[str]:
+    """The codes of a comparison, ours first."""
+    return [OURS, *(c for c in PEERS.values() if any(p.code == c for p in found.points))]
 
 
 def sentence(found: Comparison) -> str:
     """Who takes how long for which error."""
     parts = []
     for error in ASKED:
-        times = []
-        for code in (OURS, EXUDYN):
+        times, mine = [], found.best(OURS, error)
+        for code in codes(found):
             best = found.best(code, error)
             if best is None:
                 times.append(f"{code} not reached")
             else:
                 how = f"{best.scheme}, {best.mesh}, dt = {best.dt:g} s"
-                times.append(f"{code} {best.cpu_s:.3g} s ({how})")
+                more = (
+                    f", {best.cpu_s / mine.cpu_s:.1f} times ours" if mine and code != OURS else ""
+                )
+                times.append(f"{code} {best.cpu_s:.3g} s ({how}{more})")
         parts.append(f"{100 * error:g} % error: {', '.join(times)}")
     return "; ".join(parts) + "."
 
 
-COLUMNS: tuple[Column[Point], ...] = (
-    Column("code", lambda p: p.code, "words"),
-    Column("scheme", lambda p: p.scheme, "words"),
-    Column("mesh", lambda p: p.mesh, "words"),
-    Column("dt [s]", lambda p: f"{p.dt:g}"),
-    Column("error", lambda p: f"{100 * p.error:.3g} %"),
-    Column("own error", lambda p: f"{100 * p.error_own:.3g} %"),
-    Column("cpu [s]", lambda p: f"{p.cpu_s:.3g}"),
-    Column("wall [s]", lambda p: f"{p.wall_s:.3g}"),
-    Column("iterations", lambda p: f"{p.iterations:.2f}"),
-    Column("factored", lambda p: f"{p.factorisations:.2f}"),
-)
+def best(found: Comparison) -> list[Point]:
+    """Runs that no other one of their code beats, ours first, the fastest first."""
+    return [p for code in codes(found) for p in found.front(code)]
+
+
+def times_ours(found: Comparison, point: Point) -> float:
+    """Its time by that of our fastest run with at most its error; nan if we have none."""
+    mine = found.best(OURS, found.judged(point))
+    return point.cpu_s / mine.cpu_s if mine else math.nan
+
+
+def columns(found: Comparison) -> tuple[Column[Point], ...]:
+    """The table of the best."""
+
+    def ratio(point: Point) -> str:
+        value = times_ours(found, point)
+        return "-" if math.isnan(value) else f"{value:.1f}"
+
+    return (
+        Column("code", lambda p: p.code, "words"),
+        Column("scheme", lambda p: p.scheme, "words"),
+        Column("mesh", lambda p: p.mesh, "words"),
+        Column("dt [s]", lambda p: f"{p.dt:g}"),
+        Column("error", lambda p: f"{100 * p.error:.3g} %"),
+        Column("own error", lambda p: f"{100 * p.error_own:.3g} %"),
+        Column("cpu [s]", lambda p: f"{p.cpu_s:.3g}"),
+        Column("times ours", ratio),
+        Column("spread", lambda p: f"{100 * p.spread:.0f} %"),
+        Column("wall [s]", lambda p: f"{p.wall_s:.3g}"),
+        Column("iterations", lambda p: f"{p.iterations:.2f}"),
+        Column("factored", lambda p: f"{p.factorisations:.2f}"),
+    )
 
 
 def _print(to: Console, found: Comparison, large: Sequence[tuple[Plate, TipHistory]]) -> None:
@@ -111,10 +158,10 @@ def _print(to: Console, found: Comparison, large: Sequence[tuple[Plate, TipHisto
     if found.apart:
         line(
             to,
-            "The converged answers differ by more than half of the smallest error asked for: each "
-            "code is judged by its own.",
+            f"{' and '.join(found.apart)}: the converged answer differs from ours by more than "
+            "half of the smallest error asked for, so the error counts against its own.",
         )
-    to.print(rich_table(COLUMNS, [p for code in (OURS, EXUDYN) for p in found.front(code)]))
+    to.print(rich_table(columns(found), best(found)))
     failed = [p for p in found.points if p.failed]
     line(to, f"the best of {len(found.points)} runs, {len(failed)} of which failed")
     for p in failed:
@@ -122,8 +169,7 @@ def _print(to: Console, found: Comparison, large: Sequence[tuple[Plate, TipHisto
     line(to, NOTE)
     line(to, "under 40 N, 12x2:")
     for plate, history in large:
-        code = OURS if isinstance(plate, OurPlate) else EXUDYN
         what = f"failed at {history.t[-1]:.4g} s" if history.failed else "came through"
         numbers = f"{history.iterations:.1f} iterations per step, peak {history.peak:.4f} m"
-        line(to, f"  {code} {title(plate)}: {what}, {numbers}")
+        line(to, f"  {code_of(plate)} {title(plate)}: {what}, {numbers}")
     line(to, sentence(found))
