@@ -2,7 +2,6 @@
 
 from mpi4py import MPI as _MPI  # noqa: F401  (before petsc4py)
 from petsc4py import PETSc
-from slepc4py import SLEPc
 
 import numpy as np
 import numpy.typing as npt
@@ -29,6 +28,9 @@ def eigenpairs(
     Raises:
         ConvergenceError: If the matrix has no factors, or there are fewer pairs.
     """
+    # runs without eigenproblems do not load it
+    from slepc4py import SLEPc
+
     solver = SLEPc.EPS().create(K.getComm())
     solver.setOperators(K, M)
     kinds = SLEPc.EPS.ProblemType

@@ -77,7 +77,7 @@ def hinged(stop: Any, scheme: str = "ep", *others: Any) -> Scene:
         (lambda: JointStop("s", "hinge", -1.0, stiffness=-1.0), "stiffness is -1.0"),
         (
             lambda: hinged(JointStop("s", "hinge", -1.0, stiffness=1.0), "linear-dynamics"),
-            "joint stop 's': the scheme is 'linear-dynamics'",
+            "joint stop 's': with scheme 'linear-dynamics'",
         ),
         (
             lambda: hinged(JointStop("s", "hingo", -1.0, stiffness=1.0)),

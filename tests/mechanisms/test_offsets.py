@@ -123,7 +123,7 @@ def test_reduced_and_full_and_rigid_alike() -> None:
     for name, more in {
         "reduced": {},
         "full": {"solver": Solver(solve="full")},
-        "rigid": {"body": {"rigid": True}},
+        "rigid": {"body": {"model": "rigid"}},
     }.items():
         scene, size = pendulum("ep", 1.0, **more)
         found[name] = execute(scene).history["turn"].to_numpy() / size

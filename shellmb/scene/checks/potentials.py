@@ -35,7 +35,7 @@ def check_potentials(scene: Description) -> None:
             )
         if scene.linear:
             raise SceneError(
-                f"{who}: the scheme is {show(scene.scheme_name)}, and displacements are small; it "
+                f"{who}: with scheme '{scene.scheme_name}' displacements are small; the scheme "
                 "must be one for large ones, as 'static' or 'ep' (of a foundation, terms are "
                 "linearised)"
             )
@@ -44,8 +44,8 @@ def check_potentials(scene: Description) -> None:
     for stop in scene.elements:
         if isinstance(stop, JointStop) and scene.linear:
             raise SceneError(
-                f"{said(stop)}: the scheme is {show(scene.scheme_name)}, and displacements are "
-                "small; it must be one for large ones, as 'static' or 'ep'"
+                f"{said(stop)}: with scheme '{scene.scheme_name}' displacements are small; the "
+                "scheme must be one for large ones, as 'static' or 'ep'"
             )
     if not scene.static:
         return

@@ -117,20 +117,12 @@ class Modified:
     _cost: float = field(default=0.0, init=False)
     # far from the solution not even a new factorisation lasts for two iterations
     _far: bool = field(default=False, init=False)
-    # iterations in this solution, and those in how many solutions since the last factorisation
-    _iterations: int = field(default=0, init=False)
-    _spent: float = field(default=0.0, init=False)
-    _solved: int = field(default=0, init=False)
-    _tired: bool = field(default=False, init=False)
-    # whether the factorisation was made in this solution
-    _fresh: bool = field(default=False, init=False)
 
     def begin(self, key: Hashable) -> None:
         """Forget the factorisation, or only that of another system."""
-        self._wanted = not self._exists or not self.keep or key != self._key or self._tired
+        self._wanted = not self._exists or not self.keep or key != self._key
         self._key = key
-        self._updates, self._far, self._iterations = [], False, 0
-        self._fresh = False
+        self._updates, self._far = [], False
 
     def forget(self) -> None:
         """The next solution begins with a factorisation."""
@@ -145,23 +137,10 @@ class Modified:
         self._cost = cost
         self._wanted, self._exists = self._far, True
         self._updates = self._updates[-1:] if self._far else []
-        self._spent, self._solved, self._iterations, self._tired = cost, 0, 0, False
-        self._fresh = True
 
     def converged(self, update: float, moved: float, tolerance: float) -> bool:
         """By the error left behind, as the contraction tells it."""
         self._updates.append(update)
-        self._iterations += 1
-        done = self._done(update, moved, tolerance)
-        if done:
-            # a factorisation is at its best as long as a solution takes fewer iterations than all
-            # since then have taken on the average, itself included
-            self._solved += 1
-            self._spent += self._iterations
-            self._tired = self._iterations > self._spent / self._solved
-        return done
-
-    def _done(self, update: float, moved: float, tolerance: float) -> bool:
         if update == 0.0:
             return True
         if moved > FAR:
@@ -171,25 +150,15 @@ class Modified:
             return False
         before = self._updates[-2]
         rho = update / before if before > 0 else math.inf
-        # resultants lag behind by an iteration: contractions are good and bad in turn (1e-3 and 0.2
-        # of a plate); only over two of them is it seen how fast it goes, and the worse one counts
-        # for what is left behind
-        seen = len(self._updates) > 2
-        pace, worse = rho, rho
-        if seen:
-            pace = math.sqrt(update / self._updates[-3])
-            worse = max(rho, before / self._updates[-3])
-        if update <= tolerance and min(update * worse, update) <= ERROR * tolerance:
+        if update <= tolerance and (rho >= SLOW or update * rho / (1 - rho) <= ERROR * tolerance):
+            # small enough, or as small as round-off lets it be
             return True
-        if update <= tolerance and pace >= SLOW and self._fresh:
-            # as small as round-off lets it be; an old factorisation may just be too old
-            return True
-        if not pace < SLOW:
-            self._far = self._far or not seen
+        if not rho < SLOW:
+            self._far = self._far or len(self._updates) == 2
             self._wanted = True
-        elif seen:
-            left = math.log(ERROR * tolerance / update) / math.log(pace)
-            self._wanted = left > self._cost + AFRESH
+            return False
+        left = math.log(ERROR * tolerance / update) / math.log(rho)
+        self._wanted = left > self._cost + AFRESH
         return False
 
 
