@@ -60,8 +60,8 @@ def scene(rigid: bool = False, dt: float = 0.01, t_end: float = 3.0):
         locks=Lock("hinge", when="latched"),
         events=[
             Event("latched", ANGLE >= LATCH),
-            # the tip has swung over, and stands still
-            Event("farthest", (TIP < 0.0) & (SPEED >= 0.0), ends=True),
+            # the tip has swung over by more than the latch is late, and stands still
+            Event("farthest", (TIP < -1e-3) & (SPEED >= 0.0), ends=True),
         ],
         probes=[
             Probe("tip", (LENGTH, 0.0, 0.0), "position", 0, body="panel"),
