@@ -10,7 +10,7 @@ from slepc4py import SLEPc
 import numpy as np
 
 from shellmb.errors import ConvergenceError
-from shellmb.system.direct.mumps import MUMPS_OPTIONS
+from shellmb.system.eigenvalues import shift_and_invert
 
 # Eigenvalues of multipliers are infinite, and come out as large ones that are no eigenvalues: of
 # `s^2 v^H M v + s v^H C v + v^H K v` half of the largest term is left, of others round-off.
@@ -97,18 +97,7 @@ def _solved(
     wanted = min(2 * count, size)
     solver.setDimensions(wanted, min(max(basis * wanted, 10 * basis), size))
     solver.setTolerances(1e-11, 500)
-    transform = solver.getST()
-    transform.setType(SLEPc.ST.Type.SINVERT)
-    ksp = transform.getKSP()
-    ksp.setType(PETSc.KSP.Type.PREONLY)
-    ksp.getPC().setType(PETSc.PC.Type.LU)
-    ksp.getPC().setFactorSolverType("mumps")
-    prefix = f"shellmb_quadratic_{id(solver)}_"
-    solver.setOptionsPrefix(prefix)
-    options = PETSc.Options()
-    for key, option in MUMPS_OPTIONS.items():
-        options[f"{prefix}st_{key}"] = option
-    solver.setFromOptions()
+    shift_and_invert(solver)
     solver.solve()
     return solver
 

@@ -1,5 +1,7 @@
 """Eigenvalues nearest to a shift of symmetric pairs of matrices (SLEPc, shift and invert)."""
 
+from typing import Any
+
 from mpi4py import MPI as _MPI  # noqa: F401  (before petsc4py)
 from petsc4py import PETSc
 
@@ -41,18 +43,7 @@ def eigenpairs(
     # a wide basis finds multiple eigenvalues, such as the six rigid-body modes, all at once
     solver.setDimensions(count, min(max(4 * count, 40), K.getSize()[0]))
     solver.setTolerances(1e-10, 500)
-    transform = solver.getST()
-    transform.setType(SLEPc.ST.Type.SINVERT)
-    ksp = transform.getKSP()
-    ksp.setType(PETSc.KSP.Type.PREONLY)
-    ksp.getPC().setType(PETSc.PC.Type.LU)
-    ksp.getPC().setFactorSolverType("mumps")
-    prefix = f"shellmb_modes_{id(solver)}_"
-    solver.setOptionsPrefix(prefix)
-    options = PETSc.Options()
-    for key, option in MUMPS_OPTIONS.items():
-        options[f"{prefix}st_{key}"] = option
-    solver.setFromOptions()
+    shift_and_invert(solver)
     try:
         solver.solve()
     except PETSc.Error as error:
@@ -77,3 +68,25 @@ def eigenpairs(
     pairs.sort(key=lambda pair: pair[0])
     kept = pairs[:count]
     return np.array([value for value, _ in kept]), [vector for _, vector in kept]
+
+
+def shift_and_invert(solver: Any) -> None:
+    """Let an eigensolver of SLEPc find what is nearest to its target, by factors of MUMPS.
+
+    Args:
+        solver: An `EPS` or a `PEP`.
+    """
+    from slepc4py import SLEPc
+
+    transform = solver.getST()
+    transform.setType(SLEPc.ST.Type.SINVERT)
+    ksp = transform.getKSP()
+    ksp.setType(PETSc.KSP.Type.PREONLY)
+    ksp.getPC().setType(PETSc.PC.Type.LU)
+    ksp.getPC().setFactorSolverType("mumps")
+    prefix = f"shellmb_eigen_{id(solver)}_"
+    solver.setOptionsPrefix(prefix)
+    options = PETSc.Options()
+    for key, option in MUMPS_OPTIONS.items():
+        options[f"{prefix}st_{key}"] = option
+    solver.setFromOptions()
