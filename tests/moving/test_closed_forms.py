@@ -172,7 +172,7 @@ def test_damped_at_rest(viscosity: float) -> None:
     assert not modes.unstable
 
 
-@pytest.mark.parametrize("of", ["shell", "beam"])
+@pytest.mark.parametrize("of", ["shell", pytest.param("beam", marks=pytest.mark.slow)])
 def test_damping_of_sections(of: str) -> None:
     """`tau |s| / 2` of the strains and `rate / 2 |s|` of the mass, where it does not turn.
 

@@ -130,7 +130,8 @@ def test_order_in_large_motion(scheme: str, alpha: float, order: int, fine) -> N
     assert errors[-1] < (1e-6 if order == 4 else 1e-4)
 
 
-@pytest.mark.parametrize("what", ["rows", pytest.param("blocks", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("what", ["rows", "blocks"])
 def test_strains_of_the_paper_are_a_special_case(what: str, monkeypatch) -> None:
     """At random states: both rows and the energy that is lost, and all blocks of the Jacobian."""
     found = []
