@@ -14,7 +14,7 @@ from shellmb.model.model import Model
 from shellmb.observers.fields.modal import ModalNodes, modal_members
 from shellmb.scene import Scene
 from shellmb.scene.loads.loads import FollowerEdgeForce, FollowerSurfaceForce, Gravity, Pressure
-from shellmb.simulate.reduction.tangent import Blocks, tangent
+from shellmb.simulate.reduction.tangent import Blocks, bending_scales, tangent
 from shellmb.simulate.simulation import Simulation
 from shellmb.simulate.soundness.sound import sound_model
 from shellmb.system.assembly.blocks import BlockSystem
@@ -116,14 +116,7 @@ def _tangent_at(model: Model, state: Simulation | None) -> tuple[BlockSystem, Bl
 
 def shift_below(model: Model, loaded: bool) -> float:
     """A negative shift of the size of the lowest eigenvalues, rad^2/s^2."""
-    found = []
-    for shell in model.shells.values():
-        sizes = shell.section.sizes
-        bending = sizes.stiffness * sizes.thickness**2 / 12
-        found.append(bending / sizes.mass / shell.surface_mesh.length**4)
-    for beam in model.beams.values():
-        bending = float(np.min(np.diag(beam.beam.section.stiffness)[4:]))
-        found.append(bending / beam.beam.section.mass[0] / beam.domain.length**4)
+    found = bending_scales(model)
     found += [float(np.min(data.omega2)) / SHIFT for data in model.modal]
     if not found:
         # rigid bodies swing by their weight, or by springs of whatever stiffness

@@ -10,6 +10,7 @@ from petsc4py import PETSc
 import ufl
 from dolfinx import fem
 
+from shellmb.derivatives import Derivative
 from shellmb.model.model import Model
 from shellmb.model.sections.damping import together
 from shellmb.modes import shift_below
@@ -71,18 +72,15 @@ class Linearised:
             inertia, moved = body.inertia(trial, test), frame.gyroscopic(q, test)
             if inertia is not None and moved is not None:
                 mass[k, k] = [inertia]
-                unit[k, k] = [ufl.algorithms.expand_derivatives(ufl.derivative(moved, q, trial))]
+                unit[k, k] = [Derivative(moved, q)]
             rates, time = frame.rates(q), fem.Constant(space.mesh, self.relaxation.time)
             forces = [body.extra(q, rates, test, time)]
             if body.damping is not None:
                 # of strains, which a rotation does not change
                 forces.append(-body.damping.at(q, frame.motion(q), test))
             work = together(forces)
-            if work is not None:
-                by_rate = ufl.derivative(-work, frame.still, trial)
-                by_rate = ufl.algorithms.expand_derivatives(by_rate)
-                if not by_rate.empty():
-                    damping[k, k] = [by_rate]
+            if work is not None and frame.still in work.coefficients():
+                damping[k, k] = [Derivative(-work, frame.still)]
         return mass, unit, damping
 
     def turn(self, rate: float) -> None:

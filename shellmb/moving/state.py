@@ -17,6 +17,7 @@ from ufl.core.expr import Expr
 from shellmb.errors import ConvergenceError, SceneError
 from shellmb.model.body import Body
 from shellmb.model.model import Model
+from shellmb.model.sections.damping import together
 from shellmb.moving.axis import Axis, bearing, check_steady, three
 from shellmb.moving.frame import TurningFrame
 from shellmb.moving.linearised import Linearised
@@ -81,8 +82,7 @@ class StateFrame(TurningFrame):
         forms = [self.body.inertia(self._acceleration + change, dq)]
         if self.body.damping is not None:
             forms.append(self.body.damping.at(q, self.motion(q), dq))
-        some = [form for form in forms if form is not None]
-        return sum(some[1:], some[0]) if some else None
+        return together(forms)
 
 
 @dataclass(frozen=True)

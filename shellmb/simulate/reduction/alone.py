@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from shellmb.model.model import build_model
 from shellmb.scene import Scene
-from shellmb.simulate.reduction.tangent import tangent
+from shellmb.simulate.reduction.tangent import bending_scales, tangent
 from shellmb.simulate.soundness.redundancy import look_through
 from shellmb.system.direct.mumps import use_mumps
 from shellmb.system.eigenvalues import eigenpairs
@@ -58,15 +58,7 @@ class Alone:
     @property
     def scale(self) -> float:
         """Size of the squares of the lowest frequencies, rad^2/s^2."""
-        found = []
-        for shell in self.model.shells.values():
-            sizes = shell.section.sizes
-            bending = sizes.stiffness * sizes.thickness**2 / 12
-            found.append(bending / sizes.mass / shell.surface_mesh.length**4)
-        for beam in self.model.beams.values():
-            bending = float(np.min(np.diag(beam.beam.section.stiffness)[4:]))
-            found.append(bending / beam.beam.section.mass[0] / beam.domain.length**4)
-        return min(found)
+        return min(bending_scales(self.model))
 
     def nodes(self, name: str) -> tuple[Floats, Floats]:
         """Positions (n, 3) and directors (n, m, 3) of the nodes of a body on this rank."""

@@ -10,8 +10,10 @@ import ufl
 from dolfinx import fem
 from ufl import Form
 
+from shellmb.derivatives import Derivative
 from shellmb.model.body import TimeFunction
 from shellmb.model.model import Model
+from shellmb.model.sections.damping import together
 from shellmb.schemes.base import at_state
 from shellmb.schemes.residuals.rows import Span
 from shellmb.simulate.fields import body_field
@@ -19,7 +21,7 @@ from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.assembly.fields import Field, Followers
 
 # forms that add up to each block of a matrix
-Blocks = dict[tuple[int, int], list[Form]]
+Blocks = dict[tuple[int, int], list[Form | Derivative]]
 
 
 def tangent(
@@ -55,13 +57,10 @@ def tangent(
             loads.update(factor)
             work = loads.virtual_work(q, dq)
             forms.append(-work if work is not None else None)
-        present = [form for form in forms if form is not None]
         stiffness[k, k] = [f for term in terms for f in term.derivatives[0]]
-        if present:
-            residual = sum(present[1:], present[0])
-            derivative = ufl.algorithms.expand_derivatives(ufl.derivative(residual, q, trial))
-            if not derivative.empty():
-                stiffness[k, k].append(derivative)
+        residual = together(forms)
+        if residual is not None and q in residual.coefficients():
+            stiffness[k, k].append(Derivative(residual, q))
         inertia = body.inertia(trial, dq)
         if inertia is not None:
             mass[k, k] = [inertia]
@@ -69,3 +68,23 @@ def tangent(
     system = BlockSystem(model.comm, fields, followers)
     system.follow()
     return system, stiffness, mass
+
+
+def bending_scales(model: Model) -> list[float]:
+    """`D/(m L^4)` of all shells and beams: the size of the squares of their lowest frequencies.
+
+    Args:
+        model: The bodies.
+
+    Returns:
+        In rad^2/s^2.
+    """
+    found = []
+    for shell in model.shells.values():
+        sizes = shell.section.sizes
+        bending = sizes.stiffness * sizes.thickness**2 / 12
+        found.append(bending / sizes.mass / shell.surface_mesh.length**4)
+    for beam in model.beams.values():
+        bending = float(np.min(np.diag(beam.beam.section.stiffness)[4:]))
+        found.append(bending / beam.beam.section.mass[0] / beam.domain.length**4)
+    return found

@@ -22,7 +22,7 @@ from dolfinx import cpp, fem  # type: ignore[attr-defined]
 from ufl import Form
 
 from shellmb.derivatives import Derivative
-from shellmb.kernels import compile_with_derivatives, compiled
+from shellmb.kernels import compile_with_derivatives
 from shellmb.system.assembly import native
 from shellmb.system.assembly.fields import Field, Followers
 from shellmb.system.assembly.following import Following
@@ -64,6 +64,15 @@ class DolfinxResiduals:
 
     def refresh(self) -> None:
         """Nothing is kept."""
+
+
+def _by_place(places: Sequence[tuple[int, int]], forms: Sequence[fem.Form | None]) -> BlockForms:
+    """Forms by row and column field, without derivatives that vanish."""
+    found: BlockForms = {}
+    for place, form in zip(places, forms, strict=True):
+        if form is not None:
+            found.setdefault(place, []).append(form)
+    return found
 
 
 class BlockSystem:
@@ -141,10 +150,7 @@ class BlockSystem:
         made = compile_with_derivatives([*residuals, *(form for _, form in derivatives)])
         there = iter(form for form in made[: len(residuals)] if form is not None)
         self.residual_forms = [[next(there) for _ in f.forms] for f in fields]
-        self.jacobians: BlockForms = {}
-        for (place, _), form in zip(derivatives, made[len(residuals) :], strict=True):
-            if form is not None:
-                self.jacobians.setdefault(place, []).append(form)
+        self.jacobians = _by_place([place for place, _ in derivatives], made[len(residuals) :])
 
     def _set_fixed(self) -> None:
         """Find the fixed unknowns, on whatever field and rank they were named."""
@@ -246,18 +252,22 @@ class BlockSystem:
         return A
 
     def symmetric_matrix(
-        self, forms: Mapping[tuple[int, int], Sequence[Form]] | None, diagonal: float
+        self,
+        forms: Mapping[tuple[int, int], Sequence[Form | Derivative]] | None,
+        diagonal: float,
     ) -> PETSc.Mat:
         """A matrix of its own without the rows and columns of fixed dofs, as eigenproblems need.
 
         Args:
-            forms: Bilinear forms by row and column field; None: those of the Jacobian.
+            forms: Bilinear forms, or derivatives, by row and column field; None: the Jacobian's.
             diagonal: Value on the diagonal of fixed dofs.
         """
         A = self._new_matrix()
         kernels = self.jacobians
         if forms is not None:
-            kernels = {key: [compiled(form) for form in parts] for key, parts in forms.items()}
+            places = [place for place, parts in forms.items() for _ in parts]
+            every = [form for parts in forms.values() for form in parts]
+            kernels = _by_place(places, compile_with_derivatives(every))
         self._assemble(A, kernels, self.held)
         held = self._diagonal.copy()
         held.scale(diagonal)
