@@ -39,7 +39,7 @@ from typing import NamedTuple
 import ufl
 from ufl.core.expr import Expr
 
-from shellmb.forms.frame import vectors
+from shellmb.forms.frame import ACROSS, vectors
 from shellmb.forms.state import Layout
 from shellmb.forms.steps.discrete import stress_average
 from shellmb.forms.steps.mixed import Interval
@@ -122,7 +122,7 @@ def twist_and_curvature(w: Expr, ref: Line) -> Expr:
         """Change of `d_a' . d_b / 2`."""
         return (ufl.dot(Ds[a], c[b]) + ufl.dot(cs[a], D[b] + c[b])) / 2
 
-    return ufl.as_vector([half(a, b) - half(b, a) for a, b in ((1, 2), (2, 0), (0, 1))])
+    return ufl.as_vector([half(a, b) - half(b, a) for a, b in ACROSS])
 
 
 def beam_strains(u: Expr, w: Expr, ref: Line) -> Expr:
@@ -164,7 +164,7 @@ def beam_slope(
         return (ufl.dot(ds[a], c_[b]) + ufl.dot(cs[a], d[b])) / 2
 
     stretch = [ufl.dot(dk, u1) + ufl.dot(ck, x1) for dk, ck in zip(d, c_, strict=True)]
-    turns = [half(a, b) - half(b, a) for a, b in ((1, 2), (2, 0), (0, 1))]
+    turns = [half(a, b) - half(b, a) for a, b in ACROSS]
     return ufl.as_vector([*stretch, *turns])
 
 

@@ -26,6 +26,8 @@ from typing import NamedTuple
 import ufl
 from ufl.core.expr import Expr
 
+from shellmb.forms.frame import spin
+
 
 class Law(NamedTuple):
     """Parameters of a contact.
@@ -114,9 +116,5 @@ def turn(directors: Sequence[Expr], changes: Sequence[Expr]) -> Expr:
         (d,), (dd,) = directors, changes
         return ufl.cross(d, dd) / ufl.dot(d, d)
     volume = ufl.dot(directors[0], ufl.cross(directors[1], directors[2]))
-    pairs = ((1, 2), (2, 0), (0, 1))
-    spins = [
-        (ufl.dot(changes[a], directors[b]) - ufl.dot(changes[b], directors[a])) / 2
-        for a, b in pairs
-    ]
-    return sum((s / volume * d for s, d in zip(spins, directors, strict=True)), 0 * changes[0])
+    pairs = zip(spin(directors, changes), directors, strict=True)
+    return sum((s / volume * d for s, d in pairs), 0 * changes[0])

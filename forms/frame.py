@@ -13,6 +13,7 @@ symbol       name                                                unit           
 ===========  ==================================================  ==============  ==========
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import ufl
@@ -22,6 +23,9 @@ Vectors = tuple[Expr, Expr, Expr]
 
 # pairs of directors in the order of the six multipliers
 PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+
+# pairs of axes across each axis
+ACROSS = ((1, 2), (2, 0), (0, 1))
 
 
 def vectors(w: Expr) -> Vectors:
@@ -33,6 +37,19 @@ def vectors(w: Expr) -> Vectors:
 def directors(w: Expr, D: Expr) -> Vectors:
     """Directors `D_k + w_k` from their changes and reference values, shapes (9,)."""
     return vectors(D + w)
+
+
+def spin(d: Sequence[Expr], dd: Sequence[Expr]) -> list[Expr]:
+    """Rotation `r` in the changes `dd_k = r x d_k` of three directors: `r . (d_a x d_b)`.
+
+    For the pairs across each axis, so that it is `r . d_c`; of directors that are not orthonormal
+    these are the components along them, times their volume.
+
+    Args:
+        d: The directors.
+        dd: Their changes.
+    """
+    return [(ufl.dot(dd[a], d[b]) - ufl.dot(dd[b], d[a])) / 2 for a, b in ACROSS]
 
 
 def orthonormality(w: Expr, D: Expr) -> Expr:

@@ -7,7 +7,7 @@ sub-interval), in the direction `du, dw`.
 import ufl
 from ufl.core.expr import Expr
 
-from shellmb.forms.frame import Vectors, vectors
+from shellmb.forms.frame import Vectors, spin, vectors
 from shellmb.forms.shell import Mass
 from shellmb.forms.surface import Surface, along
 
@@ -94,6 +94,4 @@ def follower_frame_moment(components: Expr, d: Vectors, dw: Expr) -> Expr:
         d: Directors at the mid-point.
         dw: Their variations, shape (9,).
     """
-    dd = vectors(dw)
-    spin = [(ufl.dot(dd[a], d[b]) - ufl.dot(dd[b], d[a])) / 2 for a, b in ((1, 2), (2, 0), (0, 1))]
-    return ufl.dot(components, ufl.as_vector(spin))
+    return ufl.dot(components, ufl.as_vector(spin(d, vectors(dw))))

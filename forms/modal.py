@@ -17,12 +17,9 @@ from collections.abc import Sequence
 import ufl
 from ufl.core.expr import Expr
 
-from .frame import Vectors
+from shellmb.forms.frame import ACROSS, Vectors
 
 Three = tuple[Expr, Expr, Expr]
-
-# pairs of axes across each axis
-ACROSS = ((1, 2), (2, 0), (0, 1))
 
 
 def components(table: Expr, first: int, eta: Sequence[Expr]) -> Three:
