@@ -11,14 +11,14 @@ from pydantic import InstanceOf
 from shellmb.errors import SceneError
 from shellmb.scene.beams.curves import Curve
 from shellmb.scene.beams.sections import BeamSection
-from shellmb.scene.values.models import BodyModel
+from shellmb.scene.values.models import BodyModel, Deforming
 from shellmb.scene.values.validate import Axis, Name, PositiveInt, described, show, unit_vector
 
 __all__ = ["Beam", "Glue"]
 
 
 @described("beam")
-class Beam:
+class Beam(Deforming):
     """A geometrically exact beam: a reference line, its section, its mesh.
 
     At every point of it are three directors: d1 begins as the tangent, d3 as the projection of
@@ -85,21 +85,6 @@ class Beam:
                     f"beam '{self.name}': up is {show(self.up)}, which is tangential at xi = "
                     f"{xi[across.argmin()]:.3g}; it must have a part across the beam everywhere"
                 )
-
-    @property
-    def rigid(self) -> bool:
-        """Whether it is one rigid body."""
-        return self.model == "rigid"
-
-    @property
-    def exact(self) -> bool:
-        """Whether it deforms by any amount: its nodes are the unknowns."""
-        return self.model == "exact"
-
-    @property
-    def holds_strains(self) -> bool:
-        """Whether some strain is held at zero by forces that are multipliers."""
-        return self.exact and not (self.transverse_shear and self.stretching)
 
 
 @described("glue")

@@ -12,7 +12,7 @@ from shellmb.errors import SceneError
 from shellmb.scene.shells.gmsh_surfaces import Meshed
 from shellmb.scene.shells.sections import LinearSection, Section
 from shellmb.scene.shells.surfaces import Surface
-from shellmb.scene.values.models import BodyModel
+from shellmb.scene.values.models import BodyModel, Deforming
 from shellmb.scene.values.positions import OfPosition
 from shellmb.scene.values.validate import (
     Edge,
@@ -31,7 +31,7 @@ Distortion = Annotated[float, Field(ge=0, le=0.3, allow_inf_nan=False)]
 
 
 @described("shell")
-class Shell:
+class Shell(Deforming):
     """One shell body: a mid-surface, its section, its mesh.
 
     Args:
@@ -124,21 +124,6 @@ class Shell:
                         f"{getattr(self.section, 'label', 'section')}, whose energy is of all "
                         "strains"
                     )
-
-    @property
-    def rigid(self) -> bool:
-        """Whether it is one rigid body."""
-        return self.model == "rigid"
-
-    @property
-    def exact(self) -> bool:
-        """Whether it deforms by any amount: its nodes are the unknowns."""
-        return self.model == "exact"
-
-    @property
-    def holds_strains(self) -> bool:
-        """Whether some strain is held at zero by forces that are multipliers."""
-        return self.exact and not (self.transverse_shear and self.stretching)
 
 
 @described("join")

@@ -9,7 +9,7 @@ from pydantic import BeforeValidator
 from shellmb.errors import SceneError
 from shellmb.scene.values.validate import PositiveInt, described
 
-__all__ = ["BodyModel", "Modal", "model_of"]
+__all__ = ["BodyModel", "Deforming", "Modal", "model_of"]
 
 WORDS = ("exact", "rigid")
 
@@ -51,3 +51,32 @@ def model_of(text: str) -> str | Modal:
 
 
 BodyModel = Annotated[Literal["exact", "rigid"] | Modal, BeforeValidator(_word_or_modal)]
+
+
+class Deforming:
+    """What shells and beams have in common.
+
+    Attributes:
+        model: How it deforms.
+        transverse_shear: Whether sections shear.
+        stretching: Whether it stretches.
+    """
+
+    model: BodyModel
+    transverse_shear: bool
+    stretching: bool
+
+    @property
+    def rigid(self) -> bool:
+        """Whether it is one rigid body."""
+        return self.model == "rigid"
+
+    @property
+    def exact(self) -> bool:
+        """Whether it deforms by any amount: its nodes are the unknowns."""
+        return self.model == "exact"
+
+    @property
+    def holds_strains(self) -> bool:
+        """Whether some strain is held at zero by forces that are multipliers."""
+        return self.exact and not (self.transverse_shear and self.stretching)
