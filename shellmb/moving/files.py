@@ -11,6 +11,7 @@ from typing import Any
 from mpi4py import MPI
 
 from shellmb.errors import SceneError
+from shellmb.moving.axis import Axis
 from shellmb.moving.campbell import Campbell, campbell
 from shellmb.moving.modes import TurningModes, check_count, modes_of
 from shellmb.moving.state import MovingState, StateModes, check_state
@@ -30,10 +31,6 @@ from shellmb.stopping import STOPPING
 TABLE, PICTURE = "campbell.csv", "campbell.png"
 
 HEADER = "mode,frequency_hz,omega_rad_per_s,growth_per_s,damping_ratio,whirl,direction,stable"
-
-
-# what the summary of a rate has in common with that of all of them
-KEPT = ("scene", "loaded", "axis", "about", "unknowns", "ranks", "versions", "results")
 
 # fields of a scene that say how a run gets to a state, which is the same state without them
 HOW = frozenset("scheme alpha dt t_end start assemble solver control initial events".split())
@@ -89,22 +86,15 @@ def find_campbell(
         check_memory(scene, comm)
         STOPPING.renew()
         found = campbell(scene, rates, comm, count, loaded, axis, about)
-        summary: dict[str, Any] = {
-            "scene": scene.name,
-            "loaded": loaded,
-            "axis": list(found.axis.axis),
-            "about": list(found.axis.about),
+        head = _head(scene, loaded, found.axis, found.modes[0], comm)
+        summary: dict[str, Any] = head | {
             "rates_rad_per_s": found.rates,
             "stable": not found.unstable,
             "verdict": found.verdict,
-            "unknowns": found.modes[0].unknowns,
-            "ranks": comm.size,
             "wall_s": clock.perf_counter() - begin,
-            "versions": versions(),
-            "results": {},
         }
         for number, modes in enumerate(found.modes, start=1):
-            _write_rate(folder(directory, number), modes, summary)
+            _write_rate(folder(directory, number), modes, head)
         if comm.rank == 0:
             (directory / TABLE).write_text("\n".join(_table(found)) + "\n")
             write_json(directory / SUMMARY, summary)
@@ -164,15 +154,7 @@ def find_state_modes(
         moving = MovingState(scene, saved.arrays, saved.simulation, comm, rate, axis, about)
         found = StateModes(modes_of(moving, count), moving)
         unsteady = moving.unsteady
-        summary: dict[str, Any] = {
-            "scene": scene.name,
-            "loaded": True,
-            "axis": list(moving.axis.axis),
-            "about": list(moving.axis.about),
-            "unknowns": found.modes.unknowns,
-            "ranks": comm.size,
-            "versions": versions(),
-            "results": {},
+        summary: dict[str, Any] = _head(scene, True, moving.axis, found.modes, comm) | {
             "run": str(state),
             "t": moving.time,
             "frame_stands_because": moving.standing,
@@ -186,7 +168,7 @@ def find_state_modes(
             "relative_acceleration_share": unsteady.acceleration_share,
             "wall_s": clock.perf_counter() - begin,
         }
-        _write_rate(directory, found.modes, summary, tuple(summary))
+        _write_rate(directory, found.modes, summary)
         if pictures and comm.rank == 0:
             from shellmb.show.pictures import draw_directory
 
@@ -245,18 +227,29 @@ def _table(found: Campbell) -> list[str]:
     return lines
 
 
-def _write_rate(
-    directory: Path,
-    modes: TurningModes,
-    whole: dict[str, Any],
-    kept: Sequence[str] = KEPT,
-) -> None:
+def _head(
+    scene: Scene, loaded: bool, axis: Axis, modes: TurningModes, comm: MPI.Comm
+) -> dict[str, Any]:
+    """What all summaries begin with."""
+    return {
+        "scene": scene.name,
+        "loaded": loaded,
+        "axis": list(axis.axis),
+        "about": list(axis.about),
+        "unknowns": modes.unknowns,
+        "ranks": comm.size,
+        "versions": versions(),
+        "results": {},
+    }
+
+
+def _write_rate(directory: Path, modes: TurningModes, whole: dict[str, Any]) -> None:
     fields = [
         {"displacement": real, "displacement_imaginary": imaginary}
         for real, imaginary in modes.shapes
     ]
     summary = {
-        **{key: whole[key] for key in kept},
+        **whole,
         "rate_rad_per_s": modes.rate,
         "frequencies_hz": modes.frequencies,
         "omega_rad_per_s": modes.omega,

@@ -259,8 +259,12 @@ def _scalar(value: Any, law: Callable[..., Any]) -> Expr:
     return made
 
 
-_GROUPS: tuple[type[ElementGroup], ...] = (Springs, Dampers, Motors, Stops)
-_KINDS = dict(zip(("spring", "damper", "motor", "stop"), _GROUPS, strict=True))
+_KINDS: dict[str, type[ElementGroup]] = {
+    "spring": Springs,
+    "damper": Dampers,
+    "motor": Motors,
+    "stop": Stops,
+}
 
 
 def element_groups(comm: MPI.Comm, items: Sequence[BoundElement]) -> list[ElementGroup]:

@@ -297,10 +297,3 @@ def modal_bodies(
             others = [ends[item.name] for item in body.interfaces]
             found.append(Interfaces(comm, body, modes, frame, others, force, length))
     return found
-
-
-def amplitudes_of(comm: MPI.Comm, modes: Modes, array: Floats) -> Floats:
-    """Values of the amplitudes in a local array, on all ranks; collective."""
-    local = modes.mixed.dofs["eta"]
-    mine = array[local[local < modes.mixed.space.dofmap.index_map.size_local]]
-    return mine.copy() if comm.size == 1 else np.concatenate(comm.allgather(mine))

@@ -123,19 +123,19 @@ class _Acting(NodalForces):
     def __init__(self, simulation: Simulation, stage: str) -> None:
         problem = simulation.problem
         super().__init__(problem.system)
+        potentials = simulation.model.potentials
         self._forms = [
             (problem.number(body.name, stage), form)
             for body in simulation.model.bodies
+            if body not in potentials
             for form in self._work(problem.forms[body.name][stage], body)
         ]
         # all of what potentials exert comes from outside; residuals are against it
         self._against = [
             (problem.number(body.name, stage), compiled(form))
-            for body in simulation.model.potentials
+            for body in potentials
             for form in problem.forms[body.name][stage].residual
         ]
-        own = {problem.number(body.name, stage) for body in simulation.model.potentials}
-        self._forms = [(k, form) for k, form in self._forms if k not in own]
 
     @staticmethod
     def _work(row: StageForms, body: Body) -> list[fem.Form]:

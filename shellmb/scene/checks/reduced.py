@@ -38,7 +38,7 @@ def check(scene: Description) -> None:
                 f"{said(body)} is reduced to modes and has terms; they must be left out, or the "
                 "model must be 'exact'"
             )
-        if body.name in modal and (body.section.damping or body.section.mass_damping):
+        if body.name in modal and (any(body.section.damping_times) or body.section.mass_damping):
             raise SceneError(
                 f"{said(body)} is reduced to modes, and its section has damping; it must have none "
                 "(joints may have dampers), or the model must be 'exact'"
