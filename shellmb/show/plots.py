@@ -23,9 +23,10 @@ Floats = npt.NDArray[np.float64]
 ENERGIES = {
     "kinetic_energy": "kinetic",
     "strain_energy": "strain",
+    "potential_energy": "contact and potentials",
     "total_energy": "total",
     "work_loads": "work of loads",
-    "work_terms": "work of added terms",
+    "work_terms": "work of terms and dampers",
     "work_supports": "work of supports",
     "dissipation": "dissipated",
 }
