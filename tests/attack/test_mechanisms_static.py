@@ -312,10 +312,10 @@ def test_the_size_of_a_scene_does_not_matter() -> None:
 
 
 def test_a_motion_is_refused_before_anything_is_compiled(monkeypatch: pytest.MonkeyPatch) -> None:
-    def compiled(form: Any) -> None:
-        raise AssertionError("a form was compiled")
+    def compiled(forms: Any) -> None:
+        raise AssertionError("forms were compiled")
 
-    monkeypatch.setattr("shellmb.system.assembly.blocks.compiled", compiled)
+    monkeypatch.setattr("shellmb.system.assembly.blocks.compile_with_derivatives", compiled)
     with pytest.raises(SceneError, match="nothing holds"):
         Simulation(Scene("s", **FREE["a plane of symmetry"][0]))
 
