@@ -45,7 +45,7 @@ from typing import Any, NamedTuple
 import ufl
 from ufl.core.expr import Expr
 
-from shellmb.forms.steps.discrete import Strain, Works, variation
+from shellmb.forms.steps.discrete import Strain, Works, second_variation, variation
 
 # squares of changes, of strains and of gradients, below which round-off of strains, 1e-16, over
 # them would be more than 1e-8 of a stress
@@ -130,8 +130,7 @@ class AnyStrain:
 
     def _second(self, dq: Expr) -> Expr:
         """`H(y, dq)`."""
-        strain, y = self._strain, self._swing
-        return variation(lambda q: variation(strain, q, y), self._middle, dq)
+        return second_variation(self._strain, self._middle, self._swing, dq)
 
     def moments(self, alpha: Expr) -> tuple[Expr, Expr]:
         """Strains of which `S_0` and `S_1` are the stresses."""

@@ -5,12 +5,17 @@ mid-point (eq. 17); stresses are averages such that their work is exactly the ch
 energy (eq. 21). `beta` adds the stress jump of eq. (32).
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from typing import Any
 
 import ufl
 from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
 from ufl.algorithms.apply_derivatives import apply_derivatives
 from ufl.core.expr import Expr
+from ufl.core.terminal import FormArgument
+from ufl.corealg.traversal import unique_pre_traversal
 
 Strain = Callable[[Expr], Expr]
 # what a stress has in a row, and how that follows from a strain, two states and their middle
@@ -46,20 +51,68 @@ def variation(measure: Callable[[Expr], Expr], q: Expr, dq: Expr) -> Expr:
     Returns:
         The derivative, an expression of the shape that `measure` returns.
     """
-    carriers = [
-        *ufl.algorithms.extract_coefficients(q),
-        *ufl.algorithms.extract_arguments(dq),
-        *ufl.algorithms.extract_coefficients(dq),
-    ]
-    space = next(f.ufl_function_space() for f in carriers if f.ufl_shape == q.ufl_shape)
-    z, put = ufl.Coefficient(space), {}
-    direction = dq
-    if not dq._ufl_is_terminal_:
+    derivative, (z, direction) = derivatives(measure, _space(q, dq), 1)
+    return ufl.replace(derivative, {z: q, direction: dq})
+
+
+def second_variation(measure: Callable[[Expr], Expr], q: Expr, first: Expr, second: Expr) -> Expr:
+    """The same twice, in two directions."""
+    derivative, (z, *directions) = derivatives(measure, _space(q, first, second), 2)
+    return ufl.replace(derivative, dict(zip((z, *directions), (q, first, second), strict=True)))
+
+
+def _space(*states: Expr) -> Any:
+    """The function space of which states and directions are built."""
+    terms = (term for state in states for term in unique_pre_traversal(state))
+    shape = states[0].ufl_shape
+    carriers = (t for t in terms if isinstance(t, FormArgument) and t.ufl_shape == shape)
+    return next(carriers).ufl_function_space()  # type: ignore[attr-defined]
+
+
+# derivatives that were taken, by measure, space and number
+_TAKEN: ContextVar[dict[Any, Any] | None] = ContextVar("taken", default=None)
+
+
+@contextmanager
+def taken_once() -> Iterator[None]:
+    """Derivatives of a measure are taken once in here, wherever the rows of a step ask for them.
+
+    To take them is a third of the time in which forms are written; to put in states is little.
+    """
+    before = _TAKEN.set({} if _TAKEN.get() is None else _TAKEN.get())
+    try:
+        yield
+    finally:
+        _TAKEN.reset(before)
+
+
+def derivatives(
+    measure: Callable[[Expr], Expr], space: Any, count: int
+) -> tuple[Expr, tuple[Expr, ...]]:
+    """Derivative of a measure in `count` directions, and what stands for the state and for these.
+
+    Args:
+        measure: A function of the state.
+        space: Its function space.
+        count: Number of directions.
+    """
+    # spaces of DOLFINx have no hash; what is kept keeps them
+    taken, key = _TAKEN.get(), (measure, id(space), count)
+    if taken is not None and key in taken:
+        return taken[key]
+    if count == 0:
+        z = ufl.Coefficient(space)
+        found: tuple[Expr, tuple[Expr, ...]] = (measure(z), (z,))
+    else:
         # gradients are derived in directions that stand by themselves
+        value, places = derivatives(measure, space, count - 1)
         direction = ufl.Coefficient(space)
-        put[direction] = dq
-    derivative = ufl.derivative(measure(z), z, direction)
-    return ufl.replace(apply_derivatives(apply_algebra_lowering(derivative)), {z: q, **put})
+        derivative = ufl.derivative(value, places[0], direction)
+        lowered = apply_derivatives(apply_algebra_lowering(derivative))
+        found = lowered, (*places, direction)
+    if taken is not None:
+        taken[key] = found
+    return found
 
 
 def at_middle(strain: Strain, a: Expr, b: Expr, mid: Expr, dq: Expr) -> Works:

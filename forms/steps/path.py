@@ -54,12 +54,10 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import ufl
-from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
-from ufl.algorithms.apply_derivatives import apply_derivatives
 from ufl.core.expr import Expr
 
 from shellmb.forms.steps.anystrain import AnyStep
-from shellmb.forms.steps.discrete import variation
+from shellmb.forms.steps.discrete import derivatives, second_variation, variation
 
 # pairs of the states x, D, z, y in the order of a moment's weights
 PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2), (1, 3))
@@ -245,7 +243,7 @@ def measure(function: Callable[[Expr], Expr]) -> Measure:
         found = [] if c is None else [c * variation(function, 0 * dq, dq)]
         if pairs:
             y = sum((w * s for w, s in pairs[1:]), pairs[0][0] * pairs[0][1])
-            found.append(variation(lambda q: variation(function, q, dq), 0 * dq, y))
+            found.append(second_variation(function, 0 * dq, dq, y))
         return sum(found[1:], found[0])
 
     return Measure(slope)
@@ -258,12 +256,8 @@ def is_quadratic(function: Callable[[Expr], Expr], state: Any) -> bool:
         function: The measure.
         state: A function of the state's space.
     """
-    space = state.ufl_function_space()
-    z, dz = ufl.Coefficient(space), ufl.Coefficient(space)
-    found = function(z)
-    for _ in range(3):
-        found = apply_derivatives(apply_algebra_lowering(ufl.derivative(found, z, dz)))
-    return dz not in ufl.algorithms.extract_coefficients(found)
+    third, (_, *directions) = derivatives(function, state.ufl_function_space(), 3)
+    return directions[-1] not in ufl.algorithms.extract_coefficients(third)
 
 
 class Points(NamedTuple):

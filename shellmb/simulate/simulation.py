@@ -12,6 +12,7 @@ from mpi4py import MPI
 import numpy as np
 
 from shellmb.errors import ConvergenceError
+from shellmb.forms.steps.discrete import taken_once
 from shellmb.model.model import Model
 from shellmb.scene import Scene
 from shellmb.scene.checks.effect import check_begin
@@ -121,6 +122,7 @@ class Simulation:
         step_seconds: Time spent in steps so far, observers included, s.
     """
 
+    @taken_once()
     def __init__(self, scene: Scene, comm: MPI.Comm = MPI.COMM_WORLD) -> None:
         begin = clock.perf_counter()
         check_begin(scene)
