@@ -1,4 +1,4 @@
-"""What a factorisation costs, as the rule that keeps old ones is told."""
+"""What a factorisation costs, as the rule that keeps old ones is told, and options of users."""
 
 from mpi4py import MPI  # noqa: F401 (before petsc4py)
 from petsc4py import PETSc
@@ -19,3 +19,17 @@ def test_cost_is_that_of_operations_per_number(n: int) -> None:
     assert solver.factorise() is None
     # a full matrix: n^2 numbers, 2/3 n^3 operations; of 30, less than what any factorisation costs
     assert solver.cost == pytest.approx(max(SMALL_COST, 2 / 3 * n / OPERATIONS), rel=0.02)
+
+
+def test_users_set_options_of_mumps() -> None:
+    """Block low-rank factors, as the documentation on large systems says."""
+    A = PETSc.Mat().createAIJ((3, 3), nnz=3)
+    A.setValues(range(3), range(3), np.eye(3))
+    A.assemble()
+    PETSc.Options()["shellmb_mumps_icntl_35"] = 2
+    try:
+        solver = DirectSolver(A, "chosen_")
+        assert solver.factorise() is None
+    finally:
+        PETSc.Options().delValue("shellmb_mumps_icntl_35")
+    assert solver._ksp.getPC().getFactorMatrix().getMumpsIcntl(35) == 2

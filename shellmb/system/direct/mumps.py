@@ -30,6 +30,11 @@ REDUCED_OPTIONS: dict[str, int] = {"mat_mumps_icntl_7": 5, "mat_mumps_icntl_8": 
 SMALL_REDUCED_OPTIONS: dict[str, int] = {"mat_mumps_icntl_7": 0}
 
 
+# of options that users set for all factorisations, `PETSC_OPTIONS="-shellmb_mumps_icntl_35 2"`:
+# prefixes are different in each run
+CHOSEN, NATIVE = "shellmb_mumps_", "mat_mumps_"
+
+
 def mumps_options(size: int, reduced: bool) -> dict[str, int]:
     """Options of MUMPS.
 
@@ -54,7 +59,8 @@ def use_mumps(pc: PETSc.PC, kind: str, prefix: str, options: Mapping[str, int | 
         options: Options of MUMPS, and of PETSc for it.
     """
     database = PETSc.Options()
-    for key, value in options.items():
+    chosen = {NATIVE + key: value for key, value in PETSc.Options(CHOSEN).getAll().items()}
+    for key, value in {**options, **chosen}.items():
         database[prefix + key] = value
     # a system that is never factorised uses none of them, which is no reason for a warning
     database["options_left"] = 0
