@@ -1,12 +1,15 @@
-"""Derivatives of forms, taken only when their kernels are not known yet.
+"""Derivatives of forms, taken or written only when their kernels are not known yet.
 
 To differentiate a residual in UFL takes longer than to find the kernel of its derivative, and two
 residuals of one signature have the same derivative. So beside a kernel stands, in a small file,
 which kernel its derivative has and what of the residual goes into it.
 """
 
+from __future__ import annotations
+
 import json
 import os
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -15,15 +18,17 @@ import ufl
 from dolfinx import fem
 from ufl import Form
 
+Items = Sequence[Any]
+
 
 @dataclass(frozen=True)
 class Record:
-    """The kernel of a derivative, in terms of the form that was differentiated.
+    """The kernel of a derivative, in terms of what it can depend on.
 
     Attributes:
         kernel: Name of its module; empty if the derivative vanishes.
-        coefficients: Which coefficients of the form are its coefficients.
-        constants: Which constants of the form are its constants.
+        coefficients: Which of the coefficients are its own.
+        constants: Which of the constants are.
     """
 
     kernel: str
@@ -31,23 +36,26 @@ class Record:
     constants: tuple[int, ...] = ()
 
 
-class Derivative:
-    """The derivative of a form by a function that is one of its coefficients.
+class Known:
+    """A derivative whose kernel can be known without it.
 
     Args:
-        form: A form.
-        function: The function.
+        of: The form that it is a derivative of; of forms with one signature it has one kernel.
+        trial: Function space of the direction.
+        coefficients: What its coefficients are among.
+        constants: What its constants are among.
+        label: What tells it from other derivatives of the form.
     """
 
-    def __init__(self, form: Form, function: fem.Function) -> None:
-        self.of, self.function = form, function
-        self.position = form.coefficients().index(function)
+    def __init__(
+        self, of: Form, trial: Any, coefficients: Items, constants: Items, label: str
+    ) -> None:
+        self.of, self.trial, self.label = of, trial, label
+        self.coefficients, self.constants = coefficients, constants
 
     def form(self) -> Form:
         """The derivative in UFL; it may be empty."""
-        trial = ufl.TrialFunction(self.function.function_space)
-        derivative = ufl.derivative(self.of, self.function, trial)
-        return ufl.algorithms.expand_derivatives(derivative)
+        raise NotImplementedError
 
     def record(self, form: Form, kernel: str) -> Record:
         """What to remember.
@@ -58,11 +66,10 @@ class Derivative:
         """
         if form.empty():
             return Record("")
-        coefficients, constants = self.of.coefficients(), self.of.constants()
         return Record(
             kernel,
-            tuple(coefficients.index(c) for c in form.coefficients()),
-            tuple(constants.index(c) for c in form.constants()),
+            tuple(_place(c, self.coefficients) for c in form.coefficients()),
+            tuple(_place(c, self.constants) for c in form.constants()),
         )
 
     def file(self, folder: Path, name: str) -> Path:
@@ -72,7 +79,68 @@ class Derivative:
             folder: Of the kernels.
             name: Name of the module of the form that is differentiated.
         """
-        return folder / f"{name}.by{self.position}"
+        return folder / f"{name}.{self.label}"
+
+
+class Derivative(Known):
+    """The derivative of a form by a function that is one of its coefficients.
+
+    Args:
+        form: A form.
+        function: The function.
+    """
+
+    def __init__(self, form: Form, function: fem.Function) -> None:
+        coefficients, self._function = form.coefficients(), function
+        label = f"by{coefficients.index(function)}"
+        super().__init__(form, function.function_space, coefficients, form.constants(), label)
+
+    def form(self) -> Form:
+        """The derivative in UFL; it may be empty."""
+        derivative = ufl.derivative(self.of, self._function, ufl.TrialFunction(self.trial))
+        return ufl.algorithms.expand_derivatives(derivative)
+
+
+class Written(Known):
+    """A derivative that is written by hand, with a form that is always written.
+
+    Args:
+        of: That form.
+        roles: Functions by what they are in the derivative.
+        numbers: Constants, likewise: two derivatives with the same label, of forms of one
+            signature, differ in these and in the functions only.
+        label: What tells it from other derivatives of the form.
+        write: Writes it.
+    """
+
+    def __init__(
+        self, of: Form, roles: Items, numbers: Items, label: str, write: Callable[[], Form]
+    ) -> None:
+        # what is two things here may be two in another derivative
+        assert len({*map(id, roles), *map(id, numbers)}) == len(roles) + len(numbers)
+        trial = of.arguments()[0].ufl_function_space()
+        super().__init__(
+            of, trial, (*roles, *of.coefficients()), (*numbers, *of.constants()), label
+        )
+        self._roles, self._numbers, self._write = roles, numbers, write
+
+    def form(self) -> Form:
+        """The derivative in UFL."""
+        return self._write()
+
+    def plus(self, other: Written, of: Form) -> Written:
+        """The sum with a derivative of the same functions and constants.
+
+        Args:
+            other: The derivative.
+            of: The sum of the forms.
+        """
+        label = f"{self.label}+{other.label}"
+        return Written(of, self._roles, self._numbers, label, lambda: self.form() + other.form())
+
+
+def _place(item: Any, among: Items) -> int:
+    return next(k for k, other in enumerate(among) if other is item)
 
 
 def read(file: Path) -> Record | None:

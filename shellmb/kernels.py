@@ -25,7 +25,7 @@ from ufl import Form
 from ufl.core.expr import Expr
 
 from shellmb.compiler import compile_new
-from shellmb.derivatives import Derivative, Record, read, write
+from shellmb.derivatives import Known, Record, read, write
 from shellmb.locks import FileLock
 
 
@@ -86,7 +86,7 @@ def compile_all(forms: Sequence[Form]) -> list[fem.Form]:
     return [form for form in compile_with_derivatives(forms) if form is not None]
 
 
-def compile_with_derivatives(forms: Sequence[Form | Derivative]) -> list[fem.Form | None]:
+def compile_with_derivatives(forms: Sequence[Form | Known]) -> list[fem.Form | None]:
     """Forms and derivatives of forms compiled side by side; see `compile_all`.
 
     Args:
@@ -100,12 +100,12 @@ def compile_with_derivatives(forms: Sequence[Form | Derivative]) -> list[fem.For
     """
     if not forms:
         return []
-    comm = _comm(forms[0].of if isinstance(forms[0], Derivative) else forms[0])
+    comm = _comm(forms[0] if isinstance(forms[0], Form) else forms[0].of)
     records = comm.bcast([_record(form) for form in forms] if comm.rank == 0 else None)
     # derivatives whose kernels are not known are taken
     taken = [
-        form.form() if isinstance(form, Derivative) and record is None else form
-        for form, record in zip(forms, records, strict=True)
+        form.form() if not isinstance(form, Form) and known is None else form
+        for form, known in zip(forms, records, strict=True)
     ]
     failure: BaseException | None = None
     if comm.rank == 0:
@@ -117,39 +117,37 @@ def compile_with_derivatives(forms: Sequence[Form | Derivative]) -> list[fem.For
     if comm.bcast(failure is not None):
         raise RuntimeError("forms could not be compiled") from failure
     made: list[fem.Form | None] = []
-    for given, form, record in zip(forms, taken, records, strict=True):
-        if isinstance(form, Derivative):
-            made.append(_differentiated(form, record))
+    for given, form, known in zip(forms, taken, records, strict=True):
+        if not isinstance(form, Form):
+            made.append(_differentiated(form, known))
             continue
         made.append(None if form.empty() else compiled(form))
-        if isinstance(given, Derivative) and comm.rank == 0:
+        if not isinstance(given, Form) and comm.rank == 0:
             name = "" if form.empty() else module_name(form)
             write(given.file(_folder(), module_name(given.of)), given.record(form, name))
     return made
 
 
-def _record(form: Form | Derivative) -> Record | None:
+def _record(form: Form | Known) -> Record | None:
     """What is known of a derivative, if its kernel is there."""
-    if not isinstance(form, Derivative):
+    if isinstance(form, Form):
         return None
     found = read(form.file(_folder(), module_name(form.of)))
     return found if found is not None and (not found.kernel or _ready(found.kernel)) else None
 
 
-def _differentiated(derivative: Derivative, record: Record) -> fem.Form | None:
+def _differentiated(derivative: Known, known: Record) -> fem.Form | None:
     """The derivative of a form with a kernel that is known, without taking it."""
-    if not record.kernel:
+    if not known.kernel:
         return None
     of = derivative.of
     spaces = [argument.ufl_function_space() for argument in of.arguments()]
-    spaces.append(derivative.function.function_space)
-    coefficients, constants = of.coefficients(), of.constants()
     return _attached(
-        record.kernel,
+        known.kernel,
         of,
-        spaces,
-        [coefficients[k] for k in record.coefficients],
-        [constants[k] for k in record.constants],
+        [*spaces, derivative.trial],
+        [derivative.coefficients[k] for k in known.coefficients],
+        [derivative.constants[k] for k in known.constants],
     )
 
 

@@ -10,6 +10,7 @@ from dolfinx import fem
 from ufl import Form
 from ufl.core.expr import Expr
 
+from shellmb.derivatives import Written
 from shellmb.forms.constraints.leap import Leap
 from shellmb.forms.steps.damping import Straining
 from shellmb.forms.steps.mixed import Interval
@@ -123,11 +124,11 @@ class Term(NamedTuple):
     Args:
         residual: The form.
         derivatives: Forms that add up to its derivatives by the unknown states, by the number of
-            their row.
+            their row; written when they are asked for, where their kernels may be known.
     """
 
     residual: Form
-    derivatives: Mapping[int, tuple[Form, ...]]
+    derivatives: Mapping[int, tuple[Form | Written, ...]]
 
 
 class SubInterval(Protocol):

@@ -9,9 +9,10 @@ from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
 from ufl.algorithms.apply_derivatives import apply_derivatives
 from ufl.core.expr import Expr
 
+from shellmb.derivatives import Written
 from shellmb.forms.state import Layout
 from shellmb.forms.steps.anystrain import AnyStrain
-from shellmb.forms.steps.path import Measure, Points, Row, Step
+from shellmb.forms.steps.path import Change, Measure, Pair, Points, Row, Step
 from shellmb.forms.steps.pathwork import (
     MixedSection,
     any_stresses,
@@ -48,17 +49,30 @@ def path_terms(
     """
     common = (section, layout, strain)
     works = [pair_work(*common, row.states[: row.moving], pair, dq) for pair in row.pairs]
-    columns = {column for pair in row.pairs for column in pair.changes}
-    return Term(
-        integrate([sum(densities) for densities in zip(*works, strict=True)]),
-        {
-            c: tuple(
-                integrate(pair_change(*common, row.states, pair, pair.changes[c], dq, trial))
-                for pair in row.pairs
-            )
-            for c in sorted(columns)
-        },
-    )
+    residual = integrate([sum(densities) for densities in zip(*works, strict=True)])
+
+    def change(pair: Pair, c: int) -> Written:
+        def write() -> Form:
+            return integrate(pair_change(*common, row.states, pair, pair.changes[c], dq, trial))
+
+        roles, numbers = (*row.states, pair.moment.held), _numbers(pair, pair.changes[c])
+        return Written(residual, roles, numbers, "change", write)
+
+    columns = sorted({column for pair in row.pairs for column in pair.changes})
+    return Term(residual, {c: tuple(change(pair, c) for pair in row.pairs) for c in columns})
+
+
+def _numbers(pair: Pair, change: Change) -> list[Expr]:
+    """The Constants of a pair and of one of its derivatives, in the order of their fields."""
+    moment, slope = pair.moment, pair.slope
+    parts = [
+        *(*moment.linear, *moment.products, slope.c, *slope.weights, pair.own, pair.ahead),
+        *(change.moment.c, *change.moment.weights),
+        *(change.held, change.share, change.turn, change.gain),
+    ]
+    # they are components of vectors
+    found = {id(part.ufl_operands[0]): part.ufl_operands[0] for part in parts}
+    return list(found.values())
 
 
 def point_terms(
@@ -125,8 +139,19 @@ def any_terms(
 
 def together(a: Term, b: Term) -> Term:
     """The sum of two terms as one."""
+    residual = a.residual + b.residual
+
+    def added(f: Form | Written, g: Form | Written) -> Form | Written:
+        if isinstance(f, Written) and isinstance(g, Written):
+            return f.plus(g, residual)
+        return _form(f) + _form(g)
+
     derivatives = {
-        c: (*(f + g for f, g in zip(forms, b.derivatives[c], strict=False)), *forms[2:])
+        c: (*(added(f, g) for f, g in zip(forms, b.derivatives[c], strict=False)), *forms[2:])
         for c, forms in a.derivatives.items()
     }
-    return Term(a.residual + b.residual, derivatives)
+    return Term(residual, derivatives)
+
+
+def _form(derivative: Form | Written) -> Form:
+    return derivative.form() if isinstance(derivative, Written) else derivative

@@ -10,7 +10,7 @@ import ufl
 from dolfinx import fem
 from ufl import Form
 
-from shellmb.derivatives import Derivative
+from shellmb.derivatives import Derivative, Known
 from shellmb.model.body import TimeFunction
 from shellmb.model.model import Model
 from shellmb.model.sections.damping import together
@@ -21,7 +21,7 @@ from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.assembly.fields import Field, Followers
 
 # forms that add up to each block of a matrix
-Blocks = dict[tuple[int, int], list[Form | Derivative]]
+Blocks = dict[tuple[int, int], list[Form | Known]]
 
 
 def tangent(

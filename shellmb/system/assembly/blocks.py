@@ -21,7 +21,7 @@ import numpy.typing as npt
 from dolfinx import cpp, fem  # type: ignore[attr-defined]
 from ufl import Form
 
-from shellmb.derivatives import Derivative
+from shellmb.derivatives import Derivative, Known
 from shellmb.kernels import compile_with_derivatives
 from shellmb.system.assembly import native
 from shellmb.system.assembly.fields import Field, Followers
@@ -132,7 +132,7 @@ class BlockSystem:
 
     def _compile(self) -> None:
         fields = self.fields
-        derivatives: list[tuple[tuple[int, int], Form | Derivative]] = [
+        derivatives: list[tuple[tuple[int, int], Form | Known]] = [
             ((i, j), form)
             for i, f in enumerate(fields)
             for term in f.terms
@@ -253,7 +253,7 @@ class BlockSystem:
 
     def symmetric_matrix(
         self,
-        forms: Mapping[tuple[int, int], Sequence[Form | Derivative]] | None,
+        forms: Mapping[tuple[int, int], Sequence[Form | Known]] | None,
         diagonal: float,
     ) -> PETSc.Mat:
         """A matrix of its own without the rows and columns of fixed dofs, as eigenproblems need.

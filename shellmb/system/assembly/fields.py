@@ -13,6 +13,8 @@ import numpy.typing as npt
 from dolfinx import fem
 from ufl import Form
 
+from shellmb.derivatives import Known
+
 Dofs = npt.NDArray[np.int32]
 
 
@@ -125,7 +127,7 @@ class ResidualTerm(NamedTuple):
     """A form of a residual, and forms of its derivatives by the number of the unknown field."""
 
     residual: Form
-    derivatives: Mapping[int, tuple[Form, ...]]
+    derivatives: Mapping[int, tuple[Form | Known, ...]]
 
 
 @dataclass
