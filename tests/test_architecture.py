@@ -49,7 +49,9 @@ TOP = (
 )
 RANK |= dict.fromkeys(TOP, len(RANK))
 
-FORMS_MAY_IMPORT = {"ufl", "__future__", "collections", "dataclasses", "math", "typing"}
+# beside UFL what Python's own library has
+FORMS_MAY_IMPORT = {"ufl", "__future__", "collections", "contextlib", "contextvars", "dataclasses"}
+FORMS_MAY_IMPORT |= {"math", "typing"}
 HEAVY = {"dolfinx", "basix", "ffcx", "ufl", "petsc4py", "slepc4py", "mpi4py", "gmsh"}
 MAX_LINES = 350
 # modules of one folder; scenes that a user starts by name stay beside one another
