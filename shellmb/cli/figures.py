@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from shellmb.cli.failures import first_rank, tell
@@ -14,7 +15,7 @@ from shellmb.measuring.records import to_json
 
 
 def run_figures(
-    section: str | None, runs: Path, out: Path, only: str | None, as_json: bool, draw: bool
+    section: str | None, runs: Path, out: Path, only: Sequence[str], as_json: bool, draw: bool
 ) -> bool:
     """Make the figures of one example or of all, print what was found, say whether all pass.
 
@@ -22,7 +23,7 @@ def run_figures(
         section: Section of the paper; None: all examples.
         runs: Folder of the runs: a run NAME of example 6.1 is in `6.1/NAME`.
         out: Folder of the pictures: those of example 6.1 are in `6.1`.
-        only: Name of the only run wanted.
+        only: Names of the only runs wanted; none: all.
         as_json: Whether a JSON list of the statements is printed.
         draw: Whether pictures are drawn.
 
@@ -30,8 +31,8 @@ def run_figures(
         SceneError: If there is no such example or run.
     """
     examples = find_examples(section)
-    if only is not None:
-        examples = _with_run(examples, only)
+    if only:
+        examples = _with_runs(examples, only)
 
     judged = []
     for example in examples:
@@ -45,9 +46,10 @@ def run_figures(
     return all(j.passed for j in judged)
 
 
-def _with_run(examples: list[Example], name: str) -> list[Example]:
-    found = [e for e in examples if name in {run.name for run in e.runs}]
-    if not found:
-        known = ", ".join(f"'{run.name}'" for e in examples for run in e.runs)
-        raise SceneError(f"figures: there is no run '{name}'; give one of {known}")
-    return found
+def _with_runs(examples: list[Example], names: Sequence[str]) -> list[Example]:
+    there = {run.name for e in examples for run in e.runs}
+    for name in names:
+        if name not in there:
+            known = ", ".join(f"'{run.name}'" for e in examples for run in e.runs)
+            raise SceneError(f"figures: there is no run '{name}'; give one of {known}")
+    return [e for e in examples if not {run.name for run in e.runs}.isdisjoint(names)]

@@ -316,7 +316,7 @@ def figures(
     ] = Path("runs", "figures"),
     out: Annotated[Path, typer.Option(help="Folder of the pictures.")] = Path("demos", "figures"),
     only: Annotated[
-        str | None, typer.Option(metavar="RUN", help="Only this run, and what needs no other.")
+        list[str] | None, typer.Option(metavar="RUN", help="Only this run; may be repeated.")
     ] = None,
     check: Annotated[
         bool, typer.Option("--check", help="Fail unless all statements hold.")
@@ -330,7 +330,7 @@ def figures(
     """
     from shellmb.cli.figures import run_figures
 
-    if not run_figures(section, runs, out, only, json, not no_pictures) and check:
+    if not run_figures(section, runs, out, only or [], json, not no_pictures) and check:
         raise typer.Exit(1)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -82,7 +82,7 @@ def make(
     example: Example,
     runs: Path,
     out: Path | None,
-    only: str | None = None,
+    only: Sequence[str] = (),
     report: Callable[[str], None] = lambda text: None,
     comm: MPI.Comm = MPI.COMM_WORLD,
 ) -> Made:
@@ -92,7 +92,8 @@ def make(
         example: The example.
         runs: Folder of its run directories; runs that are finished in it are used.
         out: Folder of its pictures; None: nothing is drawn.
-        only: Name of the only run wanted; figures and statements that need others are left out.
+        only: Names of the only runs wanted, figures and statements that need others are left out;
+            none: all.
         report: Told what is going on, on every rank.
         comm: Communicator; the call is collective, pictures are drawn on rank 0.
 
@@ -101,7 +102,7 @@ def make(
         ConvergenceError: If a run fails that the paper does not say to fail.
     """
     finished: Results = {}
-    for run in example.runs if only is None else (example.run(only),):
+    for run in (run for run in example.runs if not only or run.name in only):
         report(f"{example.section} {run.name}")
         finished[run.name] = finish(run, runs / run.name, comm)
     watch = Stopwatch()

@@ -34,5 +34,8 @@ def test_unknown_names() -> None:
     done = CliRunner().invoke(app, ["figures", "6.1", "--only", "nothing"])
     assert done.exit_code == 2
     assert "there is no run 'nothing'; give one of 'shell-ed'" in done.stderr
+    # one that there is does not make up for it
+    done = CliRunner().invoke(app, ["figures", "6.1", "--only", "shell-ed", "--only", "nothing"])
+    assert done.exit_code == 2 and "there is no run 'nothing'" in done.stderr
     assert CliRunner().invoke(app, ["figures", "8"]).exit_code == 2
     assert list(make.EXAMPLES) == ["6.1", "6.2", "6.3"]

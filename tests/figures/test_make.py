@@ -86,7 +86,7 @@ def test_finished_runs_are_read(made: Made, folder: Path) -> None:
 
 
 def test_only_one_run(made: Made, folder: Path) -> None:
-    one = make(EXAMPLE, folder / "runs", None, only="first")
+    one = make(EXAMPLE, folder / "runs", None, only=["first"])
     assert list(one.runs) == ["first"]
     assert one.pictures == []
     # the other statement is about both

@@ -1,6 +1,7 @@
 """Example 6.2: what is read off its histories, its scenes, and that its figures can be drawn."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -47,7 +48,7 @@ def history(amplitude=0.0, way=(0.0, 1.0), tremble=0.0, dt=2.5e-3):
         wave = (bent * math.sin(k * math.pi / 4))[:, None]
         spot = pin + k / 4 * along + wave * across
         found |= {f"lever{k}_{c}": spot[:, n] for n, c in enumerate("xyz")}
-    for name in ("M11", "M22", "lever_force", "lever_moment", "arch_moment"):
+    for name in ("M11", "M22", "lever_force", "lever_moment", "arch_moment", "motor.torque"):
         found[name] = 1e-3 * (np.sin(2 * np.pi * demo.LOWEST * t) + noise)
     return pd.DataFrame(found)
 
@@ -132,7 +133,7 @@ def results(tmp_path):
     made = {}
     for run in EXAMPLE.runs:
         settings = dict(run.settings)
-        noisy = run.name in ("shell-ep", "shell-ed0")
+        noisy = run.name in ("shell-ep", "shell-ed0", "shell-ep4")
         summary = {"steps": 800, "rejected_steps": 2, "energy_balance_error": 1e-14}
         table = history(tremble=10.0 if noisy else 0.1)
         made[run.name] = FinishedRun(run.name, demo.scene(**settings), table, summary, tmp_path)
@@ -166,3 +167,14 @@ def test_statements_can_be_judged(statement, results):
     # the made-up EP has a hundred times the noise, and all have rejected steps
     assert verdict.passed or not noisy
     assert not (verdict.passed and "constant step" in statement.paper)
+
+
+def test_schemes_quadratic_in_time_are_judged_by_their_noise_and_steps(results):
+    """EP4 as noisy as EP with rejected steps, ED3 as quiet as ED without any; and not otherwise."""
+    about = [s for s in EXAMPLE.statements if "shell-ep4" in s.runs]
+    quiet = results["shell-ed3"]
+    quiet.summary["rejected_steps"] = 0
+    assert len(about) == 2 and all(s.judge(results).passed for s in about)
+    results["shell-ed3"] = replace(quiet, history=results["shell-ep4"].history)
+    quiet.summary["rejected_steps"] = 1
+    assert not any(s.judge(results).passed for s in about)

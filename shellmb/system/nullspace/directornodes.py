@@ -48,6 +48,7 @@ class Bases(NamedTuple):
         state: Of rates, their change with the increments of the state, shape (n, 3 k, m).
         left_other: Over a path, tests of the field in the equations of the other one.
         forces_other: Over a path, what makes multipliers of the other field of forces.
+        rates: Over a path, of the states: what the velocities have of the bases of a pair.
     """
 
     right: Floats
@@ -56,6 +57,7 @@ class Bases(NamedTuple):
     state: Floats | None
     left_other: Floats | None = None
     forces_other: Floats | None = None
+    rates: Half | None = None
 
 
 class _Partial(NamedTuple):
@@ -199,7 +201,7 @@ class DirectorNodes:
         if self._directors is not None:
             return self._directors()
         if self.path is not None:
-            return self._path_bases(fields)
+            return self._path_bases(fields, found)
         mean, at = self.mean(fields), self.at(fields)
         C_mean = constraint(mean)
         left = tangent(mean)
@@ -224,12 +226,18 @@ class DirectorNodes:
             forces[node, free] = any_pseudo_inverse(C_mean[node][:, free])
         return Bases(right, left, forces, state)
 
-    def _path_bases(self, fields: Sequence[Field]) -> Bases:
-        """Bases of a step that is quadratic in time."""
+    def _path_bases(self, fields: Sequence[Field], found: dict[int, Bases]) -> Bases:
+        """Bases of a step that is quadratic in time; those of a pair are found together."""
         path = self.along(fields)
-        which = 0 if self.state is None else 1
+        which, rates = 0 if self.state is None else 1, None
+        if self.state is None:
+            own, rates = path_bases(path)
+        else:
+            kept = found[self.state].rates
+            assert kept is not None
+            own = kept
         # a copy: what is held or partial is another
-        half = Half(*(part.copy() for part in path_bases(path)[which]))
+        half = Half(*(part.copy() for part in own))
         for part in half:
             part[self.held] = 0.0
         for node, free, size in self.partial:
@@ -237,7 +245,8 @@ class DirectorNodes:
             for part, values in zip(half, partial_bases(one, free, size)[which], strict=True):
                 part[node] = values
         state = None if which == 0 else half.right_other
-        return Bases(half.right, half.left, half.forces, state, half.left_other, half.forces_other)
+        others = half.left_other, half.forces_other
+        return Bases(half.right, half.left, half.forces, state, *others, rates)
 
     def moved(self, number: int, change: Floats, others: dict[int, Floats]) -> None:
         """Values after a change, such that the constraints hold; none if they may change freely.

@@ -237,11 +237,10 @@ def _null(rows: Floats, size: int) -> Floats:
 
 def _solve(matrices: Floats, *sides: Floats) -> list[Floats]:
     """Solutions; NaN if a matrix has none, as of iterates far away."""
-    count = len(matrices)
+    count, ends = len(matrices), np.cumsum([b.shape[2] for b in sides])
+    every = np.concatenate([np.broadcast_to(b, (count, *b.shape[1:])) for b in sides], axis=2)
     try:
-        return [
-            np.linalg.solve(matrices, np.broadcast_to(b, (len(matrices), *b.shape[1:])))
-            for b in sides
-        ]
+        found = np.linalg.solve(matrices, every)
     except np.linalg.LinAlgError:
-        return [np.full((count, *b.shape[1:]), np.nan) for b in sides]
+        found = np.full(every.shape, np.nan)
+    return np.split(found, ends[:-1], axis=2)
