@@ -59,9 +59,8 @@ def test_frequency_follows_the_rate(stopped: Path, at: float, begin: float | Non
     made = sm.modes(arm(), state=stopped, at=at, count=1)
     assert made.summary["run_again_from"] == begin
     assert made.summary["t"] == pytest.approx(at, rel=1e-12)
-    # the errors of EP4 in velocities, by which frames and accelerations are off
-    assert made.rate == pytest.approx(SPIN_UP * at, rel=1e-4, abs=1e-12)
-    assert made.summary["omega_rad_per_s"][0] == pytest.approx(expected(at), rel=1e-4)
+    assert made.rate == pytest.approx(SPIN_UP * at, rel=1e-9, abs=1e-12)
+    assert made.summary["omega_rad_per_s"][0] == pytest.approx(expected(at), rel=1e-9)
 
 
 @pytest.mark.slow
@@ -85,8 +84,7 @@ def test_command_takes_the_steps_of_the_run(tmp_path: Path) -> None:
     assert made.exit_code == 0, made.output
     found = sm.load(tmp_path / "modes")
     assert isinstance(found, sm.StateModes)
-    # of third order
-    assert found.summary["omega_rad_per_s"][0] == pytest.approx(expected(0.02), rel=1e-3)
+    assert found.summary["omega_rad_per_s"][0] == pytest.approx(expected(0.02), rel=1e-9)
     refused = invoke(app, [*command, "--set", "x=1", *options, str(tmp_path / "other")])
     assert refused.exit_code == 2
     assert "has its own mesh and parameters" in refused.output
