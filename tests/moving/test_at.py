@@ -53,7 +53,15 @@ def stopped(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-@pytest.mark.parametrize(("at", "begin"), [(0.0, 0.0), (0.033, 0.0), (0.05, None), (0.08, 0.05)])
+@pytest.mark.parametrize(
+    ("at", "begin"),
+    [
+        pytest.param(0.0, 0.0, marks=pytest.mark.slow),
+        (0.033, 0.0),
+        pytest.param(0.05, None, marks=pytest.mark.slow),
+        (0.08, 0.05),
+    ],
+)
 def test_frequency_follows_the_rate(stopped: Path, at: float, begin: float | None) -> None:
     """At the start, within a step before the last state, there, and beyond."""
     made = sm.modes(arm(), state=stopped, at=at, count=1)
