@@ -60,6 +60,26 @@ def modes(
     count: int = 6,
     *,
     state: Run | Path | str,
+    at: float | None = None,
+    rates: Sequence[float] | None = None,
+    axis: Sequence[float] | None = None,
+    about: Sequence[float] | None = None,
+    parameters: Mapping[str, Any] | None = None,
+    mesh: tuple[int, int] | str | None = None,
+    degree: Literal[2, 3] | None = None,
+    cell: Literal["quad", "tri"] | None = None,
+    pictures: bool | None = None,
+    comm: MPI.Comm | None = None,
+) -> StateModes: ...
+
+
+@overload
+def modes(
+    scene: Scene | str,
+    out: Path | str | None = None,
+    count: int = 6,
+    *,
+    at: float,
     rates: Sequence[float] | None = None,
     axis: Sequence[float] | None = None,
     about: Sequence[float] | None = None,
@@ -78,6 +98,7 @@ def modes(
     out: Path | str | None = None,
     count: int = 6,
     *,
+    at: float | None = None,
     rates: Sequence[float] | None = None,
     axis: Sequence[float] | None = None,
     about: Sequence[float] | None = None,
@@ -96,6 +117,7 @@ def modes(
     axis: Sequence[float] | None = None,
     about: Sequence[float] | None = None,
     state: Run | Path | str | None = None,
+    at: float | None = None,
     parameters: Mapping[str, Any] | None = None,
     mesh: tuple[int, int] | str | None = None,
     degree: Literal[2, 3] | None = None,
@@ -117,6 +139,8 @@ def modes(
         about: A point of that axis.
         state: A run of the scene, or its directory: complex modes about its last state, frozen in
             time, in a frame that turns as the state does, or with the one rate of `rates`.
+        at: Time of that state, s, up to which the scene is run as it is, from where the run is or
+            from the start; without a run the scene itself.
         parameters: Values of the parameters of a scene that is named.
         mesh: Counts of elements of every shell, as (8, 4) or "8x4"; of beams the first one.
         degree: Degree of every shell and beam.
@@ -145,8 +169,9 @@ def modes(
     measure = asked.module.mode_results if asked.module is not None else None
     draw = out is not None if pictures is None else pictures
     made: ModeShapes | RotatingModes | StateModes
-    if state is not None:
-        made = _about(asked.scene, directory, state, count, loaded, rates, axis, about, draw, world)
+    if state is not None or at is not None:
+        frame = (rates, axis, about)
+        made = _about(asked.scene, directory, state, at, count, loaded, frame, draw, world)
     elif rates is None:
         if axis is not None or about is not None:
             raise SceneError("modes: axis and about are given without rates; give rates, too")
@@ -171,22 +196,22 @@ def modes(
 def _about(
     scene: Scene,
     directory: Path,
-    state: Run | Path | str,
+    state: Run | Path | str | None,
+    at: float | None,
     count: int,
     loaded: bool,
-    rates: Sequence[float] | None,
-    axis: Sequence[float] | None,
-    about: Sequence[float] | None,
+    frame: tuple[Sequence[float] | None, Sequence[float] | None, Sequence[float] | None],
     pictures: bool,
     comm: MPI.Comm,
 ) -> StateModes:
-    """Modes about the last state of a run."""
+    """Modes about a state of a run."""
     from shellmb.moving.files import find_state_modes
 
     if loaded:
         raise SceneError("modes: loaded is given with a state, whose loads act; leave it out")
-    run = state if isinstance(state, Path | str) else state.directory
-    frame = (rates, axis, about)
-    found = find_state_modes(scene, directory, run, count, *frame, comm=comm, pictures=pictures)
+    run = state.directory if isinstance(state, Run) else state
+    found = find_state_modes(
+        scene, directory, run, count, *frame, at=at, comm=comm, pictures=pictures
+    )
     comm.Barrier()
     return StateModes(directory, found)

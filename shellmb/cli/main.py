@@ -31,6 +31,7 @@ from shellmb.cli.options import (
     StepOption,
     ToleranceOption,
     asked,
+    asked_of_run,
     default_directory,
     numbers,
 )
@@ -223,6 +224,10 @@ def modes(
         Path | None,
         typer.Option(metavar="RUN_DIR", help="About the last state of a run of the scene."),
     ] = None,
+    at: Annotated[
+        float | None,
+        typer.Option(metavar="TIME", help="About the state at a time [s], by running up to it."),
+    ] = None,
     mesh: MeshOption = None,
     degree: DegreeOption = None,
     cell: CellOption = None,
@@ -237,20 +242,14 @@ def modes(
     With --rate complex modes about steady rotations, and their Campbell diagram:
     `shellmb modes campbell --rate 0,5,10,20`
 
-    With --state complex modes about the state of a run, frozen in time:
-    `shellmb modes sudden_load --state runs/first`
+    With --state complex modes about the state of a run, frozen in time, with --at that of a time:
+    `shellmb modes sudden_load --state runs/first --at 0.1`
     """
-    chosen = {"mesh": mesh, "degree": degree, "cell": cell}
-    if state is None and Path(scene).is_dir():
-        from shellmb.run.request import scene_of_run
-
-        if parameters or any(chosen.values()):
-            raise SceneError(f"modes: {scene} holds a run, which has its own mesh and parameters")
-        state = Path(scene)
-        built, module = scene_of_run(state, "modes")
-    else:
-        built, module = asked(scene, parameters, **chosen).build()
-    if state is not None and (check or loaded):
+    elements = {"mesh": mesh, "degree": degree, "cell": cell}
+    again = at is not None
+    built, module, state = asked_of_run(scene, state, again, parameters, elements)
+    moving = state is not None or again
+    if moving and (check or loaded):
         raise SceneError("modes: --check or --loaded is given with a state of a run; leave it out")
     if check:
         module.require_check(module.mode_results, "mode_results(modes)")
@@ -263,11 +262,12 @@ def modes(
     options: Any = {"results": module.mode_results, "pictures": not no_pictures}
     rates, line, point = numbers("rate", rate), numbers("axis", axis), numbers("about", about)
     found: Any
-    if state is not None:
+    if moving:
         from shellmb.moving.files import find_state_modes
 
         del options["results"]
-        found = find_state_modes(built, directory, state, count, rates, line, point, **options)
+        frame = (rates, line, point)
+        found = find_state_modes(built, directory, state, count, *frame, at=at, **options)
         if not quiet and first_rank():
             print_state_modes(found, directory)
         return found

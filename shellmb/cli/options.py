@@ -9,8 +9,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from shellmb.errors import SceneError
+
 if TYPE_CHECKING:
+    from shellmb.run.loader import SceneModule
     from shellmb.run.request import Request
+    from shellmb.scene import Scene
 
 
 class Scheme(StrEnum):
@@ -120,6 +124,36 @@ def asked(scene: str, parameters: list[str] | None, **options: Any) -> Request:
     return Request(scene, parse_parameters(parameters or []), Options(**plain))
 
 
+def asked_of_run(
+    scene: str,
+    state: Path | None,
+    again: bool,
+    parameters: list[str] | None,
+    elements: dict[str, Any],
+) -> tuple[Scene, SceneModule, Path | None]:
+    """A scene that may be that of a run, and the run's directory.
+
+    Args:
+        scene: Name of a scene or its file, or the run directory of a bundled scene.
+        state: Run directory of the scene.
+        again: Whether the run's steps are taken again, for which the scene is the run's own.
+        parameters: As of `asked`.
+        elements: Options of the mesh.
+
+    Raises:
+        SceneError: If what a run has of its own is given, too, or there is no such run.
+    """
+    run = Path(scene) if state is None and Path(scene).is_dir() else None
+    given = run or (state if again else None)
+    if given is None:
+        return *asked(scene, parameters, **elements).build(), state
+    from shellmb.run.request import scene_of_run
+
+    if parameters or any(elements.values()):
+        raise SceneError(f"modes: {given} holds a run, which has its own mesh and parameters")
+    return *scene_of_run(given, "modes", None if run is not None else scene), given
+
+
 def numbers(option: str, text: str | None) -> list[float] | None:
     """Numbers separated by commas; None where there is no text.
 
@@ -135,8 +169,6 @@ def numbers(option: str, text: str | None) -> list[float] | None:
     try:
         return [float(part) for part in text.split(",")]
     except ValueError:
-        from shellmb.errors import SceneError
-
         raise SceneError(f"--{option} is {text!r}; it must be numbers as 0,5,10") from None
 
 

@@ -15,25 +15,20 @@ from shellmb.moving.axis import Axis
 from shellmb.moving.campbell import Campbell, campbell
 from shellmb.moving.modes import TurningModes, check_count, modes_of
 from shellmb.moving.state import MovingState, StateModes, check_state
-from shellmb.observers.files.checkpoint import Saved
 from shellmb.observers.summary import versions, write_json
 from shellmb.run.directory import claimed, written
 from shellmb.run.memory import check_memory
 from shellmb.run.modes import write_shapes
 from shellmb.run.results import measured
-from shellmb.run.resuming.saved import read_saved
+from shellmb.run.resuming.reached import state_of_run
 from shellmb.run.standard import SUMMARY
 from shellmb.scene import Scene
-from shellmb.scene.fingerprint import differences, fingerprint
 from shellmb.scene.values.validate import show
 from shellmb.stopping import STOPPING
 
 TABLE, PICTURE = "campbell.csv", "campbell.png"
 
 HEADER = "mode,frequency_hz,omega_rad_per_s,growth_per_s,damping_ratio,whirl,direction,stable"
-
-# fields of a scene that say how a run gets to a state, which is the same state without them
-HOW = frozenset("scheme alpha dt t_end start assemble solver control initial events".split())
 
 
 def folder(directory: Path, number: int) -> Path:
@@ -112,32 +107,35 @@ def find_campbell(
 def find_state_modes(
     scene: Scene,
     out: Path | str,
-    state: Path | str,
+    state: Path | str | None,
     count: int = 6,
     rates: Sequence[float] | None = None,
     axis: Sequence[float] | None = None,
     about: Sequence[float] | None = None,
     *,
+    at: float | None = None,
     comm: MPI.Comm = MPI.COMM_WORLD,
     pictures: bool = True,
 ) -> StateModes:
-    """Find modes about the last state of a run and write them as `shellmb.run.modes` does.
+    """Find modes about a state of a run and write them as `shellmb.run.modes` does.
 
     Args:
-        scene: The scene of the run; its scheme, steps and end in time do not matter.
+        scene: The scene of the run; for its last state the scheme, steps and end in time do not
+            matter.
         out: Directory to write.
-        state: Directory of the run.
+        state: Directory of the run; None: there is none, and `at` is given.
         count: Number of modes.
         rates: The one rate of the frame, rad/s; None: that of the rigid rotation nearest to the
             state.
         axis: Its axis; None: that of this rotation.
         about: A point of it.
+        at: Time of the state, s, up to which the scene is run; None: the last state of the run.
         comm: Communicator, of as many ranks as the run's.
         pictures: Whether the modes are drawn.
 
     Raises:
         SceneError: If there is no such state, it is of another scene, or has no modes.
-        ConvergenceError: If accelerations or modes do not follow.
+        ConvergenceError: If a step fails, or accelerations or modes do not follow.
         RunError: If the disk is full.
     """
     directory, begin = Path(out), clock.perf_counter()
@@ -147,16 +145,21 @@ def find_state_modes(
             f"modes: rates are {show(list(rates))}; a state has one finite rate in rad/s, or none"
         )
     rate = None if rates is None else float(rates[0])
-    saved = _saved(scene, Path(state), comm)
+    try:
+        meant = state_of_run(scene, None if state is None else Path(state), at, comm)
+    except SceneError as error:
+        raise SceneError(f"modes: {str(error).removeprefix('resume: ')}") from None
+    check_state(scene, meant.scheme)
     with claimed(directory, comm, new=True), written(directory, comm):
         check_memory(scene, comm)
         STOPPING.renew()
-        moving = MovingState(scene, saved.arrays, saved.simulation, comm, rate, axis, about)
+        moving = MovingState(scene, *meant.reach(comm), comm, rate, axis, about)
         found = StateModes(modes_of(moving, count), moving)
         unsteady = moving.unsteady
         summary: dict[str, Any] = _head(scene, True, moving.axis, found.modes, comm) | {
-            "run": str(state),
+            "run": None if state is None else str(state),
             "t": moving.time,
+            "run_again_from": meant.begin,
             "frame_stands_because": moving.standing,
             "stable": not found.modes.unstable,
             "verdict": found.verdict,
@@ -174,36 +177,6 @@ def find_state_modes(
 
             draw_directory(directory)
     return found
-
-
-def _saved(scene: Scene, run: Path, comm: MPI.Comm) -> Saved:
-    """The last state of a run of a scene."""
-    try:
-        saved = read_saved(run, comm)
-    except SceneError as error:
-        raise SceneError(f"modes: {str(error).removeprefix('resume: ')}") from None
-    then = saved.scene
-    check_state(scene, str(then.get("scheme")))
-    others = [d for d in differences(then, fingerprint(scene)) if _field(d[0]) not in HOW]
-    if others:
-        path, was, now = others[0]
-        raise SceneError(
-            f"modes: the state in {run} is of another scene: {path} was {was}, is {now}"
-            + (f", and {len(others) - 1} more" if others[1:] else "")
-            + "; give the scene of the run, with its parameters and mesh"
-        )
-    t, end = float(saved.simulation["t"]), then.get("t_end")
-    if then.get("scheme") == "static" and isinstance(end, int | float) and t < end * (1 - 1e-9):
-        raise SceneError(
-            f"modes: the static run in {run} is at {t:g} of {end:g}; its loads are not whole yet, "
-            "let it come to its end"
-        )
-    return saved
-
-
-def _field(path: str) -> str:
-    """The field of a scene that a path of its fingerprint begins with."""
-    return path.partition(".")[0].partition("[")[0].removesuffix("'s code")
 
 
 def _rows(modes: TurningModes) -> list[str]:

@@ -180,7 +180,7 @@ def carry_out(
             describe(scene).write(directory)
     standard = StandardObservers(directory, observers)
     if saved is not None:
-        _restore(simulation, standard.named, saved)
+        take_up(simulation, standard.named, saved)
 
     failure: BaseException | None = None
     try:
@@ -265,7 +265,17 @@ def _with_state(
     return failure
 
 
-def _restore(simulation: Simulation, named: dict[str, Observer], saved: Saved) -> None:
+def take_up(simulation: Simulation, named: dict[str, Observer], saved: Saved) -> None:
+    """Go on from a saved state.
+
+    Args:
+        simulation: The simulation.
+        named: Its observers by name.
+        saved: The state.
+
+    Raises:
+        SceneError: If it does not fit the scene.
+    """
     now, then = (
         {k: v.shape for k, v in arrays.items() if not k.startswith(PAST)}
         for arrays in (simulation.arrays(), saved.arrays)

@@ -248,21 +248,25 @@ def read_request(out: Path | str) -> StoredRequest:
     return StoredRequest(request, is_sealed(values), values.get("scene_sha256"))
 
 
-def scene_of_run(out: Path | str, command: str) -> tuple[Scene, SceneModule]:
-    """The scene of a run of a bundled one, as it was asked for.
+def scene_of_run(
+    out: Path | str, command: str, given: str | None = None
+) -> tuple[Scene, SceneModule]:
+    """The scene of a run, as it was asked for.
 
     Args:
         out: The run directory.
         command: What wants it, for messages.
+        given: The scene as the user names it; None: one that is bundled.
 
     Raises:
         SceneError: If it is no such run: files are programs that a directory must not name.
     """
     try:
-        request = read_request(out).request
+        stored = read_request(out)
+        request = stored.request if given is None else stored.trusted(given, False)
     except SceneError as error:
         raise SceneError(str(error).replace("resume: ", f"{command}: ", 1)) from None
-    if is_file_name(request.scene):
+    if given is None and is_file_name(request.scene):
         raise SceneError(
             f"{command}: the run in {out} is of {request.scene}, a program to be executed; name it "
             f"as the scene, and {out} as the state"

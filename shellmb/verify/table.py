@@ -16,6 +16,7 @@ MODULES = (
     "laminates",
     "rates",
     "frequencies",
+    "modes",
     "linear_shells",
     "large_displacements",
     "dynamics",

@@ -1,5 +1,7 @@
 """Off means absent, effect by effect, in the small scenes that `shellmb bench --effects` times."""
 
+import subprocess
+import sys
 from typing import Any
 
 from mpi4py import MPI  # noqa: F401  (before dolfinx)
@@ -81,6 +83,7 @@ SINGLE = {
         "joins",
         "glues",
     ),
+    *("modes_in_rotation", "modes_of_states"),
 }
 # there is nothing to leave out
 NEVER = {"bending", "drilling"}
@@ -239,3 +242,11 @@ def test_observers_compile_what_they_look_at(plate, tmp_path) -> None:
     # forces of joints are found with kernels that the scene has anyway
     hinged = CASES["observe_joints"].make("ep", MESH)
     assert looked(hinged, "hinged") == {"energy", "momentum"}
+
+
+def test_modes_beside_runs_are_not_even_loaded() -> None:
+    """Their terms and kernels are those of modules that a run does not know."""
+    code = "import sys, shellmb.run.execute as e; e.Simulation; print(*sys.modules)"
+    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, check=True).stdout
+    assert b"shellmb.run.execute" in loaded
+    assert b"shellmb.moving" not in loaded

@@ -20,6 +20,10 @@ LONG = {
     "dynamics/order, small vibration",
     "mechanisms/order",
     "mechanisms/slider-crank",
+    # of which `tests/moving` has what is short
+    "modes/arm",
+    "modes/blade",
+    "modes/disc",
 }
 
 

@@ -26,12 +26,15 @@ from shellmb.scene import Output, Scene
 
 # effects that no step pays for, or that cannot be left out: why they have no row
 _FIRST = "acts before the first step only"
+_BESIDE = "is computed beside runs"
 NO_ROW = {
     "initial_velocity": _FIRST,
     "equilibrium_start": _FIRST,
     "assembly": _FIRST,
     "bending": "no shell or beam can do without",
     "drilling": "no shell has",
+    "modes_in_rotation": _BESIDE,
+    "modes_of_states": _BESIDE,
 }
 _MADE: dict[str, Case] = {case.effect: case for case in (*PLATES, *MECHANISMS)}
 # in the order of the registry, which is that of their groups

@@ -4,7 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from shellmb.effects.catalogue import connections, control, deformation, inertia, loads, watching
+from shellmb.effects.catalogue import (
+    analyses,
+    connections,
+    control,
+    deformation,
+    inertia,
+    loads,
+    watching,
+)
 from shellmb.effects.effect import Effect
 from shellmb.errors import SceneError
 from shellmb.scene import Scene
@@ -12,7 +20,7 @@ from shellmb.scene.lookup import listed
 
 EFFECTS: dict[str, Effect] = {
     effect.name: effect
-    for module in (inertia, deformation, loads, connections, control, watching)
+    for module in (inertia, deformation, loads, connections, control, watching, analyses)
     for effect in module.EFFECTS
 }
 

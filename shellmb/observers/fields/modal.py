@@ -18,6 +18,8 @@ Floats = npt.NDArray[np.float64]
 
 # displacement of a frame, changes of its directors
 FRAME = 12
+# what of the nodal values takes rates
+RATES = {"velocity", "director_velocity", "angular_velocity"}
 
 
 def modal_members(model: Model) -> dict[str, ModalBody]:
@@ -105,15 +107,16 @@ class ModalNodes:
         """
         return np.asarray(frame[:3] + self._arms @ frame[3:].reshape(3, 3) + self._u @ eta)
 
-    def now(self, simulation: Simulation, name: str = "") -> NodalValues:
+    def now(self, simulation: Simulation, name: str = "", moving: bool = True) -> NodalValues:
         """Values at the nodes, between two steps of a simulation; collective.
 
         Args:
             simulation: The simulation.
             name: Not used: these nodes know their body.
+            moving: Whether velocities are wanted; they are zero else.
         """
         frame, eta = self.state.now(simulation)
-        moved = simulation.scheme.dynamic and "v" in simulation.scheme.rates
+        moved = moving and simulation.scheme.dynamic and "v" in simulation.scheme.rates
         rates = self.state.now(simulation, "v") if moved else (0 * frame, 0 * eta)
         change, turning = frame[3:].reshape(3, 3), rates[0][3:].reshape(3, 3)
         d = np.eye(3) + change
@@ -139,9 +142,10 @@ class ModalNodes:
             quantity: Name of one of the `NodalValues`.
             offsets: Components along the directors of points fixed to the nodes, m; None: none.
         """
+        moving = quantity in RATES
 
         def read() -> Floats:
-            values = self.now(simulation)
+            values = self.now(simulation, moving=moving)
             return np.asarray(getattr(values if offsets is None else values.at(offsets), quantity))
 
         return read

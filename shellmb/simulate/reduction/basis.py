@@ -25,8 +25,9 @@ from shellmb.scene.values.models import Modal
 from shellmb.simulate.reduction.alone import Alone, Arrays, Floats
 
 # shares below which a combination of Ritz vectors is none, a point has no mass that counts (as
-# inertia of rotation in thin bodies), and a body has no inertia about an axis
-NO_MODE, NO_MASS, NO_INERTIA = 1e-10, 1e-8, 1e-12
+# motions in the plane that come with bending: with every point a step takes longer), and a body has
+# no inertia about an axis
+NO_MODE, NO_MASS, NO_INERTIA = 1e-10, 1e-6, 1e-12
 # a square of a frequency below this share of the lowest free one is that of a rigid motion
 FREE = 1e-6
 

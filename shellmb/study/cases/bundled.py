@@ -312,7 +312,24 @@ MODELS = Bundled(
         ),
     ),
 )
-BUNDLED += (CONTROL, MODELS)
+ANTENNA = Bundled(
+    "reduced_antenna",
+    "Panels of the antenna exact and in modes about frames: model, mesh.",
+    (
+        Part(
+            "antenna (6.3), panels exact and in modes, connectors rigid",
+            Sweep(
+                Base("antenna_panels"),
+                _quantities("C4_x:l2", "C3.rotation:l2"),
+                model=("exact", "modal:1", "modal:4", "modal:10"),
+                mesh=((5, 2), (10, 4)),
+                reference="ed",
+                repeat=1,
+            ),
+        ),
+    ),
+)
+BUNDLED += (CONTROL, MODELS, ANTENNA)
 
 
 def find_bundled(name: str) -> tuple[Bundled, ...]:

@@ -27,7 +27,7 @@ from shellmb.scene import (
 from shellmb.schemes.quadratic import energy_decaying_3
 from shellmb.simulate.simulation import Simulation
 from shellmb.verify.cases import Check, case
-from shellmb.verify.problems.motion import ENERGY, LARGE, SCHEMES, drift, order, title
+from shellmb.verify.motion import ENERGY, LARGE, SCHEMES, drift, order, title
 from shellmb.verify.solve import displacement, solved
 
 Floats = NDArray[np.float64]

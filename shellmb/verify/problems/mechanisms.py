@@ -24,7 +24,7 @@ from shellmb.scene import (
 )
 from shellmb.simulate.simulation import Silent, Simulation
 from shellmb.verify.cases import Check, case
-from shellmb.verify.problems.motion import ENERGY, LARGE, QUADRATIC, SCHEMES, order, title
+from shellmb.verify.motion import ENERGY, LARGE, QUADRATIC, SCHEMES, order, title
 
 Floats = NDArray[np.float64]
 

@@ -1,0 +1,32 @@
+"""What is computed beside runs, about the motions and states that they have."""
+
+from __future__ import annotations
+
+from shellmb.effects.effect import Effect, fixed, refuse
+
+_GROUP = "beside runs"
+
+
+def _modes(name: str, title: str, command: str) -> Effect:
+    return Effect(
+        name,
+        _GROUP,
+        title,
+        fixed(False, f"`{command}` has it, no run"),
+        refuse("no run has it"),
+        refuse(f"a run cannot have it; ask for it with `{command}`"),
+    )
+
+
+EFFECTS = (
+    _modes(
+        "modes_in_rotation",
+        "complex modes about steady rotations: gyroscopic, centrifugal, damping terms",
+        "shellmb modes SCENE --rate RATES",
+    ),
+    _modes(
+        "modes_of_states",
+        "complex modes about states of runs, with their accelerations and forces",
+        "shellmb modes RUN_DIR --at TIME",
+    ),
+)

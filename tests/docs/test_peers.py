@@ -1,0 +1,34 @@
+"""The table of features: every mark of a peer has its sentence and its source, and no other."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+ROW = re.compile(r"^\| (.+) \|$", re.MULTILINE)
+SOME, NOT_FOUND = ("●", "◐"), "·"
+
+
+def rows(text: str) -> list[list[str]]:
+    """Cells of the rows below the head of a table."""
+    return [line.split(" | ") for line in ROW.findall(text) if not line.startswith(("|", "---"))]
+
+
+TABLE = (ROOT / "README.md").read_text().partition("## Beside others\n")[2].partition("\n## ")[0]
+HEAD = re.search(r"^\| \| (.+) \|$", TABLE, re.MULTILINE)
+PEERS = HEAD[1].split(" | ")[1:] if HEAD else []
+FEATURES = {name: marks for name, _, *marks in rows(TABLE)}
+PAGE = (ROOT / "docs" / "evidence" / "peers.md").read_text()
+
+
+@pytest.mark.parametrize("peer", PEERS)
+def test_marks_have_sources(peer: str) -> None:
+    section = PAGE.partition(f"\n## {peer}\n")[2].partition("\n## ")[0]
+    said = {name: (mark, text) for name, mark, text in rows(section)}
+    marks = {name: m[PEERS.index(peer)] for name, m in FEATURES.items()}
+    assert marks
+    assert {name: m for name, m in marks.items() if m in SOME} == {n: s[0] for n, s in said.items()}
+    assert all(re.search(r"\]\(https://\S+\)$", text) for _, text in said.values())
+    missing = section.partition("Not found: ")[2].strip().rstrip(".").split("; ")
+    assert {m.lower() for m in missing} == {n.lower() for n, m in marks.items() if m == NOT_FOUND}
