@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import os
+import zlib
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -116,8 +117,11 @@ class Written(Known):
     def __init__(
         self, of: Form, roles: Items, numbers: Items, label: str, write: Callable[[], Form]
     ) -> None:
-        # what is two things here may be two in another derivative
-        assert len({*map(id, roles), *map(id, numbers)}) == len(roles) + len(numbers)
+        # what is one in two places here may be two in another derivative, which has another kernel
+        places = {id(item): k for k, item in reversed([*enumerate((*roles, *numbers))])}
+        if len(places) < len(roles) + len(numbers):
+            pattern = [places[id(item)] for item in (*roles, *numbers)]
+            label += f"-{zlib.crc32(bytes(pattern)):x}"
         trial = of.arguments()[0].ufl_function_space()
         super().__init__(
             of, trial, (*roles, *of.coefficients()), (*numbers, *of.constants()), label
@@ -129,14 +133,15 @@ class Written(Known):
         return self._write()
 
     def plus(self, other: Written, of: Form) -> Written:
-        """The sum with a derivative of the same functions and constants.
+        """The sum with another derivative.
 
         Args:
             other: The derivative.
             of: The sum of the forms.
         """
+        roles, numbers = (*self._roles, *other._roles), (*self._numbers, *other._numbers)
         label = f"{self.label}+{other.label}"
-        return Written(of, self._roles, self._numbers, label, lambda: self.form() + other.form())
+        return Written(of, roles, numbers, label, lambda: self.form() + other.form())
 
 
 def _place(item: Any, among: Items) -> int:

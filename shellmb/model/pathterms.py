@@ -1,10 +1,11 @@
 """Terms of a body with a linear section over a step."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import ufl
 from ufl import Form
+from ufl.algorithms.analysis import extract_coefficients, extract_constants
 from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
 from ufl.algorithms.apply_derivatives import apply_derivatives
 from ufl.core.expr import Expr
@@ -52,31 +53,42 @@ def path_terms(
     residual = integrate([sum(densities) for densities in zip(*works, strict=True)])
 
     def change(pair: Pair, c: int) -> Written:
-        def write() -> Form:
-            return integrate(pair_change(*common, row.states, pair, pair.changes[c], dq, trial))
-
-        roles, numbers = (*row.states, pair.moment.held), _numbers(pair, pair.changes[c])
-        return Written(residual, roles, numbers, "change", write)
+        change = pair.changes[c]
+        return _written(
+            "change",
+            *(residual, row.states, pair, change),
+            lambda: integrate(pair_change(*common, row.states, pair, change, dq, trial)),
+        )
 
     columns = sorted({column for pair in row.pairs for column in pair.changes})
     return Term(residual, {c: tuple(change(pair, c) for pair in row.pairs) for c in columns})
 
 
-def _numbers(pair: Pair, change: Change) -> list[Expr]:
-    """The Constants of a pair and of one of its derivatives, in the order of their fields."""
-    moment, slope = pair.moment, pair.slope
+def _written(
+    label: str,
+    residual: Form,
+    states: Sequence[Expr],
+    pair: Pair,
+    change: Change,
+    write: Callable[[], Form],
+) -> Written:
+    """A derivative by what differs from that of another pair, or by another state."""
+    moment, slope, held = pair.moment, pair.slope, pair.moment.held
     parts = [
         *(*moment.linear, *moment.products, slope.c, *slope.weights, pair.own, pair.ahead),
         *(change.moment.c, *change.moment.weights),
         *(change.held, change.share, change.turn, change.gain),
     ]
-    # they are components of vectors
-    found = {id(part.ufl_operands[0]): part.ufl_operands[0] for part in parts}
-    return list(found.values())
+    # they are components of vectors, some of one
+    numbers = {id(part.ufl_operands[0]): part.ufl_operands[0] for part in parts}
+    numbers |= {id(constant): constant for constant in extract_constants(held)}
+    roles = (*states, *extract_coefficients(held))
+    return Written(residual, roles, tuple(numbers.values()), label, write)
 
 
 def point_terms(
     section: NonlinearPath,
+    states: Sequence[Expr],
     points: Points,
     k: int,
     dq: Expr,
@@ -85,15 +97,31 @@ def point_terms(
 ) -> Term:
     """The same of a nonlinear section, at Gauss' points in time; arguments as of `path_terms`."""
     residual = integrate(section.work(k, dq))
-    derivatives = {}
-    for c in range(len(points.pairs[k][0].changes)):
-        forms = [section.change(p, p.changes[c], dq, trial) for p in points.pairs[k]]
-        if points.dissipates:
-            forms.append(section.damping_change(k, c, dq, trial))
-        derivatives[c] = tuple(integrate(form) for form in forms)
     if points.dissipates:
         residual += integrate(section.damping(k, dq))
-    return Term(residual, derivatives)
+
+    def change(pair: Pair, c: int) -> Written:
+        change = pair.changes[c]
+        return _written(
+            "change",
+            *(residual, states, pair, change),
+            lambda: integrate(section.change(pair, change, dq, trial)),
+        )
+
+    def damping(c: int) -> Written:
+        pair = points.damping[k]
+        return _written(
+            "damping",
+            *(residual, states, pair, pair.changes[c]),
+            lambda: integrate(section.damping_change(k, c, dq, trial)),
+        )
+
+    columns = range(len(points.pairs[k][0].changes))
+    derivatives = {c: [change(pair, c) for pair in points.pairs[k]] for c in columns}
+    if points.dissipates:
+        for c in columns:
+            derivatives[c].append(damping(c))
+    return Term(residual, {c: tuple(found) for c, found in derivatives.items()})
 
 
 def any_terms(

@@ -13,6 +13,7 @@ from shellmb.simulate.problem import Problem
 from shellmb.simulate.simulation import Simulation
 
 from .conftest import SOFT
+from .test_sections_in_motion import STIFFENING
 
 BEAM = GeneralSection(
     (1.0, 0.4, 0.4, 2e-3, 4e-3, 4e-3), mass_per_length=1.0, second_moments=(4e-3, 0.0, 4e-3)
@@ -21,13 +22,17 @@ BEAM = GeneralSection(
 
 @pytest.fixture
 def problem(scheme: tuple[str, float]) -> Problem:
-    """A shell and a beam, and with a scheme that takes damping another shell that has it."""
+    """A shell and a beam; in some schemes a shell with damping, and one that is hyperelastic."""
     shells = [Shell("plate", Rectangle(1.0, 0.5), SOFT, mesh=(2, 1))]
     supports = [Clamped("left", body="plate"), Clamped("start", body="beam")]
     if scheme[0] in ("ep", "ed3"):
         section = replace(SOFT, damping=0.1)
         shells.append(Shell("damped", Rectangle(1.0, 0.5, (0, 2, 0)), section, mesh=(2, 1)))
         supports.append(Clamped("left", body="damped"))
+    if scheme == ("ed3", 1.0):
+        plate = Rectangle(1.0, 0.5, (0, 6, 0))
+        shells.append(Shell("stiffening", plate, STIFFENING, mesh=(2, 1)))
+        supports.append(Clamped("left", body="stiffening"))
     beam = Beam("beam", Line((0, 4, 0), (1, 4, 0)), BEAM, elements=2)
     scene = Scene(
         "s",

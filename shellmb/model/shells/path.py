@@ -175,7 +175,8 @@ def along(
     if isinstance(shell.section.formulation, LinearMixed):
         return form, [work(shell, step.row(k), dq, trial)]
     integrate = partial(_integrate, shell)
-    term = point_terms(_nonlinear(shell, step), step.points, k, dq, trial, integrate)
+    section = _nonlinear(shell, step)
+    term = point_terms(section, step.states, step.points, k, dq, trial, integrate)
     return form, [_controlled(shell, term, step.row(k), dq, trial)]
 
 
