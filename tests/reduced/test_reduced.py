@@ -26,7 +26,6 @@ from shellmb.scene import (
     Modal,
     Plane,
     PointForce,
-    Pressure,
     Probe,
     Rectangle,
     RectangularSection,
@@ -183,18 +182,12 @@ def test_statics_knows_modes_too() -> None:
 
 
 BAD = {
-    "shell 'plate' is reduced to modes, and its section has damping; it must have none (joints may "
-    "have dampers), or the model must be 'exact'": {
-        "shells": replace(plate(), section=replace(plate().section, damping=1e-4))
-    },
     "contact 'floor': shell 'plate' is reduced to modes; what touches must be a rigid body, "
     "perhaps one that is welded to it, or the model must be 'exact'": {
         "contacts": Contact("floor", Plane((0, 0, -1)), 1e4)
     },
     "clamped edge: shell 'plate' is reduced to modes; it must be held by joints to the ground, as "
     "by a Weld along an edge": {"supports": Clamped("left")},
-    "pressure: shell 'plate' is reduced to modes; its loads must be gravity, or forces and moments "
-    "at points": {"loads": Pressure(1.0)},
     "probe 'p': shell 'plate' is reduced to modes, and quantity is 'bending'; it must be a motion, "
     "or the model 'exact'": {"probes": Probe("p", CORNER, "bending", 0)},
     "join of 'plate' and 'other': their models are Modal(8) and 'exact'; what is reduced to modes "

@@ -26,7 +26,10 @@ from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
+from ufl.core.expr import Expr
 
+from shellmb.forms.state import Layout
+from shellmb.model.body import TimeFunction
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.shells.shell import ShellModel
 
@@ -64,6 +67,43 @@ class Member:
 
 
 @dataclass(frozen=True)
+class ModalPoint:
+    """A force that keeps its direction, and acts on a mean of the body's points.
+
+    Args:
+        time: Function of time that multiplies it; None: without.
+        force: Its components in space, shape (3,), N.
+        share: Share of it that acts on the frame.
+        arm: Where the rest acts, along the frame's directors, shape (3,), m.
+        shape: The same per amplitude, shape (3, K).
+    """
+
+    time: TimeFunction | None
+    force: Floats
+    share: float
+    arm: Floats
+    shape: Floats
+
+
+@dataclass(frozen=True)
+class ModalForces:
+    """Forces on the frame, along its directors, and on the amplitudes.
+
+    Args:
+        time: Function of time that multiplies them; None: without.
+        along: Of a moment that keeps its direction the products of its components with those of
+            the directors that the forces are multiplied by, shape (9,), N m; None: of what turns
+            with the body.
+        table: Force, moment about the frame, and forces on the amplitudes: at rest, and per
+            amplitude, shape (6 + K, 1 + K).
+    """
+
+    time: TimeFunction | None
+    along: Floats | None
+    table: Floats
+
+
+@dataclass(frozen=True)
 class ModalBody:
     """A body in modes, the largest displacement of each, or turn times length, being one.
 
@@ -75,9 +115,13 @@ class ModalBody:
         interfaces: The frames at which something is attached to it.
         stiffness: Stiffness of each mode, shape (K,), N/m.
         omega2: Square of its angular frequency, where the body is free, shape (K,), rad^2/s^2.
+        damping: Damping of the modes, shape (K, K), N s/m; None without any.
+        slowing: Rate of the damping in proportion to the mass, 1/s.
         mass: Masses of the points that carry the inertia of the modes, shape (R,), kg.
         points: Where they are per amplitude, `Q` above, shape (R, 3, K).
         coupling: Products of inertia of the points and the directors, shape (R, 3), kg m.
+        points_loaded: Distributed loads that keep their directions.
+        turning_loads: Those that turn with the body, and moments.
         length: Size of the body, m.
         clamped: Lowest angular frequency with one of the frames held, rad/s; of the free body
             without any.
@@ -88,9 +132,13 @@ class ModalBody:
     interfaces: tuple[InterfaceModes, ...]
     stiffness: Floats
     omega2: Floats
+    damping: Floats | None
+    slowing: float
     mass: Floats
     points: Floats
     coupling: Floats
+    points_loaded: tuple[ModalPoint, ...]
+    turning_loads: tuple[ModalForces, ...]
     length: float
     clamped: float
 
@@ -103,3 +151,9 @@ class ModalBody:
     def slopes(self) -> Floats:
         """Changes of all directors on this rank per amplitude, shape (n, 3, K), 1/m."""
         return np.concatenate([m.w.reshape(-1, 3, self.count) for m in self.members.values()])
+
+
+def amplitudes(layout: Layout, q: Expr) -> list[Expr]:
+    """The amplitudes in a state, m."""
+    first, size = layout.parts["eta"]
+    return [q[first + k] for k in range(size)]

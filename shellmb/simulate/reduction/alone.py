@@ -13,10 +13,12 @@ from petsc4py import PETSc
 
 import numpy as np
 import numpy.typing as npt
+import ufl
+from dolfinx import fem
 
 from shellmb.model.model import build_model
 from shellmb.scene import Scene
-from shellmb.simulate.reduction.tangent import bending_scales, tangent
+from shellmb.simulate.reduction.tangent import Blocks, bending_scales, tangent
 from shellmb.simulate.soundness.redundancy import look_through
 from shellmb.system.direct.mumps import use_mumps
 from shellmb.system.eigenvalues import eigenpairs
@@ -54,6 +56,17 @@ class Alone:
         self.bodies: dict[str, Any] = dict(self.model.meshed)
         if self.model.rigid is not None:
             self.bodies[self.model.rigid.name] = self.model.rigid
+
+    @property
+    def damping(self) -> PETSc.Mat | None:
+        """Damping matrix of the strains at the reference; None without any."""
+        blocks: Blocks = {}
+        for k, body in enumerate(self.model.bodies):
+            if body.damping is not None:
+                q, space = fem.Function(body.mixed.space), body.mixed.space
+                test, trial = ufl.TestFunction(space), ufl.TrialFunction(space)
+                blocks[k, k] = [body.damping.at(q, trial, test)]
+        return self.system.symmetric_matrix(blocks, 0.0) if blocks else None
 
     @property
     def scale(self) -> float:
@@ -108,6 +121,31 @@ class Alone:
             arrays[body_name][body.mixed.dofs["u"]] = u.ravel()
             arrays[body_name][body.mixed.dofs["w"]] = w.ravel()
         return arrays
+
+    def one(self) -> Arrays:
+        """The scalar field 1, along x."""
+        return self.along_x(self.motion(0, np.zeros(3)), 0)
+
+    def arm(self, a: int, about: Floats) -> Arrays:
+        """The scalar field `X_a` with the directors' `D_a`, along x."""
+        arrays = self.zeros()
+        for name in self.model.meshed:
+            X, D = self.nodes(name)
+            dofs = self.bodies[name].mixed.dofs
+            arrays[name][dofs["u"].reshape(-1, 3)[:, 0]] = X[:, a] - about[a]
+            arrays[name][dofs["w"].reshape(D.shape)[:, :, 0]] = D[:, :, a]
+        return arrays
+
+    def along_x(self, arrays: Arrays, a: int) -> Arrays:
+        """One component of a vector field as a scalar field, along x."""
+        out = self.zeros()
+        for name in self.model.meshed:
+            dofs = self.bodies[name].mixed.dofs
+            for part in ("u", "bubble", "w"):
+                if part in dofs:
+                    triples = dofs[part].reshape(-1, 3)
+                    out[name][triples[:, 0]] = arrays[name][triples[:, a]]
+        return out
 
     def ritz_vectors(self, count: int) -> list[PETSc.Vec]:
         """Static modes of all frames and the lowest modes with them held; else those of the body.

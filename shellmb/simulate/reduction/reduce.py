@@ -55,12 +55,13 @@ def reduce_bodies(scene: Scene, comm: MPI.Comm) -> tuple[Scene, tuple[ModalBody,
     elements = tuple(
         made.ends(e, said(e)) if isinstance(e, PointElement) else e for e in scene.elements
     )
-    loads = tuple(made.load(load) for load in scene.loads)
+    loads = tuple(made.load(load) for load in scene.loads if not made.spread(load))
     initial = tuple(made.velocity(given) for given in scene.initial)
     probes = tuple(made.probe(probe) for probe in scene.probes)
     bodies, frames = [], []
     for group in groups:
-        body, frame = reduced_body(scene, comm, group, made.attachments(group))
+        spread = [load for load in map(made.spread, scene.loads) if load and load.body in group]
+        body, frame = reduced_body(scene, comm, group, made.attachments(group), spread)
         bodies.append(body)
         frames += [frame, *(a.frame for a in made.attachments(group))]
     gone = set(made.group)
@@ -187,6 +188,17 @@ class _Reduction:
         frame = self._frame(target.name, load.point, load.label, load.label).frame
         at = self.point(target.name, load.point, load.label)
         return replace(load, body=frame.name, point=at)
+
+    def spread(self, load: Any) -> Any:
+        """A load that is distributed over a shell or beam, with its name; None: another one."""
+        if hasattr(load, "point") or (isinstance(load, Gravity) and load.body is None):
+            return None
+        (target,) = self._scene.bodies_of(load)
+        if target.name not in self.group:
+            return None
+        alone = list(self.group.values()).count(self.group[target.name]) == 1
+        # the weight of all of the body acts on its frame
+        return None if isinstance(load, Gravity) and alone else replace(load, body=target.name)
 
     def velocity(self, given: InitialVelocity) -> InitialVelocity:
         """The velocity of a reduced body is that of its frame."""
