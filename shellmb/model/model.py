@@ -24,7 +24,7 @@ from shellmb.model.plausible import check_probes, doubt_thickness
 from shellmb.model.potentials.build import potential_groups
 from shellmb.model.potentials.group import PotentialGroup
 from shellmb.model.reduced.data import ModalBody
-from shellmb.model.reduced.modal import modal_bodies
+from shellmb.model.reduced.modal import modal_bodies, modal_points
 from shellmb.model.shells.joins import join_shells
 from shellmb.model.shells.shell import ShellModel
 from shellmb.model.signals import Signals
@@ -178,7 +178,8 @@ def build_model(scene: Scene, comm: MPI.Comm, modal: Sequence[ModalBody] = ()) -
     model.bodies += model.mechanism.bodies
     model.bodies += point_loads(scene, comm, find)
     meshes = model.meshed, rigid_meshes
-    model.potentials = potential_groups(given, comm, find, *meshes, model.length)
+    touched = modal_points(model.bodies, model.rigid)
+    model.potentials = potential_groups(given, comm, find, *meshes, touched, model.length)
     model.bodies += model.potentials
     if model.beams or model.rigid is not None or scene.joints or scene.elements:
         # constraints tie velocities together: see `Body.coupled`

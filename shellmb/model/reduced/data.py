@@ -21,8 +21,10 @@ J. Eng. Sci. 14 (1976) 895-913 (mean axes).
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -34,6 +36,7 @@ from shellmb.model.frames.beam import BeamModel
 from shellmb.model.shells.shell import ShellModel
 
 Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -122,6 +125,8 @@ class ModalBody:
         coupling: Products of inertia of the points and the directors, shape (R, 3), kg m.
         points_loaded: Distributed loads that keep their directions.
         turning_loads: Those that turn with the body, and moments.
+        touched: Member, and place on it, that potentials and contacts act on, by their names;
+            and what messages call these.
         length: Size of the body, m.
         clamped: Lowest angular frequency with one of the frames held, rad/s; of the free body
             without any.
@@ -139,6 +144,7 @@ class ModalBody:
     coupling: Floats
     points_loaded: tuple[ModalPoint, ...]
     turning_loads: tuple[ModalForces, ...]
+    touched: Mapping[str, tuple[str, Any, str]]
     length: float
     clamped: float
 

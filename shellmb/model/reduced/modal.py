@@ -12,6 +12,7 @@ from shellmb.model.reduced.data import ModalBody
 from shellmb.model.reduced.loads import FrameLoads, LoadPoints
 from shellmb.model.reduced.modes import Modes
 from shellmb.model.reduced.onframe import InertiaPoints, Interfaces
+from shellmb.model.reduced.places import ModalPoints, Reduced
 
 
 def modal_bodies(
@@ -46,4 +47,23 @@ def modal_bodies(
         if body.interfaces:
             others = [ends[item.name] for item in body.interfaces]
             found.append(Interfaces(comm, body, modes, frame, others, force, length))
+    return found
+
+
+def modal_points(bodies: Sequence[Body], rigid: RigidBodies | None) -> dict[str, ModalPoints]:
+    """Points of reduced bodies by the names of potentials and contacts there; collective.
+
+    Args:
+        bodies: The bodies of the system.
+        rigid: All frames.
+
+    Raises:
+        SceneError: If there is no such place.
+    """
+    found: dict[str, ModalPoints] = {}
+    for modes in (body for body in bodies if isinstance(body, Modes)):
+        assert rigid is not None
+        reduced = Reduced(modes.data, modes, rigid.ends()[modes.data.name])
+        for name, (member, on, who) in modes.data.touched.items():
+            found[name] = reduced.points(member, on, who)
     return found

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from mpi4py import MPI
 
 import numpy as np
-import numpy.typing as npt
 import ufl
 from ufl import Form
 from ufl.core.expr import Expr
@@ -25,10 +24,8 @@ from shellmb.forms.steps.path import Step
 from shellmb.meshes.nodes import constant_vector, node_mesh, node_space
 from shellmb.model.body import PartScale, Term
 from shellmb.model.massless import Massless
-from shellmb.model.reduced.data import ModalBody, amplitudes
+from shellmb.model.reduced.data import Ints, ModalBody, amplitudes
 from shellmb.model.reduced.viscous import modal_damping
-
-Ints = npt.NDArray[np.int64]
 
 ADVICE = "a smaller step, or fewer modes"
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from shellmb.errors import SceneError
 from shellmb.scene.lookup import bodies_of, said
@@ -36,14 +36,6 @@ def check(scene: Description) -> None:
             raise SceneError(
                 f"{said(body)} is reduced to modes and has terms; they must be left out, or the "
                 "model must be 'exact'"
-            )
-    acting: list[Any] = [*scene.potentials, *scene.contacts]
-    for item in acting:
-        (target,) = bodies_of(scene, item)
-        if target.name in modal:
-            raise SceneError(
-                f"{said(item)}: {said(target)} is reduced to modes; what touches must be a rigid "
-                "body, perhaps one that is welded to it, or the model must be 'exact'"
             )
     for support in scene.supports:
         for target in bodies_of(scene, support):

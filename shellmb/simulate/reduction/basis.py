@@ -7,7 +7,7 @@ body in that space. Masses follow from the body's own mass matrix for the scalar
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -24,6 +24,8 @@ from shellmb.scene.multibody.rigid import FloatingFrame, Interface
 from shellmb.scene.values.models import Modal
 from shellmb.simulate.reduction.alone import Alone, Arrays, Floats
 from shellmb.simulate.reduction.loads import ProjectedLoads
+
+type Touched = Mapping[str, tuple[str, Any, str]]
 
 # shares below which a combination of Ritz vectors is none, a point has no mass that counts (as
 # inertia of rotation in thin bodies), and a body has no inertia about an axis
@@ -53,6 +55,7 @@ def reduced_body(
     names: Sequence[str],
     attached: Sequence[Attachment],
     loads: Sequence[Any],
+    touched: Touched,
 ) -> tuple[ModalBody, FloatingFrame]:
     """Reduce shells and beams that are joined to modes; collective.
 
@@ -62,6 +65,7 @@ def reduced_body(
         names: Names of the shells and beams.
         attached: Where something is attached to them.
         loads: Distributed loads on them, each with the name of its body.
+        touched: As of `ModalBody`.
 
     Returns:
         The modes, and the floating frame with the mass of the body.
@@ -74,7 +78,7 @@ def reduced_body(
     alone = Alone(_scene_of(scene, names, attached, loads), comm)
     modes = _Modes(alone, words[0].modes, said(bodies[0]), float(bodies[0].section.mass_damping))
     frames = [a.frame.name for a in attached]
-    return modes.body(names[0], frames, loads), modes.frame(names[0])
+    return modes.body(names[0], frames, loads, touched), modes.frame(names[0])
 
 
 def _scene_of(
@@ -208,13 +212,16 @@ class _Modes:
         x, y, z = map(float, self.center)
         return FloatingFrame(name, self.mass, rows, (x, y, z), mass_damping=self._slowing)
 
-    def body(self, name: str, frames: Sequence[str], acting: Sequence[Any]) -> ModalBody:
+    def body(
+        self, name: str, frames: Sequence[str], acting: Sequence[Any], touched: Touched
+    ) -> ModalBody:
         """All that is kept.
 
         Args:
             name: Name of the body.
             frames: Names of the frames welded to it.
             acting: Distributed loads on it.
+            touched: As of `ModalBody`.
         """
         alone, model = self._alone, self._alone.model
         mass, points, coupling = self._points
@@ -236,6 +243,7 @@ class _Modes:
             coupling,
             loads.points(acting),
             loads.forces(acting),
+            touched,
             self._length,
             float(np.sqrt(self._held(interfaces))),
         )

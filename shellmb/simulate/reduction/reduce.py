@@ -61,7 +61,8 @@ def reduce_bodies(scene: Scene, comm: MPI.Comm) -> tuple[Scene, tuple[ModalBody,
     bodies, frames = [], []
     for group in groups:
         spread = [load for load in map(made.spread, scene.loads) if load and load.body in group]
-        body, frame = reduced_body(scene, comm, group, made.attachments(group), spread)
+        where = made.attachments(group), spread, made.touched(group)
+        body, frame = reduced_body(scene, comm, group, *where)
         bodies.append(body)
         frames += [frame, *(a.frame for a in made.attachments(group))]
     gone = set(made.group)
@@ -77,6 +78,8 @@ def reduce_bodies(scene: Scene, comm: MPI.Comm) -> tuple[Scene, tuple[ModalBody,
         loads=loads,
         initial=initial,
         probes=probes,
+        potentials=tuple(map(made.acting, scene.potentials)),
+        contacts=tuple(map(made.acting, scene.contacts)),
     )
     return changed, tuple(bodies)
 
@@ -199,6 +202,23 @@ class _Reduction:
         alone = list(self.group.values()).count(self.group[target.name]) == 1
         # the weight of all of the body acts on its frame
         return None if isinstance(load, Gravity) and alone else replace(load, body=target.name)
+
+    def touched(self, group: tuple[str, ...]) -> dict[str, tuple[str, Any, str]]:
+        """What potentials and contacts act on, as of `ModalBody`."""
+        found: dict[str, tuple[str, Any, str]] = {}
+        items: tuple[Any, ...] = (*self._scene.potentials, *self._scene.contacts)
+        for item in items:
+            (target,) = self._scene.bodies_of(item)
+            if target.name in group:
+                found[item.name] = target.name, item.on, said(item)
+        return found
+
+    def acting(self, item: Any) -> Any:
+        """A potential or contact, where it acts on a reduced body on its frame."""
+        (target,) = self._scene.bodies_of(item)
+        if target.name not in self.group:
+            return item
+        return replace(item, body=self.group[target.name], on=None)
 
     def velocity(self, given: InitialVelocity) -> InitialVelocity:
         """The velocity of a reduced body is that of its frame."""
