@@ -38,9 +38,8 @@ from shellmb.scene import (
 
 PLATE = Isotropic(E=70e9, nu=0.3, thickness=5e-3, density=2700.0)
 BAR = RectangularSection(E=70e9, nu=0.3, width=0.01, height=0.02, density=2700.0)
-# the kernels are those of `test_reduced`: seven modes
-FREE = Modal(modes=7)
 ROOT = (0.1, 0.0, 0.0)
+APART = 1e-4
 SLOW = pytest.mark.slow
 SCHEMES = [
     ("ep", 0.0),
@@ -57,19 +56,21 @@ def test_loads_give_a_free_body_their_impulses(scheme, alpha) -> None:
     """A dead force, a pressure that turns with the body, and a moment, as it tumbles."""
     force, area = np.array([3.0, 2.0, -8.0]), 0.4
 
-    def moved(*loads: Any) -> RunResult:
+    def moved(modes: int, *loads: Any) -> RunResult:
         spin = InitialVelocity((1.0, 0, 0), (3.0, 1.0, 2.0))
         times = {"scheme": scheme, "alpha": alpha, "dt": 5e-3, "t_end": 0.1}
-        return execute(Scene("free", plate(FREE), initial=spin, loads=loads, **times))
+        return execute(Scene("free", plate(Modal(modes=modes)), initial=spin, loads=loads, **times))
 
-    pushed = moved(EdgeForce("right", tuple(force)), Pressure(20.0), EdgeMoment("top", (0, 1, 2.0)))
+    # the kernels are those of `test_reduced`: seven modes, six of them of the loads
+    every = EdgeForce("right", tuple(force)), Pressure(20.0), EdgeMoment("top", (0, 1, 2.0))
+    pushed = moved(1, *every)
     assert pushed.summary["energy_balance_error"] < 1e-12
     assert pushed.summary["linear_momentum_drift"] < 1e-12
     # EP counts moments as its rows see them; ED, EP4 and ED3 to their order
     bound = {"ep": 1e-12, "ed": 1e-3, "ep4": 1e-5, "ed3": 1e-5}[scheme]
     assert pushed.summary["angular_momentum_drift"] < bound
     # of a dead force alone the impulse is known
-    history = moved(SurfaceForce(tuple(force))).history
+    history = moved(4, SurfaceForce(tuple(force))).history
     gained = [history[f"momentum_{k}"].iloc[[0, -1]].diff().iloc[-1] for k in "xyz"]
     assert np.allclose(gained, 0.1 * area * force, rtol=1e-9)
 
@@ -106,10 +107,11 @@ def on_a_hub(body: dict[str, Any], load: Any, tip: tuple[float, float, float]) -
 
 def compared(make: Any, load: Any, tip: tuple[float, float, float]) -> tuple[float, float, float]:
     """How far the tip moves, how far apart it is, and the ratio of the works of the load."""
-    exact, modal = (on_a_hub(make(m), load, tip) for m in ("exact", Modal(modes=8)))
+    exact, modal = (on_a_hub(make(m), load, tip) for m in ("exact", Modal(modes=6)))
     names = [f"x{k}" for k in range(3)]
     x = exact.history[names]
     apart = np.abs(x - modal.history[names]).to_numpy().max()
+    print(apart)
     one, other = (run.history["work_loads"].iloc[-1] for run in (exact, modal))
     assert modal.summary["energy_balance_error"] < 1e-12
     return float(np.abs(x - x.iloc[0]).to_numpy().max()), float(apart), other / one
@@ -124,9 +126,10 @@ def test_moves_as_the_full_shell_does(name) -> None:
 
     moved, apart, work = compared(make, ON_SHELLS[name], (1.1, 0.2, 0.0))
     assert moved > 2e-3
-    # the square of the rotations, and what eight modes leave out, which is most at a loaded edge
-    assert apart < 1e-4
-    assert work == pytest.approx(1.0, rel=2e-2)
+    # the square of the rotations
+    assert apart < APART
+    # a moment that is there at once shakes more modes than six
+    assert work == pytest.approx(1.0, rel=5e-2 if name.startswith("moment") else 1e-3)
 
 
 ON_BEAMS = {
@@ -146,8 +149,9 @@ def test_moves_as_the_full_beam_does(name) -> None:
 
     moved, apart, work = compared(make, ON_BEAMS[name], (1.1, 0.0, 0.0))
     assert moved > 2e-3
-    assert apart < 1e-4
-    assert work == pytest.approx(1.0, rel=2e-2)
+    assert apart < APART
+    # a moment that is there at once shakes more modes than six
+    assert work == pytest.approx(1.0, rel=5e-2 if name.startswith("moment") else 1e-3)
 
 
 @SLOW
@@ -163,5 +167,5 @@ def test_weight_of_a_part_of_a_body() -> None:
 
     moved, apart, work = compared(make, Gravity(body="flange"), (1.1, 0.2, 0.0))
     assert moved > 2e-3
-    assert apart < 1e-4
-    assert work == pytest.approx(1.0, rel=2e-2)
+    assert apart < APART
+    assert work == pytest.approx(1.0, rel=1e-3)

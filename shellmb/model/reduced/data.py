@@ -62,11 +62,13 @@ class Member:
         body: The shell or beam with its mesh: it has no unknowns.
         u: Displacements of the nodes on this rank per amplitude, shape (n, 3, K).
         w: Changes of their directors, shape (n, m, 3, K), 1/m.
+        states: Local arrays of the body's states in the modes, resultants included, (dofs, K).
     """
 
     body: ShellModel | BeamModel
     u: Floats
     w: Floats
+    states: Floats
 
 
 @dataclass(frozen=True)

@@ -6,9 +6,9 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from shellmb.errors import SceneError
+from shellmb.scene.loads.supports import Clamped
 from shellmb.scene.lookup import bodies_of, said
 from shellmb.scene.multibody.rolling import Contact
-from shellmb.scene.probes import MOTIONS
 from shellmb.scene.values.models import Modal
 from shellmb.scene.values.validate import show
 
@@ -39,23 +39,17 @@ def check(scene: Description) -> None:
             )
     for support in scene.supports:
         for target in bodies_of(scene, support):
-            if target.name in modal:
+            clamped = isinstance(support, Clamped) and isinstance(support.edge, str)
+            if target.name in modal and not clamped:
                 raise SceneError(
-                    f"{support.label}: {said(target)} is reduced to modes; it must be held by "
-                    "joints to the ground, as by a Weld along an edge"
+                    f"{support.label}: {said(target)} is reduced to modes; it must be Clamped at a "
+                    "single edge, or held by joints to the ground, as by a Weld along an edge"
                 )
     for joint in scene.joints:
         if isinstance(joint, Contact) and {joint.first, joint.second} & modal.keys():
             raise SceneError(
                 f"{joint.said}: one of its bodies is reduced to modes; what rolls must be a rigid "
                 "body or a beam with model='exact'"
-            )
-    for probe in scene.probes:
-        (target,) = bodies_of(scene, probe)
-        if target.name in modal and probe.quantity not in MOTIONS:
-            raise SceneError(
-                f"{said(probe)}: {said(target)} is reduced to modes, and quantity is "
-                f"'{probe.quantity}'; it must be a motion, or the model 'exact'"
             )
 
 

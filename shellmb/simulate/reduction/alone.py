@@ -147,16 +147,53 @@ class Alone:
                     out[name][triples[:, 0]] = arrays[name][triples[:, a]]
         return out
 
-    def ritz_vectors(self, count: int) -> list[PETSc.Vec]:
+    def along(self, arrays: Arrays, a: int) -> Arrays:
+        """A scalar field, which is along x, along another axis."""
+        out = self.zeros()
+        for name in self.model.meshed:
+            dofs = self.bodies[name].mixed.dofs
+            for part in ("u", "bubble", "w"):
+                if part in dofs:
+                    triples = dofs[part].reshape(-1, 3)
+                    out[name][triples[:, a]] = arrays[name][triples[:, 0]]
+        return out
+
+    def force(self, arrays: Arrays) -> PETSc.Vec:
+        """Nodal forces as a vector of the system: those of nodes that are shared add up."""
+        numbering, out = self.system.numbering, self.K.createVecLeft()
+        numbers = numbering.local_to_global.astype(PETSc.IntType)
+        local = np.zeros(len(numbers))
+        for k, field in enumerate(self.system.fields):
+            if field.name in arrays:
+                # each on the rank that owns it
+                owned = self.bodies[field.name].mixed.space.dofmap.index_map.size_local
+                local[numbering.slice(k)][:owned] = arrays[field.name][:owned]
+        out.set(0.0)
+        out.setValues(numbers, local, addv=PETSc.InsertMode.ADD)
+        out.assemble()
+        return out
+
+    def _solver(self, K: PETSc.Mat, name: str) -> PETSc.KSP:
+        solver = PETSc.KSP().create(self.comm)
+        solver.setOperators(K)
+        solver.setType(PETSc.KSP.Type.PREONLY)
+        use_mumps(solver.getPC(), "lu", f"shellmb_{name}_{id(self)}_", {})
+        return solver
+
+    def ritz_vectors(self, count: int, center: Floats, loads: list[Arrays]) -> list[PETSc.Vec]:
         """Static modes of all frames and the lowest modes with them held; else those of the body.
+
+        And what the loads do with the frames held; to a free body, as it gives way to them.
 
         Args:
             count: Number of modes with the frames held; without frames of elastic ones.
+            center: Centre of mass, shape (3,), m.
+            loads: Nodal forces of distributed loads.
         """
         rigid, shift = self.model.rigid, -SHIFT * self.scale
         if rigid is None:
             _, vectors = eigenpairs(self.K, self.M, count + 6, shift, symmetric=True)
-            return vectors
+            return [*vectors, *self._given_way(center, loads)]
         numbering = self.system.numbering
         number = next(k for k, f in enumerate(self.system.fields) if f.name == rigid.name)
         every = np.arange(numbering.start, numbering.start + numbering.owned)
@@ -167,10 +204,12 @@ class Alone:
         free -= numbering.start
         found = [self._whole(vector, free) for vector in inner]
         K.axpy(STATIC * self.scale, M)
-        solver = PETSc.KSP().create(self.comm)
-        solver.setOperators(K)
-        solver.setType(PETSc.KSP.Type.PREONLY)
-        use_mumps(solver.getPC(), "lu", f"shellmb_static_{id(self)}_", {})
+        solver = self._solver(K, "static")
+        for arrays in loads:
+            part, inside = K.createVecLeft(), K.createVecRight()
+            part.array[:] = self.force(arrays).array[free]
+            solver.solve(part, inside)
+            found.append(self._whole(inside, free))
         for name in rigid.index:
             center = rigid.bodies[rigid.index[name]].center
             for axis in range(6):
@@ -181,6 +220,25 @@ class Alone:
                 solver.solve(part, inside)
                 moved.axpy(1.0, self._whole(inside, free))
                 found.append(moved)
+        return found
+
+    def _given_way(self, center: Floats, loads: list[Arrays]) -> list[PETSc.Vec]:
+        """What loads do to the free body that they accelerate as a whole."""
+        if not loads:
+            return []
+        motions = [self.vector(self.motion(axis, center)) for axis in range(6)]
+        gram = self.gram(self.M, motions)
+        K = self.K.copy()
+        K.axpy(STATIC * self.scale, self.M)
+        solver, found, inert = self._solver(K, "free"), [], self.K.createVecLeft()
+        for arrays in loads:
+            force, moved = self.force(arrays), self.K.createVecRight()
+            shares = np.linalg.solve(gram, [force.dot(motion) for motion in motions])
+            for share, motion in zip(shares, motions, strict=True):
+                self.M.mult(motion, inert)
+                force.axpy(-float(share), inert)
+            solver.solve(force, moved)
+            found.append(moved)
         return found
 
     def _whole(self, part: PETSc.Vec, free: npt.NDArray[np.int64]) -> PETSc.Vec:

@@ -23,7 +23,7 @@ from shellmb.scene.lookup import said
 from shellmb.scene.multibody.rigid import FloatingFrame, Interface
 from shellmb.scene.values.models import Modal
 from shellmb.simulate.reduction.alone import Alone, Arrays, Floats
-from shellmb.simulate.reduction.loads import ProjectedLoads
+from shellmb.simulate.reduction.loads import SpreadLoads
 
 type Touched = Mapping[str, tuple[str, Any, str]]
 
@@ -76,9 +76,10 @@ def reduced_body(
     bodies = [b for b in scene.meshed if b.name in names]
     words = [b.model for b in bodies if isinstance(b.model, Modal)]
     alone = Alone(_scene_of(scene, names, attached, loads), comm)
-    modes = _Modes(alone, words[0].modes, said(bodies[0]), float(bodies[0].section.mass_damping))
+    slowing = float(bodies[0].section.mass_damping)
+    modes = _Modes(alone, words[0].modes, said(bodies[0]), slowing, loads)
     frames = [a.frame.name for a in attached]
-    return modes.body(names[0], frames, loads, touched), modes.frame(names[0])
+    return modes.body(names[0], frames, touched), modes.frame(names[0])
 
 
 def _scene_of(
@@ -114,12 +115,15 @@ class _Modes:
         count: Number of modes with its frames held.
         who: What messages call it.
         slowing: Rate of the damping in proportion to the mass, 1/s.
+        loads: Distributed loads on it.
 
     Raises:
         SceneError: If it has no mass, or no inertia about some axis.
     """
 
-    def __init__(self, alone: Alone, count: int, who: str, slowing: float) -> None:
+    def __init__(
+        self, alone: Alone, count: int, who: str, slowing: float, loads: Sequence[Any]
+    ) -> None:
         self._alone, self._slowing = alone, slowing
         self._length = max(body.domain.length for body in alone.model.meshed.values())
         # moments about a point nearby: far from the origin nothing must cancel
@@ -142,7 +146,8 @@ class _Modes:
                 "rotary_inertia=True"
             )
         self.inertia = (inertia + inertia.T) / 2
-        self._find(alone.ritz_vectors(count))
+        self._loads = SpreadLoads(alone, loads)
+        self._find(alone.ritz_vectors(count, self.center, self._loads.vectors()))
 
     def _find(self, vectors: list[Any]) -> None:
         """Modes, their stiffness and frequencies."""
@@ -212,23 +217,24 @@ class _Modes:
         x, y, z = map(float, self.center)
         return FloatingFrame(name, self.mass, rows, (x, y, z), mass_damping=self._slowing)
 
-    def body(
-        self, name: str, frames: Sequence[str], acting: Sequence[Any], touched: Touched
-    ) -> ModalBody:
+    def body(self, name: str, frames: Sequence[str], touched: Touched) -> ModalBody:
         """All that is kept.
 
         Args:
             name: Name of the body.
             frames: Names of the frames welded to it.
-            acting: Distributed loads on it.
             touched: As of `ModalBody`.
         """
         alone, model = self._alone, self._alone.model
         mass, points, coupling = self._points
-        loads = ProjectedLoads(alone, self.arrays, self.center, self._length)
         interfaces = tuple(self._interface(frame) for frame in frames)
         members = {
-            member: Member(alone.bodies[member], *self._shapes(member)) for member in model.meshed
+            member: Member(
+                alone.bodies[member],
+                *self._shapes(member),
+                np.stack([arrays[member] for arrays in self.arrays], axis=-1),
+            )
+            for member in model.meshed
         }
         return ModalBody(
             name,
@@ -241,8 +247,8 @@ class _Modes:
             mass,
             points,
             coupling,
-            loads.points(acting),
-            loads.forces(acting),
+            self._loads.points(self.arrays, self.center, self._length),
+            self._loads.forces(self.arrays, self.center),
             touched,
             self._length,
             float(np.sqrt(self._held(interfaces))),

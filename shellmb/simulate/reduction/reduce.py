@@ -9,6 +9,7 @@ from mpi4py import MPI
 
 import numpy as np
 
+from shellmb.errors import SceneError
 from shellmb.meshes.mesh import build_surface
 from shellmb.model.frames.beam import build_beam
 from shellmb.model.frames.glue import line_along
@@ -18,12 +19,15 @@ from shellmb.model.places.nodes import shared_nodes
 from shellmb.model.reduced.data import ModalBody
 from shellmb.model.shells.shell import ShellModel
 from shellmb.scene import Gravity, InitialVelocity, RigidBody, Scene
+from shellmb.scene.checks.fields import has_field
 from shellmb.scene.checks.reduced import groups_of
 from shellmb.scene.lookup import said
 from shellmb.scene.multibody.elements import PointElement
 from shellmb.scene.multibody.joints import GROUND, Joint, Weld
 from shellmb.scene.multibody.offsets import Offset, arm_components, node_of
 from shellmb.scene.multibody.rigid import Interface
+from shellmb.scene.probes import MOTIONS
+from shellmb.scene.values.validate import show
 from shellmb.simulate.reduction.basis import Attachment, reduced_body
 
 Triple = tuple[float, float, float]
@@ -52,12 +56,15 @@ def reduce_bodies(scene: Scene, comm: MPI.Comm) -> tuple[Scene, tuple[ModalBody,
         return scene, ()
     made = _Reduction(scene, comm, groups)
     joints = tuple(made.joint(joint) for joint in scene.joints)
+    clamps = tuple(made.clamp(support) for support in scene.supports if made.held(support))
     elements = tuple(
         made.ends(e, said(e)) if isinstance(e, PointElement) else e for e in scene.elements
     )
     loads = tuple(made.load(load) for load in scene.loads if not made.spread(load))
     initial = tuple(made.velocity(given) for given in scene.initial)
-    probes = tuple(made.probe(probe) for probe in scene.probes)
+    # frames have no resultants: those are found on the mesh
+    probes = tuple(made.probe(p) for p in scene.probes if not made.recovered(p))
+    fields = tuple(f for f in scene.output.fields if has_field(f, {"rigid", "joint"}))
     bodies, frames = [], []
     for group in groups:
         spread = [load for load in map(made.spread, scene.loads) if load and load.body in group]
@@ -73,11 +80,13 @@ def reduce_bodies(scene: Scene, comm: MPI.Comm) -> tuple[Scene, tuple[ModalBody,
         joins=tuple(j for j in scene.joins if j.first not in gone),
         glues=tuple(g for g in scene.glues if g.beam not in gone),
         rigid_bodies=(*scene.rigid_bodies, *frames),
-        joints=joints,
+        joints=(*joints, *clamps),
+        supports=tuple(s for s in scene.supports if not made.held(s)),
         elements=elements,
         loads=loads,
         initial=initial,
         probes=probes,
+        output=replace(scene.output, fields=fields),
         potentials=tuple(map(made.acting, scene.potentials)),
         contacts=tuple(map(made.acting, scene.contacts)),
     )
@@ -101,6 +110,8 @@ class _Reduction:
         self.group = {name: names[0] for names in groups for name in names}
         self._meshes: RigidMeshes = {}
         self._found: dict[tuple[str, Any], Attachment] = {}
+        # the nodes that move with each
+        self._taken: dict[tuple[str, Any], frozenset[int]] = {}
 
     def attachments(self, group: tuple[str, ...]) -> list[Attachment]:
         """The frames of a reduced body."""
@@ -120,10 +131,27 @@ class _Reduction:
         return self._meshes[name]
 
     def _frame(self, name: str, where: Any, who: str, label: str) -> Attachment:
-        """The frame at a place, the same for all that is attached there."""
+        """The frame at a place, the same for all that is attached there.
+
+        Raises:
+            SceneError: If there is no such place, or some of its nodes, and not all, move with
+                another frame.
+        """
         node = node_of(where)
         if (name, node) not in self._found:
             nodes = shared_nodes(self.mesh(name), node, who)
+            mine = frozenset(nodes.dofs["u"][:, 0].tolist())
+            for (body, place), taken in self._taken.items():
+                if body == name and mine <= taken:
+                    return self._found[body, place]
+                if body == name and mine & taken:
+                    raise SceneError(
+                        f"{who}: {said(self._scene.body(name))} is reduced to modes, and "
+                        f"{show(node)} shares nodes with {show(place)}, where something is "
+                        "attached, too; both move as one rigid frame: attach to one of them, or "
+                        "the model must be 'exact'"
+                    )
+            self._taken[name, node] = mine
             # of a beam's node its own directors: what follows it has components along these
             framed = nodes.directors.shape[1] == 3
             axes = nodes.directors[0].T if framed else np.eye(3)
@@ -181,6 +209,18 @@ class _Reduction:
         moved: Joint = self.ends(turned, joint.said)
         return moved
 
+    def held(self, support: Any) -> bool:
+        """Whether a support holds a reduced body."""
+        return any(target.name in self.group for target in self._scene.bodies_of(support))
+
+    def clamp(self, support: Any) -> Weld:
+        """A weld to the ground instead of a clamped edge."""
+        (target,), edge = self._scene.bodies_of(support), str(support.edge)
+        name = f"{target.name}.{edge}"
+        frame = self._frame(target.name, edge, support.label, name).frame
+        # moments of what supports carry are about the origin
+        return Weld(name, GROUND, frame.name, at=(0.0, 0.0, 0.0))
+
     def load(self, load: Any) -> Any:
         """A load at a point acts on the frame there, gravity on the floating frame."""
         if isinstance(load, Gravity):
@@ -226,6 +266,11 @@ class _Reduction:
 
     def _on_frame(self, item: Any) -> Any:
         return replace(item, body=self.group.get(item.body, item.body))
+
+    def recovered(self, probe: Any) -> bool:
+        """Whether a probe reads what follows from the strains of a reduced body."""
+        (target,) = self._scene.bodies_of(probe)
+        return target.name in self.group and probe.quantity not in MOTIONS
 
     def probe(self, probe: Any) -> Any:
         """A probe with coordinates, which a frame has, too; what it reads is found on the mesh."""
