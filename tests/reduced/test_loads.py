@@ -11,6 +11,7 @@ import pytest
 from shellmb.run.execute import RunResult, execute
 from shellmb.scene import (
     Beam,
+    Clamped,
     EdgeForce,
     EdgeMoment,
     FollowerEdgeForce,
@@ -73,6 +74,28 @@ def test_loads_give_a_free_body_their_impulses(scheme, alpha) -> None:
     history = moved(4, SurfaceForce(tuple(force))).history
     gained = [history[f"momentum_{k}"].iloc[[0, -1]].diff().iloc[-1] for k in "xyz"]
     assert np.allclose(gained, 0.1 * area * force, rtol=1e-9)
+
+
+def test_a_pressure_stays_across_what_it_bends() -> None:
+    """So a cantilever's root feels some of it along its length: its part `integral p w'`.
+
+    The pressure is along the normal `(-w', 1)`, on an area that bending does not change.
+    """
+    scene = Scene(
+        "bent",
+        plate(Modal(modes=6)),
+        supports=Clamped("left"),
+        loads=Pressure(30.0),
+        probes=Probe("tip", (1.0, 0.2, 0.0)),
+        scheme="static",
+        dt=1.0,
+    )
+    last = execute(scene).history.iloc[-1]
+    across, along = last["plate.left.F3"], last["plate.left.F1"]
+    # the square of the slopes
+    assert across == pytest.approx(-30.0 * 0.4, rel=1e-4)
+    # of the middle line: edges bend a little differently
+    assert along == pytest.approx(30.0 * 0.4 * last["tip"], rel=2e-2)
 
 
 ON_SHELLS = {
