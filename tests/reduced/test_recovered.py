@@ -143,3 +143,23 @@ def test_a_beam_has_its_forces_and_moments() -> None:
 def last(folder: Path, body: str) -> Any:
     described = sm.load(folder).described
     return Fields(folder / "fields", described.bodies, described.labels)[body].isel(t=-1)
+
+
+@SLOW
+def test_a_free_body_bends_between_its_loads_and_its_inertia() -> None:
+    """A pressure on a part of it that rises slowly; one mode beside that of the load."""
+
+    def bent(model: Any) -> RunResult:
+        return execute(
+            Scene(
+                "free",
+                Shell("plate", Rectangle(1.0, 0.4), PLATE, mesh=(4, 2), model=model),
+                loads=Pressure(lambda x: 4 * x[0] ** 2, time=rise),
+                probes=[Probe(f"bending_{k}", (0.5, 0.2, 0.0), "bending", k) for k in range(2)],
+                scheme="ep",
+                dt=5e-3,
+                t_end=0.1,
+            )
+        )
+
+    assert apart(bent("exact"), bent(Modal(modes=1)), ["bending_0", "bending_1"]).max() < 2e-2

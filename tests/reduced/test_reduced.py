@@ -213,3 +213,14 @@ def test_places_that_share_nodes_move_together_or_are_refused() -> None:
         "where something is attached, too; both move as one rigid frame: attach to one of them, "
         "or the model must be 'exact'"
     )
+
+
+def test_what_is_off_is_not_there() -> None:
+    """No unknown and no form of damping, loads and contacts that nobody asked for."""
+    scene = Scene("free", plate(FREE), scheme="ep", dt=1, t_end=1)
+    model = natural_modes(scene, count=1).model
+    names = {body.name for body in model.bodies}
+    assert names == {"rigid bodies", "modes of plate", "inertia of plate"}
+    assert all(body.damping is None for body in model.bodies)
+    (data,) = model.modal
+    assert data.count == 7

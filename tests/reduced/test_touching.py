@@ -11,14 +11,18 @@ import pytest
 from shellmb.run.execute import RunResult, execute
 from shellmb.scene import (
     Ball,
+    Beam,
     Contact,
     InitialVelocity,
     Isotropic,
+    Line,
     Modal,
     Plane,
+    PointForce,
     Potential,
     Probe,
     Rectangle,
+    RectangularSection,
     Rod,
     Scene,
     Shell,
@@ -116,3 +120,47 @@ def test_a_ball_leaves_the_moment_about_its_centre_free() -> None:
     )
     about = L - np.cross([0.8, 0.1, -0.31], p)
     assert np.abs(about - about[0]).max() < 2e-5 * np.abs(about[0]).max()
+
+
+@SLOW
+def test_a_bed_holds_a_body_in_statics() -> None:
+    """Nothing else does; a place with a load is held with it."""
+
+    def tip(model: Any) -> float:
+        scene = Scene(
+            "bed",
+            Shell("plate", Rectangle(1.0, 0.4), PLATE, mesh=(4, 2), model=model),
+            potentials=Potential(
+                "it", lambda at, p: p["k"] * sum(u**2 for u in at.u) / 2, parameters={"k": 2e3}
+            ),
+            loads=PointForce(CORNER, (0, 0, -1.0)),
+            probes=Probe("tip", CORNER),
+            scheme="static",
+            dt=1.0,
+        )
+        return float(execute(scene).history["tip"].iloc[-1])
+
+    assert tip(Modal(modes=12)) == pytest.approx(tip("exact"), rel=1e-4)
+
+
+@SLOW
+def test_beams_touch_and_rub_with_three_directors() -> None:
+    bar = RectangularSection(E=70e9, nu=0.3, width=0.01, height=0.02, density=2700.0)
+
+    def fallen(model: Any) -> Any:
+        scene = Scene(
+            "bar",
+            beams=Beam("bar", Line((0, 0, 0), (1, 0, 0)), bar, elements=6, model=model),
+            contacts=Contact("it", Plane((0, 0, -0.02)), **RUBS),
+            initial=InitialVelocity((0.3, 0.2, -0.5), (0.1, 0.4, 0.3), (0.5, 0, 0)),
+            probes=[Probe(f"x{k}", (1.0, 0, 0), "position", k) for k in range(3)],
+            scheme="ep",
+            dt=1e-3,
+            t_end=0.1,
+        )
+        return execute(scene)
+
+    exact, modal = fallen("exact").history, fallen(Modal(modes=10)).history
+    names = [f"x{k}" for k in range(3)]
+    assert np.abs(exact[names] - modal[names]).to_numpy().max() < 2e-5
+    assert modal["it.loss"].iloc[-1] == pytest.approx(exact["it.loss"].iloc[-1], rel=1e-3)
