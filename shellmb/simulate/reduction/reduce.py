@@ -21,9 +21,10 @@ from shellmb.model.shells.shell import ShellModel
 from shellmb.scene import Gravity, InitialVelocity, RigidBody, Scene
 from shellmb.scene.checks.fields import has_field
 from shellmb.scene.checks.reduced import groups_of
+from shellmb.scene.loads.supports import Hinged
 from shellmb.scene.lookup import said
 from shellmb.scene.multibody.elements import PointElement
-from shellmb.scene.multibody.joints import GROUND, Joint, Weld
+from shellmb.scene.multibody.joints import GROUND, Joint, Spherical, Weld
 from shellmb.scene.multibody.offsets import Offset, arm_components, node_of
 from shellmb.scene.multibody.rigid import Interface
 from shellmb.scene.probes import MOTIONS
@@ -56,7 +57,7 @@ def reduce_bodies(scene: Scene, comm: MPI.Comm) -> tuple[Scene, tuple[ModalBody,
         return scene, ()
     made = _Reduction(scene, comm, groups)
     joints = tuple(made.joint(joint) for joint in scene.joints)
-    clamps = tuple(made.clamp(support) for support in scene.supports if made.held(support))
+    supports = tuple(made.support(support) for support in scene.supports if made.held(support))
     elements = tuple(
         made.ends(e, said(e)) if isinstance(e, PointElement) else e for e in scene.elements
     )
@@ -80,7 +81,7 @@ def reduce_bodies(scene: Scene, comm: MPI.Comm) -> tuple[Scene, tuple[ModalBody,
         joins=tuple(j for j in scene.joins if j.first not in gone),
         glues=tuple(g for g in scene.glues if g.beam not in gone),
         rigid_bodies=(*scene.rigid_bodies, *frames),
-        joints=(*joints, *clamps),
+        joints=(*joints, *supports),
         supports=tuple(s for s in scene.supports if not made.held(s)),
         elements=elements,
         loads=loads,
@@ -213,11 +214,13 @@ class _Reduction:
         """Whether a support holds a reduced body."""
         return any(target.name in self.group for target in self._scene.bodies_of(support))
 
-    def clamp(self, support: Any) -> Weld:
-        """A weld to the ground instead of a clamped edge."""
+    def support(self, support: Any) -> Joint:
+        """A joint to the ground instead of a clamped edge, or of the hinged end of a beam."""
         (target,), edge = self._scene.bodies_of(support), str(support.edge)
         name = f"{target.name}.{edge}"
         frame = self._frame(target.name, edge, support.label, name).frame
+        if isinstance(support, Hinged):
+            return Spherical(name, GROUND, frame.name, at=frame.position)
         # moments of what supports carry are about the origin
         return Weld(name, GROUND, frame.name, at=(0.0, 0.0, 0.0))
 
