@@ -1,5 +1,6 @@
 """Resultants of bodies in modes, against those of the exact ones."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ from shellmb.scene import (
     Beam,
     Clamped,
     EdgeForce,
+    Event,
     FollowerForce,
     Gravity,
     Hinged,
@@ -21,6 +23,8 @@ from shellmb.scene import (
     Isotropic,
     Line,
     Modal,
+    Off,
+    On,
     Output,
     PointForce,
     Pressure,
@@ -28,6 +32,7 @@ from shellmb.scene import (
     Rectangle,
     RectangularSection,
     Scene,
+    Sensor,
     Shell,
 )
 from shellmb.show.fields import Fields
@@ -184,3 +189,21 @@ def test_a_free_body_bends_between_its_loads_and_its_inertia() -> None:
         )
 
     assert apart(bent("exact"), bent(Modal(modes=1)), ["bending_0", "bending_1"]).max() < 2e-2
+
+
+@SLOW
+def test_a_load_that_a_recovered_moment_switches_off() -> None:
+    """What sensors read and events switch is there where the body itself is gone."""
+
+    def run(model: Any) -> RunResult:
+        big = Event("big", Sensor("bending_0") <= -0.05)
+        slow = Pressure(0.5, time=Off("big"))
+        more = {"loads": [slow, EdgeForce("right", (0, 0, 0.05), time=On("big"))], "events": big}
+        return execute(replace(cantilever(model), **more))
+
+    exact, modal = run("exact"), run(Modal(modes=8))
+    assert modal.summary["energy_balance_error"] < 1e-12
+    assert exact.history["bending_0"].min() < -0.05
+    assert apart(exact, modal, ["bending_0"]).max() < 2e-2
+    one, other = (run.history["work_loads"].iloc[-1] for run in (exact, modal))
+    assert other == pytest.approx(one, rel=2e-2)

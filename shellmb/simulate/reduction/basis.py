@@ -99,7 +99,8 @@ def _scene_of(
         glues=tuple(g for g in scene.glues if g.beam in names),
         rigid_bodies=tuple(item.frame for item in attached),
         joints=tuple(welds),
-        loads=tuple(loads),
+        # when they act, and what commands them, is a matter of the run
+        loads=tuple(replace(load, time=None) for load in loads),
         scheme="ep",
         dt=1.0,
         t_end=1.0,

@@ -63,8 +63,7 @@ def reduce_bodies(scene: Scene, comm: MPI.Comm) -> tuple[Scene, tuple[ModalBody,
     )
     loads = tuple(made.load(load) for load in scene.loads if not made.spread(load))
     initial = tuple(made.velocity(given) for given in scene.initial)
-    # frames have no resultants: those are found on the mesh
-    probes = tuple(made.probe(p) for p in scene.probes if not made.recovered(p))
+    probes = tuple(made.probe(probe) for probe in scene.probes)
     fields = tuple(f for f in scene.output.fields if has_field(f, {"rigid", "joint"}))
     bodies, frames = [], []
     for group in groups:
@@ -270,11 +269,6 @@ class _Reduction:
     def _on_frame(self, item: Any) -> Any:
         return replace(item, body=self.group.get(item.body, item.body))
 
-    def recovered(self, probe: Any) -> bool:
-        """Whether a probe reads what follows from the strains of a reduced body."""
-        (target,) = self._scene.bodies_of(probe)
-        return target.name in self.group and probe.quantity not in MOTIONS
-
     def probe(self, probe: Any) -> Any:
         """A probe with coordinates, which a frame has, too; what it reads is found on the mesh."""
         (target,) = self._scene.bodies_of(probe)
@@ -282,6 +276,9 @@ class _Reduction:
         if target.name in self.group:
             at = self.point(target.name, probe.point, said(probe))
             changes = {"point": at, "body": self.group[target.name]}
+            if probe.quantity not in MOTIONS:
+                # sensors know it by its name; a frame has no resultants
+                changes["quantity"] = "displacement"
         if probe.frame in self.group:
             where = probe.frame_at
             changes["frame"] = self.group[probe.frame]
