@@ -8,6 +8,7 @@ from mpi4py import MPI  # noqa: F401  (before dolfinx)
 import numpy as np
 import pytest
 
+from shellmb.modes import natural_modes
 from shellmb.run.execute import RunResult, execute
 from shellmb.scene import (
     Beam,
@@ -96,6 +97,23 @@ def test_a_pressure_stays_across_what_it_bends() -> None:
     assert across == pytest.approx(-30.0 * 0.4, rel=1e-4)
     # of the middle line: edges bend a little differently
     assert along == pytest.approx(30.0 * 0.4 * last["tip"], rel=2e-2)
+
+
+def test_a_load_on_a_place_that_is_held_bends_nothing() -> None:
+    """It adds no mode: round-off that is made as large as one would be a wild one."""
+    scene = Scene(
+        "held", plate(Modal(modes=6)), supports=Clamped("left"), scheme="ep", dt=1.0, t_end=1.0
+    )
+
+    def modal(load: Any) -> Any:
+        (data,) = natural_modes(replace(scene, loads=load), count=1).model.modal
+        return data
+
+    there, at_tip = (modal(EdgeForce(edge, (1.0, 2.0, 3.0))) for edge in ("left", "right"))
+    assert there.count == 6
+    # one for each way that the body may be turned
+    assert at_tip.count == 6 + 3
+    assert at_tip.clamped == pytest.approx(there.clamped, rel=1e-3)
 
 
 ON_SHELLS = {

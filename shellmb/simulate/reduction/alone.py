@@ -30,6 +30,9 @@ Arrays = dict[str, Floats]
 # the shift of eigenproblems, and of static modes, relative to D/(m L^4): the latter is so small
 # that they are static, and not zero, because a frame may leave the body free to turn about it
 SHIFT, STATIC = 10.0, 1e-6
+# displacements by a force, relative to those in bending, that are round-off: a body gives way in
+# its own plane by the square of its thickness over its length, some 1e-8 in the thinnest
+NO_MOTION = 1e-12
 
 
 class Alone:
@@ -206,10 +209,12 @@ class Alone:
         K.axpy(STATIC * self.scale, M)
         solver = self._solver(K, "static")
         for arrays in loads:
-            part, inside = K.createVecLeft(), K.createVecRight()
-            part.array[:] = self.force(arrays).array[free]
+            force, part, inside = self.force(arrays), K.createVecLeft(), K.createVecRight()
+            part.array[:] = force.array[free]
             solver.solve(part, inside)
-            found.append(self._whole(inside, free))
+            moved = self._whole(inside, free)
+            if self._gives_way(force, moved):
+                found.append(moved)
         for name in rigid.index:
             center = rigid.bodies[rigid.index[name]].center
             for axis in range(6):
@@ -238,8 +243,17 @@ class Alone:
                 self.M.mult(motion, inert)
                 force.axpy(-float(share), inert)
             solver.solve(force, moved)
-            found.append(moved)
+            if self._gives_way(force, moved):
+                found.append(moved)
         return found
+
+    def _gives_way(self, force: PETSc.Vec, moved: PETSc.Vec) -> bool:
+        """Whether what a load does is more than round-off: at frames that are held it does nothing.
+
+        It is measured by how a body of that mass gives way in bending.
+        """
+        stiffness = self.scale * float(self.gram(self.M, [self.vector(self.one())])[0, 0])
+        return force.dot(moved) * stiffness > NO_MOTION * force.dot(force)
 
     def _whole(self, part: PETSc.Vec, free: npt.NDArray[np.int64]) -> PETSc.Vec:
         """A vector of the system from one of its free unknowns."""
