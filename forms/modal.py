@@ -18,6 +18,7 @@ import ufl
 from ufl.core.expr import Expr
 
 from shellmb.forms.frame import ACROSS, Vectors
+from shellmb.forms.loads import follower_frame_force, follower_frame_moment
 
 Three = tuple[Expr, Expr, Expr]
 
@@ -85,6 +86,20 @@ def turned_apart(turn: Three, w: Vectors, v: Vectors) -> Expr:
         other = w[b][c] + v[c][b] + ufl.dot(v[c], w[b])
         rows.append((one - other) / 2 - turn[a])
     return ufl.as_vector(rows)
+
+
+def frame_work(P: Sequence[Expr], T: Sequence[Expr], d: Vectors, du: Expr, dw: Expr) -> Expr:
+    """Virtual work of a force and a moment on the floating frame.
+
+    Args:
+        P: Force along the directors, N.
+        T: Moment along them, N m.
+        d: The directors.
+        du: Variation of the frame's place.
+        dw: Variations of the directors, shape (9,).
+    """
+    force = follower_frame_force(ufl.as_vector(P), d, du)
+    return force + follower_frame_moment(ufl.as_vector(T), d, dw)
 
 
 def coupled_momentum(m: Expr, c: Three, z: Expr, w: Vectors) -> tuple[Expr, Vectors]:

@@ -27,6 +27,7 @@ symbol       name                                                        unit
 ===========  ==========================================================  ==========
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
@@ -216,6 +217,37 @@ class ViscousBeam(_WithoutGap):
         if H is not None:
             m = m + ufl.transpose(H) * n
         return (ufl.as_vector([*n, *m]),)
+
+
+@dataclass(frozen=True)
+class ViscousModes(_WithoutGap):
+    """Damping of a body in modes, whose strains are its amplitudes.
+
+    Args:
+        D: Damping of the modes, row by row; what is zero is None, N s/m.
+    """
+
+    D: Sequence[Sequence[Expr | None]]
+
+    def forces(self, layout: Layout, q: Expr) -> Expr:
+        """There are no resultants."""
+        return _zeros(2)
+
+    def gap(self, mean: Expr, end: Expr, N: Expr) -> Expr:
+        """Nothing has to agree."""
+        return _zeros(2)
+
+    def of_strains(self, e: Expr) -> Expr:
+        """There are none."""
+        return _zeros(2)
+
+    def stress(self, e: Expr, N: Expr) -> tuple[Expr, ...]:
+        """Forces on the amplitudes, N."""
+        rows = [
+            sum((d * e[k] for k, d in enumerate(row) if d is not None), start=0 * e[0])
+            for row in self.D
+        ]
+        return (ufl.as_vector(rows),)
 
 
 def taken(section: MixedSection, layout: Layout, strain: Measure, along: Straining) -> list[Expr]:

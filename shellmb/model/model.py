@@ -15,7 +15,7 @@ from shellmb.meshes.mesh import build_surface
 from shellmb.model.body import Body, NodeLink
 from shellmb.model.frames.beam import BeamModel, build_beam
 from shellmb.model.frames.glue import glue_beams, line_along
-from shellmb.model.frames.rigid import GROUND, RigidBodies, RigidNode, ground_node
+from shellmb.model.frames.rigid import GROUND, RigidBodies, ground_node, rigid_node
 from shellmb.model.frames.rigidify import RigidMeshes, rigidified
 from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.joints.mechanism import Mechanism, build_mechanism
@@ -24,7 +24,7 @@ from shellmb.model.plausible import check_probes, doubt_thickness
 from shellmb.model.potentials.build import potential_groups
 from shellmb.model.potentials.group import PotentialGroup
 from shellmb.model.reduced.data import ModalBody
-from shellmb.model.reduced.modal import modal_bodies
+from shellmb.model.reduced.modal import modal_bodies, modal_points
 from shellmb.model.shells.joins import join_shells
 from shellmb.model.shells.shell import ShellModel
 from shellmb.model.signals import Signals
@@ -33,7 +33,7 @@ from shellmb.model.supports.nodal import NodalConstraint
 from shellmb.model.supports.pointloads import point_loads
 from shellmb.model.supports.prescribed import Prescribed
 from shellmb.model.supports.supports import SupportRows
-from shellmb.scene import Beam, RigidBody, Scene, Shell
+from shellmb.scene import Beam, Scene, Shell
 from shellmb.scene.loads.loads import Gravity, Load
 from shellmb.scene.multibody.elements import PointElement
 from shellmb.scene.multibody.rolling import Contact
@@ -150,7 +150,7 @@ def build_model(scene: Scene, comm: MPI.Comm, modal: Sequence[ModalBody] = ()) -
     doubt_thickness(comm, model.shells, model.beams)
     model.length = _length(scene, model)
     force = _force(scene, model)
-    nodes = [_rigid_node(body, model.length) for body in scene.rigid_bodies]
+    nodes = [rigid_node(body, model.length) for body in scene.rigid_bodies]
     if _uses_ground(scene):
         nodes.append(ground_node())
     if nodes:
@@ -178,7 +178,8 @@ def build_model(scene: Scene, comm: MPI.Comm, modal: Sequence[ModalBody] = ()) -
     model.bodies += model.mechanism.bodies
     model.bodies += point_loads(scene, comm, find)
     meshes = model.meshed, rigid_meshes
-    model.potentials = potential_groups(given, comm, find, *meshes, model.length)
+    touched = modal_points(model.bodies, model.rigid)
+    model.potentials = potential_groups(given, comm, find, *meshes, touched, model.length)
     model.bodies += model.potentials
     if model.beams or model.rigid is not None or scene.joints or scene.elements:
         # constraints tie velocities together: see `Body.coupled`
@@ -256,10 +257,6 @@ def _force(scene: Scene, model: Model) -> float:
     mass += sum(b.beam.section.mass[0] * b.domain.length for b in model.beams.values())
     assert scene.dt is not None
     return (mass or 1.0) * model.length / scene.dt**2
-
-
-def _rigid_node(body: RigidBody, length: float) -> RigidNode:
-    return RigidNode(body.name, body.center, body.axes.T, body.mass, body.euler_tensor, length)
 
 
 def _rigid_places(scene: Scene, model: Model) -> dict[str, RigidPlaces]:

@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 from shellmb.model.places.nodes import local_nodes, local_point
 from shellmb.observers.fields.modal import ModalNodes, modal_members
+from shellmb.observers.fields.modalresultants import ModalResultants
 from shellmb.observers.fields.nodal import Nodes
 from shellmb.observers.fields.resultants import Resultants, has_resultants
 from shellmb.observers.inframe import packed, seen, unpacked
@@ -76,10 +77,17 @@ class Probes(Silent):
     def _sums(self, simulation: Simulation, probe: Probe) -> tuple[Sum, ...]:
         scene, who = simulation.model.scene, f"probe '{probe.name}'"
         (given,) = simulation.scene.bodies_of(probe)
+        modal = modal_members(simulation.model).get(given.name)
         body = simulation.model.meshed.get(given.name)
+        if modal is not None:
+            body = modal.members[given.name].body
         if body is not None and has_resultants(body, probe.quantity):
             if body.name not in self._resultants:
-                self._resultants[body.name] = Resultants(simulation, body)
+                self._resultants[body.name] = (
+                    Resultants(simulation, body)
+                    if modal is None
+                    else ModalResultants(simulation, body.name)
+                )
             nodes = local_nodes(body, cast(Any, probe.point), who)
             return (partial(self._resultants[body.name].sums, nodes, probe.quantity),)
         spot = _spot(simulation, given.name, probe.point, who)

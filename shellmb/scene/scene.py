@@ -168,7 +168,7 @@ class Scene(Description):
         shell = {"mesh": mesh, "cell": cell, **both}
         beam = {"elements": mesh[0] if mesh is not None else None, **both}
         changes, shell_changes, beam_changes = map(_given, (chosen, shell, beam))
-        if model not in (None, "exact") and body is None:
+        if both["model"] == "rigid" and body is None:
             # bodies without resultants have no fields of them
             left = tuple(f for f in self.output.fields if has_field(f, {"rigid", "joint"}))
             changes["output"] = replace(self.output, fields=left)

@@ -16,17 +16,15 @@ from shellmb.scene import (
     AlongEdge,
     Beam,
     Clamped,
-    Contact,
     Glue,
     Gravity,
+    Hinged,
     InitialVelocity,
     Isotropic,
     Join,
     Line,
     Modal,
-    Plane,
     PointForce,
-    Pressure,
     Probe,
     Rectangle,
     RectangularSection,
@@ -183,20 +181,8 @@ def test_statics_knows_modes_too() -> None:
 
 
 BAD = {
-    "shell 'plate' is reduced to modes, and its section has damping; it must have none (joints may "
-    "have dampers), or the model must be 'exact'": {
-        "shells": replace(plate(), section=replace(plate().section, damping=1e-4))
-    },
-    "contact 'floor': shell 'plate' is reduced to modes; what touches must be a rigid body, "
-    "perhaps one that is welded to it, or the model must be 'exact'": {
-        "contacts": Contact("floor", Plane((0, 0, -1)), 1e4)
-    },
-    "clamped edge: shell 'plate' is reduced to modes; it must be held by joints to the ground, as "
-    "by a Weld along an edge": {"supports": Clamped("left")},
-    "pressure: shell 'plate' is reduced to modes; its loads must be gravity, or forces and moments "
-    "at points": {"loads": Pressure(1.0)},
-    "probe 'p': shell 'plate' is reduced to modes, and quantity is 'bending'; it must be a motion, "
-    "or the model 'exact'": {"probes": Probe("p", CORNER, "bending", 0)},
+    "hinged edge: shell 'plate' is reduced to modes; it must be Clamped at a single edge, or held "
+    "by joints to the ground, as by a Weld along an edge": {"supports": Hinged("left")},
     "join of 'plate' and 'other': their models are Modal(8) and 'exact'; what is reduced to modes "
     "and shares an edge is one body: both must have the same Modal(...), or be connected by "
     "joints": {
@@ -212,3 +198,29 @@ def test_what_it_cannot_have_is_refused(message) -> None:
     with pytest.raises(SceneError) as caught:
         Scene("bad", **given)
     assert str(caught.value) == message
+
+
+def test_places_that_share_nodes_move_together_or_are_refused() -> None:
+    """A corner of a clamped edge is held with it; two edges with a corner in common cannot be."""
+    load = PointForce((0.0, 0.4, 0.0), (0, 0, 1.0))
+    scene = Scene("held", plate(), supports=Clamped("left"), loads=load, scheme="ep", dt=1, t_end=1)
+    (data,) = natural_modes(scene, count=1).model.modal
+    assert len(data.interfaces) == 1
+    with pytest.raises(SceneError) as caught:
+        natural_modes(replace(scene, supports=[Clamped("left"), Clamped("bottom")]), count=1)
+    assert str(caught.value) == (
+        "clamped edge: shell 'plate' is reduced to modes, and 'bottom' shares nodes with 'left', "
+        "where something is attached, too; both move as one rigid frame: attach to one of them, "
+        "or the model must be 'exact'"
+    )
+
+
+def test_what_is_off_is_not_there() -> None:
+    """No unknown and no form of damping, loads and contacts that nobody asked for."""
+    scene = Scene("free", plate(FREE), scheme="ep", dt=1, t_end=1)
+    model = natural_modes(scene, count=1).model
+    names = {body.name for body in model.bodies}
+    assert names == {"rigid bodies", "modes of plate", "inertia of plate"}
+    assert all(body.damping is None for body in model.bodies)
+    (data,) = model.modal
+    assert data.count == 7

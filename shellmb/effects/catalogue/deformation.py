@@ -53,19 +53,14 @@ def _flexibility(scene: Scene) -> Use:
 
 def _rigid(scene: Scene, part: str | None) -> Scene:
     bodies = chosen(flexible(scene), part, "shell or beam that is flexible")
-    _not_held(scene, bodies, "rigid body")
-    return replaced(scene, bodies, model="rigid")
-
-
-def _not_held(scene: Scene, bodies: list[Flexible], what: str) -> None:
-    """What moves with a frame is held by joints."""
     for body in bodies:
         held = [s for s in scene.supports if body in scene.bodies_of(s)]
         if held:
             raise SceneError(
-                f"{said(body)} is held by a {held[0].label}; of a {what} that "
-                "must be a joint to the ground"
+                f"{said(body)} is held by a {held[0].label}; of a rigid body that must be a joint "
+                "to the ground"
             )
+    return replaced(scene, bodies, model="rigid")
 
 
 def _exact(scene: Scene) -> Use:
@@ -78,7 +73,6 @@ def _exact(scene: Scene) -> Use:
 def _in_modes(scene: Scene, part: str | None) -> Scene:
     able = [b for b in scene.meshed if b.exact]
     bodies = chosen(able, part, "shell or beam with model='exact'")
-    _not_held(scene, bodies, "body in modes")
     return replaced(scene, bodies, model=Modal())
 
 

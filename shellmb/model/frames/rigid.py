@@ -12,6 +12,7 @@ from dolfinx import fem
 from ufl import Form
 from ufl.core.expr import Expr
 
+from shellmb.forms import frame
 from shellmb.forms.frame import PAIRS, FrameMass
 from shellmb.forms.loads import dead_force
 from shellmb.forms.steps.mixed import Interval
@@ -30,6 +31,7 @@ from shellmb.model.body import (
 from shellmb.model.frames.frame import FrameBody
 from shellmb.model.places.ends import End
 from shellmb.scene.loads.loads import Gravity
+from shellmb.scene.multibody.rigid import FloatingFrame, RigidBody
 
 Floats = npt.NDArray[np.float64]
 
@@ -50,6 +52,7 @@ class RigidNode:
         mass: Mass, kg.
         euler: Euler's inertia tensor `int rho y y dV` about the centre along the directors, kg m^2.
         size: Size of the body, m.
+        slowing: Rate of its damping in proportion to the mass, 1/s.
     """
 
     name: str
@@ -58,11 +61,19 @@ class RigidNode:
     mass: float
     euler: Floats
     size: float
+    slowing: float = 0.0
 
 
 def ground_node() -> RigidNode:
     """Ground: a frame at the origin that stays there."""
     return RigidNode(GROUND, np.zeros(3), np.eye(3), 0.0, np.zeros((3, 3)), 1.0)
+
+
+def rigid_node(body: RigidBody, length: float) -> RigidNode:
+    """A rigid body of a scene of some length, m."""
+    slowing = body.mass_damping if isinstance(body, FloatingFrame) else 0.0
+    inertia = body.mass, body.euler_tensor
+    return RigidNode(body.name, body.center, body.axes.T, *inertia, length, slowing)
 
 
 class RigidBodies(FrameBody):
@@ -113,6 +124,9 @@ class RigidBodies(FrameBody):
             )
             mass = FrameMass(self._mass, J=tuple(euler[k] for k in range(6)))
             self.masses = ((mass, self.nodes),)
+        self._slowing: fem.Function | None = None
+        if dynamic and any(b.slowing for b in bodies):
+            self._slowing = self._constant([np.array([b.slowing]) for b in bodies], "slowing")
         if GROUND in self.index:
             dofs = np.concatenate([self.local(GROUND, part) for part in ("u", "w", "lam")])
             zeros = np.zeros(len(dofs))
@@ -176,8 +190,12 @@ class RigidBodies(FrameBody):
         return _Weight(self) if self._gravity else None
 
     def extra(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
-        """No added terms."""
-        return None
+        """What damps in proportion to the mass: bodies in modes have such."""
+        if self._slowing is None or rates is None:
+            return None
+        rate, ((mass, measure),) = self._slowing, self.masses
+        momentum = self._motion(rates.chord if rates.weighed is None else rates.weighed)
+        return -rate * frame.momentum_work(*momentum, mass, *self._motion(dq)) * measure
 
 
 class _Weight:

@@ -119,6 +119,16 @@ class EndGroup:
             vectors.append(reference + turned)
         return Place(x, tuple(vectors))
 
+    def positions(self, q: Floats, mixed: MixedSpace) -> Floats:
+        """Positions of the local places (owned and ghost) at a state's array, shape (n, 3), m."""
+        items, u, w = self._nodes.item, f"u{self.tag}", f"w{self.tag}"
+        x = np.array([self.ends[k].point for k in items]).reshape(-1, 3)
+        x += q[mixed.dofs[u]].reshape(-1, 3)
+        if self.turns:
+            changes = q[mixed.dofs[w]].reshape(len(items), -1, 3)
+            x += np.einsum("nk,nki->ni", np.array([self.ends[k].offset for k in items]), changes)
+        return x
+
 
 def end_pair(
     nodes: NodeMesh,

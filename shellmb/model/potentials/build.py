@@ -104,6 +104,7 @@ def potential_groups(
     find: Finder,
     meshed: Mapping[str, MeshedBody],
     rigid_meshes: Mapping[str, MeshedBody],
+    reduced: Mapping[str, Points],
     length: float,
 ) -> list[PotentialGroup]:
     """All potentials and contacts of a scene; collective.
@@ -114,6 +115,7 @@ def potential_groups(
         find: Places on bodies.
         meshed: Shells and beams.
         rigid_meshes: Meshes of those that are rigid.
+        reduced: Points on bodies in modes, by the names of what acts there.
         length: Size of the scene, m.
 
     Raises:
@@ -123,7 +125,9 @@ def potential_groups(
     items: tuple[Any, ...] = (*scene.potentials, *scene.contacts)
     for item in items:
         (body,) = scene.bodies_of(item)
-        points = acting_points(body.name, item.on, find, meshed, rigid_meshes, said(item))
+        points = reduced.get(item.name)
+        if points is None:
+            points = acting_points(body.name, item.on, find, meshed, rigid_meshes, said(item))
         if isinstance(item, Potential):
             groups.append(UserPotential(item, comm, points, length))
         else:

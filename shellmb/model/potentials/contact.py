@@ -71,12 +71,15 @@ class ContactGroup(PotentialGroup):
         return r if self._kind is Ball else r - ufl.dot(r, self._axis) * self._axis
 
     def measure(self, q: Expr) -> Expr:
-        """Distance from the plane, or the square of that from the centre or axis."""
+        """Distance from the plane, or the square of that from the centre or axis.
+
+        Where positions are quadratic themselves the vector from there.
+        """
         x = self.place(q).x
         if self._kind is Plane:
             return ufl.as_vector([ufl.dot(self._axis, x - self._point) / self._size])
-        r = self._away(x)
-        return ufl.as_vector([ufl.dot(r, r) / self._size**2])
+        r = self._away(x) / self._size
+        return ufl.as_vector([ufl.dot(r, r)]) if self.points.linear else r
 
     def _penetration(self, e: Expr) -> Expr:
         """Penetration by the measure, m."""
@@ -84,8 +87,9 @@ class ContactGroup(PotentialGroup):
         if self._kind is Plane:
             return arm - self._size * e[0]
         core = (CORE * self._big / self._size) ** 2
+        square = e[0] if self.points.linear else ufl.dot(e, e)
         # a path may pass through the centre
-        distance = self._size * ufl.sqrt(ufl.conditional(ufl.gt(e[0], core), e[0], core))
+        distance = self._size * ufl.sqrt(ufl.conditional(ufl.gt(square, core), square, core))
         return arm + self._sign * (self._big - distance)
 
     def potential(self, e: Expr) -> Expr:

@@ -19,7 +19,6 @@ from shellmb.forms.steps.discrete import variation
 from shellmb.meshes.nodes import constant_vector, node_mesh, node_space
 from shellmb.model.body import Rates
 from shellmb.model.massless import Massless
-from shellmb.model.places.ends import EndGroup
 from shellmb.model.potentials.exact import ExactEnergy
 from shellmb.model.potentials.points import Points
 
@@ -46,11 +45,8 @@ class PotentialGroup(ExactEnergy, Massless):
         self, item: Any, comm: MPI.Comm, points: Points, turns: bool, length: float
     ) -> None:
         self.item, self.points, self.length = item, points, length
-        ends = points.ends
-        self.nodes = node_mesh(comm, len(ends))
-        axes = np.array([end.directors if end.framed else np.eye(3) for end in ends])
-        arms = any(np.any(end.offset != 0) for end in ends)
-        self._end = EndGroup(self.nodes, ends, axes, "1", turns or arms)
+        self.nodes = node_mesh(comm, len(points.ends))
+        self._end = points.bound(self.nodes, turns)
         mixed = node_space(self.nodes, self._end.parts)
         super().__init__(f"{item.label} '{item.name}'", mixed, (), tuple(self._end.links(mixed)))
         self.layout = Layout(mixed.parts)
@@ -94,11 +90,4 @@ class PotentialGroup(ExactEnergy, Massless):
 
     def positions(self, q: Floats) -> Floats:
         """Positions of the local points (owned and ghost) at a state's array, shape (n, 3), m."""
-        items = self.nodes.item
-        ends = self.points.ends
-        x = np.array([ends[k].point for k in items]).reshape(-1, 3)
-        x += q[self.mixed.dofs["u1"]].reshape(-1, 3)
-        if "w1" in self.mixed.dofs:
-            w = q[self.mixed.dofs["w1"]].reshape(len(items), -1, 3)
-            x += np.einsum("nk,nki->ni", np.array([ends[k].offset for k in items]), w)
-        return x
+        return self._end.positions(q, self.mixed)

@@ -4,16 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
 import ufl
 from dolfinx import fem, la
+from ufl.core.expr import Expr
 
+from shellmb.forms.constraints.joints import Place
+from shellmb.forms.state import Layout
 from shellmb.kernels import compiled
+from shellmb.meshes.nodes import NodeMesh
+from shellmb.meshes.spaces import MixedSpace
+from shellmb.model.body import NodeLink
 from shellmb.model.frames.beam import BeamModel
-from shellmb.model.places.ends import End
+from shellmb.model.places.ends import End, EndGroup
 from shellmb.model.places.finder import Finder
 from shellmb.model.places.nodes import part_dofs, shared_nodes
 from shellmb.model.shells.shell import ShellModel
@@ -21,6 +27,24 @@ from shellmb.scene.values.validate import edge_names
 
 Floats = npt.NDArray[np.float64]
 MeshedBody = ShellModel | BeamModel
+
+
+class Places(Protocol):
+    """Places of points at the nodes of a group."""
+
+    parts: dict[str, int]
+
+    def links(self, mixed: MixedSpace) -> list[NodeLink]:
+        """Links of the group's nodal unknowns to those of the body."""
+        ...
+
+    def place(self, q: Expr, layout: Layout) -> Place:
+        """The points and their directors at a state."""
+        ...
+
+    def positions(self, q: Floats, mixed: MixedSpace) -> Floats:
+        """Positions of the local points (owned and ghost) at a state's array, shape (n, 3), m."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -34,6 +58,16 @@ class Points:
 
     ends: list[End]
     weights: Floats
+
+    # whether positions are linear in the state
+    linear = True
+
+    def bound(self, nodes: NodeMesh, turns: bool) -> Places:
+        """The points at nodes of a node mesh; `turns`: whether directors matter."""
+        ends = self.ends
+        axes = np.array([end.directors if end.framed else np.eye(3) for end in ends])
+        arms = any(np.any(end.offset != 0) for end in ends)
+        return EndGroup(nodes, ends, axes, "1", turns or arms)
 
 
 def acting_points(
@@ -58,18 +92,27 @@ def acting_points(
         SceneError: If there is no such place.
     """
     if name in meshed:
-        return _on_mesh(meshed[name], on, who)
+        return points_on(meshed[name], on, who)
     center = find(name, None, who)
     if name in rigid_meshes:
-        found = _on_mesh(rigid_meshes[name], on, who)
+        found = points_on(rigid_meshes[name], on, who)
         return replace(found, ends=[replace(center, point=end.point) for end in found.ends])
     places = on if isinstance(on, tuple) and isinstance(on[0], str) else (on,)
     ends = [find(name, place, who) for place in places]
     return Points(ends, np.ones(len(ends)))
 
 
-def _on_mesh(body: MeshedBody, on: Any, who: str) -> Points:
-    """Nodes of a shell or beam; those of points weigh one."""
+def points_on(body: MeshedBody, on: Any, who: str) -> Points:
+    """Nodes of a shell or beam; those of points weigh one; collective.
+
+    Args:
+        body: The shell or beam.
+        on: Where on it, as of a contact.
+        who: Who asks, for the error.
+
+    Raises:
+        SceneError: If there is no such place.
+    """
     nodes = shared_nodes(body, on, who)
     ends = [
         End(body.name, body.name, {part: nodes.dofs[part][k] for part in ("u", "w")}, x, d, x)

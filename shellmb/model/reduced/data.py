@@ -21,16 +21,22 @@ J. Eng. Sci. 14 (1976) 895-913 (mean axes).
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from ufl.core.expr import Expr
 
+from shellmb.forms.state import Layout
+from shellmb.model.body import TimeFunction
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.shells.shell import ShellModel
 
 Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -56,11 +62,50 @@ class Member:
         body: The shell or beam with its mesh: it has no unknowns.
         u: Displacements of the nodes on this rank per amplitude, shape (n, 3, K).
         w: Changes of their directors, shape (n, m, 3, K), 1/m.
+        states: Local arrays of the body's states in the modes, resultants included, (dofs, K).
     """
 
     body: ShellModel | BeamModel
     u: Floats
     w: Floats
+    states: Floats
+
+
+@dataclass(frozen=True)
+class ModalPoint:
+    """A force that keeps its direction, and acts on a mean of the body's points.
+
+    Args:
+        time: Function of time that multiplies it; None: without.
+        force: Its components in space, shape (3,), N.
+        share: Share of it that acts on the frame.
+        arm: Where the rest acts, along the frame's directors, shape (3,), m.
+        shape: The same per amplitude, shape (3, K).
+    """
+
+    time: TimeFunction | None
+    force: Floats
+    share: float
+    arm: Floats
+    shape: Floats
+
+
+@dataclass(frozen=True)
+class ModalForces:
+    """Forces on the frame, along its directors, and on the amplitudes.
+
+    Args:
+        time: Function of time that multiplies them; None: without.
+        along: Of a moment that keeps its direction the products of its components with those of
+            the directors that the forces are multiplied by, shape (9,), N m; None: of what turns
+            with the body.
+        table: Force, moment about the frame, and forces on the amplitudes: at rest, and per
+            amplitude, shape (6 + K, 1 + K).
+    """
+
+    time: TimeFunction | None
+    along: Floats | None
+    table: Floats
 
 
 @dataclass(frozen=True)
@@ -75,9 +120,15 @@ class ModalBody:
         interfaces: The frames at which something is attached to it.
         stiffness: Stiffness of each mode, shape (K,), N/m.
         omega2: Square of its angular frequency, where the body is free, shape (K,), rad^2/s^2.
+        damping: Damping of the modes, shape (K, K), N s/m; None without any.
+        slowing: Rate of the damping in proportion to the mass, 1/s.
         mass: Masses of the points that carry the inertia of the modes, shape (R,), kg.
         points: Where they are per amplitude, `Q` above, shape (R, 3, K).
         coupling: Products of inertia of the points and the directors, shape (R, 3), kg m.
+        points_loaded: Distributed loads that keep their directions.
+        turning_loads: Those that turn with the body, and moments.
+        touched: Member, and place on it, that potentials and contacts act on, by their names;
+            and what messages call these.
         length: Size of the body, m.
         clamped: Lowest angular frequency with one of the frames held, rad/s; of the free body
             without any.
@@ -88,9 +139,14 @@ class ModalBody:
     interfaces: tuple[InterfaceModes, ...]
     stiffness: Floats
     omega2: Floats
+    damping: Floats | None
+    slowing: float
     mass: Floats
     points: Floats
     coupling: Floats
+    points_loaded: tuple[ModalPoint, ...]
+    turning_loads: tuple[ModalForces, ...]
+    touched: Mapping[str, tuple[str, Any, str]]
     length: float
     clamped: float
 
@@ -103,3 +159,9 @@ class ModalBody:
     def slopes(self) -> Floats:
         """Changes of all directors on this rank per amplitude, shape (n, 3, K), 1/m."""
         return np.concatenate([m.w.reshape(-1, 3, self.count) for m in self.members.values()])
+
+
+def amplitudes(layout: Layout, q: Expr) -> list[Expr]:
+    """The amplitudes in a state, m."""
+    first, size = layout.parts["eta"]
+    return [q[first + k] for k in range(size)]

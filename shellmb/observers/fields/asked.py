@@ -27,7 +27,8 @@ class AskedFields:
     def __init__(self, simulation: Simulation, forces: JointForces | None) -> None:
         scene = simulation.scene
         self._chosen = chosen_fields(simulation)
-        self._joints = [j.name for j in scene.joints]
+        # those of clamped edges of reduced bodies and of joins of rigid ones, too
+        self._joints = list(simulation.model.mechanism.joints)
         self._forces = forces
         self._wanted = [name for name in ("force", "moment") if wants(scene, name)]
         self._left_out = set() if wants(scene, "director") else set(DIRECTORS)

@@ -14,6 +14,8 @@ from dolfinx import la
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.shells.shell import ShellModel
 from shellmb.observers.fields import by_section as section
+from shellmb.observers.fields.modal import modal_members
+from shellmb.observers.fields.modalresultants import ModalResultants, ModalStrained
 from shellmb.observers.fields.resultants import Resultants, Strained
 from shellmb.scene import Laminate, LinearSection, Scene
 from shellmb.scene.checks.fields import kinds_of, wanted_fields
@@ -52,9 +54,16 @@ class ChosenFields:
         self._own: dict[str, Read] = {}
         for name in names:
             self._add(body, name)
-        self._resultants = Resultants(simulation, body) if self._derived else None
-        self._strained: Strained | None = None
-        if self._own:
+        modal = body.name in modal_members(simulation.model)
+        self._resultants: Resultants | None = None
+        if self._derived and modal:
+            self._resultants = ModalResultants(simulation, body.name)
+        elif self._derived:
+            self._resultants = Resultants(simulation, body)
+        self._strained: Resultants | None = None
+        if self._own and modal:
+            self._strained = ModalStrained(simulation, body.name)
+        elif self._own:
             assert isinstance(body, ShellModel)
             self._strained = Strained(simulation, body)
         self._nodes = NodalMeans(body)
@@ -151,7 +160,8 @@ def chosen_fields(simulation: Simulation) -> dict[str, ChosenFields]:
         simulation: The simulation.
     """
     scene, found = simulation.scene, {}
-    for name, body in simulation.model.meshed.items():
+    modal = {n: d.members[n].body for n, d in modal_members(simulation.model).items()}
+    for name, body in {**simulation.model.meshed, **modal}.items():
         described = scene.body(name)
         wanted = tuple(w for w in wanted_fields(scene, kinds_of(described)) if w not in DEFAULT)
         if wanted:

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from shellmb.model.model import Model
 from shellmb.model.reduced.data import ModalBody
+from shellmb.model.reduced.modes import Modes
 from shellmb.observers.fields.nodal import NodalValues
 from shellmb.simulate.simulation import Simulation
 
@@ -39,7 +40,8 @@ class ModalState:
         rigid = model.rigid
         assert rigid is not None
         self._comm, self.rigid = model.comm, rigid.name
-        self.modes = next(b for b in model.bodies if b.name == f"modes of {data.name}")
+        every = (body for body in model.bodies if isinstance(body, Modes))
+        self.modes = next(modes for modes in every if modes.data is data)
         index_map = rigid.mixed.space.dofmap.index_map
         frame = np.concatenate([rigid.local(data.name, part) for part in ("u", "w")])
         self._frame = frame[frame < index_map.size_local]

@@ -82,7 +82,7 @@ class Resultants:
             # looked at when the step is accepted, and its start is overwritten
             self._start = fem.Function(body.mixed.space, name="start")
             found.append(_replaced(_linear(averaged, levels), {levels.q: self._start}))
-        self._prepare(body, [_joined(each) if isinstance(each, tuple) else each for each in found])
+        self._prepare(body, [joined(each) if isinstance(each, tuple) else each for each in found])
 
     def _prepare(self, body: Resulting, vectors: list[Expr]) -> None:
         """Compile what is read, of states and perhaps as means."""
@@ -107,7 +107,10 @@ class Resultants:
     def elements(self) -> Floats:
         """Values of each element of this rank at its nodes, shape (elements, nodes, size)."""
         # before the first step there is the state only
-        expression = self._expressions[-1 if self._simulation.last else 0]
+        return self.at_nodes(self._expressions[-1 if self._simulation.last else 0])
+
+    def at_nodes(self, expression: fem.Expression) -> Floats:
+        """What an expression has in each element of this rank at its nodes."""
         flat = np.asarray(expression.eval(self._mesh, self._cells), dtype=np.float64)
         values = flat.reshape(len(self._cells), -1, self._size)
         return np.asarray(np.einsum("np,epk->enk", self._continued, values))
@@ -162,7 +165,8 @@ def _replaced(vectors: Expr | tuple[Expr, Expr], by: dict[Expr, Expr]) -> Any:
     return ufl.replace(vectors, by)
 
 
-def _joined(parts: tuple[Expr, Expr]) -> Expr:
+def joined(parts: tuple[Expr, Expr]) -> Expr:
+    """Forces and moments as one vector, shape (6,)."""
     force, moment = parts
     return ufl.as_vector([*(force[k] for k in range(3)), *(moment[k] for k in range(3))])
 

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from shellmb.model.model import Model
+from shellmb.model.reduced.onframe import OnArms
 from shellmb.observers.fields.nodal import NodalBody, Nodes, nodal_bodies
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.assembly.fields import Field
@@ -98,9 +99,14 @@ class HeldForces(NodalForces):
 
     def __init__(self, problem: Assembled, model: Model, stage: str) -> None:
         super().__init__(problem.system)
-        self.carriers = [
+        self.carriers: list[Carrier | ArmCarrier] = [
             Carrier(name, body, problem.system.numbering.slice(problem.number(name, stage)))
             for name, body in nodal_bodies(model).items()
+        ]
+        self.carriers += [
+            ArmCarrier(body, problem.system.numbering.slice(problem.number(body.name, stage)))
+            for body in model.bodies
+            if isinstance(body, OnArms)
         ]
         self._planes = [
             (problem.number(plane.name, stage), *resistance(problem, plane.name, stage))
@@ -181,6 +187,41 @@ class Carrier:
                 products += bubble.T @ share
             found[row, :3], found[row, 3:] = force.sum(axis=0), axial(products)
             gross += float(np.sqrt(np.einsum("ni,ni->n", force, force)).sum())
+        return found, gross
+
+
+class ArmCarrier:
+    """Arms of a body in modes that forces act on: they turn with it, and do not move with it.
+
+    Args:
+        body: What holds them.
+        where: Its local dofs among those of the system.
+    """
+
+    def __init__(self, body: OnArms, where: slice) -> None:
+        self.name, self._where, self._dofs = body.name, where, body.mixed.dofs["u"]
+        self._rest = body.arms[body.nodes.item]
+
+    def places(self, q: Floats) -> Arms:
+        """The arms at a state."""
+        return self._arms(self._rest, q)
+
+    def changes(self, change: Floats) -> Arms:
+        """Their changes with one of the state."""
+        return self._arms(0 * self._rest, change)
+
+    def _arms(self, rest: Floats, q: Floats) -> Arms:
+        return Arms(rest + q[self._dofs].reshape(-1, 3), np.zeros((0, 1, 3)), q)
+
+    def resultants(
+        self, arms: Arms, forces: Sequence[Floats], nodes: Marks | None = None
+    ) -> tuple[Floats, float]:
+        """Moments of several sets of forces, as of `Carrier`."""
+        found, gross = np.zeros((len(forces), 6)), 0.0
+        for row, values in enumerate(forces):
+            force = values[self._where][self._dofs].reshape(-1, 3)
+            found[row, 3:] = axial(arms.x.T @ force)
+            gross += float(np.linalg.norm(force, axis=1).sum())
         return found, gross
 
 

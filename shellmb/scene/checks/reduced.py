@@ -3,22 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from shellmb.errors import SceneError
-from shellmb.scene.loads.body_loads import FollowerForce, FollowerMoment, PointMoment
-from shellmb.scene.loads.loads import Gravity, PointForce
+from shellmb.scene.beams.beam import Beam
+from shellmb.scene.loads.supports import Clamped, Hinged, Support
 from shellmb.scene.lookup import bodies_of, said
 from shellmb.scene.multibody.rolling import Contact
-from shellmb.scene.probes import MOTIONS
 from shellmb.scene.values.models import Modal
+from shellmb.scene.values.validate import show
 
 if TYPE_CHECKING:
-    from shellmb.scene.description import Description
+    from shellmb.scene.description import Body, Description
 
 __all__ = ["check", "groups_of"]
-
-AT_POINTS = (PointForce, PointMoment, FollowerForce, FollowerMoment)
 
 
 def check(scene: Description) -> None:
@@ -31,6 +29,8 @@ def check(scene: Description) -> None:
     if not groups:
         return
     _alike(scene)
+    for group in groups:
+        _slowed_alike(scene, group)
     modal = {name: group for group in groups for name in group}
     for body in scene.meshed:
         if body.name in modal and body.terms:
@@ -38,40 +38,28 @@ def check(scene: Description) -> None:
                 f"{said(body)} is reduced to modes and has terms; they must be left out, or the "
                 "model must be 'exact'"
             )
-        if body.name in modal and (any(body.section.damping_times) or body.section.mass_damping):
-            raise SceneError(
-                f"{said(body)} is reduced to modes, and its section has damping; it must have none "
-                "(joints may have dampers), or the model must be 'exact'"
-            )
-    acting: list[Any] = [*scene.potentials, *scene.contacts]
-    for item in acting:
-        (target,) = bodies_of(scene, item)
-        if target.name in modal:
-            raise SceneError(
-                f"{said(item)}: {said(target)} is reduced to modes; what touches must be a rigid "
-                "body, perhaps one that is welded to it, or the model must be 'exact'"
-            )
     for support in scene.supports:
         for target in bodies_of(scene, support):
-            if target.name in modal:
+            if target.name in modal and not _as_joint(support, target):
+                hinged = " or Hinged" if isinstance(target, Beam) else ""
                 raise SceneError(
-                    f"{support.label}: {said(target)} is reduced to modes; it must be held by "
-                    "joints to the ground, as by a Weld along an edge"
+                    f"{support.label}: {said(target)} is reduced to modes; it must be "
+                    f"Clamped{hinged} at a single edge, or held by joints to the ground, as by a "
+                    "Weld along an edge"
                 )
-    _loads(scene, modal)
     for joint in scene.joints:
         if isinstance(joint, Contact) and {joint.first, joint.second} & modal.keys():
             raise SceneError(
                 f"{joint.said}: one of its bodies is reduced to modes; what rolls must be a rigid "
                 "body or a beam with model='exact'"
             )
-    for probe in scene.probes:
-        (target,) = bodies_of(scene, probe)
-        if target.name in modal and probe.quantity not in MOTIONS:
-            raise SceneError(
-                f"{said(probe)}: {said(target)} is reduced to modes, and quantity is "
-                f"'{probe.quantity}'; it must be a motion, or the model 'exact'"
-            )
+
+
+def _as_joint(support: Support, target: Body) -> bool:
+    """Whether a support is a joint to the ground: a hinged edge of a shell need not stay rigid."""
+    if isinstance(support, Hinged):
+        return isinstance(target, Beam) and isinstance(support.edge, str) and not support.offset
+    return isinstance(support, Clamped) and isinstance(support.edge, str)
 
 
 def _alike(scene: Description) -> None:
@@ -93,27 +81,21 @@ def _alike(scene: Description) -> None:
             )
 
 
+def _slowed_alike(scene: Description, group: tuple[str, ...]) -> None:
+    """Modes know one mass matrix: what damps in proportion to it has one rate."""
+    bodies = [body for body in scene.meshed if body.name in group]
+    first = bodies[0]
+    for body in bodies[1:]:
+        if body.section.mass_damping != first.section.mass_damping:
+            raise SceneError(
+                f"{said(first)} and {said(body)} are one body in modes, and mass_damping of their "
+                f"sections is {show(first.section.mass_damping)} and "
+                f"{show(body.section.mass_damping)}; it must be the same, or the model 'exact'"
+            )
+
+
 def _word(model: object) -> str:
     return f"Modal({model.modes})" if isinstance(model, Modal) else repr(model)
-
-
-def _loads(scene: Description, modal: dict[str, tuple[str, ...]]) -> None:
-    for load in scene.loads:
-        for target in bodies_of(scene, load):
-            group = modal.get(target.name, ())
-            if not group or isinstance(load, AT_POINTS):
-                continue
-            if not isinstance(load, Gravity):
-                raise SceneError(
-                    f"{load.label}: {said(target)} is reduced to modes; its loads must be gravity, "
-                    "or forces and moments at points"
-                )
-            if load.body is not None and len(group) > 1:
-                raise SceneError(
-                    f"{load.label}: '{target.name}' is one reduced body with "
-                    f"{', '.join(repr(n) for n in group if n != target.name)}; gravity must act on "
-                    "all of them: leave its body out"
-                )
 
 
 def groups_of(scene: Description) -> Iterator[tuple[str, ...]]:

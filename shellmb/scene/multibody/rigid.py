@@ -13,7 +13,7 @@ from pydantic import BeforeValidator
 from shellmb.errors import SceneError
 from shellmb.scene.values.validate import Matrix3, Name, NonNegative, Vec3, described, numbers, show
 
-__all__ = ["Interface", "RigidBody", "rotation_matrix"]
+__all__ = ["FloatingFrame", "Interface", "RigidBody", "rotation_matrix"]
 
 type Matrix = NDArray[np.float64]
 
@@ -181,6 +181,17 @@ class RigidBody:
                 "or give coordinates"
             )
         return np.asarray(self.position) + self.axes @ np.asarray(local[point or "origin"])
+
+
+@described("rigid body")
+class FloatingFrame(RigidBody):
+    """The frame of a body in modes, with its mass; scenes make them themselves.
+
+    Args:
+        mass_damping: Damping in proportion to the mass, a rate [1/s].
+    """
+
+    mass_damping: NonNegative = 0.0
 
 
 @described("interface")

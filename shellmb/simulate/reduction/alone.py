@@ -13,10 +13,12 @@ from petsc4py import PETSc
 
 import numpy as np
 import numpy.typing as npt
+import ufl
+from dolfinx import fem
 
 from shellmb.model.model import build_model
 from shellmb.scene import Scene
-from shellmb.simulate.reduction.tangent import bending_scales, tangent
+from shellmb.simulate.reduction.tangent import Blocks, bending_scales, tangent
 from shellmb.simulate.soundness.redundancy import look_through
 from shellmb.system.direct.mumps import use_mumps
 from shellmb.system.eigenvalues import eigenpairs
@@ -28,6 +30,9 @@ Arrays = dict[str, Floats]
 # the shift of eigenproblems, and of static modes, relative to D/(m L^4): the latter is so small
 # that they are static, and not zero, because a frame may leave the body free to turn about it
 SHIFT, STATIC = 10.0, 1e-6
+# displacements by a force, relative to those in bending, that are round-off: a body gives way in
+# its own plane by the square of its thickness over its length, some 1e-8 in the thinnest
+NO_MOTION = 1e-12
 
 
 class Alone:
@@ -54,6 +59,17 @@ class Alone:
         self.bodies: dict[str, Any] = dict(self.model.meshed)
         if self.model.rigid is not None:
             self.bodies[self.model.rigid.name] = self.model.rigid
+
+    @property
+    def damping(self) -> PETSc.Mat | None:
+        """Damping matrix of the strains at the reference; None without any."""
+        blocks: Blocks = {}
+        for k, body in enumerate(self.model.bodies):
+            if body.damping is not None:
+                q, space = fem.Function(body.mixed.space), body.mixed.space
+                test, trial = ufl.TestFunction(space), ufl.TrialFunction(space)
+                blocks[k, k] = [body.damping.at(q, trial, test)]
+        return self.system.symmetric_matrix(blocks, 0.0) if blocks else None
 
     @property
     def scale(self) -> float:
@@ -109,16 +125,78 @@ class Alone:
             arrays[body_name][body.mixed.dofs["w"]] = w.ravel()
         return arrays
 
-    def ritz_vectors(self, count: int) -> list[PETSc.Vec]:
+    def one(self) -> Arrays:
+        """The scalar field 1, along x."""
+        return self.along_x(self.motion(0, np.zeros(3)), 0)
+
+    def arm(self, a: int, about: Floats) -> Arrays:
+        """The scalar field `X_a` with the directors' `D_a`, along x."""
+        arrays = self.zeros()
+        for name in self.model.meshed:
+            X, D = self.nodes(name)
+            dofs = self.bodies[name].mixed.dofs
+            arrays[name][dofs["u"].reshape(-1, 3)[:, 0]] = X[:, a] - about[a]
+            arrays[name][dofs["w"].reshape(D.shape)[:, :, 0]] = D[:, :, a]
+        return arrays
+
+    def along_x(self, arrays: Arrays, a: int) -> Arrays:
+        """One component of a vector field as a scalar field, along x."""
+        out = self.zeros()
+        for name in self.model.meshed:
+            dofs = self.bodies[name].mixed.dofs
+            for part in ("u", "bubble", "w"):
+                if part in dofs:
+                    triples = dofs[part].reshape(-1, 3)
+                    out[name][triples[:, 0]] = arrays[name][triples[:, a]]
+        return out
+
+    def along(self, arrays: Arrays, a: int) -> Arrays:
+        """A scalar field, which is along x, along another axis."""
+        out = self.zeros()
+        for name in self.model.meshed:
+            dofs = self.bodies[name].mixed.dofs
+            for part in ("u", "bubble", "w"):
+                if part in dofs:
+                    triples = dofs[part].reshape(-1, 3)
+                    out[name][triples[:, a]] = arrays[name][triples[:, 0]]
+        return out
+
+    def force(self, arrays: Arrays) -> PETSc.Vec:
+        """Nodal forces as a vector of the system: those of nodes that are shared add up."""
+        numbering, out = self.system.numbering, self.K.createVecLeft()
+        numbers = numbering.local_to_global.astype(PETSc.IntType)
+        local = np.zeros(len(numbers))
+        for k, field in enumerate(self.system.fields):
+            if field.name in arrays:
+                # each on the rank that owns it
+                owned = self.bodies[field.name].mixed.space.dofmap.index_map.size_local
+                local[numbering.slice(k)][:owned] = arrays[field.name][:owned]
+        out.set(0.0)
+        out.setValues(numbers, local, addv=PETSc.InsertMode.ADD)
+        out.assemble()
+        return out
+
+    def _solver(self, K: PETSc.Mat, name: str) -> PETSc.KSP:
+        solver = PETSc.KSP().create(self.comm)
+        solver.setOperators(K)
+        solver.setType(PETSc.KSP.Type.PREONLY)
+        use_mumps(solver.getPC(), "lu", f"shellmb_{name}_{id(self)}_", {})
+        return solver
+
+    def ritz_vectors(self, count: int, center: Floats, loads: list[Arrays]) -> list[PETSc.Vec]:
         """Static modes of all frames and the lowest modes with them held; else those of the body.
+
+        And what the loads do with the frames held; to a free body, as it gives way to them.
 
         Args:
             count: Number of modes with the frames held; without frames of elastic ones.
+            center: Centre of mass, shape (3,), m.
+            loads: Nodal forces of distributed loads.
         """
         rigid, shift = self.model.rigid, -SHIFT * self.scale
         if rigid is None:
             _, vectors = eigenpairs(self.K, self.M, count + 6, shift, symmetric=True)
-            return vectors
+            return [*vectors, *self._given_way(center, loads)]
         numbering = self.system.numbering
         number = next(k for k, f in enumerate(self.system.fields) if f.name == rigid.name)
         every = np.arange(numbering.start, numbering.start + numbering.owned)
@@ -129,10 +207,14 @@ class Alone:
         free -= numbering.start
         found = [self._whole(vector, free) for vector in inner]
         K.axpy(STATIC * self.scale, M)
-        solver = PETSc.KSP().create(self.comm)
-        solver.setOperators(K)
-        solver.setType(PETSc.KSP.Type.PREONLY)
-        use_mumps(solver.getPC(), "lu", f"shellmb_static_{id(self)}_", {})
+        solver = self._solver(K, "static")
+        for arrays in loads:
+            force, part, inside = self.force(arrays), K.createVecLeft(), K.createVecRight()
+            part.array[:] = force.array[free]
+            solver.solve(part, inside)
+            moved = self._whole(inside, free)
+            if self._gives_way(force, moved):
+                found.append(moved)
         for name in rigid.index:
             center = rigid.bodies[rigid.index[name]].center
             for axis in range(6):
@@ -144,6 +226,34 @@ class Alone:
                 moved.axpy(1.0, self._whole(inside, free))
                 found.append(moved)
         return found
+
+    def _given_way(self, center: Floats, loads: list[Arrays]) -> list[PETSc.Vec]:
+        """What loads do to the free body that they accelerate as a whole."""
+        if not loads:
+            return []
+        motions = [self.vector(self.motion(axis, center)) for axis in range(6)]
+        gram = self.gram(self.M, motions)
+        K = self.K.copy()
+        K.axpy(STATIC * self.scale, self.M)
+        solver, found, inert = self._solver(K, "free"), [], self.K.createVecLeft()
+        for arrays in loads:
+            force, moved = self.force(arrays), self.K.createVecRight()
+            shares = np.linalg.solve(gram, [force.dot(motion) for motion in motions])
+            for share, motion in zip(shares, motions, strict=True):
+                self.M.mult(motion, inert)
+                force.axpy(-float(share), inert)
+            solver.solve(force, moved)
+            if self._gives_way(force, moved):
+                found.append(moved)
+        return found
+
+    def _gives_way(self, force: PETSc.Vec, moved: PETSc.Vec) -> bool:
+        """Whether what a load does is more than round-off: at frames that are held it does nothing.
+
+        It is measured by how a body of that mass gives way in bending.
+        """
+        stiffness = self.scale * float(self.gram(self.M, [self.vector(self.one())])[0, 0])
+        return force.dot(moved) * stiffness > NO_MOTION * force.dot(force)
 
     def _whole(self, part: PETSc.Vec, free: npt.NDArray[np.int64]) -> PETSc.Vec:
         """A vector of the system from one of its free unknowns."""

@@ -7,7 +7,7 @@ body in that space. Masses follow from the body's own mass matrix for the scalar
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -18,11 +18,14 @@ import numpy as np
 
 from shellmb.errors import SceneError
 from shellmb.model.reduced.data import InterfaceModes, Member, ModalBody
-from shellmb.scene import RigidBody, Scene, Weld
+from shellmb.scene import Scene, Weld
 from shellmb.scene.lookup import said
-from shellmb.scene.multibody.rigid import Interface
+from shellmb.scene.multibody.rigid import FloatingFrame, Interface
 from shellmb.scene.values.models import Modal
 from shellmb.simulate.reduction.alone import Alone, Arrays, Floats
+from shellmb.simulate.reduction.loads import SpreadLoads
+
+type Touched = Mapping[str, tuple[str, Any, str]]
 
 # shares below which a combination of Ritz vectors is none, a point has no mass that counts (as
 # motions in the plane that come with bending: with every point a step takes longer), and a body has
@@ -48,8 +51,13 @@ class Attachment:
 
 
 def reduced_body(
-    scene: Scene, comm: MPI.Comm, names: Sequence[str], attached: Sequence[Attachment]
-) -> tuple[ModalBody, RigidBody]:
+    scene: Scene,
+    comm: MPI.Comm,
+    names: Sequence[str],
+    attached: Sequence[Attachment],
+    loads: Sequence[Any],
+    touched: Touched,
+) -> tuple[ModalBody, FloatingFrame]:
     """Reduce shells and beams that are joined to modes; collective.
 
     Args:
@@ -57,6 +65,8 @@ def reduced_body(
         comm: Communicator.
         names: Names of the shells and beams.
         attached: Where something is attached to them.
+        loads: Distributed loads on them, each with the name of its body.
+        touched: As of `ModalBody`.
 
     Returns:
         The modes, and the floating frame with the mass of the body.
@@ -66,13 +76,17 @@ def reduced_body(
     """
     bodies = [b for b in scene.meshed if b.name in names]
     words = [b.model for b in bodies if isinstance(b.model, Modal)]
-    alone = Alone(_scene_of(scene, names, attached), comm)
-    modes = _Modes(alone, words[0].modes, said(bodies[0]))
-    return modes.body(names[0], [a.frame.name for a in attached]), modes.frame(names[0])
+    alone = Alone(_scene_of(scene, names, attached, loads), comm)
+    slowing = float(bodies[0].section.mass_damping)
+    modes = _Modes(alone, words[0].modes, said(bodies[0]), slowing, loads)
+    frames = [a.frame.name for a in attached]
+    return modes.body(names[0], frames, touched), modes.frame(names[0])
 
 
-def _scene_of(scene: Scene, names: Sequence[str], attached: Sequence[Attachment]) -> Scene:
-    """The body alone, with frames where something is attached."""
+def _scene_of(
+    scene: Scene, names: Sequence[str], attached: Sequence[Attachment], loads: Sequence[Any]
+) -> Scene:
+    """The body alone, with its loads, and frames where something is attached."""
     welds = []
     for k, item in enumerate(attached):
         named = isinstance(item.where, str)
@@ -86,6 +100,8 @@ def _scene_of(scene: Scene, names: Sequence[str], attached: Sequence[Attachment]
         glues=tuple(g for g in scene.glues if g.beam in names),
         rigid_bodies=tuple(item.frame for item in attached),
         joints=tuple(welds),
+        # when they act, and what commands them, is a matter of the run
+        loads=tuple(replace(load, time=None) for load in loads),
         scheme="ep",
         dt=1.0,
         t_end=1.0,
@@ -100,20 +116,24 @@ class _Modes:
         alone: The body by itself.
         count: Number of modes with its frames held.
         who: What messages call it.
+        slowing: Rate of the damping in proportion to the mass, 1/s.
+        loads: Distributed loads on it.
 
     Raises:
         SceneError: If it has no mass, or no inertia about some axis.
     """
 
-    def __init__(self, alone: Alone, count: int, who: str) -> None:
-        self._alone = alone
+    def __init__(
+        self, alone: Alone, count: int, who: str, slowing: float, loads: Sequence[Any]
+    ) -> None:
+        self._alone, self._slowing = alone, slowing
         self._length = max(body.domain.length for body in alone.model.meshed.values())
         # moments about a point nearby: far from the origin nothing must cancel
         X = np.concatenate([alone.nodes(name)[0] for name in alone.model.meshed])
         comm = alone.comm
         total = comm.allreduce(X.sum(axis=0), op=MPI.SUM)
         middle = total / comm.allreduce(len(X), op=MPI.SUM)
-        gram = self._masses([self._one(), *(self._arm(a, middle) for a in range(3))])
+        gram = self._masses([alone.one(), *(alone.arm(a, middle) for a in range(3))])
         self.mass = float(gram[0, 0])
         if not self.mass > 0:
             raise SceneError(f"{who} has no mass; reduced to modes it must have")
@@ -128,7 +148,8 @@ class _Modes:
                 "rotary_inertia=True"
             )
         self.inertia = (inertia + inertia.T) / 2
-        self._find(alone.ritz_vectors(count))
+        self._loads = SpreadLoads(alone, loads)
+        self._find(alone.ritz_vectors(count, self.center, self._loads.vectors()))
 
     def _find(self, vectors: list[Any]) -> None:
         """Modes, their stiffness and frequencies."""
@@ -158,6 +179,10 @@ class _Modes:
             for array in arrays.values():
                 array /= largest
         self.omega2, self.stiffness = values, values / sizes**2
+        self.damping, viscous = None, alone.damping
+        if viscous is not None:
+            T /= sizes
+            self.damping = T.T @ alone.gram(viscous, vectors) @ T
 
     def _largest(self, arrays: Arrays) -> float:
         # in torsion a straight line does not move: directors times the length count, too
@@ -169,31 +194,6 @@ class _Modes:
         local = float(np.max(np.concatenate(found), initial=0.0))
         return self._alone.comm.allreduce(local, op=MPI.MAX)
 
-    def _one(self) -> Arrays:
-        """The scalar field 1, along x."""
-        return self._along_x(self._alone.motion(0, np.zeros(3)), 0)
-
-    def _arm(self, a: int, about: Floats) -> Arrays:
-        """The scalar field `X_a` with the directors' `D_a`, along x."""
-        arrays = self._alone.zeros()
-        for name in self._alone.model.meshed:
-            X, D = self._alone.nodes(name)
-            dofs = self._alone.bodies[name].mixed.dofs
-            arrays[name][dofs["u"].reshape(-1, 3)[:, 0]] = X[:, a] - about[a]
-            arrays[name][dofs["w"].reshape(D.shape)[:, :, 0]] = D[:, :, a]
-        return arrays
-
-    def _along_x(self, arrays: Arrays, a: int) -> Arrays:
-        """One component of a vector field as a scalar field, along x."""
-        out = self._alone.zeros()
-        for name in self._alone.model.meshed:
-            dofs = self._alone.bodies[name].mixed.dofs
-            for part in ("u", "bubble", "w"):
-                if part in dofs:
-                    triples = dofs[part].reshape(-1, 3)
-                    out[name][triples[:, 0]] = arrays[name][triples[:, a]]
-        return out
-
     def _masses(self, fields: list[Arrays]) -> Floats:
         """Gram matrix of scalar fields in the metric of the mass."""
         return self._alone.gram(self._alone.M, [self._alone.vector(f) for f in fields])
@@ -201,10 +201,10 @@ class _Modes:
     @cached_property
     def _points(self) -> tuple[Floats, Floats, Floats]:
         """Masses of the points (R,), where they are (R, 3, K), and their coupling (R, 3)."""
-        K = len(self.arrays)
+        alone, K = self._alone, len(self.arrays)
         # in the order of the axes, then of the modes
-        shapes = [self._along_x(arrays, a) for a in range(3) for arrays in self.arrays]
-        arms = [self._arm(a, self.center) for a in range(3)]
+        shapes = [alone.along_x(arrays, a) for a in range(3) for arrays in self.arrays]
+        arms = [alone.arm(a, self.center) for a in range(3)]
         gram = self._masses([*arms, *shapes])
         # of each mode nearly all of its own mass is kept, however small that is
         own = np.tile(np.sqrt(np.diag(gram)[3:].reshape(3, K).sum(axis=0) / self.mass), 3)
@@ -213,24 +213,30 @@ class _Modes:
         Q = Q[:, keep].T
         return masses[keep], (Q * own).reshape(-1, 3, K), (Q / own) @ gram[3:, :3]
 
-    def frame(self, name: str) -> RigidBody:
+    def frame(self, name: str) -> FloatingFrame:
         """The floating frame, with the mass and inertia of the body as it is at rest."""
         rows: Any = tuple(tuple(map(float, row)) for row in self.inertia)
         x, y, z = map(float, self.center)
-        return RigidBody(name, self.mass, rows, (x, y, z))
+        return FloatingFrame(name, self.mass, rows, (x, y, z), mass_damping=self._slowing)
 
-    def body(self, name: str, frames: Sequence[str]) -> ModalBody:
+    def body(self, name: str, frames: Sequence[str], touched: Touched) -> ModalBody:
         """All that is kept.
 
         Args:
             name: Name of the body.
             frames: Names of the frames welded to it.
+            touched: As of `ModalBody`.
         """
         alone, model = self._alone, self._alone.model
         mass, points, coupling = self._points
         interfaces = tuple(self._interface(frame) for frame in frames)
         members = {
-            member: Member(alone.bodies[member], *self._shapes(member)) for member in model.meshed
+            member: Member(
+                alone.bodies[member],
+                *self._shapes(member),
+                np.stack([arrays[member] for arrays in self.arrays], axis=-1),
+            )
+            for member in model.meshed
         }
         return ModalBody(
             name,
@@ -238,9 +244,14 @@ class _Modes:
             interfaces,
             self.stiffness,
             self.omega2,
+            self.damping,
+            self._slowing,
             mass,
             points,
             coupling,
+            self._loads.points(self.arrays, self.center, self._length),
+            self._loads.forces(self.arrays, self.center),
+            touched,
             self._length,
             float(np.sqrt(self._held(interfaces))),
         )

@@ -9,6 +9,7 @@ from mpi4py import MPI
 
 import numpy as np
 
+from shellmb.errors import SceneError
 from shellmb.meshes.mesh import build_surface
 from shellmb.model.frames.beam import build_beam
 from shellmb.model.frames.glue import line_along
@@ -18,12 +19,16 @@ from shellmb.model.places.nodes import shared_nodes
 from shellmb.model.reduced.data import ModalBody
 from shellmb.model.shells.shell import ShellModel
 from shellmb.scene import Gravity, InitialVelocity, RigidBody, Scene
+from shellmb.scene.checks.fields import has_field
 from shellmb.scene.checks.reduced import groups_of
+from shellmb.scene.loads.supports import Hinged
 from shellmb.scene.lookup import said
 from shellmb.scene.multibody.elements import PointElement
-from shellmb.scene.multibody.joints import GROUND, Joint, Weld
+from shellmb.scene.multibody.joints import GROUND, Joint, Spherical, Weld
 from shellmb.scene.multibody.offsets import Offset, arm_components, node_of
 from shellmb.scene.multibody.rigid import Interface
+from shellmb.scene.probes import MOTIONS
+from shellmb.scene.values.validate import show
 from shellmb.simulate.reduction.basis import Attachment, reduced_body
 
 Triple = tuple[float, float, float]
@@ -52,15 +57,19 @@ def reduce_bodies(scene: Scene, comm: MPI.Comm) -> tuple[Scene, tuple[ModalBody,
         return scene, ()
     made = _Reduction(scene, comm, groups)
     joints = tuple(made.joint(joint) for joint in scene.joints)
+    supports = tuple(made.support(support) for support in scene.supports if made.held(support))
     elements = tuple(
         made.ends(e, said(e)) if isinstance(e, PointElement) else e for e in scene.elements
     )
-    loads = tuple(made.load(load) for load in scene.loads)
+    loads = tuple(made.load(load) for load in scene.loads if not made.spread(load))
     initial = tuple(made.velocity(given) for given in scene.initial)
     probes = tuple(made.probe(probe) for probe in scene.probes)
+    fields = tuple(f for f in scene.output.fields if has_field(f, {"rigid", "joint"}))
     bodies, frames = [], []
     for group in groups:
-        body, frame = reduced_body(scene, comm, group, made.attachments(group))
+        spread = [load for load in map(made.spread, scene.loads) if load and load.body in group]
+        where = made.attachments(group), spread, made.touched(group)
+        body, frame = reduced_body(scene, comm, group, *where)
         bodies.append(body)
         frames += [frame, *(a.frame for a in made.attachments(group))]
     gone = set(made.group)
@@ -71,11 +80,15 @@ def reduce_bodies(scene: Scene, comm: MPI.Comm) -> tuple[Scene, tuple[ModalBody,
         joins=tuple(j for j in scene.joins if j.first not in gone),
         glues=tuple(g for g in scene.glues if g.beam not in gone),
         rigid_bodies=(*scene.rigid_bodies, *frames),
-        joints=joints,
+        joints=(*joints, *supports),
+        supports=tuple(s for s in scene.supports if not made.held(s)),
         elements=elements,
         loads=loads,
         initial=initial,
         probes=probes,
+        output=replace(scene.output, fields=fields),
+        potentials=tuple(map(made.acting, scene.potentials)),
+        contacts=tuple(map(made.acting, scene.contacts)),
     )
     return changed, tuple(bodies)
 
@@ -97,6 +110,8 @@ class _Reduction:
         self.group = {name: names[0] for names in groups for name in names}
         self._meshes: RigidMeshes = {}
         self._found: dict[tuple[str, Any], Attachment] = {}
+        # the nodes that move with each
+        self._taken: dict[tuple[str, Any], frozenset[int]] = {}
 
     def attachments(self, group: tuple[str, ...]) -> list[Attachment]:
         """The frames of a reduced body."""
@@ -116,10 +131,27 @@ class _Reduction:
         return self._meshes[name]
 
     def _frame(self, name: str, where: Any, who: str, label: str) -> Attachment:
-        """The frame at a place, the same for all that is attached there."""
+        """The frame at a place, the same for all that is attached there.
+
+        Raises:
+            SceneError: If there is no such place, or some of its nodes, and not all, move with
+                another frame.
+        """
         node = node_of(where)
         if (name, node) not in self._found:
             nodes = shared_nodes(self.mesh(name), node, who)
+            mine = frozenset(nodes.dofs["u"][:, 0].tolist())
+            for (body, place), taken in self._taken.items():
+                if body == name and mine <= taken:
+                    return self._found[body, place]
+                if body == name and mine & taken:
+                    raise SceneError(
+                        f"{who}: {said(self._scene.body(name))} is reduced to modes, and "
+                        f"{show(node)} shares nodes with {show(place)}, where something is "
+                        "attached, too; both move as one rigid frame: attach to one of them, or "
+                        "the model must be 'exact'"
+                    )
+            self._taken[name, node] = mine
             # of a beam's node its own directors: what follows it has components along these
             framed = nodes.directors.shape[1] == 3
             axes = nodes.directors[0].T if framed else np.eye(3)
@@ -177,6 +209,20 @@ class _Reduction:
         moved: Joint = self.ends(turned, joint.said)
         return moved
 
+    def held(self, support: Any) -> bool:
+        """Whether a support holds a reduced body."""
+        return any(target.name in self.group for target in self._scene.bodies_of(support))
+
+    def support(self, support: Any) -> Joint:
+        """A joint to the ground instead of a clamped edge, or of the hinged end of a beam."""
+        (target,), edge = self._scene.bodies_of(support), str(support.edge)
+        name = f"{target.name}.{edge}"
+        frame = self._frame(target.name, edge, support.label, name).frame
+        if isinstance(support, Hinged):
+            return Spherical(name, GROUND, frame.name, at=frame.position)
+        # moments of what supports carry are about the origin
+        return Weld(name, GROUND, frame.name, at=(0.0, 0.0, 0.0))
+
     def load(self, load: Any) -> Any:
         """A load at a point acts on the frame there, gravity on the floating frame."""
         if isinstance(load, Gravity):
@@ -187,6 +233,34 @@ class _Reduction:
         frame = self._frame(target.name, load.point, load.label, load.label).frame
         at = self.point(target.name, load.point, load.label)
         return replace(load, body=frame.name, point=at)
+
+    def spread(self, load: Any) -> Any:
+        """A load that is distributed over a shell or beam, with its name; None: another one."""
+        if hasattr(load, "point") or (isinstance(load, Gravity) and load.body is None):
+            return None
+        (target,) = self._scene.bodies_of(load)
+        if target.name not in self.group:
+            return None
+        alone = list(self.group.values()).count(self.group[target.name]) == 1
+        # the weight of all of the body acts on its frame
+        return None if isinstance(load, Gravity) and alone else replace(load, body=target.name)
+
+    def touched(self, group: tuple[str, ...]) -> dict[str, tuple[str, Any, str]]:
+        """What potentials and contacts act on, as of `ModalBody`."""
+        found: dict[str, tuple[str, Any, str]] = {}
+        items: tuple[Any, ...] = (*self._scene.potentials, *self._scene.contacts)
+        for item in items:
+            (target,) = self._scene.bodies_of(item)
+            if target.name in group:
+                found[item.name] = target.name, item.on, said(item)
+        return found
+
+    def acting(self, item: Any) -> Any:
+        """A potential or contact, where it acts on a reduced body on its frame."""
+        (target,) = self._scene.bodies_of(item)
+        if target.name not in self.group:
+            return item
+        return replace(item, body=self.group[target.name], on=None)
 
     def velocity(self, given: InitialVelocity) -> InitialVelocity:
         """The velocity of a reduced body is that of its frame."""
@@ -202,6 +276,9 @@ class _Reduction:
         if target.name in self.group:
             at = self.point(target.name, probe.point, said(probe))
             changes = {"point": at, "body": self.group[target.name]}
+            if probe.quantity not in MOTIONS:
+                # sensors know it by its name; a frame has no resultants
+                changes["quantity"] = "displacement"
         if probe.frame in self.group:
             where = probe.frame_at
             changes["frame"] = self.group[probe.frame]

@@ -58,7 +58,8 @@ def refuse_mechanisms(model: Model) -> None:
     kept = {group.owner for group in model.potentials if group.holds}
     found = []
     for body, k in motions.blocks.items():
-        if body in kept:
+        # a place on a reduced body is kept with it
+        if {body, getattr(model.scene.body(body), "of", body)} & kept:
             continue
         words = describe(motions.frames[body], free[6 * k : 6 * k + 6])
         if words:
