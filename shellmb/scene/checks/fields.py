@@ -18,8 +18,8 @@ __all__ = ["check_fields", "has_field", "kinds_of", "wanted_fields"]
 
 # what there has to be for a field, in words
 OWNERS = {
-    "shell": "shell with model='exact'",
-    "beam": "beam with model='exact'",
+    "shell": "shell with model='exact' or 'linear'",
+    "beam": "beam with model='exact' or 'linear'",
     "joint": "joint",
     "laminate": "shell with plies (a Laminate)",
     "linear": "shell with a linear section",
@@ -28,7 +28,7 @@ OWNERS = {
 
 def kinds_of(body: Body) -> set[str]:
     """Which fields a body can have, by the kinds in `FieldKind.bodies`."""
-    if not isinstance(body, Shell | Beam) or not body.exact:
+    if not isinstance(body, Shell | Beam) or not body.nodal:
         return {"rigid"}
     if isinstance(body, Beam):
         return {"beam"}
