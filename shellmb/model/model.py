@@ -181,8 +181,7 @@ def build_model(scene: Scene, comm: MPI.Comm, modal: Sequence[ModalBody] = ()) -
     model.bodies += point_loads(scene, comm, find)
     model.potentials = potential_groups(given, comm, find, model.meshed, rigid_meshes, model.length)
     model.bodies += model.potentials
-    tied = model.beams or any(shell.ties for shell in model.shells.values())
-    if tied or model.rigid is not None or scene.joints or scene.elements:
+    if model.beams or model.rigid is not None or scene.joints or scene.elements:
         # constraints tie velocities together: see `Body.coupled`
         leaps = any(isinstance(joint, Contact) for joint in scene.joints)
         for body in model.bodies:

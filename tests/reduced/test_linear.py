@@ -127,6 +127,27 @@ def test_far_from_its_frame_it_is_wrong_and_says_so() -> None:
     assert not bent("exact").warnings
 
 
+def test_spin_that_would_stiffen_it_is_said() -> None:
+    """Its lowest frequency is 22.37 sqrt(E h^2/(12 rho)) / L^2 = 329 rad/s."""
+
+    def said(rate: float) -> list[str]:
+        given = {"initial": InitialVelocity(spin=(0.0, 0.0, rate)), "scheme": "ep", "dt": 5e-3}
+        run = execute(Scene("spin", **body("bar", "linear"), **given, t_end=0.02))
+        return [item.says for item in run.warnings if "linear strains" in item.says]
+
+    (text,) = said(60.0)
+    assert "spins at 60 rad/s" in text and "0.18 of its lowest frequency" in text
+    assert not said(6.0)
+
+
+def test_velocities_of_many_nodes_fit_into_the_workspace() -> None:
+    """The frame's multiplier sees all of them, with forces 1e16 of their masses."""
+    shell = Shell("plate", Rectangle(1.0, 0.4), PLATE, mesh=(32, 8), model="linear")
+    spin = InitialVelocity(spin=(3.0, 1.0, 2.0))
+    run = execute(Scene("many", shell, initial=spin, scheme="ep", dt=5e-3, t_end=5e-3))
+    assert run.summary["energy_balance_error"] < 1e-10
+
+
 def test_small_displacements_are_the_same_of_both() -> None:
     """Forms that are linearised in space are so about the reference, whatever the frame."""
     exact, linear = (bent(m, "linear").history["tip"].iloc[-1] for m in ("exact", "linear"))
