@@ -39,7 +39,7 @@ from typing import NamedTuple
 import ufl
 from ufl.core.expr import Expr
 
-from shellmb.forms.frame import ACROSS, vectors
+from shellmb.forms.frame import ACROSS, Vectors, vectors
 from shellmb.forms.state import Layout
 from shellmb.forms.steps.discrete import stress_average
 from shellmb.forms.steps.mixed import Interval
@@ -136,6 +136,59 @@ def beam_strains(u: Expr, w: Expr, ref: Line) -> Expr:
     return ufl.as_vector([*stretch_and_shear(u, w, ref), *twist_and_curvature(w, ref)])
 
 
+class LineTangents(NamedTuple):
+    """What strains are taken along: the derivative of the position, the directors and theirs.
+
+    Args:
+        x1: Derivative of the position along the line, shape (3,).
+        d: Directors.
+        ds: Their derivatives, 1/m.
+    """
+
+    x1: Expr
+    d: Vectors
+    ds: Vectors
+
+
+def rest_tangents(ref: Line) -> LineTangents:
+    """Those of the reference configuration."""
+    return LineTangents(ref.t, vectors(ref.D), vectors(along(ref.D, ref.t)))
+
+
+def line_tangents(u: Expr, w: Expr, ref: Line) -> LineTangents:
+    """Those of a displacement and changes of directors, without the reference."""
+    return LineTangents(along(u, ref.t), vectors(w), vectors(along(w, ref.t)))
+
+
+def combined(parts: Sequence[tuple[Expr | float, LineTangents]]) -> LineTangents:
+    """Weighted sum."""
+
+    def total(vectors: Sequence[Expr]) -> Expr:
+        weighed = [weight * v for (weight, _), v in zip(parts, vectors, strict=True)]
+        return sum(weighed[1:], weighed[0])
+
+    def three(some: Sequence[Vectors]) -> Vectors:
+        first, second, third = (total([v[k] for v in some]) for k in range(3))
+        return first, second, third
+
+    tangents = [t for _, t in parts]
+    d, ds = three([t.d for t in tangents]), three([t.ds for t in tangents])
+    return LineTangents(total([t.x1 for t in tangents]), d, ds)
+
+
+def bilinear(at: LineTangents, change: LineTangents) -> Expr:
+    """Change of the strains for a change of the tangents, shape (6,); symmetric in both."""
+
+    def half(a: int, b: int) -> Expr:
+        """Change of `d_a' . d_b / 2`."""
+        return (ufl.dot(at.ds[a], change.d[b]) + ufl.dot(change.ds[a], at.d[b])) / 2
+
+    pairs = zip(at.d, change.d, strict=True)
+    stretch = [ufl.dot(dk, change.x1) + ufl.dot(ck, at.x1) for dk, ck in pairs]
+    turns = [half(a, b) - half(b, a) for a, b in ACROSS]
+    return ufl.as_vector([*stretch, *turns])
+
+
 def beam_slope(
     ref: Line, c: Expr | None, states: Sequence[tuple[Expr, Expr, Expr]], du: Expr, dw: Expr
 ) -> Expr:
@@ -148,24 +201,9 @@ def beam_slope(
         du: Change of the displacement.
         dw: Changes of the directors.
     """
-    x1, d, ds = 0 * du, [0 * du] * 3, [0 * du] * 3
-    if c is not None:
-        x1 = c * ref.t
-        d = [c * D for D in vectors(ref.D)]
-        ds = [c * D for D in vectors(along(ref.D, ref.t))]
-    for weight, u, w in states:
-        x1 = x1 + weight * along(u, ref.t)
-        d = [a + weight * b for a, b in zip(d, vectors(w), strict=True)]
-        ds = [a + weight * b for a, b in zip(ds, vectors(along(w, ref.t)), strict=True)]
-    u1, c_, cs = along(du, ref.t), vectors(dw), vectors(along(dw, ref.t))
-
-    def half(a: int, b: int) -> Expr:
-        """Change of `d_a' . d_b / 2`."""
-        return (ufl.dot(ds[a], c_[b]) + ufl.dot(cs[a], d[b])) / 2
-
-    stretch = [ufl.dot(dk, u1) + ufl.dot(ck, x1) for dk, ck in zip(d, c_, strict=True)]
-    turns = [half(a, b) - half(b, a) for a, b in ACROSS]
-    return ufl.as_vector([*stretch, *turns])
+    parts = [] if c is None else [(c, rest_tangents(ref))]
+    parts += [(weight, line_tangents(u, w, ref)) for weight, u, w in states]
+    return bilinear(combined(parts), line_tangents(du, dw, ref))
 
 
 def halves(e: Expr) -> tuple[Expr, Expr]:

@@ -116,7 +116,7 @@ def tangents(u: Expr, w: Expr, surf: Surface) -> Tangents:
     return Tangents(along(u, e1), along(u, e2), w, along(w, e1), along(w, e2))
 
 
-def combined(parts: Sequence[tuple[Expr, Tangents]]) -> Tangents:
+def combined(parts: Sequence[tuple[Expr | float, Tangents]]) -> Tangents:
     """Weighted sum."""
     (weight, first), *others = parts
     total = [weight * part for part in first]
@@ -137,7 +137,12 @@ def strain_change(at: Tangents, du: Expr, dw: Expr, surf: Surface) -> ShellStrai
         dw: Change of the director.
         surf: Reference surface.
     """
-    u1, u2, w, w1, w2 = tangents(du, dw, surf)
+    return bilinear(at, tangents(du, dw, surf))
+
+
+def bilinear(at: Tangents, change: Tangents) -> ShellStrains:
+    """The same for a change of the tangents; symmetric in both."""
+    u1, u2, w, w1, w2 = change
     x1, x2, d, d1, d2 = at
 
     def dot(a: Expr, b: Expr) -> Expr:

@@ -120,7 +120,7 @@ def study(
         mesh: Counts of elements of shells, as (8, 4) or "8x4".
         degree: Degrees.
         cell: Cell types.
-        model: How bodies deform: "exact", "modal:10", "rigid".
+        model: How bodies deform: "exact", "linear", "modal:10", "rigid".
         solve: Unknowns of linear systems.
         tolerance: Tolerances of Newton's method.
         exact: The exact value; None: a finer run is the reference.

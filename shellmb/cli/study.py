@@ -47,7 +47,7 @@ def study(
     degree: Annotated[str | None, _list("2,3", "Degrees of the elements.")] = None,
     cell: Annotated[str | None, _list("quad,tri", "Cell types.")] = None,
     model: Annotated[
-        str | None, _list("exact,modal:10,...", "How bodies deform: exact, modal:K, rigid.")
+        str | None, _list("exact,linear,...", "How bodies deform: exact, linear, modal:K, rigid.")
     ] = None,
     solve: Annotated[str | None, _list("reduced,full", "Unknowns of linear systems.")] = None,
     tolerance: Annotated[

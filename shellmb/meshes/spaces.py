@@ -6,7 +6,10 @@ cubic bubble for the displacement, P2 director, element-wise constant resultants
 3). Lines: P_k displacement and directors, DP_{k-1} forces at the Gauss points.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any
 
 import basix
 import basix.ufl
@@ -15,6 +18,8 @@ import numpy.typing as npt
 from dolfinx import fem, mesh
 
 Dofs = npt.NDArray[np.int32]
+
+NO_PARTS: Mapping[str, int] = MappingProxyType({})
 
 
 @dataclass(frozen=True)
@@ -90,13 +95,16 @@ def _order_like(first: fem.FunctionSpace, second: fem.FunctionSpace) -> npt.NDAr
     return order
 
 
-def shell_space(domain: mesh.Mesh, degree: int, assumed_strains: bool) -> MixedSpace:
+def shell_space(
+    domain: mesh.Mesh, degree: int, assumed_strains: bool, constant: Mapping[str, int] = NO_PARTS
+) -> MixedSpace:
     """Space of displacement, director change, resultants and director multiplier.
 
     Args:
         domain: Surface mesh.
         degree: Polynomial degree of displacement and director (2 or 3; 2 on triangles).
         assumed_strains: Whether the material is nonlinear and needs assumed strains `S`.
+        constant: More parts with their sizes, which are constant on each cell.
     """
     cell = domain.basix_cell()
     nodal = basix.ufl.element("Lagrange", cell, degree, shape=(3,))
@@ -119,15 +127,23 @@ def shell_space(domain: mesh.Mesh, degree: int, assumed_strains: bool) -> MixedS
     if assumed_strains:
         elements["S"] = local
     elements["lam"] = basix.ufl.element("Lagrange", cell, degree)
+    elements |= _constants(cell, constant)
     return mixed_space(domain, elements, frozenset({"bubble", "N", "S"} & elements.keys()))
 
 
-def beam_space(domain: mesh.Mesh, degree: int) -> MixedSpace:
+def _constants(cell: Any, sizes: Mapping[str, int]) -> dict[str, basix.ufl._ElementBase]:
+    return {p: basix.ufl.element("DG", cell, 0, shape=(size,)) for p, size in sizes.items()}
+
+
+def beam_space(
+    domain: mesh.Mesh, degree: int, constant: Mapping[str, int] = NO_PARTS
+) -> MixedSpace:
     """Space of displacement, changes of three directors, forces and frame multipliers.
 
     Args:
         domain: Line mesh.
         degree: Polynomial degree of displacement and directors (2 or 3).
+        constant: More parts with their sizes, which are constant on each cell.
     """
 
     def nodal(size: int) -> basix.ufl._ElementBase:
@@ -143,4 +159,5 @@ def beam_space(domain: mesh.Mesh, degree: int) -> MixedSpace:
         discontinuous=True,
     )
     elements = {"u": nodal(3), "w": nodal(9), "N": forces, "lam": nodal(6)}
+    elements |= _constants("interval", constant)
     return mixed_space(domain, elements, frozenset({"N"}))

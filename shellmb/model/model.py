@@ -13,8 +13,9 @@ import numpy.typing as npt
 from shellmb.errors import SceneError
 from shellmb.meshes.mesh import build_surface
 from shellmb.model.body import Body, NodeLink
-from shellmb.model.frames.beam import BeamModel, build_beam
+from shellmb.model.frames.beam import BeamModel
 from shellmb.model.frames.glue import glue_beams, line_along
+from shellmb.model.frames.linear import build_beam
 from shellmb.model.frames.rigid import GROUND, RigidBodies, ground_node, rigid_node
 from shellmb.model.frames.rigidify import RigidMeshes, rigidified
 from shellmb.model.joints.constraints import ConstraintGroup
@@ -26,6 +27,7 @@ from shellmb.model.potentials.group import PotentialGroup
 from shellmb.model.reduced.data import ModalBody
 from shellmb.model.reduced.modal import modal_bodies, modal_points
 from shellmb.model.shells.joins import join_shells
+from shellmb.model.shells.linear import build_shell
 from shellmb.model.shells.shell import ShellModel
 from shellmb.model.signals import Signals
 from shellmb.model.supports.idle import refuse_idle_loads
@@ -136,7 +138,7 @@ def build_model(scene: Scene, comm: MPI.Comm, modal: Sequence[ModalBody] = ()) -
     dynamic = not scene.static
     for shell in scene.shells:
         mesh = build_surface(shell, comm)
-        model.shells[shell.name] = ShellModel(shell, mesh, _loads_of(scene, shell), dynamic)
+        model.shells[shell.name] = build_shell(shell, mesh, _loads_of(scene, shell), dynamic)
     kinks = _join(scene, model)
     # joins change directors: lines of shells come after them
     lines = {

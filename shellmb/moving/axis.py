@@ -190,10 +190,11 @@ def check_steady(scene: Scene, axis: Axis, loaded: bool) -> None:
     """
     size = _size(scene)
     for body in scene.meshed:
-        if isinstance(body.model, Modal):
+        if isinstance(body.model, Modal) or body.linear:
+            what = "has linear strains" if body.linear else "is reduced to modes"
             raise SceneError(
-                f"modes: {said(body)} is reduced to modes, which know no stiffness by the pull of "
-                "a rotation; its model must be 'exact'"
+                f"modes: {said(body)} {what}, which know no stiffness by the pull of a rotation; "
+                "its model must be 'exact'"
             )
     acting: tuple[Any, ...] = (*scene.potentials, *scene.contacts)
     for item in acting:

@@ -35,7 +35,7 @@ class Options:
         degree: Degree of every shell and beam.
         cell: Cell type of every shell.
         body: The only shell or beam that gets mesh, degree, cell and model; None: all of them.
-        model: How every shell and beam deforms: "exact", "rigid", "modal:10".
+        model: How every shell and beam deforms: "exact", "linear", "modal:10", "rigid".
         solve: Unknowns of the linear systems.
         newton: When Newton's method factorises.
         backend: Whose Newton solver.

@@ -157,7 +157,7 @@ class Scene(Description):
             degree: Degree, of every shell and beam.
             cell: Cell type, of every shell.
             body: The only shell or beam that gets mesh, degree, cell and model; None: all of them.
-            model: How every shell and beam deforms: "exact", "rigid", "modal:10".
+            model: How every shell and beam deforms: "exact", "linear", "modal:10", "rigid".
 
         Raises:
             SceneError: If the new scene is impossible, there is no such body, or a mesh file's mesh

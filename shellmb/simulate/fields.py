@@ -95,6 +95,12 @@ def without_jump(body: Body) -> list[Dofs]:
     return [d for d in (body.mixed.dofs[p] for p in idle) if not np.isin(d, linked).any()]
 
 
+def without_impulse(body: Body) -> list[Dofs]:
+    """Those, and a floating frame: it has no mass, and what its velocity jumps by means nothing."""
+    floating = [body.mixed.dofs[p] for p in ("frame", "hold") if p in body.mixed.dofs]
+    return without_jump(body) + floating
+
+
 def resultant_dofs(body: Body) -> Dofs:
     """Local dofs of resultants that belong to the strains of a state, of linear sections."""
     linear = "N" in body.mixed.parts and "S" not in body.mixed.parts

@@ -25,7 +25,7 @@ from shellmb.simulate.fields import (
     kinematic_dofs,
     owned_places,
     resultant_dofs,
-    without_jump,
+    without_impulse,
 )
 from shellmb.simulate.predictor import Predictor
 from shellmb.simulate.pushes import Pushes
@@ -162,7 +162,7 @@ class Problem:
             {name: k for (name, other), k in self._index.items() if other == stage},
             parts,
             f"{body.name}{suffix}",
-            without_jump(body) if jump else (),
+            without_impulse(body) if jump else (),
         )
         columns = [self._index[body.name, s] for s in self.scheme.stages]
         terms = tuple(

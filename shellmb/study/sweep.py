@@ -55,7 +55,7 @@ class Sweep:
     Args:
         base: The scene.
         quantities: What is judged; none: see `default_quantity`.
-        model: How shells and beams deform: "exact", "rigid", "modal:10".
+        model: How shells and beams deform: "exact", "linear", "modal:10", "rigid".
         scheme: Names of schemes.
         alpha: Dissipations, of schemes that have one.
         dissipations: Those of single schemes in place of `alpha`.

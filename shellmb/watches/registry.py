@@ -13,7 +13,7 @@ from shellmb.watches.drift import Drift
 from shellmb.watches.energy_law import EnergyLaw
 from shellmb.watches.large_turns import LargeTurns
 from shellmb.watches.rolling import Lifting, Slipping
-from shellmb.watches.small_displacements import ReducedBodies, SmallDisplacements
+from shellmb.watches.small_displacements import LinearBodies, ReducedBodies, SmallDisplacements
 from shellmb.watches.step_error import StepErrors
 from shellmb.watches.stiff_spin import StiffSpin
 
@@ -21,6 +21,7 @@ from shellmb.watches.stiff_spin import StiffSpin
 WATCHES: tuple[type[Watch], ...] = (
     SmallDisplacements,
     ReducedBodies,
+    LinearBodies,
     LargeTurns,
     StepErrors,
     StiffSpin,

@@ -14,11 +14,15 @@ from shellmb.observers.fields.modal import ModalState
 from shellmb.observers.fields.nodal import nodal_bodies
 from shellmb.observers.summary import Sources
 from shellmb.scene.checks.linear import SMALL_ANGLE
+from shellmb.simulate.reduction.lowest import lowest_frequency
+from shellmb.simulate.reduction.tangent import bending_scale
 from shellmb.simulate.simulation import Silent, Simulation
 from shellmb.watches.base import Caution, said_of
 
 # of the stiffness: frequencies are off by half of that
 STIFFENED = 1e-2
+# lowest frequency of a beam with one end clamped, over sqrt(D/(m L^4))
+CANTILEVER = 3.516
 
 
 class SmallDisplacements(Silent):
@@ -158,3 +162,89 @@ class ReducedBodies(Silent):
         """Take them up."""
         self._turns = {name: (size, t) for name, (size, t) in state["turns"].items()}
         self._spins = {name: (size, t) for name, (size, t) in state["spins"].items()}
+
+
+class LinearBodies(Silent):
+    """Watches bodies with linear strains: what they turn relative to their frame, and their spin.
+
+    They know no more of forces that act already than modes do (`ReducedBodies`).
+
+    Args:
+        sources: The observers of the run.
+    """
+
+    name = "linear bodies"
+
+    def __init__(self, sources: Sources) -> None:
+        # by name of the body: largest rotation about its frame on this rank, largest spin, and when
+        self._turns: dict[str, tuple[float, float]] = {}
+        self._spins: dict[str, tuple[float, float]] = {}
+
+    def start(self, simulation: Simulation) -> None:
+        """Find the bodies and their directors."""
+        meshed = simulation.model.meshed.values()
+        self._bodies = [(body, body.node_directors()) for body in meshed if body.ties]
+
+    def accepted(self, simulation: Simulation) -> None:
+        """Take the step."""
+        for body, D in self._bodies:
+            levels, (tie,) = simulation.problem.levels[body.name], body.ties
+            q = levels.q.x.array
+            frame = tie.changes(q)
+            lean = q[body.mixed.dofs["w"]].reshape(D.shape) - D @ frame
+            size = float(np.sqrt(np.max(np.sum(lean**2, axis=2), initial=0.0)))
+            _note(self._turns, body.name, size, simulation.t)
+            if "v" in levels.rates:
+                rates = tie.changes(levels.rates["v"].x.array)
+                spin = np.cross(np.eye(3) + frame, rates).sum(axis=0) / 2
+                _note(self._spins, body.name, float(np.linalg.norm(spin)), simulation.t)
+
+    def cautions(self, simulation: Simulation) -> Iterator[Caution]:
+        """A sentence for each body that bends or spins too much; collective."""
+        comm = simulation.model.comm
+        for body, _ in self._bodies:
+            name, who = body.name, said_of(simulation, body.name)
+            turn, when = comm.allreduce(self._turns.get(name, (0.0, 0.0)), op=MPI.MAX)
+            if turn > SMALL_ANGLE:
+                yield Caution(
+                    self.name,
+                    name,
+                    turn,
+                    SMALL_ANGLE,
+                    f"{who} has linear strains and turns by {turn:.2g} rad relative to its frame, "
+                    f"at t = {when:g}; rotations there are small, up to {SMALL_ANGLE:g} rad: its "
+                    "results are of the size of the square of that off; use model='exact'",
+                )
+            spin, when = comm.allreduce(self._spins.get(name, (0.0, 0.0)), op=MPI.MAX)
+            # a cantilever of its length is softer than it is
+            slow = CANTILEVER * np.sqrt(bending_scale(body))
+            if (spin / slow) ** 2 <= STIFFENED:
+                continue
+            lowest = lowest_frequency(simulation.model, name)
+            share = (spin / lowest) ** 2
+            if share > STIFFENED:
+                yield Caution(
+                    self.name,
+                    name,
+                    share,
+                    STIFFENED,
+                    f"{who} has linear strains and spins at {spin:.3g} rad/s, at t = {when:g}, "
+                    f"{spin / lowest:.2g} of its lowest frequency by itself, {lowest:.3g} rad/s: "
+                    f"centrifugal forces would change its stiffness by about {share:.0%}, and "
+                    "linear strains do not know that; use model='exact'",
+                )
+
+    def state(self) -> dict[str, Any]:
+        """The largest so far."""
+        return {"turns": dict(self._turns), "spins": dict(self._spins)}
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Take them up."""
+        self._turns = {name: (size, t) for name, (size, t) in state["turns"].items()}
+        self._spins = {name: (size, t) for name, (size, t) in state["spins"].items()}
+
+
+def _note(largest: dict[str, tuple[float, float]], name: str, size: float, t: float) -> None:
+    """Keep the largest size with its time."""
+    if size > largest.get(name, (0.0, 0.0))[0]:
+        largest[name] = size, t

@@ -12,7 +12,8 @@ from dolfinx.fem.petsc import assemble_vector
 from scipy.spatial.transform import Rotation
 
 from shellmb.kernels import compiled
-from shellmb.model.frames.beam import BeamModel, build_beam
+from shellmb.model.frames.beam import BeamModel
+from shellmb.model.frames.linear import build_beam
 from shellmb.scene import Beam, CircularArc, Clamped, GeneralSection, PointForce, PointMoment, Scene
 from shellmb.schemes.base import at_state
 from shellmb.simulate.simulation import Simulation

@@ -79,6 +79,7 @@ SINGLE = {
         "own_strains",
         "prescribed_motion",
         "large_deformation",
+        "all_modes",
         "supports",
         "joins",
         "glues",
@@ -180,11 +181,19 @@ def test_a_linear_jacobian_lasts() -> None:
 
 def test_a_body_in_modes_has_no_nodes() -> None:
     """Nor kernels of shells in its steps; what finds the modes is compiled besides."""
-    exact, modal = both("large_deformation")
+    exact, modal = both("all_modes")
     assert modal.problem.system.size < exact.problem.system.size
     assert not modal.model.shells
     assert not any(body.name.startswith(("modes", "inertia")) for body in exact.model.bodies)
     assert not kernels(modal) & kernels(exact)
+
+
+def test_an_exact_body_has_no_frame() -> None:
+    exact, linear = both("large_deformation")
+    assert not {"frame", "hold"} & exact.model.shells["plate"].mixed.parts.keys()
+    assert not exact.model.shells["plate"].ties
+    # nine numbers of a frame, and what holds it
+    assert linear.problem.system.size == exact.problem.system.size + 18
 
 
 def test_load_steps_have_no_path() -> None:

@@ -38,7 +38,7 @@ def test_a_plate_has_what_its_scene_says(plate, eccentric, unsymmetric) -> None:
     assert found == {
         *("inertia", "rotary_inertia", "adaptivity", "flexibility", "bending", "stretching"),
         *("transverse_shear", "geometric_nonlinearity", "dead_load", "supports"),
-        "large_deformation",
+        *("large_deformation", "all_modes"),
         *(f"observe_{name}" for name in ("energy", "constraints", "momentum", "probes", "history")),
         *("observe_frames", "observe_checkpoint"),
     }

@@ -13,6 +13,7 @@ from dolfinx import fem
 from shellmb import kernels
 from shellmb.forms import materials
 from shellmb.meshes.mesh import build_surface
+from shellmb.model.shells.linear import build_shell
 from shellmb.model.shells.shell import ShellModel
 from shellmb.scene import Cylinder, Hyperelastic, Isotropic, Laminate, Load, PlyMaterial, Shell
 
@@ -34,6 +35,8 @@ CASES = [
     ("quad", "quadratic"),
     ("tri", "isotropic"),
     ("tri", "neo-hookean"),
+    ("quad", "coupled", "linear"),
+    pytest.param(("tri", "isotropic", "linear"), marks=pytest.mark.slow),
 ]
 
 
@@ -87,6 +90,13 @@ class Sample:
         self.set_part(q, "u", self.X @ (Q - np.eye(3)).T + 0.1 * u)
         d = self.D @ Q.T + self.part(q, "w")
         self.set_part(q, "w", d / np.linalg.norm(d, axis=1, keepdims=True) - self.D)
+        if self.body.ties:
+            self.turn_frames(q, Q)
+
+    def turn_frames(self, q: fem.Function, Q: np.ndarray) -> None:
+        """Turn the floating frame, which in these states is another one on each cell."""
+        d = np.eye(3) + self.part(q, "frame").reshape(-1, 3, 3)
+        self.set_part(q, "frame", d @ Q.T - np.eye(3))
 
     def move_rigidly(self, q: fem.Function, Q: np.ndarray, c: np.ndarray) -> None:
         """Superpose a rigid motion on a state; resultants in the material axes stay as they are."""
@@ -95,23 +105,27 @@ class Sample:
         self.set_part(q, "w", (self.D + w) @ Q.T - self.D)
         if "bubble" in self.body.mixed.parts:
             self.set_part(q, "bubble", self.part(q, "bubble") @ Q.T)
+        if self.body.ties:
+            self.turn_frames(q, Q)
 
     def noise(self, q: fem.Function, rng: np.random.Generator) -> None:
         """A random direction of order one."""
         q.x.array[:] = rng.normal(size=len(q.x.array))
 
 
-_SAMPLES: dict[tuple[str, str, tuple[Load, ...]], Sample] = {}
+_SAMPLES: dict[tuple[str, str, str, tuple[Load, ...]], Sample] = {}
 
 
-def make_sample(cell: str, section: str, loads: tuple[Load, ...] = ()) -> Sample:
-    key = (cell, section, loads)
+def make_sample(
+    cell: str, section: str, loads: tuple[Load, ...] = (), model: str = "exact"
+) -> Sample:
+    key = (cell, section, model, loads)
     if key not in _SAMPLES:
         # a curved panel: D varies, and no term of the strains vanishes in the reference state
         surface = Cylinder(radius=1.0, length=0.8, angles=(10, 60))
         shell = Shell("panel", surface, SECTIONS[section], mesh=(2, 2), cell=cell)  # type: ignore[arg-type]
-        shell = replace(shell, direction=(0.3, 1.0, 0.2))
-        body = ShellModel(shell, build_surface(shell, MPI.COMM_WORLD), list(loads), True)
+        shell = replace(shell, direction=(0.3, 1.0, 0.2), model=model)
+        body = build_shell(shell, build_surface(shell, MPI.COMM_WORLD), list(loads), True)
         _SAMPLES[key] = Sample(body)
     return _SAMPLES[key]
 
@@ -129,7 +143,8 @@ def turn() -> Callable[[np.random.Generator], np.ndarray]:
 @pytest.fixture(params=CASES, ids=lambda case: "-".join(case))
 def panel(request: pytest.FixtureRequest) -> Sample:
     """Each combination of cell and section."""
-    return make_sample(*request.param)
+    cell, section, *model = request.param
+    return make_sample(cell, section, model=model[0] if model else "exact")
 
 
 @pytest.fixture

@@ -13,7 +13,7 @@ from dolfinx import fem
 
 from shellmb import kernels
 from shellmb.meshes.mesh import build_surface
-from shellmb.model.frames.beam import build_beam
+from shellmb.model.frames.linear import build_beam
 from shellmb.model.shells.shell import ShellModel
 from shellmb.scene import (
     Beam,

@@ -54,6 +54,9 @@ def potential(sample: Any) -> ufl.Form:
     D, w = body.director, body.layout.part(q, "w")
     constraint = (ufl.dot(D + w, D + w) - 1) / 2
     W += body.section.force * body.layout.part(q, "lam") * constraint * body.rules.nodes
+    for tie in body.ties:
+        held = ufl.dot(body.layout.part(q, "hold"), tie.constraints(q))
+        W += body.section.force * held * body.rules.full
     if "S" in body.layout.parts:
         # nonlinear material: the resultants tie the assumed strains to the displacements
         formulation = body.section.formulation
@@ -106,6 +109,9 @@ def test_a_rigid_motion_of_the_reference_has_no_strain(panel, rng, turn) -> None
 
 def satisfy_compatibility(panel: Any, q: fem.Function) -> None:
     """Set the element-wise parts so that the compatibility equations hold: N (linear) or S."""
+    if panel.body.ties:
+        # nothing holds these frames to the body
+        q.x.array[panel.body.mixed.dofs["hold"]] = 0.0
     part = "S" if "S" in panel.body.mixed.parts else "N"
     dofs = panel.body.mixed.dofs[part]
     space = panel.body.mixed.space

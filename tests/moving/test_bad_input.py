@@ -1,5 +1,6 @@
 """What cannot turn steadily is refused in one sentence, before anything is compiled."""
 
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -59,6 +60,11 @@ IN_MODES = Shell("panel", Rectangle(1.0, 0.2), SKIN, model=Modal(modes=3))
         ({"elements": ROPE}, False, r"'rope' holds on to ground at \(2.*point of the axis"),
         ({"contacts": FLOOR}, False, "contact 'floor' stays in space"),
         ({"shells": IN_MODES}, False, "shell 'panel' is reduced to modes, which know no stiffness"),
+        (
+            {"shells": replace(IN_MODES, model="linear")},
+            False,
+            "shell 'panel' has linear strains, which know no stiffness",
+        ),
         ({"loads": Gravity((0, -9.81, 0))}, True, "gravity is .*fixed in space.*along the axis"),
     ],
 )

@@ -156,6 +156,7 @@ CASES = (
     Case("path_following", _having(path=PathFollowing()), scheme="static"),
     Case("flexibility", _having(**_FLIGHT)),
     Case("large_deformation", _having(**_FLIGHT)),
+    Case("all_modes", _having(**_FLIGHT)),
     Case("stretching", _plate),
     Case("transverse_shear", _plate),
     Case("coupling", _made_of(_eccentric)),

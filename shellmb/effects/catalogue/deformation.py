@@ -70,15 +70,35 @@ def _exact(scene: Scene) -> Use:
     return Use(False, "no shell or beam has model='exact'")
 
 
-def _in_modes(scene: Scene, part: str | None) -> Scene:
+def _linear_strains(scene: Scene, part: str | None) -> Scene:
     able = [b for b in scene.meshed if b.exact]
     bodies = chosen(able, part, "shell or beam with model='exact'")
+    return replaced(scene, bodies, model="linear")
+
+
+def _exact_strains(scene: Scene, part: str | None) -> Scene:
+    able = [b for b in scene.meshed if b.linear or isinstance(b.model, Modal)]
+    what = "shell or beam with linear strains, or in modes"
+    return replaced(scene, chosen(able, part, what), model="exact")
+
+
+def _of_mesh(scene: Scene) -> Use:
+    whole = [b for b in scene.meshed if b.nodal]
+    if whole:
+        words = " and ".join(dict.fromkeys(f"model={b.model!r}" for b in whole))
+        return Use(True, f"{words} of {names(whole)}")
+    return Use(False, "no shell or beam has its nodes for unknowns")
+
+
+def _in_modes(scene: Scene, part: str | None) -> Scene:
+    able = [b for b in scene.meshed if b.nodal]
+    bodies = chosen(able, part, "shell or beam with model='exact' or 'linear'")
     return replaced(scene, bodies, model=Modal())
 
 
 def _not_in_modes(scene: Scene, part: str | None) -> Scene:
     able = [b for b in scene.meshed if isinstance(b.model, Modal)]
-    return replaced(scene, chosen(able, part, "shell or beam in modes"), model="exact")
+    return replaced(scene, chosen(able, part, "shell or beam in modes"), model="linear")
 
 
 def _soft(scene: Scene, part: str | None) -> Scene:
@@ -136,8 +156,16 @@ EFFECTS = (
     Effect(
         "large_deformation",
         _GROUP,
-        "large rotations within a body; without them ten modes about a frame",
+        "large strains and rotations within a body; without them small ones about a frame",
         _exact,
+        _linear_strains,
+        _exact_strains,
+    ),
+    Effect(
+        "all_modes",
+        _GROUP,
+        "all modes that a mesh has; without them ten about a frame",
+        _of_mesh,
         _in_modes,
         _not_in_modes,
     ),

@@ -1,9 +1,7 @@
 """A beam as the schemes see it: forms of `shellmb.forms` bound to a line, a section and loads."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-
-from mpi4py import MPI
 
 import numpy as np
 import numpy.typing as npt
@@ -20,8 +18,8 @@ from shellmb.forms.steps.damping import ViscousBeam
 from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.path import Measure, Row, Step
 from shellmb.forms.steps.pathwork import interval_work
-from shellmb.meshes.curve_mesh import LineMesh, build_line
-from shellmb.meshes.spaces import beam_space
+from shellmb.meshes.curve_mesh import LineMesh
+from shellmb.meshes.spaces import NO_PARTS, beam_space
 from shellmb.model.body import LoadFactors, PartScale, Rates, SubInterval, Term
 from shellmb.model.frames.frame import FrameBody
 from shellmb.model.pathterms import path_terms
@@ -140,12 +138,17 @@ class BeamModel(FrameBody):
         domain: Its meshed reference line.
         loads: Distributed loads on it.
         dynamic: Whether it moves in time, and so has inertia.
+
+    Attributes:
+        everywhere: Parts of its state that are the same all over it, with their sizes.
     """
+
+    everywhere: Mapping[str, int] = NO_PARTS
 
     def __init__(self, beam: Beam, domain: LineMesh, loads: list[Load], dynamic: bool) -> None:
         self.beam, self.domain = beam, domain
         line = domain.mesh
-        mixed = beam_space(line, beam.degree)
+        mixed = beam_space(line, beam.degree, self.everywhere)
         space = mixed.subspaces["w"]
         frames = domain.frames(space)
         # nodes of the parts are listed as those of u
@@ -188,6 +191,10 @@ class BeamModel(FrameBody):
             PartScale("w", f"directors {label}", 1.0, _ADVICE_MOTION),
             PartScale("N", f"forces {label}", min(slenderness, 1e-3), _ADVICE_FORCE),
             PartScale("lam", f"director multipliers {label}", slenderness**2, _ADVICE_MOTION),
+        )
+        self.parts += tuple(
+            PartScale(part, f"floating frame {label}", size, _ADVICE_MOTION)
+            for part, size in zip(self.everywhere, (1.0, slenderness**2), strict=False)
         )
 
     @property
@@ -321,27 +328,3 @@ class BeamLoads(DistributedLoads):
                 moved, _ = momenta(du, dw, body.weight)
                 return load_forms.dead_force(constant(load.acceleration), moved), rules.nodes
         raise NotImplementedError(f"no form for {type(load).__name__}")
-
-
-def build_beam(
-    beam: Beam,
-    comm: MPI.Comm,
-    loads: list[Load],
-    dynamic: bool,
-    domain: LineMesh | None = None,
-) -> BeamModel:
-    """Mesh a beam and bind its section and loads.
-
-    Args:
-        beam: Description.
-        comm: Communicator; the call is collective.
-        loads: Distributed loads on it.
-        dynamic: Whether it moves in time.
-        domain: Its meshed line, if it runs along a shell.
-
-    Raises:
-        SceneError: If its curve cannot be meshed as described.
-    """
-    if domain is None:
-        domain = build_line(beam.name, beam.curve, beam.elements, beam.degree, beam.up, comm)
-    return BeamModel(beam, domain, loads, dynamic)

@@ -18,6 +18,8 @@ from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.path import Path
 from shellmb.meshes.spaces import MixedSpace
 from shellmb.model.body import Damped, FixedDofs, Leaping, NodeLink, PartScale
+from shellmb.model.frames.floating import EVERYWHERE, FloatingFrame, leaping
+from shellmb.model.sections.damping import together
 
 Values = npt.NDArray[np.float64]
 
@@ -59,12 +61,15 @@ class FrameBody:
         self.damping: Damped | None = None
         # parts of the mass with the rule that integrates each; none in statics
         self.masses: tuple[tuple[FrameMass, ufl.Measure], ...] = ()
+        # floating frames that its strains are small relative to
+        self.ties: tuple[FloatingFrame, ...] = ()
 
     @property
     def jump_parts(self) -> frozenset[str]:
         """Parts that have equations for the jump of velocities."""
         turns = any(J is not None for mass, _ in self.masses for J in mass.J)
-        return frozenset({"u", "w", "lam"} if turns else {"u"})
+        own = {"u", "w", "lam"} if turns else {"u"}
+        return frozenset(own | EVERYWHERE.keys() if self.ties else own)
 
     def directors(self, q: Expr) -> Vectors:
         """The three directors, shape (3,) each."""
@@ -83,7 +88,8 @@ class FrameBody:
         change = frame.orthonormality_change(self.directors(span.mid), layout.part(dq, "w"))
         violation = frame.orthonormality(layout.part(span.at, "w"), self.frames)
         work = ufl.dot(layout.part(span.unknown, "lam"), change)
-        return self.force * (work + ufl.dot(layout.part(dq, "lam"), violation)) * self.nodes
+        form = self.force * (work + ufl.dot(layout.part(dq, "lam"), violation)) * self.nodes
+        return sum((tie.work(span, dq) for tie in self.ties), form)
 
     def frame_row(self, path: Path, k: int, dq: Expr) -> Form:
         """Orthonormality and its rate at the end of a step, eq. (Q4), or twice of it (Q6)."""
@@ -91,10 +97,15 @@ class FrameBody:
         row = held_row(self._orthonormality, path, k, dq, self.inertialess)
         own, other = (layout.part(q, "lam") for q in row.multipliers)
         work = ufl.dot(own, row.own) + ufl.dot(other, row.other)
-        return self.force * (work + ufl.dot(layout.part(dq, "lam"), row.value)) * self.nodes
+        form = self.force * (work + ufl.dot(layout.part(dq, "lam"), row.value)) * self.nodes
+        return sum((tie.row(path, k, dq, self.inertialess) for tie in self.ties), form)
 
     def velocity_constraint(self, v: Expr, mid: Expr, dv: Expr) -> Form | None:
         """Velocities `v` do not violate the constraints at `mid`, with the impulses for that."""
+        own = self._orthonormality_kept(v, mid, dv)
+        return together([own, *(tie.velocity(v, mid, dv) for tie in self.ties)])
+
+    def _orthonormality_kept(self, v: Expr, mid: Expr, dv: Expr) -> Form | None:
         if "lam" not in self.jump_parts:
             return None
         layout, d = self.layout, self.directors(mid)
@@ -105,6 +116,9 @@ class FrameBody:
 
     def leaping(self, leap: Leap, dq: Expr) -> Leaping:
         """Velocities at the end of a step with a jump keep frames orthonormal, eq. (N2)."""
+        return leaping(self._orthonormality_leaps(leap, dq), self.ties, leap, dq)
+
+    def _orthonormality_leaps(self, leap: Leap, dq: Expr) -> Leaping:
         if "lam" not in self.jump_parts:
             return None
         row = leap_row(self._orthonormality, leap, dq)
@@ -174,4 +188,5 @@ class FrameBody:
         d = self.frames_at(q.x.array)
         if not len(d):
             return 0.0
-        return float(np.max(np.abs(d @ d.transpose(0, 2, 1) - np.eye(3))))
+        largest = float(np.max(np.abs(d @ d.transpose(0, 2, 1) - np.eye(3))))
+        return max([largest, *(tie.error(q.x.array) for tie in self.ties)])

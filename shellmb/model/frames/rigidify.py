@@ -20,8 +20,9 @@ from dolfinx import fem
 from shellmb.errors import SceneError
 from shellmb.kernels import compiled
 from shellmb.meshes.mesh import build_surface
-from shellmb.model.frames.beam import BeamModel, build_beam
+from shellmb.model.frames.beam import BeamModel
 from shellmb.model.frames.glue import line_along
+from shellmb.model.frames.linear import build_beam
 from shellmb.model.frames.rigidpoints import RigidMeshes, ended, pointed
 from shellmb.model.places.nodes import shared_nodes
 from shellmb.model.shells.shell import ShellModel

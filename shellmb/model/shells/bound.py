@@ -1,5 +1,6 @@
 """What a shell is bound to: mesh, space, section, rules of its integrals, and its kinematics."""
 
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 
@@ -14,16 +15,18 @@ from shellmb.forms import hourglass
 from shellmb.forms import shell as shell_forms
 from shellmb.forms.shell import ShellStrains
 from shellmb.forms.state import Layout
-from shellmb.forms.steps.mixed import Density
+from shellmb.forms.steps.mixed import Density, vector
+from shellmb.forms.steps.path import Measure, measure
 from shellmb.forms.surface import Surface, surface
 from shellmb.meshes.directors import reference_director
 from shellmb.meshes.mesh import SurfaceMesh
-from shellmb.meshes.spaces import MixedSpace, shell_space
+from shellmb.meshes.spaces import NO_PARTS, MixedSpace, shell_space
 from shellmb.model.body import (
     FixedDofs,
     NodeLink,
     PartScale,
 )
+from shellmb.model.frames.floating import FloatingFrame
 from shellmb.model.rules import quadrature_rules
 from shellmb.model.sections.section import bind_mass, bind_section
 from shellmb.model.shells.direction import direction_1
@@ -37,6 +40,10 @@ _ADVICE_FORCE = "a smaller step, or check the stiffness and thickness of the sec
 class BoundShell:
     """A shell on its mesh, before any force acts in it.
 
+    Attributes:
+        everywhere: Parts of its state that are the same all over it, with their sizes.
+        ties: Floating frames that its strains are small relative to.
+
     Args:
         shell: Description.
         surface_mesh: Its meshed surface.
@@ -44,13 +51,16 @@ class BoundShell:
         dynamic: Whether it moves in time, and so has inertia.
     """
 
+    everywhere: Mapping[str, int] = NO_PARTS
+    ties: tuple[FloatingFrame, ...] = ()
+
     def __init__(
         self, shell: Shell, surface_mesh: SurfaceMesh, loads: list[Load], dynamic: bool
     ) -> None:
         self.name, self.shell, self.surface_mesh = shell.name, shell, surface_mesh
         domain = surface_mesh.mesh
         linear = isinstance(shell.section, LinearSection)
-        self.mixed: MixedSpace = shell_space(domain, shell.degree, not linear)
+        self.mixed: MixedSpace = shell_space(domain, shell.degree, not linear, self.everywhere)
         if shell.holds_strains:
             # multipliers: no compliance by which they could be eliminated cell by cell
             self.mixed = replace(self.mixed, elementwise=self.mixed.elementwise - {"N"})
@@ -85,6 +95,8 @@ class BoundShell:
             "N": (f"resultants {label}", min(slenderness, 1e-3), _ADVICE_FORCE),
             "S": (f"assumed strains {label}", min(slenderness, 1e-3), _ADVICE_FORCE),
             "lam": (f"director multiplier {label}", slenderness**2, _ADVICE_MOTION),
+            "frame": (f"floating frame {label}", 1.0, _ADVICE_MOTION),
+            "hold": (f"multiplier of the floating frame {label}", slenderness**2, _ADVICE_MOTION),
         }
         self.parts = tuple(PartScale(name, *scales[name]) for name in self.mixed.parts)
 
@@ -144,6 +156,22 @@ class BoundShell:
         measure = self.shell.strains or shell_forms.shell_strains
         u, w = self.layout.displacement(q), self.layout.director_change(q)
         return measure(u, w, self.surface)
+
+    @property
+    def strain_measure(self) -> Measure:
+        """The same, shape (8,), by their derivative."""
+        if self.shell.strains is not None:
+            return measure(lambda q: vector(self.strains(q)))
+        surf = self.surface
+
+        def slope(c: Expr | None, pairs: Sequence[tuple[Expr, Expr]], dq: Expr) -> Expr:
+            states = [(w, shell_forms.tangents(*self.velocities(q), surf)) for w, q in pairs]
+            if c is not None:
+                states.append((c, shell_forms.reference_tangents(surf)))
+            at = shell_forms.combined(states)
+            return vector(shell_forms.strain_change(at, *self.velocities(dq), surf))
+
+        return Measure(slope)
 
     def integrate(self, density: Density) -> Form:
         """Integral of densities for the full and the reduced rule."""

@@ -19,7 +19,7 @@ from shellmb.forms.steps.anystrain import AnyStrain, ExactInterval
 from shellmb.forms.steps.discrete import Strain, at_middle, variation
 from shellmb.forms.steps.mixed import Interval, LinearMixed, vector
 from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
-from shellmb.forms.steps.path import Measure, Row, Step, is_quadratic, measure
+from shellmb.forms.steps.path import Measure, Row, Step, is_quadratic
 from shellmb.forms.steps.pathwork import interval_work
 from shellmb.forms.steps.pathwork_nonlinear import NonlinearPath
 from shellmb.model.body import Leaping, SubInterval, Term
@@ -30,22 +30,6 @@ from shellmb.model.shells.bound import BoundShell
 def _vector_of(shell: BoundShell) -> Strain:
     """Strains of shape (8,) as a function of the state."""
     return lambda q: vector(shell.strains(q))
-
-
-def strain_measure(shell: BoundShell) -> Measure:
-    """The same by their derivative."""
-    if shell.shell.strains is not None:
-        return measure(_vector_of(shell))
-    surf = shell.surface
-
-    def slope(c: Expr | None, pairs: Sequence[tuple[Expr, Expr]], dq: Expr) -> Expr:
-        states = [(w, shell_forms.tangents(*shell.velocities(q), surf)) for w, q in pairs]
-        if c is not None:
-            states.append((c, shell_forms.reference_tangents(surf)))
-        at = shell_forms.combined(states)
-        return vector(shell_forms.strain_change(at, *shell.velocities(dq), surf))
-
-    return Measure(slope)
 
 
 def strain_change(shell: BoundShell, q: Expr, dq: Expr) -> ShellStrains:
@@ -75,12 +59,13 @@ def general(shell: BoundShell, span: Interval, dq: Expr) -> Form:
 
 
 def directors(shell: BoundShell, span: Interval, dq: Expr) -> Form:
-    """Constraints of the directors at the end of a sub-interval, with their forces."""
+    """Constraints of directors and frame at the end of a sub-interval, with their forces."""
     layout, D = shell.layout, shell.director
     lam, dlam = layout.part(span.unknown, "lam"), layout.part(dq, "lam")
     work = lam * ufl.dot(D + layout.part(span.mid, "w"), layout.part(dq, "w"))
     violation = shell_forms.director_constraint(layout.part(span.at, "w"), D)
-    return shell.section.force * (work + dlam * violation) * shell.rules.nodes
+    form = shell.section.force * (work + dlam * violation) * shell.rules.nodes
+    return sum((tie.work(span, dq) for tie in shell.ties), form)
 
 
 def _length(shell: BoundShell, q: Expr) -> Expr:
@@ -129,7 +114,7 @@ def quadratic_strains(shell: BoundShell) -> bool:
 
 def work(shell: BoundShell, row: Row, dq: Expr, trial: Expr) -> Term:
     """Internal forces of a row, the hourglass control with them."""
-    section, layout, strain = shell.section.formulation, shell.layout, strain_measure(shell)
+    section, layout, strain = shell.section.formulation, shell.layout, shell.strain_measure
     assert isinstance(section, LinearMixed)
     found = path_terms(
         section, layout, strain, row, dq, trial, lambda d: shell.integrate((d[0], d[1]))
@@ -143,7 +128,7 @@ def _controlled(shell: BoundShell, term: Term, row: Row, dq: Expr, trial: Expr) 
         return term
     lines = path_terms(
         hourglass.LineSection(),
-        *(shell.layout, lines_of(shell, strain_measure(shell)), row, dq, trial),
+        *(shell.layout, lines_of(shell, shell.strain_measure), row, dq, trial),
         lambda d: shell.hourglass((d[0], d[1])),
     )
     return together(term, lines)
@@ -152,7 +137,7 @@ def _controlled(shell: BoundShell, term: Term, row: Row, dq: Expr, trial: Expr) 
 def along(
     shell: BoundShell, step: Step, k: int, dq: Expr, trial: Expr
 ) -> tuple[Form | None, list[Term]]:
-    """Internal forces, and the constraints of the directors; arguments as of `Body.along`.
+    """Internal forces, and constraints of directors and frame; arguments as of `Body.along`.
 
     Raises:
         SceneError: If a strain measure of the user is not quadratic, and the section not linear.
@@ -170,6 +155,7 @@ def along(
     first, second = (layout.part(q, "lam") for q in row.multipliers)
     acting = first * row.own[0] + second * row.other[0] + layout.part(dq, "lam") * row.value[0]
     form = shell.section.force * acting * shell.rules.nodes
+    form = sum((tie.row(step.path, k, dq, shell.inertialess) for tie in shell.ties), form)
     if not quadratic:
         return form, [_of_any_form(shell, step, k, dq, trial)]
     if isinstance(shell.section.formulation, LinearMixed):
@@ -212,7 +198,7 @@ def _integrate(shell: BoundShell, densities: Sequence[Expr]) -> Form:
 def _nonlinear(shell: BoundShell, step: Step) -> NonlinearPath:
     section = shell.section.formulation
     assert isinstance(section, NonlinearMixed)
-    strain = strain_measure(shell)
+    strain = shell.strain_measure
     return NonlinearPath(section, shell.layout, strain, step.states, step.points)
 
 
@@ -226,7 +212,7 @@ def lines_of(shell: BoundShell, strain: Measure) -> Measure:
 
 def lost(shell: BoundShell, step: Step, bow: Expr) -> Form | None:
     """Elastic energy of the bow of the strains, J; arguments as of `Body.lost`."""
-    section, strain = shell.section.formulation, strain_measure(shell)
+    section, strain = shell.section.formulation, shell.strain_measure
     lines = shell.rules.lines is not None
     if quadratic_strains(shell):
         e = step.bow_of(strain)
@@ -249,7 +235,7 @@ def mean_resultants(shell: BoundShell, step: Step) -> Expr:
     if not isinstance(section, LinearMixed):
         return _nonlinear(shell, step).mean_stress()
     if quadratic_strains(shell):
-        e = strain_measure(shell).moment(step.pairs[0][0].moment, step.states)
+        e = shell.strain_measure.moment(step.pairs[0][0].moment, step.states)
     else:
         e = AnyStrain(_vector_of(shell), step.states, step.whole.places).mean
     return section.joined(e, section.forces(layout, step.path.end))

@@ -24,6 +24,7 @@ from shellmb.model.body import (
     SubInterval,
     Term,
 )
+from shellmb.model.frames.floating import leaping
 from shellmb.model.sections.damping import StrainDamping, mass_damping, slowing, together
 from shellmb.model.sections.section import Arm, mass_arm
 from shellmb.model.shells import path as shellpath
@@ -71,15 +72,18 @@ class ShellModel(BoundShell):
     def jump_parts(self) -> frozenset[str]:
         """Parts that have equations for the jump of velocities."""
         turning = {"w", "lam"} if self._turns else set()
-        return frozenset(({"u", "bubble"} | turning) & self.mixed.parts.keys())
+        found = {"u", "bubble", *turning, *self.everywhere}
+        return frozenset(found & self.mixed.parts.keys())
 
     def velocity_constraint(self, v: Expr, mid: Expr, dv: Expr) -> Form | None:
         """Directors do not change their length, with the impulses for that."""
-        return shellpath.lengths_kept(self, v, mid, dv) if self._turns else None
+        own = shellpath.lengths_kept(self, v, mid, dv) if self._turns else None
+        return together([own, *(tie.velocity(v, mid, dv) for tie in self.ties)])
 
     def leaping(self, leap: Leap, dq: Expr) -> Leaping:
         """Velocities at the end of a step with a jump keep the directors' length, eq. (N2)."""
-        return shellpath.leaping(self, leap, dq) if self._turns else None
+        own = shellpath.leaping(self, leap, dq) if self._turns else None
+        return leaping(own, self.ties, leap, dq)
 
     @cached_property
     def _arm(self) -> Arm:
@@ -212,14 +216,15 @@ class ShellModel(BoundShell):
         return self._integrate_mass(density)
 
     def constraint_error(self, q: fem.Function) -> float:
-        """Largest deviation of a director's length from one on this rank."""
+        """Largest deviation of a director's length from one, or of the frame, on this rank."""
         reference, places = self._directors_in_state
         d = q.x.array[places]
         d += reference
         lengths = np.sqrt(np.vecdot(d, d))
         lengths -= 1
         # `reduce` and not `max`: Python around it takes longer than the numbers
-        return float(np.maximum.reduce(np.abs(lengths), initial=0.0))
+        largest = float(np.maximum.reduce(np.abs(lengths), initial=0.0))
+        return max([largest, *(tie.error(q.x.array) for tie in self.ties)])
 
     @cached_property
     def _directors_in_state(

@@ -50,7 +50,7 @@ def strain_damping(shell: BoundShell) -> StrainDamping | None:
             "quadratic in displacement and director; with damping of the section it must be, or "
             "the damping a term of the shell"
         )
-    formulation, strain = shell.section.formulation, path.strain_measure(shell)
+    formulation, strain = shell.section.formulation, shell.strain_measure
     if isinstance(formulation, LinearMixed):
         parts = _linear(shell, formulation, strain)
     else:

@@ -115,7 +115,7 @@ def _regions(body: Body | None) -> tuple[str, ...]:
 
 
 def _frameless(body: Body | None) -> bool:
-    return isinstance(body, Shell) and body.exact
+    return isinstance(body, Shell) and body.nodal
 
 
 def _end_said(body: Body | None) -> str:
@@ -246,7 +246,7 @@ def _frame(scene: Description, probe: Any) -> None:
         )
     if probe.frame_at is not None:
         check_point(body, probe.frame_at, f"{said(probe)}: frame_at")
-    elif isinstance(body, Beam) and body.exact:
+    elif isinstance(body, Beam) and body.nodal:
         raise SceneError(
             f"{said(probe)}: frame_at is missing; it must be the node of {said(body)} whose frame "
             "it is"

@@ -119,7 +119,7 @@ def _quadratic(scene: Description) -> None:
     if scheme not in QUADRATIC:
         return
     bodies: list[Any] = [*scene.shells, *scene.beams]
-    light = {b.name: not (b.rotary_inertia and b.section.masses[2]) for b in bodies if b.exact}
+    light = {b.name: not (b.rotary_inertia and b.section.masses[2]) for b in bodies if b.nodal}
     alpha = getattr(scene.scheme, "alpha", scene.alpha if scheme == "ed3" else 0.0)
     for body in scene.meshed:
         if alpha == 0 and light.get(body.name):

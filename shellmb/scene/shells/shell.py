@@ -59,9 +59,10 @@ class Shell(Deforming):
             ``ShellStrains``, as :func:`shellmb.forms.shell.shell_strains` does; of any form, and
             quickest to compile if at most quadratic in the unknowns.
         terms: Terms added to the weak form, each a callable in UFL.
-        model: ``"exact"``: any displacements and rotations; ``Modal(modes=10)``: reduced to modes
-            about a frame that moves by any amount; ``"rigid"``: one rigid body. Mass and inertia
-            are those of its mesh and section in all of them.
+        model: ``"exact"``: any displacements and rotations; ``"linear"``: small strains and
+            rotations relative to a frame that moves by any amount; ``Modal(modes=10)``: the same,
+            reduced to modes; ``"rigid"``: one rigid body. Mass and inertia are those of its mesh
+            and section in all of them.
         areas: Names of areas with vectorised functions of positions (3, n) that say whether they
             are inside: ``{"flange": lambda x: x[0] < 0.1}``. An area is the elements of which most
             is inside. Supports hold it as they hold edges, and a ``Weld`` bolts it to a frame.
@@ -91,12 +92,18 @@ class Shell(Deforming):
         """Check what concerns several parameters.
 
         Raises:
-            SceneError: If triangles are asked for with degree 3, an area has the name of an edge, a
-                gmsh mesh is to be distorted, or a closed surface has too few elements around.
+            SceneError: If triangles are asked for with degree 3, a linear shell has strains of its
+                own, an area has the name of an edge, a gmsh mesh is to be distorted, or a closed
+                surface has too few elements around.
         """
         if self.cell == "tri" and self.degree != 2:
             raise SceneError(
                 f"shell '{self.name}': degree is {self.degree}; it must be 2 on triangles"
+            )
+        if self.linear and self.strains is not None:
+            raise SceneError(
+                f"shell '{self.name}': model is 'linear', and it has strains of its own; they must "
+                "be left out, or the model must be 'exact'"
             )
         for name in self.areas:
             if name in (*(self.surface.edges or ()), *(self.surface.points or ())):

@@ -11,7 +11,7 @@ from shellmb.scene.values.validate import PositiveInt, described
 
 __all__ = ["BodyModel", "Deforming", "Modal", "model_of"]
 
-WORDS = ("exact", "rigid")
+WORDS = ("exact", "linear", "rigid")
 
 
 @described("modal model")
@@ -33,11 +33,11 @@ class Modal:
 def _word_or_modal(value: object) -> object:
     if isinstance(value, Modal) or (isinstance(value, str) and value in WORDS):
         return value
-    raise ValueError("it must be 'exact', 'rigid' or Modal(modes=10)")
+    raise ValueError("it must be 'exact', 'linear', Modal(modes=10) or 'rigid'")
 
 
 def model_of(text: str) -> str | Modal:
-    """A model from text: ``"exact"``, ``"rigid"``, or ``"modal:10"``, a number of modes.
+    """A model from text: ``"exact"``, ``"linear"``, ``"rigid"``, or ``"modal:10"``.
 
     Raises:
         SceneError: If it is none of these.
@@ -47,10 +47,10 @@ def model_of(text: str) -> str | Modal:
         return Modal(int(count))
     if text in WORDS:
         return text
-    raise SceneError(f"model is {text!r}; it must be 'exact', 'rigid' or 'modal:10'")
+    raise SceneError(f"model is {text!r}; it must be 'exact', 'linear', 'modal:10' or 'rigid'")
 
 
-BodyModel = Annotated[Literal["exact", "rigid"] | Modal, BeforeValidator(_word_or_modal)]
+BodyModel = Annotated[Literal["exact", "linear", "rigid"] | Modal, BeforeValidator(_word_or_modal)]
 
 
 class Deforming:
@@ -73,10 +73,20 @@ class Deforming:
 
     @property
     def exact(self) -> bool:
-        """Whether it deforms by any amount: its nodes are the unknowns."""
+        """Whether it deforms by any amount."""
         return self.model == "exact"
+
+    @property
+    def linear(self) -> bool:
+        """Whether its strains are small relative to a floating frame."""
+        return self.model == "linear"
+
+    @property
+    def nodal(self) -> bool:
+        """Whether its nodes are the unknowns."""
+        return self.exact or self.linear
 
     @property
     def holds_strains(self) -> bool:
         """Whether some strain is held at zero by forces that are multipliers."""
-        return self.exact and not (self.transverse_shear and self.stretching)
+        return self.nodal and not (self.transverse_shear and self.stretching)

@@ -102,7 +102,9 @@ class PathForms:
         if not body.inertialess:
             return none
         fixed = np.concatenate([none, *(f.dofs for f in body.fixed)])
-        return np.setdiff1d(body.mixed.dofs.get("w", none), fixed)
+        # and of the frame that they float about
+        found = [none, *(body.mixed.dofs[p] for p in ("w", "frame") if p in body.mixed.dofs)]
+        return np.setdiff1d(np.concatenate(found), fixed)
 
     def _samples(self, stage: str) -> tuple[Sample, ...]:
         """Loads and added terms: at Gauss' points in time, or as a mean if the state is nothing."""

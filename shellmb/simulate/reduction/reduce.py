@@ -11,8 +11,8 @@ import numpy as np
 
 from shellmb.errors import SceneError
 from shellmb.meshes.mesh import build_surface
-from shellmb.model.frames.beam import build_beam
 from shellmb.model.frames.glue import line_along
+from shellmb.model.frames.linear import build_beam
 from shellmb.model.frames.rigidify import about_director
 from shellmb.model.frames.rigidpoints import RigidMeshes
 from shellmb.model.places.nodes import shared_nodes

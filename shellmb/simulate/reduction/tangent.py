@@ -12,8 +12,10 @@ from ufl import Form
 
 from shellmb.derivatives import Derivative, Known
 from shellmb.model.body import TimeFunction
+from shellmb.model.frames.beam import BeamModel
 from shellmb.model.model import Model
 from shellmb.model.sections.damping import together
+from shellmb.model.shells.shell import ShellModel
 from shellmb.schemes.base import at_state
 from shellmb.schemes.residuals.rows import Span
 from shellmb.simulate.fields import body_field
@@ -70,21 +72,16 @@ def tangent(
     return system, stiffness, mass
 
 
-def bending_scales(model: Model) -> list[float]:
-    """`D/(m L^4)` of all shells and beams: the size of the squares of their lowest frequencies.
-
-    Args:
-        model: The bodies.
-
-    Returns:
-        In rad^2/s^2.
-    """
-    found = []
-    for shell in model.shells.values():
-        sizes = shell.section.sizes
+def bending_scale(body: ShellModel | BeamModel) -> float:
+    """`D/(m L^4)` of a shell or beam: the size of the square of its lowest frequency, rad^2/s^2."""
+    if isinstance(body, ShellModel):
+        sizes = body.section.sizes
         bending = sizes.stiffness * sizes.thickness**2 / 12
-        found.append(bending / sizes.mass / shell.surface_mesh.length**4)
-    for beam in model.beams.values():
-        bending = float(np.min(np.diag(beam.beam.section.stiffness)[4:]))
-        found.append(bending / beam.beam.section.mass[0] / beam.domain.length**4)
-    return found
+        return bending / sizes.mass / body.surface_mesh.length**4
+    bending = float(np.min(np.diag(body.beam.section.stiffness)[4:]))
+    return bending / body.beam.section.mass[0] / body.domain.length**4
+
+
+def bending_scales(model: Model) -> list[float]:
+    """Those of all shells and beams, rad^2/s^2."""
+    return [bending_scale(body) for body in model.meshed.values()]

@@ -26,7 +26,7 @@ from shellmb.system.newton.solver import NEWTON
 Values = npt.NDArray[np.float64]
 
 # parts that are no motion: multipliers, resultants and assumed strains
-FORCES = ("mu", "lam", "N", "S")
+FORCES = ("mu", "lam", "hold", "N", "S")
 
 
 class VelocityProjection:

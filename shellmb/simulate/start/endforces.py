@@ -197,8 +197,8 @@ def _internal(body: Body, q: fem.Function, unknown: fem.Function, dq: Expr) -> F
         for k in range(first, first + count):
             if name in _stresses(body):
                 owner[k] = unknown[k]
-            elif name == "lam":
-                # forces of the directors' constraints are those of accelerations
+            elif name in ("lam", "hold"):
+                # forces of the nodes' constraints are those of accelerations
                 owner[k] = ufl.as_ufl(0.0)
     state = ufl.as_vector(owner)
     return body.internal(Interval(state, state, state, state, state, 0.0), dq)

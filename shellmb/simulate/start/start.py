@@ -31,6 +31,8 @@ class Start:
         self.problem, self.model, self.scene = problem, problem.model, problem.model.scene
         self._dt = dt
         self._tied = any(body.coupled for body in self.model.bodies)
+        # velocities of floating frames follow from those of their bodies
+        self._following = any("frame" in body.kinematic for body in self.model.bodies)
 
     def positions(self) -> None:
         """Close the joints, and find the equilibrium to start from, where the scene asks.
@@ -80,7 +82,7 @@ class Start:
             groups = [g for g in self.model.mechanism.groups if isinstance(g, ContactGroup)]
             if groups:
                 refuse_slip(groups, q, self.problem.projection.given())
-        if self._tied:
+        if self._tied or self._following:
             try:
                 self.problem.projection.project()
             except ConvergenceError as error:

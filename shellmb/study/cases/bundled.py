@@ -296,14 +296,14 @@ CONTROL = Bundled(
 # models of bodies, at a step whose own error is small beside theirs
 MODELS = Bundled(
     "reduced_bodies",
-    "Panels of the satellite exact, in modes about frames, and rigid: model, mesh.",
+    "Panels of the satellite exact, linear and in modes about frames, and rigid: model, mesh.",
     (
         Part(
-            "satellite, panels exact, in modes and rigid",
+            "satellite, panels exact, linear, in modes and rigid",
             Sweep(
                 Base("satellite", t_end=3.0),
                 _quantities("right_tip:l2", "recoil:l2"),
-                model=("exact", "modal:1", "modal:4", "modal:10", "rigid"),
+                model=("exact", "linear", "modal:1", "modal:4", "modal:10", "rigid"),
                 scheme=("ep4",),
                 mesh=((8, 2), (16, 4)),
                 dt=(0.05,),

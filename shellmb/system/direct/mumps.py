@@ -15,9 +15,12 @@ Floats = npt.NDArray[np.float64]
 # icntl_6 = 0: the analysis, done once per structure, depends on the pattern alone and not on the
 # values that happen to be in the matrix, so that a resumed run orders its unknowns as the first one
 # did. icntl_14: MUMPS estimates the workspace of the factorisation from the pattern, and a saddle
-# point needs far more, in per cent
-WORKSPACE = "mat_mumps_icntl_14"
-MUMPS_OPTIONS: dict[str, int] = {WORKSPACE: 400, "mat_mumps_icntl_6": 0}
+# point needs far more, in per cent. icntl_8 = 8: scaling goes on until rows and columns are alike.
+# Masses are 1e-16 of multipliers' forces where velocities are sought, and with a multiplier that a
+# whole body has, as of a floating frame, the usual scaling stops too early: factors of 32x8
+# elements are 25 times as large
+WORKSPACE, SCALING = "mat_mumps_icntl_14", "mat_mumps_icntl_8"
+MUMPS_OPTIONS: dict[str, int] = {WORKSPACE: 400, "mat_mumps_icntl_6": 0, SCALING: 8}
 
 SMALL_SYSTEM = 5000
 # of a small system the estimate is a few kilobytes, and delayed pivots may need many times that
@@ -26,7 +29,7 @@ SMALL_OPTIONS: dict[str, int] = {WORKSPACE: 20_000}
 # of a reduced system: minimum degree orders small ones best, nested dissection large ones, and
 # scaling rows and columns once takes half the time of the iteration that is the default (measured
 # from 6x2 to 32x32 elements)
-REDUCED_OPTIONS: dict[str, int] = {"mat_mumps_icntl_7": 5, "mat_mumps_icntl_8": 4}
+REDUCED_OPTIONS: dict[str, int] = {"mat_mumps_icntl_7": 5, SCALING: 4}
 SMALL_REDUCED_OPTIONS: dict[str, int] = {"mat_mumps_icntl_7": 0}
 
 

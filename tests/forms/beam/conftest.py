@@ -12,7 +12,8 @@ import ufl
 from dolfinx import fem
 
 from shellmb import kernels
-from shellmb.model.frames.beam import BeamModel, build_beam
+from shellmb.model.frames.beam import BeamModel
+from shellmb.model.frames.linear import build_beam
 from shellmb.scene import Beam, Curve, GeneralSection, Load, ParametricCurve, RectangularSection
 
 POINTS = np.array([[0.1], [0.5], [0.8]])
@@ -89,12 +90,21 @@ class BeamSample:
         self.set_part(q, "u", self.X @ (Q - np.eye(3)).T + 0.1 * u)
         left, _, right = np.linalg.svd(self.D @ Q.T + w)
         self.set_frames(q, left @ right)
+        if self.body.ties:
+            self.turn_frames(q, Q)
+
+    def turn_frames(self, q: fem.Function, Q: np.ndarray) -> None:
+        """Turn the floating frame, which in these states is another one on each cell."""
+        d = np.eye(3) + self.part(q, "frame").reshape(-1, 3, 3)
+        self.set_part(q, "frame", d @ Q.T - np.eye(3))
 
     def move_rigidly(self, q: fem.Function, Q: np.ndarray, c: np.ndarray) -> None:
         """Superpose a rigid motion on a state; forces along the directors stay as they are."""
         u, w = self.part(q, "u"), self.part(q, "w").reshape(-1, 3, 3)
         self.set_part(q, "u", (self.X + u) @ Q.T + c - self.X)
         self.set_frames(q, (self.D + w) @ Q.T)
+        if self.body.ties:
+            self.turn_frames(q, Q)
 
     def noise(self, q: fem.Function, rng: np.random.Generator, size: float = 1.0) -> None:
         q.x.array[:] = size * rng.normal(size=len(q.x.array))
@@ -116,13 +126,14 @@ def make_sample(
     loads: tuple[Load, ...] = (),
     elements: int = 2,
     curve: Curve | None = None,
+    model: str = "exact",
 ) -> BeamSample:
     """A beam along the helix, or along another curve with z as its third direction."""
-    key = (degree, section, loads, elements, curve)
+    key = (degree, section, loads, elements, curve, model)
     if key not in _SAMPLES:
         line = ParametricCurve(helix) if curve is None else curve
         up = (0.1, 0.2, 1.0) if curve is None else (0.0, 0.0, 1.0)
-        beam = Beam("b", line, SECTIONS[section], elements, degree, up)  # type: ignore[arg-type]
+        beam = Beam("b", line, SECTIONS[section], elements, degree, up, model=model)  # type: ignore[arg-type]
         _SAMPLES[key] = BeamSample(build_beam(beam, MPI.COMM_WORLD, list(loads), True))
     return _SAMPLES[key]
 
@@ -132,10 +143,11 @@ def sample() -> Callable[..., BeamSample]:
     return make_sample
 
 
-CASES = [(2, "rectangle"), (2, "coupled"), (3, "coupled")]
+CASES = [(2, "rectangle"), (2, "coupled"), (3, "coupled"), (2, "coupled", "linear")]
 
 
-@pytest.fixture(params=CASES, ids=lambda case: f"P{case[0]}-{case[1]}")
+@pytest.fixture(params=CASES, ids=lambda case: "-".join(map(str, case)))
 def beam(request: pytest.FixtureRequest) -> BeamSample:
     """Some combinations of degree and section."""
-    return make_sample(*request.param)
+    degree, section, *model = request.param
+    return make_sample(degree, section, model=model[0] if model else "exact")

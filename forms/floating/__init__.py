@@ -1,0 +1,1 @@
+"""Small strains relative to a floating frame, and the frame that a body turns with in the mean."""

@@ -1,0 +1,67 @@
+"""A shell whose strains are small relative to a floating frame."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
+
+from ufl.core.expr import Expr
+
+from shellmb.forms.floating import shell as floating
+from shellmb.forms.floating.frame import frame_constraints
+from shellmb.forms.shell import ShellStrains
+from shellmb.forms.steps.mixed import vector
+from shellmb.forms.steps.path import Measure
+from shellmb.meshes.mesh import SurfaceMesh
+from shellmb.model.frames.floating import EVERYWHERE, FRAME, FloatingFrame, identified
+from shellmb.model.shells.shell import ShellModel
+from shellmb.scene import Shell
+from shellmb.scene.loads.loads import Load
+
+
+class LinearShell(ShellModel):
+    """A shell with a floating frame; made as `BoundShell` is."""
+
+    everywhere = EVERYWHERE
+
+    def __init__(
+        self, shell: Shell, surface_mesh: SurfaceMesh, loads: list[Load], dynamic: bool
+    ) -> None:
+        super().__init__(shell, surface_mesh, loads, dynamic)
+        full, force = self.rules.full, self.section.force
+        self.ties = (FloatingFrame(self.mixed, self._apart, full, force),)
+        self.links = tuple(identified(self.mixed, self.name))
+        self.kinematic |= {FRAME}
+
+    def _frame(self, q: Expr) -> Expr:
+        return self.layout.part(q, FRAME)
+
+    def _apart(self, q: Expr) -> Expr:
+        """What ties the frame, shape (9,)."""
+        return frame_constraints(self._frame(q), floating.turned(*self.velocities(q), self.surface))
+
+    def _moved(self, q: Expr) -> tuple[Expr, Expr, Expr]:
+        return (*self.velocities(q), self._frame(q))
+
+    def strains(self, q: Expr) -> ShellStrains:
+        """Strains of a state."""
+        return floating.linear_strains(self._moved(q), self.surface)
+
+    @property
+    def strain_measure(self) -> Measure:
+        """The same, shape (8,), by their derivative."""
+
+        def slope(c: Expr | None, pairs: Sequence[tuple[Expr, Expr]], dq: Expr) -> Expr:
+            states = [(weight, self._moved(q)) for weight, q in pairs]
+            return vector(floating.linear_slope(self.surface, c, states, self._moved(dq)))
+
+        return Measure(slope)
+
+
+def build_shell(
+    shell: Shell, surface_mesh: SurfaceMesh, loads: list[Load], dynamic: bool
+) -> ShellModel:
+    """A shell with the strains that its model has; arguments as of `BoundShell`."""
+    kind = LinearShell if shell.model == "linear" else ShellModel
+    return kind(shell, surface_mesh, loads, dynamic)
