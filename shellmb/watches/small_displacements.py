@@ -8,8 +8,15 @@ from typing import Any
 from mpi4py import MPI
 
 import numpy as np
+import numpy.typing as npt
+import ufl
+from dolfinx import fem
 
+from shellmb.forms.floating.leftout import of_beam, of_shell
+from shellmb.model.frames.beam import BeamModel
 from shellmb.model.frames.rigid import RigidBodies
+from shellmb.model.shells.shell import ShellModel
+from shellmb.observers.account.energy import present
 from shellmb.observers.fields.modal import ModalState
 from shellmb.observers.fields.nodal import nodal_bodies
 from shellmb.observers.summary import Sources
@@ -17,10 +24,15 @@ from shellmb.scene.checks.linear import SMALL_ANGLE
 from shellmb.simulate.reduction.lowest import lowest_frequency
 from shellmb.simulate.reduction.tangent import bending_scale
 from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.system.assembly.functionals import Functionals
 from shellmb.watches.base import Caution, said_of
+
+Floats = npt.NDArray[np.float64]
 
 # of the stiffness: frequencies are off by half of that
 STIFFENED = 1e-2
+# energy of bending below this share of all of it is round-off
+STRAIGHT = 1e-12
 # lowest frequency of a beam with one end clamped, over sqrt(D/(m L^4))
 CANTILEVER = 3.516
 
@@ -79,172 +91,211 @@ class SmallDisplacements(Silent):
         self._largest = {name: (size, t) for name, (size, t) in state["largest"].items()}
 
 
-class ReducedBodies(Silent):
-    """Watches bodies in modes: what they turn relative to their frame, and how fast they spin.
+class _AboutFrames(Silent):
+    """Watches bodies whose displacements are small about a frame: what these do not know.
 
-    Modes know no stiffness by forces that act already. In a body that spins at a rate `w` fibres
-    under tension are stiffer, and what is off the axis is drawn outwards: by about `m w^2` either
-    way, beside the stiffness `m w_1^2` of the lowest mode.
+    That is how far directors turn there, and stiffness by forces that act already: what forces
+    along the body would do on squares of rotations, beside its energy of bending. In a body that
+    spins at a rate `w` fibres under tension are stiffer, and what is off the axis is drawn
+    outwards: by about `m w^2` either way, beside the stiffness `m w_1^2` of the lowest mode.
 
     Args:
         sources: The observers of the run.
     """
 
-    name = "reduced bodies"
+    # what is said of such a body, and who does not know of forces
+    name, said, blind = "", "", ""
 
     def __init__(self, sources: Sources) -> None:
-        # by name of the body: largest elastic rotation on this rank, largest spin, and when
-        self._turns: dict[str, tuple[float, float]] = {}
-        self._spins: dict[str, tuple[float, float]] = {}
+        # largest rotation about the frame on this rank [rad], largest spin [rad/s], energy that is
+        # left out, energy of bending and strain energy [J]; by name of the body, with the time
+        kinds = "turns", "spins", "left out", "bending", "energy"
+        self._largest: dict[str, dict[str, tuple[float, float]]] = {k: {} for k in kinds}
+
+    def _note(self, kind: str, name: str, size: float, t: float) -> None:
+        if size > self._largest[kind].get(name, (0.0, 0.0))[0]:
+            self._largest[kind][name] = size, t
+
+    def _energies(self, name: str, found: Floats, energy: float, t: float) -> None:
+        """Note what is left out and the energy of stretching, and the strain energy."""
+        left, stretching = map(float, found)
+        for kind, size in (
+            ("left out", left),
+            ("bending", energy - stretching),
+            ("energy", energy),
+        ):
+            self._note(kind, name, size, t)
+
+    def _worst(self, simulation: Simulation, kind: str, name: str) -> tuple[float, float]:
+        here = self._largest[kind].get(name, (0.0, 0.0))
+        return simulation.model.comm.allreduce(here, op=MPI.MAX)
+
+    def _bent(self, simulation: Simulation, name: str) -> Iterator[Caution]:
+        """Cautions of a body that bends too far, or by forces along it; collective."""
+        who = f"{said_of(simulation, name)} {self.said}"
+        turn, when = self._worst(simulation, "turns", name)
+        if turn > SMALL_ANGLE:
+            yield Caution(
+                self.name,
+                name,
+                turn,
+                SMALL_ANGLE,
+                f"{who} and turns by {turn:.2g} rad relative to its frame, at t = {when:g}; "
+                f"rotations there are small, up to {SMALL_ANGLE:g} rad: its results are of the "
+                "size of the square of that off; use model='exact'",
+            )
+        left, when = self._worst(simulation, "left out", name)
+        energy, _ = self._worst(simulation, "energy", name)
+        bending = max(self._worst(simulation, "bending", name)[0], STRAIGHT * energy)
+        if left > STIFFENED * bending:
+            yield Caution(
+                self.name,
+                name,
+                left / bending,
+                STIFFENED,
+                f"{who} and forces along it would do {left:.2g} J on squares of its rotations, at "
+                f"t = {when:g}, {left / bending:.1%} of its largest energy of bending: they would "
+                f"change its stiffness by about as much, and {self.blind} not know that; use "
+                "model='exact'",
+            )
+
+    def _spun(self, simulation: Simulation, name: str, lowest: float, of: str) -> Iterator[Caution]:
+        """The caution of a body that spins too fast; collective."""
+        spin, when = self._worst(simulation, "spins", name)
+        share = (spin / lowest) ** 2
+        if share > STIFFENED:
+            yield Caution(
+                self.name,
+                name,
+                share,
+                STIFFENED,
+                f"{said_of(simulation, name)} {self.said} and spins at {spin:.3g} rad/s, at t = "
+                f"{when:g}, {spin / lowest:.2g} of its lowest frequency {of}, {lowest:.3g} rad/s: "
+                f"centrifugal forces would change its stiffness by about {share:.0%}, and "
+                f"{self.blind} not know that; use model='exact'",
+            )
+
+    def state(self) -> dict[str, Any]:
+        """The largest so far."""
+        return {kind: dict(found) for kind, found in self._largest.items()}
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Take them up."""
+        self._largest = {
+            kind: {name: (size, t) for name, (size, t) in found.items()}
+            for kind, found in state.items()
+        }
+
+
+class ReducedBodies(_AboutFrames):
+    """Watches bodies in modes."""
+
+    name, said, blind = "reduced bodies", "is reduced to modes", "its modes do"
 
     def start(self, simulation: Simulation) -> None:
-        """Find the bodies, and how much each mode turns their directors at most."""
+        """Find the bodies, how much each mode turns their directors at most, and its forces."""
         model = simulation.model
         self._bodies = [(data, ModalState(model, data)) for data in model.modal]
         self._most = {
             data.name: np.sqrt(np.max(np.sum(data.slopes**2, axis=1), axis=0, initial=0.0))
             for data in model.modal
         }
+        self._forces = {
+            data.name: [(LeftOut(m.body), m.states) for m in data.members.values()]
+            for data in model.modal
+        }
 
     def accepted(self, simulation: Simulation) -> None:
         """Take the step."""
+        t = simulation.t
         for data, state in self._bodies:
             frame, eta = state.now(simulation)
-            largest = self._turns.get(data.name, (0.0, 0.0))[0]
+            found = [force.of(states @ eta) for force, states in self._forces[data.name]]
+            self._energies(data.name, np.sum(found, axis=0), float(data.stiffness @ eta**2) / 2, t)
+            largest = self._largest["turns"].get(data.name, (0.0, 0.0))[0]
             # only what may be larger is looked at node by node
             if float(np.abs(eta) @ self._most[data.name]) > max(largest, SMALL_ANGLE):
                 turned = np.sum((data.slopes @ eta) ** 2, axis=1)
-                size = float(np.sqrt(np.max(turned, initial=0.0)))
-                if size > largest:
-                    self._turns[data.name] = size, simulation.t
+                self._note("turns", data.name, float(np.sqrt(np.max(turned, initial=0.0))), t)
             if "v" in simulation.scheme.rates:
                 d = np.eye(3) + frame[3:].reshape(3, 3)
                 rates = state.now(simulation, "v")[0][3:].reshape(3, 3)
                 spin = float(np.linalg.norm(np.cross(d, rates).sum(axis=0) / 2))
-                if spin > self._spins.get(data.name, (0.0, 0.0))[0]:
-                    self._spins[data.name] = spin, simulation.t
+                self._note("spins", data.name, spin, t)
 
     def cautions(self, simulation: Simulation) -> Iterator[Caution]:
-        """A sentence for each body that bends or spins too much; collective."""
+        """A sentence for each body that bends, is pressed or spins too much; collective."""
         for data in simulation.model.modal:
-            here = self._turns.get(data.name, (0.0, 0.0))
-            turn, when = simulation.model.comm.allreduce(here, op=MPI.MAX)
-            who = said_of(simulation, data.name)
-            if turn > SMALL_ANGLE:
-                yield Caution(
-                    self.name,
-                    data.name,
-                    turn,
-                    SMALL_ANGLE,
-                    f"{who} is reduced to modes and turns by {turn:.2g} rad relative to its frame, "
-                    f"at t = {when:g}; rotations there are small, up to {SMALL_ANGLE:g} rad: its "
-                    "results are of the size of the square of that off; use model='exact'",
-                )
-            spin, when = self._spins.get(data.name, (0.0, 0.0))
-            share = (spin / data.clamped) ** 2
-            if share > STIFFENED:
-                yield Caution(
-                    self.name,
-                    data.name,
-                    share,
-                    STIFFENED,
-                    f"{who} is reduced to modes and spins at {spin:.3g} rad/s, at t = {when:g}, "
-                    f"{spin / data.clamped:.2g} of its lowest frequency with one joint held, "
-                    f"{data.clamped:.3g} rad/s: centrifugal forces would change its stiffness by "
-                    f"about {share:.0%}, and its modes do not know that; use model='exact'",
-                )
-
-    def state(self) -> dict[str, Any]:
-        """The largest so far."""
-        return {"turns": dict(self._turns), "spins": dict(self._spins)}
-
-    def restore(self, state: dict[str, Any]) -> None:
-        """Take them up."""
-        self._turns = {name: (size, t) for name, (size, t) in state["turns"].items()}
-        self._spins = {name: (size, t) for name, (size, t) in state["spins"].items()}
+            yield from self._bent(simulation, data.name)
+            yield from self._spun(simulation, data.name, data.clamped, "with one joint held")
 
 
-class LinearBodies(Silent):
-    """Watches bodies with linear strains: what they turn relative to their frame, and their spin.
+class LinearBodies(_AboutFrames):
+    """Watches bodies with linear strains, which know no more than modes do."""
 
-    They know no more of forces that act already than modes do (`ReducedBodies`).
-
-    Args:
-        sources: The observers of the run.
-    """
-
-    name = "linear bodies"
-
-    def __init__(self, sources: Sources) -> None:
-        # by name of the body: largest rotation about its frame on this rank, largest spin, and when
-        self._turns: dict[str, tuple[float, float]] = {}
-        self._spins: dict[str, tuple[float, float]] = {}
+    name, said, blind = "linear bodies", "has linear strains", "linear strains do"
 
     def start(self, simulation: Simulation) -> None:
         """Find the bodies and their directors."""
-        meshed = simulation.model.meshed.values()
+        meshed, state = simulation.model.meshed.values(), simulation.problem.state
+        comm = simulation.model.comm
         self._bodies = [(body, body.node_directors()) for body in meshed if body.ties]
+        self._forces = [
+            (LeftOut(body), Functionals([present([body.strain_energy(state(body.name))])], comm))
+            for body, _ in self._bodies
+        ]
 
     def accepted(self, simulation: Simulation) -> None:
         """Take the step."""
-        for body, D in self._bodies:
+        t = simulation.t
+        for (body, D), (left, energy) in zip(self._bodies, self._forces, strict=True):
             levels, (tie,) = simulation.problem.levels[body.name], body.ties
             q = levels.q.x.array
-            frame = tie.changes(q)
-            lean = q[body.mixed.dofs["w"]].reshape(D.shape) - D @ frame
+            frame = simulation.model.comm.allreduce(tie.changes(q), op=MPI.SUM)
+            self._energies(body.name, left.of(q, np.eye(3) + frame), float(energy()[0]), t)
+            lean = q[body.mixed.dofs["w"]].reshape(D.shape) - D @ tie.changes(q)
             size = float(np.sqrt(np.max(np.sum(lean**2, axis=2), initial=0.0)))
-            _note(self._turns, body.name, size, simulation.t)
+            self._note("turns", body.name, size, t)
             if "v" in levels.rates:
                 rates = tie.changes(levels.rates["v"].x.array)
-                spin = np.cross(np.eye(3) + frame, rates).sum(axis=0) / 2
-                _note(self._spins, body.name, float(np.linalg.norm(spin)), simulation.t)
+                spin = np.cross(np.eye(3) + tie.changes(q), rates).sum(axis=0) / 2
+                self._note("spins", body.name, float(np.linalg.norm(spin)), t)
 
     def cautions(self, simulation: Simulation) -> Iterator[Caution]:
-        """A sentence for each body that bends or spins too much; collective."""
-        comm = simulation.model.comm
+        """A sentence for each body that bends, is pressed or spins too much; collective."""
         for body, _ in self._bodies:
-            name, who = body.name, said_of(simulation, body.name)
-            turn, when = comm.allreduce(self._turns.get(name, (0.0, 0.0)), op=MPI.MAX)
-            if turn > SMALL_ANGLE:
-                yield Caution(
-                    self.name,
-                    name,
-                    turn,
-                    SMALL_ANGLE,
-                    f"{who} has linear strains and turns by {turn:.2g} rad relative to its frame, "
-                    f"at t = {when:g}; rotations there are small, up to {SMALL_ANGLE:g} rad: its "
-                    "results are of the size of the square of that off; use model='exact'",
-                )
-            spin, when = comm.allreduce(self._spins.get(name, (0.0, 0.0)), op=MPI.MAX)
+            yield from self._bent(simulation, body.name)
+            spin, _ = self._worst(simulation, "spins", body.name)
             # a cantilever of its length is softer than it is
             slow = CANTILEVER * np.sqrt(bending_scale(body))
-            if (spin / slow) ** 2 <= STIFFENED:
-                continue
-            lowest = lowest_frequency(simulation.model, name)
-            share = (spin / lowest) ** 2
-            if share > STIFFENED:
-                yield Caution(
-                    self.name,
-                    name,
-                    share,
-                    STIFFENED,
-                    f"{who} has linear strains and spins at {spin:.3g} rad/s, at t = {when:g}, "
-                    f"{spin / lowest:.2g} of its lowest frequency by itself, {lowest:.3g} rad/s: "
-                    f"centrifugal forces would change its stiffness by about {share:.0%}, and "
-                    "linear strains do not know that; use model='exact'",
-                )
-
-    def state(self) -> dict[str, Any]:
-        """The largest so far."""
-        return {"turns": dict(self._turns), "spins": dict(self._spins)}
-
-    def restore(self, state: dict[str, Any]) -> None:
-        """Take them up."""
-        self._turns = {name: (size, t) for name, (size, t) in state["turns"].items()}
-        self._spins = {name: (size, t) for name, (size, t) in state["spins"].items()}
+            if (spin / slow) ** 2 > STIFFENED:
+                lowest = lowest_frequency(simulation.model, body.name)
+                yield from self._spun(simulation, body.name, lowest, "by itself")
 
 
-def _note(largest: dict[str, tuple[float, float]], name: str, size: float, t: float) -> None:
-    """Keep the largest size with its time."""
-    if size > largest.get(name, (0.0, 0.0))[0]:
-        largest[name] = size, t
+class LeftOut:
+    """Energy of forces along a body on squares of its rotations about a frame; and of stretching.
+
+    Args:
+        body: The shell or beam.
+    """
+
+    def __init__(self, body: ShellModel | BeamModel) -> None:
+        space, layout = body.mixed.space, body.layout
+        self._q = q = fem.Function(space)
+        self._R = fem.Constant(space.mesh, np.eye(3))
+        formulation: Any = body.section.formulation
+        N = formulation.N0 * layout.part(q, "N")
+        if isinstance(body, ShellModel):
+            densities = of_shell(N, layout.displacement(q), self._R, body.surface)
+        else:
+            densities = of_beam(N, layout.part(q, "u"), self._R, body.line)
+        dx = ufl.dx(space.mesh, degree=2)
+        self._energies = Functionals([[density * dx] for density in densities], space.mesh.comm)
+
+    def of(self, state: Floats, R: Floats | None = None) -> Floats:
+        """Both of a local array of the state, about a frame with the directors `R` as rows, J."""
+        self._q.x.array[:] = state
+        if R is not None:
+            self._R.value = R.T  # type: ignore[assignment]
+        return self._energies()
