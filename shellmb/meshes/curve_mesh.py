@@ -17,6 +17,7 @@ from dolfinx.graph import adjacencylist
 
 from shellmb.errors import SceneError
 from shellmb.meshes.extent import check_extent
+from shellmb.meshes.living import count_in
 from shellmb.meshes.raw import Floats, Ints
 from shellmb.scene.beams.curves import Curve
 
@@ -224,6 +225,7 @@ def _line_mesh(
     mesh = dolfinx.mesh.create_mesh(
         comm, mine, ufl.Mesh(element), x if comm.rank == 0 else x[:0], partitioner=stay
     )
+    count_in(mesh)
     mesh.topology.create_connectivity(0, 1)
     return LineMesh(name, mesh, points, length, triads, degree)
 

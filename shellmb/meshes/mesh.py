@@ -19,6 +19,7 @@ from shellmb.errors import SceneError, ShellmbError
 from shellmb.meshes.areas import with_areas
 from shellmb.meshes.edges_where import with_edges
 from shellmb.meshes.extent import check_extent
+from shellmb.meshes.living import count_in
 from shellmb.meshes.raw import Floats, RawMesh, cell_cross, vertex_count
 from shellmb.meshes.surfaces.structured import structured_mesh
 from shellmb.scene import MeshFile, Shell, Surface
@@ -215,6 +216,7 @@ def _distribute(raw: RawMesh, comm: MPI.Comm) -> dolfinx.mesh.Mesh:
         raw.x if first else raw.x[:0],
         partitioner=partitioner,
     )
+    count_in(mesh)
     for dim in ((1, 0), (1, 2), (2, 1), (0, 2), *([(2, 2)] if raw.areas else [])):
         mesh.topology.create_connectivity(*dim)
     return mesh

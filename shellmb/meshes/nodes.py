@@ -22,6 +22,7 @@ import ufl
 from dolfinx import fem, mesh
 from dolfinx.graph import adjacencylist
 
+from shellmb.meshes.living import count_in
 from shellmb.meshes.spaces import MixedSpace, mixed_space
 
 
@@ -58,6 +59,7 @@ def node_mesh(comm: MPI.Comm, count: int) -> NodeMesh:
         return adjacencylist(own, np.arange(len(mine) + 1, dtype=np.int32))._cpp_object
 
     domain = mesh.create_mesh(comm, cells, ufl.Mesh(element), x, partitioner=keep)
+    count_in(domain)
     # the coordinate tells which node a cell stands for, wherever the cell went
     start = domain.geometry.x[domain.geometry.dofmaps[0]].reshape(-1, 2, 3)[:, :, 0].min(axis=1)
     return NodeMesh(domain, np.rint(start / 2).astype(np.int64))

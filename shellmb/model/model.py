@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from shellmb.errors import SceneError
+from shellmb.meshes.living import make_room
 from shellmb.meshes.mesh import build_surface
 from shellmb.model.body import Body, NodeLink
 from shellmb.model.frames.beam import BeamModel
@@ -132,6 +133,7 @@ def build_model(scene: Scene, comm: MPI.Comm, modal: Sequence[ModalBody] = ()) -
     Raises:
         SceneError: If something the scene names does not exist on the meshes.
     """
+    make_room(comm)
     given, (scene, rigid_meshes) = scene, rigidified(scene, comm)
     signals = Signals(scene)
     model = Model(scene, comm, signals, rigid_meshes=rigid_meshes, modal=tuple(modal))

@@ -112,7 +112,9 @@ NO_NUMBERS = {
     "shell 'a': rotary_inertia is 'no'; it must be True or False": lambda: shell(
         rotary_inertia="no"
     ),
-    "shell 'a': model is 1; it must be 'exact', 'rigid' or Modal(modes=10)": lambda: shell(model=1),
+    "shell 'a': model is 1; it must be 'exact', 'linear', Modal(modes=10) or 'rigid'": lambda: (
+        shell(model=1)
+    ),
     "shell: name is b'a'; it must be a text": lambda: Shell(b"a", SQUARE, STEEL),
     "path following: side is True; it must be a number": lambda: PathFollowing(side=True),
     "time table: values[0] is '1'; it must be a number": lambda: Table((0, 1), ("1", 2)),
