@@ -75,6 +75,22 @@ class _WithoutGap:
         return elsewhere
 
 
+class _WithoutForces(_WithoutGap):
+    """A damping of strains that hold no forces of their own."""
+
+    def forces(self, layout: Layout, q: Expr) -> Expr:
+        """There are none: they follow from the strains."""
+        return _zeros(2)
+
+    def gap(self, mean: Expr, end: Expr, N: Expr) -> Expr:
+        """Nothing has to agree."""
+        return _zeros(2)
+
+    def of_strains(self, e: Expr) -> Expr:
+        """There are none."""
+        return _zeros(2)
+
+
 @dataclass(frozen=True)
 class ViscousShell(_WithoutGap):
     """Damping of a linear section in the two rules of `forms.mixed`.
@@ -135,7 +151,7 @@ class ViscousShell(_WithoutGap):
 
 
 @dataclass(frozen=True)
-class ViscousRule(_WithoutGap):
+class ViscousRule(_WithoutForces):
     """Damping in one rule by its own coefficients, of strains as they are or as assumed ones.
 
     Args:
@@ -153,18 +169,6 @@ class ViscousRule(_WithoutGap):
     G: Expr | None
     share: Expr
     bends: bool
-
-    def forces(self, layout: Layout, q: Expr) -> Expr:
-        """There are none: they follow from the strains."""
-        return _zeros(2)
-
-    def gap(self, mean: Expr, end: Expr, N: Expr) -> Expr:
-        """Nothing has to agree."""
-        return _zeros(2)
-
-    def of_strains(self, e: Expr) -> Expr:
-        """There are none."""
-        return _zeros(2)
 
     def stress(self, e: Expr, N: Expr) -> tuple[Expr, ...]:
         """Stresses, shape (8,)."""
@@ -220,7 +224,7 @@ class ViscousBeam(_WithoutGap):
 
 
 @dataclass(frozen=True)
-class ViscousModes(_WithoutGap):
+class ViscousModes(_WithoutForces):
     """Damping of a body in modes, whose strains are its amplitudes.
 
     Args:
@@ -228,18 +232,6 @@ class ViscousModes(_WithoutGap):
     """
 
     D: Sequence[Sequence[Expr | None]]
-
-    def forces(self, layout: Layout, q: Expr) -> Expr:
-        """There are no resultants."""
-        return _zeros(2)
-
-    def gap(self, mean: Expr, end: Expr, N: Expr) -> Expr:
-        """Nothing has to agree."""
-        return _zeros(2)
-
-    def of_strains(self, e: Expr) -> Expr:
-        """There are none."""
-        return _zeros(2)
 
     def stress(self, e: Expr, N: Expr) -> tuple[Expr, ...]:
         """Forces on the amplitudes, N."""

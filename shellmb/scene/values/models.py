@@ -23,8 +23,8 @@ class Modal:
     frame: six for each place that something is attached to, less the six of the body as a whole.
 
     Args:
-        modes: Number of modes with all joints held, the lowest ones; without joints and loads at
-            points the number of elastic modes of the free body.
+        modes: Number of modes with all joints held, the lowest ones; without joints and loads the
+            number of elastic modes of the free body. Distributed loads add their own.
     """
 
     modes: PositiveInt = 10

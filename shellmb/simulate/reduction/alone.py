@@ -141,24 +141,21 @@ class Alone:
 
     def along_x(self, arrays: Arrays, a: int) -> Arrays:
         """One component of a vector field as a scalar field, along x."""
-        out = self.zeros()
-        for name in self.model.meshed:
-            dofs = self.bodies[name].mixed.dofs
-            for part in ("u", "bubble", "w"):
-                if part in dofs:
-                    triples = dofs[part].reshape(-1, 3)
-                    out[name][triples[:, 0]] = arrays[name][triples[:, a]]
-        return out
+        return self._moved(arrays, a, 0)
 
     def along(self, arrays: Arrays, a: int) -> Arrays:
         """A scalar field, which is along x, along another axis."""
+        return self._moved(arrays, 0, a)
+
+    def _moved(self, arrays: Arrays, a: int, to: int) -> Arrays:
+        """A component of a vector field as another one, of a field that has no more."""
         out = self.zeros()
         for name in self.model.meshed:
             dofs = self.bodies[name].mixed.dofs
             for part in ("u", "bubble", "w"):
                 if part in dofs:
                     triples = dofs[part].reshape(-1, 3)
-                    out[name][triples[:, a]] = arrays[name][triples[:, 0]]
+                    out[name][triples[:, to]] = arrays[name][triples[:, a]]
         return out
 
     def force(self, arrays: Arrays) -> PETSc.Vec:
