@@ -12,6 +12,7 @@ import os
 import zlib
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -142,6 +143,19 @@ class Written(Known):
         roles, numbers = (*self._roles, *other._roles), (*self._numbers, *other._numbers)
         label = f"{self.label}+{other.label}"
         return Written(of, roles, numbers, label, lambda: self.form() + other.form())
+
+
+@cache
+def written_as(folder: Path) -> str:
+    """What tells the programs in a folder from others, as long as they are the same.
+
+    What is written by hand may change while what it is a derivative of stays.
+
+    Args:
+        folder: The folder.
+    """
+    sources = (file.read_bytes() for file in sorted(folder.rglob("*.py")))
+    return f"{zlib.crc32(b''.join(sources)):x}"
 
 
 def _place(item: Any, among: Items) -> int:

@@ -1,6 +1,7 @@
 """Terms of a body with a linear section over a step."""
 
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Any
 
 import ufl
@@ -10,7 +11,8 @@ from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
 from ufl.algorithms.apply_derivatives import apply_derivatives
 from ufl.core.expr import Expr
 
-from shellmb.derivatives import Written
+import shellmb.forms
+from shellmb.derivatives import Written, written_as
 from shellmb.forms.state import Layout
 from shellmb.forms.steps.anystrain import AnyStrain
 from shellmb.forms.steps.path import Change, Measure, Pair, Points, Row, Step
@@ -23,6 +25,8 @@ from shellmb.forms.steps.pathwork import (
 )
 from shellmb.forms.steps.pathwork_nonlinear import NonlinearPath
 from shellmb.model.body import Term
+
+FORMS = Path(shellmb.forms.__path__[0])
 
 
 def path_terms(
@@ -83,6 +87,7 @@ def _written(
     numbers = {id(part.ufl_operands[0]): part.ufl_operands[0] for part in parts}
     numbers |= {id(constant): constant for constant in extract_constants(held)}
     roles = (*states, *extract_coefficients(held))
+    label += f"-{written_as(FORMS)}"
     return Written(residual, roles, tuple(numbers.values()), label, write)
 
 

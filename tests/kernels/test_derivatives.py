@@ -82,3 +82,17 @@ def test_what_is_left_of_a_record_is_made_anew(cache) -> None:
     kernels._loaded.cache_clear()
     for found, again in zip(matrices(2), first, strict=True):
         assert np.array_equal(found, again)
+
+
+def test_what_is_written_by_hand_is_known_by_its_source(tmp_path) -> None:
+    """Who changes a derivative and not its residual gets the new one."""
+    (tmp_path / "steps").mkdir()
+    file = tmp_path / "steps" / "work.py"
+    file.write_text("one")
+    first = derivatives.written_as(tmp_path)
+    derivatives.written_as.cache_clear()
+    assert derivatives.written_as(tmp_path) == first
+    file.write_text("two")
+    derivatives.written_as.cache_clear()
+    assert derivatives.written_as(tmp_path) != first
+    derivatives.written_as.cache_clear()
