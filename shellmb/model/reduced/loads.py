@@ -17,7 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from mpi4py import MPI
+from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
 
 import numpy as np
 import ufl
@@ -31,10 +31,8 @@ from shellmb.forms.state import Layout
 from shellmb.meshes.nodes import NodeMesh, constant_vector, node_mesh, node_space, set_constants
 from shellmb.model.body import LoadFactors, TimeFunction
 from shellmb.model.massless import Massless
-from shellmb.model.places.ends import End
-from shellmb.model.reduced.data import Floats, ModalBody, amplitudes
-from shellmb.model.reduced.modes import Modes
-from shellmb.model.reduced.onframe import OnArms, frame_links
+from shellmb.model.reduced.data import Floats, amplitudes
+from shellmb.model.reduced.onframe import OnArms, Reduced, frame_links
 
 
 class Factors:
@@ -70,20 +68,11 @@ class Factors:
 class LoadPoints(OnArms):
     """Points that loads which keep their directions act on."""
 
-    def __init__(
-        self,
-        comm: MPI.Comm,
-        data: ModalBody,
-        modes: Modes,
-        frame: End,
-        force: float,
-        length: float,
-    ) -> None:
-        self._data = data.points_loaded
+    def __init__(self, body: Reduced, force: float, length: float) -> None:
+        self._data = body.data.points_loaded
         self.arms = np.array([item.arm for item in self._data])
-        rows = [[*p.shape.ravel(), *p.arm, p.share] for p in self._data]
-        args = ("loads", comm, data, modes, frame, {"u1": 3, "w1": 9}, np.array(rows))
-        super().__init__(*args, force, length)
+        rows = np.array([[*p.shape.ravel(), *p.arm, p.share] for p in self._data])
+        super().__init__("loads", body, {"u1": 3, "w1": 9}, rows, force, length)
         self.kinematic = frozenset({"u"})
 
     def _violation(self, q: Expr) -> Expr:
@@ -106,17 +95,15 @@ class FrameLoads(Massless):
     """Loads that turn with a body in modes, and moments.
 
     Args:
-        comm: Communicator.
-        data: The body.
-        modes: Its modes.
-        frame: Its floating frame as a place.
+        body: The body.
     """
 
-    def __init__(self, comm: MPI.Comm, data: ModalBody, modes: Modes, frame: End) -> None:
+    def __init__(self, body: Reduced) -> None:
+        data = body.data
         self._data = data.turning_loads
-        self._nodes = node_mesh(comm, len(self._data))
+        self._nodes = node_mesh(body.comm, len(self._data))
         mixed = node_space(self._nodes, {"eta": data.count, "u1": 3, "w1": 9})
-        links = frame_links(self._nodes, mixed, modes, frame)
+        links = frame_links(self._nodes, mixed, body)
         super().__init__(f"turning loads of {data.name}", mixed, (), links)
         self.layout = Layout(mixed.parts)
         tables = np.array([item.table.ravel() for item in self._data])

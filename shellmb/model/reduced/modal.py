@@ -11,8 +11,8 @@ from shellmb.model.frames.rigid import RigidBodies
 from shellmb.model.reduced.data import ModalBody
 from shellmb.model.reduced.loads import FrameLoads, LoadPoints
 from shellmb.model.reduced.modes import Modes
-from shellmb.model.reduced.onframe import InertiaPoints, Interfaces
-from shellmb.model.reduced.places import ModalPoints, Reduced
+from shellmb.model.reduced.onframe import InertiaPoints, Interfaces, Reduced
+from shellmb.model.reduced.places import ModalPoints, reduced_points
 
 
 def modal_bodies(
@@ -35,18 +35,18 @@ def modal_bodies(
     """
     ends = rigid.ends()
     found: list[Body] = []
-    for body in data:
-        modes, frame = Modes(comm, body), ends[body.name]
-        found.append(modes)
+    for kept in data:
+        body = Reduced(Modes(comm, kept), ends[kept.name])
+        found.append(body.modes)
         if dynamic:
-            found.append(InertiaPoints(comm, body, modes, frame, force, length))
-        if body.points_loaded:
-            found.append(LoadPoints(comm, body, modes, frame, force, length))
-        if body.turning_loads:
-            found.append(FrameLoads(comm, body, modes, frame))
-        if body.interfaces:
-            others = [ends[item.name] for item in body.interfaces]
-            found.append(Interfaces(comm, body, modes, frame, others, force, length))
+            found.append(InertiaPoints(body, force, length))
+        if kept.points_loaded:
+            found.append(LoadPoints(body, force, length))
+        if kept.turning_loads:
+            found.append(FrameLoads(body))
+        if kept.interfaces:
+            others = [ends[item.name] for item in kept.interfaces]
+            found.append(Interfaces(body, others, force, length))
     return found
 
 
@@ -63,7 +63,7 @@ def modal_points(bodies: Sequence[Body], rigid: RigidBodies | None) -> dict[str,
     found: dict[str, ModalPoints] = {}
     for modes in (body for body in bodies if isinstance(body, Modes)):
         assert rigid is not None
-        reduced = Reduced(modes.data, modes, rigid.ends()[modes.data.name])
+        body = Reduced(modes, rigid.ends()[modes.data.name])
         for name, (member, on, who) in modes.data.touched.items():
-            found[name] = reduced.points(member, on, who)
+            found[name] = reduced_points(body, member, on, who)
     return found

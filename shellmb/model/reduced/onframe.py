@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from mpi4py import MPI
 
@@ -26,8 +26,31 @@ from shellmb.model.reduced.modes import ADVICE, Modes
 from shellmb.model.sections.damping import mass_damping
 
 
+@dataclass(frozen=True)
+class Reduced:
+    """A reduced body in the system.
+
+    Args:
+        modes: Its amplitudes.
+        frame: Its floating frame as a place.
+    """
+
+    modes: Modes
+    frame: End
+
+    @property
+    def data(self) -> ModalBody:
+        """What is kept of it."""
+        return self.modes.data
+
+    @property
+    def comm(self) -> MPI.Comm:
+        """Its communicator."""
+        return self.modes.mixed.space.mesh.comm
+
+
 def frame_links(
-    nodes: NodeMesh, mixed: MixedSpace, modes: Modes, frame: End, others: Sequence[End] = ()
+    nodes: NodeMesh, mixed: MixedSpace, body: Reduced, others: Sequence[End] = ()
 ) -> tuple[NodeLink, ...]:
     """Links of what acts on a reduced body, or is held by it.
 
@@ -35,13 +58,12 @@ def frame_links(
         nodes: Node mesh with one cell for each item.
         mixed: Space with parts "eta", and perhaps "u1" and "w1" of the floating frame, and "u2" and
             "w2" of other places.
-        modes: The body's modes.
-        frame: Its floating frame as a place.
+        body: The body.
         others: The other places, one for each item.
     """
-    count = int(nodes.mesh.topology.index_map(1).size_global)
+    modes, count = body.modes, int(nodes.mesh.topology.index_map(1).size_global)
     wanted = {"eta": ([modes.name] * count, np.tile(modes.numbers(), (count, 1)))}
-    for tag, ends in (("1", [frame] * count), ("2", others)):
+    for tag, ends in (("1", [body.frame] * count), ("2", others)):
         for source in ("u", "w"):
             if f"{source}{tag}" in mixed.parts:
                 targets = np.array([end.dofs[source] for end in ends])
@@ -58,38 +80,31 @@ class OnFrame(ConstraintGroup):
 
     Args:
         title: What its name begins with.
-        data: The body.
-        modes: Its modes.
-        frame: Its floating frame as a place.
+        body: The body.
         parts: Sizes of the parts that are unknown besides these two, by name.
-        others: Places whose nodal unknowns are parts "u2" and "w2", one for each item.
-        count: Number of items.
-        table: Coefficients, shape (count, n).
+        table: Coefficients, one row for each item.
         force: Size of the multipliers' forces, N.
         length: Size of the scene, m.
+        others: Places whose nodal unknowns are parts "u2" and "w2", one for each item.
     """
 
     def __init__(
         self,
         title: str,
-        comm: MPI.Comm,
-        data: ModalBody,
-        modes: Modes,
-        frame: End,
+        body: Reduced,
         parts: dict[str, int],
-        others: Sequence[End],
         table: Floats,
         force: float,
         length: float,
+        others: Sequence[End] = (),
     ) -> None:
-        count = len(table)
-        nodes = node_mesh(comm, count)
+        self.data = data = body.data
+        nodes = node_mesh(body.comm, len(table))
         mixed = node_space(nodes, {"eta": data.count, **parts})
         self.table = constant_vector(nodes, table, "coefficients")
-        links = frame_links(nodes, mixed, modes, frame, others)
+        links = frame_links(nodes, mixed, body, others)
         name = f"{title} of {data.name}"
         super().__init__(name, nodes, mixed, links, self._violation, force, length)
-        self.data = data
 
     def _violation(self, q: Expr) -> Expr:
         raise NotImplementedError
@@ -102,7 +117,7 @@ class OnFrame(ConstraintGroup):
 class OnArms(OnFrame):
     """Ends of arms from the frame, at places that modes and frame tell, that forces act on.
 
-    Arguments as of `OnFrame`, and in `parts` besides "u" and "mu" those of the frame.
+    Arguments as of `OnFrame`; of `parts` those of the frame.
 
     Attributes:
         arms: The arms at rest, shape (count, 3), m.
@@ -113,40 +128,29 @@ class OnArms(OnFrame):
     def __init__(
         self,
         title: str,
-        comm: MPI.Comm,
-        data: ModalBody,
-        modes: Modes,
-        frame: End,
-        of_frame: dict[str, int],
+        body: Reduced,
+        parts: dict[str, int],
         table: Floats,
         force: float,
         length: float,
     ) -> None:
-        parts = {**of_frame, "u": 3, "mu": 3}
-        super().__init__(title, comm, data, modes, frame, parts, (), table, force, length)
+        super().__init__(title, body, {**parts, "u": 3, "mu": 3}, table, force, length)
         self.mixed = replace(self.mixed, elementwise=frozenset({"u", "mu"}))
         self.jump_parts = frozenset({"u", "mu"})
-        scale = PartScale("u", f"{title} of '{data.name}'", data.length, ADVICE)
+        scale = PartScale("u", f"{title} of '{body.data.name}'", body.data.length, ADVICE)
         self.parts = (scale, *self.parts)
 
 
 class InertiaPoints(OnArms):
     """Points with mass at places that modes and frame tell: the inertia of the modes."""
 
-    def __init__(
-        self,
-        comm: MPI.Comm,
-        data: ModalBody,
-        modes: Modes,
-        frame: End,
-        force: float,
-        length: float,
-    ) -> None:
+    def __init__(self, body: Reduced, force: float, length: float) -> None:
+        data = body.data
         table = np.concatenate(
             [data.points.reshape(len(data.mass), -1), data.mass[:, None], data.coupling], axis=1
         )
         self.arms = np.zeros((len(table), 3))
-        super().__init__("inertia", comm, data, modes, frame, {"w1": 9}, table, force, length)
+        super().__init__("inertia", body, {"w1": 9}, table, force, length)
         # the directors are those of the frame, and their rates count here, too
         self.kinematic = frozenset({"u", "w1"})
         rate = data.slowing
@@ -193,24 +197,14 @@ class InertiaPoints(OnArms):
 class Interfaces(OnFrame):
     """Frames at which something is attached to a reduced body: where its modes have them."""
 
-    def __init__(
-        self,
-        comm: MPI.Comm,
-        data: ModalBody,
-        modes: Modes,
-        frame: End,
-        others: Sequence[End],
-        force: float,
-        length: float,
-    ) -> None:
+    def __init__(self, body: Reduced, others: Sequence[End], force: float, length: float) -> None:
         rows = []
-        for end, item in zip(others, data.interfaces, strict=True):
-            turned = [item.shift.ravel(), item.turn.ravel(), end.node - frame.node]
+        for end, item in zip(others, body.data.interfaces, strict=True):
+            turned = [item.shift.ravel(), item.turn.ravel(), end.node - body.frame.node]
             rows.append(np.concatenate([*turned, end.directors.ravel()]))
         parts = {"u1": 3, "w1": 9, "u2": 3, "w2": 9, "mu": 6}
-        args = ("interfaces", comm, data, modes, frame, parts, others, np.array(rows))
-        super().__init__(*args, force, length)
-        self.labels = [item.name for item in data.interfaces]
+        super().__init__("interfaces", body, parts, np.array(rows), force, length, others)
+        self.labels = [item.name for item in body.data.interfaces]
 
     def _violation(self, q: Expr) -> Expr:
         table, K = self.table, self.data.count

@@ -25,44 +25,10 @@ from shellmb.forms.state import Layout
 from shellmb.meshes.nodes import NodeMesh, constant_vector
 from shellmb.meshes.spaces import MixedSpace
 from shellmb.model.body import NodeLink
-from shellmb.model.places.ends import End
 from shellmb.model.places.nodes import part_dofs
 from shellmb.model.potentials.points import Points, points_on
-from shellmb.model.reduced.data import Floats, Ints, Member, ModalBody, amplitudes
-from shellmb.model.reduced.modes import Modes
-from shellmb.model.reduced.onframe import frame_links
-
-
-@dataclass(frozen=True)
-class Reduced:
-    """A reduced body in the system.
-
-    Args:
-        data: What is kept of it.
-        modes: Its amplitudes.
-        frame: Its floating frame as a place.
-    """
-
-    data: ModalBody
-    modes: Modes
-    frame: End
-
-    def points(self, member: str, on: Any, who: str) -> ModalPoints:
-        """Points of one of its shells and beams; collective.
-
-        Args:
-            member: Name of the shell or beam.
-            on: Where on it, as of a contact.
-            who: Who asks, for the error.
-
-        Raises:
-            SceneError: If there is no such place.
-        """
-        found, kept = points_on(self.data.members[member].body, on, who), self.data.members[member]
-        wanted = np.array([end.dofs["u"][0] for end in found.ends])
-        u, w = _gathered(kept, wanted)
-        ends = [replace(end, owner=self.data.name) for end in found.ends]
-        return ModalPoints(ends, found.weights, self, u, w)
+from shellmb.model.reduced.data import Floats, Ints, Member, amplitudes
+from shellmb.model.reduced.onframe import Reduced, frame_links
 
 
 def _gathered(member: Member, wanted: Ints) -> tuple[Floats, Floats]:
@@ -99,6 +65,25 @@ class ModalPoints(Points):
         return ModalPlaces(self, nodes, turns)
 
 
+def reduced_points(body: Reduced, member: str, on: Any, who: str) -> ModalPoints:
+    """Points of one of the shells and beams of a reduced body; collective.
+
+    Args:
+        body: The body.
+        member: Name of the shell or beam.
+        on: Where on it, as of a contact.
+        who: Who asks, for the error.
+
+    Raises:
+        SceneError: If there is no such place.
+    """
+    kept = body.data.members[member]
+    found = points_on(kept.body, on, who)
+    u, w = _gathered(kept, np.array([end.dofs["u"][0] for end in found.ends]))
+    ends = [replace(end, owner=body.data.name) for end in found.ends]
+    return ModalPoints(ends, found.weights, body, u, w)
+
+
 class ModalPlaces:
     """Points of a body in modes at nodes of a node mesh; what `EndGroup` is for others.
 
@@ -124,8 +109,7 @@ class ModalPlaces:
 
     def links(self, mixed: MixedSpace) -> list[NodeLink]:
         """Links to the unknowns of frame and modes."""
-        body = self._points.body
-        return list(frame_links(self._nodes, mixed, body.modes, body.frame))
+        return list(frame_links(self._nodes, mixed, self._points.body))
 
     def place(self, q: Expr, layout: Layout) -> Place:
         """The points and their directors at a state."""
