@@ -11,12 +11,9 @@ import ufl
 from ufl.core.expr import Expr
 
 from shellmb.forms.beam import Line, LineTangents, bilinear, combined, line_tangents, rest_tangents
-from shellmb.forms.floating.frame import Turned, carried
+from shellmb.forms.floating.frame import Moved, Turned, carried
 from shellmb.forms.frame import Vectors, vectors
 from shellmb.forms.surface import along
-
-# displacement, changes of the directors and changes of the frame's directors of a state
-Moved = tuple[Expr, Expr, Expr]
 
 
 def carried_tangents(frame: Expr, ref: Line) -> LineTangents:

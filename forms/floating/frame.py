@@ -29,6 +29,8 @@ from ufl.core.expr import Expr
 
 from shellmb.forms.frame import ACROSS, Vectors, orthonormality, vectors
 
+# displacement, changes of directors and changes of the frame's directors of a state
+Moved = tuple[Expr, Expr, Expr]
 # a material vector at rest and its change
 Turned = tuple[Expr, Expr]
 

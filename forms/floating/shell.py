@@ -16,7 +16,7 @@ from collections.abc import Sequence
 import ufl
 from ufl.core.expr import Expr
 
-from shellmb.forms.floating.frame import Turned, carried
+from shellmb.forms.floating.frame import Moved, Turned, carried
 from shellmb.forms.frame import vectors
 from shellmb.forms.shell import (
     ShellStrains,
@@ -27,9 +27,6 @@ from shellmb.forms.shell import (
     tangents,
 )
 from shellmb.forms.surface import Surface
-
-# displacement, change of the director and changes of the frame's directors of a state
-Moved = tuple[Expr, Expr, Expr]
 
 
 def carried_tangents(frame: Expr, surf: Surface) -> Tangents:

@@ -102,7 +102,9 @@ def make(
         ConvergenceError: If a run fails that the paper does not say to fail.
     """
     finished: Results = {}
-    for run in (run for run in example.runs if not only or run.name in only):
+    for run in example.runs:
+        if only and run.name not in only:
+            continue
         report(f"{example.section} {run.name}")
         finished[run.name] = finish(run, runs / run.name, comm)
     watch = Stopwatch()

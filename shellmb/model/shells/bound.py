@@ -40,15 +40,15 @@ _ADVICE_FORCE = "a smaller step, or check the stiffness and thickness of the sec
 class BoundShell:
     """A shell on its mesh, before any force acts in it.
 
-    Attributes:
-        everywhere: Parts of its state that are the same all over it, with their sizes.
-        ties: Floating frames that its strains are small relative to.
-
     Args:
         shell: Description.
         surface_mesh: Its meshed surface.
         loads: Loads on it.
         dynamic: Whether it moves in time, and so has inertia.
+
+    Attributes:
+        everywhere: Parts of its state that are the same all over it, with their sizes.
+        ties: Floating frames that its strains are small relative to.
     """
 
     everywhere: Mapping[str, int] = NO_PARTS
