@@ -42,8 +42,8 @@ def test_load_steps_share_the_factorisation_of_the_start(solve, backend, newton)
     assert [run.step for run in runs] == [1, 4]
     assert [run.problem.iteration.factorisations for run in runs] == [1, 1]
     once, often = (displacement(run, TIP)[2] for run in runs)
-    # of both the solution is refined by a second solve; the unreduced matrix is the worse one
-    assert often == pytest.approx(once, rel=1e-12 if solve == "reduced" else 2e-11)
+    # of both the solution is refined by a second solve
+    assert often == pytest.approx(once, rel=1e-12)
     assert once > 10
 
 

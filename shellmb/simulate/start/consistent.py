@@ -20,13 +20,21 @@ from shellmb.schemes.base import Levels
 from shellmb.simulate.fields import NONE, body_field, kinematic_dofs, without_jump
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.assembly.fields import Part
+from shellmb.system.direct.linear import Unreduced
+from shellmb.system.direct.mumps import ALIKE
 from shellmb.system.newton.iteration import Iteration, NewtonSettings
 from shellmb.system.newton.solver import NEWTON
+from shellmb.system.nullspace.nodes import SystemNodes
 
 Values = npt.NDArray[np.float64]
 
 # parts that are no motion: multipliers, resultants and assumed strains
 FORCES = ("mu", "lam", "hold", "N", "S")
+
+
+def _alike(nodes: SystemNodes, prefix: str) -> Unreduced:
+    """Masses beside forces of multipliers: all unknowns, scaled until they are alike."""
+    return Unreduced(nodes.system, prefix, ALIKE)
 
 
 class VelocityProjection:
@@ -65,9 +73,8 @@ class VelocityProjection:
         self._kinematic = {b.name: kinematic_dofs(b) for b in model.bodies}
         self.fields = {f.name: f for f in fields}
         self.system = BlockSystem(model.comm, fields)
-        self._newton = NEWTON["newton"](
-            Iteration(self.system, NewtonSettings(1e-9, 5), f"shellmb_velocity_{id(self)}_")
-        )
+        settings, prefix = NewtonSettings(1e-9, 5), f"shellmb_velocity_{id(self)}_"
+        self._newton = NEWTON["newton"](Iteration(self.system, settings, prefix, _alike))
 
     def take_given(self) -> None:
         """Take velocities from the bodies' functions, those of held dofs as given."""

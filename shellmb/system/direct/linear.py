@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping
 from typing import Protocol
 
 from petsc4py import PETSc
 
 from shellmb.system.assembly.blocks import BlockSystem
-from shellmb.system.direct.mumps import SMALL_COST, DirectSolver, Purpose
+from shellmb.system.direct.mumps import NO_OPTIONS, SMALL_COST, DirectSolver, Purpose
 
 
 class Linear(Protocol):
@@ -57,10 +58,13 @@ class Unreduced:
     Args:
         system: The block system.
         prefix: PETSc options prefix, unique per system.
+        options: Options of MUMPS, besides those that all systems have.
     """
 
-    def __init__(self, system: BlockSystem, prefix: str) -> None:
-        self.system, self._prefix = system, prefix
+    def __init__(
+        self, system: BlockSystem, prefix: str, options: Mapping[str, int] = NO_OPTIONS
+    ) -> None:
+        self.system, self._prefix, self._options = system, prefix, options
         self.seconds = {"jacobian": 0.0, "reduction": 0.0, "factor": 0.0, "solve": 0.0}
         self.jacobians = 0
         self._solver: DirectSolver | None = None
@@ -85,7 +89,8 @@ class Unreduced:
         system, start = self.system, time.perf_counter()
         system.jacobian(system.x, system.A)
         self.jacobians += 1
-        self._solver = self._solver or DirectSolver(system.A, self._prefix)
+        if self._solver is None:
+            self._solver = DirectSolver(system.A, self._prefix, options=self._options)
         middle = time.perf_counter()
         failure = self._solver.factorise()
         self.seconds["jacobian"] += middle - start

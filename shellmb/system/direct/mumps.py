@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from enum import Enum
+from types import MappingProxyType
 
 from petsc4py import PETSc
 
@@ -15,12 +16,14 @@ Floats = npt.NDArray[np.float64]
 # icntl_6 = 0: the analysis, done once per structure, depends on the pattern alone and not on the
 # values that happen to be in the matrix, so that a resumed run orders its unknowns as the first one
 # did. icntl_14: MUMPS estimates the workspace of the factorisation from the pattern, and a saddle
-# point needs far more, in per cent. icntl_8 = 8: scaling goes on until rows and columns are alike.
-# Masses are 1e-16 of multipliers' forces where velocities are sought, and with a multiplier that a
-# whole body has, as of a floating frame, the usual scaling stops too early: factors of 32x8
-# elements are 25 times as large
+# point needs far more, in per cent
 WORKSPACE, SCALING = "mat_mumps_icntl_14", "mat_mumps_icntl_8"
-MUMPS_OPTIONS: dict[str, int] = {WORKSPACE: 400, "mat_mumps_icntl_6": 0, SCALING: 8}
+MUMPS_OPTIONS: dict[str, int] = {WORKSPACE: 400, "mat_mumps_icntl_6": 0}
+
+# scaling goes on until rows and columns are alike. Masses are 1e-16 of multipliers' forces where
+# velocities are sought, and with a multiplier that a whole body has, as of a floating frame, the
+# usual scaling stops too early: factors of 32x8 elements are 25 times as large
+ALIKE: dict[str, int] = {SCALING: 8}
 
 SMALL_SYSTEM = 5000
 # of a small system the estimate is a few kilobytes, and delayed pivots may need many times that
@@ -36,6 +39,9 @@ SMALL_REDUCED_OPTIONS: dict[str, int] = {"mat_mumps_icntl_7": 0}
 # of options that users set for all factorisations, `PETSC_OPTIONS="-shellmb_mumps_icntl_35 2"`:
 # prefixes are different in each run
 CHOSEN, NATIVE = "shellmb_mumps_", "mat_mumps_"
+
+
+NO_OPTIONS: Mapping[str, int] = MappingProxyType({})
 
 
 def mumps_options(size: int, reduced: bool) -> dict[str, int]:
@@ -119,6 +125,7 @@ class DirectSolver:
         prefix: PETSc options prefix, unique per system.
         scales: Of a reduced system, sizes of the unknowns that this rank owns, by which errors are
             judged; None: it is not a reduced one.
+        options: More options of MUMPS.
 
     Attributes:
         single: Whether factors are of single precision.
@@ -127,13 +134,19 @@ class DirectSolver:
         contraction: By what factor the last refinement made errors smaller; None: there was none.
     """
 
-    def __init__(self, A: PETSc.Mat, prefix: str, scales: Floats | None = None) -> None:
+    def __init__(
+        self,
+        A: PETSc.Mat,
+        prefix: str,
+        scales: Floats | None = None,
+        options: Mapping[str, int] = NO_OPTIONS,
+    ) -> None:
         ksp = PETSc.KSP().create(A.getComm())
         ksp.setOptionsPrefix(prefix)
         ksp.setType(PETSc.KSP.Type.PREONLY)
         self.A, self._ksp, self._prefix = A, ksp, prefix
         reduced = scales is not None
-        self._options = mumps_options(A.getSize()[0], reduced)
+        self._options = {**mumps_options(A.getSize()[0], reduced), **options}
         self._large = A.getSize()[0] >= SMALL_SYSTEM
         self._use(single=reduced and self._large)
         if self.single:
