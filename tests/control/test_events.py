@@ -24,6 +24,7 @@ from shellmb.scene import (
     Sensor,
     StepControl,
 )
+from shellmb.simulate.control.watching import turning
 
 X, ANGLE = Sensor("slide.translation"), Sensor("hinge.rotation")
 MASS = 2.0
@@ -220,3 +221,37 @@ def test_static_steps_end_at_events_too(arm) -> None:
     run = execute(arm(scheme="static", dt=0.25, t_end=1.0, elements=spring, loads=turn, events=end))
     assert times(run, "turned")[0] == pytest.approx(0.6, abs=1e-6)
     assert run.rows[-1]["hinge.rotation"] == pytest.approx(0.3, abs=1e-6)
+
+
+def test_what_is_true_within_a_step_only_is_seen(slider) -> None:
+    """Turning points of a mass on a spring, above the limit for a third of a step, ten times."""
+    stiffness, rate, dt = 50.0, 5.0, 0.04
+    spring = JointSpring("spring", "slide", stiffness=stiffness, coordinate="translation")
+    size = SPEED / rate
+    top = Event("top", X >= 0.9995 * size, until=X <= 0)
+    far = Event("far", X >= 1.001 * size)
+    given = {"elements": spring, "dt": dt, "t_end": 10 * 2 * math.pi / rate, **GLIDE}
+    run = execute(slider(events=[top, far], **given))
+    t, x = run.column("t"), run.column("slide.translation")
+    on = times(run, "top")[::2]
+    assert len(on) == 10 and not times(run, "far")
+    # early by half the window, late by what is left of EP's frequency after ten periods
+    peaks = (np.arange(10) + 0.25) * 2 * math.pi / rate
+    assert np.all(np.abs(on - peaks - 0.0034 * peaks) < 0.02)
+    at = x[np.searchsorted(t, on)]
+    assert np.all((at >= 0.9995 * size) & (at < 1.0001 * size))
+    # the ends of steps alone would have missed most, and no step was cut in vain
+    assert len(t) < 1 + given["t_end"] / dt + 4 * 10
+
+
+def test_a_turning_point_is_where_the_parabola_has_it() -> None:
+    def at(*parts: float) -> list[np.ndarray]:
+        return [np.array([0.01 - (p - 0.3) ** 2, -1.0, -np.inf]) for p in parts]
+
+    assert turning(*at(-0.5, 0.0, 0.8), (0.5, 0.8)) == pytest.approx(0.3)
+    # it turns outside of the step, or does not turn
+    assert turning(*at(-0.5, 0.0, 0.29), (0.5, 0.29)) is None
+    assert turning(*at(0.31, 0.8, 1.0), (0.49, 0.2)) is None
+    # far below
+    below = [m - 1.0 for m in at(-0.5, 0.0, 0.8)]
+    assert turning(*below, (0.5, 0.8)) is None

@@ -13,7 +13,14 @@ from shellmb.model.signals import Signals, Way
 from shellmb.scene import Scene
 from shellmb.simulate.control.readings import Readings, Running
 from shellmb.simulate.control.sampling import Sampler
-from shellmb.simulate.control.watching import LEAST, Floats, Watch, comes_soon, first_crossing
+from shellmb.simulate.control.watching import (
+    LEAST,
+    Floats,
+    Watch,
+    comes_soon,
+    first_crossing,
+    turning,
+)
 from shellmb.simulate.stepping import Attempt
 
 
@@ -111,7 +118,8 @@ class Control:
     def locate(self, simulation: Running, attempt: Attempt, lands: bool) -> Attempt:
         """Look behind a step that is solved, and repeat it where an event is within; collective.
 
-        Also where one is so near behind it that the next step would be too short: it is halved.
+        Also where one is so near behind it that the next step would be too short: it is halved; and
+        where a condition may be true and false again within: it ends where that is to be seen.
 
         Args:
             simulation: The simulation.
@@ -157,8 +165,18 @@ class Control:
             crossing = found >= 0
         elif attempt.dt > 4 * least and comes_soon(start, end, attempt.dt, 2 * least):
             return self.locate(simulation, simulation.stepping.attempt(t, attempt.dt / 2), False)
+        elif (part := self._turning(start, end, t, attempt.dt)) and part > least:
+            end = margins(part)
+            return self.locate(simulation, last, False) if np.any(end >= 0) else last
         self._crossed = [w for w, c in zip(self.watches, crossing, strict=True) if c]
         return last
+
+    def _turning(self, start: Floats, end: Floats, t: float, dt: float) -> float | None:
+        """Where in a step a condition may be true between ends where it is not, s."""
+        if not self._before:
+            return None
+        before = np.array([w.margin(self._before, t - self._dt) for w in self.watches])
+        return turning(before, start, end, (self._dt, dt))
 
     def accept(self, dt: float, t: float) -> None:
         """A step is accepted.
@@ -187,6 +205,8 @@ class Control:
             "controllers": [sampler.state() for sampler in self.samplers],
             "events": [watch.state() for watch in self.watches],
             "read": None if self._readings is None else self._now(),
+            "before": self._before,
+            "dt": self._dt,
             "ways": [list(astuple(way)) for way in self._signals.ways.values()],
             "begun": self._begun,
             "changed": self._changed,
@@ -209,6 +229,7 @@ class Control:
             self._signals.ways[key] = Way(*way)
         for watch, saved in zip(self.watches, state["events"], strict=True):
             watch.restore(saved)
-        self._read, self._before, self._crossed = state["read"], {}, []
+        self._read, self._before, self._crossed = state["read"], state["before"], []
+        self._dt = float(state["dt"])
         self._begun, self._changed = bool(state["begun"]), bool(state["changed"])
         self.ended = state["ended"]

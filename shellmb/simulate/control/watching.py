@@ -128,6 +128,37 @@ def comes_soon(start: Floats, end: Floats, dt: float, least: float) -> bool:
     return bool(np.any(-end[rising] * dt < least * rise))
 
 
+def turning(before: Floats, start: Floats, end: Floats, steps: tuple[float, float]) -> float | None:
+    """Where in a step the first of several margins turns at zero or above, by what is known.
+
+    Between two ends below zero, by the parabola through the end before; one that stays below zero
+    by a quarter of its own rise is looked at too, as that is only so good.
+
+    Args:
+        before: Margins at the start of the step before.
+        start: At the start of the step.
+        end: At its end, below zero.
+        steps: Lengths of both, s.
+
+    Returns:
+        The part of the step up to there, s; None where none does.
+    """
+    first, last = steps
+    found = []
+    for values in zip(before, start, end, strict=True):
+        if not np.all(np.isfinite(values)):
+            continue
+        a, b, c = (float(v) for v in values)
+        slope = (c - b) / last
+        bend = (slope - (b - a) / first) / (first + last)
+        part = last / 2 - slope / (2 * bend) if bend < 0 else 0.0
+        if 0 < part < last:
+            top = b + part * slope + part * (part - last) * bend
+            if top + (top - max(b, c)) / 4 >= 0:
+                found.append(part)
+    return min(found, default=None)
+
+
 def first_crossing(
     margins: Callable[[float], Floats],
     start: Floats,
