@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from petsc4py import PETSc
@@ -19,6 +20,13 @@ FALSE = 1e-3
 # Parts of the shift, and bases as multiples of what is wanted: of small systems the basis holds
 # infinite eigenvalues, too, which LAPACK cannot always sort (PETSc error 76), and others can.
 ATTEMPTS = ((1.0, 4), (1.37, 4), (1.0, 2), (0.71, 3), (1.21, 2))
+
+# Where modes are damped beyond oscillation, half of their eigenvalues crowd at the inverse of the
+# damping's time, and Arnoldi's method parts them with a large basis only.
+CROWDED = ((1.0, 16), (1.37, 16))
+
+# iterations of each; what does not crowd takes ten
+MOST = 100
 
 
 class Pair(NamedTuple):
@@ -54,33 +62,45 @@ def solve_quadratic(
     Raises:
         ConvergenceError: If the eigenproblem does not converge, or has fewer modes.
     """
-    failure: Exception | None = None
-    for part, basis in ATTEMPTS:
-        try:
-            solver = _solved(K, C, M, count, part * shift, basis)
+    for attempts in (ATTEMPTS, CROWDED):
+        solver = _first(K, C, M, count, shift, attempts)
+        found, wanted = solver.getConverged(), solver.getDimensions()[0]
+        if found >= wanted:
             break
-        except (PETSc.Error, SystemError) as error:
-            # raised through Cython it may come as the cause of a SystemError
-            failure = error
     else:
         raise ConvergenceError(
-            "modes: the eigenproblem has no solution; its matrix must be regular: look for "
-            f"bodies without stiffness and mass ({failure})"
-        ) from failure
-    wanted = solver.getDimensions()[0]
-    if solver.getConverged() < wanted:
-        raise ConvergenceError(
-            f"modes: {solver.getConverged()} of {wanted} eigenvalues converged; ask for fewer "
-            "modes, or refine"
+            f"modes: {found} of {wanted} eigenvalues converged; ask for fewer modes, or refine"
         )
     pairs = []
-    for k in range(solver.getConverged()):
+    for k in range(found):
         vectors = K.createVecRight(), K.createVecRight()
         value = complex(solver.getEigenpair(k, *vectors))
         pair = Pair(value, *vectors)
         if value.imag >= 0 and (abs(value) < shift or _left(pair, K, C, M) < FALSE):
             pairs.append(pair)
     return sorted(pairs, key=lambda pair: abs(pair.value))
+
+
+def _first(
+    K: PETSc.Mat,
+    C: PETSc.Mat,
+    M: PETSc.Mat,
+    count: int,
+    shift: float,
+    attempts: Sequence[tuple[float, int]],
+) -> SLEPc.PEP:
+    """The solver after the first of some attempts whose eigenvalues could be sorted."""
+    failure: Exception | None = None
+    for part, basis in attempts:
+        try:
+            return _solved(K, C, M, count, part * shift, basis)
+        except (PETSc.Error, SystemError) as error:
+            # raised through Cython it may come as the cause of a SystemError
+            failure = error
+    raise ConvergenceError(
+        "modes: the eigenproblem has no solution; its matrix must be regular: look for "
+        f"bodies without stiffness and mass ({failure})"
+    ) from failure
 
 
 def _solved(
@@ -96,7 +116,7 @@ def _solved(
     size = 2 * K.getSize()[0]
     wanted = min(2 * count, size)
     solver.setDimensions(wanted, min(max(basis * wanted, 10 * basis), size))
-    solver.setTolerances(1e-11, 500)
+    solver.setTolerances(1e-11, MOST)
     shift_and_invert(solver)
     solver.solve()
     return solver

@@ -26,13 +26,16 @@ from shellmb.scene import (
     Clamped,
     Gravity,
     InitialVelocity,
+    Isotropic,
     JointDamper,
     JointSpring,
     Line,
     Prismatic,
+    Rectangle,
     RectangularSection,
     RigidBody,
     Scene,
+    Shell,
     Spherical,
 )
 from shellmb.simulate.simulation import Simulation
@@ -162,6 +165,24 @@ def test_released(tmp_path: Path) -> None:
     np.testing.assert_allclose(made.damping, tau * sizes / 2, rtol=1e-6)
     assert made.drift < 1e-6
     assert made.stable
+
+
+def test_what_is_damped_beyond_oscillation() -> None:
+    """All modes of a plate but four are real, and half of their eigenvalues crowd at `-1/tau`."""
+    tau, surface = 2e-3, Rectangle(1.0, 0.2)
+    metal = Isotropic(E=70e9, nu=0.3, thickness=5e-3, density=2700.0, damping=tau)
+    plates = [Shell("plate", surface, replace(metal, damping=d), mesh=(4, 1)) for d in (0.0, tau)]
+    plain, damped = (
+        Scene("plate", plate, supports=Clamped("left"), scheme="ep", dt=1e-3, t_end=1.0)
+        for plate in plates
+    )
+    omega = sm.modes(plain, count=4).summary["omega_rad_per_s"]
+    turning = Turning(damped, find_axis(damped, UP), MPI.COMM_WORLD, False)
+    first, others = np.split(modes_at(turning, 0.0, 6).values, [4])
+    np.testing.assert_allclose(first.real, -tau * np.square(omega) / 2, rtol=1e-5)
+    np.testing.assert_allclose(np.abs(first), omega, rtol=1e-5)
+    # s = -1/tau (1 + 1/(tau omega)^2 + ...)
+    np.testing.assert_allclose(others, -1 / tau, rtol=1e-6)
 
 
 def slide(pushed: float, viscosity: float) -> Scene:
