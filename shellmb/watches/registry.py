@@ -7,12 +7,13 @@ from collections.abc import Sequence
 from shellmb.observers.summary import Sources
 from shellmb.simulate.simulation import Simulation
 from shellmb.watches.base import Caution, Watch
-from shellmb.watches.contacts import Contacts
 from shellmb.watches.dissipation import Dissipation
 from shellmb.watches.drift import Drift
 from shellmb.watches.energy_law import EnergyLaw
+from shellmb.watches.forces.alternating import Alternating
+from shellmb.watches.forces.contacts import Contacts
+from shellmb.watches.forces.rolling import Lifting, Slipping
 from shellmb.watches.large_turns import LargeTurns
-from shellmb.watches.rolling import Lifting, Slipping
 from shellmb.watches.small_displacements import LinearBodies, ReducedBodies, SmallDisplacements
 from shellmb.watches.step_error import StepErrors
 from shellmb.watches.stiff_spin import StiffSpin
@@ -28,6 +29,7 @@ WATCHES: tuple[type[Watch], ...] = (
     Lifting,
     Slipping,
     Contacts,
+    Alternating,
     Drift,
     Dissipation,
     EnergyLaw,

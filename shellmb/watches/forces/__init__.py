@@ -1,0 +1,1 @@
+"""Watches of what joints, drivers and contacts carry."""

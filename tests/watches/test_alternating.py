@@ -1,0 +1,90 @@
+"""Forces that alternate are named; those that move, vibrate or jump are not."""
+
+import math
+from typing import Any
+
+from mpi4py import MPI  # noqa: F401  (before dolfinx)
+
+import pytest
+
+from shellmb.run.execute import execute
+from shellmb.scene import (
+    GROUND,
+    Driver,
+    InitialVelocity,
+    JointSpring,
+    JointStop,
+    Output,
+    Prismatic,
+    Revolute,
+    RigidBody,
+    Scene,
+)
+from shellmb.watches.base import Caution
+
+SPEED, RISE = 4.0, 0.2
+
+
+def said(scene: Scene) -> list[Caution]:
+    return [c for c in execute(scene).warnings if c.watch == "alternation"]
+
+
+def run_up(t: float) -> float:
+    """Angle of a motor that has its speed after 0.2 s."""
+    if t > RISE:
+        return SPEED * (t - RISE / 2)
+    return SPEED / 2 * (t - RISE / math.pi * math.sin(math.pi * t / RISE))
+
+
+def rotor(scheme: str, **more: Any) -> Scene:
+    """An arm that a motor brings to its speed: then the torque should vanish."""
+    return Scene(
+        "rotor",
+        rigid_bodies=RigidBody("arm", 2.0, (0.1, 0.1, 0.1), position=(0.5, 0, 0)),
+        joints=Revolute("shaft", GROUND, "arm", at=(0, 0, 0), axis=(0, 0, 1)),
+        drivers=Driver("motor", "shaft", rotation=run_up),
+        scheme=scheme,
+        **{"dt": 0.02, "t_end": 2.0} | more,
+    )
+
+
+def test_velocities_that_violate_constraints() -> None:
+    (caution,) = said(rotor("ep"))
+    assert "'motor.torque'" in caution.says and "--end-forces" in caution.says
+    assert caution.value > 0.3
+    for scheme in ("ed", "ep4", "ed3"):
+        assert not said(rotor(scheme))
+    # what is asked for at the ends of steps is there
+    assert not said(rotor("ep", output=Output(end_forces=True)))
+
+
+@pytest.mark.parametrize(("dt", "count"), [(0.02, 1), (5e-4, 0)])
+def test_what_vibrates_faster_than_steps(dt: float, count: int) -> None:
+    spring = JointSpring("spring", "rail", stiffness=1e6)
+    scene = Scene(
+        "mass",
+        rigid_bodies=RigidBody("mass", 2.0, (1.0, 1.0, 1.0)),
+        joints=Prismatic("rail", GROUND, "mass", at=(0, 0, 0), axis=(1, 0, 0)),
+        elements=spring,
+        initial=InitialVelocity(linear=(0.1, 0, 0)),
+        scheme="ep",
+        dt=dt,
+        t_end=100 * dt,
+    )
+    found = said(scene)
+    assert len(found) == count and all("'spring" in c.says for c in found)
+
+
+def test_an_impact_does_not_alternate() -> None:
+    """Forces of single steps among those of many, and forces that are round-off."""
+    scene = Scene(
+        "stop",
+        rigid_bodies=RigidBody("mass", 2.0, (1.0, 1.0, 1.0)),
+        joints=Prismatic("rail", GROUND, "mass", at=(0, 0, 0), axis=(1, 0, 0)),
+        elements=JointStop("end", "rail", lower=-0.1, upper=0.1, stiffness=1e5),
+        initial=InitialVelocity(linear=(1.0, 0, 0)),
+        scheme="ep",
+        dt=2e-3,
+        t_end=1.0,
+    )
+    assert not said(scene)
