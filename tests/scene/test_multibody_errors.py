@@ -225,6 +225,10 @@ BAD = {
     "clamped edge: beam 'beam' has no edge 'left'; its edges are 'start', 'end'": lambda: moving(
         BEAM, supports=Clamped("left")
     ),
+    "scene 's': drivers[0] is Lock(joint='slide', windows=((1.0, 2.0),), coordinate=Non...; it "
+    "must be a driver; what this is, belongs into locks=": lambda: moving(
+        drivers=Lock("slide", windows=(1.0, 2.0))
+    ),
     "clamped edge: 'crank' is a rigid body; it must be a shell or beam": lambda: moving(
         CRANK, supports=Clamped("left", body="crank")
     ),

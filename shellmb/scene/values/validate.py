@@ -1,4 +1,4 @@
-"""Checked frozen dataclasses: field types, and pydantic's errors as one plain sentence."""
+"""Checked frozen dataclasses, and the types of their fields."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, Validat
 from pydantic.dataclasses import dataclass as pydantic_dataclass
 
 from shellmb.errors import SceneError
+from shellmb.scene.values.sentences import in_words, plain, sentence, show, with_name
 
 __all__ = [
     "Axis",
@@ -40,14 +41,9 @@ __all__ = [
 ]
 
 
-def _plain(value: Any) -> Any:
-    """NumPy scalars and arrays as Python numbers and lists, anything else as it is."""
-    return value.tolist() if isinstance(value, np.generic | np.ndarray) else value
-
-
 def _tuples(value: Any) -> Any:
     """A plain value, with tuples for lists, also within lists and tuples."""
-    value = _plain(value)
+    value = plain(value)
     return tuple(_tuples(v) for v in value) if type(value) in (list, tuple) else value
 
 
@@ -76,7 +72,7 @@ def numbers(value: Any) -> np.ndarray:
         ValueError: If something is no number, or rows differ in length.
         TypeError: The same.
     """
-    array = np.asarray(_plain(value), dtype=object)
+    array = np.asarray(plain(value), dtype=object)
     return np.array([number(v) for v in array.ravel()], dtype=float).reshape(array.shape)
 
 
@@ -86,7 +82,7 @@ def vector(value: Any) -> tuple[float, float, float]:
     Raises:
         ValueError: If it is no such vector.
     """
-    value = _plain(value)
+    value = plain(value)
     try:
         if isinstance(value, str | bytes | dict | set | frozenset):
             raise TypeError("it has no order of components")
@@ -99,7 +95,7 @@ def vector(value: Any) -> tuple[float, float, float]:
 
 
 def _place(value: Any) -> str | tuple[str, ...] | tuple[float, float, float]:
-    value = _plain(value)
+    value = plain(value)
     if isinstance(value, str) and value:
         return value
     if isinstance(value, Sequence) and value and all(isinstance(v, str) and v for v in value):
@@ -133,7 +129,7 @@ def spot(value: Any) -> str | tuple[float, float, float]:
     Raises:
         ValueError: If it is neither.
     """
-    value = _plain(value)
+    value = plain(value)
     if isinstance(value, str) and value:
         return value
     try:
@@ -150,7 +146,7 @@ def _nonzero(value: tuple[float, float, float]) -> tuple[float, float, float]:
 
 def _matrix(value: Any) -> tuple[tuple[float, float, float], ...]:
     try:
-        rows = tuple(vector(row) for row in _plain(value))
+        rows = tuple(vector(row) for row in plain(value))
     except (TypeError, ValueError):
         rows = ()
     if len(rows) != 3:
@@ -160,7 +156,7 @@ def _matrix(value: Any) -> tuple[tuple[float, float, float], ...]:
 
 def _windows(value: Any) -> tuple[tuple[float, float], ...] | None:
     """Windows of time; a single pair is welcome."""
-    value = _plain(value)
+    value = plain(value)
     if value is None:
         return None
     try:
@@ -213,88 +209,6 @@ def unit_vector(v: Sequence[float], what: str) -> np.ndarray:
     return a / norm
 
 
-def show(value: Any) -> str:
-    """``value`` for an error message: short, and without NumPy's type names."""
-    value = _plain(value)
-    text = getattr(value, "__name__", None) or repr(value)
-    return text if len(text) <= 60 else text[:57] + "..."
-
-
-def in_words(error: Exception) -> str:
-    """What an error of a user's function says; some say little without their kind."""
-    text = str(error)
-    return text if isinstance(error, TypeError | ValueError) else f"{type(error).__name__}: {text}"
-
-
-_BOUNDS = {
-    "greater_than": ("greater than", "gt"),
-    "greater_than_equal": ("at least", "ge"),
-    "less_than": ("less than", "lt"),
-    "less_than_equal": ("at most", "le"),
-}
-_KINDS = {
-    "finite_number": "it must be a finite number",
-    "float_type": "it must be a number",
-    "float_parsing": "it must be a number",
-    "int_type": "it must be a whole number",
-    "int_parsing": "it must be a whole number",
-    "int_from_float": "it must be a whole number",
-    "string_type": "it must be a text",
-    "tuple_type": "it must be a tuple",
-    "string_too_short": "it must not be empty",
-    "callable_type": "it must be a function",
-    "bool_type": "it must be True or False",
-    "bool_parsing": "it must be True or False",
-}
-
-
-def _requirement(error: Any) -> str:
-    """What would be right, from one entry of ``ValidationError.errors()``."""
-    kind, context = error["type"], error.get("ctx", {})
-    if kind in _BOUNDS:
-        words, key = _BOUNDS[kind]
-        return f"it must be {words} {context[key]:g}"
-    if kind == "value_error":
-        return str(context["error"])
-    if kind == "literal_error":
-        return f"it must be {context['expected']}"
-    if kind in ("is_instance_of", "dataclass_type", "dataclass_exact_type"):
-        words = context.get("class") or context.get("class_name")
-        return f"it must be {'an' if words[0] in 'AEIOU' else 'a'} {words.lower()}"
-    return str(_KINDS.get(kind, error["msg"].replace("Input should", "it should")))
-
-
-def _field(place: Any, names: list[str]) -> str:
-    """Name of a parameter that pydantic gives by name or by position."""
-    return names[place] if isinstance(place, int) and place < len(names) else str(place)
-
-
-def _sentence(label: str, cls: type, failure: ValidationError) -> str:
-    error = failure.errors(include_url=False)[0]
-    loc, kind = error["loc"], error["type"]
-    names = [f.name for f in fields(cls)]
-    first = loc[0] if loc else ""
-    where = _field(first, names)
-    where += "".join(f"[{i}]" for i in loc[1:] if isinstance(i, int))
-    if kind in ("missing", "too_long") and len(loc) > int(kind == "missing"):
-        return f"{label}: {_field(first, names)} has the wrong number of entries"
-    if kind in ("missing", "missing_argument"):
-        return f"{label}: {where} is missing; its parameters are {', '.join(names)}"
-    if kind in ("unexpected_keyword_argument", "unexpected_positional_argument"):
-        return f"{label}: there is no parameter {where}; its parameters are {', '.join(names)}"
-    return f"{label}: {where} is {show(error['input'])}; {_requirement(error)}"
-
-
-def _with_name(label: str, cls: type, args: tuple[Any, ...], kwargs: dict[str, Any]) -> str:
-    """``shell 'roof'`` rather than ``shell`` where a name was given."""
-    names = [f.name for f in fields(cls)]
-    if "name" not in names:
-        return label
-    position = names.index("name")
-    name = kwargs.get("name", args[position] if len(args) > position else None)
-    return f"{label} {name!r}" if isinstance(name, str) and name else label
-
-
 def _plainly(made: Any, name: str, value: Any) -> Any:
     """A value with tuples for lists and arrays, unless the class takes it as it is given."""
     return value if name in getattr(made, "AS_GIVEN", ()) else _tuples(value)
@@ -325,8 +239,8 @@ def described[T](label: str) -> Callable[[type[T]], type[T]]:
             try:
                 checked_init(self, *args, **kwargs)
             except ValidationError as failure:
-                said = _with_name(label, made, args, kwargs)
-                raise SceneError(_sentence(said, made, failure)) from None
+                said = with_name(label, made, args, kwargs)
+                raise SceneError(sentence(said, made, failure)) from None
 
         made.__init__ = init
         made.label = label

@@ -1,0 +1,116 @@
+"""Pydantic's errors as one plain sentence: who, which parameter, its value, what would be right."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from typing import Any, get_args
+
+import numpy as np
+from pydantic import ValidationError
+
+
+def plain(value: Any) -> Any:
+    """NumPy scalars and arrays as Python numbers and lists, anything else as it is."""
+    return value.tolist() if isinstance(value, np.generic | np.ndarray) else value
+
+
+def show(value: Any) -> str:
+    """``value`` for an error message: short, and without NumPy's type names."""
+    value = plain(value)
+    text = getattr(value, "__name__", None) or repr(value)
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
+def in_words(error: Exception) -> str:
+    """What an error of a user's function says; some say little without their kind."""
+    text = str(error)
+    return text if isinstance(error, TypeError | ValueError) else f"{type(error).__name__}: {text}"
+
+
+_BOUNDS = {
+    "greater_than": ("greater than", "gt"),
+    "greater_than_equal": ("at least", "ge"),
+    "less_than": ("less than", "lt"),
+    "less_than_equal": ("at most", "le"),
+}
+_KINDS = {
+    "finite_number": "it must be a finite number",
+    "float_type": "it must be a number",
+    "float_parsing": "it must be a number",
+    "int_type": "it must be a whole number",
+    "int_parsing": "it must be a whole number",
+    "int_from_float": "it must be a whole number",
+    "string_type": "it must be a text",
+    "tuple_type": "it must be a tuple",
+    "string_too_short": "it must not be empty",
+    "callable_type": "it must be a function",
+    "bool_type": "it must be True or False",
+    "bool_parsing": "it must be True or False",
+}
+
+
+def _requirement(error: Any) -> str:
+    """What would be right, from one entry of ``ValidationError.errors()``."""
+    kind, context = error["type"], error.get("ctx", {})
+    if kind in _BOUNDS:
+        words, key = _BOUNDS[kind]
+        return f"it must be {words} {context[key]:g}"
+    if kind == "value_error":
+        return str(context["error"])
+    if kind == "literal_error":
+        return f"it must be {context['expected']}"
+    if kind in ("is_instance_of", "dataclass_type", "dataclass_exact_type"):
+        words = context.get("class") or context.get("class_name")
+        return f"it must be {'an' if words[0] in 'AEIOU' else 'a'} {words.lower()}"
+    return str(_KINDS.get(kind, error["msg"].replace("Input should", "it should")))
+
+
+def _field(place: Any, names: list[str]) -> str:
+    """Name of a parameter that pydantic gives by name or by position."""
+    return names[place] if isinstance(place, int) and place < len(names) else str(place)
+
+
+def sentence(label: str, cls: type, failure: ValidationError) -> str:
+    """The first error of a construction.
+
+    Args:
+        label: Who, as `with_name` has it.
+        cls: The class.
+        failure: What pydantic says.
+    """
+    error = failure.errors(include_url=False)[0]
+    loc, kind = error["loc"], error["type"]
+    names = [f.name for f in fields(cls)]
+    first = loc[0] if loc else ""
+    where = _field(first, names)
+    where += "".join(f"[{i}]" for i in loc[1:] if isinstance(i, int))
+    if kind in ("missing", "too_long") and len(loc) > int(kind == "missing"):
+        return f"{label}: {_field(first, names)} has the wrong number of entries"
+    if kind in ("missing", "missing_argument"):
+        return f"{label}: {where} is missing; its parameters are {', '.join(names)}"
+    if kind in ("unexpected_keyword_argument", "unexpected_positional_argument"):
+        return f"{label}: there is no parameter {where}; its parameters are {', '.join(names)}"
+    right = _requirement(error)
+    if kind == "is_instance_of" and (home := _home(cls, error["input"])):
+        right += f"; what this is, belongs into {home}="
+    return f"{label}: {where} is {show(error['input'])}; {right}"
+
+
+def _home(cls: Any, value: Any) -> str | None:
+    """The parameter of a class that takes several objects of the kind of a value."""
+    for name, field in cls.__pydantic_fields__.items():
+        kinds = get_args(field.annotation)
+        kind = get_args(kinds[0])[0] if kinds and get_args(kinds[0]) else None
+        if kinds[1:] == (...,) and isinstance(kind, type) and isinstance(value, kind):
+            return str(name)
+    return None
+
+
+def with_name(label: str, cls: type, args: tuple[Any, ...], kwargs: dict[str, Any]) -> str:
+    """``shell 'roof'`` rather than ``shell`` where a name was given."""
+    names = [f.name for f in fields(cls)]
+    if "name" not in names:
+        return label
+    position = names.index("name")
+    name = kwargs.get("name", args[position] if len(args) > position else None)
+    return f"{label} {name!r}" if isinstance(name, str) and name else label
