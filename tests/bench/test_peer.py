@@ -6,13 +6,12 @@ import math
 import numpy as np
 import pytest
 
-from shellmb.bench.peers import exudyn_plate, opensees_plate, our_plate, roll_up
+from shellmb.bench.peers.codes import EXUDYN, OPENSEES, OURS
 from shellmb.bench.peers.compare import Comparison, Point, in_turn
-from shellmb.bench.peers.exudyn_plate import ExudynPlate
-from shellmb.bench.peers.history import TipHistory, difference
-from shellmb.bench.peers.opensees_plate import OpenSeesPlate
-from shellmb.bench.peers.our_plate import OurPlate
-from shellmb.bench.peers.plates import EXUDYN, OPENSEES, OURS
+from shellmb.bench.peers.dynamics.exudyn_plate import ExudynPlate
+from shellmb.bench.peers.dynamics.history import TipHistory, difference
+from shellmb.bench.peers.dynamics.opensees_plate import OpenSeesPlate
+from shellmb.bench.peers.dynamics.our_plate import OurPlate
 from shellmb.bench.peers.report import best, columns, sentence, times_ours
 from shellmb.errors import SceneError
 from shellmb.measuring.tables import markdown
@@ -80,32 +79,18 @@ def test_codes_take_turns():
 
 
 def test_ours():
-    found = our_plate.run(OurPlate((2, 1), 1e-2, "ed", 0.0))
+    found = OurPlate((2, 1), 1e-2, "ed", 0.0).run()
     assert len(found.t) == 51 and found.t[-1] == pytest.approx(0.5) and not found.failed
     # Exudyn on 12x4 elements gives 0.11508; two elements are not many
     assert found.peak == pytest.approx(0.11508, rel=0.01)
     assert found.cpu_s > 0 and 1 < found.iterations < 20 and found.factorisations < 3
 
 
-def test_distance_from_the_circle():
-    radius = 12.0 / (2 * np.pi)
-    circle = radius * np.array([[1.0, 1.0], [0.0, 2.0], [-1.0, 1.0], [0.0, 0.0]])
-    assert roll_up.distance(circle) < 1e-12
-    assert roll_up.distance(circle + np.array([0.12, 0.0])) == pytest.approx(0.01)
-
-
-def test_our_strip_rolls_up():
-    coarse, fine = roll_up.compared(1, (roll_up.Strip(OURS, 4), roll_up.Strip(OURS, 8)))
-    assert not coarse.failed and not fine.failed and len(fine.times) == 1
-    # of second order at least; eight elements of 45 degrees each are not many
-    assert fine.error < coarse.error / 4 and fine.error < 0.01
-
-
 @pytest.mark.parametrize(
     ("package", "run"),
     [
-        ("exudyn", lambda: exudyn_plate.run(ExudynPlate((2, 1), 1e-3))),
-        ("openseespy", lambda: opensees_plate.run(OpenSeesPlate((2, 1), 1e-3))),
+        ("exudyn", lambda: ExudynPlate((2, 1), 1e-3).run()),
+        ("openseespy", lambda: OpenSeesPlate((2, 1), 1e-3).run()),
     ],
 )
 def test_without_the_peer(monkeypatch, package, run):
@@ -120,19 +105,19 @@ def test_without_the_peer(monkeypatch, package, run):
 @pytest.mark.skipif(importlib.util.find_spec("exudyn") is None, reason="extra 'peers' not there")
 class TestExudyn:
     def test_the_known_peak(self):
-        found = exudyn_plate.run(ExudynPlate((6, 2), 1e-3))
+        found = ExudynPlate((6, 2), 1e-3).run()
         # Exudyn 1.13.6 as measured before this model was written; five digits were noted
         assert found.peak == pytest.approx(0.11466, abs=2e-5)
         assert len(found.t) == 501 and not found.failed
 
     def test_the_middle_of_the_edge_on_any_mesh(self):
         # an odd number of elements across has no node there
-        odd, even = (exudyn_plate.run(ExudynPlate((6, n), 2.5e-3)) for n in (1, 2))
+        odd, even = (ExudynPlate((6, n), 2.5e-3).run() for n in (1, 2))
         # the meshes differ, too
         assert odd.peak == pytest.approx(even.peak, rel=5e-3)
 
     def test_failures_are_told(self):
-        found = exudyn_plate.run(ExudynPlate((12, 2), 1e-2, force=40.0))
+        found = ExudynPlate((12, 2), 1e-2, force=40.0).run()
         assert found.failed and difference(found, found) == (np.inf, np.inf)
 
 
@@ -144,7 +129,7 @@ class TestOpenSees:
         ("element", "integrator"), [("NLDKGQ", "Newmark"), ("NLDKGQ", "TRBDF2"), ("ASD", "HHT 0.9")]
     )
     def test_near_the_others(self, element, integrator):
-        found = opensees_plate.run(OpenSeesPlate((6, 1), 1e-2, element, integrator))
+        found = OpenSeesPlate((6, 1), 1e-2, element, integrator).run()
         # Exudyn on 12x4 elements gives 0.11508; the mesh and the step are coarse
         assert found.peak == pytest.approx(0.11508, rel=0.02)
         assert len(found.t) == 51 and not found.failed and 2 < found.iterations < 8
@@ -152,10 +137,7 @@ class TestOpenSees:
     @pytest.mark.parametrize("element", ["NLDKGQ", "ASD"])
     def test_it_starts_in_time(self, element):
         # three steps against many: without accelerations at first they are a quarter short
-        few, many = (
-            opensees_plate.run(OpenSeesPlate((6, 1), dt, element, t_end=3e-4))
-            for dt in (1e-4, 1e-5)
-        )
+        few, many = (OpenSeesPlate((6, 1), dt, element, t_end=3e-4).run() for dt in (1e-4, 1e-5))
         assert not few.failed and not many.failed
         assert few.u[-1] == pytest.approx(many.u[-1], rel=0.01)
         # free flight of the edge: by its share of the mass if that is lumped, else by
@@ -165,15 +147,7 @@ class TestOpenSees:
             lumped if element == "ASD" else math.sqrt(3) * lumped, rel=5e-3
         )
 
-    def test_the_strip_is_a_polygon_that_closes(self):
-        strips = [roll_up.Strip(OPENSEES, n, "ASD") for n in (8, 16)]
-        found = roll_up.compared(1, tuple(strips))
-        # chords in place of arcs: of second order
-        assert found[0].error == pytest.approx(4 * found[1].error, rel=0.05)
-        (failed,) = roll_up.compared(1, (roll_up.Strip(OPENSEES, 8, "NLDKGQ", 10),))
-        assert failed.error == np.inf and "load step 1" in failed.failed
-
     def test_failures_are_told(self):
         plate = OpenSeesPlate((12, 2), 4e-3, force=40.0, t_end=0.2)
-        found = opensees_plate.run(plate)
+        found = plate.run()
         assert found.failed and found.t[-1] < 0.2

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from shellmb.bench.peers.history import TipHistory, difference
-from shellmb.bench.peers.plates import OURS, Plate, Runs, code_of, run, scheme_of, title
+from shellmb.bench.peers.codes import OURS
+from shellmb.bench.peers.dynamics.history import TipHistory, difference
+from shellmb.bench.peers.dynamics.motion import Motion, Runs, title
 from shellmb.measuring.times import spread, unbeaten
 
 # errors that are asked for
@@ -86,7 +87,7 @@ class Comparison:
         return unbeaten(own, lambda p: p.cpu_s, self.judged)
 
 
-def in_turn(*lists: Sequence[Plate]) -> list[Plate]:
+def in_turn(*lists: Sequence[Motion]) -> list[Motion]:
     """Elements of several lists by turns, spread evenly."""
     placed = [((k + 0.5) / len(some), p) for some in lists for k, p in enumerate(some)]
     return [p for _, p in sorted(placed, key=lambda pair: pair[0])]
@@ -106,34 +107,34 @@ def compare(
     checks: dict[str, float] = {}
     truth: dict[str, TipHistory] = {}
     for code, some in runs.items():
-        found = [run(p) for p in some.fine]
+        found = [motion.run() for motion in some.fine]
         truth[code] = found[0]
-        for plate, other in zip(some.fine[1:], found[1:], strict=True):
-            name = f"{code}: {title(plate)} against {title(some.fine[0])}"
+        for motion, other in zip(some.fine[1:], found[1:], strict=True):
+            name = f"{code}: {title(motion)} against {title(some.fine[0])}"
             checks[name] = difference(other, found[0])[0]
     away = {code: difference(own, truth[OURS])[0] for code, own in truth.items() if code != OURS}
     for code, value in away.items():
         checks[f"{code} against {OURS}, both converged"] = value
-    points: dict[Plate, Point] = {}
+    points: dict[Motion, Point] = {}
 
-    def add(plate: Plate) -> None:
-        made = _point(plate, run(plate), truth)
-        before = points.get(plate)
-        points[plate] = made if before is None else _joined(before, made)
+    def add(motion: Motion) -> None:
+        made = _point(motion, motion.run(), truth)
+        before = points.get(motion)
+        points[motion] = made if before is None else _joined(before, made)
 
-    every = in_turn(*(some.plates for some in runs.values()))
-    for n, plate in enumerate(every):
+    every = in_turn(*(some.motions for some in runs.values()))
+    for n, motion in enumerate(every):
         if n % 10 == 0:
             report(f"run {n + 1} of {len(every)}")
-        add(plate)
+        add(motion)
     peaks = {code: own.peak for code, own in truth.items()}
     apart = tuple(code for code, value in away.items() if value > min(ASKED) / 2)
     made = Comparison(tuple(points.values()), checks, peaks, apart)
-    names = {point: plate for plate, point in points.items()}
+    names = {point: motion for motion, point in points.items()}
     fronts = [[names[p] for p in made.front(code)] for code in runs]
     report(f"the best once more, {again} times in turn")
-    for plate in in_turn(*fronts) * again:
-        add(plate)
+    for motion in in_turn(*fronts) * again:
+        add(motion)
     return replace(made, points=tuple(points.values()))
 
 
@@ -147,15 +148,15 @@ def _joined(before: Point, again: Point) -> Point:
     )
 
 
-def _point(plate: Plate, history: TipHistory, truth: Mapping[str, TipHistory]) -> Point:
-    code = code_of(plate)
+def _point(motion: Motion, history: TipHistory, truth: Mapping[str, TipHistory]) -> Point:
+    code = motion.code
     error, largest = difference(history, truth[OURS])
     own_error, _ = difference(history, truth[code])
     return Point(
         code,
-        scheme_of(plate),
-        f"{plate.mesh[0]}x{plate.mesh[1]}",
-        plate.dt,
+        motion.how,
+        f"{motion.mesh[0]}x{motion.mesh[1]}",
+        motion.dt,
         error,
         largest,
         own_error,

@@ -13,7 +13,10 @@ import os
 from collections.abc import Callable
 from typing import Any
 
-from shellmb.bench.peers.installed import require_package
+import numpy as np
+import numpy.typing as npt
+
+from shellmb.bench.peers.codes import require_package
 
 # names of elements in tables, and what OpenSees calls them
 ELEMENTS = {"ASD": ("ASDShellQ4", "-corotational"), "NLDKGQ": ("ShellNLDKGQ",)}
@@ -41,7 +44,7 @@ class Mesh:
         mesh: Elements along two directions.
         element: A key of `ELEMENTS`.
         section: E, Poisson's ratio, thickness, density.
-        place: Position of a node, both arguments from 0 to 1.
+        place: Position of a node, both arguments from 0 to 1, shape (3,).
     """
 
     def __init__(
@@ -50,15 +53,16 @@ class Mesh:
         mesh: tuple[int, int],
         element: str,
         section: tuple[float, float, float, float],
-        place: Callable[[float, float], tuple[float, float, float]],
+        place: Callable[[complex, complex], npt.ArrayLike],
     ) -> None:
+        self._ops = ops
         self.mesh = nx, ny = mesh
         ops.wipe()
         ops.model("basic", "-ndm", 3, "-ndf", 6)
         ops.section("ElasticMembranePlateSection", 1, *section)
         for j in range(ny + 1):
             for i in range(nx + 1):
-                ops.node(self.node(i, j), *place(i / nx, j / ny))
+                ops.node(self.node(i, j), *np.real(place(i / nx, j / ny)).tolist())
         name, *options = ELEMENTS[element]
         for j in range(ny):
             for i in range(nx):
@@ -75,8 +79,19 @@ class Mesh:
         ny = self.mesh[1]
         return [(self.node(i, j), (0.5 if j in (0, ny) else 1.0) / ny) for j in range(ny + 1)]
 
+    def moved(self, node: int) -> list[float]:
+        """Displacement of a node, m."""
+        return [self._ops.nodeDisp(node, k) for k in (1, 2, 3)]
 
-def solve_with(ops: Any, integrator: tuple[Any, ...], tolerance: float, analysis: str) -> None:
+
+def solve_with(
+    ops: Any,
+    integrator: tuple[Any, ...],
+    tolerance: float,
+    analysis: str,
+    algorithm: str = "Newton",
+    system: str = "BandGeneral",
+) -> None:
     """Newton's method and linear solver.
 
     Args:
@@ -84,11 +99,13 @@ def solve_with(ops: Any, integrator: tuple[Any, ...], tolerance: float, analysis
         integrator: Its name and parameters.
         tolerance: Of the last increment, relative to the first one of the step.
         analysis: "Static" or "Transient".
+        algorithm: Of nonlinear equations.
+        system: Of linear ones.
     """
     ops.constraints("Plain")
     ops.numberer("RCM")
-    ops.system("BandGeneral")
+    ops.system(system)
     ops.test("RelativeNormDispIncr", tolerance, 50, 0)
-    ops.algorithm("Newton")
+    ops.algorithm(algorithm)
     ops.integrator(*integrator)
     ops.analysis(analysis, "-noWarnings")

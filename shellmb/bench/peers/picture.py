@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from shellmb.bench.peers.codes import EXUDYN, OPENSEES, OURS
 from shellmb.bench.peers.compare import ASKED, Comparison
-from shellmb.bench.peers.plates import EXUDYN, OPENSEES, OURS
 from shellmb.measuring.pictures import picture
 
 

@@ -9,27 +9,21 @@ from pathlib import Path
 
 from rich.console import Console
 
-from shellmb.bench.peers import roll_up
+from shellmb.bench.peers.codes import OURS
 from shellmb.bench.peers.compare import ASKED, Comparison, Point, compare
-from shellmb.bench.peers.history import TipHistory
+from shellmb.bench.peers.dynamics.history import TipHistory
+from shellmb.bench.peers.dynamics.motion import Motion, title
+from shellmb.bench.peers.dynamics.plates import PEERS, REQUIRE, every_run, large_load, quick_runs
 from shellmb.bench.peers.picture import draw
-from shellmb.bench.peers.plates import (
-    OPENSEES,
-    OURS,
-    PEERS,
-    REQUIRE,
-    Plate,
-    code_of,
-    every_run,
-    large_load,
-    quick_runs,
-    title,
-)
+from shellmb.bench.peers.statics import hemisphere, problem, roll_up
+from shellmb.bench.peers.words import fastest
 from shellmb.cli.failures import tell
 from shellmb.cli.report import say
 from shellmb.errors import SceneError
 from shellmb.measuring.records import to_json, write
 from shellmb.measuring.tables import Column, console, line, markdown, rich_table
+
+STATICS = (roll_up.PROBLEM, hemisphere.PROBLEM)
 
 NOTE = (
     "Processor times of the steps on one thread, recording the tip and nothing else; set-up and "
@@ -47,8 +41,8 @@ def run_peer(
 
     Args:
         names: Peers, keys of `PEERS`.
-        out: Folder of the picture, of `peer.json` and of the tables, `peer.md` and
-            `roll_up.md`; None: none of them.
+        out: Folder of the picture, of `peer.json` and of the tables, `peer.md`, `roll_up.md` and
+            `hemisphere.md`; None: none of them.
         as_json: Whether stdout gets the runs as a JSON list, and nothing else.
         fast: Whether only a few runs are made.
         check: Whether the times are judged.
@@ -65,24 +59,28 @@ def run_peer(
         REQUIRE[code]()
     found = compare((quick_runs if fast else every_run)(peers), 1 if fast else 2, tell)
     large = large_load(peers, *(((1e-2,), 0.05) if fast else ()))
-    strips = roll_up.STRIPS[1:5:3] if fast else roll_up.STRIPS
-    rolled = roll_up.compared(1 if fast else 3, strips) if OPENSEES in peers else []
+    solved = []
+    for static in STATICS:
+        tell(static.title)
+        cases = static.quick if fast else static.cases
+        solved.append((static, problem.compared(static, cases, peers, 1 if fast else 3)))
     text = to_json(found.points)
     if out is not None:
         write("peer", text, partial(draw, found), out)
-        (out / "peer.md").write_text("\n".join(markdown(columns(found), best(found))) + "\n")
-        if rolled:
-            lines = markdown(roll_up.COLUMNS, rolled)
-            (out / "roll_up.md").write_text("\n".join(lines) + "\n")
+        tables = {"peer": markdown(columns(found), best(found))}
+        tables |= {static.name: markdown(problem.COLUMNS, some) for static, some in solved}
+        for name, lines in tables.items():
+            (out / f"{name}.md").write_text("\n".join(lines) + "\n")
     if as_json:
         say(text)
     to = console(stderr=as_json)
     _print(to, found, large)
-    if rolled:
-        line(to, "strip rolled into a circle by its end moment:")
-        to.print(rich_table(roll_up.COLUMNS, rolled))
+    for static, some in solved:
+        line(to, f"{static.title}:")
+        to.print(rich_table(problem.COLUMNS, some))
+        line(to, problem.sentence(static, some))
     faster = all(_faster(found, code, error) for code in peers for error in ASKED)
-    came_through = all(not h.failed for plate, h in large if code_of(plate) == OURS)
+    came_through = all(not h.failed for plate, h in large if plate.code == OURS)
     return not check or (faster and came_through)
 
 
@@ -99,21 +97,15 @@ def codes(found: Comparison) -> list[str]:
 
 def sentence(found: Comparison) -> str:
     """Who takes how long for which error."""
-    parts = []
-    for error in ASKED:
-        times, mine = [], found.best(OURS, error)
-        for code in codes(found):
-            best = found.best(code, error)
-            if best is None:
-                times.append(f"{code} not reached")
-            else:
-                how = f"{best.scheme}, {best.mesh}, dt = {best.dt:g} s"
-                more = (
-                    f", {best.cpu_s / mine.cpu_s:.1f} times ours" if mine and code != OURS else ""
-                )
-                times.append(f"{code} {best.cpu_s:.3g} s ({how}{more})")
-        parts.append(f"{100 * error:g} % error: {', '.join(times)}")
-    return "; ".join(parts) + "."
+
+    def quickest(code: str, error: float) -> tuple[float, str] | None:
+        run = found.best(code, error)
+        if run is None:
+            return None
+        how = f"{run.scheme}, {run.mesh}, dt = {run.dt:g} s"
+        return run.cpu_s, how
+
+    return fastest(codes(found), ASKED, quickest)
 
 
 def best(found: Comparison) -> list[Point]:
@@ -150,7 +142,7 @@ def columns(found: Comparison) -> tuple[Column[Point], ...]:
     )
 
 
-def _print(to: Console, found: Comparison, large: Sequence[tuple[Plate, TipHistory]]) -> None:
+def _print(to: Console, found: Comparison, large: Sequence[tuple[Motion, TipHistory]]) -> None:
     for name, value in found.checks.items():
         line(to, f"{name}: {100 * value:.3g} %")
     peaks = ", ".join(f"{code} {peak:.5f} m" for code, peak in found.peaks.items())
@@ -171,5 +163,5 @@ def _print(to: Console, found: Comparison, large: Sequence[tuple[Plate, TipHisto
     for plate, history in large:
         what = f"failed at {history.t[-1]:.4g} s" if history.failed else "came through"
         numbers = f"{history.iterations:.1f} iterations per step, peak {history.peak:.4f} m"
-        line(to, f"  {code_of(plate)} {title(plate)}: {what}, {numbers}")
+        line(to, f"  {plate.code} {title(plate)}: {what}, {numbers}")
     line(to, sentence(found))

@@ -1,10 +1,12 @@
-"""Whether a peer is there, and what to do if it is not."""
+"""What the codes are called, whether a peer is there, and what to do if it is not."""
 
 from __future__ import annotations
 
 import importlib.util
 
 from shellmb.errors import SceneError
+
+OURS, EXUDYN, OPENSEES = "shellmb", "Exudyn", "OpenSees"
 
 
 def require_package(package: str) -> None:

@@ -1,42 +1,27 @@
-"""The plate in each code: what is run, how, and what it is called."""
+"""The plate in each code: what is run."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
 
-from shellmb.bench.peers import exudyn_plate, opensees, opensees_plate, our_plate
-from shellmb.bench.peers.exudyn_plate import ExudynPlate
-from shellmb.bench.peers.history import TipHistory
-from shellmb.bench.peers.opensees_plate import OpenSeesPlate
-from shellmb.bench.peers.our_plate import OurPlate
+from shellmb.bench.peers import exudyn, opensees
+from shellmb.bench.peers.codes import EXUDYN, OPENSEES, OURS
+from shellmb.bench.peers.dynamics.exudyn_plate import ExudynPlate
+from shellmb.bench.peers.dynamics.history import TipHistory
+from shellmb.bench.peers.dynamics.motion import Motion, Runs
+from shellmb.bench.peers.dynamics.opensees_plate import OpenSeesPlate
+from shellmb.bench.peers.dynamics.our_plate import OurPlate
 
-type Plate = OurPlate | ExudynPlate | OpenSeesPlate
-
-OURS, EXUDYN, OPENSEES = "shellmb", "Exudyn", "OpenSees"
 # how a peer is called on the command line, and what it asks for being installed
 PEERS = {"exudyn": EXUDYN, "opensees": OPENSEES}
-REQUIRE = {EXUDYN: exudyn_plate.require, OPENSEES: opensees.require}
-
-
-@dataclass(frozen=True)
-class Runs:
-    """What is run in one code.
-
-    Args:
-        fine: Converged answers, the finest first; the others check it.
-        plates: Runs of the study.
-    """
-
-    fine: Sequence[Plate]
-    plates: Sequence[Plate]
+REQUIRE = {EXUDYN: exudyn.require, OPENSEES: opensees.require}
 
 
 def _ours() -> Runs:
-    meshes, steps = ((3, 1), (8, 1), (8, 2), (12, 2)), (2e-2, 1e-2, 5e-3, 2.5e-3)
-    schemes = (("ep", 1.0), ("ed", 1.0), ("ed", 0.0))
+    meshes, steps = ((3, 1), (4, 1), (8, 2), (12, 2)), (2e-2, 1e-2, 5e-3, 2.5e-3)
+    schemes = (("ep", 1.0), ("ed", 1.0), ("ed", 0.0), ("ep4", 0.0), ("ed3", 0.5))
     return Runs(
-        (OurPlate((16, 4), 1e-3, "ed", 0.0), OurPlate((12, 4), 2e-3, "ed", 0.0)),
+        (OurPlate((24, 4), 1e-3, "ep4", 0.0), OurPlate((16, 4), 1e-3, "ed", 0.0)),
         [OurPlate(m, dt, s, alpha) for m in meshes for dt in steps for s, alpha in schemes],
     )
 
@@ -93,40 +78,9 @@ def quick_runs(peers: Collection[str]) -> dict[str, Runs]:
     return {code: runs for code, runs in few.items() if code == OURS or code in peers}
 
 
-def run(plate: Plate) -> TipHistory:
-    """Run it in its code."""
-    if isinstance(plate, ExudynPlate):
-        return exudyn_plate.run(plate)
-    if isinstance(plate, OpenSeesPlate):
-        return opensees_plate.run(plate)
-    return our_plate.run(plate)
-
-
-def code_of(plate: Plate) -> str:
-    """The code that runs it."""
-    if isinstance(plate, ExudynPlate):
-        return EXUDYN
-    return OPENSEES if isinstance(plate, OpenSeesPlate) else OURS
-
-
-def scheme_of(plate: Plate) -> str:
-    """Its time scheme in words, and its element where there are several."""
-    if isinstance(plate, ExudynPlate):
-        newton = "" if plate.modified else ", full Newton"
-        return f"rho={plate.spectral_radius:g}{newton}"
-    if isinstance(plate, OpenSeesPlate):
-        return f"{plate.element}, {plate.integrator}"
-    return "EP" if plate.scheme == "ep" else f"ED alpha={plate.alpha:g}"
-
-
-def title(plate: Plate) -> str:
-    """Mesh, step and scheme."""
-    return f"{plate.mesh[0]}x{plate.mesh[1]}, dt = {plate.dt:g} s, {scheme_of(plate)}"
-
-
 def large_load(
     peers: Collection[str], steps: Sequence[float] = (4e-3, 1e-3), t_end: float = 1.0
-) -> list[tuple[Plate, TipHistory]]:
+) -> list[tuple[Motion, TipHistory]]:
     """The same plate, 12x2, under 40 N: who comes through, with which step.
 
     Args:
@@ -135,7 +89,7 @@ def large_load(
         t_end: End, s.
     """
     mesh, force = (12, 2), 40.0
-    plates: list[Plate] = []
+    plates: list[Motion] = []
     for dt in steps:
         plates += [OurPlate(mesh, dt, s, force=force, t_end=t_end) for s in ("ep", "ed")]
         if EXUDYN in peers:
@@ -149,4 +103,4 @@ def large_load(
                 OpenSeesPlate(mesh, dt, *how, force, t_end)
                 for how in (("NLDKGQ", "Newmark"), ("NLDKGQ", "TRBDF2"), ("ASD", "HHT 0.9"))
             ]
-    return [(plate, run(plate)) for plate in plates]
+    return [(plate, plate.run()) for plate in plates]

@@ -8,16 +8,18 @@ half a step late; here they are solved for, with the masses that the elements ha
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
-from shellmb.bench.peers.history import TipHistory
+from shellmb.bench.peers.codes import OPENSEES
+from shellmb.bench.peers.dynamics.history import TipHistory
+from shellmb.bench.peers.dynamics.strip import DENSITY, SECTION, THICKNESS, place
 from shellmb.bench.peers.opensees import Mesh, require, solve_with
 from shellmb.demos.sudden_load import LENGTH, WIDTH
 from shellmb.measuring.times import Stopwatch
 
-E, NU, DENSITY, THICKNESS = 210e9, 0.25, 7870.0, 2e-3
 RADIUS = 0.9
 # names of integrators in tables, and OpenSees' own words and parameters
 INTEGRATORS: dict[str, tuple[str | float, ...]] = {
@@ -43,6 +45,7 @@ class OpenSeesPlate:
         tolerance: Relative tolerance of Newton's method.
     """
 
+    code: ClassVar[str] = OPENSEES
     mesh: tuple[int, int]
     dt: float
     element: str = "NLDKGQ"
@@ -51,40 +54,42 @@ class OpenSeesPlate:
     t_end: float = 0.5
     tolerance: float = 1e-6
 
+    @property
+    def how(self) -> str:
+        """Its time scheme in words, and its element where there are several."""
+        return f"{self.element}, {self.integrator}"
 
-def run(plate: OpenSeesPlate) -> TipHistory:
-    """Solve; set-up is not timed.
+    def run(self) -> TipHistory:
+        """Solve; set-up is not timed.
 
-    Raises:
-        SceneError: If OpenSees is not installed.
-    """
-    ops = require()
-    section = (E, NU, THICKNESS, DENSITY)
-    mesh = Mesh(ops, plate.mesh, plate.element, section, lambda r, s: (LENGTH * r, WIDTH * s, 0.0))
-    nx, ny = plate.mesh
-    ops.timeSeries("Constant", 1)
-    ops.pattern("Plain", 1, 1)
-    for node, _ in mesh.edge(0):
-        ops.fix(node, *[1] * 6)
-    for node, share in mesh.edge(nx):
-        ops.load(node, 0.0, 0.0, plate.force * share, 0.0, 0.0, 0.0)
-    for i, acceleration in enumerate(_initial(plate)):
-        for node, _ in mesh.edge(i):
-            ops.setNodeAccel(node, 3, float(acceleration), "-commit")
-    solve_with(ops, INTEGRATORS[plate.integrator], plate.tolerance, "Transient")
-    tip = mesh.node(nx, ny // 2)
-    t, u, iterations, failed = [0.0], [0.0], 0, ""
-    watch = Stopwatch()
-    for _ in range(round(plate.t_end / plate.dt)):
-        if ops.analyze(1, plate.dt):
-            failed = "Newton's method did not converge in 50 iterations"
-            break
-        iterations += ops.testIter()
-        t.append(ops.getTime())
-        u.append(ops.nodeDisp(tip, 3))
-    cpu, wall = watch.cpu, watch.wall
-    per_step = iterations / max(len(t) - 1, 1)
-    return TipHistory(np.array(t), np.array(u), cpu, wall, per_step, per_step, failed)
+        Raises:
+            SceneError: If OpenSees is not installed.
+        """
+        ops, (nx, ny) = require(), self.mesh
+        mesh = Mesh(ops, self.mesh, self.element, SECTION, place)
+        ops.timeSeries("Constant", 1)
+        ops.pattern("Plain", 1, 1)
+        for node, _ in mesh.edge(0):
+            ops.fix(node, *[1] * 6)
+        for node, share in mesh.edge(nx):
+            ops.load(node, 0.0, 0.0, self.force * share, 0.0, 0.0, 0.0)
+        for i, acceleration in enumerate(_initial(self)):
+            for node, _ in mesh.edge(i):
+                ops.setNodeAccel(node, 3, float(acceleration), "-commit")
+        solve_with(ops, INTEGRATORS[self.integrator], self.tolerance, "Transient")
+        tip = mesh.node(nx, ny // 2)
+        t, u, iterations, failed = [0.0], [0.0], 0, ""
+        watch = Stopwatch()
+        for _ in range(round(self.t_end / self.dt)):
+            if ops.analyze(1, self.dt):
+                failed = "Newton's method did not converge in 50 iterations"
+                break
+            iterations += ops.testIter()
+            t.append(ops.getTime())
+            u.append(ops.nodeDisp(tip, 3))
+        cpu, wall = watch.cpu, watch.wall
+        per_step = iterations / max(len(t) - 1, 1)
+        return TipHistory(np.array(t), np.array(u), cpu, wall, per_step, per_step, failed)
 
 
 def _initial(plate: OpenSeesPlate) -> npt.NDArray[np.float64]:

@@ -1,0 +1,1 @@
+"""Static problems in several codes."""
