@@ -19,7 +19,7 @@ from typing import Any, Literal
 import numpy as np
 import pandas as pd
 
-from shellmb.analytic.inertia import rod
+from shellmb.analytic.inertia import MassProperties, rod
 from shellmb.scene import (
     GROUND,
     AlongEdge,
@@ -66,6 +66,15 @@ CUBIC = np.array([0.0, 0.5 - 0.5 / np.sqrt(5), 0.5 + 0.5 / np.sqrt(5), 1.0])
 WEIGHTS = np.array([-1, 5, 5, -1]) / 8
 
 
+def mechanism(bar: float = STIFFENER) -> tuple[Any, Any, MassProperties, MassProperties]:
+    """Where the crank turns and where the link hangs [m], and both of them, of that section."""
+    ground, pin = (LENGTH - CRANK, 0.0, -LINK), (LENGTH, 0.0, -LINK)
+    mass = DENSITY * bar**2
+    crank = rod(mass * CRANK, ground, pin, radius=bar / 2)
+    link = rod(mass * LINK, pin, C, radius=bar / 2)
+    return ground, pin, crank, link
+
+
 def scene(
     model: Literal["shell", "beam"] = "shell",
     imperfection: float = 1e-14,
@@ -98,11 +107,7 @@ def scene(
         dt: Time step [s]; the paper's.
         t_end: End of the run [s]; one turn of the crank.
     """
-    ground = (LENGTH - CRANK, 0.0, -LINK)
-    pin = (LENGTH, 0.0, -LINK)
-    mass = DENSITY * bar**2
-    crank = rod(mass * CRANK, ground, pin, radius=bar / 2)
-    link = rod(mass * LINK, pin, C, radius=bar / 2)
+    ground, pin, crank, link = mechanism(bar)
 
     def bow(xi: Any) -> Any:
         return imperfection * (1 - np.cos(2 * np.pi * xi)) / 2

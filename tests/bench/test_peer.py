@@ -8,9 +8,11 @@ import pytest
 
 from shellmb.bench.peers.codes import EXUDYN, OPENSEES, OURS
 from shellmb.bench.peers.compare import Comparison, Point, in_turn
+from shellmb.bench.peers.dynamics.exudyn_buckling import ExudynBuckling
 from shellmb.bench.peers.dynamics.exudyn_plate import ExudynPlate
 from shellmb.bench.peers.dynamics.history import TipHistory, difference
 from shellmb.bench.peers.dynamics.opensees_plate import OpenSeesPlate
+from shellmb.bench.peers.dynamics.our_buckling import OurBuckling
 from shellmb.bench.peers.dynamics.our_plate import OurPlate
 from shellmb.bench.peers.report import best, columns, sentence, times_ours
 from shellmb.errors import SceneError
@@ -86,9 +88,16 @@ def test_ours():
     assert found.cpu_s > 0 and 1 < found.iterations < 20 and found.factorisations < 3
 
 
+def test_our_buckling():
+    found = OurBuckling((8, 2), 4e-3).run()
+    # Exudyn on 16x4 elements gives 17.9 mm at the end; eight elements are not many
+    assert not found.failed and found.u[-1] == pytest.approx(17.9e-3, rel=0.05)
+
+
 @pytest.mark.parametrize(
     ("package", "run"),
     [
+        ("exudyn", lambda: ExudynBuckling((4, 2), 1e-3).run()),
         ("exudyn", lambda: ExudynPlate((2, 1), 1e-3).run()),
         ("openseespy", lambda: OpenSeesPlate((2, 1), 1e-3).run()),
     ],
@@ -115,6 +124,11 @@ class TestExudyn:
         odd, even = (ExudynPlate((6, n), 2.5e-3).run() for n in (1, 2))
         # the meshes differ, too
         assert odd.peak == pytest.approx(even.peak, rel=5e-3)
+
+    def test_the_buckling_plate(self):
+        found = ExudynBuckling((8, 2), 1e-3).run()
+        # ours on 24x8 elements goes to 17.9 mm
+        assert not found.failed and found.u[-1] == pytest.approx(17.9e-3, rel=0.05)
 
     def test_failures_are_told(self):
         found = ExudynPlate((12, 2), 1e-2, force=40.0).run()

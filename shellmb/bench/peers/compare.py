@@ -10,9 +10,6 @@ from shellmb.bench.peers.dynamics.history import TipHistory, difference
 from shellmb.bench.peers.dynamics.motion import Motion, Runs, title
 from shellmb.measuring.times import spread, unbeaten
 
-# errors that are asked for
-ASKED = (1e-2, 1e-3)
-
 
 @dataclass(frozen=True)
 class Point:
@@ -23,7 +20,7 @@ class Point:
         scheme: "EP", "ED alpha=1", "rho=0.9", with the element where a code has several.
         mesh: Elements, "6x2".
         dt: Time step, s.
-        error: L2 norm over time of the error of the tip, relative to that of the tip's deflection;
+        error: L2 norm over time of the error of what is looked at, relative to that of itself;
             as the others infinite if the run ended early.
         largest: Largest error over the largest deflection.
         error_own: As `error`, against the converged answer of the code itself.
@@ -63,6 +60,7 @@ class Comparison:
         points: All runs.
         checks: Differences of converged answers (L2 norm over time, relative) by what they are of.
         peaks: Largest deflection of the converged answers by code, m.
+        asked: Errors that times are compared at.
         apart: Codes that are measured by their own converged answer, because it differs from ours
             by more than half the smallest error asked for.
     """
@@ -71,6 +69,7 @@ class Comparison:
     checks: dict[str, float]
     peaks: dict[str, float]
     apart: tuple[str, ...]
+    asked: tuple[float, ...] = (1e-2, 1e-3)
 
     def judged(self, point: Point) -> float:
         """The error of a run that counts."""
@@ -94,12 +93,16 @@ def in_turn(*lists: Sequence[Motion]) -> list[Motion]:
 
 
 def compare(
-    runs: Mapping[str, Runs], again: int, report: Callable[[str], None] = lambda text: None
+    runs: Mapping[str, Runs],
+    asked: tuple[float, ...],
+    again: int,
+    report: Callable[[str], None] = lambda text: None,
 ) -> Comparison:
     """Run the study.
 
     Args:
-        runs: By code.
+        runs: By code, ours first.
+        asked: Errors that times are compared at.
         again: How often what may be best is run again, the codes in turn.
         report: Is told what is at work.
     """
@@ -128,8 +131,8 @@ def compare(
             report(f"run {n + 1} of {len(every)}")
         add(motion)
     peaks = {code: own.peak for code, own in truth.items()}
-    apart = tuple(code for code, value in away.items() if value > min(ASKED) / 2)
-    made = Comparison(tuple(points.values()), checks, peaks, apart)
+    apart = tuple(code for code, value in away.items() if value > min(asked) / 2)
+    made = Comparison(tuple(points.values()), checks, peaks, apart, asked)
     names = {point: motion for motion, point in points.items()}
     fronts = [[names[p] for p in made.front(code)] for code in runs]
     report(f"the best once more, {again} times in turn")

@@ -124,6 +124,14 @@ class Mesh:
             markers = [self._ground, self._coordinate(node, which)]
             self.system.AddObject(self._items.CoordinateConstraint(markerNumbers=markers))
 
+    def drive(self, node: Any, which: int, rate: float) -> None:
+        """Prescribe the velocity of a coordinate of a node."""
+        markers = [self._ground, self._coordinate(node, which)]
+        driven = self._items.CoordinateConstraint(
+            markerNumbers=markers, velocityLevel=True, offset=rate
+        )
+        self.system.AddObject(driven)
+
     def load(self, node: Any, which: int, load: float) -> None:
         """Load a coordinate of a node."""
         marker = self._coordinate(node, which)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from shellmb.bench.peers.codes import EXUDYN, OPENSEES, OURS
-from shellmb.bench.peers.compare import ASKED, Comparison
+from shellmb.bench.peers.compare import Comparison
 from shellmb.measuring.pictures import picture
 
 
@@ -24,12 +24,12 @@ def draw(found: Comparison, path: Path) -> None:
                 axes.plot(times, errors, marker, color=colour, alpha=0.5, ms=4, label=label)
             front = found.front(code)
             axes.plot([p.cpu_s for p in front], [found.judged(p) for p in front], color=colour)
-        for error in ASKED:
+        for error in found.asked:
             axes.axhline(error, color="0.5", lw=0.8, ls="--")
         axes.set_xscale("log")
         axes.set_yscale("log")
         # runs that were lost without a word are above
         axes.set_ylim(top=0.2)
-        axes.set_xlabel("processor time of 0.5 s [s]")
-        axes.set_ylabel("error of the tip, L2 over time, relative")
+        axes.set_xlabel("processor time [s]")
+        axes.set_ylabel("error, L2 over time, relative")
         axes.legend(fontsize=8)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Protocol
 
@@ -53,6 +53,25 @@ class Runs:
 
     fine: Sequence[Motion]
     motions: Sequence[Motion]
+
+
+@dataclass(frozen=True)
+class Study:
+    """The same motion in several codes.
+
+    Args:
+        name: Of its files.
+        title: What it is.
+        every: What is run, by code, ours first.
+        quick: What a test can wait for.
+        asked: Errors that times are compared at.
+    """
+
+    name: str
+    title: str
+    every: Mapping[str, Runs]
+    quick: Mapping[str, Runs]
+    asked: tuple[float, ...] = (1e-2, 1e-3)
 
 
 def title(motion: Motion) -> str:

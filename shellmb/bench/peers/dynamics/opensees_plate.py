@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from shellmb.bench.peers.codes import OPENSEES
 from shellmb.bench.peers.dynamics.history import TipHistory
-from shellmb.bench.peers.dynamics.strip import DENSITY, SECTION, THICKNESS, place
+from shellmb.bench.peers.dynamics.our_plate import DENSITY, SECTION, THICKNESS, place
 from shellmb.bench.peers.opensees import Mesh, require, solve_with
 from shellmb.demos.sudden_load import LENGTH, WIDTH
 from shellmb.measuring.times import Stopwatch

@@ -8,7 +8,7 @@ from shellmb.bench.peers import exudyn, opensees
 from shellmb.bench.peers.codes import EXUDYN, OPENSEES, OURS
 from shellmb.bench.peers.dynamics.exudyn_plate import ExudynPlate
 from shellmb.bench.peers.dynamics.history import TipHistory
-from shellmb.bench.peers.dynamics.motion import Motion, Runs
+from shellmb.bench.peers.dynamics.motion import Motion, Runs, Study
 from shellmb.bench.peers.dynamics.opensees_plate import OpenSeesPlate
 from shellmb.bench.peers.dynamics.our_plate import OurPlate
 
@@ -49,19 +49,11 @@ def _opensees() -> Runs:
     )
 
 
-def every_run(peers: Collection[str]) -> dict[str, Runs]:
-    """The study, by code, ours first.
-
-    Args:
-        peers: Codes beside ours.
-    """
-    makers = {OURS: _ours, EXUDYN: _exudyn, OPENSEES: _opensees}
-    return {code: make() for code, make in makers.items() if code == OURS or code in peers}
-
-
-def quick_runs(peers: Collection[str]) -> dict[str, Runs]:
-    """What a test can wait for; otherwise as `every_run`."""
-    few = {
+STUDY = Study(
+    "peer",
+    "cantilever plate under a sudden load, 0.5 s: its tip",
+    {OURS: _ours(), EXUDYN: _exudyn(), OPENSEES: _opensees()},
+    {
         OURS: Runs(
             (OurPlate((3, 1), 1e-2, "ed", 0.0), OurPlate((2, 1), 1e-2)),
             [OurPlate((2, 1), 2e-2, s, alpha) for s, alpha in (("ep", 1.0), ("ed", 0.0))],
@@ -74,8 +66,8 @@ def quick_runs(peers: Collection[str]) -> dict[str, Runs]:
             (OpenSeesPlate((4, 1), 1e-2), OpenSeesPlate((3, 1), 1e-2)),
             [OpenSeesPlate((2, 1), 2e-2, *how) for how in (("ASD", "HHT 0.9"), ("NLDKGQ",))],
         ),
-    }
-    return {code: runs for code, runs in few.items() if code == OURS or code in peers}
+    },
+)
 
 
 def large_load(
@@ -94,7 +86,7 @@ def large_load(
         plates += [OurPlate(mesh, dt, s, force=force, t_end=t_end) for s in ("ep", "ed")]
         if EXUDYN in peers:
             plates += [
-                ExudynPlate(mesh, dt, force, t_end, radius, modified=modified)
+                ExudynPlate(mesh, dt, radius, modified=modified, force=force, t_end=t_end)
                 for radius in (0.9, 1.0)
                 for modified in (True, False)
             ]

@@ -29,7 +29,7 @@ CASES = (
     *(Static(OURS, (n, n), "degree 2") for n in (4, 6, 8, 12)),
     Static(OURS, (8, 8), "degree 2", 4),
     *(Static(OURS, (n, n), "degree 3") for n in (6, 8, 12, 16)),
-    *(Static(EXUDYN, (n, n), "", 10) for n in (8, 12, 16, 24)),
+    *(Static(EXUDYN, (n, n), "", 6) for n in (8, 12, 16, 20, 24)),
     Static(EXUDYN, (16, 16), "", 4),
     *(Static(OPENSEES, (n, n), "ASD", 16) for n in (8, 16)),
     Static(OPENSEES, (8, 8), "NLDKGQ", 16),
