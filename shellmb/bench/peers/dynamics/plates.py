@@ -18,7 +18,7 @@ REQUIRE = {EXUDYN: exudyn.require, OPENSEES: opensees.require}
 
 
 def _ours() -> Runs:
-    meshes, steps = ((3, 1), (4, 1), (8, 2), (12, 2)), (2e-2, 1e-2, 5e-3, 2.5e-3)
+    meshes, steps = ((3, 1), (4, 1), (8, 1), (8, 2), (12, 2)), (2e-2, 1e-2, 5e-3, 2.5e-3)
     schemes = (("ep", 1.0), ("ed", 1.0), ("ed", 0.0), ("ep4", 0.0), ("ed3", 0.5))
     return Runs(
         (OurPlate((24, 4), 1e-3, "ep4", 0.0), OurPlate((16, 4), 1e-3, "ed", 0.0)),

@@ -1,8 +1,10 @@
 """The pinched hemisphere of the demo `hemisphere` under its full load: error against time.
 
 OpenSees follows the point that is pushed in and not the load, with Krylov's acceleration of
-Newton's method: with steps of the load (up to 1000 were tried), by arc length, with a tangent in
-each iteration, line searches, BFGS or Broyden's method it does not get to the full load.
+Newton's method. By steps of the load (10 to 1000) a tangent in each iteration, line searches and
+Krylov's acceleration end early on 8x8 elements already; BFGS gets there in 100 of them, in ten
+times the time. Arc length with Krylov's acceleration gets there on 8x8 elements, too, and ends
+early on 16x16.
 """
 
 from __future__ import annotations
