@@ -18,7 +18,6 @@ from shellmb.scene import (
     Clamped,
     Glue,
     Gravity,
-    Hinged,
     InitialVelocity,
     Isotropic,
     Join,
@@ -182,8 +181,6 @@ def test_statics_knows_modes_too() -> None:
 
 
 BAD = {
-    "hinged edge: shell 'plate' is reduced to modes; it must be Clamped at a single edge, or held "
-    "by joints to the ground, as by a Weld along an edge": {"supports": Hinged("left")},
     "join of 'plate' and 'other': their models are Modal(8) and 'exact'; what is reduced to modes "
     "and shares an edge is one body: both must have the same Modal(...), or be connected by "
     "joints": {
@@ -202,15 +199,16 @@ def test_what_it_cannot_have_is_refused(message) -> None:
 
 
 def test_places_that_share_nodes_move_together_or_are_refused() -> None:
-    """A corner of a clamped edge is held with it; two edges with a corner in common cannot be."""
+    """A corner of a clamped edge is held with it; two welded ones with one in common cannot be."""
     load = PointForce((0.0, 0.4, 0.0), (0, 0, 1.0))
     scene = Scene("held", plate(), supports=Clamped("left"), loads=load, scheme="ep", dt=1, t_end=1)
     (data,) = natural_modes(scene, count=1).model.modal
     assert len(data.interfaces) == 1
     with pytest.raises(SceneError) as caught:
-        natural_modes(replace(scene, supports=[Clamped("left"), Clamped("bottom")]), count=1)
+        welds = [Weld(at, "ground", "plate", (0, 0, 0), at) for at in ("left", "bottom")]
+        natural_modes(replace(scene, supports=(), joints=welds), count=1)
     assert str(caught.value) == (
-        "clamped edge: shell 'plate' is reduced to modes, and 'bottom' shares nodes with 'left', "
+        "weld 'bottom': shell 'plate' is reduced to modes, and 'bottom' shares nodes with 'left', "
         "where something is attached, too; both move as one rigid frame: attach to one of them, "
         "or the model must be 'exact'"
     )

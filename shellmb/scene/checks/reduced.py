@@ -6,15 +6,14 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from shellmb.errors import SceneError
-from shellmb.scene.beams.beam import Beam
-from shellmb.scene.loads.supports import Clamped, Hinged, Support
+from shellmb.scene.loads.supports import at_rest
 from shellmb.scene.lookup import bodies_of, said
 from shellmb.scene.multibody.rolling import Contact
 from shellmb.scene.values.models import Modal
 from shellmb.scene.values.validate import show
 
 if TYPE_CHECKING:
-    from shellmb.scene.description import Body, Description
+    from shellmb.scene.description import Description
 
 __all__ = ["check", "groups_of"]
 
@@ -40,12 +39,10 @@ def check(scene: Description) -> None:
             )
     for support in scene.supports:
         for target in bodies_of(scene, support):
-            if target.name in modal and not _as_joint(support, target):
-                hinged = " or Hinged" if isinstance(target, Beam) else ""
+            if target.name in modal and not at_rest(support):
                 raise SceneError(
-                    f"{support.label}: {said(target)} is reduced to modes; it must be "
-                    f"Clamped{hinged} at a single edge, or held by joints to the ground, as by a "
-                    "Weld along an edge"
+                    f"{support.label}: {said(target)} is reduced to modes and would be moved; what "
+                    "moves it must be a Driver of a joint, and supports must hold it where it is"
                 )
     for joint in scene.joints:
         if isinstance(joint, Contact) and {joint.first, joint.second} & modal.keys():
@@ -53,13 +50,6 @@ def check(scene: Description) -> None:
                 f"{joint.said}: one of its bodies is reduced to modes; what rolls must be a rigid "
                 "body or a beam with model='exact'"
             )
-
-
-def _as_joint(support: Support, target: Body) -> bool:
-    """Whether a support is a joint to the ground: a hinged edge of a shell need not stay rigid."""
-    if isinstance(support, Hinged):
-        return isinstance(target, Beam) and isinstance(support.edge, str) and not support.offset
-    return isinstance(support, Clamped) and isinstance(support.edge, str)
 
 
 def _alike(scene: Description) -> None:

@@ -27,6 +27,7 @@ __all__ = [
     "SoftSupport",
     "Support",
     "SymmetryPlane",
+    "at_rest",
     "moves",
 ]
 
@@ -213,3 +214,14 @@ def moves(support: Support) -> bool:
     if isinstance(support, Fixed):
         return any(callable(c) for c in (*support.displacement, *support.director))
     return isinstance(support, Driven)
+
+
+def at_rest(support: Support) -> bool:
+    """Whether a support holds what it holds where it is.
+
+    Args:
+        support: Any support.
+    """
+    if isinstance(support, Fixed):
+        return not any((*support.displacement, *support.director))
+    return not isinstance(support, Driven)

@@ -6,6 +6,7 @@ taken.
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Any
 
 from mpi4py import MPI
@@ -19,6 +20,8 @@ from dolfinx import fem
 from shellmb.model.model import build_model
 from shellmb.scene import Scene
 from shellmb.simulate.reduction.tangent import Blocks, bending_scales, tangent
+from shellmb.simulate.soundness.mobility import Motions
+from shellmb.simulate.soundness.motions import SMALL, Frame
 from shellmb.simulate.soundness.redundancy import look_through
 from shellmb.system.direct.mumps import use_mumps
 from shellmb.system.eigenvalues import eigenpairs
@@ -39,7 +42,7 @@ class Alone:
     """A body by itself.
 
     Args:
-        scene: The scene of it: shells and beams, and massless frames welded to them.
+        scene: The scene of it: shells and beams, massless frames welded to them, and supports.
         comm: Communicator.
 
     Attributes:
@@ -125,6 +128,24 @@ class Alone:
             arrays[body_name][body.mixed.dofs["w"]] = w.ravel()
         return arrays
 
+    def free_motions(self, about: Floats) -> Floats:
+        """Rigid motions that supports leave, as combinations of `motion`, shape (6, n); collective.
+
+        Args:
+            about: Point that rotations are about, shape (3,), m.
+        """
+        frame, free = self._free
+        shifts, turns = frame.size * free[:3], free[3:]
+        return np.vstack([shifts + np.cross(turns.T, about - frame.middle).T, turns])
+
+    @cached_property
+    def _free(self) -> tuple[Frame, Floats]:
+        motions, name = Motions(self.model), next(iter(self.model.meshed))
+        first = 6 * motions.blocks[name]
+        # a frame at a single node of a shell turns about the director by itself
+        U, s, _ = np.linalg.svd(motions.free()[first : first + 6], full_matrices=False)
+        return motions.frames[name], U[:, s > SMALL]
+
     def one(self) -> Arrays:
         """The scalar field 1, along x."""
         return self.along_x(self.motion(0, np.zeros(3)), 0)
@@ -159,7 +180,10 @@ class Alone:
         return out
 
     def force(self, arrays: Arrays) -> PETSc.Vec:
-        """Nodal forces as a vector of the system: those of nodes that are shared add up."""
+        """Nodal forces as a vector of the system, none on what supports hold.
+
+        Those of nodes that are shared add up.
+        """
         numbering, out = self.system.numbering, self.K.createVecLeft()
         numbers = numbering.local_to_global.astype(PETSc.IntType)
         local = np.zeros(len(numbers))
@@ -171,6 +195,7 @@ class Alone:
         out.set(0.0)
         out.setValues(numbers, local, addv=PETSc.InsertMode.ADD)
         out.assemble()
+        out.array[self.system.fixed] = 0.0
         return out
 
     def _solver(self, K: PETSc.Mat, name: str) -> PETSc.KSP:
@@ -183,7 +208,7 @@ class Alone:
     def ritz_vectors(self, count: int, center: Floats, loads: list[Arrays]) -> list[PETSc.Vec]:
         """Static modes of all frames and the lowest modes with them held; else those of the body.
 
-        And what the loads do with the frames held; to a free body, as it gives way to them.
+        And what the loads do with the frames held; without, as the body gives way to them.
 
         Args:
             count: Number of modes with the frames held; without frames of elastic ones.
@@ -192,8 +217,12 @@ class Alone:
         """
         rigid, shift = self.model.rigid, -SHIFT * self.scale
         if rigid is None:
-            _, vectors = eigenpairs(self.K, self.M, count + 6, shift, symmetric=True)
-            return [*vectors, *self._given_way(center, loads)]
+            rigid_motions = [self.vector(self.motion(axis, center)) for axis in range(6)]
+            motions = [
+                self._combined(rigid_motions, shares) for shares in self.free_motions(center).T
+            ]
+            _, vectors = eigenpairs(self.K, self.M, count + len(motions), shift, symmetric=True)
+            return [*vectors, *self._given_way(motions, loads)]
         numbering = self.system.numbering
         number = next(k for k, f in enumerate(self.system.fields) if f.name == rigid.name)
         every = np.arange(numbering.start, numbering.start + numbering.owned)
@@ -228,11 +257,16 @@ class Alone:
                     found.append(moved)
         return found
 
-    def _given_way(self, center: Floats, loads: list[Arrays]) -> list[PETSc.Vec]:
-        """What loads do to the free body that they accelerate as a whole."""
+    def _combined(self, vectors: list[PETSc.Vec], shares: Floats) -> PETSc.Vec:
+        total = self.K.createVecRight()
+        total.set(0.0)
+        total.maxpy(shares.tolist(), vectors)
+        return total
+
+    def _given_way(self, motions: list[PETSc.Vec], loads: list[Arrays]) -> list[PETSc.Vec]:
+        """What loads do to a body that they accelerate along the rigid motions that it has."""
         if not loads:
             return []
-        motions = [self.vector(self.motion(axis, center)) for axis in range(6)]
         gram = self.gram(self.M, motions)
         K = self.K.copy()
         K.axpy(STATIC * self.scale, self.M)

@@ -20,10 +20,12 @@ from shellmb.errors import SceneError
 from shellmb.model.reduced.data import InterfaceModes, Member, ModalBody
 from shellmb.scene import Scene, Weld
 from shellmb.scene.lookup import said
-from shellmb.scene.multibody.rigid import FloatingFrame, Interface
+from shellmb.scene.multibody.joints import Joint
+from shellmb.scene.multibody.rigid import FloatingFrame, Interface, RigidBody
 from shellmb.scene.values.models import Modal
 from shellmb.simulate.reduction.alone import Alone, Arrays, Floats
 from shellmb.simulate.reduction.loads import SpreadLoads
+from shellmb.simulate.reduction.supports import support_joint
 
 type Touched = Mapping[str, tuple[str, Any, str]]
 
@@ -56,8 +58,9 @@ def reduced_body(
     names: Sequence[str],
     attached: Sequence[Attachment],
     loads: Sequence[Any],
+    supports: Sequence[Any],
     touched: Touched,
-) -> tuple[ModalBody, FloatingFrame]:
+) -> tuple[ModalBody, tuple[RigidBody, ...], tuple[Joint, ...]]:
     """Reduce shells and beams that are joined to modes; collective.
 
     Args:
@@ -66,21 +69,29 @@ def reduced_body(
         names: Names of the shells and beams.
         attached: Where something is attached to them.
         loads: Distributed loads on them, each with the name of its body.
+        supports: What holds nodes of them, each with the name of its body.
         touched: As of `ModalBody`.
 
     Returns:
-        The modes, and the floating frame with the mass of the body.
+        The modes; the floating frame with the mass of the body, and all others; and what holds one
+        of these to the ground, if there are supports.
 
     Raises:
-        SceneError: If the body has no mass, or no inertia about some axis.
+        SceneError: If the body has no mass, or no inertia about some axis, or supports leave it
+            motions that no joint has.
     """
     bodies = [b for b in scene.meshed if b.name in names]
     words = [b.model for b in bodies if isinstance(b.model, Modal)]
-    alone = Alone(_scene_of(scene, names, attached, loads), comm)
+    alone = held = Alone(_scene_of(scene, names, attached, loads), comm)
+    frames, joints = [a.frame for a in attached], []
+    if supports:
+        held = Alone(replace(alone.model.scene, supports=tuple(supports)), comm)
+        frame, joint = support_joint(held, names[0], said(bodies[0]), supports)
+        frames, joints = [*frames, frame], [joint]
     slowing = float(bodies[0].section.mass_damping)
-    modes = _Modes(alone, words[0].modes, said(bodies[0]), slowing, loads)
-    frames = [a.frame.name for a in attached]
-    return modes.body(names[0], frames, touched), modes.frame(names[0])
+    modes = _Modes(alone, held, words[0].modes, said(bodies[0]), slowing, loads)
+    body = modes.body(names[0], frames, touched)
+    return body, (modes.frame(names[0]), *frames), tuple(joints)
 
 
 def _scene_of(
@@ -114,6 +125,7 @@ class _Modes:
 
     Args:
         alone: The body by itself.
+        held: The same with its supports.
         count: Number of modes with its frames held.
         who: What messages call it.
         slowing: Rate of the damping in proportion to the mass, 1/s.
@@ -124,9 +136,15 @@ class _Modes:
     """
 
     def __init__(
-        self, alone: Alone, count: int, who: str, slowing: float, loads: Sequence[Any]
+        self,
+        alone: Alone,
+        held: Alone,
+        count: int,
+        who: str,
+        slowing: float,
+        loads: Sequence[Any],
     ) -> None:
-        self._alone, self._slowing = alone, slowing
+        self._alone, self._supported, self._slowing = alone, held, slowing
         self._length = max(body.domain.length for body in alone.model.meshed.values())
         # moments about a point nearby: far from the origin nothing must cancel
         X = np.concatenate([alone.nodes(name)[0] for name in alone.model.meshed])
@@ -149,7 +167,8 @@ class _Modes:
             )
         self.inertia = (inertia + inertia.T) / 2
         self._loads = SpreadLoads(alone, loads)
-        self._find(alone.ritz_vectors(count, self.center, self._loads.vectors()))
+        found = held.ritz_vectors(count, self.center, self._loads.vectors())
+        self._find([alone.vector(held.arrays(vector)) for vector in found])
 
     def _find(self, vectors: list[Any]) -> None:
         """Modes, their stiffness and frequencies."""
@@ -157,11 +176,11 @@ class _Modes:
         rigid = [alone.vector(alone.motion(k, self.center)) for k in range(6)]
         both = alone.gram(alone.M, [*rigid, *vectors])
         shares = np.linalg.solve(both[:6, :6], both[:6, 6:])
+        lengths = np.sqrt(np.maximum(np.diag(both)[6:], 1e-300))
         for column, vector in enumerate(vectors):
-            length = float(np.sqrt(max(both[6 + column, 6 + column], 1e-300)))
             for k in range(6):
                 vector.axpy(-float(shares[k, column]), rigid[k])
-            vector.scale(1 / length)
+            vector.scale(1 / float(lengths[column]))
         M, K = alone.gram(alone.M, vectors), alone.gram(alone.K, vectors)
         size, U = np.linalg.eigh(M)
         keep = size > NO_MODE * size[-1]
@@ -178,10 +197,12 @@ class _Modes:
         for arrays, largest in zip(self.arrays, sizes, strict=True):
             for array in arrays.values():
                 array /= largest
+        T /= sizes
         self.omega2, self.stiffness = values, values / sizes**2
+        # of what supports hold the rigid motions that the modes were made orthogonal to
+        self._carried = (shares / lengths) @ T
         self.damping, viscous = None, alone.damping
         if viscous is not None:
-            T /= sizes
             self.damping = T.T @ alone.gram(viscous, vectors) @ T
 
     def _largest(self, arrays: Arrays) -> float:
@@ -219,12 +240,12 @@ class _Modes:
         x, y, z = map(float, self.center)
         return FloatingFrame(name, self.mass, rows, (x, y, z), mass_damping=self._slowing)
 
-    def body(self, name: str, frames: Sequence[str], touched: Touched) -> ModalBody:
+    def body(self, name: str, frames: Sequence[Interface], touched: Touched) -> ModalBody:
         """All that is kept.
 
         Args:
             name: Name of the body.
-            frames: Names of the frames welded to it.
+            frames: The frames welded to it, and that of its supports.
             touched: As of `ModalBody`.
         """
         alone, model = self._alone, self._alone.model
@@ -253,19 +274,18 @@ class _Modes:
             self._loads.forces(self.arrays, self.center),
             touched,
             self._length,
-            float(np.sqrt(self._held(interfaces))),
+            float(np.sqrt(self._held(frames, interfaces))),
         )
 
-    def _held(self, interfaces: Sequence[InterfaceModes]) -> float:
+    def _held(self, frames: Sequence[Interface], interfaces: Sequence[InterfaceModes]) -> float:
         """Square of the lowest angular frequency with one of the frames held; of the free body."""
-        K, rigid = len(self.omega2), self._alone.model.rigid
+        K = len(self.omega2)
         stiffness = np.diag(np.concatenate([np.zeros(6), self.stiffness]))
         mass = np.diag(np.concatenate([np.full(6, self.mass), self.stiffness / self.omega2]))
         mass[3:6, 3:6] = self.inertia
         lowest = [float(self.omega2[0])]
-        for item in interfaces:
-            assert rigid is not None
-            arm = rigid.bodies[rigid.index[item.name]].center - self.center
+        for frame, item in zip(frames, interfaces, strict=True):
+            arm = frame.center - self.center
             moves = np.zeros((6, 6 + K))
             moves[:3, :3] = moves[3:, 3:6] = np.eye(3)
             moves[:3, 3:6] = np.cross(np.eye(3), arm).T
@@ -286,10 +306,16 @@ class _Modes:
         w = [arrays[name][dofs["w"]].reshape(D.shape) for arrays in self.arrays]
         return np.stack(u, axis=-1), np.stack(w, axis=-1)
 
-    def _interface(self, frame: str) -> InterfaceModes:
+    def _interface(self, described: Interface) -> InterfaceModes:
         """How a frame moves with the modes; the same on all ranks."""
-        rigid, comm = self._alone.model.rigid, self._alone.comm
-        assert rigid is not None
+        rigid, comm, frame = self._alone.model.rigid, self._alone.comm, described.name
+        if rigid is None or frame not in rigid.index:
+            # that of the supports is where it is in all that these hold; about a hinge, which they
+            # leave free, it does not turn relative to the floating frame
+            free = self._supported.free_motions(self.center)
+            carried = self._carried - free @ np.linalg.pinv(free[3:]) @ self._carried[3:]
+            arm = np.cross(carried[3:].T, described.center - self.center).T
+            return InterfaceModes(frame, -carried[:3] - arm, -carried[3:])
         u, w = self._shapes(rigid.name)
         here = np.flatnonzero(rigid.node_mesh.item == rigid.index[frame])
         index_map = rigid.mixed.space.dofmap.index_map

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -15,13 +16,13 @@ from shellmb.model.frames.glue import line_along
 from shellmb.model.frames.linear import build_beam
 from shellmb.model.frames.rigidify import about_director
 from shellmb.model.frames.rigidpoints import RigidMeshes
-from shellmb.model.places.nodes import shared_nodes
+from shellmb.model.places.nodes import ON_NODE, shared_nodes
 from shellmb.model.reduced.data import ModalBody
 from shellmb.model.shells.shell import ShellModel
 from shellmb.scene import Gravity, InitialVelocity, RigidBody, Scene
 from shellmb.scene.checks.fields import has_field
 from shellmb.scene.checks.reduced import groups_of
-from shellmb.scene.loads.supports import Hinged
+from shellmb.scene.loads.supports import Fixed, Hinged
 from shellmb.scene.lookup import said
 from shellmb.scene.multibody.elements import PointElement
 from shellmb.scene.multibody.joints import GROUND, Joint, Spherical, Weld
@@ -30,6 +31,7 @@ from shellmb.scene.multibody.rigid import Interface
 from shellmb.scene.probes import MOTIONS
 from shellmb.scene.values.validate import show
 from shellmb.simulate.reduction.basis import Attachment, reduced_body
+from shellmb.simulate.reduction.supports import edges, stays_rigid
 
 Triple = tuple[float, float, float]
 Ends = tuple[tuple[str, str], ...]
@@ -57,7 +59,7 @@ def reduce_bodies(scene: Scene, comm: MPI.Comm) -> tuple[Scene, tuple[ModalBody,
         return scene, ()
     made = _Reduction(scene, comm, groups)
     joints = tuple(made.joint(joint) for joint in scene.joints)
-    supports = tuple(made.support(support) for support in scene.supports if made.held(support))
+    supports = [joint for support in scene.supports for joint in made.support(support)]
     elements = tuple(
         made.ends(e, said(e)) if isinstance(e, PointElement) else e for e in scene.elements
     )
@@ -65,13 +67,15 @@ def reduce_bodies(scene: Scene, comm: MPI.Comm) -> tuple[Scene, tuple[ModalBody,
     initial = tuple(made.velocity(given) for given in scene.initial)
     probes = tuple(made.probe(probe) for probe in scene.probes)
     fields = tuple(f for f in scene.output.fields if has_field(f, {"rigid", "joint"}))
-    bodies, frames = [], []
+    bodies: list[ModalBody] = []
+    frames: list[RigidBody] = []
     for group in groups:
         spread = [load for load in map(made.spread, scene.loads) if load and load.body in group]
-        where = made.attachments(group), spread, made.touched(group)
-        body, frame = reduced_body(scene, comm, group, *where)
+        where = made.attachments(group), spread, made.holding[group[0]], made.touched(group)
+        body, its_frames, joint = reduced_body(scene, comm, group, *where)
         bodies.append(body)
-        frames += [frame, *(a.frame for a in made.attachments(group))]
+        frames += its_frames
+        supports += joint
     gone = set(made.group)
     changed = replace(
         scene,
@@ -103,6 +107,7 @@ class _Reduction:
 
     Attributes:
         group: By name of a shell or beam the name of its group, that of its first body.
+        holding: By name of a group the supports that no joint stands for.
     """
 
     def __init__(self, scene: Scene, comm: MPI.Comm, groups: list[tuple[str, ...]]) -> None:
@@ -110,8 +115,9 @@ class _Reduction:
         self.group = {name: names[0] for names in groups for name in names}
         self._meshes: RigidMeshes = {}
         self._found: dict[tuple[str, Any], Attachment] = {}
-        # the nodes that move with each
+        # the nodes that move with each, or are held
         self._taken: dict[tuple[str, Any], frozenset[int]] = {}
+        self.holding = {names[0]: self._holding(names) for names in groups}
 
     def attachments(self, group: tuple[str, ...]) -> list[Attachment]:
         """The frames of a reduced body."""
@@ -142,15 +148,22 @@ class _Reduction:
             nodes = shared_nodes(self.mesh(name), node, who)
             mine = frozenset(nodes.dofs["u"][:, 0].tolist())
             for (body, place), taken in self._taken.items():
-                if body == name and mine <= taken:
-                    return self._found[body, place]
-                if body == name and mine & taken:
+                if body != name or not mine & taken:
+                    continue
+                if (body, place) not in self._found:
                     raise SceneError(
                         f"{who}: {said(self._scene.body(name))} is reduced to modes, and "
-                        f"{show(node)} shares nodes with {show(place)}, where something is "
-                        "attached, too; both move as one rigid frame: attach to one of them, or "
-                        "the model must be 'exact'"
+                        f"{show(node)} shares nodes with {show(place)}, which supports hold: "
+                        "attach elsewhere, or the model must be 'exact'"
                     )
+                if mine <= taken:
+                    return self._found[body, place]
+                raise SceneError(
+                    f"{who}: {said(self._scene.body(name))} is reduced to modes, and "
+                    f"{show(node)} shares nodes with {show(place)}, where something is "
+                    "attached, too; both move as one rigid frame: attach to one of them, or "
+                    "the model must be 'exact'"
+                )
             self._taken[name, node] = mine
             # of a beam's node its own directors: what follows it has components along these
             framed = nodes.directors.shape[1] == 3
@@ -213,15 +226,41 @@ class _Reduction:
         """Whether a support holds a reduced body."""
         return any(target.name in self.group for target in self._scene.bodies_of(support))
 
-    def support(self, support: Any) -> Joint:
-        """A joint to the ground instead of a clamped edge, or of the hinged end of a beam."""
-        (target,), edge = self._scene.bodies_of(support), str(support.edge)
-        name = f"{target.name}.{edge}"
-        frame = self._frame(target.name, edge, support.label, name).frame
-        if isinstance(support, Hinged):
-            return Spherical(name, GROUND, frame.name, at=frame.position)
-        # moments of what supports carry are about the origin
-        return Weld(name, GROUND, frame.name, at=(0.0, 0.0, 0.0))
+    def _holding(self, group: tuple[str, ...]) -> tuple[Any, ...]:
+        """The supports of a reduced body, unless edges that stay rigid are apart; collective."""
+        found, places, rigid = [], [], True
+        given: tuple[Any, ...] = self._scene.supports
+        for support in given:
+            (target,) = self._scene.bodies_of(support)
+            if target.name in group:
+                found.append(replace(support, body=target.name))
+                rigid = rigid and stays_rigid(support, target)
+                fixed = isinstance(support, Fixed)
+                wheres = (support.where,) if fixed else edges(support)
+                places += [(target.name, where, support.label) for where in wheres]
+        nodes = [shared_nodes(self.mesh(name), where, who) for name, where, who in places]
+        # edges with a node in common, perhaps on shells that are joined, are no frames of their own
+        close = ON_NODE * max(self.mesh(name).domain.length for name in group)
+        X = np.concatenate([np.zeros((0, 3)), *(np.round(n.x / close) for n in nodes)])
+        if rigid and len(np.unique(X, axis=0)) == len(X):
+            return ()
+        for (name, where, _), held in zip(places, nodes, strict=True):
+            self._taken[name, where] = frozenset(held.dofs["u"][:, 0].tolist())
+        return tuple(found)
+
+    def support(self, support: Any) -> Iterator[Joint]:
+        """Joints to the ground instead of clamped edges, or of hinged ends of a beam."""
+        (target,) = self._scene.bodies_of(support)
+        if target.name not in self.group or self.holding[self.group[target.name]]:
+            return
+        for edge in edges(support):
+            name = f"{target.name}.{edge}"
+            frame = self._frame(target.name, edge, support.label, name).frame
+            if isinstance(support, Hinged):
+                yield Spherical(name, GROUND, frame.name, at=frame.position)
+            else:
+                # moments of what supports carry are about the origin
+                yield Weld(name, GROUND, frame.name, at=(0.0, 0.0, 0.0))
 
     def load(self, load: Any) -> Any:
         """A load at a point acts on the frame there, gravity on the floating frame."""
