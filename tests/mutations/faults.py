@@ -287,9 +287,16 @@ FAULTS = (
     Fault(
         "modes of distributed loads left out",
         "shellmb/simulate/reduction/basis.py",
-        "alone.ritz_vectors(count, self.center, self._loads.vectors())",
-        "alone.ritz_vectors(count, self.center, [])",
+        "held.ritz_vectors(count, self.center, self._loads.vectors())",
+        "held.ritz_vectors(count, self.center, [])",
         ("tests/reduced/test_recovered.py::test_statics_is_that_of_the_full_body[section0]",),
+    ),
+    Fault(
+        "supports of bodies in modes carried along by them",
+        "shellmb/simulate/reduction/basis.py",
+        "return InterfaceModes(frame, -carried[:3] - arm, -carried[3:])",
+        "return InterfaceModes(frame, carried[:3] + arm, carried[3:])",
+        ("tests/reduced/test_supported.py::test_moves_as_the_full_body_does[hinged around-ep]",),
     ),
     Fault(
         "round-off of loads on what is held as modes",
