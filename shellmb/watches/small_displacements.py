@@ -2,26 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from mpi4py import MPI
 
 import numpy as np
 import numpy.typing as npt
-import ufl
-from dolfinx import fem
 
-from shellmb.forms.floating.leftout import of_beam, of_shell
-from shellmb.model.frames.beam import BeamModel
 from shellmb.model.frames.rigid import RigidBodies
-from shellmb.model.shells.shell import ShellModel
 from shellmb.observers.account.energy import present
 from shellmb.observers.fields.modal import ModalState
 from shellmb.observers.fields.nodal import nodal_bodies
 from shellmb.observers.summary import Sources
+from shellmb.scene import Scene
 from shellmb.scene.checks.linear import SMALL_ANGLE
+from shellmb.simulate.reduction.leftout import LeftOut
 from shellmb.simulate.reduction.lowest import lowest_frequency
+from shellmb.simulate.reduction.stretched import Parts, held_scene, stiffening
 from shellmb.simulate.reduction.tangent import bending_scale
 from shellmb.simulate.simulation import Silent, Simulation
 from shellmb.system.assembly.functionals import Functionals
@@ -105,19 +103,27 @@ class _AboutFrames(Silent):
 
     # what is said of such a body, and who does not know of forces
     name, said, blind = "", "", ""
+    # bodies that are held at several places, alone in these
+    held: Mapping[str, Scene]
 
     def __init__(self, sources: Sources) -> None:
         # largest rotation about the frame on this rank [rad], largest spin [rad/s], energy that is
         # left out, energy of bending and strain energy [J]; by name of the body, with the time
         kinds = "turns", "spins", "left out", "bending", "energy"
         self._largest: dict[str, dict[str, tuple[float, float]]] = {k: {} for k in kinds}
+        # of those that are held the state with the largest energy [J] since the run went on
+        self._shapes: dict[str, tuple[float, Floats]] = {}
 
     def _note(self, kind: str, name: str, size: float, t: float) -> None:
         if size > self._largest[kind].get(name, (0.0, 0.0))[0]:
             self._largest[kind][name] = size, t
 
-    def _energies(self, name: str, found: Floats, energy: float, t: float) -> None:
-        """Note what is left out and the energy of stretching, and the strain energy."""
+    def _parts(self, simulation: Simulation, name: str, shape: Floats) -> Parts:
+        """Displacements and resultants of a state of a body, relative to its frame."""
+        raise NotImplementedError
+
+    def _energies(self, name: str, found: Floats, energy: float, shape: Floats, t: float) -> None:
+        """Note what is left out and the energy of stretching, the strain energy and its state."""
         left, stretching = map(float, found)
         for kind, size in (
             ("left out", left),
@@ -125,6 +131,8 @@ class _AboutFrames(Silent):
             ("energy", energy),
         ):
             self._note(kind, name, size, t)
+        if name in self.held and energy > self._shapes.get(name, (0.0, shape))[0]:
+            self._shapes[name] = energy, np.array(shape)
 
     def _worst(self, simulation: Simulation, kind: str, name: str) -> tuple[float, float]:
         here = self._largest[kind].get(name, (0.0, 0.0))
@@ -158,6 +166,21 @@ class _AboutFrames(Silent):
                 f"change its stiffness by about as much, and {self.blind} not know that; use "
                 "model='exact'",
             )
+        if name in self._shapes:
+            here, shape = self._shapes[name]
+            energy, when = self._worst(simulation, "energy", name)
+            parts = self._parts(simulation, name, shape)
+            share = stiffening(self.held[name], simulation.model.comm, parts) * energy / here
+            if share > STIFFENED:
+                yield Caution(
+                    self.name,
+                    name,
+                    share,
+                    STIFFENED,
+                    f"{who} and is held at several places, between which squares of its "
+                    f"displacements would stretch it, at t = {when:g}: they would make it stiffer "
+                    f"by about {share:.1%}, and {self.blind} not know that; use model='exact'",
+                )
 
     def _spun(self, simulation: Simulation, name: str, lowest: float, of: str) -> Iterator[Caution]:
         """The caution of a body that spins too fast; collective."""
@@ -204,6 +227,15 @@ class ReducedBodies(_AboutFrames):
             data.name: [(LeftOut(m.body), m.states) for m in data.members.values()]
             for data in model.modal
         }
+        self.held = _held(simulation, {data.name: tuple(data.members) for data in model.modal})
+
+    def _parts(self, simulation: Simulation, name: str, shape: Floats) -> Parts:
+        (data,) = (data for data in simulation.model.modal if data.name == name)
+        found = {}
+        for member, kept in data.members.items():
+            dofs, state = kept.body.mixed.dofs, kept.states @ shape
+            found[member] = {part: state[where] for part, where in dofs.items()}
+        return found
 
     def accepted(self, simulation: Simulation) -> None:
         """Take the step."""
@@ -211,7 +243,8 @@ class ReducedBodies(_AboutFrames):
         for data, state in self._bodies:
             frame, eta = state.now(simulation)
             found = [force.of(states @ eta) for force, states in self._forces[data.name]]
-            self._energies(data.name, np.sum(found, axis=0), float(data.stiffness @ eta**2) / 2, t)
+            energy = float(data.stiffness @ eta**2) / 2
+            self._energies(data.name, np.sum(found, axis=0), energy, eta, t)
             largest = self._largest["turns"].get(data.name, (0.0, 0.0))[0]
             # only what may be larger is looked at node by node
             if float(np.abs(eta) @ self._most[data.name]) > max(largest, SMALL_ANGLE):
@@ -244,6 +277,16 @@ class LinearBodies(_AboutFrames):
             (LeftOut(body), Functionals([present([body.strain_energy(state(body.name))])], comm))
             for body, _ in self._bodies
         ]
+        self.held = _held(simulation, {body.name: (body.name,) for body, _ in self._bodies})
+
+    def _parts(self, simulation: Simulation, name: str, shape: Floats) -> Parts:
+        body = simulation.model.meshed[name]
+        frame = simulation.model.comm.allreduce(body.ties[0].changes(shape), op=MPI.SUM)
+        parts = {part: shape[where] for part, where in body.mixed.dofs.items()}
+        X, D, back = body.mixed.nodes("u"), body.node_directors(), (np.eye(3) + frame).T
+        parts["u"] = ((X + parts["u"].reshape(-1, 3)) @ back - X).ravel()
+        parts["w"] = ((D + parts["w"].reshape(D.shape)) @ back - D).ravel()
+        return {name: parts}
 
     def accepted(self, simulation: Simulation) -> None:
         """Take the step."""
@@ -252,7 +295,7 @@ class LinearBodies(_AboutFrames):
             levels, (tie,) = simulation.problem.levels[body.name], body.ties
             q = levels.q.x.array
             frame = simulation.model.comm.allreduce(tie.changes(q), op=MPI.SUM)
-            self._energies(body.name, left.of(q, np.eye(3) + frame), float(energy()[0]), t)
+            self._energies(body.name, left.of(q, np.eye(3) + frame), float(energy()[0]), q, t)
             lean = q[body.mixed.dofs["w"]].reshape(D.shape) - D @ tie.changes(q)
             size = float(np.sqrt(np.max(np.sum(lean**2, axis=2), initial=0.0)))
             self._note("turns", body.name, size, t)
@@ -273,29 +316,7 @@ class LinearBodies(_AboutFrames):
                 yield from self._spun(simulation, body.name, lowest, "by itself")
 
 
-class LeftOut:
-    """Energy of forces along a body on squares of its rotations about a frame; and of stretching.
-
-    Args:
-        body: The shell or beam.
-    """
-
-    def __init__(self, body: ShellModel | BeamModel) -> None:
-        space, layout = body.mixed.space, body.layout
-        self._q = q = fem.Function(space)
-        self._R = fem.Constant(space.mesh, np.eye(3))
-        formulation: Any = body.section.formulation
-        N = formulation.N0 * layout.part(q, "N")
-        if isinstance(body, ShellModel):
-            densities = of_shell(N, layout.displacement(q), self._R, body.surface)
-        else:
-            densities = of_beam(N, layout.part(q, "u"), self._R, body.line)
-        dx = ufl.dx(space.mesh, degree=2)
-        self._energies = Functionals([[density * dx] for density in densities], space.mesh.comm)
-
-    def of(self, state: Floats, R: Floats | None = None) -> Floats:
-        """Both of a local array of the state, about a frame with the directors `R` as rows, J."""
-        self._q.x.array[:] = state
-        if R is not None:
-            self._R.value = R.T  # type: ignore[assignment]
-        return self._energies()
+def _held(simulation: Simulation, groups: Mapping[str, Sequence[str]]) -> dict[str, Scene]:
+    """Bodies that are held at several places, by name, alone in these."""
+    found = {name: held_scene(simulation.scene, names) for name, names in groups.items()}
+    return {name: scene for name, scene in found.items() if scene is not None}

@@ -128,6 +128,11 @@ class Alone:
             arrays[body_name][body.mixed.dofs["w"]] = w.ravel()
         return arrays
 
+    @property
+    def middle(self) -> Floats:
+        """Middle of the box around its first shell or beam, shape (3,), m."""
+        return self._free[0].middle
+
     def free_motions(self, about: Floats) -> Floats:
         """Rigid motions that supports leave, as combinations of `motion`, shape (6, n); collective.
 
@@ -217,12 +222,11 @@ class Alone:
         """
         rigid, shift = self.model.rigid, -SHIFT * self.scale
         if rigid is None:
-            rigid_motions = [self.vector(self.motion(axis, center)) for axis in range(6)]
-            motions = [
-                self._combined(rigid_motions, shares) for shares in self.free_motions(center).T
-            ]
-            _, vectors = eigenpairs(self.K, self.M, count + len(motions), shift, symmetric=True)
-            return [*vectors, *self._given_way(motions, loads)]
+            free = self.free_motions(center).shape[1]
+            _, vectors = eigenpairs(self.K, self.M, count + free, shift, symmetric=True)
+            forces = [self.force(arrays) for arrays in loads]
+            given = zip(forces, self.given_way(center, forces), strict=True)
+            return [*vectors, *(moved for force, moved in given if self._gives_way(force, moved))]
         numbering = self.system.numbering
         number = next(k for k, f in enumerate(self.system.fields) if f.name == rigid.name)
         every = np.arange(numbering.start, numbering.start + numbering.owned)
@@ -263,23 +267,28 @@ class Alone:
         total.maxpy(shares.tolist(), vectors)
         return total
 
-    def _given_way(self, motions: list[PETSc.Vec], loads: list[Arrays]) -> list[PETSc.Vec]:
-        """What loads do to a body that they accelerate along the rigid motions that it has."""
-        if not loads:
+    def given_way(self, center: Floats, forces: list[PETSc.Vec]) -> list[PETSc.Vec]:
+        """What forces do to a body that they accelerate along the rigid motions that it has.
+
+        Args:
+            center: Point that its rotations are about, shape (3,), m.
+            forces: Vectors of the system; what accelerates the body is taken out of them.
+        """
+        if not forces:
             return []
+        every = [self.vector(self.motion(axis, center)) for axis in range(6)]
+        motions = [self._combined(every, shares) for shares in self.free_motions(center).T]
         gram = self.gram(self.M, motions)
         K = self.K.copy()
         K.axpy(STATIC * self.scale, self.M)
         solver, found, inert = self._solver(K, "free"), [], self.K.createVecLeft()
-        for arrays in loads:
-            force, moved = self.force(arrays), self.K.createVecRight()
+        for force in forces:
             shares = np.linalg.solve(gram, [force.dot(motion) for motion in motions])
             for share, motion in zip(shares, motions, strict=True):
                 self.M.mult(motion, inert)
                 force.axpy(-float(share), inert)
-            solver.solve(force, moved)
-            if self._gives_way(force, moved):
-                found.append(moved)
+            found.append(self.K.createVecRight())
+            solver.solve(force, found[-1])
         return found
 
     def _gives_way(self, force: PETSc.Vec, moved: PETSc.Vec) -> bool:

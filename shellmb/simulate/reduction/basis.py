@@ -82,7 +82,7 @@ def reduced_body(
     """
     bodies = [b for b in scene.meshed if b.name in names]
     words = [b.model for b in bodies if isinstance(b.model, Modal)]
-    alone = held = Alone(_scene_of(scene, names, attached, loads), comm)
+    alone = held = Alone(scene_of(scene, names, attached, loads), comm)
     frames, joints = [a.frame for a in attached], []
     if supports:
         held = Alone(replace(alone.model.scene, supports=tuple(supports)), comm)
@@ -94,10 +94,17 @@ def reduced_body(
     return body, (modes.frame(names[0]), *frames), tuple(joints)
 
 
-def _scene_of(
+def scene_of(
     scene: Scene, names: Sequence[str], attached: Sequence[Attachment], loads: Sequence[Any]
 ) -> Scene:
-    """The body alone, with its loads, and frames where something is attached."""
+    """A body alone, with its loads, and frames where something is attached.
+
+    Args:
+        scene: The scene.
+        names: Names of the shells and beams that it consists of.
+        attached: Where something is attached to them.
+        loads: Distributed loads on them, each with the name of its body.
+    """
     welds = []
     for k, item in enumerate(attached):
         named = isinstance(item.where, str)

@@ -1,0 +1,45 @@
+"""What forces along a body would do on squares of its rotations, in numbers."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import ufl
+from dolfinx import fem
+
+from shellmb.forms.floating.leftout import of_beam, of_shell
+from shellmb.model.frames.beam import BeamModel
+from shellmb.model.shells.shell import ShellModel
+from shellmb.system.assembly.functionals import Functionals
+
+Floats = npt.NDArray[np.float64]
+
+
+class LeftOut:
+    """Energy of forces along a body on squares of its rotations about a frame; and of stretching.
+
+    Args:
+        body: The shell or beam.
+    """
+
+    def __init__(self, body: ShellModel | BeamModel) -> None:
+        space, layout = body.mixed.space, body.layout
+        self._q = q = fem.Function(space)
+        self._R = fem.Constant(space.mesh, np.eye(3))
+        formulation: Any = body.section.formulation
+        N = formulation.N0 * layout.part(q, "N")
+        if isinstance(body, ShellModel):
+            densities = of_shell(N, layout.displacement(q), self._R, body.surface)
+        else:
+            densities = of_beam(N, layout.part(q, "u"), self._R, body.line)
+        dx = ufl.dx(space.mesh, degree=2)
+        self._energies = Functionals([[density * dx] for density in densities], space.mesh.comm)
+
+    def of(self, state: Floats, R: Floats | None = None) -> Floats:
+        """Both of a local array of the state, about a frame with the directors `R` as rows, J."""
+        self._q.x.array[:] = state
+        if R is not None:
+            self._R.value = R.T  # type: ignore[assignment]
+        return self._energies()
