@@ -41,6 +41,18 @@ def unit_vectors(w: Vectors) -> Vectors:
     return first, second, third
 
 
+def carried(A: Expr, s: Expr, w: Vectors) -> Expr:
+    """Change of a vector that is `A_a + s_a` along the directors and was `A` at rest, shape (3,).
+
+    Args:
+        A: Its components at rest.
+        s: Their changes by the modes.
+        w: Changes of the directors.
+    """
+    sums = [(A[a] + s[a]) * w[a] for a in range(3)]
+    return s + sums[0] + sums[1] + sums[2]
+
+
 def seen_apart(z: Expr, parts: Three, w: Vectors) -> Expr:
     """`d_a . z - z_a`: a vector has these components along the directors, shape (3,).
 

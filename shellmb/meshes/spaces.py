@@ -135,6 +135,16 @@ def _constants(cell: Any, sizes: Mapping[str, int]) -> dict[str, basix.ufl._Elem
     return {p: basix.ufl.element("DG", cell, 0, shape=(size,)) for p, size in sizes.items()}
 
 
+def constant_space(domain: mesh.Mesh, sizes: Mapping[str, int]) -> MixedSpace:
+    """Space of parts that are constant on each cell.
+
+    Args:
+        domain: Mesh of the body.
+        sizes: Their sizes by name.
+    """
+    return mixed_space(domain, _constants(domain.basix_cell(), sizes), frozenset())
+
+
 def beam_space(
     domain: mesh.Mesh, degree: int, constant: Mapping[str, int] = NO_PARTS
 ) -> MixedSpace:

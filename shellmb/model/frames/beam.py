@@ -277,13 +277,14 @@ class BeamModel(FrameBody):
 
     def extra(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
         """The user's terms at the mid-point, and what damps in proportion to the mass."""
-        forms = [self._added(mid, rates, dq, time), mass_damping(self, self._slowing, rates, dq)]
+        forms = [self.added(mid, rates, dq, time), mass_damping(self, self._slowing, rates, dq)]
         return together(forms)
 
     def _strain_change(self, q: Expr, dq: Expr) -> Expr:
         return self.strain_measure.slope(1.0, ((1.0, q),), dq)
 
-    def _added(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
+    def added(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
+        """The user's terms; None without any."""
         if not self.beam.terms:
             return None
         u, w = self._motion(mid)

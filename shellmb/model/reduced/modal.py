@@ -13,6 +13,7 @@ from shellmb.model.reduced.loads import FrameLoads, LoadPoints
 from shellmb.model.reduced.modes import Modes
 from shellmb.model.reduced.onframe import InertiaPoints, Interfaces, Reduced
 from shellmb.model.reduced.places import ModalPoints, reduced_points
+from shellmb.model.reduced.terms import ModalTerms, has_terms
 
 
 def modal_bodies(
@@ -44,6 +45,7 @@ def modal_bodies(
             found.append(LoadPoints(body, force, length))
         if kept.turning_loads:
             found.append(FrameLoads(body))
+        found += [ModalTerms(body, m) for m in kept.members.values() if has_terms(m)]
         if kept.interfaces:
             others = [ends[item.name] for item in kept.interfaces]
             found.append(Interfaces(body, others, force, length))

@@ -121,9 +121,8 @@ class ModalPlaces:
             return ufl.as_vector([data[first + i] for i in range(3)])
 
         def turned(first: int, shape: int) -> Expr:
-            moved = forms.components(data, shape, eta)
-            sums = [(data[first + a] + moved[a]) * w[a] for a in range(3)]
-            return ufl.as_vector(moved) + sums[0] + sums[1] + sums[2]
+            moved = ufl.as_vector(forms.components(data, shape, eta))
+            return forms.carried(vector(first), moved, w)
 
         x = vector(0) + layout.part(q, "u1") + turned(3, 6)
         size = 3 + 3 * K

@@ -135,7 +135,7 @@ class ShellModel(BoundShell):
 
     def extra(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
         """The user's terms at the mid-point, and what damps in proportion to the mass."""
-        forms = [self._added(mid, rates, dq, time), mass_damping(self, self._slowing, rates, dq)]
+        forms = [self.added(mid, rates, dq, time), mass_damping(self, self._slowing, rates, dq)]
         return together(forms)
 
     @cached_property
@@ -147,7 +147,8 @@ class ShellModel(BoundShell):
     def _slowing(self) -> fem.Constant | None:
         return slowing(self.shell.section, self.mixed.space.mesh)
 
-    def _added(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
+    def added(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
+        """The user's terms; None without any."""
         if not self.shell.terms:
             return None
         u, w = self.layout.displacement(mid), self.layout.director_change(mid)

@@ -31,12 +31,6 @@ def check(scene: Description) -> None:
     for group in groups:
         _slowed_alike(scene, group)
     modal = {name: group for group in groups for name in group}
-    for body in scene.meshed:
-        if body.name in modal and body.terms:
-            raise SceneError(
-                f"{said(body)} is reduced to modes and has terms; they must be left out, or the "
-                "model must be 'exact'"
-            )
     for support in scene.supports:
         for target in bodies_of(scene, support):
             if target.name in modal and not at_rest(support):

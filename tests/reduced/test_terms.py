@@ -1,0 +1,123 @@
+"""Terms that users add to bodies in modes, beside those of the exact body."""
+
+from collections.abc import Callable
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+import ufl
+
+from shellmb.run.execute import RunResult, execute
+from shellmb.scene import (
+    Beam,
+    Cylinder,
+    InitialVelocity,
+    Isotropic,
+    Line,
+    Modal,
+    PointForce,
+    Probe,
+    Rectangle,
+    RectangularSection,
+    Scene,
+    Shell,
+    ShellDamping,
+)
+
+E, NU, THICKNESS, TAU = 70e9, 0.3, 5e-3, 1e-3
+BENDING = E * THICKNESS**3 / 12 / (1 - NU**2)
+MODAL, CORNER = Modal(modes=8), (1.0, 0.4, 0.0)
+SLOW = pytest.mark.slow
+
+
+def drag(point: Any) -> Any:
+    """The square of the velocity across the surface, as it is deformed."""
+    across = ufl.dot(point.v, point.normal)
+    return -60.0 * abs(across) * across * ufl.dot(point.normal, point.du)
+
+
+def held_back(point: Any) -> Any:
+    """A soft bed and a pull on directors, which know positions, directors and time."""
+    pull = 20.0 * ufl.sin(30.0 * point.time) * point.dw[0]
+    return -2e3 * point.x[2] * point.du[2] + pull - 5.0 * point.d[1] * point.dw[1]
+
+
+def viscous(point: Any) -> Any:
+    """Kelvin and Voigt's damping of bending."""
+    rate, change = point.strain_rate.kap, point.dstrain.kap
+    moments = rate[0] + NU * rate[1], rate[1] + NU * rate[0], (1 - NU) / 2 * rate[2]
+    return -TAU * BENDING * sum(m * change[k] for k, m in enumerate(moments))
+
+
+def pushed(t: float) -> float:
+    return float(np.sin(np.pi * t / 0.05) ** 2) if t < 0.05 else 0.0
+
+
+@cache
+def tumbling(model: Any, terms: tuple[Callable[[Any], Any], ...], scheme: str = "ep") -> RunResult:
+    section = Isotropic(E=E, nu=NU, thickness=THICKNESS, density=2700.0)
+    plate = Shell("plate", Rectangle(1.0, 0.4), section, mesh=(4, 2), model=model, terms=terms)
+    return thrown(scheme, CORNER, shells=plate)
+
+
+def thrown(scheme: str, end: Any, **bodies: Any) -> RunResult:
+    """A body in flight that is pushed at an end."""
+    probes = [Probe(f"x{k}", end, "position", k) for k in range(3)]
+    push = PointForce(end, (0.0, 0.0, 20.0), time=pushed)
+    motion = {"initial": InitialVelocity(spin=(1.0, 0.3, 0.6)), "loads": push, "probes": probes}
+    return execute(Scene("thrown", **bodies, **motion, scheme=scheme, dt=2.5e-3, t_end=0.1))
+
+
+def apart(one: RunResult, other: RunResult) -> float:
+    first, second = (run.history[["x0", "x1", "x2"]].to_numpy() for run in (one, other))
+    return float(np.abs(first - second).max())
+
+
+@pytest.mark.parametrize("scheme", ["ep", pytest.param("ep4", marks=SLOW)])
+@pytest.mark.parametrize("term", [drag, pytest.param(held_back, marks=SLOW)])
+def test_terms_act_as_on_the_exact_body(term, scheme) -> None:
+    """Within what bodies in modes are off by without: 10 um of motions by a decimetre."""
+    exact, modal = (tumbling(model, (term,), scheme) for model in ("exact", MODAL))
+    assert modal.summary["energy_balance_error"] < 1e-12
+    assert apart(exact, modal) < 2e-5
+    assert apart(tumbling(MODAL, (), scheme), modal) > 50 * apart(exact, modal)
+    work = [run.history["work_terms"].to_numpy() for run in (exact, modal)]
+    assert np.abs(work[1] - work[0]).max() < 5e-3 * np.abs(work[0]).max()
+
+
+@SLOW
+def test_strain_rates_are_those_of_the_modes() -> None:
+    """A viscous term is the section's damping, which is the modes' in their own way.
+
+    That is taken at rest, and off by the square of rotations."""
+    section = Isotropic(
+        E=E, nu=NU, thickness=THICKNESS, density=2700.0, damping=ShellDamping(bending=TAU)
+    )
+    plate = Shell("plate", Rectangle(1.0, 0.4), section, mesh=(4, 2), model=MODAL)
+    damped, written = thrown("ep", CORNER, shells=plate), tumbling(MODAL, (viscous,))
+    effect = apart(tumbling(MODAL, ()), written)
+    assert effect > 1e-4
+    assert apart(damped, written) < 1e-3 * effect
+
+
+@SLOW
+@pytest.mark.parametrize("kind", ["beam", "curved triangles"])
+def test_beams_and_triangles_have_them(kind) -> None:
+    def run(model: Any, terms: Any) -> RunResult:
+        if kind == "beam":
+            bar = RectangularSection(E=E, nu=NU, width=0.01, height=0.02, density=2700.0)
+            line = Line((0, 0, 0), (1, 0, 0))
+            rod = Beam("rod", line, bar, elements=4, model=model, terms=terms)
+            return thrown("ep", (1.0, 0.0, 0.0), beams=rod)
+        section = Isotropic(E=E, nu=NU, thickness=THICKNESS, density=2700.0)
+        surface = Cylinder(0.5, 0.4, (0.0, 60.0))
+        more = {"mesh": (4, 3), "cell": "tri", "model": model, "terms": terms}
+        return thrown("ep", (0.5, 0.0, 0.0), shells=Shell("panel", surface, section, **more))
+
+    def bed(point: Any) -> Any:
+        return -2e2 * ufl.dot(point.x, point.du) - 10.0 * ufl.dot(point.v, point.du)
+
+    exact, modal, without = run("exact", (bed,)), run(MODAL, (bed,)), run(MODAL, ())
+    assert modal.summary["energy_balance_error"] < 1e-12
+    assert apart(without, modal) > 20 * apart(exact, modal)
