@@ -11,6 +11,7 @@ import pytest
 from shellmb.errors import SceneError
 from shellmb.modes import natural_modes
 from shellmb.run.execute import RunResult, execute
+from shellmb.run.resuming.resume import resume
 from shellmb.scene import (
     Beam,
     Clamped,
@@ -18,6 +19,8 @@ from shellmb.scene import (
     InitialVelocity,
     Isotropic,
     Line,
+    Modal,
+    PathFollowing,
     PointForce,
     Probe,
     Rectangle,
@@ -25,6 +28,7 @@ from shellmb.scene import (
     Scene,
     Shell,
 )
+from shellmb.simulate.simulation import Silent, Simulation
 
 PLATE = Isotropic(E=70e9, nu=0.3, thickness=5e-3, density=2700.0)
 BAR = RectangularSection(E=70e9, nu=0.3, width=0.01, height=0.02, density=2700.0)
@@ -125,6 +129,48 @@ def test_far_from_its_frame_it_is_wrong_and_says_so() -> None:
     assert "beam 'bar' has linear strains and turns by" in said
     assert said.endswith("use model='exact'")
     assert not bent("exact").warnings
+
+
+@pytest.mark.parametrize("kind", ["plate", pytest.param("bar", marks=SLOW)])
+def test_its_path_by_arc_length_is_that_by_load_steps(kind) -> None:
+    """To the tolerance of the load at its end, 1e-9."""
+    force = PointForce(CORNER if kind == "plate" else TIP, (0, 0, 10.0))
+    probe = Probe("tip", force.point, component=2)
+    held = {"supports": Clamped("left" if kind == "plate" else "start"), "probes": probe}
+    more = {**body(kind, "linear"), **held, "loads": force, "scheme": "static", "dt": 0.25}
+    steps = execute(Scene("steps", **more)).history
+    path = PathFollowing(load_end=1.0)
+    along = execute(Scene("path", **more, path=path, t_end=50.0)).history
+    assert along["load_factor"].iloc[-1] == pytest.approx(1.0, abs=2e-9)
+    assert along["tip"].iloc[-1] == pytest.approx(steps["tip"].iloc[-1], rel=1e-8)
+    assert (along["unstable"] == 0).all()
+
+
+class Stop(Silent):
+    """Stops a run after some steps."""
+
+    def accepted(self, simulation: Simulation) -> None:
+        """A step is taken."""
+        if simulation.step == 4:
+            raise KeyboardInterrupt
+
+
+@pytest.mark.parametrize("model", ["linear", pytest.param(Modal(modes=8), marks=SLOW)])
+def test_a_run_that_was_stopped_ends_as_one_that_was_not(model, tmp_path) -> None:
+    """But for the factors that are kept between steps; what is watched is kept, too."""
+    force = PointForce(CORNER, (0.0, 2.0, 20.0), time=thrown)
+    motion = {"initial": InitialVelocity(spin=(30.0, 1.0, 2.0)), "loads": force}
+    scene = Scene("tumbling", **body("plate", model), **motion, scheme="ep4", dt=5e-3, t_end=0.05)
+    whole = execute(scene)
+    with pytest.raises(KeyboardInterrupt):
+        execute(scene, tmp_path / "run", pictures=False, observers=[Stop()])
+    found = resume(tmp_path / "run", pictures=False, scene=scene)
+    for name, array in whole.simulation.arrays().items():
+        other = found.simulation.arrays()[name]
+        # the iteration leaves 1e-15 of each part; velocities are differences over 5e-3 s
+        np.testing.assert_allclose(other, array, rtol=1e-9, atol=1e-10 * np.abs(array).max())
+    says = [item.says for item in whole.warnings]
+    assert says and [item.says for item in found.warnings] == says
 
 
 def test_spin_that_would_stiffen_it_is_said() -> None:
