@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from shellmb.scene import Clamped, InitialVelocity, Isotropic
+from shellmb.scene import Clamped, InitialVelocity, Isotropic, PointForce
 from tests.hard.conftest import SOFT
 
 SLOW = pytest.mark.slow
@@ -50,3 +50,34 @@ def test_thin_damped_blade_spins(scheme, plate, watch, worst) -> None:
     watched.check(worst)
     total = np.array(watched.total)
     worst("energy lost in the second half of a turn", 1 - total[-1] / total[50], 1e-6)
+
+
+@pytest.mark.parametrize("scheme", ["ep", pytest.param("ep4", marks=SLOW)])
+def test_damped_plate_turns_sixteen_times(scheme, plate, watch, worst) -> None:
+    # in steps of 0.1 rad; when it has stretched by what pulls it outwards, nothing is left to damp
+    spin = InitialVelocity(spin=(0.0, 0.0, 0.2))
+    section = replace(SOFT, damping=2.0)
+    watched = watch(plate(scheme, 0.0, section=section, initial=spin, dt=0.5, t_end=500.0))
+    watched.check(worst)
+    total = np.array(watched.total)
+    lost = abs(1 - total[-1] / total[len(total) // 2])
+    worst("energy lost in the last eight turns", lost, 1e-10)
+
+
+@pytest.mark.parametrize(
+    ("scheme", "alpha"),
+    [("ep", 0.0), *(pytest.param(*pair, marks=SLOW) for pair in (("ep4", 0.0), ("ed", 1.0)))],
+)
+def test_overdamped_thin_plate_tumbles(scheme, alpha, plate, watch, worst) -> None:
+    # a 1000th of its length thick, tau w = 1e5 or more: it is struck at a corner, and turns by 0.6 rad in a
+    # step. It can hardly bend, and does not feel that it turns
+    thin = Isotropic(E=1e4, nu=0.3, thickness=1e-3, density=1.0, damping=1e6)
+    blow = PointForce((1.0, 0.5, 0.0), (0, 0, 1e-3), time=lambda t: float(t < 1.0))
+    spin = InitialVelocity(spin=(2.0, 0.3, 1.0))
+    more = {"section": thin, "initial": spin, "loads": blow, "dt": 0.1, "t_end": 20.0}
+    watched = watch(plate(scheme, alpha, **more))
+    watched.check(worst)
+    total = np.array(watched.total)
+    if not alpha:
+        lost = abs(1 - total[-1] / total[len(total) // 2])
+        worst("energy lost in the second half", lost, 1e-8)
