@@ -69,8 +69,8 @@ def test_damped_plate_turns_sixteen_times(scheme, plate, watch, worst) -> None:
     [("ep", 0.0), *(pytest.param(*pair, marks=SLOW) for pair in (("ep4", 0.0), ("ed", 1.0)))],
 )
 def test_overdamped_thin_plate_tumbles(scheme, alpha, plate, watch, worst) -> None:
-    # a 1000th of its length thick, tau w = 1e5 or more: it is struck at a corner, and turns by 0.6 rad in a
-    # step. It can hardly bend, and does not feel that it turns
+    # a 1000th of its length thick, tau w = 1e5 or more: it is struck at a corner, and turns by 0.6
+    # rad in a step. It can hardly bend, and does not feel that it turns
     thin = Isotropic(E=1e4, nu=0.3, thickness=1e-3, density=1.0, damping=1e6)
     blow = PointForce((1.0, 0.5, 0.0), (0, 0, 1e-3), time=lambda t: float(t < 1.0))
     spin = InitialVelocity(spin=(2.0, 0.3, 1.0))

@@ -23,6 +23,7 @@ from shellmb.scene import (
     Scene,
     Shell,
     ShellDamping,
+    SurfaceForce,
 )
 
 E, NU, THICKNESS, TAU = 70e9, 0.3, 5e-3, 1e-3
@@ -84,6 +85,20 @@ def test_terms_act_as_on_the_exact_body(term, scheme) -> None:
     assert apart(tumbling(MODAL, (), scheme), modal) > 50 * apart(exact, modal)
     work = [run.history["work_terms"].to_numpy() for run in (exact, modal)]
     assert np.abs(work[1] - work[0]).max() < 5e-3 * np.abs(work[0]).max()
+
+
+@SLOW
+def test_a_bed_alone_holds_it_in_statics() -> None:
+    """4 N on 4 kN/m."""
+
+    def bed(point: Any) -> Any:
+        return -1e4 * ufl.dot(point.u, point.du)
+
+    section = Isotropic(E=E, nu=NU, thickness=THICKNESS, density=2700.0)
+    plate = Shell("plate", Rectangle(1.0, 0.4), section, mesh=(4, 2), model=MODAL, terms=(bed,))
+    load, probe = SurfaceForce((0, 0, 10.0)), Probe("w", CORNER, component=2)
+    found = execute(Scene("s", plate, loads=load, probes=probe, scheme="static", dt=1.0))
+    assert found.history["w"].iloc[-1] == pytest.approx(1e-3, rel=1e-9)
 
 
 @SLOW

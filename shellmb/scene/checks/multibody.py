@@ -273,7 +273,7 @@ def _supported(scene: Description) -> None:
     pairs += [(body.name, GROUND) for s in scene.supports for body in bodies_of(scene, s)]
     pairs += [(body.name, body.of) for body in scene.bodies if isinstance(body, Interface)]
     # an elastic foundation, say; whether terms hold all motions is found out later
-    pairs += [(body.name, GROUND) for body in scene.meshed if body.terms]
+    pairs += [(body.name, GROUND) for body in scene.bodies if getattr(body, "terms", ())]
     pairs += [
         (b.name, GROUND) for p in (*scene.potentials, *scene.contacts) for b in bodies_of(scene, p)
     ]

@@ -189,9 +189,11 @@ class FloatingFrame(RigidBody):
 
     Args:
         mass_damping: Damping in proportion to the mass, a rate [1/s].
+        terms: Terms that act on the body.
     """
 
     mass_damping: NonNegative = 0.0
+    terms: tuple[Any, ...] = ()
 
 
 @described("interface")

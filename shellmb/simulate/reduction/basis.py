@@ -245,7 +245,10 @@ class _Modes:
         """The floating frame, with the mass and inertia of the body as it is at rest."""
         rows: Any = tuple(tuple(map(float, row)) for row in self.inertia)
         x, y, z = map(float, self.center)
-        return FloatingFrame(name, self.mass, rows, (x, y, z), mass_damping=self._slowing)
+        scene = self._alone.model.scene
+        terms = tuple(term for body in scene.meshed for term in body.terms)
+        at, slowing = (x, y, z), self._slowing
+        return FloatingFrame(name, self.mass, rows, at, mass_damping=slowing, terms=terms)
 
     def body(self, name: str, frames: Sequence[Interface], touched: Touched) -> ModalBody:
         """All that is kept.

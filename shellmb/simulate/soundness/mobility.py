@@ -54,8 +54,9 @@ def refuse_mechanisms(model: Model) -> None:
         free = free @ motions.without_force(free)
     if not free.shape[1]:
         return
-    # whether a potential holds its body is seen when that is solved
+    # whether a potential holds its body, or terms a body in modes, is seen when that is solved
     kept = {group.owner for group in model.potentials if group.holds}
+    kept |= {body.name for body in model.scene.rigid_bodies if getattr(body, "terms", ())}
     found = []
     for body, k in motions.blocks.items():
         # a place on a reduced body is kept with it
