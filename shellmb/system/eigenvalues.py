@@ -11,8 +11,10 @@ import numpy.typing as npt
 from shellmb.errors import ConvergenceError
 from shellmb.system.direct.mumps import MUMPS_OPTIONS
 
-# eigenvalues beyond this multiple of the shift are those of multipliers, infinite but for round-off
-INFINITE = 1e12
+# eigenvalues beyond these multiples of the shift's size are those of multipliers, infinite but for
+# round-off: some 1e11 either way where there are few modes. No state is so unstable, while stiff
+# modes may be far above soft ones
+NEGATIVE, INFINITE = 1e9, 1e12
 
 
 def eigenpairs(
@@ -59,7 +61,7 @@ def eigenpairs(
     for k in range(solver.getConverged()):
         vector = K.createVecRight()
         value = float(np.real(solver.getEigenpair(k, vector)))
-        if abs(value) < INFINITE * abs(shift):
+        if -NEGATIVE * abs(shift) < value < INFINITE * abs(shift):
             pairs.append((value, vector))
     if len(pairs) < count:
         raise ConvergenceError(
