@@ -160,7 +160,7 @@ def test_a_run_that_was_stopped_ends_as_one_that_was_not(model, tmp_path) -> Non
     """But for the factors that are kept between steps; what is watched is kept, too."""
     force = PointForce(CORNER, (0.0, 2.0, 20.0), time=thrown)
     motion = {"initial": InitialVelocity(spin=(30.0, 1.0, 2.0)), "loads": force}
-    scene = Scene("tumbling", **body("plate", model), **motion, scheme="ep4", dt=5e-3, t_end=0.05)
+    scene = Scene("tumbling", **body("plate", model), **motion, scheme="ep", dt=5e-3, t_end=0.05)
     whole = execute(scene)
     with pytest.raises(KeyboardInterrupt):
         execute(scene, tmp_path / "run", pictures=False, observers=[Stop()])
