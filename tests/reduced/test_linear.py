@@ -29,6 +29,7 @@ from shellmb.scene import (
     Shell,
 )
 from shellmb.simulate.simulation import Silent, Simulation
+from tests.reduced.conftest import Kept, kept
 
 PLATE = Isotropic(E=70e9, nu=0.3, thickness=5e-3, density=2700.0)
 BAR = RectangularSection(E=70e9, nu=0.3, width=0.01, height=0.02, density=2700.0)
@@ -54,7 +55,7 @@ def thrown(t: float) -> float:
 @cache
 def tumbling(
     kind: str, model: Any, scheme: str = "ep", alpha: float = 0.0, push: float = 1.0
-) -> RunResult:
+) -> Kept:
     """A body in flight that is pushed as it spins; less push, less spin."""
     at = CORNER if kind == "plate" else TIP
     probes = [Probe(f"{q}_{k}", at, q, k) for q in ("position", "velocity") for k in range(3)]
@@ -62,7 +63,7 @@ def tumbling(
     force = PointForce(at, (0.0, 2.0 * push, 20.0 * push), time=thrown)
     motion = {"initial": spin, "loads": (force, Gravity()), "probes": probes}
     times = {"scheme": scheme, "alpha": alpha, "dt": 5e-3, "t_end": 0.1}
-    return execute(Scene("tumbling", **body(kind, model), **motion, **times))
+    return kept(Scene("tumbling", **body(kind, model), **motion, **times))
 
 
 @pytest.mark.parametrize("kind", ["plate", "bar"])

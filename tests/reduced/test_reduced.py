@@ -11,7 +11,7 @@ import pytest
 
 from shellmb.errors import SceneError
 from shellmb.modes import natural_modes
-from shellmb.run.execute import RunResult, execute
+from shellmb.run.execute import execute
 from shellmb.scene import (
     AlongEdge,
     Beam,
@@ -32,6 +32,7 @@ from shellmb.scene import (
     Weld,
 )
 from shellmb.simulate.reduction.reduce import reduce_bodies
+from tests.reduced.conftest import Kept, kept
 
 PLATE = Isotropic(E=70e9, nu=0.3, thickness=5e-3, density=2700.0)
 BAR = RectangularSection(E=70e9, nu=0.3, width=0.01, height=0.02, density=2700.0)
@@ -56,14 +57,14 @@ def thrown(t: float) -> float:
 
 
 @cache
-def tumbling(model: Any, scheme: str = "ep4", alpha: float = 0.0) -> RunResult:
+def tumbling(model: Any, scheme: str = "ep4", alpha: float = 0.0) -> Kept:
     """A plate in flight that is pushed at a corner as it spins."""
     probes = [Probe(f"{q}_{k}", CORNER, q, k) for q in ("position", "velocity") for k in range(3)]
     spin = InitialVelocity((1.0, 0.0, 0.0), (3.0, 1.0, 2.0), (0.5, 0.2, 0.0))
     push = PointForce(CORNER, (0.0, 0.0, 20.0), time=thrown)
     motion = {"initial": spin, "loads": (push, Gravity()), "probes": probes}
     times = {"scheme": scheme, "alpha": alpha, "dt": 5e-3, "t_end": 0.1}
-    return execute(Scene("tumbling", plate(model), **motion, **times))
+    return kept(Scene("tumbling", plate(model), **motion, **times))
 
 
 @pytest.mark.parametrize("held", [False, pytest.param(True, marks=SLOW)])

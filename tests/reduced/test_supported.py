@@ -1,6 +1,5 @@
 """Supports of bodies in modes: edges that stay rigid, and those that only their modes know."""
 
-from functools import cache
 from typing import Any
 
 import numpy as np
@@ -97,7 +96,6 @@ def pressed(t: float) -> float:
     return float(np.sin(np.pi * t / 0.01) ** 2) if t < 0.01 else 0.0
 
 
-@cache
 def shaken(name: str, model: Any, scheme: str) -> RunResult:
     load = SurfaceForce((0, 0, 20.0), time=pressed)
     times = {"scheme": scheme, "dt": 5e-4, "t_end": 0.02}

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import ufl
 
-from shellmb.run.execute import RunResult, execute
+from shellmb.run.execute import execute
 from shellmb.scene import (
     Beam,
     Cylinder,
@@ -25,6 +25,7 @@ from shellmb.scene import (
     ShellDamping,
     SurfaceForce,
 )
+from tests.reduced.conftest import Kept, kept
 
 E, NU, THICKNESS, TAU = 70e9, 0.3, 5e-3, 1e-3
 BENDING = E * THICKNESS**3 / 12 / (1 - NU**2)
@@ -56,21 +57,21 @@ def pushed(t: float) -> float:
 
 
 @cache
-def tumbling(model: Any, terms: tuple[Callable[[Any], Any], ...], scheme: str = "ep") -> RunResult:
+def tumbling(model: Any, terms: tuple[Callable[[Any], Any], ...], scheme: str = "ep") -> Kept:
     section = Isotropic(E=E, nu=NU, thickness=THICKNESS, density=2700.0)
     plate = Shell("plate", Rectangle(1.0, 0.4), section, mesh=(4, 2), model=model, terms=terms)
     return thrown(scheme, CORNER, shells=plate)
 
 
-def thrown(scheme: str, end: Any, **bodies: Any) -> RunResult:
+def thrown(scheme: str, end: Any, **bodies: Any) -> Kept:
     """A body in flight that is pushed at an end."""
     probes = [Probe(f"x{k}", end, "position", k) for k in range(3)]
     push = PointForce(end, (0.0, 0.0, 20.0), time=pushed)
     motion = {"initial": InitialVelocity(spin=(1.0, 0.3, 0.6)), "loads": push, "probes": probes}
-    return execute(Scene("thrown", **bodies, **motion, scheme=scheme, dt=2.5e-3, t_end=0.1))
+    return kept(Scene("thrown", **bodies, **motion, scheme=scheme, dt=2.5e-3, t_end=0.1))
 
 
-def apart(one: RunResult, other: RunResult) -> float:
+def apart(one: Kept, other: Kept) -> float:
     first, second = (run.history[["x0", "x1", "x2"]].to_numpy() for run in (one, other))
     return float(np.abs(first - second).max())
 
@@ -119,7 +120,7 @@ def test_strain_rates_are_those_of_the_modes() -> None:
 @SLOW
 @pytest.mark.parametrize("kind", ["beam", "curved triangles"])
 def test_beams_and_triangles_have_them(kind) -> None:
-    def run(model: Any, terms: Any) -> RunResult:
+    def run(model: Any, terms: Any) -> Kept:
         if kind == "beam":
             bar = RectangularSection(E=E, nu=NU, width=0.01, height=0.02, density=2700.0)
             line = Line((0, 0, 0), (1, 0, 0))

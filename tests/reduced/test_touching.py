@@ -8,7 +8,7 @@ from mpi4py import MPI  # noqa: F401  (before dolfinx)
 import numpy as np
 import pytest
 
-from shellmb.run.execute import RunResult, execute
+from shellmb.run.execute import execute
 from shellmb.scene import (
     Ball,
     Beam,
@@ -27,6 +27,7 @@ from shellmb.scene import (
     Scene,
     Shell,
 )
+from tests.reduced.conftest import Kept, kept
 
 PLATE = Isotropic(E=70e9, nu=0.3, thickness=5e-3, density=2700.0)
 CORNER = (1.0, 0.4, 0.0)
@@ -56,13 +57,13 @@ ACTING: dict[str, dict[str, Any]] = {
 
 
 @cache
-def falling(model: Any, name: str, scheme: str = "ep", alpha: float = 0.0) -> RunResult:
+def falling(model: Any, name: str, scheme: str = "ep", alpha: float = 0.0) -> Kept:
     """A plate that falls and turns."""
     start = InitialVelocity((0.2, 0.1, -0.5), (0.1, 0.2, 0.3), (0.5, 0.2, 0.0))
     shell = Shell("plate", Rectangle(1.0, 0.4), PLATE, mesh=(4, 2), model=model)
     probes = [Probe(f"x{k}", CORNER, "position", k) for k in range(3)]
     times = {"scheme": scheme, "alpha": alpha, "dt": 1e-3, "t_end": 0.15}
-    return execute(Scene("falling", shell, initial=start, probes=probes, **times, **ACTING[name]))
+    return kept(Scene("falling", shell, initial=start, probes=probes, **times, **ACTING[name]))
 
 
 QUICK = [("plane", "ep", 0.0), ("bed", "ep", 0.0)]
