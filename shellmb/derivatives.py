@@ -43,16 +43,16 @@ class Known:
 
     Args:
         of: The form that it is a derivative of; of forms with one signature it has one kernel.
-        trial: Function space of the direction.
+        spaces: Of its arguments.
         coefficients: What its coefficients are among.
         constants: What its constants are among.
         label: What tells it from other derivatives of the form.
     """
 
     def __init__(
-        self, of: Form, trial: Any, coefficients: Items, constants: Items, label: str
+        self, of: Form, spaces: Items, coefficients: Items, constants: Items, label: str
     ) -> None:
-        self.of, self.trial, self.label = of, trial, label
+        self.of, self.spaces, self.label = of, spaces, label
         self.coefficients, self.constants = coefficients, constants
 
     def form(self) -> Form:
@@ -95,11 +95,14 @@ class Derivative(Known):
     def __init__(self, form: Form, function: fem.Function) -> None:
         coefficients, self._function = form.coefficients(), function
         label = f"by{coefficients.index(function)}"
-        super().__init__(form, function.function_space, coefficients, form.constants(), label)
+        spaces = [argument.ufl_function_space() for argument in form.arguments()]
+        spaces.append(function.function_space)
+        super().__init__(form, spaces, coefficients, form.constants(), label)
 
     def form(self) -> Form:
         """The derivative in UFL; it may be empty."""
-        derivative = ufl.derivative(self.of, self._function, ufl.TrialFunction(self.trial))
+        trial = ufl.TrialFunction(self.spaces[-1])
+        derivative = ufl.derivative(self.of, self._function, trial)
         return ufl.algorithms.expand_derivatives(derivative)
 
 
@@ -108,7 +111,8 @@ class Written(Known):
 
     Args:
         of: That form.
-        roles: Functions by what they are in the derivative.
+        roles: Functions by what they are in the derivative, the first of the space of both of its
+            arguments; those of the form may be of more rows.
         numbers: Constants, likewise: two derivatives with the same label, of forms of one
             signature, differ in these and in the functions only.
         label: What tells it from other derivatives of the form.
@@ -123,10 +127,9 @@ class Written(Known):
         if len(places) < len(roles) + len(numbers):
             pattern = [places[id(item)] for item in (*roles, *numbers)]
             label += f"-{zlib.crc32(bytes(pattern)):x}"
-        trial = of.arguments()[0].ufl_function_space()
-        super().__init__(
-            of, trial, (*roles, *of.coefficients()), (*numbers, *of.constants()), label
-        )
+        space = roles[0].function_space
+        coefficients, constants = (*roles, *of.coefficients()), (*numbers, *of.constants())
+        super().__init__(of, (space, space), coefficients, constants, label)
         self._roles, self._numbers, self._write = roles, numbers, write
 
     def form(self) -> Form:

@@ -142,12 +142,10 @@ def _differentiated(derivative: Known, known: Record) -> fem.Form | None:
     """The derivative of a form with a kernel that is known, without taking it."""
     if not known.kernel:
         return None
-    of = derivative.of
-    spaces = [argument.ufl_function_space() for argument in of.arguments()]
     return _attached(
         known.kernel,
-        of,
-        [*spaces, derivative.trial],
+        derivative.of,
+        derivative.spaces,
         [derivative.coefficients[k] for k in known.coefficients],
         [derivative.constants[k] for k in known.constants],
     )

@@ -82,14 +82,12 @@ class AnyRow(NamedTuple):
         points: Share of each Gauss point in what `S_0` acts on, `1/2` or `p_k/2`.
         middle: Share of `De(m)` in what `S_1` acts on.
         turning: Share of `H(y, dq)` in it.
-        rest: One in P0, where `delta` acts; else zero.
         own: Which of the moments has its compatibility in the row, (1, 0) or (0, 1).
     """
 
     points: tuple[Expr, Expr]
     middle: Expr
     turning: Expr
-    rest: Expr
     own: tuple[Expr, Expr]
 
 

@@ -37,20 +37,20 @@ from ufl.core.expr import Expr
 from shellmb.forms.beam import BeamMixed, halves
 from shellmb.forms.state import Layout
 from shellmb.forms.steps.mixed import LinearMixed, bending, membrane_shear, split
-from shellmb.forms.steps.path import Measure, Moment, Row
+from shellmb.forms.steps.path import Measure, Moment, Rows
 from shellmb.forms.steps.pathwork import MixedSection
 
 
 class Straining(NamedTuple):
-    """How strains change over a step, as a row sees it.
+    """How strains change over a step, as its rows see it.
 
     Args:
-        row: Its states with the moments of the rate, times the step, and what stresses act on.
+        rows: Moments of the rate, times the step, and what stresses act on.
         change: `e_f - e_i`, and the bow where there is one, for the work (D2).
         dt: Length of the step, s.
     """
 
-    row: Row
+    rows: Rows
     change: tuple[Moment, ...]
     dt: Expr
 
@@ -244,7 +244,7 @@ class ViscousModes(_WithoutForces):
 
 def taken(section: MixedSection, layout: Layout, strain: Measure, along: Straining) -> list[Expr]:
     """Densities of the work (D2) that damping takes, times the step; one for each rule."""
-    states = along.row.states[: along.row.moving]
+    states = along.rows.states[: along.rows.moving]
     found: list[Expr] = []
     for weight, moment in zip((1, 3), along.change, strict=False):
         e, N = strain.moment(moment, states), section.forces(layout, moment.held)

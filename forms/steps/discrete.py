@@ -37,7 +37,7 @@ def stress_average(tau_a: Expr, tau_b: Expr, beta: Expr | float) -> Expr:
     return (tau_a + tau_b) / 2 + beta * (tau_b - tau_a) / 2
 
 
-def variation(measure: Callable[[Expr], Expr], q: Expr, dq: Expr) -> Expr:
+def variation(measure: Callable[[Expr], Expr], q: Expr, dq: Expr, *like: Expr) -> Expr:
     """Directional derivative of a measure at the state `q` in the direction `dq`.
 
     `q` may be any expression in the space's shape (the mean of two states, say), which
@@ -47,11 +47,12 @@ def variation(measure: Callable[[Expr], Expr], q: Expr, dq: Expr) -> Expr:
         measure: A function of the state, returning any tensor-valued expression.
         q: State at which to differentiate, built from functions of the space of `dq`.
         dq: Direction (test or trial function, or any expression of the same shape).
+        like: States of functions of the space, where neither of both is built from such.
 
     Returns:
         The derivative, an expression of the shape that `measure` returns.
     """
-    derivative, (z, direction) = derivatives(measure, _space(q, dq), 1)
+    derivative, (z, direction) = derivatives(measure, _space(q, dq, *like), 1)
     return ufl.replace(derivative, {z: q, direction: dq})
 
 

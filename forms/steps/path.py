@@ -37,7 +37,8 @@ of `<s>` they would be for positions alone, and velocities along stiff fibres wo
 
 So a row is a sum of `stress of a moment . slope`, a moment is `lin` and `quad` of the four states
 with some weights, a slope that with the direction for one of them, and so are their derivatives.
-The weights are Constants (`shellmb/schemes/residuals`): one kernel serves all rows. In the paper's
+The weights are Constants (`shellmb/schemes/residuals`): one kernel serves all blocks of Jacobians,
+and one both rows P0 and P1, which see the same strains and stresses. In the paper's
 schemes a sub-interval is a path without bow, its stress the average of (22), (32) at the middle:
 
     E = lin(x) + [quad(x, x) + quad(D, D)/4]/2 + beta/2 [lin(D) + quad(x, D)]             (20), (32)
@@ -67,26 +68,42 @@ class Slope(NamedTuple):
     """Derivative of a measure, `c lin(dq) + quad(y, dq)` with `y = sum_a w_a s_a`.
 
     Args:
-        c: Share of the reference configuration.
+        c: Share of the reference configuration; None: none, as of the weights.
         weights: Those of the states x, D, z, y.
     """
 
-    c: Expr
-    weights: tuple[Expr, ...]
+    c: Expr | None
+    weights: tuple[Expr | None, ...]
 
 
 class Moment(NamedTuple):
     """A moment of a measure over the step, `sum_a l_a lin(s_a) + sum_ab w_ab quad(s_a, s_b)`.
 
     Args:
-        linear: Weights `l` of the states x, D, z, y.
+        linear: Weights `l` of the states x, D, z, y; None: none.
         products: Weights `w` of their pairs, in the order of `PAIRS`.
         held: State that holds the resultants that belong to it.
     """
 
-    linear: tuple[Expr, ...]
-    products: tuple[Expr, ...]
+    linear: tuple[Expr | None, ...]
+    products: tuple[Expr | None, ...]
     held: Expr
+
+
+class Stress(NamedTuple):
+    """The stress of one moment and what it acts on.
+
+    Args:
+        moment: The moment.
+        slopes: What the stress acts on in each row.
+        own: Number of the row that demands the compatibility of the moment; None: none does.
+        ahead: As of `Pair`; None: nothing.
+    """
+
+    moment: Moment
+    slopes: tuple[Slope, ...]
+    own: int | None
+    ahead: Expr | None = None
 
 
 class Change(NamedTuple):
@@ -108,7 +125,7 @@ class Change(NamedTuple):
 
 
 class Pair(NamedTuple):
-    """A stress of one moment and what it acts on in one row.
+    """A stress in one row with its derivatives; all its numbers are there, if only as zeros.
 
     Args:
         moment: The moment.
@@ -126,17 +143,21 @@ class Pair(NamedTuple):
     changes: Mapping[int, Change]
 
 
-class Row(NamedTuple):
-    """What a row of a step is made of, as bodies see it.
+class Rows(NamedTuple):
+    """What the rows of a step that see the same strains are made of.
 
     Args:
         states: Mean, chord, bow and swing of the path as functions that the scheme fills.
-        pairs: Stresses with what they act on.
+        stresses: Stresses with what they act on in all of the rows.
+        pairs: The same in each row, with derivatives.
+        numbers: Numbers of the unknown states whose rows they are.
         moving: Number of the states that are not always zero: without a bow and a swing two.
     """
 
     states: tuple[Expr, ...]
-    pairs: tuple[Pair, ...]
+    stresses: tuple[Stress, ...]
+    pairs: tuple[tuple[Pair, ...], ...]
+    numbers: tuple[int, ...]
     moving: int = 4
 
 
@@ -220,15 +241,17 @@ class Measure(NamedTuple):
 
     def at(self, slope: Slope, states: Sequence[Expr], dq: Expr) -> Expr:
         """Derivative at the weighted states, or at the first few of them."""
-        return self.slope(slope.c, tuple(zip(slope.weights, states, strict=False)), dq)
+        weighed = zip(slope.weights, states, strict=False)
+        return self.slope(slope.c, [(w, s) for w, s in weighed if w is not None], dq)
 
     def moment(self, m: Moment, states: Sequence[Expr]) -> Expr:
         """Moment over the step."""
         parts = []
         for b, state in enumerate(states):
             weighed = zip(PAIRS, m.products, strict=True)
-            pairs = [(w, states[a]) for (a, other), w in weighed if other == b]
-            parts.append(self.slope(m.linear[b], pairs, state))
+            pairs = [(w, states[a]) for (a, c), w in weighed if c == b and w is not None]
+            if pairs or m.linear[b] is not None:
+                parts.append(self.slope(m.linear[b], pairs, state))
         return sum(parts[1:], parts[0])
 
     def quad(self, a: Expr, b: Expr) -> Expr:
@@ -240,7 +263,9 @@ def measure(function: Callable[[Expr], Expr]) -> Measure:
     """A quadratic measure from its value as a function of the state."""
 
     def slope(c: Expr | None, pairs: Sequence[tuple[Expr, Expr]], dq: Expr) -> Expr:
-        found = [] if c is None else [c * variation(function, 0 * dq, dq)]
+        found, states = [], [state for _, state in pairs]
+        if c is not None:
+            found.append(c * variation(function, 0 * dq, dq, *states))
         if pairs:
             y = sum((w * s for w, s in pairs[1:]), pairs[0][0] * pairs[0][1])
             found.append(second_variation(function, 0 * dq, dq, y))
@@ -264,25 +289,25 @@ class Points(NamedTuple):
     """What rows of nonlinear sections need, by two Gauss points in time (`pathwork_nonlinear`).
 
     Args:
-        pairs: Strain and slope of each point in the rows P0 and P1.
+        rows: Strains of both points and what their stresses act on.
         rates: Rate of the strain at each point times its weight.
         start: Strain at the start, `e_i`.
         end: Strain at the end, `e_f`.
         chord: Their difference.
         bow: Bow of the strain.
         mean: What `S_0` acts on in each row.
-        damping: `alpha/2 bow`, and what `S_1` acts on in each row.
+        damping: `alpha/2 bow`, and what `S_1` acts on.
         dissipates: Whether there is a dissipation.
     """
 
-    pairs: tuple[tuple[Pair, Pair], tuple[Pair, Pair]]
+    rows: Rows
     rates: tuple[Moment, Moment]
     start: Moment
     end: Moment
     chord: Moment
     bow: Moment
     mean: tuple[Slope, Slope]
-    damping: tuple[Pair, Pair]
+    damping: Rows
     dissipates: bool
 
 
@@ -291,21 +316,20 @@ class Step(NamedTuple):
 
     Args:
         path: The states as expressions.
-        states: Mean, chord, bow and swing of the path as functions that the scheme fills.
-        pairs: Both pairs of a moment and a slope in the rows P0 and P1.
+        rows: The rows P0 and P1.
         points: The same at Gauss' points in time, for nonlinear sections.
         whole: The same for strains of any form.
     """
 
     path: Path
-    states: tuple[Expr, ...]
-    pairs: tuple[tuple[Pair, Pair], tuple[Pair, Pair]]
+    rows: Rows
     points: Points
     whole: AnyStep
 
-    def row(self, k: int) -> Row:
-        """What row `k` is made of."""
-        return Row(self.states, self.pairs[k])
+    @property
+    def states(self) -> tuple[Expr, ...]:
+        """Mean, chord, bow and swing of the path as functions that the scheme fills."""
+        return self.rows.states
 
     def bow_of(self, strain: Measure) -> Expr:
         """Bow of a strain's own path, of which the dissipation takes the energy (Q5)."""

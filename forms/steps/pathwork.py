@@ -10,7 +10,7 @@ from shellmb.forms.state import Layout
 from shellmb.forms.steps.anystrain import AnyRow, AnyStrain
 from shellmb.forms.steps.discrete import Acting, at_middle, stress_average
 from shellmb.forms.steps.mixed import Interval
-from shellmb.forms.steps.path import Change, Measure, Pair
+from shellmb.forms.steps.path import Change, Measure, Pair, Stress
 
 
 class MixedSection(Protocol):
@@ -36,20 +36,35 @@ class MixedSection(Protocol):
         ...
 
 
-def pair_work(
+def stress_work(
     section: MixedSection,
     layout: Layout,
     strain: Measure,
     states: Sequence[Expr],
-    pair: Pair,
-    dq: Expr,
+    stress: Stress,
+    tests: Sequence[Expr],
 ) -> list[Expr]:
-    """Densities of the work of a stress, with its compatibility, one for each quadrature rule."""
-    D = states[1]
-    e, N = strain.moment(pair.moment, states), section.forces(layout, pair.moment.held)
-    de, end = strain.at(pair.slope, states, dq), e + pair.ahead * strain.at(pair.slope, states, D)
-    found = [ufl.dot(s, de) for s in section.stress(e, _mean(section, layout, states, pair))]
-    found[-1] += pair.own * ufl.dot(section.forces(layout, dq), section.gap(e, end, N))
+    """Densities of the work of a stress, with its compatibility, one for each quadrature rule.
+
+    Args:
+        section: The section.
+        layout: Parts of the state.
+        strain: Its strains.
+        states: Mean, chord, bow and swing of the path, or the first few of them.
+        stress: The stress.
+        tests: Virtual displacement of each row.
+    """
+    e, N = strain.moment(stress.moment, states), section.forces(layout, stress.moment.held)
+    rows = [strain.at(s, states, dq) for s, dq in zip(stress.slopes, tests, strict=True)]
+    de = sum(rows[1:], rows[0])
+    mean = _mean(section, layout, states, N, stress.ahead)
+    found = [ufl.dot(s, de) for s in section.stress(e, mean)]
+    if stress.own is not None:
+        end = e
+        if stress.ahead is not None:
+            end = e + stress.ahead * strain.at(stress.slopes[stress.own], states, states[1])
+        dN = section.forces(layout, tests[stress.own])
+        found[-1] += ufl.dot(dN, section.gap(e, end, N))
     return found
 
 
@@ -63,8 +78,9 @@ def pair_change(
     dq: Expr,
     trial: Expr,
 ) -> list[Expr]:
-    """Derivative of `pair_work` in the direction `trial` of an unknown state."""
-    e, N = strain.moment(pair.moment, states), _mean(section, layout, states, pair)
+    """Derivative of a row's part of it in the direction `trial` of an unknown state."""
+    e, held = strain.moment(pair.moment, states), section.forces(layout, pair.moment.held)
+    N = _mean(section, layout, states, held, pair.ahead)
     moved = strain.at(change.moment, states, trial)
     new = section.forces(layout, trial)
     added = section.where_held(change.held * new, change.share * new)
@@ -78,10 +94,13 @@ def pair_change(
     return found
 
 
-def _mean(section: MixedSection, layout: Layout, states: Sequence[Expr], pair: Pair) -> Expr:
+def _mean(
+    section: MixedSection, layout: Layout, states: Sequence[Expr], N: Expr, ahead: Expr | None
+) -> Expr:
     """Resultants of a moment."""
-    N, chord = (section.forces(layout, q) for q in (pair.moment.held, states[1]))
-    return section.where_held(N, N - pair.ahead * chord)
+    if ahead is None:
+        return N
+    return section.where_held(N, N - ahead * section.forces(layout, states[1]))
 
 
 def interval_work(

@@ -40,7 +40,7 @@ from shellmb.forms.state import Layout
 from shellmb.forms.steps.discrete import gradient
 from shellmb.forms.steps.mixed import bending, membrane_shear
 from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
-from shellmb.forms.steps.path import Change, Measure, Pair, Points
+from shellmb.forms.steps.path import Change, Measure, Pair, Points, Slope, Stress
 
 # At chords of 1e-6 the correction, of their first and the bow's fourth power, is round-off for bows
 # of a hundredth; and round-off of psi over such a chord is not more than 1e-10 of the stress yet.
@@ -106,8 +106,12 @@ class NonlinearPath:
         section = self._section
         return (1 - section.a) * section.N0 * self._layout.part(q, "N")
 
-    def work(self, k: int, dq: Expr) -> list[Expr]:
-        """Densities of row `k` for each quadrature rule, without the dissipation."""
+    def work(self, tests: Sequence[Expr]) -> list[Expr]:
+        """Densities of both rows for each quadrature rule, without the dissipation.
+
+        Args:
+            tests: Virtual displacement of each row.
+        """
         points, states = self._points, self._states
         found = []
         for psi, measure in self._parts:
@@ -115,24 +119,30 @@ class NonlinearPath:
                 measure.moment(m, states) for m in (points.chord, points.start, points.end)
             )
             work, rest = 0, psi(last) - psi(first)
-            for pair, rate in zip(points.pairs[k], points.rates, strict=True):
-                stress = gradient(psi, measure.moment(pair.moment, states))
-                work += ufl.dot(stress, measure.at(pair.slope, states, dq))
+            for point, rate in zip(points.rows.stresses, points.rates, strict=True):
+                stress = gradient(psi, measure.moment(point.moment, states))
+                work += ufl.dot(stress, self._at(measure, point.slopes, tests))
                 rest -= ufl.dot(stress, measure.moment(rate, states))
             h = self._section.thickness
             scales = (1, 1, 1, h**2, h**2, h**2, 1, 1)
             weighed = ufl.as_vector([s * chord[i] for i, s in enumerate(scales)])
             share = rest / (ufl.dot(weighed, chord) + TINY)
-            found.append(work + share * ufl.dot(weighed, measure.at(points.mean[k], states, dq)))
-        found[-1] += sum(self._tie(pair, dq) for pair in points.pairs[k])
+            found.append(work + share * ufl.dot(weighed, self._at(measure, points.mean, tests)))
+        found[-1] += sum(self._tie(point, tests) for point in points.rows.stresses)
         return found
 
-    def _tie(self, pair: Pair, dq: Expr) -> Expr:
+    def _at(self, measure: Measure, slopes: Sequence[Slope], tests: Sequence[Expr]) -> Expr:
+        """What a stress acts on in all rows."""
+        rows = zip(slopes, tests, strict=True)
+        found = [measure.at(slope, self._states, dq) for slope, dq in rows]
+        return sum(found[1:], found[0])
+
+    def _tie(self, point: Stress, tests: Sequence[Expr]) -> Expr:
         """Work of the forces that hold assumed strains to those of the displacements."""
-        states = self._states
-        acting = ufl.dot(self._forces(pair.moment.held), self._gap.at(pair.slope, states, dq))
-        left = ufl.dot(self._forces(dq), self._gap.moment(pair.moment, states))
-        return acting + pair.slope.c * left
+        held, left = self._forces(point.moment.held), self._gap.moment(point.moment, self._states)
+        acting = ufl.dot(held, self._at(self._gap, point.slopes, tests))
+        rows = zip(point.slopes, tests, strict=True)
+        return acting + sum(slope.c * ufl.dot(self._forces(dq), left) for slope, dq in rows)
 
     def change(self, pair: Pair, change: Change, dq: Expr, trial: Expr) -> list[Expr]:
         """Derivative of what acts at one of the points by an unknown state."""
@@ -153,21 +163,19 @@ class NonlinearPath:
         )
         return found
 
-    def damping(self, k: int, dq: Expr) -> list[Expr]:
-        """What the dissipation adds to row `k`."""
+    def damping(self, tests: Sequence[Expr]) -> list[Expr]:
+        """What the dissipation adds to both rows."""
         points, states, found = self._points, self._states, []
-        pair = points.damping[k]
+        (bow,) = points.damping.stresses
         for psi, measure in self._parts:
             stiffness = tangent(psi, measure.moment(points.start, states))
-            stress = ufl.dot(stiffness, measure.moment(pair.moment, states))
-            found.append(ufl.dot(stress, measure.at(pair.slope, states, dq)))
+            stress = ufl.dot(stiffness, measure.moment(bow.moment, states))
+            found.append(ufl.dot(stress, self._at(measure, bow.slopes, tests)))
         return found
 
-    def damping_change(self, k: int, column: int, dq: Expr, trial: Expr) -> list[Expr]:
+    def damping_change(self, pair: Pair, change: Change, dq: Expr, trial: Expr) -> list[Expr]:
         """Its derivative by an unknown state: the stiffness is that at the start."""
         points, states, found = self._points, self._states, []
-        pair = points.damping[k]
-        change = pair.changes[column]
         for psi, measure in self._parts:
             stiffness = tangent(psi, measure.moment(points.start, states))
             moved = ufl.dot(stiffness, measure.at(change.moment, states, trial))
@@ -191,7 +199,7 @@ class NonlinearPath:
         """Mean of the resultants over the step, shape (8,)."""
         measure = self._parts[1][1]
         stresses = [
-            self._section.stress(measure.moment(pair.moment, self._states))
-            for pair in self._points.pairs[0]
+            self._section.stress(measure.moment(point.moment, self._states))
+            for point in self._points.rows.stresses
         ]
         return sum(stresses[1:], stresses[0]) / len(stresses)

@@ -13,7 +13,7 @@ from shellmb.bench.bare import BareWork, direct_solver
 from shellmb.bench.record import PARTS, Round
 from shellmb.measuring.stepping import Stepping, together
 from shellmb.scene import Scene
-from shellmb.system.assembly.blocks import Residuals
+from shellmb.system.assembly.residuals import Residuals
 
 Floats = npt.NDArray[np.float64]
 

@@ -78,7 +78,8 @@ def _forms(problem: Problem, fields: Iterable[int]) -> tuple[int, int, int]:
     """Integrals, coefficients and kernels of the rows of some fields."""
     some = list(fields)
     written = [form for k in some for form in problem.fields[k].residual]
-    kernels = kernels_of(f for k in some for f in problem.system.residual_forms[k])
+    residuals = problem.system.residual_forms
+    kernels = kernels_of(form for form, rows in residuals if set(rows) & set(some))
     blocks = problem.system.jacobians.items()
     kernels |= kernels_of(f for (row, _), forms in blocks if row in some for f in forms)
     return sum(map(_integrals, written)), len(coefficients(written)), len(kernels)

@@ -8,6 +8,7 @@ cubic bubble for the displacement, P2 director, element-wise constant resultants
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from types import MappingProxyType
 from typing import Any
 
@@ -15,7 +16,9 @@ import basix
 import basix.ufl
 import numpy as np
 import numpy.typing as npt
+import ufl
 from dolfinx import fem, mesh
+from ufl.core.expr import Expr
 
 Dofs = npt.NDArray[np.int32]
 
@@ -42,6 +45,15 @@ class MixedSpace:
     dofs: dict[str, Dofs]
     subspaces: dict[str, fem.FunctionSpace]
     elementwise: frozenset[str]
+
+    @cached_property
+    def arguments(self) -> tuple[tuple[Expr, Expr], Expr]:
+        """Test functions of two rows in one form, and a trial function."""
+        element, size = self.space.ufl_element(), self.space.value_size
+        both = fem.functionspace(self.space.mesh, basix.ufl.mixed_element([element, element]))
+        test = ufl.TestFunction(both)
+        first, second = (ufl.as_vector([test[k] for k in range(n, n + size)]) for n in (0, size))
+        return (first, second), ufl.TrialFunction(self.space)
 
     def owned(self, part: str) -> Dofs:
         """Dofs of a part that this rank owns."""

@@ -1,6 +1,6 @@
 """What the schemes see of a body: spaces, virtual work, energies; nothing else."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
@@ -14,7 +14,7 @@ from shellmb.derivatives import Written
 from shellmb.forms.constraints.leap import Leap
 from shellmb.forms.steps.damping import Straining
 from shellmb.forms.steps.mixed import Interval
-from shellmb.forms.steps.path import Row, Step
+from shellmb.forms.steps.path import Rows, Step
 from shellmb.meshes.spaces import MixedSpace
 
 TimeFunction = Callable[[float], float]
@@ -122,13 +122,15 @@ class Term(NamedTuple):
     not see; written by hand its parts share kernels.
 
     Args:
-        residual: The form.
-        derivatives: Forms that add up to its derivatives by the unknown states, by the number of
-            their row; written when they are asked for, where their kernels may be known.
+        residual: The form, tested with a function for each of its rows, one after the other.
+        rows: Numbers of the unknown states whose rows they are.
+        derivatives: Forms that add up to its derivatives, by the numbers of the row and of the
+            unknown state; written when they are asked for, where their kernels may be known.
     """
 
     residual: Form
-    derivatives: Mapping[int, tuple[Form | Written, ...]]
+    rows: tuple[int, ...]
+    derivatives: Mapping[tuple[int, int], tuple[Form | Written, ...]]
 
 
 class SubInterval(Protocol):
@@ -140,7 +142,7 @@ class SubInterval(Protocol):
         ...
 
     @property
-    def row(self) -> Row | None:
+    def rows(self) -> Rows | None:
         """Its states as functions that follow the unknown ones; None where it has no such."""
         ...
 
@@ -148,8 +150,8 @@ class SubInterval(Protocol):
 class Damped(Protocol):
     """Damping of a body's strains, eq. (D1)."""
 
-    def term(self, along: Straining, dq: Expr, trial: Expr) -> Term:
-        """Forces in a row of a step, with their derivatives."""
+    def term(self, along: Straining, tests: Sequence[Expr], trial: Expr) -> Term:
+        """Forces in the rows of a step, with their derivatives."""
         ...
 
     def work(self, along: Straining) -> Form:
@@ -219,19 +221,25 @@ class Body(Protocol):
     def within(self, sub: SubInterval, dq: Expr, trial: Expr) -> tuple[Form | None, list[Term]]:
         """The same, what has kernels that know no scheme as terms.
 
-        Arguments as of `along`; `sub` is a sub-interval of a step, or a single state.
+        Args:
+            sub: A sub-interval of a step, or a single state.
+            dq: Virtual displacement.
+            trial: Direction of derivatives.
         """
         ...
 
-    def along(self, step: Step, k: int, dq: Expr, trial: Expr) -> tuple[Form | None, list[Term]]:
-        """Internal and constraint forces over a step that is quadratic in time (`forms.path`).
+    def along(self, step: Step, k: int, dq: Expr) -> Form | None:
+        """Constraint forces over a step that is quadratic in time (`forms.path`), with others.
 
         Args:
             step: The step.
             k: Row, 0 for P0 and 1 for P1.
             dq: Virtual displacement.
-            trial: Direction of derivatives.
         """
+        ...
+
+    def stressed(self, step: Step) -> list[Term]:
+        """Forces of stresses over such a step, in both of its rows; none without any."""
         ...
 
     def lost(self, step: Step, bow: Expr) -> Form | None:

@@ -57,9 +57,13 @@ class Massless:
         """Nothing that has terms."""
         return self.internal(sub.span, dq), []
 
-    def along(self, step: Step, k: int, dq: Expr, trial: Expr) -> tuple[Form | None, list[Term]]:
+    def along(self, step: Step, k: int, dq: Expr) -> Form | None:
         """No internal forces."""
-        return None, []
+        return None
+
+    def stressed(self, step: Step) -> list[Term]:
+        """No strains."""
+        return []
 
     def lost(self, step: Step, bow: Expr) -> Form | None:
         """No strains."""

@@ -15,13 +15,13 @@ import shellmb.forms
 from shellmb.derivatives import Written, written_as
 from shellmb.forms.state import Layout
 from shellmb.forms.steps.anystrain import AnyStrain
-from shellmb.forms.steps.path import Change, Measure, Pair, Points, Row, Step
+from shellmb.forms.steps.path import Change, Measure, Pair, Points, Rows, Step
 from shellmb.forms.steps.pathwork import (
     MixedSection,
     any_stresses,
     any_work,
     pair_change,
-    pair_work,
+    stress_work,
 )
 from shellmb.forms.steps.pathwork_nonlinear import NonlinearPath
 from shellmb.model.body import Term
@@ -33,12 +33,12 @@ def path_terms(
     section: MixedSection,
     layout: Layout,
     strain: Measure,
-    row: Row,
-    dq: Expr,
+    rows: Rows,
+    tests: Sequence[Expr],
     trial: Expr,
     integrate: Callable[[list[Expr]], Form],
 ) -> Term:
-    """Internal forces of a row: its stresses in one form, and their derivatives one by one.
+    """Internal forces of some rows: all stresses in one form, their derivatives one by one.
 
     So a residual takes the strains of the states once, and blocks of all Jacobians share one
     kernel, whatever the scheme; residuals have one with a bow and one without.
@@ -47,25 +47,41 @@ def path_terms(
         section: Its mixed form.
         layout: Parts of the state.
         strain: Its strains.
-        row: What the row is made of.
-        dq: Virtual displacement.
+        rows: What the rows are made of.
+        tests: Virtual displacement of each row.
         trial: Direction of derivatives.
         integrate: Integral of densities, one for each quadrature rule.
     """
-    common = (section, layout, strain)
-    works = [pair_work(*common, row.states[: row.moving], pair, dq) for pair in row.pairs]
+    common, states = (section, layout, strain), rows.states
+    works = [stress_work(*common, states[: rows.moving], s, tests) for s in rows.stresses]
     residual = integrate([sum(densities) for densities in zip(*works, strict=True)])
+    dq = _single(trial)
+
+    def write(pair: Pair, change: Change) -> Form:
+        return integrate(pair_change(*common, states, pair, change, dq, trial))
+
+    return Term(residual, rows.numbers, _changes(residual, rows, "change", write))
+
+
+def _single(trial: Any) -> Expr:
+    """Virtual displacement of a single row."""
+    return ufl.TestFunction(trial.ufl_function_space())
+
+
+def _changes(
+    residual: Form, rows: Rows, label: str, write: Callable[[Pair, Change], Form]
+) -> dict[tuple[int, int], tuple[Form | Written, ...]]:
+    """Derivatives of stresses by the numbers of their row and of the unknown state."""
 
     def change(pair: Pair, c: int) -> Written:
         change = pair.changes[c]
-        return _written(
-            "change",
-            *(residual, row.states, pair, change),
-            lambda: integrate(pair_change(*common, row.states, pair, change, dq, trial)),
-        )
+        return _written(label, residual, rows.states, pair, change, lambda: write(pair, change))
 
-    columns = sorted({column for pair in row.pairs for column in pair.changes})
-    return Term(residual, {c: tuple(change(pair, c) for pair in row.pairs) for c in columns})
+    return {
+        (number, c): tuple(change(pair, c) for pair in pairs)
+        for number, pairs in zip(rows.numbers, rows.pairs, strict=True)
+        for c in sorted({column for pair in pairs for column in pair.changes})
+    }
 
 
 def _written(
@@ -84,7 +100,8 @@ def _written(
         *(change.held, change.share, change.turn, change.gain),
     ]
     # they are components of vectors, some of one
-    numbers = {id(part.ufl_operands[0]): part.ufl_operands[0] for part in parts}
+    vectors = [part.ufl_operands[0] for part in parts if part is not None]
+    numbers = {id(vector): vector for vector in vectors}
     numbers |= {id(constant): constant for constant in extract_constants(held)}
     roles = (*states, *extract_coefficients(held))
     label += f"-{written_as(FORMS)}"
@@ -93,40 +110,27 @@ def _written(
 
 def point_terms(
     section: NonlinearPath,
-    states: Sequence[Expr],
     points: Points,
-    k: int,
-    dq: Expr,
+    tests: Sequence[Expr],
     trial: Expr,
     integrate: Callable[[list[Expr]], Form],
 ) -> Term:
     """The same of a nonlinear section, at Gauss' points in time; arguments as of `path_terms`."""
-    residual = integrate(section.work(k, dq))
+    residual, dq = integrate(section.work(tests)), _single(trial)
     if points.dissipates:
-        residual += integrate(section.damping(k, dq))
+        residual += integrate(section.damping(tests))
 
-    def change(pair: Pair, c: int) -> Written:
-        change = pair.changes[c]
-        return _written(
-            "change",
-            *(residual, states, pair, change),
-            lambda: integrate(section.change(pair, change, dq, trial)),
-        )
+    def change(pair: Pair, change: Change) -> Form:
+        return integrate(section.change(pair, change, dq, trial))
 
-    def damping(c: int) -> Written:
-        pair = points.damping[k]
-        return _written(
-            "damping",
-            *(residual, states, pair, pair.changes[c]),
-            lambda: integrate(section.damping_change(k, c, dq, trial)),
-        )
+    def damping(pair: Pair, change: Change) -> Form:
+        return integrate(section.damping_change(pair, change, dq, trial))
 
-    columns = range(len(points.pairs[k][0].changes))
-    derivatives = {c: [change(pair, c) for pair in points.pairs[k]] for c in columns}
+    derivatives = _changes(residual, points.rows, "change", change)
     if points.dissipates:
-        for c in columns:
-            derivatives[c].append(damping(c))
-    return Term(residual, {c: tuple(found) for c, found in derivatives.items()})
+        for place, found in _changes(residual, points.damping, "damping", damping).items():
+            derivatives[place] += found
+    return Term(residual, points.rows.numbers, derivatives)
 
 
 def any_terms(
@@ -135,8 +139,7 @@ def any_terms(
     strain: Callable[[Expr], Expr],
     product: Callable[[Expr, Expr], Expr],
     step: Step,
-    k: int,
-    dq: Expr,
+    tests: Sequence[Expr],
     trial: Any,
     integrate: Callable[[list[Expr]], Form],
 ) -> Term:
@@ -148,26 +151,28 @@ def any_terms(
         strain: Its strains as a function of the state.
         product: Product of two states, as of `AnyStrain.rest`.
         step: The step.
-        k: Row.
-        dq: Virtual displacement.
+        tests: Virtual displacement of each row.
         trial: Direction of derivatives.
         integrate: Integral of densities, one for each quadrature rule.
     """
-    row, held, alpha = step.whole.rows[k], (step.path.end, step.path.rate), step.path.alpha
+    held, alpha = (step.path.end, step.path.rate), step.path.alpha
     along = AnyStrain(strain, step.states, step.whole.places)
-    work = integrate(any_work(section, layout, along, held, alpha, row, dq))
-    first = [pair[0] for pair in any_stresses(section, layout, along, held, alpha)]
-    rest = integrate([row.rest * along.rest(stress, product, dq) for stress in first])
+    common = section, layout, along, held, alpha
+    first = [pair[0] for pair in any_stresses(*common)]
+    residual = integrate([along.rest(stress, product, tests[0]) for stress in first])
     # gradients are derived in directions that stand by themselves
     unknown, space = (*step.states, *held), trial.ufl_function_space()
     directions = tuple(ufl.Coefficient(space) for _ in unknown)
-    derivative = ufl.derivative(work, unknown, directions)
-    derivative = apply_derivatives(apply_algebra_lowering(derivative))
-    derivatives = {}
-    for column, shares in enumerate(step.whole.shares):
-        put = {d: share * trial for d, share in zip(directions, shares, strict=True)}
-        derivatives[column] = (ufl.replace(derivative, put),)
-    return Term(work + rest, derivatives)
+    derivatives: dict[tuple[int, int], tuple[Form | Written, ...]] = {}
+    for k, (row, dq) in enumerate(zip(step.whole.rows, tests, strict=True)):
+        residual += integrate(any_work(*common, row, dq))
+        derivative = integrate(any_work(*common, row, _single(trial)))
+        derivative = ufl.derivative(derivative, unknown, directions)
+        derivative = apply_derivatives(apply_algebra_lowering(derivative))
+        for column, shares in enumerate(step.whole.shares):
+            put = {d: share * trial for d, share in zip(directions, shares, strict=True)}
+            derivatives[k, column] = (ufl.replace(derivative, put),)
+    return Term(residual, step.rows.numbers, derivatives)
 
 
 def together(a: Term, b: Term) -> Term:
@@ -183,7 +188,7 @@ def together(a: Term, b: Term) -> Term:
         c: (*(added(f, g) for f, g in zip(forms, b.derivatives[c], strict=False)), *forms[2:])
         for c, forms in a.derivatives.items()
     }
-    return Term(residual, derivatives)
+    return Term(residual, a.rows, derivatives)
 
 
 def _form(derivative: Form | Written) -> Form:

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 import numpy.typing as npt
 from dolfinx import fem
 from ufl import Form
 
-from shellmb.model.body import Body, Dofs
+from shellmb.model.body import Body, Dofs, Term
 from shellmb.system.assembly.blocks import BlockSystem
-from shellmb.system.assembly.fields import Directors, Field, Link, Part
+from shellmb.system.assembly.fields import Directors, Field, Link, Part, ResidualTerm
 
 # thickness over length below which resultants are not eliminated: round-off leaves
 # `1e-16 / THIN^2 = 1e-8` of forces of bending, which Newton's method still makes up for
@@ -50,6 +50,23 @@ def body_field(
         values=np.zeros(len(fixed)),
         links=tuple(Link(k.dofs, numbers[k.body], k.targets) for k in body.links),
         elementwise=elementwise_dofs(body),
+    )
+
+
+def residual_terms(terms: Iterable[Term], numbers: Sequence[int]) -> tuple[ResidualTerm, ...]:
+    """Terms of a body as those of the fields of its unknown states.
+
+    Args:
+        terms: The terms.
+        numbers: Numbers of the fields in the system.
+    """
+    return tuple(
+        ResidualTerm(
+            term.residual,
+            tuple(numbers[k] for k in term.rows),
+            {(numbers[k], numbers[c]): forms for (k, c), forms in term.derivatives.items()},
+        )
+        for term in terms
     )
 
 

@@ -24,6 +24,7 @@ from shellmb.simulate.fields import (
     body_field,
     kinematic_dofs,
     owned_places,
+    residual_terms,
     resultant_dofs,
     without_impulse,
 )
@@ -38,7 +39,6 @@ from shellmb.system.assembly.fields import (
     Field,
     Followers,
     Part,
-    ResidualTerm,
 )
 from shellmb.system.condensation.reduction import Reduction
 from shellmb.system.newton.iteration import Iteration, NewtonSettings
@@ -165,10 +165,7 @@ class Problem:
             without_impulse(body) if jump else (),
         )
         columns = [self._index[body.name, s] for s in self.scheme.stages]
-        terms = tuple(
-            ResidualTerm(t.residual, {columns[c]: f for c, f in t.derivatives.items()})
-            for t in self.forms[body.name][stage].terms
-        )
+        terms = residual_terms(self.forms[body.name][stage].terms, columns)
         return replace(field, directors=self._directors(body, stage), terms=terms)
 
     def _directors(self, body: Body, stage: str) -> Directors | None:

@@ -110,7 +110,7 @@ def needed(scene: Scene) -> set[str]:
 def kernels(simulation: Simulation) -> set[str]:
     """Names of the kernels of the block system."""
     system = simulation.problem.system
-    rows = [form for forms in system.residual_forms for form in forms]
+    rows = [form for form, _ in system.residual_forms]
     return kernels_of([*rows, *(form for forms in system.jacobians.values() for form in forms)])
 
 

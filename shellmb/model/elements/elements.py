@@ -22,7 +22,7 @@ from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.path import Step
 from shellmb.kernels import compiled_expression
 from shellmb.meshes.nodes import constant_vector, node_mesh, node_space, set_constants
-from shellmb.model.body import Rates, Term
+from shellmb.model.body import Rates
 from shellmb.model.elements.bound import BoundElement
 from shellmb.model.joints.coordinates import gathered, scalar_links
 from shellmb.model.massless import Massless
@@ -146,7 +146,7 @@ class Springs(ElementGroup):
         path = step.path
         return forms.Stretch(self._extension(path.start), self.x(path.chord), 2 * self.x(path.bow))
 
-    def along(self, step: Step, k: int, dq: Expr, trial: Expr) -> tuple[Form | None, list[Term]]:
+    def along(self, step: Step, k: int, dq: Expr) -> Form | None:
         """Force over a step, linear in time."""
         e, alpha = self._stretch(step), step.path.alpha
         if self.law is None:
@@ -154,7 +154,7 @@ class Springs(ElementGroup):
         else:
             first, second = forms.spring_forces(self._potential, e, alpha, self.size)
         force = first if k == 0 else second / 3
-        return force * self.x(dq) * ufl.dx, []
+        return force * self.x(dq) * ufl.dx
 
     def lost(self, step: Step, bow: Expr) -> Form | None:
         """Energy of the bow of the extension, J."""

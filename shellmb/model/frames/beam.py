@@ -16,7 +16,7 @@ from shellmb.forms.beam import BeamMixed, Line, LinePoint
 from shellmb.forms.frame import FrameMass, momenta
 from shellmb.forms.steps.damping import ViscousBeam
 from shellmb.forms.steps.mixed import Interval
-from shellmb.forms.steps.path import Measure, Row, Step
+from shellmb.forms.steps.path import Measure, Rows, Step
 from shellmb.forms.steps.pathwork import interval_work
 from shellmb.meshes.curve_mesh import LineMesh
 from shellmb.meshes.spaces import NO_PARTS, beam_space
@@ -223,15 +223,15 @@ class BeamModel(FrameBody):
 
     def within(self, sub: SubInterval, dq: Expr, trial: Expr) -> tuple[Form | None, list[Term]]:
         """The same, the section's forces as terms."""
-        if sub.row is None:
+        if sub.rows is None:
             return self.internal(sub.span, dq), []
-        return self.constraint_work(sub.span, dq), [self._term(sub.row, dq, trial)]
+        return self.constraint_work(sub.span, dq), [self._term(sub.rows, [dq], trial)]
 
-    def _term(self, row: Row, dq: Expr, trial: Expr) -> Term:
-        """Internal forces of a row."""
+    def _term(self, rows: Rows, tests: Sequence[Expr], trial: Expr) -> Term:
+        """Internal forces of some rows."""
         section, layout, strain = self.section.formulation, self.layout, self.strain_measure
         return path_terms(
-            section, layout, strain, row, dq, trial, lambda d: d[0] * self.rules.reduced
+            section, layout, strain, rows, tests, trial, lambda d: d[0] * self.rules.reduced
         )
 
     @property
@@ -246,9 +246,13 @@ class BeamModel(FrameBody):
 
         return Measure(slope)
 
-    def along(self, step: Step, k: int, dq: Expr, trial: Expr) -> tuple[Form | None, list[Term]]:
-        """Internal forces over a step, and the constraints of the frames."""
-        return self.frame_row(step.path, k, dq), [self._term(step.row(k), dq, trial)]
+    def along(self, step: Step, k: int, dq: Expr) -> Form | None:
+        """Constraints of the frames over a step."""
+        return self.frame_row(step.path, k, dq)
+
+    def stressed(self, step: Step) -> list[Term]:
+        """Internal forces over a step."""
+        return [self._term(step.rows, *self.mixed.arguments)]
 
     def lost(self, step: Step, bow: Expr) -> Form | None:
         """Elastic energy of the bow of the strains, J."""
@@ -258,7 +262,7 @@ class BeamModel(FrameBody):
     def mean_resultants(self, step: Step) -> tuple[Expr, Expr]:
         """The same as means over a step that is quadratic in time."""
         formulation = self.section.formulation
-        e = self.strain_measure.moment(step.pairs[0][0].moment, step.states)
+        e = self.strain_measure.moment(step.rows.stresses[0].moment, step.states)
         return formulation.joined(e, formulation.forces(self.layout, step.path.end))
 
     def strain_energy(self, q: Expr) -> Form | None:

@@ -165,9 +165,13 @@ class RigidBodies(FrameBody):
         """Nothing but the constraints: the frames stay orthonormal."""
         return self.constraint_work(span, dq)
 
-    def along(self, step: Step, k: int, dq: Expr, trial: Expr) -> tuple[Form | None, list[Term]]:
+    def along(self, step: Step, k: int, dq: Expr) -> Form | None:
         """Nothing but the constraints."""
-        return self.frame_row(step.path, k, dq), []
+        return self.frame_row(step.path, k, dq)
+
+    def stressed(self, step: Step) -> list[Term]:
+        """No strains."""
+        return []
 
     def lost(self, step: Step, bow: Expr) -> Form | None:
         """No strains."""

@@ -19,7 +19,7 @@ from shellmb.forms.steps.path import Step
 from shellmb.kernels import compiled_expression
 from shellmb.meshes.nodes import NodeMesh, constant_vector, set_constants
 from shellmb.meshes.spaces import MixedSpace
-from shellmb.model.body import Dofs, FixedDofs, Leaping, NodeLink, PartScale, Term
+from shellmb.model.body import Dofs, FixedDofs, Leaping, NodeLink, PartScale
 from shellmb.model.massless import Massless
 
 Floats = npt.NDArray[np.float64]
@@ -137,10 +137,10 @@ class ConstraintGroup(Massless):
         work = variation(self.violation, span.mid, dq)
         return self._sum(span.unknown, self.violation(span.at), dq, work)
 
-    def along(self, step: Step, k: int, dq: Expr, trial: Expr) -> tuple[Form | None, list[Term]]:
+    def along(self, step: Step, k: int, dq: Expr) -> Form | None:
         """Constraints over a step, with two multipliers each, eqs. (Q4) and (Q6)."""
         row = held_row(self.violation, step.path, k, dq, self.inertialess)
-        return self._row(row, dq), []
+        return self._row(row, dq)
 
     def _row(self, row: ConstraintRow, dq: Expr) -> Form:
         own, other = row.multipliers

@@ -24,7 +24,7 @@ from shellmb.forms.steps.path import Step
 from shellmb.kernels import compiled_expression
 from shellmb.meshes.nodes import NodeMesh, constant_vector, node_mesh, node_space
 from shellmb.meshes.spaces import MixedSpace
-from shellmb.model.body import Dofs, Leaping, NodeLink, PartScale, Term
+from shellmb.model.body import Dofs, Leaping, NodeLink, PartScale
 from shellmb.model.identification import node_links
 from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.joints.joints import BoundJoint
@@ -179,13 +179,13 @@ class CoordinateGroup(ConstraintGroup):
         work = as_row(self.layout.part(dq, "x") - turned)
         return self._sum(span.unknown, self._gap(span.at), dq, work)
 
-    def along(self, step: Step, k: int, dq: Expr, trial: Expr) -> tuple[Form | None, list[Term]]:
+    def along(self, step: Step, k: int, dq: Expr) -> Form | None:
         """The equation and its rate at the end of a step, two forces without work for both."""
         if self.kind != "rotation":
-            return super().along(step, k, dq, trial)
+            return super().along(step, k, dq)
         x = self.layout.part
         row = turning_row(self._angle, x, self._gap(step.path.end), step.path, k, dq)
-        return self._row(row, dq), []
+        return self._row(row, dq)
 
     def velocity_constraint(self, v: Expr, mid: Expr, dv: Expr) -> Form:
         """The rate of the coordinate is that of the places, with the impulse for that."""

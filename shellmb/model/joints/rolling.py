@@ -20,7 +20,7 @@ from shellmb.forms.steps.discrete import variation
 from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.path import Step
 from shellmb.meshes.nodes import constant_vector
-from shellmb.model.body import Leaping, PartScale, Term
+from shellmb.model.body import Leaping, PartScale
 from shellmb.model.joints.joints import BoundJoint, JointGroup
 from shellmb.model.places.ends import End, frame_about
 from shellmb.scene.multibody.rolling import Contact, KnifeEdge, Rolling
@@ -169,12 +169,12 @@ class ContactGroup(JointGroup):
         rows = _both(self._violation(span.at), slips)
         return self._sum(span.unknown, rows, dq, _both(held, work))
 
-    def along(self, step: Step, k: int, dq: Expr, trial: Expr) -> tuple[Form | None, list[Term]]:
+    def along(self, step: Step, k: int, dq: Expr) -> Form | None:
         """Constraints at the end of a step and of its motion, with two multipliers each."""
         held = constraint_row(self._violation, step.path, k, dq)
         moving = path_row(self.slip, step.path, k, dq)
         own, other, value = (_both(a, b) for a, b in zip(held[:3], moving[:3], strict=True))
-        return self._row(ConstraintRow(own, other, value, held.multipliers), dq), []
+        return self._row(ConstraintRow(own, other, value, held.multipliers), dq)
 
     def velocity_constraint(self, v: Expr, mid: Expr, dv: Expr) -> Form:
         """Velocities violate neither, with the impulses for that."""

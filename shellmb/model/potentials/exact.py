@@ -11,7 +11,6 @@ from shellmb.forms.steps import potentials as forms
 from shellmb.forms.steps.discrete import gradient, variation
 from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.path import Measure, Step, measure
-from shellmb.model.body import Term
 
 # a penetration and a rate beyond all others, for the pattern of matrices
 FAR = 1e3
@@ -54,16 +53,16 @@ class ExactEnergy:
         start = self.measure(path.start)
         return measured, Stretch(start, self.measure(path.end) - start, step.bow_of(measured))
 
-    def along(self, step: Step, k: int, dq: Expr, trial: Expr) -> tuple[Form | None, list[Term]]:
+    def along(self, step: Step, k: int, dq: Expr) -> Form | None:
         """Virtual work over a step, with stresses linear in time, eq. (Q2)."""
         (measured, e), p = self._over(step), step.path
         stresses = forms.path_stresses(self.potential, e, p.alpha)
         states = p.mean, p.chord, p.bow, p.swing
         work = sum(
-            ufl.dot(stress, measured.at(pair.slope, states, dq))
-            for stress, pair in zip(stresses, step.pairs[k], strict=True)
+            ufl.dot(stress, measured.at(on.slopes[k], states, dq))
+            for stress, on in zip(stresses, step.rows.stresses, strict=True)
         )
-        return self.weight * work * self.dx, []
+        return self.weight * work * self.dx
 
     def lost(self, step: Step, bow: Expr) -> Form | None:
         """Energy of the bow of the measures, J."""

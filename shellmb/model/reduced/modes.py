@@ -22,7 +22,7 @@ from shellmb.forms.state import Layout
 from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.path import Step
 from shellmb.meshes.nodes import constant_vector, node_mesh, node_space
-from shellmb.model.body import PartScale, Term
+from shellmb.model.body import PartScale
 from shellmb.model.massless import Massless
 from shellmb.model.reduced.data import Ints, ModalBody, amplitudes
 from shellmb.model.reduced.viscous import modal_damping
@@ -80,13 +80,13 @@ class Modes(Massless):
         parts = (self.amplitudes(q) for q in (path.start, path.chord, path.bow))
         return [Stretch(a, d, 2 * z) for a, d, z in zip(*parts, strict=True)]
 
-    def along(self, step: Step, k: int, dq: Expr, trial: Expr) -> tuple[Form | None, list[Term]]:
+    def along(self, step: Step, k: int, dq: Expr) -> Form | None:
         """Elastic force over a step, linear in time."""
         alpha, weight = step.path.alpha, (1, 1 / 3)[k]
         pairs = zip(self._stiffness(), self._stretches(step), strict=True)
         forces = [weight * linear_forces(c, e, alpha)[k] for c, e in pairs]
         test = self.amplitudes(dq)
-        return self._sum([f * t for f, t in zip(forces, test, strict=True)]), []
+        return self._sum([f * t for f, t in zip(forces, test, strict=True)])
 
     def lost(self, step: Step, bow: Expr) -> Form | None:
         """Energy of the bow of the amplitudes, J."""

@@ -42,8 +42,8 @@ class StrainDamping:
     def __init__(self, layout: Layout, parts: Sequence[Resisting]) -> None:
         self._layout, self._parts = layout, parts
 
-    def term(self, along: Straining, dq: Expr, trial: Expr) -> Term:
-        """Forces in a row of a step, with their derivatives."""
+    def term(self, along: Straining, tests: Sequence[Expr], trial: Expr) -> Term:
+        """Forces in the rows of a step, with their derivatives."""
         terms = []
         for section, strain, integrate in self._parts:
 
@@ -53,7 +53,7 @@ class StrainDamping:
                 return on([density / along.dt for density in densities])
 
             common = section, self._layout, strain
-            terms.append(path_terms(*common, along.row, dq, trial, by_time))
+            terms.append(path_terms(*common, along.rows, tests, trial, by_time))
         return reduce(joined, terms)
 
     def work(self, along: Straining) -> Form:

@@ -19,7 +19,7 @@ from shellmb.forms.steps.anystrain import AnyStrain, ExactInterval
 from shellmb.forms.steps.discrete import Strain, at_middle, variation
 from shellmb.forms.steps.mixed import Interval, LinearMixed, vector
 from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
-from shellmb.forms.steps.path import Measure, Row, Step, is_quadratic
+from shellmb.forms.steps.path import Measure, Path, Rows, Step, is_quadratic
 from shellmb.forms.steps.pathwork import interval_work
 from shellmb.forms.steps.pathwork_nonlinear import NonlinearPath
 from shellmb.model.body import Leaping, SubInterval, Term
@@ -94,9 +94,9 @@ def within(
     shell: BoundShell, sub: SubInterval, dq: Expr, trial: Expr
 ) -> tuple[Form | None, list[Term]]:
     """As of `Body.within`: the section's forces are terms where strains are quadratic."""
-    if not _is_quadratic(shell) or sub.row is None:
+    if not _is_quadratic(shell) or sub.rows is None:
         return general(shell, sub.span, dq) + directors(shell, sub.span, dq), []
-    return directors(shell, sub.span, dq), [work(shell, sub.row, dq, trial)]
+    return directors(shell, sub.span, dq), [work(shell, sub.rows, [dq], trial)]
 
 
 def _is_quadratic(shell: BoundShell) -> bool:
@@ -112,37 +112,45 @@ def quadratic_strains(shell: BoundShell) -> bool:
     return is_quadratic(_vector_of(shell), state)
 
 
-def work(shell: BoundShell, row: Row, dq: Expr, trial: Expr) -> Term:
-    """Internal forces of a row, the hourglass control with them."""
+def work(shell: BoundShell, rows: Rows, tests: Sequence[Expr], trial: Expr) -> Term:
+    """Internal forces of some rows, the hourglass control with them."""
     section, layout, strain = shell.section.formulation, shell.layout, shell.strain_measure
     assert isinstance(section, LinearMixed)
-    found = path_terms(
-        section, layout, strain, row, dq, trial, lambda d: shell.integrate((d[0], d[1]))
-    )
-    return _controlled(shell, found, row, dq, trial)
+    integrate = partial(_integrate, shell)
+    found = path_terms(section, layout, strain, rows, tests, trial, integrate)
+    return _controlled(shell, found, rows, tests, trial)
 
 
-def _controlled(shell: BoundShell, term: Term, row: Row, dq: Expr, trial: Expr) -> Term:
-    """A term with the hourglass control of its row, if there is any."""
+def _controlled(
+    shell: BoundShell, term: Term, rows: Rows, tests: Sequence[Expr], trial: Expr
+) -> Term:
+    """A term with the hourglass control of its rows, if there is any."""
     if shell.rules.lines is None:
         return term
     lines = path_terms(
         hourglass.LineSection(),
-        *(shell.layout, lines_of(shell, shell.strain_measure), row, dq, trial),
+        *(shell.layout, lines_of(shell, shell.strain_measure), rows, tests, trial),
         lambda d: shell.hourglass((d[0], d[1])),
     )
     return together(term, lines)
 
 
-def along(
-    shell: BoundShell, step: Step, k: int, dq: Expr, trial: Expr
-) -> tuple[Form | None, list[Term]]:
-    """Internal forces, and constraints of directors and frame; arguments as of `Body.along`.
+def directors_row(shell: BoundShell, path: Path, k: int, dq: Expr) -> Form:
+    """Constraints of directors and frame in a row of a step; arguments as of `Body.along`."""
+    row = held_row(partial(_length, shell), path, k, dq, shell.inertialess)
+    first, second, dlam = (shell.layout.part(q, "lam") for q in (*row.multipliers, dq))
+    acting = first * row.own[0] + second * row.other[0] + dlam * row.value[0]
+    form = shell.section.force * acting * shell.rules.nodes
+    return sum((tie.row(path, k, dq, shell.inertialess) for tie in shell.ties), form)
+
+
+def stressed(shell: BoundShell, step: Step) -> Term:
+    """Internal forces over a step; as of `Body.stressed`.
 
     Raises:
         SceneError: If a strain measure of the user is not quadratic, and the section not linear.
     """
-    layout, quadratic = shell.layout, quadratic_strains(shell)
+    quadratic, arguments = quadratic_strains(shell), shell.mixed.arguments
     if not quadratic and not isinstance(shell.section.formulation, LinearMixed):
         own = shell.shell.strains
         raise SceneError(
@@ -151,23 +159,16 @@ def along(
             "is quadratic in time it must be: put the function of such strains into the energy, or "
             "use scheme 'ep' or 'ed'"
         )
-    row = held_row(partial(_length, shell), step.path, k, dq, shell.inertialess)
-    first, second = (layout.part(q, "lam") for q in row.multipliers)
-    acting = first * row.own[0] + second * row.other[0] + layout.part(dq, "lam") * row.value[0]
-    form = shell.section.force * acting * shell.rules.nodes
-    form = sum((tie.row(step.path, k, dq, shell.inertialess) for tie in shell.ties), form)
     if not quadratic:
-        return form, [_of_any_form(shell, step, k, dq, trial)]
+        return _of_any_form(shell, step)
     if isinstance(shell.section.formulation, LinearMixed):
-        return form, [work(shell, step.row(k), dq, trial)]
-    integrate = partial(_integrate, shell)
-    section = _nonlinear(shell, step)
-    term = point_terms(section, step.states, step.points, k, dq, trial, integrate)
-    return form, [_controlled(shell, term, step.row(k), dq, trial)]
+        return work(shell, step.rows, *arguments)
+    term = point_terms(_nonlinear(shell, step), step.points, *arguments, partial(_integrate, shell))
+    return _controlled(shell, term, step.rows, *arguments)
 
 
-def _of_any_form(shell: BoundShell, step: Step, k: int, dq: Expr, trial: Expr) -> Term:
-    """Internal forces of a row for strains of any form, the hourglass control with them."""
+def _of_any_form(shell: BoundShell, step: Step) -> Term:
+    """Internal forces for strains of any form, the hourglass control with them."""
     section, layout, h = shell.section.formulation, shell.layout, shell.thickness
     assert isinstance(section, LinearMixed)
 
@@ -176,7 +177,8 @@ def _of_any_form(shell: BoundShell, step: Step, k: int, dq: Expr, trial: Expr) -
         sizes = 1, 1, 1, h**2, h**2
         return sum(s * ufl.dot(x, y) for s, x, y in zip(sizes, first, second, strict=True))
 
-    make = partial(any_terms, product=product, step=step, k=k, dq=dq, trial=trial)
+    tests, trial = shell.mixed.arguments
+    make = partial(any_terms, product=product, step=step, tests=tests, trial=trial)
     integrate = partial(_integrate, shell)
     found = make(section, layout, _vector_of(shell), integrate=integrate)
     if shell.rules.lines is None:
@@ -235,7 +237,7 @@ def mean_resultants(shell: BoundShell, step: Step) -> Expr:
     if not isinstance(section, LinearMixed):
         return _nonlinear(shell, step).mean_stress()
     if quadratic_strains(shell):
-        e = shell.strain_measure.moment(step.pairs[0][0].moment, step.states)
+        e = shell.strain_measure.moment(step.rows.stresses[0].moment, step.states)
     else:
         e = AnyStrain(_vector_of(shell), step.states, step.whole.places).mean
     return section.joined(e, section.forces(layout, step.path.end))

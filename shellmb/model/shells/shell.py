@@ -45,9 +45,13 @@ class ShellModel(BoundShell):
         """The same, the section's forces as terms where strains are quadratic."""
         return shellpath.within(self, sub, dq, trial)
 
-    def along(self, step: Step, k: int, dq: Expr, trial: Expr) -> tuple[Form | None, list[Term]]:
-        """Internal forces over a step, and the constraints of the directors."""
-        return shellpath.along(self, step, k, dq, trial)
+    def along(self, step: Step, k: int, dq: Expr) -> Form:
+        """Constraints of the directors over a step."""
+        return shellpath.directors_row(self, step.path, k, dq)
+
+    def stressed(self, step: Step) -> list[Term]:
+        """Internal forces over a step."""
+        return [shellpath.stressed(self, step)]
 
     def lost(self, step: Step, bow: Expr) -> Form | None:
         """Elastic energy of the bow of the strains, J."""

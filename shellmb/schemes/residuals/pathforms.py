@@ -1,6 +1,7 @@
 """Residuals of a body for a step that is quadratic in time, eqs. (Q2)-(Q4)."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -8,15 +9,15 @@ import ufl
 from dolfinx import fem
 from ufl.core.expr import Expr
 
-from shellmb.forms.steps.path import Pair, Path, Step
+from shellmb.forms.steps.path import Path, Step
 from shellmb.model.body import Body, Dofs, Rates
-from shellmb.schemes.base import Levels, Tangent, Values
+from shellmb.schemes.base import END, Levels, Tangent, Values
 from shellmb.schemes.quadratic import QuadraticInTime
 from shellmb.schemes.residuals.pathpoints import at_points, of_any_form
 from shellmb.schemes.residuals.residual import Sample, StageForms, acting, averaged
-from shellmb.schemes.residuals.rows import PathStates, bound, constants
+from shellmb.schemes.residuals.rows import PathStates, both_rows, constants
 from shellmb.schemes.residuals.strainrates import over_path
-from shellmb.schemes.residuals.weights import path_pairs, path_states
+from shellmb.schemes.residuals.weights import moments, path_pairs, path_states
 
 
 class PathForms:
@@ -44,39 +45,33 @@ class PathForms:
         assert levels.push is not None
         sources = (levels.q, levels.push, *levels.unknown.values())
         self.states = PathStates(sources, path_states(scheme.alpha))
-        unknown = tuple(levels.unknown.values())
-        points = at_points(self._mesh, scheme.alpha, unknown)
-        pairs = self._pairs(0), self._pairs(1)
-        whole = of_any_form(self._mesh, scheme.alpha)
-        self.step = Step(self.path, self.states.functions, pairs, points, whole)
-
-    def _pairs(self, row: int) -> tuple[Pair, Pair]:
-        """Both stresses in one row, with their derivatives."""
-        unknown = self._levels.unknown.values()
-        weights = path_pairs(self._scheme.alpha, row)
-        first, second = (bound(self._mesh, *w) for w in zip(weights, unknown, strict=True))
-        return first, second
+        unknown, alpha = tuple(levels.unknown.values()), scheme.alpha
+        common = self._mesh, self.states.functions
+        rows = both_rows(*common, [path_pairs(alpha, k) for k in (0, 1)], unknown, moments(1.0))
+        points = at_points(*common, alpha, unknown)
+        self.step = Step(self.path, rows, points, of_any_form(self._mesh, alpha))
 
     def forms(self) -> dict[str, StageForms]:
         """Residuals of both rows, by the name of their stage."""
         body, result = self._body, {}
+        terms, work = body.stressed(self.step), None
+        if body.damping is not None:
+            alpha, states = self._scheme.alpha, self.states.functions
+            sources = self.path.start, self.path.end, self.path.rate
+            along = over_path(self._mesh, alpha, states, sources, self.dt)
+            terms.append(body.damping.term(along, *body.mixed.arguments))
+            work = body.damping.work(along)
         for k, (stage, unknown) in enumerate(self._levels.unknown.items()):
-            space = unknown.function_space
-            dq, trial = ufl.TestFunction(space), ufl.TrialFunction(space)
-            form, terms = body.along(self.step, k, dq, trial)
-            work = None
-            if body.damping is not None:
-                alpha, states = self._scheme.alpha, self.states.functions
-                sources = self.path.start, self.path.end, self.path.rate
-                along = over_path(self._mesh, alpha, states, k, sources, self.dt)
-                terms = [*terms, body.damping.term(along, dq, trial)]
-                work = body.damping.work(along) if k == 0 else None
+            dq = ufl.TestFunction(unknown.function_space)
+            form = body.along(self.step, k, dq)
             inertia = body.inertia(self.path.acceleration[k] / self.dt**2, dq)
             samples = self._samples(stage)
             parts = [f for f in (inertia, form) if f is not None]
             parts += acting(body, samples, dq)
-            follow = self.states if terms and k == 0 else None
-            result[stage] = StageForms(None, tuple(parts), samples, tuple(terms), follow, work)
+            result[stage] = StageForms(None, tuple(parts), samples)
+        if terms:
+            # they are of both rows
+            result[END] = replace(result[END], terms=tuple(terms), states=self.states, damping=work)
         return result
 
     def advance(

@@ -7,8 +7,8 @@ import numpy as np
 from ufl.core.expr import Expr
 
 from shellmb.forms.steps.anystrain import AnyRow, AnyStep
-from shellmb.forms.steps.path import Moment, Pair, Points
-from shellmb.schemes.residuals.rows import bound, constants, moment_of, slope_of
+from shellmb.forms.steps.path import Moment, Points
+from shellmb.schemes.residuals.rows import bare_moment, bare_slope, both_rows, constants
 from shellmb.schemes.residuals.weights import (
     BOW,
     POINTS,
@@ -17,7 +17,6 @@ from shellmb.schemes.residuals.weights import (
     ChangeWeights,
     MomentWeights,
     PairWeights,
-    SlopeWeights,
     at_end,
     at_point,
     combined,
@@ -28,48 +27,43 @@ from shellmb.schemes.residuals.weights import (
 )
 
 
-def at_points(mesh: Any, alpha: float, unknown: Sequence[Expr]) -> Points:
+def at_points(mesh: Any, states: tuple[Expr, ...], alpha: float, unknown: Sequence[Expr]) -> Points:
     """What rows of nonlinear sections consist of.
 
     Args:
         mesh: Mesh of the body.
+        states: Mean, chord, bow and swing of the path.
         alpha: Dissipation.
         unknown: Unknown states of the rows P0 and P1.
     """
     first, second = unknown
-    states = path_states(alpha)[:, UNKNOWN].T
+    parts = path_states(alpha)[:, UNKNOWN].T
 
-    def pair(
-        moment: MomentWeights, slope: SlopeWeights, shares: Sequence[float], holder: Expr
-    ) -> Pair:
-        """A moment and a slope; `shares` are those of the unknown states in its resultants."""
-        numbered = enumerate(zip(states, shares, strict=True))
-        changes = {c: ChangeWeights(s, share != 0, share, 1.0) for c, (s, share) in numbered}
-        return bound(mesh, PairWeights(moment, slope, any(shares), changes), holder)
+    def changes(shares: Sequence[float]) -> dict[int, ChangeWeights]:
+        """Of moments, with the shares of the unknown states in their resultants."""
+        numbered = enumerate(zip(parts, shares, strict=True))
+        return {c: ChangeWeights(s, share != 0, share, 1.0) for c, (s, share) in numbered}
 
-    def row(k: int) -> tuple[Pair, Pair]:
-        a, b = (
-            pair(at_point(p), slope_at_point(k, p), (1.0, p), first + place * second)
-            for p, place in zip(POINTS, places, strict=True)
-        )
-        return a, b
+    def row(k: int) -> list[PairWeights]:
+        of_points = [(at_point(p), slope_at_point(k, p), True, changes((1.0, p))) for p in POINTS]
+        return [PairWeights(*pair) for pair in of_points]
 
     def free(weights: MomentWeights) -> Moment:
-        return moment_of(mesh, weights, first)
+        return bare_moment(mesh, weights, first)
 
-    places = [constants(mesh, p)[0] for p in POINTS]
     rates = [free(rate_at_point(p)) for p in POINTS]
-    half = combined((alpha / 2, BOW))
-    damping = [pair(half, SLOPES[k][1], (0.0, 0.0), first) for k in range(2)]
+    held = [first + constants(mesh, p)[0] * second for p in POINTS]
+    half, none = combined((alpha / 2, BOW)), changes((0.0, 0.0))
+    damping = [[PairWeights(half, SLOPES[k][1], False, none)] for k in range(2)]
     return Points(
-        (row(0), row(1)),
+        both_rows(mesh, states, [row(0), row(1)], held),
         (rates[0], rates[1]),
         free(at_end(-1)),
         free(at_end(1)),
         free(combined((2.0, moments(0.0)[1]))),
         free(BOW),
-        (slope_of(mesh, SLOPES[0][0]), slope_of(mesh, SLOPES[1][0])),
-        (damping[0], damping[1]),
+        (bare_slope(mesh, SLOPES[0][0]), bare_slope(mesh, SLOPES[1][0])),
+        both_rows(mesh, states, damping, [first], [BOW]),
         alpha > 0,
     )
 
@@ -83,11 +77,9 @@ def of_any_form(mesh: Any, alpha: float) -> AnyStep:
     """
 
     def row(points: Sequence[float], middle: float, turning: float, k: int) -> AnyRow:
-        own = [float(k == 0), float(k == 1)]
-        a, b, middling, turned, rest, first, second = constants(
-            mesh, [*points, middle, turning, own[0], *own]
-        )
-        return AnyRow((a, b), middling, turned, rest, (first, second))
+        numbers = [*points, middle, turning, float(k == 0), float(k == 1)]
+        a, b, middling, turned, first, second = constants(mesh, numbers)
+        return AnyRow((a, b), middling, turned, (first, second))
 
     first, last = constants(mesh, POINTS)
     rows = row((0.5, 0.5), 0.0, 1 / 3, 0), row([p / 2 for p in POINTS], 1 / 3, 0.0, 1)

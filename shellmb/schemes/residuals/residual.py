@@ -138,7 +138,7 @@ def stage_forms(
                 )
             place = len(unknowns), number
             along = over_interval(space.mesh, sub.between, place, dt, linear)
-            terms = [*terms, body.damping.term(along, dq, trial)]
+            terms = [*terms, body.damping.term(along, [dq], trial)]
             work = body.damping.work(along) if name == END else None
         if internal is not None and linear:
             internal = change(internal, levels)

@@ -1,7 +1,7 @@
 """Rows of a step with their weights as Constants, and the states that they are taken at."""
 
 from collections.abc import Sequence
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,7 @@ from ufl.core.expr import Expr
 
 from shellmb.forms.steps.discrete import mean
 from shellmb.forms.steps.mixed import Interval
-from shellmb.forms.steps.path import Change, Moment, Pair, Row, Slope
+from shellmb.forms.steps.path import Change, Moment, Pair, Rows, Slope, Stress
 from shellmb.schemes.residuals.weights import (
     FIRST,
     LAST,
@@ -82,6 +82,54 @@ def bound(mesh: Any, weights: PairWeights, holder: Expr) -> Pair:
     return Pair(moment, slope_of(mesh, weights.slope), own, ahead, changes)
 
 
+def bare_slope(mesh: Any, weights: SlopeWeights) -> Slope:
+    """A slope without what is zero."""
+    c, *found = _bare(mesh, [weights.c, *weights.weights])
+    return Slope(c, tuple(found))
+
+
+def bare_moment(
+    mesh: Any, weights: MomentWeights, holder: Expr, like: MomentWeights | None = None
+) -> Moment:
+    """A moment without what is zero, there or in another one that is `like` it."""
+    like = like or weights
+    linear = _bare(mesh, weights.linear, like.linear)
+    return Moment(linear, _bare(mesh, weights.products, like.products), holder)
+
+
+def _bare(mesh: Any, values: object, like: object | None = None) -> tuple[Expr | None, ...]:
+    there = np.asarray(values if like is None else like) != 0
+    return tuple(c if t else None for c, t in zip(constants(mesh, values), there, strict=True))
+
+
+def both_rows(
+    mesh: Any,
+    states: tuple[Expr, ...],
+    rows: Sequence[Sequence[PairWeights]],
+    holders: Sequence[Expr],
+    like: Sequence[MomentWeights | None] = (None, None),
+) -> Rows:
+    """The rows P0 and P1.
+
+    Residuals, whose kernels are those of all schemes that are quadratic in time, leave out what is
+    zero in all of these: they take half the time, and are compiled in half of it.
+
+    Args:
+        mesh: Mesh of the body.
+        states: Mean, chord, bow and swing of the path.
+        rows: Stresses of each row, the same ones in both.
+        holders: States that hold the resultants of the stresses.
+        like: Moments that are not zero where those of some scheme are not; None: these themselves.
+    """
+    stresses = []
+    for holder, model, pairs in zip(holders, like, zip(*rows, strict=True), strict=False):
+        moment = bare_moment(mesh, pairs[0].moment, holder, model)
+        own = next((k for k, pair in enumerate(pairs) if pair.own), None)
+        stresses.append(Stress(moment, tuple(bare_slope(mesh, p.slope) for p in pairs), own))
+    changes = tuple(tuple(map(partial(bound, mesh), row, holders)) for row in rows)
+    return Rows(states, tuple(stresses), changes, (0, 1))
+
+
 class Span:
     """A sub-interval of a step, or a single state, eqs. (20)-(22), (32).
 
@@ -107,7 +155,7 @@ class Span:
         self.states: PathStates | None = None
 
     @cached_property
-    def row(self) -> Row | None:
+    def rows(self) -> Rows | None:
         """Its states as functions; None where it is none between two of them."""
         unknown, number = self._unknown, self._number
         a, b, mid, at, held, beta = self._of
@@ -124,7 +172,8 @@ class Span:
         else:
             return None
         pair = bound(holder.function_space.mesh, weights, holder)
-        return Row(states, (pair,), 2)
+        stress = Stress(pair.moment, (pair.slope,), 0, pair.ahead)
+        return Rows(states, (stress,), ((pair,),), (number,), 2)
 
     @cached_property
     def between(self) -> tuple[fem.Function, ...] | None:

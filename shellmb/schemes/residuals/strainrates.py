@@ -7,8 +7,8 @@ import numpy as np
 from ufl.core.expr import Expr
 
 from shellmb.forms.steps.damping import Straining
-from shellmb.forms.steps.path import Moment, Row
-from shellmb.schemes.residuals.rows import bound, constants, moment_of
+from shellmb.forms.steps.path import Moment, Rows, Stress
+from shellmb.schemes.residuals.rows import both_rows, bound, constants, moment_of
 from shellmb.schemes.residuals.weights import (
     AT_REFERENCE,
     BOW,
@@ -86,19 +86,20 @@ def over_interval(
     pair = _pair(seen, slope, SHARES[place], shares)
     works = [weights(work) for work in WORKS[place]]
     change = tuple(moment_of(mesh, work, holder(work)) for work in works)
-    return Straining(Row(states, (bound(mesh, pair, holder(seen)),), n), change, dt)
+    own = bound(mesh, pair, holder(seen))
+    stress = Stress(own.moment, (own.slope,), None)
+    return Straining(Rows(states, (stress,), ((own,),), place[1:], n), change, dt)
 
 
 def over_path(
-    mesh: Any, alpha: float, states: tuple[Expr, ...], row: int, sources: Sources, dt: Expr
+    mesh: Any, alpha: float, states: tuple[Expr, ...], sources: Sources, dt: Expr
 ) -> Straining:
-    """A row of a step that is quadratic in time.
+    """The rows of a step that is quadratic in time.
 
     Args:
         mesh: Mesh of the body.
         alpha: Dissipation.
         states: Mean, chord, bow and swing of the path.
-        row: 0 for P0, 1 for P1.
         sources: State at the start, and the unknown ones of both rows.
         dt: Length of the step.
     """
@@ -111,15 +112,16 @@ def over_path(
         parts = [c * q for c, q in zip(constants(mesh, weights), sources, strict=True)]
         return sum(parts[1:], parts[0])
 
-    seen = zip((change, combined((3.0, BOW))), SLOPES[row], (1, 3), held, strict=True)
-    pairs = tuple(
-        bound(mesh, _pair(moment, slope, shares, weight * own[1:]), holder(weight * own))
-        for moment, slope, weight, own in seen
-    )
+    own = held[0], 3 * held[1]
+    seen = list(zip((change, combined((3.0, BOW))), own, strict=True))
+    pairs = [
+        [_pair(moment, slope, shares, w[1:]) for (moment, w), slope in zip(seen, row, strict=True)]
+        for row in SLOPES
+    ]
     works: tuple[Moment, ...] = tuple(
-        moment_of(mesh, w, holder(own)) for w, own in zip((change, BOW), held, strict=True)
+        moment_of(mesh, *both) for both in zip((change, BOW), map(holder, held), strict=True)
     )
-    return Straining(Row(states, pairs), works, dt)
+    return Straining(both_rows(mesh, states, pairs, [holder(w) for w in own]), works, dt)
 
 
 def _pair(

@@ -59,7 +59,7 @@ def tangent(
             loads.update(factor)
             work = loads.virtual_work(q, dq)
             forms.append(-work if work is not None else None)
-        stiffness[k, k] = [f for term in terms for f in term.derivatives[0]]
+        stiffness[k, k] = [f for term in terms for f in term.derivatives[0, 0]]
         residual = together(forms)
         if residual is not None and q in residual.coefficients():
             stiffness[k, k].append(Derivative(residual, q))

@@ -26,9 +26,9 @@ from shellmb.model.body import LoadFactors, Rates, TimeFunction
 from shellmb.model.model import Model
 from shellmb.schemes.base import Levels, at_state
 from shellmb.schemes.residuals.rows import Span
-from shellmb.simulate.fields import body_field
+from shellmb.simulate.fields import body_field, residual_terms
 from shellmb.system.assembly.blocks import BlockSystem
-from shellmb.system.assembly.fields import Field, Followers, Part, ResidualTerm
+from shellmb.system.assembly.fields import Field, Followers, Part
 from shellmb.system.newton.iteration import Iteration, NewtonSettings
 from shellmb.system.newton.solver import NEWTON
 
@@ -101,9 +101,7 @@ class Relaxation:
             )
             residual = tuple(form for form in forms if form is not None)
             field = body_field(body, unknown, residual, numbers, parts)
-            number = numbers[body.name]
-            own = tuple(ResidualTerm(t.residual, {number: t.derivatives[0]}) for t in terms)
-            fields.append(replace(field, terms=own))
+            fields.append(replace(field, terms=residual_terms(terms, [numbers[body.name]])))
             if sub.states is not None:
                 followers.append(Followers(**vars(sub.states)))
         self._fields = {f.name: f for f in fields}

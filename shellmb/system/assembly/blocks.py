@@ -11,7 +11,6 @@ import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import cached_property
-from typing import Protocol
 
 from mpi4py import MPI
 from petsc4py import PETSc
@@ -27,43 +26,11 @@ from shellmb.system.assembly import native
 from shellmb.system.assembly.fields import Field, Followers
 from shellmb.system.assembly.following import Following
 from shellmb.system.assembly.numbering import Numbering
+from shellmb.system.assembly.residuals import DolfinxResiduals, Residuals, RowForm
 from shellmb.system.assembly.scatter import exchange
 
 BlockForms = dict[tuple[int, int], list[fem.Form]]
 Floats = npt.NDArray[np.float64]
-
-
-class Residuals(Protocol):
-    """Assembles the residuals of all fields."""
-
-    def add(self, local: Floats) -> None:
-        """Add them to the concatenated local arrays."""
-        ...
-
-    def refresh(self) -> None:
-        """Take the values of constants, after they changed."""
-        ...
-
-
-class DolfinxResiduals:
-    """Residuals form by form, by DOLFINx.
-
-    Args:
-        forms: Compiled forms of each field.
-        numbering: Place of each field in the local arrays.
-    """
-
-    def __init__(self, forms: list[list[fem.Form]], numbering: Numbering) -> None:
-        self._forms, self._numbering = forms, numbering
-
-    def add(self, local: Floats) -> None:
-        """Add them to the concatenated local arrays."""
-        for k, forms in enumerate(self._forms):
-            for form in forms:
-                fem.assemble_vector(local[self._numbering.slice(k)], form)  # type: ignore[arg-type]
-
-    def refresh(self) -> None:
-        """Nothing is kept."""
 
 
 def _by_place(places: Sequence[tuple[int, int]], forms: Sequence[fem.Form | None]) -> BlockForms:
@@ -88,7 +55,8 @@ class BlockSystem:
         b: Residual.
         A: Jacobian, made when it is first asked for.
         held: Which local dofs of each field have given values, as markers.
-        jacobians: Compiled derivatives of the residuals by row and column field.
+        residual_forms: Compiled residuals with the numbers of the fields whose rows they have.
+        jacobians: Their compiled derivatives by row and column field.
         residuals: What assembles the residuals.
         jit_seconds: Time spent compiling (or finding in the cache) the kernels.
         reactions: Residual at the fixed unknowns before they were replaced, aligned with `fixed`.
@@ -107,7 +75,7 @@ class BlockSystem:
         start = time.perf_counter()
         self._compile()
         self.jit_seconds = time.perf_counter() - start
-        self.residuals: Residuals = DolfinxResiduals(self.residual_forms, self.numbering)
+        self.residuals: Residuals = DolfinxResiduals(self.residual_forms, fields, n)
         self._rows = [
             PETSc.IS().createStride(f.size_all, int(n.offsets[k]), 1, comm=PETSc.COMM_SELF)
             for k, f in enumerate(fields)
@@ -133,10 +101,10 @@ class BlockSystem:
     def _compile(self) -> None:
         fields = self.fields
         derivatives: list[tuple[tuple[int, int], Form | Known]] = [
-            ((i, j), form)
-            for i, f in enumerate(fields)
+            (place, form)
+            for f in fields
             for term in f.terms
-            for j, forms in term.derivatives.items()
+            for place, forms in term.derivatives.items()
             for form in forms
         ]
         derivatives += [
@@ -148,9 +116,15 @@ class BlockSystem:
         # all at once: they are compiled side by side
         residuals = [form for f in fields for form in f.forms]
         made = compile_with_derivatives([*residuals, *(form for _, form in derivatives)])
-        there = iter(form for form in made[: len(residuals)] if form is not None)
-        self.residual_forms = [[next(there) for _ in f.forms] for f in fields]
-        self.jacobians = _by_place([place for place, _ in derivatives], made[len(residuals) :])
+        rows = [
+            some
+            for k, f in enumerate(fields)
+            for some in (*((k,) for _ in f.residual), *(term.rows for term in f.terms))
+        ]
+        self.residual_forms: list[RowForm] = [
+            (form, some) for form, some in zip(made, rows, strict=False) if form is not None
+        ]
+        self.jacobians = _by_place([place for place, _ in derivatives], made[len(rows) :])
 
     def _set_fixed(self) -> None:
         """Find the fixed unknowns, on whatever field and rank they were named."""

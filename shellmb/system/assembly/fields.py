@@ -124,10 +124,17 @@ class Followers(NamedTuple):
 
 
 class ResidualTerm(NamedTuple):
-    """A form of a residual, and forms of its derivatives by the number of the unknown field."""
+    """A form of the residuals of one or several fields on a mesh.
+
+    Args:
+        residual: The form, tested with a function for each of its rows, one after the other.
+        rows: Numbers of the fields whose rows they are.
+        derivatives: Forms of its derivatives by the numbers of the row and of the unknown field.
+    """
 
     residual: Form
-    derivatives: Mapping[int, tuple[Form | Known, ...]]
+    rows: tuple[int, ...]
+    derivatives: Mapping[tuple[int, int], tuple[Form | Known, ...]]
 
 
 @dataclass
@@ -146,7 +153,8 @@ class Field:
         links: Dofs that belong to other fields.
         elementwise: Local dofs that are coupled to others of their cell only.
         directors: Nodes whose values are constrained node by node.
-        terms: More forms of the residual, at functions that follow the unknown ones.
+        terms: More forms of the residual, at functions that follow the unknown ones, and perhaps of
+            those of other fields, too.
     """
 
     name: str

@@ -55,7 +55,7 @@ class Functionals:
                 if id(kernels[id(form)].mesh) == key
             ]
             geometry = MeshGeometry(mesh)
-            loop = FormLoop(geometry, [(form, -1, -1) for _, form in here])
+            loop = FormLoop(geometry, [(form, (), -1) for _, form in here])
             for place, (number, _) in enumerate(here):
                 if given:
                     given[number]()

@@ -16,19 +16,12 @@ from shellmb.system.assembly import native
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.assembly.fields import Field
 from shellmb.system.assembly.native import CArrays
+from shellmb.system.assembly.numbering import cell_dofs
 
+# a compiled form with the numbers of its row fields and of its column field, see `FormLoop`
+PlacedForm = tuple[fem.Form, tuple[int, ...], int]
 Ints = npt.NDArray[np.int32]
 Floats = npt.NDArray[np.float64]
-
-
-def cell_dofs(space: fem.FunctionSpace) -> Ints:
-    """Local dofs of all cells, blocks unrolled, shape (cells, n)."""
-    dofmap: Any = getattr(space.dofmap, "_cpp_object", space.dofmap)
-    dofs, bs = np.asarray(dofmap.map()), dofmap.index_map_bs
-    if bs == 1:
-        return np.ascontiguousarray(dofs, dtype=np.int32)
-    rolled = bs * dofs[:, :, None] + np.arange(bs)
-    return np.ascontiguousarray(rolled.reshape(len(dofs), bs * dofs.shape[1]), dtype=np.int32)
 
 
 class MeshGeometry:
@@ -135,15 +128,16 @@ class FormLoop:
 
     Args:
         cells: The cells.
-        forms: Forms with the number of their row field, and of a bilinear form its column field
-            (-1 of a linear form), among the fields of the mesh; both -1 of a scalar form.
+        forms: Forms with the numbers of the fields whose rows they have, and of a bilinear form its
+            column field (-1 of a linear form), among the fields of the mesh; none and -1 of a
+            scalar form.
 
     Attributes:
         count: Number of kernels.
         form_of: Number of the form that each is of.
     """
 
-    def __init__(self, cells: MeshGeometry, forms: Sequence[tuple[fem.Form, int, int]]) -> None:
+    def __init__(self, cells: MeshGeometry, forms: Sequence[PlacedForm]) -> None:
         self._forms = [form for form, _, _ in forms]
         self.pointer = CArrays()
         self.coefficient_size = 1
@@ -155,7 +149,9 @@ class FormLoop:
         kernels = [kernel for some in found for kernel in some]
         self.kernels = self.pointer.many("Kernel", kernels)
 
-    def _kernels(self, cells: MeshGeometry, form: fem.Form, row: int, column: int) -> list[Any]:
+    def _kernels(
+        self, cells: MeshGeometry, form: fem.Form, row: tuple[int, ...], column: int
+    ) -> list[Any]:
         bare, ufcx, pointer = form._cpp_object, form.ufcx_form, self.pointer
         values, dofs, sizes = [], [], []
         for function in bare.coefficients:
@@ -169,7 +165,8 @@ class FormLoop:
         constants = cpp.fem.pack_constants(bare)
         self._constants.append((bare, constants))
         one = np.zeros(1, dtype=np.int32)
-        rows, columns = (one if k < 0 else cells.places[k] for k in (row, column))
+        rows = np.concatenate([cells.places[k] for k in row]) if row else one
+        columns = one if column < 0 else cells.places[column]
         data = {
             "constants": pointer(constants),
             "rows": len(rows),
@@ -255,16 +252,20 @@ class MeshGroup:
     numbers: list[int]
     cells: MeshCells
 
-    def residuals(self) -> list[tuple[fem.Form, int, int]]:
+    def residuals(self) -> list[PlacedForm]:
         """Residual forms as `FormLoop` takes them."""
-        forms = self.system.residual_forms
-        return [(form, n, -1) for n, k in enumerate(self.numbers) for form in forms[k]]
+        numbers = self.numbers
+        return [
+            (form, tuple(numbers.index(k) for k in rows), -1)
+            for form, rows in self.system.residual_forms
+            if rows[0] in numbers
+        ]
 
-    def jacobians(self) -> list[tuple[fem.Form, int, int]]:
+    def jacobians(self) -> list[PlacedForm]:
         """Derivatives of the residuals as `FormLoop` takes them."""
         numbers = self.numbers
         return [
-            (form, numbers.index(i), numbers.index(j))
+            (form, (numbers.index(i),), numbers.index(j))
             for (i, j), forms in self.system.jacobians.items()
             if i in numbers
             for form in forms

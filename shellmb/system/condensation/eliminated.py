@@ -13,10 +13,9 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from dolfinx import fem
 
 from shellmb.system.assembly import native
-from shellmb.system.assembly.loops import FormLoop, MeshCells
+from shellmb.system.assembly.loops import FormLoop, MeshCells, PlacedForm
 from shellmb.system.assembly.native import CArrays
 
 Ints = npt.NDArray[np.int64]
@@ -38,12 +37,12 @@ class Chunks:
     pattern: Bools
 
 
-def find_chunks(cells: MeshCells, jacobian: list[tuple[fem.Form, int, int]]) -> Chunks:
+def find_chunks(cells: MeshCells, jacobian: list[PlacedForm]) -> Chunks:
     """Chunks of the cells of one mesh, at a state in general position.
 
     Args:
         cells: The cells.
-        jacobian: Compiled bilinear forms with the numbers of their fields on this mesh.
+        jacobian: Compiled bilinear forms as `FormLoop` takes them.
     """
     pattern, n, fields = _pattern(cells, jacobian), cells.size, len(cells.places)
     chunks: list[Ints] = []
@@ -82,7 +81,7 @@ def _connected(block: Bools) -> list[Bools]:
     return parts
 
 
-def _pattern(cells: MeshCells, jacobian: list[tuple[fem.Form, int, int]]) -> Bools:
+def _pattern(cells: MeshCells, jacobian: list[PlacedForm]) -> Bools:
     """Entries that are not zero in the matrix of some cell."""
     loop = FormLoop(cells, jacobian)
     found = np.zeros((cells.size, cells.size))

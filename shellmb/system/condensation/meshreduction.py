@@ -8,10 +8,9 @@ from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
 
 import numpy as np
 import numpy.typing as npt
-from dolfinx import fem
 
 from shellmb.system.assembly import native
-from shellmb.system.assembly.loops import FormLoop, MeshCells
+from shellmb.system.assembly.loops import FormLoop, MeshCells, PlacedForm
 from shellmb.system.condensation.eliminated import elimination, find_chunks
 from shellmb.system.condensation.sparsity import CHUNK, Lists, find_runs
 from shellmb.system.nullspace.numbers import ReducedNumbers
@@ -32,14 +31,14 @@ class MeshReduction:
 
     Args:
         cells: Its cells.
-        jacobian: Compiled bilinear forms with the numbers of their fields on this mesh.
+        jacobian: Compiled bilinear forms as `FormLoop` takes them.
         numbers: Numbers of the reduced unknowns.
     """
 
     def __init__(
         self,
         cells: MeshCells,
-        jacobian: list[tuple[fem.Form, int, int]],
+        jacobian: list[PlacedForm],
         numbers: ReducedNumbers,
     ) -> None:
         self.chunks = find_chunks(cells, jacobian)

@@ -1,0 +1,60 @@
+"""Residuals of the fields of a system, assembled by DOLFINx; by our own loops in `loops`."""
+
+from collections.abc import Sequence
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+from dolfinx import fem
+
+from shellmb.system.assembly.fields import Field
+from shellmb.system.assembly.numbering import Numbering, cell_dofs
+
+Floats = npt.NDArray[np.float64]
+# a compiled residual with the numbers of the fields whose rows it has
+RowForm = tuple[fem.Form, tuple[int, ...]]
+
+
+class Residuals(Protocol):
+    """Assembles the residuals of all fields."""
+
+    def add(self, local: Floats) -> None:
+        """Add them to the concatenated local arrays."""
+        ...
+
+    def refresh(self) -> None:
+        """Take the values of constants, after they changed."""
+        ...
+
+
+class DolfinxResiduals:
+    """Residuals form by form, by DOLFINx.
+
+    Args:
+        forms: Compiled forms with the numbers of the fields whose rows they are.
+        fields: The fields.
+        numbering: Place of each field in the local arrays.
+    """
+
+    def __init__(
+        self, forms: Sequence[RowForm], fields: Sequence[Field], numbering: Numbering
+    ) -> None:
+        tables = [
+            cell_dofs(f.function.function_space) + numbering.slice(k).start
+            for k, f in enumerate(fields)
+        ]
+        self._forms = []
+        for form, rows in forms:
+            (space,) = form.function_spaces
+            own = cell_dofs(space)
+            places = np.zeros(own.max(initial=-1) + 1, dtype=np.int64)
+            places[own] = np.hstack([tables[k] for k in rows])
+            self._forms.append((form, places))
+
+    def add(self, local: Floats) -> None:
+        """Add them to the concatenated local arrays."""
+        for form, places in self._forms:
+            local[places] += fem.assemble_vector(form).array
+
+    def refresh(self) -> None:
+        """Nothing is kept."""
