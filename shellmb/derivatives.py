@@ -19,6 +19,8 @@ from typing import Any
 import ufl
 from dolfinx import fem
 from ufl import Form
+from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
+from ufl.algorithms.apply_derivatives import apply_derivatives
 
 Items = Sequence[Any]
 
@@ -85,25 +87,58 @@ class Known:
 
 
 class Derivative(Known):
-    """The derivative of a form by a function that is one of its coefficients.
+    """The derivative of a form by functions that are among its coefficients.
 
     Args:
         form: A form.
-        function: The function.
+        function: The function, or the first of them.
+        others: More functions, all of one space, that change with the same unknown one.
+        shares: Shares of that in all of them: a Constant, so that the derivatives by several
+            unknown functions have one kernel. None: there is but one function.
     """
 
-    def __init__(self, form: Form, function: fem.Function) -> None:
-        coefficients, self._function = form.coefficients(), function
-        label = f"by{coefficients.index(function)}"
+    def __init__(
+        self,
+        form: Form,
+        function: fem.Function,
+        others: Sequence[fem.Function] = (),
+        shares: fem.Constant | None = None,
+    ) -> None:
+        coefficients, self._functions = form.coefficients(), (function, *others)
+        self._shares, constants = shares, form.constants()
+        label = "by" if shares is None else "shares"
+        label += "-".join(str(coefficients.index(f)) for f in self._functions)
         spaces = [argument.ufl_function_space() for argument in form.arguments()]
         spaces.append(function.function_space)
-        super().__init__(form, spaces, coefficients, form.constants(), label)
+        if shares is not None:
+            constants = (shares, *constants)
+        super().__init__(form, spaces, coefficients, constants, label)
 
     def form(self) -> Form:
         """The derivative in UFL; it may be empty."""
         trial = ufl.TrialFunction(self.spaces[-1])
-        derivative = ufl.derivative(self.of, self._function, trial)
-        return ufl.algorithms.expand_derivatives(derivative)
+        if self._shares is None:
+            derivative = ufl.derivative(self.of, self._functions[0], trial)
+            return ufl.algorithms.expand_derivatives(derivative)
+        shares = [self._shares[k] for k in range(len(self._functions))]
+        return by_shares(self.of, self._functions, shares, trial)
+
+
+def by_shares(form: Form, functions: Sequence[Any], shares: Sequence[Any], trial: Any) -> Form:
+    """Derivative by what several functions have shares of.
+
+    Args:
+        form: The form.
+        functions: Functions of one space.
+        shares: Theirs.
+        trial: Direction.
+    """
+    # gradients are derived in directions that stand by themselves
+    directions = tuple(ufl.Coefficient(trial.ufl_function_space()) for _ in functions)
+    derivative = ufl.derivative(form, tuple(functions), directions)
+    derivative = apply_derivatives(apply_algebra_lowering(derivative))
+    put = {d: share * trial for d, share in zip(directions, shares, strict=True)}
+    return ufl.replace(derivative, put)
 
 
 class Written(Known):

@@ -162,7 +162,7 @@ class Rows(NamedTuple):
 
 
 class Path(NamedTuple):
-    """A step, its states as expressions.
+    """A step; its states are expressions of the unknown ones, or functions that follow these.
 
     Args:
         start: State at the start, `q_i`.
@@ -170,6 +170,10 @@ class Path(NamedTuple):
         push: Velocity at the start times the step, `h v_i`.
         rate: Unknown velocity at the end times the step; its resultants are those of P1.
         alpha: Dissipation.
+        mean: `x`.
+        chord: `D = q_f - q_i`.
+        bow: `z`, by eq. (Q1).
+        swing: `y`, what the second stress and multiplier turn with in row P0, eqs. (Q2), (Q4).
     """
 
     start: Expr
@@ -177,33 +181,15 @@ class Path(NamedTuple):
     push: Expr
     rate: Expr
     alpha: Expr
-
-    @property
-    def chord(self) -> Expr:
-        """`D = q_f - q_i`."""
-        return self.end - self.start
-
-    @property
-    def bow(self) -> Expr:
-        """`z`, by eq. (Q1)."""
-        a = self.alpha
-        return ((1 + a) * self.rate - (1 - a) * self.push - 2 * a * self.chord) / 12
+    mean: Expr
+    chord: Expr
+    bow: Expr
+    swing: Expr
 
     @property
     def middle(self) -> Expr:
         """`(q_i + q_f)/2`."""
-        return (self.start + self.end) / 2
-
-    @property
-    def mean(self) -> Expr:
-        """`x`."""
-        return self.middle - self.bow
-
-    @property
-    def swing(self) -> Expr:
-        """`y`, what the second stress and multiplier turn with in row P0, eqs. (Q2), (Q4)."""
-        a = self.alpha
-        return ((1 - a) * self.push + (1 + a) * self.rate) / 4
+        return self.mean + self.bow
 
     @property
     def acceleration(self) -> tuple[Expr, Expr]:
@@ -227,6 +213,14 @@ class Path(NamedTuple):
     def velocity(self, tau: Any) -> Expr:
         """Its rate, times the step."""
         return self.chord + 6 * (2 * tau - 1) * self.bow
+
+
+def path_of(start: Expr, end: Expr, push: Expr, rate: Expr, alpha: Expr) -> Path:
+    """A step in terms of the state and the velocity at both of its ends; as of `Path`."""
+    chord, late, early = end - start, (1 + alpha) * rate, (1 - alpha) * push
+    bow = (late - early - 2 * alpha * chord) / 12
+    mean, swing = (start + end) / 2 - bow, (early + late) / 4
+    return Path(start, end, push, rate, alpha, mean, chord, bow, swing)
 
 
 class Measure(NamedTuple):

@@ -7,12 +7,10 @@ from typing import Any
 import ufl
 from ufl import Form
 from ufl.algorithms.analysis import extract_coefficients, extract_constants
-from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
-from ufl.algorithms.apply_derivatives import apply_derivatives
 from ufl.core.expr import Expr
 
 import shellmb.forms
-from shellmb.derivatives import Written, written_as
+from shellmb.derivatives import Written, by_shares, written_as
 from shellmb.forms.state import Layout
 from shellmb.forms.steps.anystrain import AnyStrain
 from shellmb.forms.steps.path import Change, Measure, Pair, Points, Rows, Step
@@ -160,18 +158,12 @@ def any_terms(
     common = section, layout, along, held, alpha
     first = [pair[0] for pair in any_stresses(*common)]
     residual = integrate([along.rest(stress, product, tests[0]) for stress in first])
-    # gradients are derived in directions that stand by themselves
-    unknown, space = (*step.states, *held), trial.ufl_function_space()
-    directions = tuple(ufl.Coefficient(space) for _ in unknown)
     derivatives: dict[tuple[int, int], tuple[Form | Written, ...]] = {}
     for k, (row, dq) in enumerate(zip(step.whole.rows, tests, strict=True)):
         residual += integrate(any_work(*common, row, dq))
-        derivative = integrate(any_work(*common, row, _single(trial)))
-        derivative = ufl.derivative(derivative, unknown, directions)
-        derivative = apply_derivatives(apply_algebra_lowering(derivative))
+        work = integrate(any_work(*common, row, _single(trial)))
         for column, shares in enumerate(step.whole.shares):
-            put = {d: share * trial for d, share in zip(directions, shares, strict=True)}
-            derivatives[k, column] = (ufl.replace(derivative, put),)
+            derivatives[k, column] = (by_shares(work, (*step.states, *held), shares, trial),)
     return Term(residual, step.rows.numbers, derivatives)
 
 

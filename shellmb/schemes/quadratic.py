@@ -6,7 +6,7 @@ from typing import Any
 
 from dolfinx import fem
 
-from shellmb.forms.steps.path import Path
+from shellmb.forms.steps.path import Path, path_of
 from shellmb.schemes.base import (
     END,
     JumpStage,
@@ -81,7 +81,7 @@ class QuadraticInTime:
         assert levels.push is not None
         alpha = fem.Constant(levels.q.function_space.mesh, float(self.alpha))
         unknown = levels.unknown
-        return Path(levels.q, unknown[END], levels.push, unknown[RATE], alpha)
+        return path_of(levels.q, unknown[END], levels.push, unknown[RATE], alpha)
 
     def jump(self, levels: Levels, dt: fem.Constant) -> JumpStage | None:
         """Velocities do not jump."""

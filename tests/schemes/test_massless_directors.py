@@ -12,7 +12,7 @@ from dolfinx import fem, mesh
 
 from shellmb.errors import SceneError
 from shellmb.forms.constraints.pathconstraints import massless_row
-from shellmb.forms.steps.path import Path
+from shellmb.forms.steps.path import path_of
 from shellmb.observers.account.energy import EnergyAccount
 from shellmb.scene import (
     AlongEdge,
@@ -255,7 +255,7 @@ def test_forces_of_any_quadratic_constraint_do_no_work() -> None:
     for f in (q_i, q_f, r):
         f.x.array[:] = np.resize(GENERAL.normal(size=3), len(f.x.array))
     alpha = 0.4
-    path = Path(q_i, q_f, zero, r, ufl.as_ufl(alpha))
+    path = path_of(q_i, q_f, zero, r, ufl.as_ufl(alpha))
     Q = ufl.as_matrix(((2.0, 0.3, -0.1), (0.3, -1.0, 0.7), (-0.1, 0.7, 0.5)))
 
     def g(q: Any) -> Any:

@@ -1,6 +1,6 @@
 """Schemes that are quadratic in time: their closed forms, orders in large motion, and forces."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -13,12 +13,19 @@ from shellmb.demos import slider_crank
 from shellmb.forms.steps.path import PAIRS
 from shellmb.model.joints.columns import drive
 from shellmb.scene import (
+    Beam,
     InitialVelocity,
     Isotropic,
+    JointSpring,
+    Line,
     Rectangle,
+    RectangularSection,
+    Revolute,
+    RigidBody,
     Scene,
     Shell,
     Solver,
+    Spherical,
 )
 from shellmb.scene.schemes import DISSIPATIVE
 from shellmb.schemes.registry import SCHEMES, make_scheme
@@ -206,6 +213,7 @@ def test_driving_torques_are_means_of_the_full_order(scheme: str, alpha: float, 
 
 
 SOFT = Isotropic(E=1.0, nu=0.3, thickness=0.2, density=1.0)
+ROD = RectangularSection(E=1.0, nu=0.3, width=0.1, height=0.2, density=1.0)
 
 
 def thrown(**more: Any) -> Scene:
@@ -235,10 +243,29 @@ def test_reduced_and_unreduced_systems_have_the_same_solution(
     np.testing.assert_allclose(states[0], states[1], atol=1e-11)
 
 
-def test_the_tangent_of_the_rows() -> None:
+def turning(**more: Any) -> Scene:
+    """A rigid body and a beam, a spring on the angle of a joint."""
+    arm = RigidBody("arm", 2.0, (0.1, 0.2, 0.3), position=(0.5, 0.0, 0.0))
+    return Scene(
+        "turning",
+        rigid_bodies=arm,
+        beams=Beam("rod", Line((1.0, 0.0, 0.0), (2.0, 0.0, 0.0)), ROD, elements=1),
+        joints=(
+            Revolute("pin", "ground", "arm", at=(0.0, 0.0, 0.0), axis=(0, 0, 1)),
+            Spherical("ball", "arm", "rod", at=(1.0, 0.0, 0.0)),
+        ),
+        elements=JointSpring("spring", "pin", 3.0),
+        dt=0.2,
+        t_end=0.6,
+        **more,
+    )
+
+
+@pytest.mark.parametrize("scene", [thrown, turning])
+def test_the_tangent_of_the_rows(scene: Callable[..., Scene]) -> None:
     """Jacobian times a direction, against differences of the residual, unreduced."""
     simulation = Simulation(
-        thrown(scheme="ed3", alpha=0.5, solver=Solver(solve="full", newton="full"))
+        scene(scheme="ed3", alpha=0.5, solver=Solver(solve="full", newton="full"))
     )
     problem, system = simulation.problem, simulation.problem.system
     problem.prepare(0.0, 0.2)

@@ -15,7 +15,7 @@ from shellmb.schemes.base import END, Levels, Tangent, Values
 from shellmb.schemes.quadratic import QuadraticInTime
 from shellmb.schemes.residuals.pathpoints import at_points, of_any_form
 from shellmb.schemes.residuals.residual import Sample, StageForms, acting, averaged
-from shellmb.schemes.residuals.rows import PathStates, both_rows, constants
+from shellmb.schemes.residuals.rows import NAMES, PathStates, both_rows, constants
 from shellmb.schemes.residuals.strainrates import over_path
 from shellmb.schemes.residuals.weights import moments, path_pairs, path_states
 
@@ -61,17 +61,19 @@ class PathForms:
             along = over_path(self._mesh, alpha, states, sources, self.dt)
             terms.append(body.damping.term(along, *body.mixed.arguments))
             work = body.damping.work(along)
+        # derivatives by functions that follow the unknown states have one kernel for both of these
+        followed = dict(zip(NAMES, self.states.functions, strict=True))
+        step = self.step._replace(path=self.path._replace(**followed))
         for k, (stage, unknown) in enumerate(self._levels.unknown.items()):
             dq = ufl.TestFunction(unknown.function_space)
-            form = body.along(self.step, k, dq)
+            form = body.along(step, k, dq)
             inertia = body.inertia(self.path.acceleration[k] / self.dt**2, dq)
             samples = self._samples(stage)
             parts = [f for f in (inertia, form) if f is not None]
             parts += acting(body, samples, dq)
             result[stage] = StageForms(None, tuple(parts), samples)
-        if terms:
-            # they are of both rows
-            result[END] = replace(result[END], terms=tuple(terms), states=self.states, damping=work)
+        # they are of both rows
+        result[END] = replace(result[END], terms=tuple(terms), states=self.states, damping=work)
         return result
 
     def advance(

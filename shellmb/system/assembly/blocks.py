@@ -6,7 +6,6 @@ left out of the assembly and replaced by `x - value`; their columns stay, so tha
 motion reaches its neighbours within the same Newton step.
 """
 
-import itertools
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -67,6 +66,7 @@ class BlockSystem:
         self, comm: MPI.Comm, fields: list[Field], followers: Sequence[Followers] = ()
     ) -> None:
         self.comm, self.fields, self.follow = comm, fields, Following(followers)
+        self._followers = followers
         self.numbering = Numbering(comm, fields)
         n = self.numbering
         sizes = (n.owned, PETSc.DETERMINE)
@@ -108,10 +108,10 @@ class BlockSystem:
             for form in forms
         ]
         derivatives += [
-            ((i, j), Derivative(form, fields[j].function))
-            for i, j in itertools.product(range(len(fields)), repeat=2)
-            for form in fields[i].residual
-            if fields[j].function in form.coefficients()
+            ((i, j), derivative)
+            for i, field in enumerate(fields)
+            for form in field.residual
+            for j, derivative in self._derivatives(form)
         ]
         # all at once: they are compiled side by side
         residuals = [form for f in fields for form in f.forms]
@@ -125,6 +125,28 @@ class BlockSystem:
             (form, some) for form, some in zip(made, rows, strict=False) if form is not None
         ]
         self.jacobians = _by_place([place for place, _ in derivatives], made[len(rows) :])
+
+    def _derivatives(self, form: Form) -> Iterator[tuple[int, Derivative]]:
+        """Derivatives of a residual by the unknown functions, also by what follows them."""
+        coefficients, found = form.coefficients(), set[int]()
+        numbers = {f.function: j for j, f in enumerate(self.fields)}
+        for some in self._followers:
+            there = [k for k, f in enumerate(some.functions) if f in coefficients]
+            if not there:
+                continue
+            own = [f for f in some.sources if f in numbers]
+            direct = [f for f in own if f in coefficients and numbers[f] not in found]
+            first, *others = [*(some.functions[k] for k in there), *direct]
+            for function in own:
+                shares = some.weights[there, some.sources.index(function)]
+                shares = np.append(shares, [float(f is function) for f in direct])
+                found.add(numbers[function])
+                if shares.any():
+                    constant = fem.Constant(function.function_space.mesh, shares)
+                    yield numbers[function], Derivative(form, first, others, constant)
+        for function, j in numbers.items():
+            if function in coefficients and j not in found:
+                yield j, Derivative(form, function)
 
     def _set_fixed(self) -> None:
         """Find the fixed unknowns, on whatever field and rank they were named."""
