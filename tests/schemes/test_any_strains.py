@@ -153,7 +153,7 @@ def test_strains_of_the_paper_are_a_special_case(what: str, monkeypatch) -> None
             continue
         assert len({kernel_name(k) for k in compile_all(parts)}) == 1
         dense = [
-            [fem.assemble_matrix(compiled(f)).to_dense() for f in some]
+            [fem.assemble_matrix(kernel).to_dense() for kernel in compile_all(some)]
             for some in term.derivatives.values()
         ]
         found.append([sum(matrices) for matrices in dense])
