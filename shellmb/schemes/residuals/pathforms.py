@@ -72,8 +72,12 @@ class PathForms:
             parts = [f for f in (inertia, form) if f is not None]
             parts += acting(body, samples, dq)
             result[stage] = StageForms(None, tuple(parts), samples)
+        forms = [term.residual for term in terms]
+        forms += [form for made in result.values() for form in made.residual]
+        seen = {coefficient for form in forms for coefficient in form.coefficients()}
+        follow = None if seen.isdisjoint(self.states.functions) else self.states
         # they are of both rows
-        result[END] = replace(result[END], terms=tuple(terms), states=self.states, damping=work)
+        result[END] = replace(result[END], terms=tuple(terms), states=follow, damping=work)
         return result
 
     def advance(
