@@ -10,7 +10,7 @@ from dolfinx import fem
 from shellmb.forms.constraints.nonholonomic import path_row
 from shellmb.forms.constraints.pathconstraints import constraint_row
 from shellmb.forms.steps.discrete import variation
-from shellmb.forms.steps.path import Path
+from shellmb.forms.steps.path import path_of
 from shellmb.meshes.nodes import node_mesh, node_space
 
 SIZE, ROWS = 3, 2
@@ -30,7 +30,7 @@ class Step:
         for state in states:
             state.x.array[:] = GENERAL.normal(size=SIZE)
         self.start, self.end, self.push, self.rate = (s.x.array.copy() for s in states)
-        self.path = Path(*states, fem.Constant(nodes.mesh, alpha))
+        self.path = path_of(*states, fem.Constant(nodes.mesh, alpha))
         a = alpha
         self.chord = self.end - self.start
         swing = ((1 + a) * self.rate - (1 - a) * self.push) / 2

@@ -45,6 +45,9 @@ class DolfinxResiduals:
         ]
         self._forms = []
         for form, rows in forms:
+            if form.rank == 0:
+                # a term of nothing
+                continue
             (space,) = form.function_spaces
             own = cell_dofs(space)
             places = np.zeros(own.max(initial=-1) + 1, dtype=np.int64)
