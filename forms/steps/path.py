@@ -238,6 +238,13 @@ class Measure(NamedTuple):
         weighed = zip(slope.weights, states, strict=False)
         return self.slope(slope.c, [(w, s) for w, s in weighed if w is not None], dq)
 
+    def across(
+        self, slopes: Sequence[Slope], states: Sequence[Expr], tests: Sequence[Expr]
+    ) -> Expr:
+        """What a stress acts on in all rows, with the virtual displacement of each."""
+        rows = [self.at(slope, states, dq) for slope, dq in zip(slopes, tests, strict=True)]
+        return sum(rows[1:], rows[0])
+
     def moment(self, m: Moment, states: Sequence[Expr]) -> Expr:
         """Moment over the step."""
         parts = []

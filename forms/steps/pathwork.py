@@ -55,8 +55,7 @@ def stress_work(
         tests: Virtual displacement of each row.
     """
     e, N = strain.moment(stress.moment, states), section.forces(layout, stress.moment.held)
-    rows = [strain.at(s, states, dq) for s, dq in zip(stress.slopes, tests, strict=True)]
-    de = sum(rows[1:], rows[0])
+    de = strain.across(stress.slopes, states, tests)
     mean = _mean(section, layout, states, N, stress.ahead)
     found = [ufl.dot(s, de) for s in section.stress(e, mean)]
     if stress.own is not None:

@@ -40,7 +40,7 @@ from shellmb.forms.state import Layout
 from shellmb.forms.steps.discrete import gradient
 from shellmb.forms.steps.mixed import bending, membrane_shear
 from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
-from shellmb.forms.steps.path import Change, Measure, Pair, Points, Slope, Stress
+from shellmb.forms.steps.path import Change, Measure, Pair, Points, Stress
 
 # At chords of 1e-6 the correction, of their first and the bow's fourth power, is round-off for bows
 # of a hundredth; and round-off of psi over such a chord is not more than 1e-10 of the stress yet.
@@ -121,26 +121,23 @@ class NonlinearPath:
             work, rest = 0, psi(last) - psi(first)
             for point, rate in zip(points.rows.stresses, points.rates, strict=True):
                 stress = gradient(psi, measure.moment(point.moment, states))
-                work += ufl.dot(stress, self._at(measure, point.slopes, tests))
+                work += ufl.dot(stress, measure.across(point.slopes, states, tests))
                 rest -= ufl.dot(stress, measure.moment(rate, states))
             h = self._section.thickness
             scales = (1, 1, 1, h**2, h**2, h**2, 1, 1)
             weighed = ufl.as_vector([s * chord[i] for i, s in enumerate(scales)])
             share = rest / (ufl.dot(weighed, chord) + TINY)
-            found.append(work + share * ufl.dot(weighed, self._at(measure, points.mean, tests)))
+            found.append(
+                work + share * ufl.dot(weighed, measure.across(points.mean, states, tests))
+            )
         found[-1] += sum(self._tie(point, tests) for point in points.rows.stresses)
         return found
 
-    def _at(self, measure: Measure, slopes: Sequence[Slope], tests: Sequence[Expr]) -> Expr:
-        """What a stress acts on in all rows."""
-        rows = zip(slopes, tests, strict=True)
-        found = [measure.at(slope, self._states, dq) for slope, dq in rows]
-        return sum(found[1:], found[0])
-
     def _tie(self, point: Stress, tests: Sequence[Expr]) -> Expr:
         """Work of the forces that hold assumed strains to those of the displacements."""
-        held, left = self._forces(point.moment.held), self._gap.moment(point.moment, self._states)
-        acting = ufl.dot(held, self._at(self._gap, point.slopes, tests))
+        held, states = self._forces(point.moment.held), self._states
+        left = self._gap.moment(point.moment, states)
+        acting = ufl.dot(held, self._gap.across(point.slopes, states, tests))
         rows = zip(point.slopes, tests, strict=True)
         return acting + sum(slope.c * ufl.dot(self._forces(dq), left) for slope, dq in rows)
 
@@ -170,7 +167,7 @@ class NonlinearPath:
         for psi, measure in self._parts:
             stiffness = tangent(psi, measure.moment(points.start, states))
             stress = ufl.dot(stiffness, measure.moment(bow.moment, states))
-            found.append(ufl.dot(stress, self._at(measure, bow.slopes, tests)))
+            found.append(ufl.dot(stress, measure.across(bow.slopes, states, tests)))
         return found
 
     def damping_change(self, pair: Pair, change: Change, dq: Expr, trial: Expr) -> list[Expr]:
