@@ -1,12 +1,14 @@
 """Forces that alternate are named; those that move, vibrate or jump are not."""
 
 import math
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 from mpi4py import MPI  # noqa: F401  (before dolfinx)
 
 import pytest
 
+from shellmb.observers.summary import Sources
 from shellmb.run.execute import execute
 from shellmb.scene import (
     GROUND,
@@ -20,7 +22,11 @@ from shellmb.scene import (
     RigidBody,
     Scene,
 )
+from shellmb.schemes.ed import EnergyDecaying
+from shellmb.schemes.ep import EnergyPreserving
+from shellmb.simulate.simulation import Simulation
 from shellmb.watches.base import Caution
+from shellmb.watches.forces.alternating import Alternating
 
 SPEED, RISE = 4.0, 0.2
 
@@ -56,6 +62,19 @@ def test_velocities_that_violate_constraints() -> None:
         assert not said(rotor(scheme))
     # what is asked for at the ends of steps is there
     assert not said(rotor("ep", output=Output(end_forces=True)))
+
+
+@pytest.mark.parametrize("scheme", [EnergyPreserving(), EnergyDecaying(1.0)])
+def test_what_is_advised(scheme: Any) -> None:
+    """No scheme of ours is known to do it with dissipation: the watch by itself."""
+    rows = [{"motor.torque": (-1.0) ** k} for k in range(60)]
+    watch = Alternating(cast(Sources, SimpleNamespace(history=SimpleNamespace(rows=rows))))
+    output, mechanism = SimpleNamespace(end_forces=False), SimpleNamespace(joints={})
+    scene, model = SimpleNamespace(output=output), SimpleNamespace(mechanism=mechanism)
+    run = SimpleNamespace(scheme=scheme, scene=scene, model=model)
+    (caution,) = watch.cautions(cast(Simulation, run))
+    assert ("--scheme" in caution.says) == (scheme.dissipation()[0] == 0)
+    assert "a smaller step, or --end-forces" in caution.says
 
 
 @pytest.mark.parametrize(("dt", "count"), [(0.02, 1), (5e-4, 0)])

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from shellmb.observers.summary import Sources
 from shellmb.simulate.simulation import Silent, Simulation
-from shellmb.watches.base import Caution, remedies
+from shellmb.watches.base import Caution
 
 Floats = npt.NDArray[np.float64]
 
@@ -58,15 +58,18 @@ class Alternating(Silent):
         share, column = max(alternate)
         what = column.removesuffix(".F1")
         others = f", and {len(alternate) - 1} more" if len(alternate) > 1 else ""
+        # one that dissipates already has nothing more to damp it with
+        damped = scheme.dissipation()[0] > 0
+        ways = "a smaller step" if damped else "--scheme ed3 or a smaller step"
         yield Caution(
             self.name,
             None,
             share,
             SHARE,
-            f"the force of '{what}'{others} alternates from step to step, by {share:.0%} of its "
-            "mean over two: velocities violate constraints a little, or something vibrates faster "
-            f"than steps resolve; use {remedies(scheme, '--scheme ed3', 'a smaller step')}, or "
-            "--end-forces for values at the ends of steps",
+            f"the force of '{what}'{others} alternates from step to step, by {share:.2g} times "
+            "its mean over two: velocities violate constraints a little, or something vibrates "
+            f"faster than steps resolve; use {ways}, or --end-forces for values at the ends of "
+            "steps",
         )
 
 
