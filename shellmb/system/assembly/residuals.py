@@ -1,6 +1,7 @@
 """Residuals of the fields of a system, assembled by DOLFINx; by our own loops in `loops`."""
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -39,12 +40,17 @@ class DolfinxResiduals:
     def __init__(
         self, forms: Sequence[RowForm], fields: Sequence[Field], numbering: Numbering
     ) -> None:
+        self._forms, self._fields, self._numbering = forms, fields, numbering
+
+    @cached_property
+    def _placed(self) -> list[tuple[fem.Form, npt.NDArray[np.int64]]]:
+        """Forms with the places of their rows; found when they are first assembled by these."""
         tables = [
-            cell_dofs(f.function.function_space) + numbering.slice(k).start
-            for k, f in enumerate(fields)
+            cell_dofs(f.function.function_space) + self._numbering.slice(k).start
+            for k, f in enumerate(self._fields)
         ]
-        self._forms = []
-        for form, rows in forms:
+        found = []
+        for form, rows in self._forms:
             if form.rank == 0:
                 # a term of nothing
                 continue
@@ -52,11 +58,12 @@ class DolfinxResiduals:
             own = cell_dofs(space)
             places = np.zeros(own.max(initial=-1) + 1, dtype=np.int64)
             places[own] = np.hstack([tables[k] for k in rows])
-            self._forms.append((form, places))
+            found.append((form, places))
+        return found
 
     def add(self, local: Floats) -> None:
         """Add them to the concatenated local arrays."""
-        for form, places in self._forms:
+        for form, places in self._placed:
             local[places] += fem.assemble_vector(form).array
 
     def refresh(self) -> None:
