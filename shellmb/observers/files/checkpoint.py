@@ -20,7 +20,7 @@ from shellmb.simulate.simulation import Observer, Silent, Simulation
 Arrays = dict[str, npt.NDArray[np.float64]]
 
 INTERVAL = 30.0
-FORMAT = 3
+FORMAT = 4
 # name in the folder
 STATE_FILE = "state.json"
 

@@ -165,9 +165,12 @@ class Control:
             crossing = found >= 0
         elif attempt.dt > 4 * least and comes_soon(start, end, attempt.dt, 2 * least):
             return self.locate(simulation, simulation.stepping.attempt(t, attempt.dt / 2), False)
-        elif (part := self._turning(start, end, t, attempt.dt)) and part > least:
-            end = margins(part)
-            return self.locate(simulation, last, False) if np.any(end >= 0) else last
+        else:
+            part = self._turning(start, end, t, attempt.dt)
+            # what is left of a step that has to end where it does is no shorter
+            if part is not None and least < part < attempt.dt - least:
+                found = margins(part)
+                return self.locate(simulation, last, False) if np.any(found >= 0) else last
         self._crossed = [w for w, c in zip(self.watches, crossing, strict=True) if c]
         return last
 
