@@ -11,11 +11,7 @@ from slepc4py import SLEPc
 import numpy as np
 
 from shellmb.errors import ConvergenceError
-from shellmb.system.eigenvalues import shift_and_invert
-
-# Eigenvalues of multipliers are infinite, and come out as large ones that are no eigenvalues: of
-# `s^2 v^H M v + s v^H C v + v^H K v` half of the largest term is left, of others round-off.
-FALSE = 1e-3
+from shellmb.system.eigenvalues import FALSE, left, shift_and_invert
 
 # Parts of the shift, and bases as multiples of what is wanted: of small systems the basis holds
 # infinite eigenvalues, too, which LAPACK cannot always sort (PETSc error 76), and others can.
@@ -125,8 +121,7 @@ def _solved(
 def _left(pair: Pair, K: PETSc.Mat, C: PETSc.Mat, M: PETSc.Mat) -> float:
     """What is left of the equation in the direction of the vector, of its largest term."""
     s = pair.value
-    terms = [s**power * product(A, pair, pair) for power, A in enumerate((K, C, M))]
-    return abs(sum(terms)) / max(*map(abs, terms), 1e-300)
+    return left([s**power * product(A, pair, pair) for power, A in enumerate((K, C, M))])
 
 
 def product(A: PETSc.Mat, first: Pair, second: Pair) -> complex:

@@ -1,5 +1,6 @@
 """Eigenvalues nearest to a shift of symmetric pairs of matrices (SLEPc, shift and invert)."""
 
+from collections.abc import Sequence
 from typing import Any
 
 from mpi4py import MPI as _MPI  # noqa: F401  (before petsc4py)
@@ -11,10 +12,13 @@ import numpy.typing as npt
 from shellmb.errors import ConvergenceError
 from shellmb.system.direct.mumps import MUMPS_OPTIONS
 
-# eigenvalues beyond these multiples of the shift's size are those of multipliers, infinite but for
-# round-off: some 1e11 either way where there are few modes. No state is so unstable, while stiff
-# modes may be far above soft ones
-NEGATIVE, INFINITE = 1e9, 1e12
+# Eigenvalues of multipliers are infinite, and come out as large ones of either sign that are no
+# eigenvalues: of their equation, multiplied by the vector, a tenth of the largest term is left or
+# more, of others round-off. Of zero ones only round-off is there.
+FALSE = 1e-3
+
+# multiples of the shift: eigenvalues beyond one are looked at so, and none is beyond the other
+LARGE, INFINITE = 1e6, 1e12
 
 
 def eigenpairs(
@@ -61,7 +65,8 @@ def eigenpairs(
     for k in range(solver.getConverged()):
         vector = K.createVecRight()
         value = float(np.real(solver.getEigenpair(k, vector)))
-        if -NEGATIVE * abs(shift) < value < INFINITE * abs(shift):
+        size = abs(value / shift)
+        if size < LARGE or (size < INFINITE and _left(value, vector, K, M) < FALSE):
             pairs.append((value, vector))
     if len(pairs) < count:
         raise ConvergenceError(
@@ -70,6 +75,20 @@ def eigenpairs(
     pairs.sort(key=lambda pair: pair[0])
     kept = pairs[:count]
     return np.array([value for value, _ in kept]), [vector for _, vector in kept]
+
+
+def _left(value: float, vector: PETSc.Vec, K: PETSc.Mat, M: PETSc.Mat) -> float:
+    """As of `left`, of the equation of an eigenvalue in the direction of its vector."""
+    y, terms = K.createVecLeft(), []
+    for factor, A in ((1.0, K), (-value, M)):
+        A.mult(vector, y)
+        terms.append(factor * complex(vector.dot(y)))
+    return left(terms)
+
+
+def left(terms: Sequence[complex]) -> float:
+    """What is left of terms that add up to zero, of the largest of them."""
+    return abs(sum(terms)) / max(*map(abs, terms), 1e-300)
 
 
 def shift_and_invert(solver: Any) -> None:
