@@ -7,6 +7,7 @@ import pytest
 
 from shellmb.analytic.plates import Plate, rectangle_frequencies
 from shellmb.errors import SceneError
+from shellmb.kernels import watched
 from shellmb.modes import natural_modes
 from shellmb.run.execute import RunResult, execute
 from shellmb.scene import (
@@ -177,9 +178,10 @@ REFUSED = {
 
 @pytest.mark.parametrize("message", REFUSED)
 def test_what_it_cannot_have_is_refused(message) -> None:
-    with pytest.raises(SceneError) as caught:
+    with watched() as kernels, pytest.raises(SceneError) as caught:
         natural_modes(Scene("bad", plate(), scheme="ep", dt=1, t_end=1, **REFUSED[message]))
     assert str(caught.value) == message
+    assert not kernels
 
 
 def test_what_stretches_between_its_supports_is_said_by_how_much() -> None:

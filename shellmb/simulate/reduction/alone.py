@@ -48,20 +48,26 @@ class Alone:
     Attributes:
         model: The model.
         system: Its block system.
-        K: Stiffness matrix at the reference, resultants and multipliers included.
-        M: Mass matrix.
     """
 
     def __init__(self, scene: Scene, comm: MPI.Comm) -> None:
         self.comm, self.model = comm, build_model(scene, comm)
         look_through(self.model)
-        self.system, stiffness, mass = tangent(self.model)
-        self.K = self.system.symmetric_matrix(stiffness, 1.0)
-        self.M = self.system.symmetric_matrix(mass, 0.0)
+        self.system, self._stiffness, self._mass = tangent(self.model)
         # those that have nodes
         self.bodies: dict[str, Any] = dict(self.model.meshed)
         if self.model.rigid is not None:
             self.bodies[self.model.rigid.name] = self.model.rigid
+
+    @cached_property
+    def K(self) -> PETSc.Mat:
+        """Stiffness matrix at the reference, resultants and multipliers included."""
+        return self.system.symmetric_matrix(self._stiffness, 1.0)
+
+    @cached_property
+    def M(self) -> PETSc.Mat:
+        """Mass matrix."""
+        return self.system.symmetric_matrix(self._mass, 0.0)
 
     @property
     def damping(self) -> PETSc.Mat | None:
