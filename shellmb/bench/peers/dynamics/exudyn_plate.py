@@ -7,7 +7,7 @@ from typing import Any
 
 from shellmb.bench.peers.dynamics.exudyn_motion import ExudynMotion
 from shellmb.bench.peers.dynamics.history import TipHistory
-from shellmb.bench.peers.dynamics.our_plate import SECTION, place
+from shellmb.bench.peers.dynamics.our_plate import SECTION, Pushed, place
 from shellmb.bench.peers.exudyn import CLAMPED, Mesh, quiet, require
 from shellmb.demos.sudden_load import WIDTH
 
@@ -15,16 +15,8 @@ DEFLECTION, TWIST = 2, 8
 
 
 @dataclass(frozen=True)
-class ExudynPlate(ExudynMotion):
-    """How it is solved.
-
-    Args:
-        force: Force on the free edge, N.
-        t_end: End, s.
-    """
-
-    force: float = 2.0
-    t_end: float = 0.5
+class ExudynPlate(Pushed, ExudynMotion):
+    """How it is solved."""
 
     def run(self) -> TipHistory:
         """Solve; set-up is not timed.

@@ -19,8 +19,8 @@ def place(r: complex, s: complex) -> tuple[complex, complex, complex]:
 
 
 @dataclass(frozen=True)
-class OurPlate(OurMotion):
-    """How it is solved.
+class Pushed:
+    """What is done to it.
 
     Args:
         force: Force on the free edge, N.
@@ -29,6 +29,11 @@ class OurPlate(OurMotion):
 
     force: float = 2.0
     t_end: float = 0.5
+
+
+@dataclass(frozen=True)
+class OurPlate(Pushed, OurMotion):
+    """How it is solved."""
 
     def run(self) -> TipHistory:
         """Solve; set-up and compilation are not timed."""
