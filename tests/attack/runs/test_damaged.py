@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from shellmb.errors import SceneError
+from shellmb.observers.files.checkpoint import FORMAT
 from shellmb.observers.files.seal import sealed
 from shellmb.observers.history import read_history
 from shellmb.run.resuming.resume import resume
@@ -145,7 +146,8 @@ def test_an_edited_state_is_refused(run: Path) -> None:
 
 def test_a_state_of_another_version_says_so(run: Path) -> None:
     edit(run / "state" / "state.json", lambda s: s.update(format=2))
-    with pytest.raises(SceneError, match=r"has format 2; this version of shellmb reads format 3"):
+    reads = rf"has format 2; this version of shellmb reads format {FORMAT}"
+    with pytest.raises(SceneError, match=reads):
         go_on(run)
 
 
