@@ -1,32 +1,30 @@
 """Compiled forms: one place that says how DOLFINx compiles."""
 
-import importlib.util
-import logging
+import ctypes
 import platform
-import sysconfig
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 from mpi4py import MPI  # before dolfinx
 
+import cffi  # type: ignore[import-untyped]
 import ffcx.codegeneration.jit as ffcx_jit
 import ffcx.naming
 import ffcx.options
 import numpy as np
-import numpy.typing as npt
 import ufl
 from dolfinx import default_scalar_type, fem, jit
 from dolfinx.fem.forms import form_cpp_class, get_integration_domains
 from ufl import Form
 from ufl.core.expr import Expr
 
-from shellmb.compiler import compile_new
+from shellmb.compiler import compile_new, library
 from shellmb.derivatives import Known, Record, read, write
-from shellmb.locks import FileLock
 
 
 def _compiler_flags() -> list[str]:
@@ -54,26 +52,36 @@ COMPILER_FLAGS = ["-O2", "-ftree-vectorize", *_compiler_flags()]
 # 0.96 in Jacobians (docs/theory/built.md). Vectors outside loops cost gcc a tenth, and gain nothing
 KERNEL_FLAGS = ["-O1", "-ftree-loop-vectorize", "-funroll-loops", *_compiler_flags()]
 
-# DOLFINx takes a kernel whose file exists and is not compiled for one that another process is
-# compiling, waits for it without a word, and gives up after this time [s]. That is left to file
-# systems without locks: see `_alone`.
+# `timeout` is how long [s] DOLFINx waits for a process that compiles the same expression
 JIT_OPTIONS = {"timeout": 600, "cffi_extra_compile_args": KERNEL_FLAGS}
 
-_log = logging.getLogger(__name__)
+
+@dataclass(frozen=True, eq=False)
+class Kernel:
+    """A compiled form, loaded.
+
+    Attributes:
+        name: Of its file: forms that are alike share one.
+        form: FFCx's description of it, a `ufcx_form` of C.
+        library: What holds the code.
+    """
+
+    name: str
+    form: Any
+    library: ctypes.CDLL
 
 
 def compiled(form: Form) -> fem.Form:
     """A form compiled, or found in the cache.
 
     Args:
-        form: Any form; its parameters are Constants, so that their values do not matter here.
+        form: One that is not empty; its parameters are Constants, so that their values do not
+            matter here.
+
+    Raises:
+        RuntimeError: If the C compiler fails; on all ranks.
     """
-    name, comm = module_name(form), _comm(form)
-    with _alone(comm, name):
-        if not comm.bcast(_ready(name)):
-            jit.ffcx_jit(comm, form, {"scalar_type": default_scalar_type}, JIT_OPTIONS)
-    spaces = [argument.ufl_function_space() for argument in form.arguments()]
-    return _attached(name, form, spaces, form.coefficients(), form.constants())
+    return compile_all([form])[0]
 
 
 def compile_all(forms: Sequence[Form]) -> list[fem.Form]:
@@ -102,7 +110,7 @@ def compile_with_derivatives(forms: Sequence[Form | Known]) -> list[fem.Form | N
     """
     if not forms:
         return []
-    comm = _comm(forms[0] if isinstance(forms[0], Form) else forms[0].of)
+    comm = comm_of(forms[0] if isinstance(forms[0], Form) else forms[0].of)
     records = comm.bcast([_record(form) for form in forms] if comm.rank == 0 else None)
     # derivatives whose kernels are not known are taken
     taken = [
@@ -113,7 +121,8 @@ def compile_with_derivatives(forms: Sequence[Form | Known]) -> list[fem.Form | N
     if comm.rank == 0:
         try:
             new = [form for form in taken if isinstance(form, Form) and not form.empty()]
-            compile_new(new, JIT_OPTIONS, _TELLING.get())
+            flags = _options()["cffi_extra_compile_args"]
+            compile_new({module_name(f): f for f in new}, cache_folder(), flags, _TELLING.get())
         except Exception as error:
             failure = error
     if comm.bcast(failure is not None):
@@ -123,10 +132,12 @@ def compile_with_derivatives(forms: Sequence[Form | Known]) -> list[fem.Form | N
         if not isinstance(form, Form):
             made.append(_differentiated(form, known))
             continue
-        made.append(None if form.empty() else compiled(form))
+        name = "" if form.empty() else module_name(form)
+        spaces = [argument.ufl_function_space() for argument in form.arguments()]
+        data = (spaces, form.coefficients(), form.constants())
+        made.append(_attached(name, form, *data) if name else None)
         if not isinstance(given, Form) and comm.rank == 0:
-            name = "" if form.empty() else module_name(form)
-            write(given.file(_folder(), module_name(given.of)), given.record(form, name))
+            write(given.file(cache_folder(), module_name(given.of)), given.record(form, name))
     return made
 
 
@@ -134,8 +145,10 @@ def _record(form: Form | Known) -> Record | None:
     """What is known of a derivative, if its kernel is there."""
     if isinstance(form, Form):
         return None
-    found = read(form.file(_folder(), module_name(form.of)))
-    return found if found is not None and (not found.kernel or _ready(found.kernel)) else None
+    folder = cache_folder()
+    found = read(form.file(folder, module_name(form.of)))
+    there = found is not None and (not found.kernel or library(folder, found.kernel).exists())
+    return found if there else None
 
 
 def _differentiated(derivative: Known, known: Record) -> fem.Form | None:
@@ -166,22 +179,23 @@ def _attached(
         coefficients: In the order in which the kernel's form has them.
         constants: Likewise.
     """
-    module, kernel = _loaded(_folder() / name)
+    kernel = _loaded(cache_folder(), name)
+    ufcx = kernel.form
     for found in _WATCHING.get():
         found.add(name)
     subdomains = like.subdomain_data()
     (domain,) = subdomains
-    offsets = kernel.form_integral_offsets
+    offsets = ufcx.form_integral_offsets
     ids = {
-        kind.name: [kernel.form_integral_ids[j] for j in range(offsets[i], offsets[i + 1])]
+        kind.name: [ufcx.form_integral_ids[j] for j in range(offsets[i], offsets[i + 1])]
         for i, kind in enumerate(map(fem.IntegralType, range(len(fem.IntegralType))))
     }
     made = form_cpp_class(default_scalar_type)(
-        [module.ffi.cast("uintptr_t", module.ffi.addressof(kernel))],
+        [_ffi().cast("uintptr_t", ufcx)],
         [space._cpp_object for space in spaces],
         [
-            coefficients[kernel.original_coefficient_positions[i]]._cpp_object
-            for i in range(kernel.num_coefficients)
+            coefficients[ufcx.original_coefficient_positions[i]]._cpp_object
+            for i in range(ufcx.num_coefficients)
         ],
         [constant._cpp_object for constant in constants],
         {
@@ -193,24 +207,25 @@ def _attached(
         [],
         domain.ufl_cargo(),
     )
-    return fem.Form(made, kernel, None, module)
+    return fem.Form(made, ufcx, None, kernel)  # type: ignore[arg-type]
 
 
 @cache
-def _loaded(path: Path) -> tuple[Any, Any]:
-    """A module of the cache and the form in it; loaded once in a process.
+def _loaded(folder: Path, name: str) -> Kernel:
+    """A kernel of the cache; loaded once in a process."""
+    code = ctypes.CDLL(str(library(folder, name)))
+    pointer = ctypes.c_void_p.in_dll(code, f"form_{name}_0").value
+    return Kernel(name, _ffi().cast("ufcx_form *", pointer), code)
 
-    Args:
-        path: Of the module, without what its name ends with.
-    """
-    file = path.with_suffix(sysconfig.get_config_var("EXT_SUFFIX"))
-    spec = importlib.util.spec_from_file_location(path.name, file)
-    if spec is None or spec.loader is None:
-        raise ImportError(f"{file} is no extension module")
-    module: Any = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    (form,) = (name for name in dir(module.lib) if name.startswith("form_"))
-    return module, getattr(module.lib, form)
+
+@cache
+def _ffi() -> cffi.FFI:
+    """What knows FFCx's structures of C."""
+    ffi = cffi.FFI()
+    scalar = np.dtype(default_scalar_type).name
+    ffi.cdef(ffcx_jit.UFC_HEADER_DECL.format(scalar))
+    ffi.cdef(ffcx_jit.UFC_INTEGRAL_DECL + ffcx_jit.UFC_FORM_DECL)
+    return ffi
 
 
 def _silent(number: int, count: int) -> None:
@@ -234,97 +249,48 @@ def told(tell: Callable[[int, int], None]) -> Iterator[None]:
         _TELLING.reset(token)
 
 
-def compiled_expression(value: Expr, points: npt.NDArray[np.float64]) -> fem.Expression:
-    """An expression compiled, or found in the cache.
-
-    Args:
-        value: The expression.
-        points: Where on the reference element it is wanted, shape (n, dimension).
-    """
-    name = module_name((value, np.reshape(points, (len(points), -1))))
-    with _alone(_comm(value), name):
-        options = JIT_OPTIONS | {"cache_dir": str(_folder(name))}
-        return fem.Expression(value, points, jit_options=options)
-
-
-@contextmanager
-def _alone(comm: MPI.Comm, name: str) -> Iterator[None]:
-    """Only one process compiles a kernel; what a killed one has left of it is removed.
-
-    A process that was killed while it compiled leaves a file that DOLFINx would wait for. Who holds
-    the lock and finds such a file knows that nobody is compiling it.
-    """
-    # one rank compiles, the others load
-    if comm.rank != 0 or _ready(name):
-        yield
-        return
-    source = _folder(name) / f"{name}.c"
-    ready = source.with_suffix(".c.cached")
-    source.parent.mkdir(parents=True, exist_ok=True)
-    lock = FileLock(source.with_suffix(".lock"))
-    try:
-        if not lock.acquire():
-            _log.warning("waiting for %s, which compiles the same kernel", lock.owner)
-            lock.acquire(wait=True)
-        if source.exists() and not ready.exists():
-            _log.warning("a kernel that a killed process left unfinished is compiled anew")
-            source.unlink()
-    except OSError as error:
-        _log.warning("the cache of kernels cannot be locked (%s)", error)
-    try:
-        yield
-    finally:
-        # Ctrl-C
-        if not ready.exists():
-            source.unlink(missing_ok=True)
-        lock.release()
-
-
-def _comm(of: Form | Expr) -> MPI.Comm:
+def comm_of(of: Form | Expr) -> MPI.Comm:
+    """The ranks of what a form or an expression is on."""
     domain: Any = ufl.domain.extract_domains(of)[0]
     comm: MPI.Comm = domain.ufl_cargo().comm
     return comm
 
 
-def _folder(name: str = "") -> Path:
-    """Where a module is kept, by its name.
-
-    Those of expressions have a folder to themselves: FFCx lists all files beside them.
-    """
-    cached = Path(jit.get_options(JIT_OPTIONS)["cache_dir"])
-    return cached / "expressions" if name.startswith("libffcx_expressions") else cached
+def _options() -> dict[str, Any]:
+    options: dict[str, Any] = jit.get_options(JIT_OPTIONS)
+    return options
 
 
-def _ready(name: str) -> bool:
-    """Whether a kernel is compiled, by the name of its module."""
-    return (_folder(name) / f"{name}.c.cached").exists()
+def cache_folder() -> Path:
+    """Where kernels are kept."""
+    return Path(_options()["cache_dir"])
 
 
 def module_name(item: Form | tuple[Expr, Any]) -> str:
-    """Name that FFCx gives the module of a form, or of an expression and its points.
+    """Name of the kernel of a form, or the one that FFCx gives the module of an expression.
 
     Args:
-        item: They.
+        item: The form; or the expression and its points.
     """
     options = ffcx.options.get_options({"scalar_type": default_scalar_type})
-    flags = jit.get_options(JIT_OPTIONS)["cffi_extra_compile_args"]
     tag = ffcx_jit._compute_option_signature(options)
-    tag += ffcx_jit._compilation_signature(flags, False)
-    kind = "forms" if isinstance(item, Form) else "expressions"
+    tag += ffcx_jit._compilation_signature(_options()["cffi_extra_compile_args"], False)
+    kind = "shellmb_form" if isinstance(item, Form) else "libffcx_expressions"
     items: list[Any] = [item]
-    return f"libffcx_{kind}_{ffcx.naming.compute_signature(items, tag)}"
+    return f"{kind}_{ffcx.naming.compute_signature(items, tag)}"
 
 
 _WATCHING: ContextVar[tuple[set[str], ...]] = ContextVar("watching", default=())
 
 
 def kernel_name(form: fem.Form) -> str:
-    """Name of a form's compiled module: forms that are alike share one.
+    """Name of a form's kernel: forms that are alike share one.
 
     Args:
         form: A compiled form.
     """
-    return str(getattr(form.module, "__name__", form.module))
+    kernel: Any = form.module
+    return str(kernel.name)
 
 
 @contextmanager

@@ -29,7 +29,8 @@ FLOW = (
     "observers",
     "watches",
 )
-FIRST = ("errors", "calling", "locks", "stopping", "compiler", "derivatives", "kernels", "analytic")
+FIRST = ("errors", "calling", "locks", "stopping", "compiler", "derivatives", "kernels")
+FIRST += ("expressions", "analytic")
 RANK = {name: rank for rank, name in enumerate((*FIRST, *FLOW))}
 # what a user starts; these may import one another
 TOP = (

@@ -7,7 +7,7 @@ import ufl
 from dolfinx import fem, la
 
 from shellmb.errors import SceneError
-from shellmb.kernels import compiled_expression
+from shellmb.expressions import compiled_expression
 from shellmb.meshes.mesh import SurfaceMesh
 
 

@@ -1,4 +1,4 @@
-"""Kernels that a killed process left half compiled, and processes that compile the same ones."""
+"""What a killed process left half compiled, and processes that compile the same."""
 
 import logging
 import os
@@ -17,7 +17,9 @@ import pytest
 import ufl
 from dolfinx import fem, jit, mesh
 
-from shellmb.kernels import JIT_OPTIONS, compiled, compiled_expression, kernel_name, module_name
+from shellmb import compiler
+from shellmb.expressions import compiled_expression
+from shellmb.kernels import JIT_OPTIONS, compiled, kernel_name, module_name
 from shellmb.locks import FileLock
 
 
@@ -44,34 +46,34 @@ def make_expression(line: mesh.Mesh):
     return fem.Function(space) ** 2, np.array([[0.25], [0.5]])
 
 
-KINDS = {
-    "form": (make_form, compiled),
-    "expression": (make_expression, lambda pair: compiled_expression(*pair)),
-}
+def compile_expression(pair):
+    return compiled_expression(*pair)
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_empty_file_of_a_killed_process_is_removed_at_once(kind, cache, line, caplog) -> None:
-    make, compile_ = KINDS[kind]
-    item = make(line)
-    left = cache / ("expressions" if kind == "expression" else "") / f"{module_name(item)}.c"
-    left.parent.mkdir(exist_ok=True)
+def test_empty_file_of_a_killed_process_is_removed_at_once(cache, line, caplog) -> None:
+    pair = make_expression(line)
+    left = cache / "expressions" / f"{module_name(pair)}.c"
+    left.parent.mkdir()
     left.touch()
     begin = time.perf_counter()
-    compile_(item)
+    compile_expression(pair)
     assert time.perf_counter() - begin < 60, "DOLFINx waits for 600 s"
     assert left.with_suffix(".c.cached").exists()
     assert "a killed process left unfinished" in caplog.text
     assert not list(cache.rglob("*.lock"))
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_names_are_those_of_ffcx(kind, cache, line) -> None:
+def test_half_written_code_of_a_killed_process_is_written_anew(cache, line) -> None:
+    form = make_form(line)
+    (cache / f"{module_name(form)}.c").write_text("#include <ufcx")
+    assert fem.assemble_scalar(compiled(form)) == 0.0
+
+
+def test_names_of_expressions_are_those_of_ffcx(cache, line) -> None:
     """Locks by other names would guard nothing."""
-    make, compile_ = KINDS[kind]
-    item = make(line)
-    compile_(item)
-    assert [path.stem for path in cache.rglob("*.c")] == [module_name(item)]
+    pair = make_expression(line)
+    compile_expression(pair)
+    assert [path.stem for path in cache.rglob("*.c")] == [module_name(pair)]
 
 
 def test_kernel_name_is_that_of_the_lock(line) -> None:
@@ -108,27 +110,43 @@ def compiling():
         process.communicate()
 
 
+@pytest.mark.parametrize("kind", ["form", "expression"])
 def test_waiting_for_a_living_process_is_announced_and_ends_with_it(
-    cache, line, caplog, compiling
+    kind, cache, line, caplog, compiling
 ) -> None:
-    form = make_form(line)
-    source = cache / f"{module_name(form)}.c"
+    make, compile_, folder = {
+        "form": (make_form, compiled, cache),
+        "expression": (make_expression, compile_expression, cache / "expressions"),
+    }[kind]
+    item = make(line)
+    source = folder / f"{module_name(item)}.c"
+    source.parent.mkdir(exist_ok=True)
     source.touch()
     other = compiling(source.with_suffix(".lock"))
 
     def kill_when_announced() -> None:
         while "waiting for" not in caplog.text:
             time.sleep(0.05)
-        assert source.exists(), "the file of a living process is left alone"
+        assert source.read_text() == "", "the file of a living process is left alone"
         os.kill(other, signal.SIGKILL)
 
     with caplog.at_level(logging.WARNING):
         killer = threading.Thread(target=kill_when_announced)
         killer.start()
-        compiled(form)
+        compile_(item)
         killer.join()
     assert f"waiting for process {other} on " in caplog.text
-    assert "a killed process left unfinished" in caplog.text
+    assert source.read_text() != ""
+    assert not list(cache.rglob("*.lock"))
+
+
+def test_a_file_system_without_locks_is_told_and_enough(cache, line, caplog, monkeypatch) -> None:
+    def refused(*_):
+        raise OSError("no locks available")
+
+    monkeypatch.setattr("fcntl.flock", refused)
+    assert fem.assemble_scalar(compiled(make_form(line))) == 0.0
+    assert "cannot be locked (no locks available)" in caplog.text
 
 
 def test_interrupted_compiling_leaves_nothing(cache, line, monkeypatch) -> None:
@@ -140,8 +158,11 @@ def test_interrupted_compiling_leaves_nothing(cache, line, monkeypatch) -> None:
 
     with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
         patch.setattr(ffcx_jit, "_compile_objects", interrupted)
+        compile_expression(make_expression(line))
+    with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
+        patch.setattr(compiler, "_write_code", interrupted)
         compiled(make_form(line))
-    assert not [p for p in cache.iterdir() if p.suffix in (".c", ".lock")]
+    assert not [p for p in cache.rglob("*") if p.suffix in (".c", ".lock", ".so")]
 
 
 def test_lock_of_a_removed_file_is_nobodys(tmp_path) -> None:

@@ -16,11 +16,11 @@ from ufl.algorithms import expand_derivatives
 from ufl.core.expr import Expr
 
 from shellmb.errors import SceneError
+from shellmb.expressions import compiled_expression
 from shellmb.forms.constraints import elements as forms
 from shellmb.forms.state import Layout
 from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.path import Step
-from shellmb.kernels import compiled_expression
 from shellmb.meshes.nodes import constant_vector, node_mesh, node_space, set_constants
 from shellmb.model.body import Rates
 from shellmb.model.elements.bound import BoundElement

@@ -10,13 +10,13 @@ from dolfinx import fem
 from ufl import Form
 from ufl.core.expr import Expr
 
+from shellmb.expressions import compiled_expression
 from shellmb.forms.constraints.leap import Leap, LeapRow, leap_row
 from shellmb.forms.constraints.pathconstraints import ConstraintRow, held_row
 from shellmb.forms.state import Layout
 from shellmb.forms.steps.discrete import variation
 from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.path import Step
-from shellmb.kernels import compiled_expression
 from shellmb.meshes.nodes import NodeMesh, constant_vector, set_constants
 from shellmb.meshes.spaces import MixedSpace
 from shellmb.model.body import Dofs, FixedDofs, Leaping, NodeLink, PartScale

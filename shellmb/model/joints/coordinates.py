@@ -14,6 +14,7 @@ from ufl import Form
 from ufl.core.expr import Expr
 
 from shellmb.errors import SceneError
+from shellmb.expressions import compiled_expression
 from shellmb.forms.constraints import coordinates as forms
 from shellmb.forms.constraints.joints import Place
 from shellmb.forms.constraints.leap import Leap
@@ -21,7 +22,6 @@ from shellmb.forms.constraints.turning import turning_row
 from shellmb.forms.steps.discrete import variation
 from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.path import Step
-from shellmb.kernels import compiled_expression
 from shellmb.meshes.nodes import NodeMesh, constant_vector, node_mesh, node_space
 from shellmb.meshes.spaces import MixedSpace
 from shellmb.model.body import Dofs, Leaping, NodeLink, PartScale

@@ -15,8 +15,8 @@ from dolfinx import fem
 from ufl.algorithms.ad import expand_derivatives
 from ufl.core.expr import Expr
 
+from shellmb.expressions import compiled_expression
 from shellmb.forms.steps.discrete import stress_average
-from shellmb.kernels import compiled_expression
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.reduced.data import amplitudes
 from shellmb.model.shells.shell import ShellModel

@@ -11,10 +11,10 @@ from dolfinx import fem
 from ufl.algorithms.ad import expand_derivatives
 from ufl.core.expr import Expr
 
+from shellmb.expressions import compiled_expression
 from shellmb.forms.state import Layout
 from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
 from shellmb.forms.steps.path import Step
-from shellmb.kernels import compiled_expression
 from shellmb.meshes.spaces import MixedSpace
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.shells.shell import ShellModel

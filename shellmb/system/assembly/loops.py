@@ -188,12 +188,11 @@ class FormLoop:
                 entities = np.asarray(bare.domains(kind, n - first))
                 where = _entities(entities, cells.count, facets=kind == kinds[1])
                 function = ufcx.form_integrals[n].tabulate_tensor_float64
-                module: Any = form.module
-                address = int(module.ffi.cast("uintptr_t", function))
+                address = int(pointer.ffi.cast("uintptr_t", function))
                 found.append(
                     {
                         **data,
-                        "function": self.pointer.ffi.cast("void *", address),
+                        "function": pointer.ffi.cast("void *", address),
                         "entity_offsets": pointer(where[0]),
                         "entities": pointer(where[1]),
                     }
