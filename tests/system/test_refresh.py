@@ -71,6 +71,55 @@ def test_costly_factorisations_are_kept_for_longer(cost: float, anew: bool) -> N
     assert policy.wanted() is anew
 
 
+def solve(policy: Modified, *rhos: float, first: float = 1e-4) -> int:
+    """A solution whose updates contract by these in turn; how many it takes, and whether ended."""
+    policy.begin("a")
+    if policy.wanted():
+        policy.factorised(8.0)
+    size = first
+    for n in range(60):
+        if policy.converged(size, 0.0, TOLERANCE):
+            return n + 1
+        if policy.wanted():
+            return -(n + 1)
+        size *= rhos[n % len(rhos)]
+    raise AssertionError("neither converged nor stopped")
+
+
+def test_contractions_that_alternate_are_judged_by_two_of_them() -> None:
+    """As those of plates do: 0.5 in one update and a thousandth in the next."""
+    policy = REFRESH["auto"]()
+    for _ in range(3):
+        # what is usual for the factorisation is known from its second solution on
+        assert solve(policy, 0.1, 0.001) > 3
+    assert solve(policy, 0.55, 0.001) > 3
+    # what the last two tell counts, whatever was usual
+    assert solve(policy, 0.4, 0.6) == -3
+
+
+def test_what_grows_is_not_waited_for() -> None:
+    policy = REFRESH["auto"]()
+    for _ in range(3):
+        assert solve(policy, 0.1, 0.001) > 3
+    assert solve(policy, 1.1, 0.001) == -2
+
+
+def test_ageing_factors_go_when_they_cost_more_than_new_ones() -> None:
+    """Iterations grow by one a solution, a factorisation costs 8: the mean is least after four."""
+    policy = REFRESH["auto"]()
+    policy.begin("a")
+    policy.factorised(8.0)
+    means = []
+    for n in range(3, 30):
+        if policy._wanted:
+            break
+        policy._served.append(n)
+        means.append((8.0 + sum(policy._served)) / len(policy._served))
+        policy.begin("a")
+    assert means.index(min(means)) in (len(means) - 1, len(means) - 2)
+    assert len(means) < 20
+
+
 def test_large_motion_asks_for_a_factorisation_each_time() -> None:
     policy = REFRESH["auto"]()
     policy.begin("a")

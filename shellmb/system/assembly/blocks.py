@@ -171,6 +171,11 @@ class BlockSystem:
         self._given = (native.doubles(self._values), native.doubles(self.reactions))
         self._lib = native.cells().lib
 
+    @property
+    def tangents(self) -> float:
+        """Forms of the Jacobian for each of the residual."""
+        return sum(map(len, self.jacobians.values())) / max(len(self.residual_forms), 1)
+
     def update_fixed_values(self) -> None:
         """Take the values of the fixed dofs from the fields (after they changed)."""
         for f, (dofs, numbers) in zip(self.fields, self._fixed, strict=True):

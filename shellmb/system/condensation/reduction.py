@@ -25,6 +25,7 @@ from shellmb.system.assembly.loops import LoopResiduals, MeshGroup, mesh_groups
 from shellmb.system.condensation.matrix import reduced_matrix
 from shellmb.system.condensation.meshreduction import MeshReduction, SingularCell
 from shellmb.system.condensation.substitution import passes
+from shellmb.system.direct.linear import refresh_cost
 from shellmb.system.direct.mumps import DirectSolver, Purpose
 from shellmb.system.newton.convergence import unknown_scales
 from shellmb.system.nullspace.directornodes import DirectorNodes
@@ -69,7 +70,7 @@ class Reduction:
     @property
     def cost(self) -> float:
         """Cost of a new factorisation in iterations with an old one."""
-        return self.solver.cost
+        return refresh_cost(self.solver, self.system)
 
     @property
     def size(self) -> int:

@@ -2,7 +2,8 @@
 
 With a Jacobian `J` of an earlier state the iteration `x <- x - J^-1 r(x)` converges to the same
 solution, linearly, each update being `rho` times the one before. It is continued as long as that
-costs less than a new factorisation.
+costs less than a new factorisation. Of plates every other `rho` is 0.1 and those between are 0.001,
+as errors of forces become errors of positions and those forces again: two updates in a row tell.
 """
 
 from __future__ import annotations
@@ -117,12 +118,24 @@ class Modified:
     _cost: float = field(default=0.0, init=False)
     # far from the solution not even a new factorisation lasts for two iterations
     _far: bool = field(default=False, init=False)
+    # iterations of each solution with the factorisation, and the mean contraction of the last one
+    _served: list[int] = field(default_factory=list, init=False)
+    _usual: float | None = field(default=None, init=False)
 
     def begin(self, key: Hashable) -> None:
-        """Forget the factorisation, or only that of another system."""
-        self._wanted = not self._exists or not self.keep or key != self._key
+        """Forget the factorisation, that of another system, or one that costs more with age."""
+        kept = self._exists and self.keep and key == self._key
+        self._wanted = not kept or self._aged()
         self._key = key
         self._updates, self._far = [], False
+
+    def _aged(self) -> bool:
+        """Whether the last solution took more iterations than the mean, the factorisation included.
+
+        From there on each solution makes that mean larger.
+        """
+        count = len(self._served)
+        return count > 0 and self._served[-1] > (self._cost + sum(self._served)) / count
 
     def forget(self) -> None:
         """The next solution begins with a factorisation."""
@@ -135,6 +148,7 @@ class Modified:
     def factorised(self, cost: float) -> None:
         """It is that of the state before the next update."""
         self._cost = cost
+        self._served, self._usual = [], None
         self._wanted, self._exists = self._far, True
         self._updates = self._updates[-1:] if self._far else []
 
@@ -152,14 +166,31 @@ class Modified:
         rho = update / before if before > 0 else math.inf
         if update <= tolerance and (rho >= SLOW or update * rho / (1 - rho) <= ERROR * tolerance):
             # small enough, or as small as round-off lets it be
+            self._serve(roundoff=rho >= SLOW)
             return True
-        if not rho < SLOW:
+        mean = self._contraction()
+        if not (mean < SLOW and rho < 1.0):
             self._far = self._far or len(self._updates) == 2
             self._wanted = True
             return False
-        left = math.log(ERROR * tolerance / update) / math.log(rho)
+        left = math.log(ERROR * tolerance / update) / math.log(mean)
         self._wanted = left > self._cost + AFRESH
         return False
+
+    def _contraction(self) -> float:
+        """Mean of the last two; of the first one and what it usually is."""
+        updates = self._updates
+        if len(updates) > 2:
+            return math.sqrt(updates[-1] / updates[-3])
+        rho = updates[1] / updates[0] if updates[0] > 0 else math.inf
+        return rho if self._usual is None else math.sqrt(rho * self._usual)
+
+    def _serve(self, roundoff: bool) -> None:
+        """A solution was found; `roundoff`: its last update is nothing else."""
+        updates = self._updates[:-1] if roundoff else self._updates
+        if self._served and len(updates) > 1:
+            self._usual = (updates[-1] / updates[0]) ** (1 / (len(updates) - 1))
+        self._served.append(len(self._updates))
 
 
 @dataclass
