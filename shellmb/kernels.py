@@ -49,8 +49,10 @@ COMPILER_FLAGS = ["-O2", "-ftree-vectorize", *_compiler_flags()]
 # FFCx writes straight code in which -O2 finds nothing more than -O1 with vectors: kernels of shells
 # are as fast, and compiled in 0.6 of the time (5.3 s instead of 8.9 for those of `sudden_load`).
 # Its loops over the nodes of a cell are short: unrolled they take 0.85 of the time in residuals and
-# 0.96 in Jacobians (docs/theory/built.md). Vectors outside loops cost gcc a tenth, and gain nothing
-KERNEL_FLAGS = ["-O1", "-ftree-loop-vectorize", "-funroll-loops", *_compiler_flags()]
+# 0.96 in Jacobians (docs/theory/built.md). Vectors outside loops cost gcc a tenth and gain nothing,
+# registers chosen for each loop by itself as much
+KERNEL_FLAGS = ["-O1", "-ftree-loop-vectorize", "-funroll-loops", "-fira-region=one"]
+KERNEL_FLAGS += _compiler_flags()
 
 # `timeout` is how long [s] DOLFINx waits for a process that compiles the same expression
 JIT_OPTIONS = {"timeout": 600, "cffi_extra_compile_args": KERNEL_FLAGS}
