@@ -113,44 +113,54 @@ def compile_with_derivatives(forms: Sequence[Form | Known]) -> list[fem.Form | N
     if not forms:
         return []
     comm = comm_of(forms[0] if isinstance(forms[0], Form) else forms[0].of)
-    records = comm.bcast([_record(form) for form in forms] if comm.rank == 0 else None)
-    # derivatives whose kernels are not known are taken
-    taken = [
-        form.form() if not isinstance(form, Form) and known is None else form
-        for form, known in zip(forms, records, strict=True)
-    ]
+    places, records = comm.bcast(_known(forms) if comm.rank == 0 else None)
+    # derivatives whose kernels are not known are taken, of those with one kernel the first
+    taken: dict[Any, Form] = {}
+    for form, place in zip(forms, places, strict=True):
+        if place not in records and place not in taken:
+            taken[place] = form if isinstance(form, Form) else form.form()
     failure: BaseException | None = None
     if comm.rank == 0:
         try:
-            new = [form for form in taken if isinstance(form, Form) and not form.empty()]
+            new = {module_name(f): f for f in taken.values() if not f.empty()}
             flags = _options()["cffi_extra_compile_args"]
-            compile_new({module_name(f): f for f in new}, cache_folder(), flags, _TELLING.get())
+            compile_new(new, cache_folder(), flags, _TELLING.get())
         except Exception as error:
             failure = error
     if comm.bcast(failure is not None):
         raise RuntimeError("forms could not be compiled") from failure
     made: list[fem.Form | None] = []
-    for given, form, known in zip(forms, taken, records, strict=True):
-        if not isinstance(form, Form):
-            made.append(_differentiated(form, known))
+    for form, place in zip(forms, places, strict=True):
+        if isinstance(form, Form):
+            made.append(None if form.empty() else _compiled(form))
             continue
-        name = "" if form.empty() else module_name(form)
-        spaces = [argument.ufl_function_space() for argument in form.arguments()]
-        data = (spaces, form.coefficients(), form.constants())
-        made.append(_attached(name, form, *data) if name else None)
-        if not isinstance(given, Form) and comm.rank == 0:
-            write(given.file(cache_folder(), module_name(given.of)), given.record(form, name))
+        if place not in records:
+            own = taken[place]
+            records[place] = form.record(own, "" if own.empty() else module_name(own))
+            if comm.rank == 0:
+                write(place, records[place])
+        made.append(_differentiated(form, records[place]))
     return made
 
 
-def _record(form: Form | Known) -> Record | None:
-    """What is known of a derivative, if its kernel is there."""
-    if isinstance(form, Form):
-        return None
-    folder = cache_folder()
-    found = read(form.file(folder, module_name(form.of)))
-    there = found is not None and (not found.kernel or library(folder, found.kernel).exists())
-    return found if there else None
+def _compiled(form: Form) -> fem.Form:
+    """A form whose kernel is there."""
+    spaces = [argument.ufl_function_space() for argument in form.arguments()]
+    return _attached(module_name(form), form, spaces, form.coefficients(), form.constants())
+
+
+def _known(forms: Sequence[Form | Known]) -> tuple[list[Any], dict[Any, Record]]:
+    """Where records of derivatives are kept, numbers of forms; and records with kernels."""
+    folder, records = cache_folder(), {}
+    places: list[Any] = [
+        k if isinstance(form, Form) else form.file(folder, module_name(form.of))
+        for k, form in enumerate(forms)
+    ]
+    for place in places:
+        found = None if isinstance(place, int) else read(place)
+        if found is not None and (not found.kernel or library(folder, found.kernel).exists()):
+            records[place] = found
+    return places, records
 
 
 def _differentiated(derivative: Known, known: Record) -> fem.Form | None:

@@ -60,6 +60,19 @@ def test_known_ones_are_not_taken_again(cache, monkeypatch) -> None:
         assert np.abs(found - value).max() < 1e-14 * np.abs(value).max()
 
 
+def test_derivatives_with_one_kernel_are_taken_once(cache, monkeypatch) -> None:
+    """Of unknown functions with other shares."""
+    form, u, _, other = residual(2)
+    shares = [fem.Constant(form.ufl_domain(), np.array(s)) for s in ([1.0, 0.0], [0.0, 2.0])]
+    exact = taken(2)
+    written, by_shares = [], derivatives.by_shares
+    monkeypatch.setattr(derivatives, "by_shares", lambda *a: written.append(a) or by_shares(*a))
+    made = kernels.compile_with_derivatives([Derivative(form, u, [other], s) for s in shares])
+    assert len(written) == 1
+    for a, scaled in zip(made, (exact[0], 2 * exact[2]), strict=True):
+        assert np.abs(fem.assemble_matrix(a).to_dense() - scaled).max() < 1e-14 * scaled.max()
+
+
 def test_one_that_vanishes_is_remembered(cache) -> None:
     mesh = dolfinx.mesh.create_unit_interval(MPI.COMM_SELF, 2)
     space = fem.functionspace(mesh, ("Lagrange", 1))
