@@ -19,8 +19,11 @@ from typing import Any
 import ufl
 from dolfinx import fem
 from ufl import Form
+from ufl.algorithms.analysis import extract_type, has_type
 from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
 from ufl.algorithms.apply_derivatives import apply_derivatives
+from ufl.algorithms.map_integrands import map_integrands
+from ufl.classes import Variable, VariableDerivative
 
 Items = Sequence[Any]
 
@@ -118,8 +121,12 @@ class Derivative(Known):
         """The derivative in UFL; it may be empty."""
         trial = ufl.TrialFunction(self.spaces[-1])
         if self._shares is None:
-            derivative = ufl.derivative(self.of, self._functions[0], trial)
-            return ufl.algorithms.expand_derivatives(derivative)
+            return through(
+                self.of,
+                lambda value: ufl.algorithms.expand_derivatives(
+                    ufl.derivative(value, self._functions[0], trial)
+                ),
+            )
         shares = [self._shares[k] for k in range(len(self._functions))]
         return by_shares(self.of, self._functions, shares, trial)
 
@@ -135,10 +142,43 @@ def by_shares(form: Form, functions: Sequence[Any], shares: Sequence[Any], trial
     """
     # gradients are derived in directions that stand by themselves
     directions = tuple(ufl.Coefficient(trial.ufl_function_space()) for _ in functions)
-    derivative = ufl.derivative(form, tuple(functions), directions)
-    derivative = apply_derivatives(apply_algebra_lowering(derivative))
     put = {d: share * trial for d, share in zip(directions, shares, strict=True)}
-    return ufl.replace(derivative, put)
+
+    def take(value: Any) -> Any:
+        derivative = ufl.derivative(value, tuple(functions), directions)
+        return ufl.replace(apply_derivatives(apply_algebra_lowering(derivative)), put)
+
+    return through(form, take)
+
+
+def through(form: Form, take: Callable[[Any], Any]) -> Form:
+    """Derivative of a form through vectors that are marked as variables, by the chain rule.
+
+    What is made of few numbers is derived by these, and not by all unknowns: kernels of angles have
+    half the code. Forms that hold derivatives by variables are derived as they are.
+
+    Args:
+        form: The form.
+        take: Derivative of a form or an expression in which variables are constant.
+    """
+    if has_type(form, VariableDerivative) or not has_type(form, Variable):
+        return take(form)
+    domain = form.ufl_domain()
+
+    @cache
+    def whole(value: Any) -> Any:
+        marked = [v for v in extract_type(value, Variable) if len(v.ufl_shape) == 1]
+        marked.sort(key=lambda v: v.label().count())
+        held = {v: ufl.variable(ufl.Constant(domain, v.ufl_shape)) for v in marked}
+        rest = ufl.replace(value, held)
+        found, there = take(rest), extract_type(rest, Variable)
+        for v, constant in held.items():
+            if constant in there:
+                by = apply_derivatives(apply_algebra_lowering(ufl.diff(rest, constant)))
+                found += ufl.dot(by, whole(v.ufl_operands[0]))
+        return ufl.replace(found, {c: v.ufl_operands[0] for v, c in held.items()})
+
+    return map_integrands(whole, form)
 
 
 class Written(Known):

@@ -39,16 +39,19 @@ def increment(start: Expr, end: Expr) -> Expr:
     return ufl.atan2(start[0] * end[1] - start[1] * end[0], start[0] * end[0] + start[1] * end[1])
 
 
-def increment_gradient(start: Expr, end: Expr, change: Expr) -> Expr:
+def increment_gradient(start: Expr, end: Expr, change: Expr, torque: Expr | float = 1.0) -> Expr:
     """Discrete gradient of `increment`: along `end - start` it is the increment itself.
 
     That holds for vectors of any length, as they are before Newton's method has converged.
+    Derivatives go through the few numbers that are variables.
 
     Args:
         start: Cosine and sine at the start of the sub-interval, shape (2,).
         end: The same at its end.
         change: Variation of cosine and sine at the mid-point configuration, shape (2,).
+        torque: What works on it.
     """
+    start, end = ufl.variable(start), ufl.variable(end)
     sine = start[0] * end[1] - start[1] * end[0]
     cosine = start[0] * end[0] + start[1] * end[1]
     near = ufl.lt(abs(sine), SMALL_TANGENT * cosine)
@@ -58,18 +61,19 @@ def increment_gradient(start: Expr, end: Expr, change: Expr) -> Expr:
     ratio = ufl.conditional(
         near, series, ufl.atan2(sine, cosine) / ufl.conditional(near, 1.0, sine)
     )
-    middle = (start + end) / 2
-    return ratio * (middle[0] * change[1] - middle[1] * change[0])
+    return ufl.dot(ufl.variable(torque * ratio * perpendicular((start + end) / 2)), change)
 
 
-def turning(at: Expr, change: Expr) -> Expr:
+def turning(at: Expr, change: Expr, torque: Expr | float = 1.0) -> Expr:
     """Change of the angle for a change of cosine and sine, at a single state, rad.
 
     Args:
         at: Cosine and sine, shape (2,).
         change: Their change, shape (2,).
+        torque: What works on it.
     """
-    return (at[0] * change[1] - at[1] * change[0]) / ufl.dot(at, at)
+    at = ufl.variable(at)
+    return ufl.dot(ufl.variable(torque / ufl.dot(at, at) * perpendicular(at)), change)
 
 
 def rotation_gap(a: Place, b: Place, x: Expr) -> Expr:

@@ -60,6 +60,29 @@ def test_known_ones_are_not_taken_again(cache, monkeypatch) -> None:
         assert np.abs(found - value).max() < 1e-14 * np.abs(value).max()
 
 
+def seen_through(few, u: fem.Function) -> ufl.Form:
+    """A form of what is made of few numbers, which `few` marks or not, one in another."""
+    test = ufl.TestFunction(u.function_space)
+    first = few(ufl.as_vector([u**2, ufl.sin(u)]))
+    second = few(u * ufl.as_vector([first[0] * first[1], ufl.exp(first[1])]))
+    return ufl.dot(second, ufl.as_vector([test, u * test.dx(0)]) * first[0]) * ufl.dx
+
+
+def test_derivatives_through_few_numbers(cache) -> None:
+    """They are those by the unknowns, of one function and of several with shares."""
+    mesh = dolfinx.mesh.create_unit_interval(MPI.COMM_SELF, 3)
+    u = fem.Function(fem.functionspace(mesh, ("Lagrange", 1)))
+    u.interpolate(lambda x: 1 + x[0] ** 2)
+    form = seen_through(ufl.variable, u)
+    shares = fem.Constant(mesh, np.array([0.3]))
+    wanted = [Derivative(form, u), Derivative(form, u, shares=shares)]
+    found = [fem.assemble_matrix(a).to_dense() for a in kernels.compile_with_derivatives(wanted)]
+    plain = fem.form(ufl.derivative(seen_through(lambda value: value, u), u))
+    exact = fem.assemble_matrix(plain).to_dense()
+    for matrix, share in zip(found, (1.0, 0.3), strict=True):
+        assert np.abs(matrix - share * exact).max() < 1e-14 * np.abs(exact).max()
+
+
 def test_derivatives_with_one_kernel_are_taken_once(cache, monkeypatch) -> None:
     """Of unknown functions with other shares."""
     form, u, _, other = residual(2)

@@ -261,11 +261,20 @@ def turning(**more: Any) -> Scene:
     )
 
 
-@pytest.mark.parametrize("scene", [thrown, turning])
-def test_the_tangent_of_the_rows(scene: Callable[..., Scene]) -> None:
+@pytest.mark.parametrize(
+    "scene, scheme, alpha",
+    [
+        (thrown, "ed3", 0.5),
+        (turning, "ed3", 0.5),
+        # angles are derived through cosine and sine in all schemes
+        (turning, "ep", 0.0),
+        (turning, "ed", 1.0),
+    ],
+)
+def test_the_tangent_of_the_rows(scene: Callable[..., Scene], scheme: str, alpha: float) -> None:
     """Jacobian times a direction, against differences of the residual, unreduced."""
     simulation = Simulation(
-        scene(scheme="ed3", alpha=0.5, solver=Solver(solve="full", newton="full"))
+        scene(scheme=scheme, alpha=alpha, solver=Solver(solve="full", newton="full"))
     )
     problem, system = simulation.problem, simulation.problem.system
     problem.prepare(0.0, 0.2)

@@ -18,7 +18,7 @@ from shellmb.expressions import compiled_expression
 from shellmb.forms.constraints import coordinates as forms
 from shellmb.forms.constraints.joints import Place
 from shellmb.forms.constraints.leap import Leap
-from shellmb.forms.constraints.turning import turning_row
+from shellmb.forms.constraints.turning import turned, turning_rate
 from shellmb.forms.steps.discrete import variation
 from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.path import Step
@@ -171,25 +171,40 @@ class CoordinateGroup(ConstraintGroup):
         """The equation at the end of the sub-interval, its force along a discrete gradient."""
         if self.kind != "rotation":
             return super().internal(span, dq)
-        change = variation(self._angle, span.mid, dq)
+        change, torque = variation(self._angle, span.mid, dq), self._torque(span.unknown)
         if span.a is span.b:
-            turned = forms.turning(self._angle(span.mid), change)
+            work = forms.turning(self._angle(span.mid), change, torque)
         else:
-            turned = forms.increment_gradient(self._angle(span.a), self._angle(span.b), change)
-        work = as_row(self.layout.part(dq, "x") - turned)
-        return self._sum(span.unknown, self._gap(span.at), dq, work)
+            ends = self._angle(span.a), self._angle(span.b)
+            work = forms.increment_gradient(*ends, change, torque)
+        return self._turned(torque, work, self._gap(span.at), dq)
+
+    def _torque(self, q: Expr) -> Expr:
+        return self._force * self.layout.part(q, "mu")
+
+    def _turned(self, torque: Expr, work: Expr, gap: Expr, dq: Expr) -> Form:
+        """Work of a torque on the coordinate less that on the angle, with what must vanish."""
+        return (torque * self.layout.part(dq, "x") - work + self._torque(dq) * gap[0]) * ufl.dx
 
     def along(self, step: Step, k: int, dq: Expr) -> Form | None:
         """The equation and its rate at the end of a step, two forces without work for both."""
         if self.kind != "rotation":
             return super().along(step, k, dq)
-        x = self.layout.part
-        row = turning_row(self._angle, x, self._gap(step.path.end), step.path, k, dq)
-        return self._row(row, dq)
+        path = step.path
+        torques = self._torque(path.end), self._torque(path.rate)
+        gap = self._gap(path.end)
+        if k == 1:
+            rate = self.layout.part(path.rate, "x")
+            gap = as_row(rate - turning_rate(self._angle, path))
+        return self._turned(torques[k], turned(self._angle, path, k, dq, torques), gap, dq)
 
     def velocity_constraint(self, v: Expr, mid: Expr, dv: Expr) -> Form:
         """The rate of the coordinate is that of the places, with the impulse for that."""
-        return self._sum(v, self._rate_gap(mid, v), dv, self._rate_gap(mid, dv))
+        if self.kind != "rotation":
+            return super().velocity_constraint(v, mid, dv)
+        gap, impulse = self._rate_gap(mid, v), self._torque(v)
+        work = forms.turning(self._angle(mid), variation(self._angle, mid, dv), impulse)
+        return self._turned(impulse, work, gap, dv)
 
     def leaping(self, leap: Leap, dq: Expr) -> Leaping:
         """Angles hold the jump: they are not quadratic."""
@@ -199,8 +214,8 @@ class CoordinateGroup(ConstraintGroup):
         """Derivative of the equation at the state `q` along the velocity `v`."""
         if self.kind != "rotation":
             return variation(self._gap, q, v)
-        turned = forms.turning(self._angle(q), variation(self._angle, q, v))
-        return as_row(self.layout.part(v, "x") - turned)
+        rate = forms.turning(self._angle(q), variation(self._angle, q, v))
+        return as_row(self.layout.part(v, "x") - rate)
 
     @cached_property
     def _refreshing(self) -> tuple[fem.Function, fem.Function, fem.Expression, fem.Function]:
