@@ -14,8 +14,10 @@ from shellmb.forms.beam import Line
 from shellmb.forms.surface import Surface, along
 
 
-def of_shell(N: Expr, u: Expr, R: Expr, surf: Surface) -> tuple[Expr, Expr]:
-    """Size of it, and energy of stretching, per area, J/m^2.
+def of_shell(N: Expr, u: Expr, R: Expr, surf: Surface) -> tuple[Expr, Expr, Expr]:
+    """Size of it, energy of stretching, and what the squares would have of that, were edges held.
+
+    Per area, J/m^2; the last over the membrane stiffness. Where edges follow it is less.
 
     Args:
         N: Membrane forces 11, 22, 12, shape (3 or more,), N/m.
@@ -30,10 +32,10 @@ def of_shell(N: Expr, u: Expr, R: Expr, surf: Surface) -> tuple[Expr, Expr]:
     turn, shear = (ufl.dot(e2, g1) - ufl.dot(e1, g2)) / 2, ufl.dot(e2, g1) + ufl.dot(e1, g2)
     squares = N[0] * (t1**2 + turn**2) + N[1] * (t2**2 + turn**2) + 2 * N[2] * t1 * t2
     stretching = N[0] * ufl.dot(e1, g1) + N[1] * ufl.dot(e2, g2) + N[2] * shear
-    return abs(squares) / 2, stretching / 2
+    return abs(squares) / 2, stretching / 2, (t1**2 + t2**2) ** 2 / 8
 
 
-def of_beam(N: Expr, u: Expr, R: Expr, line: Line) -> tuple[Expr, Expr]:
+def of_beam(N: Expr, u: Expr, R: Expr, line: Line) -> tuple[Expr, Expr, Expr]:
     """The same per length, J/m.
 
     Args:
@@ -45,4 +47,5 @@ def of_beam(N: Expr, u: Expr, R: Expr, line: Line) -> tuple[Expr, Expr]:
     t = R * line.t
     g = along(u, line.t) + line.t - t
     stretch = ufl.dot(t, g)
-    return abs(N[0]) * (ufl.dot(g, g) - stretch**2) / 2, N[0] * stretch / 2
+    squares = ufl.dot(g, g) - stretch**2
+    return abs(N[0]) * squares / 2, N[0] * stretch / 2, squares**2 / 8

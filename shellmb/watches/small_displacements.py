@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator
 from typing import Any
 
 from mpi4py import MPI
@@ -15,11 +15,10 @@ from shellmb.observers.account.energy import present
 from shellmb.observers.fields.modal import ModalState
 from shellmb.observers.fields.nodal import nodal_bodies
 from shellmb.observers.summary import Sources
-from shellmb.scene import Scene
 from shellmb.scene.checks.linear import SMALL_ANGLE
 from shellmb.simulate.reduction.leftout import LeftOut
 from shellmb.simulate.reduction.lowest import lowest_frequency
-from shellmb.simulate.reduction.stretched import Parts, held_scene, stiffening
+from shellmb.simulate.reduction.stretched import Parts, stiffening
 from shellmb.simulate.reduction.tangent import bending_scale
 from shellmb.simulate.simulation import Silent, Simulation
 from shellmb.system.assembly.functionals import Functionals
@@ -103,16 +102,15 @@ class _AboutFrames(Silent):
 
     # what is said of such a body, and who does not know of forces
     name, said, blind = "", "", ""
-    # bodies that are held at several places, alone in these
-    held: Mapping[str, Scene]
 
     def __init__(self, sources: Sources) -> None:
         # largest rotation about the frame on this rank [rad], largest spin [rad/s], energy that is
         # left out, energy of bending and strain energy [J]; by name of the body, with the time
         kinds = "turns", "spins", "left out", "bending", "energy"
         self._largest: dict[str, dict[str, tuple[float, float]]] = {k: {} for k in kinds}
-        # of those that are held the state with the largest energy [J] since the run went on
-        self._shapes: dict[str, tuple[float, Floats]] = {}
+        # the state with the largest energy since the run went on, with that and the energy of
+        # stretching if edges did not follow [J]
+        self._shapes: dict[str, tuple[float, float, Floats]] = {}
 
     def _note(self, kind: str, name: str, size: float, t: float) -> None:
         if size > self._largest[kind].get(name, (0.0, 0.0))[0]:
@@ -123,16 +121,16 @@ class _AboutFrames(Silent):
         raise NotImplementedError
 
     def _energies(self, name: str, found: Floats, energy: float, shape: Floats, t: float) -> None:
-        """Note what is left out and the energy of stretching, the strain energy and its state."""
-        left, stretching = map(float, found)
+        """Note what is left out, the energy of stretching, the strain energy and its state."""
+        left, stretching, squares = map(float, found)
         for kind, size in (
             ("left out", left),
             ("bending", energy - stretching),
             ("energy", energy),
         ):
             self._note(kind, name, size, t)
-        if name in self.held and energy > self._shapes.get(name, (0.0, shape))[0]:
-            self._shapes[name] = energy, np.array(shape)
+        if energy > self._shapes.get(name, (0.0,))[0]:
+            self._shapes[name] = energy, squares, np.array(shape)
 
     def _worst(self, simulation: Simulation, kind: str, name: str) -> tuple[float, float]:
         here = self._largest[kind].get(name, (0.0, 0.0))
@@ -166,21 +164,31 @@ class _AboutFrames(Silent):
                 f"change its stiffness by about as much, and {self.blind} not know that; use "
                 "model='exact'",
             )
-        if name in self._shapes:
-            here, shape = self._shapes[name]
-            energy, when = self._worst(simulation, "energy", name)
-            parts = self._parts(simulation, name, shape)
-            share = stiffening(self.held[name], simulation.model.comm, parts) * energy / here
-            if share > STIFFENED:
-                yield Caution(
-                    self.name,
-                    name,
-                    share,
-                    STIFFENED,
-                    f"{who} and is held at several places, between which squares of its "
-                    f"displacements would stretch it, at t = {when:g}: they would make it stiffer "
-                    f"by about {share:.1%}, and {self.blind} not know that; use model='exact'",
-                )
+        share, when = self._stretched(simulation, name)
+        if share > STIFFENED:
+            yield Caution(
+                self.name,
+                name,
+                share,
+                STIFFENED,
+                f"{who} and squares of its displacements would make it stiffer by about "
+                f"{share:.1%}, at t = {when:g}, as they stretch it between what holds it or where "
+                f"it bends two ways, and {self.blind} not know that; use model='exact'",
+            )
+
+    def _stretched(self, simulation: Simulation, name: str) -> tuple[float, float]:
+        """By what share a body is stiffer as it is stretched, and when; collective."""
+        energy, when = self._worst(simulation, "energy", name)
+        here, squares, shape = self._shapes.get(name, (0.0, 0.0, np.zeros(0)))
+        # of a run that went on the largest state may be an earlier one
+        if 2 * squares * energy <= STIFFENED * here**2:
+            return 0.0, when
+        size = np.sqrt(energy / here)
+        parts = {
+            member: {part: size * values for part, values in found.items()}
+            for member, found in self._parts(simulation, name, shape).items()
+        }
+        return stiffening(simulation.scene, simulation.model.comm, parts), when
 
     def _spun(self, simulation: Simulation, name: str, lowest: float, of: str) -> Iterator[Caution]:
         """The caution of a body that spins too fast; collective."""
@@ -227,7 +235,6 @@ class ReducedBodies(_AboutFrames):
             data.name: [(LeftOut(m.body), m.states) for m in data.members.values()]
             for data in model.modal
         }
-        self.held = _held(simulation, {data.name: tuple(data.members) for data in model.modal})
 
     def _parts(self, simulation: Simulation, name: str, shape: Floats) -> Parts:
         (data,) = (data for data in simulation.model.modal if data.name == name)
@@ -277,7 +284,6 @@ class LinearBodies(_AboutFrames):
             (LeftOut(body), Functionals([present([body.strain_energy(state(body.name))])], comm))
             for body, _ in self._bodies
         ]
-        self.held = _held(simulation, {body.name: (body.name,) for body, _ in self._bodies})
 
     def _parts(self, simulation: Simulation, name: str, shape: Floats) -> Parts:
         body = simulation.model.meshed[name]
@@ -314,9 +320,3 @@ class LinearBodies(_AboutFrames):
             if (spin / slow) ** 2 > STIFFENED:
                 lowest = lowest_frequency(simulation.model, body.name)
                 yield from self._spun(simulation, body.name, lowest, "by itself")
-
-
-def _held(simulation: Simulation, groups: Mapping[str, Sequence[str]]) -> dict[str, Scene]:
-    """Bodies that are held at several places, by name, alone in these."""
-    found = {name: held_scene(simulation.scene, names) for name, names in groups.items()}
-    return {name: scene for name, scene in found.items() if scene is not None}

@@ -186,20 +186,25 @@ def test_what_it_cannot_have_is_refused(message) -> None:
 
 def test_what_stretches_between_its_supports_is_said_by_how_much() -> None:
     """A plate on hinges that moves by 0.03 and 0.12 of its thickness, and one with a free end."""
-    held, probe = Hinged(ALL), Probe("w", (0.5, 0.2, 0.0), component=2)
+    held = Hinged(ALL)
 
     def off(model: Any, pressure: float, supports: Any = held) -> tuple[float, list[float]]:
-        load = SurfaceForce((0, 0, pressure))
+        load, probe = SurfaceForce((0, 0, pressure)), Probe("w", (0.5, 0.2, 0.0), component=2)
         more = {"supports": supports, "loads": load, "probes": probe, "scheme": "static", "dt": 1.0}
         exact, found = (execute(Scene("s", plate(m), **more)) for m in ("exact", model))
         tips = [run.history["w"].iloc[-1] for run in (exact, found)]
         return tips[1] / tips[0] - 1, [item.value for item in found.warnings]
 
-    assert off(MODAL, 400.0)[1] == off(MODAL, 400.0, Clamped("left"))[1] == []
-    for model in (MODAL, "linear"):
-        error, (said,) = off(model, 1600.0)
-        # 2.9 %; what is of higher order is the square of that
-        assert said == pytest.approx(error, rel=0.1)
+    assert off(MODAL, 400.0)[1] == off(MODAL, 200.0, Clamped("left"))[1] == []
+    for model, pressure, supports in (
+        (MODAL, 1600.0, held),
+        ("linear", 1600.0, held),
+        # nothing stretches it, but it bends as far as 6 % of its length
+        (MODAL, 400.0, Clamped("left")),
+    ):
+        error, (said,) = off(model, pressure, supports)
+        # 2.9 and 1.5 %: what is said is a mean of the deflections that the load works on
+        assert said == pytest.approx(error, rel=0.3)
 
 
 @SLOW

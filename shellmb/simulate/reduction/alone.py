@@ -17,13 +17,14 @@ import numpy.typing as npt
 import ufl
 from dolfinx import fem
 
+from shellmb.kernels import compile_with_derivatives
 from shellmb.model.model import build_model
 from shellmb.scene import Scene
 from shellmb.simulate.reduction.tangent import Blocks, bending_scales, tangent
 from shellmb.simulate.soundness.mobility import Motions
 from shellmb.simulate.soundness.motions import SMALL, Frame
 from shellmb.simulate.soundness.redundancy import look_through
-from shellmb.system.direct.mumps import use_mumps
+from shellmb.system.direct.mumps import mumps_options, use_mumps
 from shellmb.system.eigenvalues import eigenpairs
 
 Floats = npt.NDArray[np.float64]
@@ -68,6 +69,25 @@ class Alone:
     def M(self) -> PETSc.Mat:
         """Mass matrix."""
         return self.system.symmetric_matrix(self._mass, 0.0)
+
+    def tangent_at(self, state: PETSc.Vec) -> PETSc.Mat:
+        """Stiffness matrix at a state; collective."""
+        values, fields = self.system.local_values(state), self.system.fields
+        for k, field in enumerate(fields):
+            field.function.x.array[:] = values[self.system.numbering.slice(k)]
+        self.system.follow()
+        return self.system.symmetric_matrix(self._stiffness, 1.0)
+
+    def elastic(self, arrays: Arrays) -> PETSc.Vec:
+        """Elastic forces of bodies by small states of each, as of `force`; collective."""
+        forces = self.zeros()
+        for k, body in enumerate(self.model.bodies):
+            kernels = self._stiffness[k, k] if body.name in arrays else ()
+            for form in compile_with_derivatives(kernels):
+                A = fem.assemble_matrix(form)
+                A.scatter_reverse()
+                forces[body.name][: A.index_map(0).size_local] += A.to_scipy() @ arrays[body.name]
+        return self.force(forces)
 
     @property
     def damping(self) -> PETSc.Mat | None:
@@ -209,11 +229,13 @@ class Alone:
         out.array[self.system.fixed] = 0.0
         return out
 
-    def _solver(self, K: PETSc.Mat, name: str) -> PETSc.KSP:
+    def solver(self, K: PETSc.Mat, name: str) -> PETSc.KSP:
+        """A direct solver for a matrix of the system, or a part of it."""
         solver = PETSc.KSP().create(self.comm)
         solver.setOperators(K)
         solver.setType(PETSc.KSP.Type.PREONLY)
-        use_mumps(solver.getPC(), "lu", f"shellmb_{name}_{id(self)}_", {})
+        options = mumps_options(K.getSize()[0], reduced=False)
+        use_mumps(solver.getPC(), "lu", f"shellmb_{name}_{id(self)}_", options)
         return solver
 
     def ritz_vectors(self, count: int, center: Floats, loads: list[Arrays]) -> list[PETSc.Vec]:
@@ -243,7 +265,7 @@ class Alone:
         free -= numbering.start
         found = [self._whole(vector, free) for vector in inner]
         K.axpy(STATIC * self.scale, M)
-        solver = self._solver(K, "static")
+        solver = self.solver(K, "static")
         for arrays in loads:
             force, part, inside = self.force(arrays), K.createVecLeft(), K.createVecRight()
             part.array[:] = force.array[free]
@@ -287,7 +309,7 @@ class Alone:
         gram = self.gram(self.M, motions)
         K = self.K.copy()
         K.axpy(STATIC * self.scale, self.M)
-        solver, found, inert = self._solver(K, "free"), [], self.K.createVecLeft()
+        solver, found, inert = self.solver(K, "free"), [], self.K.createVecLeft()
         for force in forces:
             shares = np.linalg.solve(gram, [force.dot(motion) for motion in motions])
             for share, motion in zip(shares, motions, strict=True):

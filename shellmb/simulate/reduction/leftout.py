@@ -1,4 +1,4 @@
-"""What forces along a body would do on squares of its rotations, in numbers."""
+"""Energies that small strains leave out, in numbers: of squares of rotations."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Floats = npt.NDArray[np.float64]
 
 
 class LeftOut:
-    """Energy of forces along a body on squares of its rotations about a frame; and of stretching.
+    """Energies of squares of rotations about a frame, as of `forms.floating.leftout`.
 
     Args:
         body: The shell or beam.
@@ -32,14 +32,22 @@ class LeftOut:
         N = formulation.N0 * layout.part(q, "N")
         if isinstance(body, ShellModel):
             densities = of_shell(N, layout.displacement(q), self._R, body.surface)
+            stiffness = body.section.sizes.stiffness
         else:
             densities = of_beam(N, layout.part(q, "u"), self._R, body.line)
+            stiffness = float(body.beam.section.stiffness[0, 0])
+        self._units = np.array([1.0, 1.0, stiffness])
         dx = ufl.dx(space.mesh, degree=2)
         self._energies = Functionals([[density * dx] for density in densities], space.mesh.comm)
 
     def of(self, state: Floats, R: Floats | None = None) -> Floats:
-        """Both of a local array of the state, about a frame with the directors `R` as rows, J."""
+        """Of forces along the body, of stretching, and of squares if edges were held, J.
+
+        Args:
+            state: Local array.
+            R: Directors of the frame as rows.
+        """
         self._q.x.array[:] = state
         if R is not None:
             self._R.value = R.T  # type: ignore[assignment]
-        return self._energies()
+        return self._units * self._energies()
