@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from shellmb.observers.summary import Sources
 from shellmb.simulate.simulation import Simulation
 from shellmb.watches.base import Caution, Watch
+from shellmb.watches.damped_modes import DampedModes
 from shellmb.watches.dissipation import Dissipation
 from shellmb.watches.drift import Drift
 from shellmb.watches.energy_law import EnergyLaw
@@ -23,6 +24,7 @@ WATCHES: tuple[type[Watch], ...] = (
     SmallDisplacements,
     ReducedBodies,
     LinearBodies,
+    DampedModes,
     LargeTurns,
     StepErrors,
     StiffSpin,

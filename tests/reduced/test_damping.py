@@ -12,6 +12,7 @@ from shellmb.errors import SceneError
 from shellmb.modes import natural_modes
 from shellmb.run.execute import RunResult, execute
 from shellmb.scene import (
+    Clamped,
     InitialVelocity,
     Isotropic,
     Join,
@@ -22,6 +23,7 @@ from shellmb.scene import (
     Scene,
     Shell,
     ShellDamping,
+    SurfaceForce,
 )
 
 PLATE = Isotropic(E=70e9, nu=0.3, thickness=5e-3, density=2700.0)
@@ -119,6 +121,35 @@ def test_decays_as_the_full_body_does(damping) -> None:
     one, other = (run.history["work_terms"].iloc[-1] for run in (exact, modal))
     # what eight modes leave out is stiff, and damped most
     assert other == pytest.approx(one, rel=2e-2)
+
+
+# 0.74 s is 20 over the lowest frequency
+@pytest.mark.parametrize(
+    ("damping", "warns"),
+    [
+        (ShellDamping(shear=7.4), True),
+        pytest.param(0.74, False, marks=SLOW),
+        pytest.param(ShellDamping(shear=0.07), False, marks=SLOW),
+    ],
+)
+def test_shapes_that_modes_cannot_relax_in_are_said(damping, warns) -> None:
+    """A cantilever whose shear is damped far beyond oscillation bends without: its modes do not."""
+    times = {"scheme": "ed3", "dt": 0.01, "t_end": 0.1}
+
+    def pushed(model: Any) -> tuple[Any, list[float]]:
+        load = SurfaceForce((0, 0, 200.0), time=lambda t: 1.0 if t < 0.02 else 0.0)
+        probe, held = Probe("w", (1.0, 0.2, 0.0), component=2), Clamped("left")
+        body = plate(model, damping=damping)
+        run = execute(Scene("s", body, supports=held, loads=load, probes=probe, **times))
+        found = [item.value for item in run.warnings if item.watch == "damped modes"]
+        return run.history["w"].to_numpy(), found
+
+    (linear, none), (modal, said) = (pushed(model) for model in ("linear", Modal(modes=4)))
+    off = np.abs(modal - linear).max() / np.abs(linear).max()
+    assert none == []
+    assert (len(said) == 1) == warns == (off > 0.02)
+    if warns:
+        assert off / 3 < said[0] < 3 * off
 
 
 def test_one_body_has_one_rate() -> None:

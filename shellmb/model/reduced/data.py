@@ -121,6 +121,8 @@ class ModalBody:
         stiffness: Stiffness of each mode, shape (K,), N/m.
         omega2: Square of its angular frequency, where the body is free, shape (K,), rad^2/s^2.
         damping: Damping of the modes, shape (K, K), N s/m; None without any.
+        relaxing: Stiffness, over squares of rates, that the modes have because they do not give way
+            to damping as the body does, shape (K, K), N s^2/m; None without damping.
         slowing: Rate of the damping in proportion to the mass, 1/s.
         mass: Masses of the points that carry the inertia of the modes, shape (R,), kg.
         points: Where they are per amplitude, `Q` above, shape (R, 3, K).
@@ -140,6 +142,7 @@ class ModalBody:
     stiffness: Floats
     omega2: Floats
     damping: Floats | None
+    relaxing: Floats | None
     slowing: float
     mass: Floats
     points: Floats

@@ -25,6 +25,7 @@ from shellmb.scene.multibody.rigid import FloatingFrame, Interface, RigidBody
 from shellmb.scene.values.models import Modal
 from shellmb.simulate.reduction.alone import Alone, Arrays, Floats
 from shellmb.simulate.reduction.loads import SpreadLoads
+from shellmb.simulate.reduction.relaxing import relaxing
 from shellmb.simulate.reduction.supports import support_joint
 
 type Touched = Mapping[str, tuple[str, Any, str]]
@@ -176,6 +177,7 @@ class _Modes:
         self._loads = SpreadLoads(alone, loads)
         found = held.ritz_vectors(count, self.center, self._loads.vectors())
         self._find([alone.vector(held.arrays(vector)) for vector in found])
+        self.relaxing = relaxing(held, found, self._mixed, self.stiffness, self.center)
 
     def _find(self, vectors: list[Any]) -> None:
         """Modes, their stiffness and frequencies."""
@@ -206,8 +208,9 @@ class _Modes:
                 array /= largest
         T /= sizes
         self.omega2, self.stiffness = values, values / sizes**2
+        self._mixed = T / lengths[:, None]
         # of what supports hold the rigid motions that the modes were made orthogonal to
-        self._carried = (shares / lengths) @ T
+        self._carried = shares @ self._mixed
         self.damping, viscous = None, alone.damping
         if viscous is not None:
             self.damping = T.T @ alone.gram(viscous, vectors) @ T
@@ -276,6 +279,7 @@ class _Modes:
             self.stiffness,
             self.omega2,
             self.damping,
+            self.relaxing,
             self._slowing,
             mass,
             points,
