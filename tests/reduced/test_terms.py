@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 import ufl
 
+from shellmb.errors import SceneError
 from shellmb.run.execute import execute
 from shellmb.scene import (
     Beam,
     Cylinder,
+    Hinged,
     InitialVelocity,
     Isotropic,
     Line,
@@ -43,6 +45,16 @@ def held_back(point: Any) -> Any:
     """A soft bed and a pull on directors, which know positions, directors and time."""
     pull = 20.0 * ufl.sin(30.0 * point.time) * point.dw[0]
     return -2e3 * point.x[2] * point.du[2] + pull - 5.0 * point.d[1] * point.dw[1]
+
+
+def bed_across(point: Any) -> Any:
+    """A bed that holds what moves across it, and not along."""
+    return -1e4 * point.x[2] * point.du[2]
+
+
+def pushed_up(point: Any) -> Any:
+    """A pressure that keeps its direction."""
+    return 3.0 * point.du[2]
 
 
 def viscous(point: Any) -> Any:
@@ -137,3 +149,25 @@ def test_beams_and_triangles_have_them(kind) -> None:
     exact, modal, without = run("exact", (bed,)), run(MODAL, (bed,)), run(MODAL, ())
     assert modal.summary["energy_balance_error"] < 1e-12
     assert apart(without, modal) > 20 * apart(exact, modal)
+
+
+LEFT_FREE = {
+    # a bed across holds three motions, and a push that is always the same none
+    "shell 'plate' can translate along x and y and turn about z": ((bed_across,), ()),
+    "shell 'plate' can turn about y through (0, 0.2, 0)": ((pushed_up,), Hinged("left")),
+}
+
+
+@pytest.mark.parametrize("said", LEFT_FREE)
+def test_statics_names_what_terms_leave_free(said) -> None:
+    """As of an exact body, and before Newton's method meets a matrix that is singular."""
+    terms, supports = LEFT_FREE[said]
+    section = Isotropic(E=E, nu=NU, thickness=THICKNESS, density=2700.0)
+    for model in ("exact", MODAL):
+        plate = Shell("plate", Rectangle(1.0, 0.4), section, mesh=(4, 2), model=model, terms=terms)
+        with pytest.raises(SceneError) as caught:
+            execute(Scene("free", plate, supports=supports, scheme="static"))
+        assert str(caught.value) == (
+            f"statics: nothing holds these motions: {said}; add supports, joints or springs that "
+            "do (a load does not), or let it move, as with scheme='ep'"
+        )

@@ -41,10 +41,15 @@ class ModalTerms(Massless):
     Args:
         body: The body.
         member: The shell or beam.
+
+    Attributes:
+        of: Name of the body.
+        center: Where its frame is at rest, shape (3,), m.
     """
 
     def __init__(self, body: Reduced, member: Member) -> None:
         self._of, frame = member.body, body.frame
+        self.of, self.center = body.data.name, frame.node
         space = self._of.mixed.space
         mixed = constant_space(space.mesh, {"eta": body.data.count, "u1": 3, "w1": 9})
         targets: dict[str, tuple[str, Any]] = {

@@ -12,6 +12,7 @@ string under tension) is not there at the start, where all internal forces are z
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -20,9 +21,10 @@ from dolfinx import fem
 
 from shellmb.errors import SceneError
 from shellmb.kernels import compiled
-from shellmb.model.body import Body
+from shellmb.model.body import Body, Dofs
 from shellmb.model.elements.elements import ElementGroup
 from shellmb.model.model import Model
+from shellmb.model.reduced.terms import ModalTerms
 from shellmb.model.unknowns import NOT_GIVEN, Unknowns
 from shellmb.scene.lookup import said
 from shellmb.simulate.soundness.motions import Frame, describe
@@ -54,17 +56,21 @@ def refuse_mechanisms(model: Model) -> None:
         free = free @ motions.without_force(free)
     if not free.shape[1]:
         return
-    # whether a potential holds its body, or terms a body in modes, is seen when that is solved
+    # whether a potential holds its body is seen when that is solved
     kept = {group.owner for group in model.potentials if group.holds}
-    kept |= {body.name for body in model.scene.rigid_bodies if getattr(body, "terms", ())}
+    members = {data.name: data.members[data.name].body for data in model.modal}
+    every = {
+        body: describe(motions.frames[body], free[6 * k : 6 * k + 6])
+        for body, k in motions.blocks.items()
+    }
     found = []
-    for body, k in motions.blocks.items():
-        # a place on a reduced body is kept with it
-        if {body, getattr(model.scene.body(body), "of", body)} & kept:
-            continue
-        words = describe(motions.frames[body], free[6 * k : 6 * k + 6])
-        if words:
-            found.append(f"{said(model.scene.body(body))} can {words}")
+    for body, words in every.items():
+        whole = getattr(model.scene.body(body), "of", body)
+        # a place on a reduced body is kept with it, and moves with it
+        if words and not {body, whole} & kept and (whole == body or not every[whole]):
+            reduced: Any = members.get(body)
+            described = getattr(reduced, "shell", None) or getattr(reduced, "beam", None)
+            found.append(f"{said(described or model.scene.body(body))} can {words}")
     if not found:
         return
     count = len(found) - NAMED
@@ -109,12 +115,18 @@ class Motions:
         high = np.max(self._comm.allgather(np.max(np.vstack([X, -inf]), axis=0)), axis=0)
         return Frame((low + high) / 2, float(np.linalg.norm(high - low)) or self.model.length)
 
-    def _along(self, name: str) -> tuple[Body, npt.NDArray[np.int32], Ints, Floats]:
+    def _along(self, name: str) -> tuple[Body, Dofs, Ints, Floats]:
         """A body's local dofs with the motions as rows, shape (n,), (n, 6) and the columns."""
         body, nodes, X, D = self.model.nodes_of(name)
-        frame, turns = self.frames[name], np.eye(3)
         u = body.mixed.dofs["u"].reshape(-1, 3)[nodes]
         w = body.mixed.dofs["w"].reshape(-1, body.mixed.parts["w"][1])[nodes]
+        return body, *self._rigid(name, u, w, X, D)
+
+    def _rigid(
+        self, name: str, u: Dofs, w: Dofs, X: Floats, D: Floats
+    ) -> tuple[Dofs, Ints, Floats]:
+        """The same of dofs at positions and directors that move with a body."""
+        frame, turns = self.frames[name], np.eye(3)
         moves = np.zeros((*u.shape, 6))
         moves[:, :, :3] = frame.size * turns
         moves[:, :, 3:] = np.cross(turns, (X - frame.middle)[:, None]).transpose(0, 2, 1)
@@ -122,8 +134,16 @@ class Motions:
         leans[..., 3:] = np.cross(turns, D[:, :, None]).transpose(0, 1, 3, 2)
         rows = np.vstack([moves.reshape(-1, 6), leans.reshape(-1, 6)])
         dofs = np.concatenate([u.ravel(), w.ravel()])
-        columns = np.tile(6 * self.blocks[name] + np.arange(6), (len(dofs), 1))
-        return body, dofs, columns, rows
+        return dofs, np.tile(6 * self.blocks[name] + np.arange(6), (len(dofs), 1)), rows
+
+    def _forced(self) -> Iterator[tuple[Body, Dofs, Ints, Floats]]:
+        """What terms may act on: bodies, and frames of bodies in modes."""
+        yield from map(self._along, self.blocks)
+        for terms in self.model.bodies:
+            if isinstance(terms, ModalTerms):
+                u, w = (terms.mixed.dofs[p].reshape(-1, n) for p, n in (("u1", 3), ("w1", 9)))
+                X, D = np.tile(terms.center, (len(u), 1)), np.tile(np.eye(3), (len(u), 1, 1))
+                yield terms, *self._rigid(terms.of, u, w, X, D)
 
     def _index(self) -> None:
         """How unknowns that something holds or ties change with motions, on all ranks."""
@@ -220,8 +240,7 @@ class Motions:
         """
         count = free.shape[1]
         stiffness, size = np.zeros((count, count)), 0.0
-        for name in self.blocks:
-            body, dofs, columns, rows = self._along(name)
+        for body, dofs, columns, rows in self._forced():
             q, dq = fem.Function(body.mixed.space), ufl.TestFunction(body.mixed.space)
             time = fem.Constant(body.mixed.space.mesh, 0.0)
             extra = body.extra(q, None, dq, time)
