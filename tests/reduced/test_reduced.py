@@ -188,6 +188,12 @@ BAD = {
         "shells": (plate(), replace(plate("exact"), name="other")),
         "joins": Join("plate", "other", "left", "left"),
     },
+    "shell 'plate' is reduced to modes and has no mass, by which these are found, in statics too; "
+    "give its section a density": {
+        "shells": replace(plate(), section=replace(PLATE, density=0.0)),
+        "supports": Clamped("left"),
+        "scheme": "static",
+    },
 }
 
 

@@ -297,6 +297,12 @@ def _frames(body: Body | None, weld: Weld) -> bool:
     return isinstance(body, Beam) or weld.second_at in _regions(body)
 
 
+def mass_of(body: Any) -> float:
+    """Mass of a shell per area, or of a beam per length, kg/m^2 or kg/m."""
+    section = body.section
+    return float((section.generic if isinstance(section, LinearSection) else section).mass[0])
+
+
 def _massive(scene: Description) -> None:
     """In motion every body needs mass; a massless frame has that of the body it is welded to."""
     framed = {
@@ -312,8 +318,7 @@ def _massive(scene: Description) -> None:
                 continue
             m, what, remedy = body.mass, "mass", ""
         else:
-            section = body.section
-            m = (section.generic if isinstance(section, LinearSection) else section).mass[0]
+            m = mass_of(body)
             what = "mass per area" if isinstance(body, Shell) else "mass per length"
             remedy = ", so give its section a density"
         if not (m > 0 and math.isfinite(m)):

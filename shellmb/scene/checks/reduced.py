@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from shellmb.errors import SceneError
+from shellmb.scene.checks.multibody import mass_of
 from shellmb.scene.loads.supports import at_rest
 from shellmb.scene.lookup import bodies_of, said
 from shellmb.scene.multibody.rolling import Contact
@@ -30,6 +31,12 @@ def check(scene: Description) -> None:
     _alike(scene)
     for group in groups:
         _slowed_alike(scene, group)
+        for body in scene.meshed:
+            if body.name in group and not mass_of(body) > 0:
+                raise SceneError(
+                    f"{said(body)} is reduced to modes and has no mass, by which these are found, "
+                    "in statics too; give its section a density"
+                )
     modal = {name: group for group in groups for name in group}
     for support in scene.supports:
         for target in bodies_of(scene, support):
