@@ -97,6 +97,14 @@ def test_contractions_that_alternate_are_judged_by_two_of_them() -> None:
     assert solve(policy, 0.4, 0.6) == -3
 
 
+def test_a_bad_contraction_of_two_is_not_taken_for_round_off() -> None:
+    """A first guess below the tolerance, whose next update is as large: the one after is not."""
+    policy = REFRESH["auto"]()
+    for _ in range(3):
+        assert solve(policy, 0.1, 0.001) > 3
+    assert solve(policy, 0.6, 0.001, first=TOLERANCE / 3) > 2
+
+
 def test_what_grows_is_not_waited_for() -> None:
     policy = REFRESH["auto"]()
     for _ in range(3):

@@ -164,12 +164,14 @@ class Modified:
             return False
         before = self._updates[-2]
         rho = update / before if before > 0 else math.inf
-        if update <= tolerance and (rho >= SLOW or update * rho / (1 - rho) <= ERROR * tolerance):
-            # small enough, or as small as round-off lets it be
-            self._serve(roundoff=rho >= SLOW)
+        mean, small = self._contraction(), update <= tolerance
+        roundoff = small and mean >= SLOW
+        if roundoff or (small and rho < SLOW and update * rho / (1 - rho) <= ERROR * tolerance):
+            # as small as round-off lets it be, or small enough
+            self._serve(roundoff)
             return True
-        mean = self._contraction()
-        if not (mean < SLOW and rho < 1.0):
+        # also of what is no number
+        if not mean < SLOW or (rho >= 1.0 and not small):
             self._far = self._far or len(self._updates) == 2
             self._wanted = True
             return False
