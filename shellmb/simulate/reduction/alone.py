@@ -1,8 +1,4 @@
-"""A body by itself, with frames welded to it: its matrices, and Ritz vectors of Craig and Bampton.
-
-Each frame moved by itself gives six static modes; with all of them held the lowest eigenvectors are
-taken.
-"""
+"""A body by itself, with frames welded to it: its matrices, motions and forces."""
 
 from __future__ import annotations
 
@@ -25,7 +21,6 @@ from shellmb.simulate.soundness.mobility import Motions
 from shellmb.simulate.soundness.motions import SMALL, Frame
 from shellmb.simulate.soundness.redundancy import look_through
 from shellmb.system.direct.mumps import mumps_options, use_mumps
-from shellmb.system.eigenvalues import eigenpairs
 
 Floats = npt.NDArray[np.float64]
 # local arrays by name of the body
@@ -34,9 +29,6 @@ Arrays = dict[str, Floats]
 # the shift of eigenproblems, and of static modes, relative to D/(m L^4): the latter is so small
 # that they are static, and not zero, because a frame may leave the body free to turn about it
 SHIFT, STATIC = 10.0, 1e-6
-# displacements by a force, relative to those in bending, that are round-off: a body gives way in
-# its own plane by the square of its thickness over its length, some 1e-8 in the thinnest
-NO_MOTION = 1e-12
 
 
 class Alone:
@@ -237,102 +229,6 @@ class Alone:
         options = mumps_options(K.getSize()[0], reduced=False)
         use_mumps(solver.getPC(), "lu", f"shellmb_{name}_{id(self)}_", options)
         return solver
-
-    def ritz_vectors(self, count: int, center: Floats, loads: list[Arrays]) -> list[PETSc.Vec]:
-        """Static modes of all frames and the lowest modes with them held; else those of the body.
-
-        And what the loads do with the frames held; without, as the body gives way to them.
-
-        Args:
-            count: Number of modes with the frames held; without frames of elastic ones.
-            center: Centre of mass, shape (3,), m.
-            loads: Nodal forces of distributed loads.
-        """
-        rigid, shift = self.model.rigid, -SHIFT * self.scale
-        if rigid is None:
-            free = self.free_motions(center).shape[1]
-            _, vectors = eigenpairs(self.K, self.M, count + free, shift, symmetric=True)
-            forces = [self.force(arrays) for arrays in loads]
-            given = zip(forces, self.given_way(center, forces), strict=True)
-            return [*vectors, *(moved for force, moved in given if self._gives_way(force, moved))]
-        numbering = self.system.numbering
-        number = next(k for k, f in enumerate(self.system.fields) if f.name == rigid.name)
-        every = np.arange(numbering.start, numbering.start + numbering.owned)
-        free = np.setdiff1d(every, numbering.by_field[number])
-        where = PETSc.IS().createGeneral(free.astype(PETSc.IntType), comm=self.comm)
-        K, M = (A.createSubMatrix(where, where) for A in (self.K, self.M))
-        _, inner = eigenpairs(K, M, count, shift, symmetric=True)
-        free -= numbering.start
-        found = [self._whole(vector, free) for vector in inner]
-        K.axpy(STATIC * self.scale, M)
-        solver = self.solver(K, "static")
-        for arrays in loads:
-            force, part, inside = self.force(arrays), K.createVecLeft(), K.createVecRight()
-            part.array[:] = force.array[free]
-            solver.solve(part, inside)
-            moved = self._whole(inside, free)
-            if self._gives_way(force, moved):
-                found.append(moved)
-        for name in rigid.index:
-            center = rigid.bodies[rigid.index[name]].center
-            for axis in range(6):
-                moved, whole = (self.vector(self.motion(axis, center, n)) for n in (name, None))
-                force, part, inside = self.K.createVecLeft(), K.createVecLeft(), K.createVecRight()
-                self.K.mult(moved, force)
-                part.array[:] = -force.array[free]
-                solver.solve(part, inside)
-                moved.axpy(1.0, self._whole(inside, free))
-                size, full = np.diag(self.gram(self.M, [moved, whole]))
-                # a frame at a single node of a shell turns about the director without the body: as
-                # large as one, the round-off of that would be a wild mode
-                if size > NO_MOTION * full:
-                    found.append(moved)
-        return found
-
-    def _combined(self, vectors: list[PETSc.Vec], shares: Floats) -> PETSc.Vec:
-        total = self.K.createVecRight()
-        total.set(0.0)
-        total.maxpy(shares.tolist(), vectors)
-        return total
-
-    def given_way(self, center: Floats, forces: list[PETSc.Vec]) -> list[PETSc.Vec]:
-        """What forces do to a body that they accelerate along the rigid motions that it has.
-
-        Args:
-            center: Point that its rotations are about, shape (3,), m.
-            forces: Vectors of the system; what accelerates the body is taken out of them.
-        """
-        if not forces:
-            return []
-        every = [self.vector(self.motion(axis, center)) for axis in range(6)]
-        motions = [self._combined(every, shares) for shares in self.free_motions(center).T]
-        gram = self.gram(self.M, motions)
-        K = self.K.copy()
-        K.axpy(STATIC * self.scale, self.M)
-        solver, found, inert = self.solver(K, "free"), [], self.K.createVecLeft()
-        for force in forces:
-            shares = np.linalg.solve(gram, [force.dot(motion) for motion in motions])
-            for share, motion in zip(shares, motions, strict=True):
-                self.M.mult(motion, inert)
-                force.axpy(-float(share), inert)
-            found.append(self.K.createVecRight())
-            solver.solve(force, found[-1])
-        return found
-
-    def _gives_way(self, force: PETSc.Vec, moved: PETSc.Vec) -> bool:
-        """Whether what a load does is more than round-off: at frames that are held it does nothing.
-
-        It is measured by how a body of that mass gives way in bending.
-        """
-        stiffness = self.scale * float(self.gram(self.M, [self.vector(self.one())])[0, 0])
-        return force.dot(moved) * stiffness > NO_MOTION * force.dot(force)
-
-    def _whole(self, part: PETSc.Vec, free: npt.NDArray[np.int64]) -> PETSc.Vec:
-        """A vector of the system from one of its free unknowns."""
-        out = self.K.createVecRight()
-        out.array[:] = 0.0
-        out.array[free] = part.array
-        return out
 
     def gram(self, A: PETSc.Mat, vectors: list[PETSc.Vec]) -> Floats:
         """`v_i . A v_j` of vectors; collective."""

@@ -24,8 +24,9 @@ from shellmb.scene.multibody.joints import Joint
 from shellmb.scene.multibody.rigid import FloatingFrame, Interface, RigidBody
 from shellmb.scene.values.models import Modal
 from shellmb.simulate.reduction.alone import Alone, Arrays, Floats
-from shellmb.simulate.reduction.loads import SpreadLoads
+from shellmb.simulate.reduction.loads import SpreadLoads, TermsAtRest
 from shellmb.simulate.reduction.relaxing import relaxing
+from shellmb.simulate.reduction.ritz import ritz_vectors
 from shellmb.simulate.reduction.supports import support_joint
 
 type Touched = Mapping[str, tuple[str, Any, str]]
@@ -90,7 +91,8 @@ def reduced_body(
         frame, joint = support_joint(held, names[0], said(bodies[0]), supports)
         frames, joints = [*frames, frame], [joint]
     slowing = float(bodies[0].section.mass_damping)
-    modes = _Modes(alone, held, words[0].modes, said(bodies[0]), slowing, loads)
+    terms = TermsAtRest(held, float(scene.t_end or 0.0), scene.static)
+    modes = _Modes(alone, held, words[0].modes, said(bodies[0]), slowing, loads, terms)
     body = modes.body(names[0], frames, touched)
     return body, (modes.frame(names[0]), *frames), tuple(joints)
 
@@ -138,6 +140,7 @@ class _Modes:
         who: What messages call it.
         slowing: Rate of the damping in proportion to the mass, 1/s.
         loads: Distributed loads on it.
+        terms: The user's terms on it.
 
     Raises:
         SceneError: If it has no mass, or no inertia about some axis.
@@ -151,6 +154,7 @@ class _Modes:
         who: str,
         slowing: float,
         loads: Sequence[Any],
+        terms: TermsAtRest,
     ) -> None:
         self._alone, self._supported, self._slowing = alone, held, slowing
         self._length = max(body.domain.length for body in alone.model.meshed.values())
@@ -175,7 +179,8 @@ class _Modes:
             )
         self.inertia = (inertia + inertia.T) / 2
         self._loads = SpreadLoads(alone, loads)
-        found = held.ritz_vectors(count, self.center, self._loads.vectors())
+        forces = [*self._loads.vectors(), *terms.forces()]
+        found = ritz_vectors(held, count, self.center, forces, terms.stiffness())
         self._find([alone.vector(held.arrays(vector)) for vector in found])
         self.relaxing = relaxing(held, found, self._mixed, self.stiffness, self.center)
 

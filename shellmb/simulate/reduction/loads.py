@@ -1,8 +1,9 @@
-"""What distributed loads are on the modes of a body, from the body's own virtual work of each.
+"""What distributed loads and users' terms are on a body in modes, by the virtual work of each.
 
 That of a dead load is linear in positions and directors, and so the same as that of one force at a
 point for each direction that the load has (`model.reduced.loads`). What turns with the body, and
-moments, are taken to the first order in the modes.
+moments, are taken to the first order in the modes. Terms act on the body's own mesh, and only the
+modes follow from what they are at rest.
 """
 
 from __future__ import annotations
@@ -13,24 +14,29 @@ from functools import partial
 from typing import Any
 
 from mpi4py import MPI
+from petsc4py import PETSc
 
 import numpy as np
 import ufl
 from dolfinx import fem, la
 from ufl import Form
 
+from shellmb.derivatives import Derivative
 from shellmb.kernels import compiled
-from shellmb.model.body import TimeFunction
+from shellmb.model.body import Rates, TimeFunction
 from shellmb.model.frames.beam import BeamLoads, BeamModel
 from shellmb.model.reduced.data import ModalForces, ModalPoint
 from shellmb.model.shells.loads import DistributedLoads, ShellLoads
 from shellmb.scene.loads.body_loads import LineForce, LineMoment
 from shellmb.scene.loads.loads import EdgeForce, EdgeMoment, Gravity, SurfaceForce
 from shellmb.simulate.reduction.alone import Alone, Arrays, Floats
+from shellmb.simulate.reduction.tangent import Blocks
 
 DEAD = (SurfaceForce, EdgeForce, LineForce, Gravity)
 MOMENTS = (EdgeMoment, LineMoment)
 
+# when terms are looked at, as shares of the run: unevenly, so that no wave is zero at all of them
+TIMES = (0.0, 0.04, 0.11, 0.23, 0.37, 0.53, 0.71, 0.89, 1.0)
 # directions in which a load has less than this share of its forces are none
 NO_FORCE = 1e-12
 
@@ -198,6 +204,66 @@ class SpreadLoads:
         return self._alone.comm.allreduce(total, op=MPI.SUM)
 
 
+class TermsAtRest:
+    """The user's terms on a body that is at rest, at several times of the run.
+
+    Args:
+        alone: The body by itself, in its supports.
+        t_end: Time at the end of the run, s.
+        static: Whether there are no velocities.
+    """
+
+    def __init__(self, alone: Alone, t_end: float, static: bool) -> None:
+        self._alone, self._times = alone, [share * t_end for share in TIMES]
+        self._forms: list[tuple[str, Any, fem.Function, Any]] = []
+        for body in alone.model.meshed.values():
+            space = body.mixed.space
+            q, v = fem.Function(space), fem.Function(space)
+            time: Any = fem.Constant(space.mesh, 0.0)
+            rates = None if static else Rates(v, v)
+            work = body.added(q, rates, ufl.TestFunction(space), time)
+            if work is not None:
+                self._forms.append((body.name, work, q, time))
+
+    def forces(self) -> list[Arrays]:
+        """Independent nodal forces; collective."""
+        if not self._forms:
+            return []
+        found = []
+        for t in self._times:
+            found.append(self._alone.zeros())
+            for name, work, _, time in self._forms:
+                time.value = t
+                found[-1][name] += _nodal(work)
+        forces = [self._alone.force(arrays) for arrays in found]
+        gram = np.array([[one.dot(other) for one in forces] for other in forces])
+        if not np.all(np.isfinite(gram)) or not np.any(gram):
+            return []
+        sizes, directions = np.linalg.eigh(gram)
+        return [
+            {n: sum(c * a[n] for c, a in zip(shares, found, strict=True)) for n in found[0]}
+            for shares in directions.T[sizes > NO_FORCE * sizes[-1]]
+        ]
+
+    def stiffness(self) -> PETSc.Mat | None:
+        """What holds the body, at the time at which it is largest; None without; collective."""
+        numbers = {body.name: k for k, body in enumerate(self._alone.model.bodies)}
+        blocks: Blocks = {
+            (numbers[name], numbers[name]): [Derivative(-work, q)]
+            for name, work, q, _ in self._forms
+            if q in work.coefficients()
+        }
+        largest, size = None, 0.0
+        for t in self._times if blocks else ():
+            for _, _, _, time in self._forms:
+                time.value = t
+            found = self._alone.system.symmetric_matrix(blocks, 0.0)
+            # a length that is zero at rest has no slope there
+            if np.isfinite(found.norm()) and found.norm() > size:
+                largest, size = found, found.norm()
+        return largest
+
+
 def _assembled(body: Any, load: Any) -> Callable[[Floats | None], Floats]:
     """Virtual work of a load at rest, or its derivative along a state; local arrays."""
     kind: Any = BeamLoads if isinstance(body, BeamModel) else ShellLoads
@@ -207,19 +273,21 @@ def _assembled(body: Any, load: Any) -> Callable[[Floats | None], Floats]:
     work = acting.virtual_work(q, ufl.TestFunction(body.mixed.space))
     assert work is not None
 
-    def of(form: Form) -> Floats:
-        vector = fem.assemble_vector(compiled(form))
-        vector.scatter_reverse(la.InsertMode.add)
-        vector.scatter_forward()
-        return np.array(vector.array)
-
     def along(direction: Floats | None) -> Floats:
         if direction is None:
-            return of(work)
+            return _nodal(work)
         change.x.array[:] = direction
-        return of(ufl.derivative(work, q, change))
+        return _nodal(ufl.derivative(work, q, change))
 
     return along
+
+
+def _nodal(form: Form) -> Floats:
+    """Nodal forces of a virtual work; a local array, collective."""
+    vector = fem.assemble_vector(compiled(form))
+    vector.scatter_reverse(la.InsertMode.add)
+    vector.scatter_forward()
+    return np.array(vector.array)
 
 
 def _with(load: Any, moment: Any) -> Any:

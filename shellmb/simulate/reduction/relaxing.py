@@ -7,6 +7,7 @@ from petsc4py import PETSc
 import numpy as np
 
 from shellmb.simulate.reduction.alone import Alone, Floats
+from shellmb.simulate.reduction.ritz import Held
 
 # below this share of all that a body gives way by it is round-off: with one time for all strains
 # that is along the modes themselves
@@ -34,7 +35,8 @@ def relaxing(
     viscous = held.damping
     if viscous is None:
         return None
-    moved = held.given_way(center, [viscous * vector for vector in found])
+    body = Held(held, held.K, center, frames=False)
+    moved = body.answers([viscous * vector for vector in found])
     n, products = len(found), held.gram(held.K, [*found, *moved])
     known, whole = mixed.T @ products[:n, n:] @ mixed, mixed.T @ products[n:, n:] @ mixed
     left = whole - known.T @ (known / stiffness[:, None])
