@@ -26,6 +26,7 @@ from shellmb.scene import (
     LineForce,
     LineMoment,
     Modal,
+    PointForce,
     Pressure,
     Probe,
     Rectangle,
@@ -51,6 +52,25 @@ SCHEMES = [
 
 def plate(model: Any) -> Shell:
     return Shell("plate", Rectangle(1.0, 0.4), PLATE, mesh=(4, 2), model=model)
+
+
+def test_forces_at_two_points_of_a_body_need_no_names() -> None:
+    """A frame is made for each, named after the force."""
+
+    def tip(model: Any) -> float:
+        forces = PointForce((1.0, 0.4, 0.0), (0, 0, 0.5)), PointForce((1.0, 0.0, 0.0), (0, 0, 0.3))
+        scene = Scene(
+            "two",
+            plate(model),
+            supports=Clamped("left"),
+            loads=forces,
+            probes=Probe("tip", (1.0, 0.4, 0.0), component=2),
+            scheme="static",
+        )
+        return float(execute(scene).history.tip.iloc[-1])
+
+    # a deflection of a thousandth: squares of rotations are smaller
+    assert tip(Modal(modes=2)) == pytest.approx(tip("exact"), rel=1e-4)
 
 
 @pytest.mark.parametrize(("scheme", "alpha"), SCHEMES)

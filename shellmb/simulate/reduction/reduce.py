@@ -169,7 +169,11 @@ class _Reduction:
             framed = nodes.directors.shape[1] == 3
             axes = nodes.directors[0].T if framed else np.eye(3)
             rows: Any = tuple(map(_triple, axes))
-            title = f"{name} ({label})"
+            # of loads, which have no names of their own, there may be several
+            names = {a.frame.name for a in self._found.values()}
+            title, number = f"{name} ({label})", 2
+            while title in names:
+                title, number = f"{name} ({label} {number})", number + 1
             at = _triple(nodes.x.mean(axis=0))
             still = (0.0, 0.0, 0.0)
             frame = Interface(title, 0.0, still, at, rows, of=self.group[name])
