@@ -117,12 +117,15 @@ def test_ageing_factors_go_when_they_cost_more_than_new_ones() -> None:
     policy = REFRESH["auto"]()
     policy.begin("a")
     policy.factorised(8.0)
-    means = []
+    means, total = [], 0
     for n in range(3, 30):
-        if policy._wanted:
+        if policy.wanted():
             break
-        policy._served.append(n)
-        means.append((8.0 + sum(policy._served)) / len(policy._served))
+        # contractions that need no factorisation by themselves
+        policy._updates = [0.5**k for k in range(n)]
+        policy._serve(roundoff=False)
+        total += n
+        means.append((8.0 + total) / (n - 2))
         policy.begin("a")
     assert means.index(min(means)) in (len(means) - 1, len(means) - 2)
     assert len(means) < 20

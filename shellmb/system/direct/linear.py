@@ -56,8 +56,7 @@ def refresh_cost(solver: DirectSolver, system: BlockSystem) -> float:
     """Cost of a new Jacobian and its factorisation, in iterations with an old one.
 
     The more forms a Jacobian has for each of the residual, the more it costs of what an iteration
-    costs: 0.7 in EP, 1.2 in ED and 2.1 in EP4, of which both rows are one form. With this an EP4
-    step of 16x4 elements takes 0.78 of the time, of 6x2 and 32x32 0.9, of mechanisms 0.9 to 1.
+    costs: in EP4 both rows of a step are one form (docs/theory/linear_systems.md).
 
     Args:
         solver: What factorises.

@@ -118,8 +118,10 @@ class Modified:
     _cost: float = field(default=0.0, init=False)
     # far from the solution not even a new factorisation lasts for two iterations
     _far: bool = field(default=False, init=False)
-    # iterations of each solution with the factorisation, and the mean contraction of the last one
-    _served: list[int] = field(default_factory=list, init=False)
+    # solutions with the factorisation, their iterations, those of the last one and its contraction
+    _solutions: int = field(default=0, init=False)
+    _iterations: int = field(default=0, init=False)
+    _last: int = field(default=0, init=False)
     _usual: float | None = field(default=None, init=False)
 
     def begin(self, key: Hashable) -> None:
@@ -134,8 +136,7 @@ class Modified:
 
         From there on each solution makes that mean larger.
         """
-        count = len(self._served)
-        return count > 0 and self._served[-1] > (self._cost + sum(self._served)) / count
+        return self._last * self._solutions > self._cost + self._iterations
 
     def forget(self) -> None:
         """The next solution begins with a factorisation."""
@@ -148,7 +149,7 @@ class Modified:
     def factorised(self, cost: float) -> None:
         """It is that of the state before the next update."""
         self._cost = cost
-        self._served, self._usual = [], None
+        self._solutions, self._iterations, self._last, self._usual = 0, 0, 0, None
         self._wanted, self._exists = self._far, True
         self._updates = self._updates[-1:] if self._far else []
 
@@ -190,9 +191,11 @@ class Modified:
     def _serve(self, roundoff: bool) -> None:
         """A solution was found; `roundoff`: its last update is nothing else."""
         updates = self._updates[:-1] if roundoff else self._updates
-        if self._served and len(updates) > 1:
+        if self._solutions and len(updates) > 1:
             self._usual = (updates[-1] / updates[0]) ** (1 / (len(updates) - 1))
-        self._served.append(len(self._updates))
+        self._last = len(self._updates)
+        self._solutions += 1
+        self._iterations += self._last
 
 
 @dataclass
