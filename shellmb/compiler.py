@@ -51,30 +51,42 @@ def compile_new(forms: Mapping[str, Form], folder: Path, flags: Sequence[str], t
     new = [name for name in forms if not library(folder, name).exists()]
     # the largest first, so that its compiler is not the one that all wait for in the end
     new.sort(key=lambda name: -_size(forms[name]))
+    left = _compile({name: forms[name] for name in new}, folder, flags, tell, wait=False)
+    # one by one: who waits holds nothing that the other might wait for
+    for name in left:
+        _compile({name: forms[name]}, folder, flags, tell, wait=True)
+
+
+def _compile(
+    forms: Mapping[str, Form], folder: Path, flags: Sequence[str], tell: Tell, wait: bool
+) -> list[str]:
+    """Compile forms; or leave those that another process compiles, whose names are returned.
+
+    Args:
+        forms: As of `compile_new`, as are the others.
+        folder: The cache.
+        flags: Of the C compiler.
+        tell: Called before each.
+        wait: Whether to wait for the other process.
+    """
     cores = len(os.sched_getaffinity(0))
     started: list[Future[None]] = []
-    # what another process compiles already
-    others: list[str] = []
+    left: list[str] = []
     with ExitStack() as locks, ThreadPoolExecutor(max_workers=cores) as pool, _quickly():
         try:
-            for number, name in enumerate(new, start=1):
-                tell(number, len(new))
-                if not locked(folder / f"{name}.lock", locks, wait=False):
-                    others.append(name)
+            for number, (name, form) in enumerate(forms.items(), start=1):
+                tell(number, len(forms))
+                if not locked(folder / f"{name}.lock", locks, wait):
+                    left.append(name)
                 elif not library(folder, name).exists():
-                    _write_code(forms[name], name, folder)
+                    _write_code(form, name, folder)
                     started.append(pool.submit(_run_compiler, folder, name, flags))
             for future in started:
                 future.result()
         except BaseException:
             pool.shutdown(cancel_futures=True)
             raise
-    for name in others:
-        with ExitStack() as locks:
-            locked(folder / f"{name}.lock", locks, wait=True)
-            if not library(folder, name).exists():
-                _write_code(forms[name], name, folder)
-                _run_compiler(folder, name, flags)
+    return left
 
 
 def library(folder: Path, name: str) -> Path:

@@ -1,4 +1,4 @@
-"""Compiled forms: one place that says how DOLFINx compiles."""
+"""Compiled forms, as DOLFINx takes them: one place that says how they are compiled."""
 
 import ctypes
 import platform
