@@ -64,10 +64,7 @@ class Alone:
 
     def tangent_at(self, state: PETSc.Vec) -> PETSc.Mat:
         """Stiffness matrix at a state; collective."""
-        values, fields = self.system.local_values(state), self.system.fields
-        for k, field in enumerate(fields):
-            field.function.x.array[:] = values[self.system.numbering.slice(k)]
-        self.system.follow()
+        self.system.scatter(state)
         return self.system.symmetric_matrix(self._stiffness, 1.0)
 
     def elastic(self, arrays: Arrays) -> PETSc.Vec:
