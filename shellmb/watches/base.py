@@ -12,6 +12,9 @@ from shellmb.schemes.base import Scheme, has_energy_law
 from shellmb.schemes.registry import SCHEMES
 from shellmb.simulate.simulation import Observer, Simulation
 
+# share of a stiffness that is said where it is off: frequencies are off by half of it
+STIFFENED = 1e-2
+
 
 @dataclass(frozen=True)
 class Caution:

@@ -11,12 +11,9 @@ import numpy.typing as npt
 from shellmb.observers.fields.modal import ModalState
 from shellmb.observers.summary import Sources
 from shellmb.simulate.simulation import Silent, Simulation
-from shellmb.watches.base import Caution, said_of
+from shellmb.watches.base import STIFFENED, Caution, said_of
 
 Floats = npt.NDArray[np.float64]
-
-# of the stiffness: frequencies are off by half of that
-STIFFENED = 1e-2
 
 
 class DampedModes(Silent):

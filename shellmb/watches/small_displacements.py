@@ -22,12 +22,10 @@ from shellmb.simulate.reduction.stretched import Parts, stiffening
 from shellmb.simulate.reduction.tangent import bending_scale
 from shellmb.simulate.simulation import Silent, Simulation
 from shellmb.system.assembly.functionals import Functionals
-from shellmb.watches.base import Caution, said_of
+from shellmb.watches.base import STIFFENED, Caution, said_of
 
 Floats = npt.NDArray[np.float64]
 
-# of the stiffness: frequencies are off by half of that
-STIFFENED = 1e-2
 # energy of bending below this share of all of it is round-off
 STRAIGHT = 1e-12
 # lowest frequency of a beam with one end clamped, over sqrt(D/(m L^4))
@@ -138,7 +136,6 @@ class _AboutFrames(Silent):
 
     def _bent(self, simulation: Simulation, name: str) -> Iterator[Caution]:
         """Cautions of a body that bends too far, or by forces along it; collective."""
-        who = f"{said_of(simulation, name)} {self.said}"
         turn, when = self._worst(simulation, "turns", name)
         if turn > SMALL_ANGLE:
             yield Caution(
@@ -146,35 +143,38 @@ class _AboutFrames(Silent):
                 name,
                 turn,
                 SMALL_ANGLE,
-                f"{who} and turns by {turn:.2g} rad relative to its frame, at t = {when:g}; "
-                f"rotations there are small, up to {SMALL_ANGLE:g} rad: its results are of the "
-                "size of the square of that off; use model='exact'",
+                f"{said_of(simulation, name)} {self.said} and turns by {turn:.2g} rad relative to "
+                f"its frame, at t = {when:g}; rotations there are small, up to {SMALL_ANGLE:g} "
+                "rad: its results are of the size of the square of that off; use model='exact'",
             )
         left, when = self._worst(simulation, "left out", name)
         energy, _ = self._worst(simulation, "energy", name)
         bending = max(self._worst(simulation, "bending", name)[0], STRAIGHT * energy)
         if left > STIFFENED * bending:
-            yield Caution(
-                self.name,
+            yield self._stiffer(
+                simulation,
                 name,
                 left / bending,
-                STIFFENED,
-                f"{who} and forces along it would do {left:.2g} J on squares of its rotations, at "
+                f"forces along it would do {left:.2g} J on squares of its rotations, at "
                 f"t = {when:g}, {left / bending:.1%} of its largest energy of bending: they would "
-                f"change its stiffness by about as much, and {self.blind} not know that; use "
-                "model='exact'",
+                "change its stiffness by about as much",
             )
         share, when = self._stretched(simulation, name)
         if share > STIFFENED:
-            yield Caution(
-                self.name,
+            yield self._stiffer(
+                simulation,
                 name,
                 share,
-                STIFFENED,
-                f"{who} and squares of its displacements would make it stiffer by about "
+                "squares of its displacements would make it stiffer by about "
                 f"{share:.1%}, at t = {when:g}, as they stretch it between what holds it or where "
-                f"it bends two ways, and {self.blind} not know that; use model='exact'",
+                "it bends two ways",
             )
+
+    def _stiffer(self, simulation: Simulation, name: str, share: float, how: str) -> Caution:
+        """That a body's stiffness is off by a share, which small strains do not know."""
+        who = f"{said_of(simulation, name)} {self.said}"
+        says = f"{who} and {how}, and {self.blind} not know that; use model='exact'"
+        return Caution(self.name, name, share, STIFFENED, says)
 
     def _stretched(self, simulation: Simulation, name: str) -> tuple[float, float]:
         """By what share a body is stiffer as it is stretched, and when; collective."""
@@ -195,15 +195,13 @@ class _AboutFrames(Silent):
         spin, when = self._worst(simulation, "spins", name)
         share = (spin / lowest) ** 2
         if share > STIFFENED:
-            yield Caution(
-                self.name,
+            yield self._stiffer(
+                simulation,
                 name,
                 share,
-                STIFFENED,
-                f"{said_of(simulation, name)} {self.said} and spins at {spin:.3g} rad/s, at t = "
-                f"{when:g}, {spin / lowest:.2g} of its lowest frequency {of}, {lowest:.3g} rad/s: "
-                f"centrifugal forces would change its stiffness by about {share:.0%}, and "
-                f"{self.blind} not know that; use model='exact'",
+                f"spins at {spin:.3g} rad/s, at t = {when:g}, {spin / lowest:.2g} of its lowest "
+                f"frequency {of}, {lowest:.3g} rad/s: centrifugal forces would change its "
+                f"stiffness by about {share:.0%}",
             )
 
     def state(self) -> dict[str, Any]:
