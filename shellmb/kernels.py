@@ -25,6 +25,7 @@ from ufl.core.expr import Expr
 
 from shellmb.compiler import compile_new, library
 from shellmb.derivatives import Known, Record, read, write
+from shellmb.errors import RunError
 
 
 def _compiler_flags() -> list[str]:
@@ -50,9 +51,9 @@ COMPILER_FLAGS = ["-O2", "-ftree-vectorize", *_compiler_flags()]
 # are as fast, and compiled in 0.6 of the time (5.3 s instead of 8.9 for those of `sudden_load`).
 # Its loops over the nodes of a cell are short: unrolled they take 0.85 of the time in residuals and
 # 0.96 in Jacobians (docs/theory/built.md). Vectors outside loops cost gcc a tenth and gain nothing,
-# registers chosen for each loop by itself as much
+# registers chosen for each loop by itself as much, constants looked for in code that has none too
 KERNEL_FLAGS = ["-O1", "-ftree-loop-vectorize", "-funroll-loops", "-fira-region=one"]
-KERNEL_FLAGS += _compiler_flags()
+KERNEL_FLAGS += ["-fno-tree-ccp", *_compiler_flags()]
 
 # `timeout` is how long [s] DOLFINx waits for a process that compiles the same expression
 JIT_OPTIONS = {"timeout": 600, "cffi_extra_compile_args": KERNEL_FLAGS}
@@ -81,7 +82,7 @@ def compiled(form: Form) -> fem.Form:
             matter here.
 
     Raises:
-        RuntimeError: If the C compiler fails; on all ranks.
+        RunError: If the C compiler fails; on all ranks.
     """
     return compile_all([form])[0]
 
@@ -93,7 +94,7 @@ def compile_all(forms: Sequence[Form]) -> list[fem.Form]:
         forms: Forms that are not empty, on meshes of one communicator; the call is collective.
 
     Raises:
-        RuntimeError: If the C compiler fails; on all ranks.
+        RunError: If the C compiler fails; on all ranks.
     """
     return [form for form in compile_with_derivatives(forms) if form is not None]
 
@@ -108,7 +109,7 @@ def compile_with_derivatives(forms: Sequence[Form | Known]) -> list[fem.Form | N
         Them; None for a derivative that vanishes.
 
     Raises:
-        RuntimeError: If the C compiler fails; on all ranks.
+        RunError: If the C compiler fails; on all ranks.
     """
     if not forms:
         return []
@@ -119,7 +120,7 @@ def compile_with_derivatives(forms: Sequence[Form | Known]) -> list[fem.Form | N
     for form, place in zip(forms, places, strict=True):
         if place not in records and place not in taken:
             taken[place] = form if isinstance(form, Form) else form.form()
-    failure: BaseException | None = None
+    failure: Exception | None = None
     if comm.rank == 0:
         try:
             new = {module_name(f): f for f in taken.values() if not f.empty()}
@@ -127,8 +128,7 @@ def compile_with_derivatives(forms: Sequence[Form | Known]) -> list[fem.Form | N
             compile_new(new, cache_folder(), flags, _TELLING.get())
         except Exception as error:
             failure = error
-    if comm.bcast(failure is not None):
-        raise RuntimeError("forms could not be compiled") from failure
+    raise_together(failure, "forms could not be compiled", comm)
     made: list[fem.Form | None] = []
     for form, place in zip(forms, places, strict=True):
         if isinstance(form, Form):
@@ -141,6 +141,23 @@ def compile_with_derivatives(forms: Sequence[Form | Known]) -> list[fem.Form | N
                 write(place, records[place])
         made.append(_differentiated(form, records[place]))
     return made
+
+
+def raise_together(failure: Exception | None, what: str, comm: MPI.Comm) -> None:
+    """Raise on all ranks what failed on the first one.
+
+    Args:
+        failure: On the first rank: a compiler's is told as it is; None elsewhere, or for none.
+        what: What could not be done.
+        comm: The ranks.
+
+    Raises:
+        RunError: If the C compiler failed.
+        RuntimeError: If something else did.
+    """
+    said = failure if failure is None or isinstance(failure, RunError) else RuntimeError(what)
+    if (told := comm.bcast(said)) is not None:
+        raise told from failure
 
 
 def _compiled(form: Form) -> fem.Form:

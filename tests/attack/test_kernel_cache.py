@@ -160,7 +160,7 @@ def test_interrupted_compiling_leaves_nothing(cache, line, monkeypatch) -> None:
         patch.setattr(ffcx_jit, "_compile_objects", interrupted)
         compile_expression(make_expression(line))
     with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
-        patch.setattr(compiler, "_write_code", interrupted)
+        patch.setattr(compiler, "_code", interrupted)
         compiled(make_form(line))
     assert not [p for p in cache.rglob("*") if p.suffix in (".c", ".lock", ".so")]
 

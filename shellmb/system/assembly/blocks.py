@@ -65,7 +65,7 @@ class BlockSystem:
     def __init__(
         self, comm: MPI.Comm, fields: list[Field], followers: Sequence[Followers] = ()
     ) -> None:
-        self.comm, self.fields, self.follow = comm, fields, Following(followers)
+        self.comm, self.fields = comm, fields
         self._followers = followers
         self.numbering = Numbering(comm, fields)
         n = self.numbering
@@ -73,7 +73,9 @@ class BlockSystem:
         self.x = PETSc.Vec().createMPI(sizes, comm=comm)
         self.b = self.x.duplicate()
         start = time.perf_counter()
+        native.begin(comm)
         self._compile()
+        self.follow = Following(followers)
         self.jit_seconds = time.perf_counter() - start
         self.residuals: Residuals = DolfinxResiduals(self.residual_forms, fields, n)
         self._rows = [

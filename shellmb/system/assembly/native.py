@@ -8,8 +8,9 @@ import importlib.machinery
 import importlib.util
 import os
 import sys
-import tempfile
+import sysconfig
 from collections.abc import Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from functools import cache
 from pathlib import Path
 from types import ModuleType
@@ -18,11 +19,11 @@ from typing import Any
 from mpi4py import MPI
 
 import cffi  # type: ignore[import-untyped]
-import dolfinx.jit
 import numpy as np
 import numpy.typing as npt
 
-from shellmb.kernels import COMPILER_FLAGS
+from shellmb.compiler import run_compiler
+from shellmb.kernels import COMPILER_FLAGS, cache_folder, raise_together
 
 HERE = Path(__file__).parent
 
@@ -33,10 +34,18 @@ def cells(comm: MPI.Comm = MPI.COMM_WORLD) -> Any:
 
     Args:
         comm: The first of its ranks compiles.
+
+    Raises:
+        RunError: If the C compiler fails; on all ranks.
     """
-    module = _build() if comm.rank == 0 else None
-    comm.barrier()
-    module = module or _build()
+    failure: Exception | None = None
+    if comm.rank == 0:
+        try:
+            _build()
+        except Exception as error:
+            failure = error
+    raise_together(failure, "the loops over cells could not be compiled", comm)
+    module = _build()
     library = module.lib
     pointers = [_address(_of_scipy("cython_blas"), "dgemm")]
     lapack = _of_scipy("cython_lapack")
@@ -114,24 +123,57 @@ def _address(module: Any, name: str) -> int:
     return int(api.PyCapsule_GetPointer(capsule, api.PyCapsule_GetName(capsule)))
 
 
-def _build() -> ModuleType:
+def begin(comm: MPI.Comm) -> None:
+    """Compile the functions, where that is still to be done, while other things happen.
+
+    Args:
+        comm: Its first rank compiles.
+    """
+    if comm.rank == 0:
+        _compiled()
+
+
+@cache
+def _compiled() -> tuple[Path, Future[None] | None]:
+    """Where the module is, or will be."""
     names = ("cells.h", "cells.c", "nodes.c")
     header, *sources = ((HERE / name).read_text() for name in names)
     source = "\n".join(sources)
     key = "\n".join([header, source, sys.version, cffi.__version__, *COMPILER_FLAGS])
     name = f"shellmb_cells_{hashlib.sha256(key.encode()).hexdigest()[:16]}"
-    where = Path(dolfinx.jit.get_options()["cache_dir"])
-    where.mkdir(parents=True, exist_ok=True)
+    where = cache_folder()
     target = where / f"{name}.so"
-    if not target.exists():
-        ffi = cffi.FFI()
-        ffi.cdef(header)
-        includes = "#include <stdint.h>\n"
-        ffi.set_source(name, includes + header + source, extra_compile_args=COMPILER_FLAGS)
-        with tempfile.TemporaryDirectory(dir=where) as scratch:
-            made = ffi.compile(tmpdir=scratch)
-            # at once: another process may look for it at any moment
-            os.replace(made, target)
+    if target.exists():
+        return target, None
+    where.mkdir(parents=True, exist_ok=True)
+    ffi = cffi.FFI()
+    ffi.cdef(header)
+    ffi.set_source(name, "#include <stdint.h>\n" + header + source, compiler_verbose=False)
+    scratch = where / f"{name}.{os.getpid()}.c"
+    ffi.emit_c_code(str(scratch))
+    pool = ThreadPoolExecutor(max_workers=1)
+    done = pool.submit(_compile, scratch, target)
+    pool.shutdown(wait=False)
+    return target, done
+
+
+def _compile(source: Path, target: Path) -> None:
+    made = source.with_suffix(".so")
+    try:
+        include = f"-I{sysconfig.get_path('include')}"
+        run_compiler([*COMPILER_FLAGS, include, str(source), "-o", str(made)])
+        # at once: another process may look for it at any moment
+        made.replace(target)
+    finally:
+        source.unlink()
+
+
+@cache
+def _build() -> ModuleType:
+    target, compiling = _compiled()
+    if compiling is not None:
+        compiling.result()
+    name = target.stem
     spec = importlib.util.spec_from_file_location(name, target)
     assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)
