@@ -9,6 +9,7 @@ compiled together, into one library that has the names of all.
 """
 
 import gc
+import importlib
 import logging
 import math
 import os
@@ -18,7 +19,7 @@ import sysconfig
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
-from functools import singledispatchmethod
+from functools import partial, singledispatchmethod
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +29,8 @@ import ffcx.codegeneration
 import ffcx.options
 from dolfinx import default_scalar_type
 from ufl import Form
+from ufl.classes import ComplexValue, Conj, CoordinateDerivative, Imag, Real
+from ufl.corealg.traversal import unique_pre_traversal
 
 from shellmb.errors import RunError
 from shellmb.locks import FileLock
@@ -159,20 +162,42 @@ def _node_symbols(numberer: Any, expression: Any) -> Any:
 
 @contextmanager
 def _quickly() -> Iterator[None]:
-    """FFCx takes 0.73 of its time meanwhile (docs/theory/built.md).
+    """FFCx takes two thirds of its time meanwhile (docs/theory/built.md).
 
     It makes objects by the million, few of them in circles: the collector looks at them in vain.
-    And UFL and FFCx choose methods by type half a million times for 40 kernels; Python 3.12 makes
-    a function with a name and a docstring of its own each time.
+    UFL and FFCx choose methods by type half a million times for 40 kernels; Python 3.12 makes a
+    function with a name and a docstring of its own each time. And every form is rebuilt three times
+    without nodes that hardly any has.
     """
+    # by its name: the package has a function of the same one
+    steps = importlib.import_module("ufl.algorithms.compute_form_data")
     named, thresholds = singledispatchmethod.__get__, gc.get_threshold()
+    rebuilding = {name: getattr(steps, name) for name in REBUILDING}
     gc.set_threshold(100_000, *thresholds[1:])
     singledispatchmethod.__get__ = _chosen  # type: ignore[method-assign,assignment]
+    for name, kinds in REBUILDING.items():
+        setattr(steps, name, partial(_rebuilt, rebuilding[name], kinds))
     try:
         yield
     finally:
+        for name, function in rebuilding.items():
+            setattr(steps, name, function)
         singledispatchmethod.__get__ = named  # type: ignore[method-assign]
         gc.set_threshold(*thresholds)
+
+
+# Steps of UFL that rebuild a form without some nodes, and these nodes
+REBUILDING: dict[str, tuple[type, ...]] = {
+    "remove_complex_nodes": (Conj, Real, Imag, ComplexValue),
+    "apply_coordinate_derivatives": (CoordinateDerivative,),
+}
+
+
+def _rebuilt(rebuild: Callable[[Form], Form], kinds: tuple[type, ...], form: Form) -> Form:
+    """A form without nodes of some kinds."""
+    nodes: Any = unique_pre_traversal
+    parts = (part.integrand() for part in form.integrals())
+    return rebuild(form) if any(isinstance(n, kinds) for p in parts for n in nodes(p)) else form
 
 
 def _chosen(method: Any, obj: Any, cls: Any = None) -> Callable[..., Any]:
