@@ -41,6 +41,7 @@ from shellmb.system.assembly.fields import (
     Part,
 )
 from shellmb.system.condensation.reduction import Reduction
+from shellmb.system.direct.mumps import new_prefix
 from shellmb.system.newton.iteration import Iteration, NewtonSettings
 from shellmb.system.newton.solver import NEWTON
 
@@ -95,7 +96,7 @@ class Problem:
         newton = f"linear {solver.newton}" if scheme.linear else solver.newton
         settings = NewtonSettings(solver.tolerance, solver.max_iterations, newton)
         reduction = Reduction if solver.solve == "reduced" else None
-        self.iteration = Iteration(self.system, settings, f"shellmb_{id(self)}_", reduction)
+        self.iteration = Iteration(self.system, settings, new_prefix(self), reduction)
         self.newton = NEWTON[solver.backend](self.iteration)
 
     def key(self, dt: float) -> tuple[Hashable, ...]:

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from shellmb.errors import ConvergenceError
-from shellmb.system.direct.mumps import MUMPS_OPTIONS
+from shellmb.system.direct.mumps import MUMPS_OPTIONS, new_prefix
 
 # Eigenvalues of multipliers are infinite, and come out as large ones of either sign that are no
 # eigenvalues: of their equation, multiplied by the vector, a tenth of the largest term is left or
@@ -105,7 +105,7 @@ def shift_and_invert(solver: Any) -> None:
     ksp.setType(PETSc.KSP.Type.PREONLY)
     ksp.getPC().setType(PETSc.PC.Type.LU)
     ksp.getPC().setFactorSolverType("mumps")
-    prefix = f"shellmb_eigen_{id(solver)}_"
+    prefix = new_prefix(solver)
     solver.setOptionsPrefix(prefix)
     options = PETSc.Options()
     for key, option in MUMPS_OPTIONS.items():

@@ -6,7 +6,7 @@ from petsc4py import PETSc
 import numpy as np
 import pytest
 
-from shellmb.system.direct.mumps import OPERATIONS, SMALL_COST, DirectSolver
+from shellmb.system.direct.mumps import OPERATIONS, SMALL_COST, DirectSolver, new_prefix
 
 
 @pytest.mark.parametrize("n", [30, 600, 1200])
@@ -33,3 +33,19 @@ def test_users_set_options_of_mumps() -> None:
     finally:
         PETSc.Options().delValue("shellmb_mumps_icntl_35")
     assert solver._ksp.getPC().getFactorMatrix().getMumpsIcntl(35) == 2
+
+
+def test_options_end_with_their_system() -> None:
+    """What has the address of a system that is gone found its options before, its scaling too."""
+
+    class Owner:
+        pass
+
+    owner, other = Owner(), Owner()
+    first, second = new_prefix(owner), new_prefix(other)
+    for prefix in (first, second):
+        PETSc.Options()[f"{prefix}mat_mumps_icntl_8"] = 4
+    del owner
+    assert not PETSc.Options(first).getAll()
+    assert PETSc.Options(second).getAll() == {"mat_mumps_icntl_8": "4"}
+    assert new_prefix(other) not in (first, second)

@@ -20,7 +20,7 @@ from shellmb.simulate.reduction.tangent import Blocks, bending_scales, tangent
 from shellmb.simulate.soundness.mobility import Motions
 from shellmb.simulate.soundness.motions import SMALL, Frame
 from shellmb.simulate.soundness.redundancy import look_through
-from shellmb.system.direct.mumps import mumps_options, use_mumps
+from shellmb.system.direct.mumps import mumps_options, new_prefix, use_mumps
 
 Floats = npt.NDArray[np.float64]
 # local arrays by name of the body
@@ -218,13 +218,13 @@ class Alone:
         out.array[self.system.fixed] = 0.0
         return out
 
-    def solver(self, K: PETSc.Mat, name: str) -> PETSc.KSP:
+    def solver(self, K: PETSc.Mat) -> PETSc.KSP:
         """A direct solver for a matrix of the system, or a part of it."""
         solver = PETSc.KSP().create(self.comm)
         solver.setOperators(K)
         solver.setType(PETSc.KSP.Type.PREONLY)
         options = mumps_options(K.getSize()[0], reduced=False)
-        use_mumps(solver.getPC(), "lu", f"shellmb_{name}_{id(self)}_", options)
+        use_mumps(solver.getPC(), "lu", new_prefix(self), options)
         return solver
 
     def gram(self, A: PETSc.Mat, vectors: list[PETSc.Vec]) -> Floats:

@@ -116,7 +116,7 @@ class Held:
         K, M = self._inner
         K = K.copy()
         K.axpy(STATIC * self._alone.scale, M)
-        return self._alone.solver(K, "static")
+        return self._alone.solver(K)
 
     @cached_property
     def _inert(self) -> tuple[list[PETSc.Vec], list[PETSc.Vec]]:

@@ -98,5 +98,5 @@ def _solved(alone: Alone, K: PETSc.Mat, force: PETSc.Vec, omega2: float) -> PETS
     """What a force does to a stiffness and the mass at a square of a rate."""
     A, found = K.copy(), K.createVecRight()
     A.axpy(omega2, alone.M)
-    alone.solver(A, "exact").solve(force, found)
+    alone.solver(A).solve(force, found)
     return found

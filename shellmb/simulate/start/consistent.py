@@ -21,7 +21,7 @@ from shellmb.simulate.fields import NONE, body_field, kinematic_dofs, without_ju
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.assembly.fields import Part
 from shellmb.system.direct.linear import Unreduced
-from shellmb.system.direct.mumps import ALIKE
+from shellmb.system.direct.mumps import ALIKE, new_prefix
 from shellmb.system.newton.iteration import Iteration, NewtonSettings
 from shellmb.system.newton.solver import NEWTON
 from shellmb.system.nullspace.nodes import SystemNodes
@@ -73,7 +73,7 @@ class VelocityProjection:
         self._kinematic = {b.name: kinematic_dofs(b) for b in model.bodies}
         self.fields = {f.name: f for f in fields}
         self.system = BlockSystem(model.comm, fields)
-        settings, prefix = NewtonSettings(1e-9, 5), f"shellmb_velocity_{id(self)}_"
+        settings, prefix = NewtonSettings(1e-9, 5), new_prefix(self)
         self._newton = NEWTON["newton"](Iteration(self.system, settings, prefix, _alike))
 
     def take_given(self) -> None:

@@ -30,6 +30,7 @@ from shellmb.simulate.fields import body_field, without_jump
 from shellmb.simulate.problem import Problem
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.assembly.fields import Field, Part
+from shellmb.system.direct.mumps import new_prefix
 from shellmb.system.newton.iteration import Iteration, NewtonSettings
 from shellmb.system.newton.solver import NEWTON
 
@@ -63,7 +64,7 @@ class EndForces:
         self.fields = [self._field(body) for body in self.model.bodies]
         self.system = BlockSystem(self.model.comm, self.fields)
         self._newton = NEWTON["newton"](
-            Iteration(self.system, NewtonSettings(1e-9, 20), f"shellmb_end_{id(self)}_")
+            Iteration(self.system, NewtonSettings(1e-9, 20), new_prefix(self))
         )
         for body in self.model.bodies:
             # a guess of resultants and assumed strains; then that of the step before serves

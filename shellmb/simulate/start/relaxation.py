@@ -29,6 +29,7 @@ from shellmb.schemes.residuals.rows import Span
 from shellmb.simulate.fields import body_field, residual_terms
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.assembly.fields import Field, Followers, Part
+from shellmb.system.direct.mumps import new_prefix
 from shellmb.system.newton.iteration import Iteration, NewtonSettings
 from shellmb.system.newton.solver import NEWTON
 
@@ -107,7 +108,7 @@ class Relaxation:
         self._fields = {f.name: f for f in fields}
         self.system = BlockSystem(model.comm, fields, followers)
         self._newton = NEWTON["newton"](
-            Iteration(self.system, NewtonSettings(1e-9, 50), f"shellmb_relaxation_{id(self)}_")
+            Iteration(self.system, NewtonSettings(1e-9, 50), new_prefix(self))
         )
 
     def step(self, tau: float, factor: float) -> float:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+import weakref
 from collections.abc import Mapping
 from enum import Enum
 from types import MappingProxyType
@@ -40,6 +42,8 @@ SMALL_REDUCED_OPTIONS: dict[str, int] = {"mat_mumps_icntl_7": 0}
 # prefixes are different in each run
 CHOSEN, NATIVE = "shellmb_mumps_", "mat_mumps_"
 
+_NUMBERS = itertools.count(1)
+
 
 NO_OPTIONS: Mapping[str, int] = MappingProxyType({})
 
@@ -56,6 +60,25 @@ def mumps_options(size: int, reduced: bool) -> dict[str, int]:
     if reduced:
         found |= REDUCED_OPTIONS | (SMALL_REDUCED_OPTIONS if small else {})
     return found
+
+
+def new_prefix(owner: object) -> str:
+    """A PETSc options prefix that no other system has or had.
+
+    An address would not do: the next object there would find what this one had set.
+
+    Args:
+        owner: Whose systems they are; when it is gone, their options are.
+    """
+    prefix = f"shellmb_{next(_NUMBERS)}_"
+    weakref.finalize(owner, _forget, prefix).atexit = False
+    return prefix
+
+
+def _forget(prefix: str) -> None:
+    options = PETSc.Options(prefix)
+    for key in options.getAll():
+        options.delValue(key)
 
 
 def use_mumps(pc: PETSc.PC, kind: str, prefix: str, options: Mapping[str, int | str]) -> None:
