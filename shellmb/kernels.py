@@ -74,36 +74,42 @@ class Kernel:
     library: ctypes.CDLL
 
 
-def compiled(form: Form) -> fem.Form:
+def compiled(form: Form, flags: Sequence[str] = KERNEL_FLAGS) -> fem.Form:
     """A form compiled, or found in the cache.
 
     Args:
         form: One that is not empty; its parameters are Constants, so that their values do not
             matter here.
+        flags: Of the C compiler; with "-O0" a kernel that is called a few times only is there in a
+            quarter of the time.
 
     Raises:
         RunError: If the C compiler fails; on all ranks.
     """
-    return compile_all([form])[0]
+    return compile_all([form], flags)[0]
 
 
-def compile_all(forms: Sequence[Form]) -> list[fem.Form]:
+def compile_all(forms: Sequence[Form], flags: Sequence[str] = KERNEL_FLAGS) -> list[fem.Form]:
     """Forms compiled side by side, those that are not in the cache, which takes half the time.
 
     Args:
         forms: Forms that are not empty, on meshes of one communicator; the call is collective.
+        flags: As of `compiled`.
 
     Raises:
         RunError: If the C compiler fails; on all ranks.
     """
-    return [form for form in compile_with_derivatives(forms) if form is not None]
+    return [form for form in compile_with_derivatives(forms, flags) if form is not None]
 
 
-def compile_with_derivatives(forms: Sequence[Form | Known]) -> list[fem.Form | None]:
+def compile_with_derivatives(
+    forms: Sequence[Form | Known], flags: Sequence[str] = KERNEL_FLAGS
+) -> list[fem.Form | None]:
     """Forms and derivatives of forms compiled side by side; see `compile_all`.
 
     Args:
         forms: Forms that are not empty, and derivatives of such.
+        flags: Of the C compiler.
 
     Returns:
         Them; None for a derivative that vanishes.
@@ -114,7 +120,7 @@ def compile_with_derivatives(forms: Sequence[Form | Known]) -> list[fem.Form | N
     if not forms:
         return []
     comm = comm_of(forms[0] if isinstance(forms[0], Form) else forms[0].of)
-    places, records = comm.bcast(_known(forms) if comm.rank == 0 else None)
+    places, records = comm.bcast(_known(forms, flags) if comm.rank == 0 else None)
     # derivatives whose kernels are not known are taken, of those with one kernel the first
     taken: dict[Any, Form] = {}
     for form, place in zip(forms, places, strict=True):
@@ -123,8 +129,7 @@ def compile_with_derivatives(forms: Sequence[Form | Known]) -> list[fem.Form | N
     failure: Exception | None = None
     if comm.rank == 0:
         try:
-            new = {module_name(f): f for f in taken.values() if not f.empty()}
-            flags = _options()["cffi_extra_compile_args"]
+            new = {module_name(f, flags): f for f in taken.values() if not f.empty()}
             compile_new(new, cache_folder(), flags, _TELLING.get())
         except Exception as error:
             failure = error
@@ -132,11 +137,11 @@ def compile_with_derivatives(forms: Sequence[Form | Known]) -> list[fem.Form | N
     made: list[fem.Form | None] = []
     for form, place in zip(forms, places, strict=True):
         if isinstance(form, Form):
-            made.append(None if form.empty() else _compiled(form))
+            made.append(None if form.empty() else _compiled(form, flags))
             continue
         if place not in records:
             own = taken[place]
-            records[place] = form.record(own, "" if own.empty() else module_name(own))
+            records[place] = form.record(own, "" if own.empty() else module_name(own, flags))
             if comm.rank == 0:
                 write(place, records[place])
         made.append(_differentiated(form, records[place]))
@@ -160,17 +165,19 @@ def raise_together(failure: Exception | None, what: str, comm: MPI.Comm) -> None
         raise told from failure
 
 
-def _compiled(form: Form) -> fem.Form:
+def _compiled(form: Form, flags: Sequence[str]) -> fem.Form:
     """A form whose kernel is there."""
     spaces = [argument.ufl_function_space() for argument in form.arguments()]
-    return _attached(module_name(form), form, spaces, form.coefficients(), form.constants())
+    return _attached(module_name(form, flags), form, spaces, form.coefficients(), form.constants())
 
 
-def _known(forms: Sequence[Form | Known]) -> tuple[list[Any], dict[Any, Record]]:
+def _known(
+    forms: Sequence[Form | Known], flags: Sequence[str]
+) -> tuple[list[Any], dict[Any, Record]]:
     """Where records of derivatives are kept, numbers of forms; and records with kernels."""
     folder, records = cache_folder(), {}
     places: list[Any] = [
-        k if isinstance(form, Form) else form.file(folder, module_name(form.of))
+        k if isinstance(form, Form) else form.file(folder, module_name(form.of, flags))
         for k, form in enumerate(forms)
     ]
     for place in places:
@@ -295,15 +302,16 @@ def cache_folder() -> Path:
     return Path(_options()["cache_dir"])
 
 
-def module_name(item: Form | tuple[Expr, Any]) -> str:
+def module_name(item: Form | tuple[Expr, Any], flags: Sequence[str] = KERNEL_FLAGS) -> str:
     """Name of the kernel of a form, or the one that FFCx gives the module of an expression.
 
     Args:
         item: The form; or the expression and its points.
+        flags: Of the C compiler.
     """
     options = ffcx.options.get_options({"scalar_type": default_scalar_type})
     tag = ffcx_jit._compute_option_signature(options)
-    tag += ffcx_jit._compilation_signature(_options()["cffi_extra_compile_args"], False)
+    tag += ffcx_jit._compilation_signature(list(flags), False)
     kind = "shellmb_form" if isinstance(item, Form) else "libffcx_expressions"
     items: list[Any] = [item]
     return f"{kind}_{ffcx.naming.compute_signature(items, tag)}"

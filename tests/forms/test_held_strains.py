@@ -11,7 +11,6 @@ import pytest
 import ufl
 from dolfinx import fem
 
-from shellmb import kernels
 from shellmb.meshes.mesh import build_surface
 from shellmb.model.frames.linear import build_beam
 from shellmb.model.shells.shell import ShellModel
@@ -24,6 +23,7 @@ from shellmb.scene import (
     Shell,
 )
 from shellmb.schemes.base import at_state, interval
+from tests.forms.conftest import compiled
 
 # central differences of step H: error H^2 of the third derivative, plus eps/H of round-off
 H, FD = 1e-6, 1e-7
@@ -43,7 +43,7 @@ class Held:
 
     def value(self, name: str, make: Callable[[], ufl.Form]) -> float:
         if name not in self._forms:
-            self._forms[name] = kernels.compiled(make())
+            self._forms[name] = compiled(make())
         return float(fem.assemble_scalar(self._forms[name]))
 
     def work(self, kind: str) -> float:
@@ -83,7 +83,7 @@ class Held:
         kind = "state" if span.a is span.b else "interval"
         key = f"residual {kind} {q.name}"
         if key not in self._forms:
-            self._forms[key] = kernels.compiled(self.body.internal(span, test))
+            self._forms[key] = compiled(self.body.internal(span, test))
         form = self._forms[key]
         q.x.array[rows] = 0.0
         rest = fem.assemble_vector(form).array[rows]

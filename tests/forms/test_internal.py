@@ -7,9 +7,9 @@ import pytest
 import ufl
 from dolfinx import fem
 
-from shellmb import kernels
 from shellmb.forms.steps.mixed import Interval, vector
 from shellmb.schemes.base import at_state, interval
+from tests.forms.conftest import compiled
 
 # central differences of step H: error H^2 of the third derivative, plus eps/H of round-off
 H = 1e-6
@@ -120,7 +120,7 @@ def satisfy_compatibility(panel: Any, q: fem.Function) -> None:
     residual = panel.body.internal(at_state(q), ufl.TestFunction(space))
     key = f"compatibility of {q.name}"
     if key not in panel.compiled:
-        panel.compiled[key] = kernels.compiled(residual)
+        panel.compiled[key] = compiled(residual)
     # linear in the part and element-wise: columns by unit increments, one component at a time
     form = panel.compiled[key]
     q.x.array[dofs] = 0.0

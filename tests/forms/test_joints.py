@@ -9,10 +9,10 @@ from dolfinx import fem
 
 from shellmb.forms.constraints.joints import KINDS
 from shellmb.forms.steps.mixed import Interval
-from shellmb.kernels import compiled
 from shellmb.model.joints.joints import BoundJoint, JointGroup
 from shellmb.model.places.ends import End, frame_about
 from shellmb.scene import Spherical
+from tests.forms.conftest import compiled
 
 FORCE = 3.0
 

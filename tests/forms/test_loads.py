@@ -7,7 +7,6 @@ import pytest
 import ufl
 from dolfinx import fem
 
-from shellmb import kernels
 from shellmb.scene import (
     EdgeForce,
     EdgeMoment,
@@ -17,6 +16,7 @@ from shellmb.scene import (
     Pressure,
     SurfaceForce,
 )
+from tests.forms.conftest import compiled
 
 FORCE = (0.3, -0.5, 0.7)
 LOADS = {
@@ -54,12 +54,12 @@ def test_tangent_is_the_derivative(loaded, rng, turn) -> None:
     derivative = ufl.algorithms.expand_derivatives(ufl.derivative(form, panel.b, panel.dq))
     dead = name in {"surface force", "gravity", "edge force"}
     assert derivative.empty() == dead
-    found = 0.0 if dead else fem.assemble_scalar(kernels.compiled(derivative))
-    compiled, h = kernels.compiled(form), 1e-4
+    found = 0.0 if dead else fem.assemble_scalar(compiled(derivative))
+    kernel, h = compiled(form), 1e-4
     centre, ends = panel.b.x.array.copy(), []
     for sign in (1, -1):
         panel.b.x.array[:] = centre + sign * h * panel.dq.x.array
-        ends.append(fem.assemble_scalar(compiled))
+        ends.append(fem.assemble_scalar(kernel))
     # at most quadratic in the state: central differences are exact but for round-off
     assert (ends[0] - ends[1]) / (2 * h) == pytest.approx(found, rel=1e-8, abs=1e-10)
 
@@ -111,12 +111,12 @@ def test_resultants_turn_with_the_shell_or_stay(loaded, rng, turn) -> None:
     Q = turn(rng)
     panel.b.x.array[:] = 0.0
     panel.move_rigidly(panel.b, Q, rng.normal(size=3))
-    compiled = kernels.compiled(make())
+    kernel = compiled(make())
     found = np.zeros(3)
     for axis in range(3):
         panel.v.x.array[:] = 0.0
         panel.set_part(panel.v, "u", np.tile(np.eye(3)[axis], (len(panel.X), 1)))
-        found[axis] = fem.assemble_scalar(compiled)
+        found[axis] = fem.assemble_scalar(kernel)
     expected = resultant(name, panel)
     if name in {"pressure", "follower surface force", "follower edge force"}:
         expected = Q @ expected
@@ -134,7 +134,7 @@ def test_an_edge_moment_does_work_on_rotations(sample, rng, turn) -> None:
     panel.move_rigidly(panel.b, Q, np.zeros(3))
     panel.v.x.array[:] = 0.0
     panel.set_part(panel.v, "w", np.cross(omega, panel.D @ Q.T))
-    found = fem.assemble_scalar(kernels.compiled(factors.virtual_work(panel.b, panel.v)))
+    found = fem.assemble_scalar(compiled(factors.virtual_work(panel.b, panel.v)))
     d = Q @ triad(ARC[1])[2]
     assert found == pytest.approx((m @ omega - (m @ d) * (d @ omega)) * LENGTH, abs=GEOMETRY)
 
@@ -150,5 +150,5 @@ def test_pressure_is_the_gradient_of_the_volume(sample, rng) -> None:
     panel.set_part(panel.b, "u", grow * radial)
     panel.v.x.array[:] = 0.0
     panel.set_part(panel.v, "u", radial)
-    found = fem.assemble_scalar(kernels.compiled(factors.virtual_work(panel.b, panel.v)))
+    found = fem.assemble_scalar(compiled(factors.virtual_work(panel.b, panel.v)))
     assert found == pytest.approx(0.9 * (1 + grow) * AREA, abs=GEOMETRY)

@@ -15,6 +15,7 @@ from shellmb import kernels
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.frames.linear import build_beam
 from shellmb.scene import Beam, Curve, GeneralSection, Load, ParametricCurve, RectangularSection
+from tests.forms.conftest import compiled
 
 POINTS = np.array([[0.1], [0.5], [0.8]])
 
@@ -67,7 +68,7 @@ class BeamSample:
     def value(self, name: str, make: Callable[[], ufl.Form]) -> float:
         """Value of a scalar form, compiled once under its name."""
         if name not in self.compiled:
-            self.compiled[name] = kernels.compiled(make())
+            self.compiled[name] = compiled(make())
         return float(fem.assemble_scalar(self.compiled[name]))
 
     def part(self, q: fem.Function, name: str) -> np.ndarray:

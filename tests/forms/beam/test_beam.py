@@ -8,10 +8,10 @@ import pytest
 import ufl
 from dolfinx import fem
 
-from shellmb import kernels
 from shellmb.forms import frame
 from shellmb.scene import Line
 from shellmb.schemes.base import at_state, interval
+from tests.forms.conftest import compiled
 
 # central differences of step H: error H^2 of the third derivative, plus eps/H of round-off
 H = 1e-6
@@ -77,7 +77,7 @@ def satisfy_compatibility(beam: Any, q: fem.Function) -> None:
     key = f"compatibility of {q.name}"
     if key not in beam.compiled:
         test = ufl.TestFunction(beam.body.mixed.space)
-        beam.compiled[key] = kernels.compiled(beam.body.internal(at_state(q), test))
+        beam.compiled[key] = compiled(beam.body.internal(at_state(q), test))
     form = beam.compiled[key]
     q.x.array[rows] = 0.0
     rest = fem.assemble_vector(form).array[rows]
@@ -192,6 +192,6 @@ def test_a_free_beam_has_six_rigid_modes_and_no_others(sample, degree: int) -> N
     beam.b.x.array[:] = 0.0
     test, trial = (f(beam.body.mixed.space) for f in (ufl.TestFunction, ufl.TrialFunction))
     work = beam.body.internal(at_state(beam.b), test)
-    tangent = fem.assemble_matrix(kernels.compiled(ufl.derivative(work, beam.b, trial)))
+    tangent = fem.assemble_matrix(compiled(ufl.derivative(work, beam.b, trial)))
     singular = np.linalg.svd(tangent.to_dense(), compute_uv=False)
     assert np.sum(singular < 1e-10 * singular[0]) == 6

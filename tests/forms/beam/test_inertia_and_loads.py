@@ -8,8 +8,8 @@ import pytest
 import ufl
 from dolfinx import fem
 
-from shellmb import kernels
 from shellmb.scene import FollowerLineForce, Gravity, Line, LineForce, LineMoment
+from tests.forms.conftest import compiled
 
 FORCE = (0.3, -0.5, 0.7)
 LOADS = {
@@ -32,7 +32,7 @@ def test_inertia_is_that_of_the_section_swept_along_the_line(sample, rng) -> Non
     beam.b.x.array[:] = 0.0
     axis = fem.Constant(body.domain.mesh, np.zeros(3))
     forms = [
-        kernels.compiled(form)
+        compiled(form)
         for form in (body.momentum(beam.v, axis), body.angular_momentum(beam.b, beam.v, axis))
     ]
     momenta = np.zeros((2, 3))
@@ -60,7 +60,7 @@ def test_no_motion_has_a_negative_kinetic_energy(sample, degree: int) -> None:
     """Far off the line, mass and moments nearly cancel: they need the same rule."""
     body = sample(degree, "far", (), 2, Line((0, 0, 0), (1, 0, 0))).body
     test, trial = (f(body.mixed.space) for f in (ufl.TestFunction, ufl.TrialFunction))
-    mass = fem.assemble_matrix(kernels.compiled(body.inertia(trial, test))).to_dense()
+    mass = fem.assemble_matrix(compiled(body.inertia(trial, test))).to_dense()
     values = np.linalg.eigvalsh(mass)
     assert values[0] > -1e-15 * values[-1]
 
@@ -83,12 +83,12 @@ def test_tangent_of_loads_is_the_derivative(loaded, rng, turn) -> None:
     derivative = ufl.algorithms.expand_derivatives(ufl.derivative(form, beam.b, beam.dq))
     dead = name in {"line force", "gravity"}
     assert derivative.empty() == dead
-    found = 0.0 if dead else fem.assemble_scalar(kernels.compiled(derivative))
-    compiled, h = kernels.compiled(form), 1e-5
+    found = 0.0 if dead else fem.assemble_scalar(compiled(derivative))
+    kernel, h = compiled(form), 1e-5
     centre, ends = beam.b.x.array.copy(), []
     for sign in (1, -1):
         beam.b.x.array[:] = centre + sign * h * beam.dq.x.array
-        ends.append(fem.assemble_scalar(compiled))
+        ends.append(fem.assemble_scalar(kernel))
     # h^2 of the third derivative, eps/h of round-off
     assert (ends[0] - ends[1]) / (2 * h) == pytest.approx(found, rel=1e-7, abs=1e-8)
 
@@ -118,6 +118,6 @@ def test_loads_do_the_work_of_their_resultants_on_rigid_velocities(loaded, rng, 
         "gravity": m * ufl.dot(F, speed) * nodes
         + ufl.dot(F, ufl.cross(r, s2 * d2 + s3 * d3)) * nodes,
     }
-    found = fem.assemble_scalar(kernels.compiled(make()))
-    right = fem.assemble_scalar(kernels.compiled(expected[name]))
+    found = fem.assemble_scalar(compiled(make()))
+    right = fem.assemble_scalar(compiled(expected[name]))
     assert found == pytest.approx(right, rel=1e-11)
