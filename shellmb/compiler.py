@@ -36,6 +36,8 @@ from shellmb.errors import RunError
 from shellmb.locks import FileLock
 
 Tell = Callable[[int, int], None]
+# Forms by the names of their kernels, with the flags of the C compiler
+Wanted = Mapping[str, tuple[Form, Sequence[str]]]
 
 _log = logging.getLogger(__name__)
 
@@ -44,13 +46,12 @@ _log = logging.getLogger(__name__)
 GROUP = 100_000
 
 
-def compile_new(forms: Mapping[str, Form], folder: Path, flags: Sequence[str], tell: Tell) -> None:
+def compile_new(forms: Wanted, folder: Path, tell: Tell) -> None:
     """Compile those of some forms that are not in the cache; on one rank.
 
     Args:
-        forms: Forms that are not empty, by their names there.
+        forms: Forms that are not empty.
         folder: The cache.
-        flags: Of the C compiler.
         tell: Called with the number of a kernel and how many there are, before each.
 
     Raises:
@@ -59,46 +60,43 @@ def compile_new(forms: Mapping[str, Form], folder: Path, flags: Sequence[str], t
     folder.mkdir(parents=True, exist_ok=True)
     new = [name for name in forms if not library(folder, name).exists()]
     # the largest first, so that its compiler is not the one that all wait for in the end
-    new.sort(key=lambda name: -_size(forms[name]))
-    left = _compile({name: forms[name] for name in new}, folder, flags, tell, wait=False)
+    new.sort(key=lambda name: -_size(forms[name][0]))
+    left = _compile({name: forms[name] for name in new}, folder, tell, wait=False)
     # one by one: who waits holds nothing that the other might wait for
     for name in left:
-        _compile({name: forms[name]}, folder, flags, tell, wait=True)
+        _compile({name: forms[name]}, folder, tell, wait=True)
 
 
-def _compile(
-    forms: Mapping[str, Form], folder: Path, flags: Sequence[str], tell: Tell, wait: bool
-) -> list[str]:
+def _compile(forms: Wanted, folder: Path, tell: Tell, wait: bool) -> list[str]:
     """Compile forms; or leave those that another process compiles, whose names are returned.
 
     Args:
         forms: As of `compile_new`, as are the others.
         folder: The cache.
-        flags: Of the C compiler.
         tell: Called before each.
         wait: Whether to wait for the other process.
     """
     cores = len(os.sched_getaffinity(0))
     started: list[Future[None]] = []
     left: list[str] = []
-    group: dict[str, str] = {}
+    groups: dict[tuple[str, ...], dict[str, str]] = {}
     with ExitStack() as locks, ThreadPoolExecutor(max_workers=cores) as pool, _quickly():
 
-        def start() -> None:
-            started.append(pool.submit(_make_libraries, folder, dict(group), flags))
-            group.clear()
+        def start(flags: tuple[str, ...]) -> None:
+            started.append(pool.submit(_make_libraries, folder, groups.pop(flags), flags))
 
         try:
-            for number, (name, form) in enumerate(forms.items(), start=1):
+            for number, (name, (form, flags)) in enumerate(forms.items(), start=1):
                 tell(number, len(forms))
                 if not locked(folder / f"{name}.lock", locks, wait):
                     left.append(name)
                 elif not library(folder, name).exists():
+                    group = groups.setdefault(tuple(flags), {})
                     group[name] = _code(form, name)
                     if sum(map(len, group.values())) > GROUP:
-                        start()
-            if group:
-                start()
+                        start(tuple(flags))
+            for alike in list(groups):
+                start(alike)
             for future in started:
                 future.result()
         except BaseException:

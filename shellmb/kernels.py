@@ -1,7 +1,6 @@
 """Compiled forms, as DOLFINx takes them: one place that says how they are compiled."""
 
 import ctypes
-import platform
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -26,34 +25,7 @@ from ufl.core.expr import Expr
 from shellmb.compiler import compile_new, library
 from shellmb.derivatives import Known, Record, read, write
 from shellmb.errors import RunError
-
-
-def _compiler_flags() -> list[str]:
-    """Flags that let the loops of kernels use the processor's vectors: twice as fast.
-
-    What matters is that sums may be reordered and multiplications fused (`-ffast-math` without its
-    promise that nothing is ever infinite or NaN: those must be seen). A level that the processor
-    has is named, and not `native`, so that another machine with the same cache compiles anew.
-    """
-    flags = ["-g0", "-ffp-contract=fast", "-fno-math-errno", "-fassociative-math"]
-    flags += ["-fno-signed-zeros", "-fno-trapping-math"]
-    processor = Path("/proc/cpuinfo")
-    if platform.machine() == "x86_64" and processor.exists():
-        features = next((x for x in processor.read_text().split("\n") if x.startswith("flags")), "")
-        if {"avx2", "fma", "bmi2", "movbe"} <= set(features.split()):
-            flags.append("-march=x86-64-v3")
-    return flags
-
-
-COMPILER_FLAGS = ["-O2", "-ftree-vectorize", *_compiler_flags()]
-
-# FFCx writes straight code in which -O2 finds nothing more than -O1 with vectors: kernels of shells
-# are as fast, and compiled in 0.6 of the time (5.3 s instead of 8.9 for those of `sudden_load`).
-# Its loops over the nodes of a cell are short: unrolled they take 0.85 of the time in residuals and
-# 0.96 in Jacobians (docs/theory/built.md). Vectors outside loops cost gcc a tenth and gain nothing,
-# registers chosen for each loop by itself as much, constants looked for in code that has none too
-KERNEL_FLAGS = ["-O1", "-ftree-loop-vectorize", "-funroll-loops", "-fira-region=one"]
-KERNEL_FLAGS += ["-fno-tree-ccp", *_compiler_flags()]
+from shellmb.flags import KERNEL_FLAGS, flags_for
 
 # `timeout` is how long [s] DOLFINx waits for a process that compiles the same expression
 JIT_OPTIONS = {"timeout": 600, "cffi_extra_compile_args": KERNEL_FLAGS}
@@ -74,14 +46,14 @@ class Kernel:
     library: ctypes.CDLL
 
 
-def compiled(form: Form, flags: Sequence[str] = KERNEL_FLAGS) -> fem.Form:
+def compiled(form: Form, flags: Sequence[str] = ()) -> fem.Form:
     """A form compiled, or found in the cache.
 
     Args:
         form: One that is not empty; its parameters are Constants, so that their values do not
             matter here.
-        flags: Of the C compiler; with "-O0" a kernel that is called a few times only is there in a
-            quarter of the time.
+        flags: More ones of the C compiler; with "-O0" a kernel that is called a few times only is
+            there in a quarter of the time.
 
     Raises:
         RunError: If the C compiler fails; on all ranks.
@@ -89,7 +61,7 @@ def compiled(form: Form, flags: Sequence[str] = KERNEL_FLAGS) -> fem.Form:
     return compile_all([form], flags)[0]
 
 
-def compile_all(forms: Sequence[Form], flags: Sequence[str] = KERNEL_FLAGS) -> list[fem.Form]:
+def compile_all(forms: Sequence[Form], flags: Sequence[str] = ()) -> list[fem.Form]:
     """Forms compiled side by side, those that are not in the cache, which takes half the time.
 
     Args:
@@ -103,13 +75,13 @@ def compile_all(forms: Sequence[Form], flags: Sequence[str] = KERNEL_FLAGS) -> l
 
 
 def compile_with_derivatives(
-    forms: Sequence[Form | Known], flags: Sequence[str] = KERNEL_FLAGS
+    forms: Sequence[Form | Known], flags: Sequence[str] = ()
 ) -> list[fem.Form | None]:
     """Forms and derivatives of forms compiled side by side; see `compile_all`.
 
     Args:
         forms: Forms that are not empty, and derivatives of such.
-        flags: Of the C compiler.
+        flags: As of `compiled`.
 
     Returns:
         Them; None for a derivative that vanishes.
@@ -129,8 +101,9 @@ def compile_with_derivatives(
     failure: Exception | None = None
     if comm.rank == 0:
         try:
-            new = {module_name(f, flags): f for f in taken.values() if not f.empty()}
-            compile_new(new, cache_folder(), flags, _TELLING.get())
+            new = [f for f in taken.values() if not f.empty()]
+            named = {module_name(f, flags): (f, flags_for(f, flags)) for f in new}
+            compile_new(named, cache_folder(), _TELLING.get())
         except Exception as error:
             failure = error
     raise_together(failure, "forms could not be compiled", comm)
@@ -302,16 +275,16 @@ def cache_folder() -> Path:
     return Path(_options()["cache_dir"])
 
 
-def module_name(item: Form | tuple[Expr, Any], flags: Sequence[str] = KERNEL_FLAGS) -> str:
+def module_name(item: Form | tuple[Expr, Any], flags: Sequence[str] = ()) -> str:
     """Name of the kernel of a form, or the one that FFCx gives the module of an expression.
 
     Args:
         item: The form; or the expression and its points.
-        flags: Of the C compiler.
+        flags: As of `compiled`.
     """
     options = ffcx.options.get_options({"scalar_type": default_scalar_type})
     tag = ffcx_jit._compute_option_signature(options)
-    tag += ffcx_jit._compilation_signature(list(flags), False)
+    tag += ffcx_jit._compilation_signature(flags_for(item, flags), False)
     kind = "shellmb_form" if isinstance(item, Form) else "libffcx_expressions"
     items: list[Any] = [item]
     return f"{kind}_{ffcx.naming.compute_signature(items, tag)}"

@@ -19,7 +19,7 @@ from shellmb.model.shells.shell import ShellModel
 from shellmb.scene import Cylinder, Hyperelastic, Isotropic, Laminate, Load, PlyMaterial, Shell
 
 # kernels are called a few times each: gcc takes a quarter of the time that it takes for a run's
-compiled = partial(kernels.compiled, flags=["-O0", "-g0"])
+compiled = partial(kernels.compiled, flags=["-O0"])
 
 # moduli of order one: nothing is scaled away in the comparisons
 RUBBER = {"mu": 1.0, "thickness": 0.1, "shear_correction": 5 / 6}

@@ -56,6 +56,6 @@ def test_the_largest_comes_first(forms, tmp_path, monkeypatch):
     written = []
     monkeypatch.setattr(compiler, "_make_libraries", lambda *_: None)
     monkeypatch.setattr(compiler, "_code", lambda form, _: written.append(form) or "")
-    named = {kernels.module_name(form): form for form in forms}
-    compiler.compile_new(named, tmp_path, [], lambda *_: None)
+    named = {kernels.module_name(form): (form, []) for form in forms}
+    compiler.compile_new(named, tmp_path, lambda *_: None)
     assert [len(form.arguments()) for form in written] == [2, 1, 0]

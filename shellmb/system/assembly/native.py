@@ -23,7 +23,8 @@ import numpy as np
 import numpy.typing as npt
 
 from shellmb.compiler import run_compiler
-from shellmb.kernels import COMPILER_FLAGS, cache_folder, raise_together
+from shellmb.flags import COMPILER_FLAGS
+from shellmb.kernels import cache_folder, raise_together
 
 HERE = Path(__file__).parent
 
