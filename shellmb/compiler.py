@@ -14,6 +14,7 @@ import logging
 import math
 import os
 import shlex
+import shutil
 import subprocess
 import sysconfig
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -44,6 +45,12 @@ _log = logging.getLogger(__name__)
 # Characters of code that a C compiler is worth starting for: it takes 0.03 s to start, link and
 # read headers, and 0.3 s for as much
 GROUP = 100_000
+
+# Steps of UFL that rebuild a form without some nodes, and these nodes
+REBUILDING: dict[str, tuple[type, ...]] = {
+    "remove_complex_nodes": (Conj, Real, Imag, ComplexValue),
+    "apply_coordinate_derivatives": (CoordinateDerivative,),
+}
 
 
 def compile_new(forms: Wanted, folder: Path, tell: Tell) -> None:
@@ -184,13 +191,6 @@ def _quickly() -> Iterator[None]:
         gc.set_threshold(*thresholds)
 
 
-# Steps of UFL that rebuild a form without some nodes, and these nodes
-REBUILDING: dict[str, tuple[type, ...]] = {
-    "remove_complex_nodes": (Conj, Real, Imag, ComplexValue),
-    "apply_coordinate_derivatives": (CoordinateDerivative,),
-}
-
-
 def _rebuilt(rebuild: Callable[[Form], Form], kinds: tuple[type, ...], form: Form) -> Form:
     """A form without nodes of some kinds."""
     nodes: Any = unique_pre_traversal
@@ -218,7 +218,11 @@ def _make_libraries(folder: Path, codes: Mapping[str, str], flags: Sequence[str]
     for name in codes:
         # at once: another process may look for it at any moment
         link = made.with_name(f"{name}.link.{os.getpid()}")
-        link.hardlink_to(made)
+        try:
+            link.hardlink_to(made)
+        except OSError:
+            # a file system that has none
+            shutil.copyfile(made, link)
         link.replace(library(folder, name))
     made.unlink()
 

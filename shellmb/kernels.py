@@ -135,7 +135,7 @@ def raise_together(failure: Exception | None, what: str, comm: MPI.Comm) -> None
     """
     said = failure if failure is None or isinstance(failure, RunError) else RuntimeError(what)
     if (told := comm.bcast(said)) is not None:
-        raise told from failure
+        raise told from (None if told is failure else failure)
 
 
 def _compiled(form: Form, flags: Sequence[str]) -> fem.Form:

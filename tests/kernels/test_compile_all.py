@@ -59,3 +59,20 @@ def test_the_largest_comes_first(forms, tmp_path, monkeypatch):
     named = {kernels.module_name(form): (form, []) for form in forms}
     compiler.compile_new(named, tmp_path, lambda *_: None)
     assert [len(form.arguments()) for form in written] == [2, 1, 0]
+
+
+@pytest.mark.parametrize("links", [True, False])
+def test_small_kernels_share_a_library_that_has_the_names_of_all(forms, links, monkeypatch):
+    if not links:
+
+        def refused(*_):
+            raise OSError("no links here")
+
+        monkeypatch.setattr("pathlib.Path.hardlink_to", refused)
+    number, vector, *_ = kernels.compile_all(forms)
+    names = [kernels.kernel_name(form) for form in (number, vector)]
+    files = [compiler.library(kernels.cache_folder(), name) for name in names]
+    assert files[0].samefile(files[1]) == links
+    assert files[0].read_bytes() == files[1].read_bytes()
+    assert fem.assemble_scalar(number) == pytest.approx(3.0)
+    assert not [p for p in kernels.cache_folder().iterdir() if p.suffix not in (".c", ".so")]
