@@ -60,10 +60,12 @@ def rubber_energy(strains: Any, p: Mapping[str, Any]) -> Any:
     for z in (-0.5 / 3**0.5, 0.5 / 3**0.5):
         e = strains.eps + z * p["h"] * strains.kap
         c11, c22, c12 = 1 + 2 * e[0], 1 + 2 * e[1], e[2]
-        det = c11 * c22 - c12**2
+        # det C = 1 + a + b, and tr C - 3 without differences of ones, which drown small strains
+        a, b = 2 * (e[0] + e[1]), 4 * e[0] * e[1] - c12**2
+        det = 1 + a + b
         g1, g2 = strains.gam[0], strains.gam[1]
         shear = (c22 * g1**2 - 2 * c12 * g1 * g2 + c11 * g2**2) / det
-        total += p["mu"] / 2 * (c11 + c22 + 1 / det + 5 / 6 * shear - 3)
+        total += p["mu"] / 2 * ((a * (a + b) - b) / det + 5 / 6 * shear)
     return p["h"] / 2 * total
 
 

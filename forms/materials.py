@@ -50,10 +50,14 @@ def neo_hookean(strains: ShellStrains, parameters: Mapping[str, Expr]) -> Expr:
 
     def density(e: Expr, gam: Expr) -> Expr:
         c11, c22, c12 = 1 + 2 * e[0], 1 + 2 * e[1], e[2]
-        det = c11 * c22 - c12**2
+        # det C_plane = 1 + d, and tr C - 3 of small strains without differences of ones: schemes
+        # divide the energy's round-off by squares of strains
+        a, b = 2 * (e[0] + e[1]), 4 * e[0] * e[1] - c12**2
+        d = a + b
+        det = 1 + d
         # det C = det(C_plane) (C33 - g . C_plane^-1 . g) = 1 gives C33
         shear = (c22 * gam[0] ** 2 - 2 * c12 * gam[0] * gam[1] + c11 * gam[1] ** 2) / det
-        return mu / 2 * (c11 + c22 + 1 / det + factor * shear - 3)
+        return mu / 2 * ((a * d - b) / det + factor * shear)
 
     return through_thickness(density, strains, thickness)
 
