@@ -13,7 +13,7 @@ from typing import Any
 from mpi4py import MPI
 
 # meshes that may be there without a look: with their spaces they have about fifteen communicators
-MOST = 60
+MOST = 45
 
 
 class _Living:
@@ -51,4 +51,4 @@ def make_room(comm: MPI.Comm) -> None:
     if comm.allreduce(_LIVING.count(), op=MPI.MAX) >= _LIVING.most:
         gc.collect()
         # those that are in use are no reason to look again for each new one
-        _LIVING.most = MOST // 2 + comm.allreduce(_LIVING.count(), op=MPI.MAX)
+        _LIVING.most = MOST // 3 + comm.allreduce(_LIVING.count(), op=MPI.MAX)
