@@ -63,7 +63,7 @@ class BareWork:
     def __init__(self, problem: Problem) -> None:
         self._problem, system = problem, problem.system
         groups = mesh_groups(system)
-        self._residuals = LoopResiduals(groups)
+        self._residuals = LoopResiduals(group.residuals for group in groups)
         self._local = np.zeros(len(system.numbering.local_to_global))
         self._loops = []
         for group in groups:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Hashable, Mapping, Sequence
+from functools import lru_cache
 
 from petsc4py import PETSc
 
@@ -47,7 +48,7 @@ class Predictor:
         # given them may keep them
         self._past = np.zeros((0, self._nodes.system.numbering.owned))
         # times from the first of them to each, s
-        self._times = np.zeros(0)
+        self._times: tuple[float, ...] = ()
         self._errors: list[float] = []
         self._key: Hashable = None
 
@@ -62,7 +63,7 @@ class Predictor:
         if not known or key != self._key:
             return None
         degree = int(np.argmin(self._errors)) if self._errors else 0
-        self._guess.array[:] = weights(self._times / dt)[degree] @ self._past
+        self._guess.array[:] = self._weights(dt)[degree] @ self._past
         self._guess.array[self._rates] *= dt
         self._nodes.normalise(self._guess)
         return self._guess
@@ -80,7 +81,7 @@ class Predictor:
         self._key = key
         new, known = x.array_r.copy(), len(self._past)
         if known:
-            guesses = weights(self._times / dt) @ self._past
+            guesses = self._weights(dt) @ self._past
             guesses[:, self._rates] *= dt
             found = self._convergence.sizes(new, new - guesses).tolist()
             old = self._errors
@@ -91,7 +92,10 @@ class Predictor:
             self._errors += found[len(old) :]
         new[self._rates] /= dt
         self._past = np.concatenate([new[None], self._past[: STATES - 1]])
-        self._times = np.array([0.0, *(self._times - dt)])[:STATES]
+        self._times = (0.0, *(t - dt for t in self._times))[:STATES]
+
+    def _weights(self, dt: float) -> Floats:
+        return weights(tuple(t / dt for t in self._times))
 
     def arrays(self) -> dict[str, Floats]:
         """What a restart needs of the past: unknowns that this rank owns."""
@@ -99,7 +103,7 @@ class Predictor:
 
     def state(self) -> dict[str, list[float]]:
         """The other part of it: when they were, and how each degree has done."""
-        return {"times": self._times.tolist(), "errors": list(self._errors)}
+        return {"times": list(self._times), "errors": list(self._errors)}
 
     def restore(
         self,
@@ -116,25 +120,25 @@ class Predictor:
         """
         states = [arrays[str(k)] for k in range(len(arrays))]
         self._past = np.reshape(states, (len(arrays), self._past.shape[1]))
-        self._times, self._errors = np.array(state["times"]), list(state["errors"])
+        self._times, self._errors = tuple(state["times"]), list(state["errors"])
         self._key = key
 
 
-def weights(times: Floats) -> Floats:
+@lru_cache
+def weights(times: tuple[float, ...]) -> Floats:
     """Weights of known states in polynomials through the newest one, two, ... of them.
 
     Args:
-        times: Their times from the newest, in steps to come, the newest first, shape (n,).
+        times: Their times from the newest, in steps to come, the newest first.
 
     Returns:
         For the state a step ahead, row k for the polynomial of degree k, shape (n, n).
     """
-    # so few numbers are much faster without NumPy, and each step asks for them
-    known = times.tolist()
-    found = np.zeros((len(known), len(known)))
-    for degree in range(len(known)):
-        through = known[: degree + 1]
+    found = np.zeros((len(times), len(times)))
+    for degree in range(len(times)):
+        through = times[: degree + 1]
         for i, own in enumerate(through):
             others = (s for k, s in enumerate(through) if k != i)
             found[degree, i] = math.prod((1 - s) / (own - s) for s in others)
+    found.flags.writeable = False
     return found

@@ -51,8 +51,8 @@ FAULTS: tuple[Fault, ...] = (
     Fault(
         "moment of a quadratic step's forces without their first moment in time",
         "shellmb/observers/forces/impulse.py",
-        "arms = carrier.changes(chord / 2)",
-        "arms = carrier.changes(0 * chord)",
+        "arms = Arms(np.asarray(chord / 2), whole=0.0)",
+        "arms = Arms(np.asarray(0 * chord), whole=0.0)",
         (
             "tests/hard/test_spins.py::test_stiff_plate_spins_in_schemes_quadratic_in_time"
             "[True-ep4-0.0]",

@@ -7,6 +7,7 @@ momentum, and the error of the scheme where it does not.
 
 from __future__ import annotations
 
+import math
 from functools import partial
 from typing import Any
 
@@ -105,11 +106,12 @@ class Momentum(Silent):
         return float(self._along_axes([present(forms)], simulation.model.comm)()[0])
 
     def _take(self) -> None:
-        self.values = dict(zip(KINDS, self._momenta().reshape(2, 3).copy(), strict=True))
+        self._now = self._momenta().reshape(2, 3).copy()
+        self.values = dict(zip(KINDS, self._now, strict=True))
 
     def _sizes(self) -> None:
-        found = np.array([list(self.values.values()), *self._impulses.values()])
-        sizes = np.sqrt((found**2).sum(axis=2)).max(axis=0).tolist()
+        found = np.array([self._now, *self._impulses.values()])
+        sizes = np.sqrt(np.add.reduce(found * found, axis=2).max(axis=0)).tolist()
         for kind, size in zip(KINDS, sizes, strict=True):
             self._largest[kind] = max(self._largest[kind], size)
         self._kinetic = max(self._kinetic, self.account.values["kinetic_energy"])
@@ -119,10 +121,9 @@ class Momentum(Silent):
         if not self._dynamic or not self._held:
             # the impact of one body on another changes nothing
             return
-        before = np.array([self.values[kind] for kind in KINDS])
+        before = self._now
         self._take()
-        change = np.array([self.values[kind] for kind in KINDS]) - before
-        self._impulses["impacts"] = self._impulses["impacts"] + change
+        self._impulses["impacts"] = self._impulses["impacts"] + self._now - before
 
     def solved(self, simulation: Simulation) -> None:
         """Add the impulses of the step."""
@@ -138,11 +139,11 @@ class Momentum(Silent):
         if not self._dynamic:
             return
         self._take()
-        first, *others = self._impulses.values()
-        explained = sum(others, start=first)
-        for row, kind in enumerate(KINDS):
-            left = self.values[kind] - self._initial[kind] - explained[row]
-            self.drift[kind] = max(self.drift[kind], float(np.linalg.norm(left)))
+        left = self._now - np.array(list(self._initial.values()))
+        for impulse in self._impulses.values():
+            left -= impulse
+        for kind, row in zip(KINDS, left.tolist(), strict=True):
+            self.drift[kind] = max(self.drift[kind], math.hypot(*row))
         self._sizes()
 
     def relative_drift(self, kind: str) -> float | None:

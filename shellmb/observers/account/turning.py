@@ -9,6 +9,7 @@ tell.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,12 +20,11 @@ import numpy.typing as npt
 
 from shellmb.model.frames.rigid import GROUND, RigidBodies
 from shellmb.observers.fields.nodal import Nodes, nodal_bodies
-from shellmb.observers.forces.holding import axial
 from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.system.assembly import native
 
 Floats = npt.NDArray[np.float64]
 
-UNIT = np.eye(3)
 # of the diagonal, so that what does not turn at all has a fit, too
 TINY = 1e-12
 
@@ -96,12 +96,11 @@ class Turning(Silent):
         t, levels, end = last.t + last.dt, simulation.problem.levels, simulation.problem.last
         for body in self._flexible:
             here = levels[body.name]
-            sums, chord = body.sums(here.q.x.array, here.unknown[end].x.array)
+            chord = body.sum(here.q.x.array, here.unknown[end].x.array)
             if comm.size > 1:
-                comm.Allreduce(MPI.IN_PLACE, sums)
+                comm.Allreduce(MPI.IN_PLACE, body.sums)
                 chord = comm.allreduce(chord, op=MPI.MAX)
-            mean, radius = _fit(sums)
-            self.turns[body.name].add(_angle(chord), mean, radius, t, last.dt)
+            self.turns[body.name].add(_angle(chord), *fit(body.sums), t, last.dt)
         if self._rigid is not None:
             here = levels[self._rigid.name]
             chords = self._rigid.chords(here.q.x.array, here.unknown[end].x.array)
@@ -120,29 +119,31 @@ class Turning(Silent):
 
 
 class _Flexible:
-    """Nodes of a shell or beam that this rank owns.
+    """Nodes of a shell or beam that this rank owns, as `sums.c` sees them.
 
     Args:
         name: Name of the body.
         nodes: Its nodes.
+
+    Attributes:
+        sums: What `fit` takes of a step, to be summed over the ranks.
     """
 
     def __init__(self, name: str, nodes: Nodes) -> None:
-        self.name, self._nodes = name, nodes
+        self.name, self._nodes, self._lib = name, nodes, native.cells().lib
+        self._struct, self._directors = nodes.struct(), nodes.directors
+        self.sums = np.zeros(43)
 
-    def sums(self, start: Floats, end: Floats) -> tuple[Floats, float]:
-        """Sums over the nodes that `_fit` takes, shape (43,), and the largest chord.
+    def sum(self, start: Floats, end: Floats) -> float:
+        """Fill the sums of a step; returns the largest chord of the nodes.
 
         Args:
             start: Dofs of the body at the start of the step.
             end: Those at its end.
         """
-        (x, d), (dx, dd) = self._nodes.places((start + end) / 2), self._nodes.changes(end - start)
-        chord = _chord(dd)
-        d, dd = d.reshape(-1, 3), dd.reshape(-1, 3)
-        squares = np.concatenate([x.T @ x, x.T @ dx, d.T @ d, d.T @ dd]).ravel()
-        sums = np.concatenate([[len(x)], x.sum(axis=0), dx.sum(axis=0), squares])
-        return sums, chord
+        pointers = map(native.doubles, (start, end, self.sums))
+        square = self._lib.turning(self._struct, self._directors, *pointers)
+        return math.sqrt(square / _directions(self._directors))
 
 
 class _Frames:
@@ -162,49 +163,28 @@ class _Frames:
     def chords(self, start: Floats, end: Floats) -> Floats:
         """Chord of each body but ground on this rank, shape (n,), zero for those of others."""
         found = np.zeros(self._count)
-        change = self._nodes.changes(end - start)[1]
-        found[self._item] = np.sqrt((change**2).sum(axis=(1, 2)) / 2)
+        squares = (self._nodes.changes(end - start) ** 2).sum(axis=(1, 2))
+        found[self._item] = np.sqrt(squares / _directions(3))
         return found[self._moving]
 
 
-def _chord(change: Floats) -> float:
-    """Largest change of the directors of a node; `2 sin(a/2)` for frames that turn by `a`.
+def fit(sums: Floats) -> tuple[float, float]:
+    """Angle of a body as a whole, rad, and its radius of gyration about the axis, m.
 
     Args:
-        change: Changes of the directors, shape (n, m, 3).
+        sums: Of its nodes, as from `turning` of `sums.c`, shape (43,).
     """
-    count = change.shape[1]
-    squares = (change**2).sum(axis=(1, 2)) / (2 if count == 3 else 1)
-    return float(np.sqrt(np.max(squares, initial=0.0)))
+    found = np.zeros(2)
+    native.cells().lib.turned(native.doubles(sums), TINY, native.doubles(found))
+    tangent, radius = found.tolist()
+    return 2 * math.atan(tangent / 2), radius
+
+
+def _directions(directors: int) -> int:
+    """How many directions of a node turn: of a triple two of three see the same rotation."""
+    return 2 if directors == 3 else 1
 
 
 def _angle(chord: float) -> float:
     """Angle that belongs to a chord of the unit circle, rad."""
-    return float(2 * np.arcsin(min(chord / 2, 1.0)))
-
-
-def _fit(sums: Floats) -> tuple[float, float]:
-    """Angle of a body as a whole, rad, and its radius of gyration about the axis, m.
-
-    Args:
-        sums: As from `_Flexible.sums`.
-    """
-    count, x, dx = sums[0], sums[1:4], sums[4:7]
-    xx, xdx, dd, ddd = sums[7:].reshape(4, 3, 3)
-    xx, xdx = xx - np.outer(x, x) / count, xdx - np.outer(x, dx) / count
-    size = (xx[0, 0] + xx[1, 1] + xx[2, 2]) / count
-    if not size > 0:
-        return 0.0, 0.0
-    inertia = _inertia(xx) / size + _inertia(dd)
-    inertia += TINY * inertia.max() * UNIT
-    spin = np.linalg.solve(inertia, axial(xdx) / size + axial(ddd))
-    tangent = float(np.linalg.norm(spin))
-    axis = spin / tangent if tangent > 0 else np.zeros(3)
-    # of nodes on the axis there may be less than nothing, by round-off
-    radius = float(np.sqrt(max(axis @ _inertia(xx) @ axis / count, 0.0)))
-    return 2 * float(np.arctan(tangent / 2)), radius
-
-
-def _inertia(squares: Floats) -> Floats:
-    """`sum (r.r I - r r)` of `sum r r`."""
-    return np.asarray((squares[0, 0] + squares[1, 1] + squares[2, 2]) * UNIT - squares)
+    return 2 * math.asin(min(chord / 2, 1.0))

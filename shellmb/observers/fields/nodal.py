@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -13,6 +14,7 @@ from shellmb.model.frames.rigid import RigidBodies
 from shellmb.model.model import Model
 from shellmb.model.shells.shell import ShellModel
 from shellmb.simulate.simulation import Simulation
+from shellmb.system.assembly.native import CArrays
 
 Floats = npt.NDArray[np.float64]
 
@@ -186,21 +188,41 @@ class Nodes:
             self._X, q[self._u], self._D, self._D + q[self._w], v[self._u], v[self._w]
         )
 
-    def places(self, q: Floats) -> tuple[Floats, Floats]:
-        """Positions (n, 3) and directors (n, m, 3) alone.
+    @property
+    def directors(self) -> int:
+        """Number of directors of each."""
+        return int(self._D.shape[1])
 
-        Args:
-            q: Dofs of the state.
-        """
-        return self._X + q[self._u], self._D + q[self._w]
-
-    def changes(self, change: Floats) -> tuple[Floats, Floats]:
-        """Changes of positions (n, 3) and directors (n, m, 3) for one of the state.
+    def changes(self, change: Floats) -> Floats:
+        """Changes of the directors for one of the state, shape (n, m, 3).
 
         Args:
             change: Dofs of the change.
         """
-        return change[self._u], change[self._w]
+        return change[self._w]
+
+    def dofs_of(self, marked: npt.NDArray[np.bool_]) -> npt.NDArray[np.int32]:
+        """Dofs of some of the nodes.
+
+        Args:
+            marked: Which, shape (n,).
+        """
+        return np.concatenate([self._u[marked].ravel(), self._w[marked].ravel()])
+
+    def struct(self, turning: npt.NDArray[np.int32] | None = None) -> Any:
+        """The nodes for the loops of `sums.c`.
+
+        Args:
+            turning: Dofs of more vectors that turn with the body, and are zero in the reference.
+        """
+        more = np.reshape([] if turning is None else turning, (-1, 3))
+        dofs = np.concatenate([self._u.ravel(), self._w.ravel(), more.ravel()]).astype(np.int32)
+        reference = np.concatenate([self._X.ravel(), self._D.ravel(), np.zeros(more.size)])
+        self._arrays = CArrays()
+        members = {"dofs": self._arrays(dofs), "reference": self._arrays(reference)}
+        positions = len(self._X)
+        members |= {"positions": positions, "arms": len(dofs) // 3 - positions}
+        return self._arrays.many("Nodes", [members])
 
     def now(self, simulation: Simulation, name: str) -> NodalValues:
         """Values at the nodes, between two steps of a simulation.

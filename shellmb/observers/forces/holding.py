@@ -13,6 +13,7 @@ import numpy.typing as npt
 from shellmb.model.model import Model
 from shellmb.model.reduced.onframe import OnArms
 from shellmb.observers.fields.nodal import NodalBody, Nodes, nodal_bodies
+from shellmb.system.assembly import native
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.assembly.fields import Field
 from shellmb.system.assembly.loops import LoopResiduals, MeshCells, MeshGroup
@@ -36,6 +37,11 @@ class Assembled(Protocol):
         ...
 
 
+def cells_of(system: BlockSystem, number: int) -> MeshCells:
+    """The cells of one field of a system alone, with its own local dofs."""
+    return MeshCells([system.fields[number]], [0], [system.held[number]])
+
+
 def resistance(
     problem: Assembled, name: str, stage: str | None = None
 ) -> tuple[LoopResiduals, Floats]:
@@ -46,24 +52,21 @@ def resistance(
         name: Name of the group.
         stage: The row; None: that of the state at the end of a step.
     """
-    number = problem.number(name, stage or problem.last)
-    field, system = problem.fields[number], problem.system
-    cells = MeshCells([field], [0], [system.held[number]])
-    return LoopResiduals([MeshGroup(system, [number], cells)]), np.zeros(field.size_all)
+    number, system = problem.number(name, stage or problem.last), problem.system
+    group = MeshGroup(system, [number], cells_of(system, number))
+    return LoopResiduals([group.residuals]), np.zeros(problem.fields[number].size_all)
 
 
 class Arms(NamedTuple):
     """Where forces act on a body.
 
     Args:
-        x: Positions of its nodes, or changes of them, shape (n, 3), m.
-        d: Their directors, or changes of them, shape (n, m, 3).
-        q: The state that these are of.
+        q: Dofs of a state, or changes of them.
+        whole: One for a state; zero for changes, which are arms by themselves.
     """
 
-    x: Floats
-    d: Floats
     q: Floats
+    whole: float
 
 
 class NodalForces:
@@ -74,15 +77,21 @@ class NodalForces:
     """
 
     def __init__(self, system: BlockSystem) -> None:
-        self._system = system
-        self._total = system.x.duplicate()
-        self._numbers = system.numbering.local_to_global.astype(PETSc.IntType)
+        self._system, self._sum = system, system.x.duplicate()
 
-    def gathered(self, local: Floats) -> Floats:
-        """Sums of local nodal forces, added to those in `_total`."""
-        self._total.setValues(self._numbers, local, addv=PETSc.InsertMode.ADD)
-        self._total.assemble()
-        return self._system.local_values(self._total)
+    def gathered(self, local: Floats, more: PETSc.Vec | None = None) -> Floats:
+        """Sums of local nodal forces, as this rank sees them.
+
+        Args:
+            local: Forces that this rank finds at each local dof.
+            more: Forces on unknowns that come on top.
+        """
+        exchange = self._system.exchange
+        exchange.local[:] = local
+        exchange.collect(self._sum)
+        if more is not None:
+            self._sum.axpy(1.0, more)
+        return self._system.local_values(self._sum)
 
 
 class HeldForces(NodalForces):
@@ -99,6 +108,8 @@ class HeldForces(NodalForces):
 
     def __init__(self, problem: Assembled, model: Model, stage: str) -> None:
         super().__init__(problem.system)
+        self._held = problem.system.x.duplicate()
+        self._held.set(0.0)
         self.carriers: list[Carrier | ArmCarrier] = [
             Carrier(name, body, problem.system.numbering.slice(problem.number(name, stage)))
             for name, body in nodal_bodies(model).items()
@@ -119,18 +130,17 @@ class HeldForces(NodalForces):
         if not self._supported:
             return None
         # what is left of the equations of fixed unknowns is what holds them
-        self._total.set(0.0)
-        self._total.array[self._system.fixed] = self._system.reactions
+        self._held.array[self._system.fixed] = self._system.reactions
         if not self._planes:
-            return self._system.local_values(self._total)
-        local = np.zeros(len(self._numbers))
+            return self._system.local_values(self._held)
+        local = np.zeros(len(self._system.numbering.local_to_global))
         for k, residuals, r in self._planes:
             r[:] = 0.0
             residuals.refresh()
             residuals.add(r)
             # on the left-hand side they resist
             local[self._system.numbering.slice(k)] -= r
-        return self.gathered(local)
+        return self.gathered(local, self._held)
 
 
 class Carrier:
@@ -144,20 +154,14 @@ class Carrier:
 
     def __init__(self, name: str, body: NodalBody, where: slice) -> None:
         self.name, self._nodes, self._where = name, Nodes(body), where
-        self._dofs = body.mixed.dofs
+        self._lib = native.cells().lib
+        self._struct = self._nodes.struct(turning=body.mixed.dofs.get("bubble"))
         # a node that two bodies share counts on the one that it belongs to
         index_map = body.mixed.space.dofmap.index_map
-        ghosts = index_map.size_local + np.arange(index_map.num_ghosts)
-        links = [link.dofs for link in body.links]
-        self._elsewhere = np.concatenate([*links, ghosts]).astype(np.int32)
-
-    def places(self, q: Floats) -> Arms:
-        """Arms of forces at a state, about the origin."""
-        return Arms(*self._nodes.places(q), q)
-
-    def changes(self, change: Floats) -> Arms:
-        """Arms that are changes of a state."""
-        return Arms(*self._nodes.changes(change), change)
+        self._counted = np.ones(index_map.size_local + index_map.num_ghosts)
+        self._counted[index_map.size_local :] = 0.0
+        for link in body.links:
+            self._counted[link.dofs] = 0.0
 
     def resultants(
         self, arms: Arms, forces: Sequence[Floats], nodes: Marks | None = None
@@ -167,27 +171,23 @@ class Carrier:
         Args:
             arms: Where they act.
             forces: Nodal forces of the whole system on this rank, of each set.
-            nodes: Markers of the nodes that count, shape (n,); None: all.
+            nodes: Markers of the nodes that count, shape (n,); None: all, and all that turns with
+                the body and does not move with it.
 
         Returns:
             Resultants of shape (n, 6), and the sum of the sizes of all forces on positions.
         """
-        found, gross, dofs = np.zeros((len(forces), 6)), 0.0, self._dofs
-        for row, values in enumerate(forces):
-            r = values[self._where].copy()
-            r[self._elsewhere] = 0.0
-            force = r[dofs["u"]].reshape(-1, 3)
-            couples = r[dofs["w"]].reshape(arms.d.shape)
-            if nodes is not None:
-                force, couples = (np.where(_wide(nodes, a), a, 0.0) for a in (force, couples))
-            products = arms.x.T @ force + arms.d.reshape(-1, 3).T @ couples.reshape(-1, 3)
-            if "bubble" in dofs and nodes is None:
-                # it turns with the body, and does not move with it
-                bubble, share = (a[dofs["bubble"]].reshape(-1, 3) for a in (arms.q, r))
-                products += bubble.T @ share
-            found[row, :3], found[row, 3:] = force.sum(axis=0), axial(products)
-            gross += float(np.sqrt(np.einsum("ni,ni->n", force, force)).sum())
-        return found, gross
+        counted = self._counted
+        if nodes is not None:
+            marked = self._nodes.dofs_of(nodes)
+            counted = np.zeros(len(counted))
+            counted[marked] = self._counted[marked]
+        found = np.zeros((len(forces), 7))
+        arguments = self._struct, native.doubles(arms.q), arms.whole
+        for row, values in zip(found, forces, strict=True):
+            pointers = map(native.doubles, (values[self._where], counted, row))
+            self._lib.resultants(*arguments, *pointers)
+        return found[:, :6], float(found[:, 6].sum())
 
 
 class ArmCarrier:
@@ -202,35 +202,14 @@ class ArmCarrier:
         self.name, self._where, self._dofs = body.name, where, body.mixed.dofs["u"]
         self._rest = body.arms[body.nodes.item]
 
-    def places(self, q: Floats) -> Arms:
-        """The arms at a state."""
-        return self._arms(self._rest, q)
-
-    def changes(self, change: Floats) -> Arms:
-        """Their changes with one of the state."""
-        return self._arms(0 * self._rest, change)
-
-    def _arms(self, rest: Floats, q: Floats) -> Arms:
-        return Arms(rest + q[self._dofs].reshape(-1, 3), np.zeros((0, 1, 3)), q)
-
     def resultants(
         self, arms: Arms, forces: Sequence[Floats], nodes: Marks | None = None
     ) -> tuple[Floats, float]:
         """Moments of several sets of forces, as of `Carrier`."""
         found, gross = np.zeros((len(forces), 6)), 0.0
+        x = arms.whole * self._rest + arms.q[self._dofs].reshape(-1, 3)
         for row, values in enumerate(forces):
             force = values[self._where][self._dofs].reshape(-1, 3)
-            found[row, 3:] = axial(arms.x.T @ force)
+            found[row, 3:] = np.cross(x, force).sum(axis=0)
             gross += float(np.linalg.norm(force, axis=1).sum())
         return found, gross
-
-
-def _wide(nodes: Marks, values: Floats) -> Marks:
-    """Markers of nodes in the shape of their values."""
-    return nodes.reshape(-1, *[1] * (values.ndim - 1))
-
-
-def axial(products: Floats) -> Floats:
-    """`sum a x b` of the matrix `sum a b`."""
-    m = products
-    return np.array([m[1, 2] - m[2, 1], m[2, 0] - m[0, 2], m[0, 1] - m[1, 0]])

@@ -20,14 +20,15 @@ from mpi4py import MPI
 import numpy as np
 import numpy.typing as npt
 import ufl
-from dolfinx import fem
+from ufl import Form
 
 from shellmb.kernels import compiled
 from shellmb.model.body import Body
-from shellmb.observers.forces.holding import HeldForces, NodalForces
+from shellmb.observers.forces.holding import Arms, HeldForces, NodalForces, cells_of
 from shellmb.schemes.quadratic import RATE, QuadraticInTime
 from shellmb.schemes.residuals.residual import StageForms
 from shellmb.simulate.simulation import Simulation
+from shellmb.system.assembly.loops import LoopResiduals, PlacedForm
 
 Floats = npt.NDArray[np.float64]
 
@@ -93,13 +94,13 @@ class Impulse:
             rows = [k for k, f in enumerate(forces) if f is not None]
             for carrier in held.carriers:
                 if number == 0:
-                    arms = carrier.places(last_middle(simulation, carrier.name))
+                    arms = Arms(last_middle(simulation, carrier.name), whole=1.0)
                 else:
                     levels = simulation.problem.levels[carrier.name]
                     unknown = {stage: f.x.array for stage, f in levels.unknown.items()}
                     q, push = levels.q.x.array, getattr(levels.push, "x", levels.q.x).array
                     chord = scheme.moved(q, push, unknown)[simulation.problem.last]
-                    arms = carrier.changes(chord / 2)
+                    arms = Arms(np.asarray(chord / 2), whole=0.0)
                 found, gross = carrier.resultants(arms, [f for f in forces if f is not None])
                 if number:
                     # the first moment of a force in time is no impulse
@@ -123,39 +124,32 @@ class _Acting(NodalForces):
     def __init__(self, simulation: Simulation, stage: str) -> None:
         problem = simulation.problem
         super().__init__(problem.system)
-        potentials = simulation.model.potentials
-        self._forms = [
-            (problem.number(body.name, stage), form)
-            for body in simulation.model.bodies
-            if body not in potentials
-            for form in self._work(problem.forms[body.name][stage], body)
-        ]
         # all of what potentials exert comes from outside; residuals are against it
-        self._against = [
-            (problem.number(body.name, stage), compiled(form))
-            for body in potentials
-            for form in problem.forms[body.name][stage].residual
-        ]
+        self._forces: list[tuple[float, slice, LoopResiduals]] = []
+        for body in simulation.model.bodies:
+            row, outside = problem.forms[body.name][stage], body in simulation.model.potentials
+            forms = row.residual if outside else self._work(row, body)
+            if forms:
+                number, system = problem.number(body.name, stage), problem.system
+                placed: list[PlacedForm] = [(compiled(form), (0,), -1) for form in forms]
+                loops = LoopResiduals([(cells_of(system, number), placed)])
+                where = system.numbering.slice(number)
+                self._forces.append((-1.0 if outside else 1.0, where, loops))
+        self._local = np.zeros(len(problem.system.numbering.local_to_global))
 
     @staticmethod
-    def _work(row: StageForms, body: Body) -> list[fem.Form]:
+    def _work(row: StageForms, body: Body) -> list[Form]:
         dq = ufl.TestFunction(body.mixed.space)
-        work = [
-            form
-            for sample in row.samples
-            for form in (sample.of_loads(dq), sample.of_terms(body, dq))
-        ]
-        return [compiled(form) for form in work if form is not None and not form.empty()]
+        work = (f for s in row.samples for f in (s.of_loads(dq), s.of_terms(body, dq)))
+        return [form for form in work if form is not None and not form.empty()]
 
     def nodal(self) -> Floats | None:
         """Nodal forces on this rank; None without any."""
-        if not self._forms and not self._against:
+        if not self._forces:
             return None
-        local = np.zeros(len(self._numbers))
-        for k, form in self._against:
-            fem.assemble_vector(local[self._system.numbering.slice(k)], form)  # type: ignore[arg-type]
-        local *= -1.0
-        for k, form in self._forms:
-            fem.assemble_vector(local[self._system.numbering.slice(k)], form)  # type: ignore[arg-type]
-        self._total.set(0.0)
-        return self.gathered(local)
+        self._local[:] = 0.0
+        for sign, where, loops in self._forces:
+            loops.refresh()
+            loops.add(self._local[where])
+            self._local[where] *= sign
+        return self.gathered(self._local)

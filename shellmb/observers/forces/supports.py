@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from shellmb.model.model import Model
 from shellmb.model.places.nodes import local_nodes
-from shellmb.observers.forces.holding import Assembled, HeldForces
+from shellmb.observers.forces.holding import Arms, Assembled, HeldForces
 from shellmb.scene.lookup import said
 
 Floats = npt.NDArray[np.float64]
@@ -67,7 +67,7 @@ class SupportForces:
         if forces is not None:
             for row, (k, marks) in enumerate(self._places):
                 carrier = self._held.carriers[k]
-                found, _ = carrier.resultants(carrier.places(state(carrier.name)), [forces], marks)
+                found, _ = carrier.resultants(Arms(state(carrier.name), 1.0), [forces], marks)
                 sums[row] = found[0]
         self._comm.Allreduce(MPI.IN_PLACE, sums)
         values = sums.ravel().tolist()

@@ -57,6 +57,7 @@ class BlockSystem:
         residual_forms: Compiled residuals with the numbers of the fields whose rows they have.
         jacobians: Their compiled derivatives by row and column field.
         residuals: What assembles the residuals.
+        exchange: Between unknowns and what this rank sees of them.
         jit_seconds: Time spent compiling (or finding in the cache) the kernels.
         reactions: Residual at the fixed unknowns before they were replaced, aligned with `fixed`.
         follow: Gives functions that follow the fields' ones their values.
@@ -84,7 +85,7 @@ class BlockSystem:
         ]
         # views: those that DOLFINx's functions give are made anew at each call
         self._arrays = [f.function.x.array for f in fields]
-        self._exchange = exchange(n, self._arrays, self.x)
+        self.exchange = exchange(n, self._arrays, self.x)
         self._owned = [self._owned_dofs(k) for k in range(len(fields))]
         self._set_fixed()
 
@@ -191,13 +192,13 @@ class BlockSystem:
 
     def scatter(self, x: PETSc.Vec) -> None:
         """Copy a vector of unknowns into the fields' functions, ghosts and linked dofs included."""
-        self._exchange.spread(x)
+        self.exchange.spread(x)
         self.follow()
 
     def local_values(self, x: PETSc.Vec) -> npt.NDArray[np.float64]:
         """Entries of a vector of unknowns at all local dofs of all fields, concatenated."""
-        self._exchange.look(x)
-        return self._exchange.local.copy()
+        self.exchange.look(x)
+        return self.exchange.local.copy()
 
     def global_values(
         self, local: list[npt.NDArray[np.float64]], known: bool = False
@@ -218,10 +219,10 @@ class BlockSystem:
 
     def residual(self, x: PETSc.Vec, b: PETSc.Vec) -> None:
         """Assemble the residual at `x` into `b`. The functions must hold `x` already."""
-        local = self._exchange.local
+        local = self.exchange.local
         local[:] = 0.0
         self.residuals.add(local)
-        self._exchange.collect(b)
+        self.exchange.collect(b)
         values, reactions = self._given
         unknowns, entries = native.doubles(x.array_r), native.doubles(b.array)
         self._lib.hold(*self._held_rows, unknowns, values, entries, reactions)

@@ -56,6 +56,13 @@ typedef struct {
     double *inner_kept;
 } Projection;
 
+/* Nodes of a body: so many positions, then so many arms that turn with it and do not move. */
+typedef struct {
+    int positions, arms;
+    const int *dofs;           /* places of each among the body's local dofs, (positions + arms, 3) */
+    const double *reference;   /* what they are where the dofs are zero */
+} Nodes;
+
 /* What a solution with the reduced matrix needs of one mesh. */
 typedef struct {
     const Cells *cells;
@@ -65,11 +72,18 @@ typedef struct {
     int inner;                 /* whether cells have unknowns that they do not share */
 } Part;
 
+/* A matrix with few entries in each row: of each its row, its column and where its value is. */
+typedef struct {
+    int count;
+    const int *row, *column, *at;
+} Entries;
+
 /* Local dofs by the columns that are combined in them. */
 typedef struct {
-    int width;
-    const double *values;      /* (local dofs, width) */
-    const int64_t *places;     /* the last one behind all columns is none */
+    int rows, columns;
+    const double *values;
+    Entries local;             /* of all local dofs */
+    Entries own;               /* of the unknowns that this rank owns, each once */
 } Rows;
 
 /* All unknowns of one process and the reduced ones. */
@@ -82,12 +96,12 @@ typedef struct {
     Rows left, right, force, multiplier;
     double *b, *change;        /* (local,) */
     double *reaction;          /* (owned,) */
-    double *forces, *rows;     /* (multipliers + 1,) */
-    double *r, *seen;          /* (reduced + 1,) */
-    double *rest;              /* (reduced + 1,) */
+    double *forces, *rows;     /* (multipliers,) */
+    double *r, *seen;          /* (reduced,) */
+    double *rest;              /* (reduced,) */
 } Solution;
 
-void use_libraries(void *, void *, void *);
+void use_libraries(void *, void *, void *, void *);
 void residual(const Cells *, const Kernel *, int, double *);
 void functionals(const Cells *, const Kernel *, int, const int *, double *);
 void matrix(const Cells *, const Kernel *, int, int, double *);
@@ -98,9 +112,8 @@ void reduce(const Cells *, const double *, double *, double *, double *);
 void expand(const Cells *, const Projection *, const double *, const double *, double *, double *);
 void reduce_inner(const Cells *, const Projection *, double *, double *);
 void expand_inner(const Cells *, const Projection *, const double *, double *);
-void combine(int, int, const double *, const int64_t *, const double *, double *);
-void distribute(int, int, const double *, const int64_t *, const int64_t *, const double *,
-                double *);
+void combine(const Rows *, const double *, double *);
+void distribute(const Rows *, const double *, double *);
 void bases(int, const int64_t *, const double *, const double *, const double *,
            const unsigned char *, double *, double *, double *);
 void copy_pieces(int, double **, const int *, double **);
@@ -123,3 +136,6 @@ void before(const Solution *, const double *, const double *, double *);
 void after(const Solution *, const double *, const double *, double *);
 void relate(int, const double *, const double *, double *, double *);
 void across(int, const double *, double *);
+void resultants(const Nodes *, const double *, double, const double *, const double *, double *);
+double turning(const Nodes *, int, const double *, const double *, double *);
+void turned(const double *, double, double *);

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from copy import copy
 from dataclasses import dataclass
 from typing import Any
@@ -20,6 +20,8 @@ from shellmb.system.assembly.numbering import cell_dofs
 
 # a compiled form with the numbers of its row fields and of its column field, see `FormLoop`
 PlacedForm = tuple[fem.Form, tuple[int, ...], int]
+# the cells of a mesh, and linear forms over them
+type Rows = tuple[MeshCells, list[PlacedForm]]
 Ints = npt.NDArray[np.int32]
 Floats = npt.NDArray[np.float64]
 
@@ -251,10 +253,11 @@ class MeshGroup:
     numbers: list[int]
     cells: MeshCells
 
-    def residuals(self) -> list[PlacedForm]:
-        """Residual forms as `FormLoop` takes them."""
+    @property
+    def residuals(self) -> Rows:
+        """The cells with the residual forms on them."""
         numbers = self.numbers
-        return [
+        return self.cells, [
             (form, tuple(numbers.index(k) for k in rows), -1)
             for form, rows in self.system.residual_forms
             if rows[0] in numbers
@@ -292,20 +295,19 @@ def mesh_groups(system: BlockSystem) -> list[MeshGroup]:
 
 
 class LoopResiduals:
-    """Residuals of all fields in one pass over the cells of each mesh.
+    """Linear forms in one pass over the cells of each mesh, those of residuals above all.
 
     Args:
-        groups: The meshes.
+        parts: The cells of each mesh with its forms.
     """
 
-    def __init__(self, groups: Sequence[MeshGroup]) -> None:
+    def __init__(self, parts: Iterable[Rows]) -> None:
         self._lib = native.cells().lib
         self._loops = []
-        for group in groups:
-            forms = group.residuals()
+        for cells, forms in parts:
             if forms:
-                loop = FormLoop(group.cells, forms)
-                self._loops.append((loop, group.cells.struct(loop)))
+                loop = FormLoop(cells, forms)
+                self._loops.append((loop, cells.struct(loop)))
 
     def add(self, local: Floats) -> None:
         """Add them to the concatenated local arrays."""

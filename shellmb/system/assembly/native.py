@@ -50,7 +50,7 @@ def cells(comm: MPI.Comm = MPI.COMM_WORLD) -> Any:
     library = module.lib
     pointers = [_address(_of_scipy("cython_blas"), "dgemm")]
     lapack = _of_scipy("cython_lapack")
-    pointers += [_address(lapack, name) for name in ("dgetrf", "dgetri")]
+    pointers += [_address(lapack, name) for name in ("dgetrf", "dgetri", "dgesv")]
     library.use_libraries(*(module.ffi.cast("void *", p) for p in pointers))
     return module
 
@@ -137,7 +137,7 @@ def begin(comm: MPI.Comm) -> None:
 @cache
 def _compiled() -> tuple[Path, Future[None] | None]:
     """Where the module is, or will be."""
-    names = ("cells.h", "cells.c", "nodes.c")
+    names = ("cells.h", "cells.c", "nodes.c", "sums.c")
     header, *sources = ((HERE / name).read_text() for name in names)
     source = "\n".join(sources)
     key = "\n".join([header, source, sys.version, cffi.__version__, *COMPILER_FLAGS])

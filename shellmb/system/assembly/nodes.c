@@ -306,27 +306,22 @@ void largest(int parts, const int64_t *starts, const int64_t *entries, const dou
     }
 }
 
-/* y_i = sum_k values_ik x_(places_ik): a matrix with few entries in each row. */
-void combine(int rows, int width, const double *values, const int64_t *places, const double *x,
-             double *y)
+/* Values of the local dofs from those of the columns. */
+void combine(const Rows *rows, const double *x, double *y)
 {
-    for (int i = 0; i < rows; ++i) {
-        double sum = 0.0;
-        for (int k = 0; k < width; ++k)
-            sum += values[(size_t)i * width + k] * x[places[(size_t)i * width + k]];
-        y[i] = sum;
-    }
+    const Entries *e = &rows->local;
+    memset(y, 0, sizeof(double) * rows->rows);
+    for (int k = 0; k < e->count; ++k)
+        y[e->row[k]] += rows->values[e->at[k]] * x[e->column[k]];
 }
 
-/* The transposed product with some of its rows. */
-void distribute(int count, int width, const double *values, const int64_t *places,
-                const int64_t *rows, const double *b, double *y)
+/* The product of the transposed matrix with values of the owned unknowns. */
+void distribute(const Rows *rows, const double *b, double *y)
 {
-    for (int i = 0; i < count; ++i) {
-        size_t first = (size_t)rows[i] * width;
-        for (int k = 0; k < width; ++k)
-            y[places[first + k]] += values[first + k] * b[i];
-    }
+    const Entries *e = &rows->own;
+    memset(y, 0, sizeof(double) * rows->columns);
+    for (int k = 0; k < e->count; ++k)
+        y[e->column[k]] += rows->values[e->at[k]] * b[e->row[k]];
 }
 
 /* Of changes and sizes of parts, (2, parts): changes relative to the larger of sizes and scales, in
@@ -363,14 +358,11 @@ void before(const Solution *s, const double *b, const double *load, double *rhs)
     memcpy(s->reaction, b, sizeof(double) * s->owned);
     for (int i = 0; i < s->local; ++i)
         s->reaction[s->wanted[i]] += s->change[i];
-    memset(s->forces, 0, sizeof(double) * (s->multipliers + 1));
-    distribute(s->owned, s->force.width, s->force.values, s->force.places, s->own, s->reaction,
-               s->forces);
+    distribute(&s->force, s->reaction, s->forces);
     for (int i = 0; load && i < s->local; ++i)
         s->reaction[s->wanted[i]] -= load[i];
-    size_t size = sizeof(double) * (s->reduced + 1);
-    memset(s->r, 0, size);
-    distribute(s->owned, s->left.width, s->left.values, s->left.places, s->own, s->reaction, s->r);
+    distribute(&s->left, s->reaction, s->r);
+    size_t size = sizeof(double) * s->reduced;
     memcpy(s->seen, s->r, size);
     memset(s->rest, 0, size);
     for (int k = 0; k < s->parts; ++k)
@@ -384,25 +376,23 @@ void before(const Solution *s, const double *b, const double *load, double *rhs)
  * changes of the local dofs. */
 void after(const Solution *s, const double *solution, const double *given, double *dx)
 {
-    memset(s->seen, 0, sizeof(double) * (s->reduced + 1));
+    memset(s->seen, 0, sizeof(double) * s->reduced);
     for (int i = 0; i < s->outer; ++i)
         s->seen[s->outer_numbers[i]] = solution[i];
     for (int k = 0; k < s->parts; ++k)
         if (s->part[k].inner)
             expand_inner(s->part[k].cells, s->part[k].projection, s->r, s->seen);
     double *x = s->b;
-    combine(s->local, s->right.width, s->right.values, s->right.places, s->seen, x);
+    combine(&s->right, s->seen, x);
     for (int i = 0; i < s->local; ++i)
         x[i] -= given[i];
-    memset(s->rows, 0, sizeof(double) * (s->multipliers + 1));
+    memset(s->rows, 0, sizeof(double) * s->multipliers);
     for (int k = 0; k < s->parts; ++k)
         expand(s->part[k].cells, s->part[k].projection, s->part[k].kept, s->part[k].eliminated, x,
                s->rows);
     for (int i = 0; i < s->multipliers; ++i)
         s->forces[i] -= s->rows[i];
-    s->forces[s->multipliers] = 0.0;
-    combine(s->local, s->multiplier.width, s->multiplier.values, s->multiplier.places, s->forces,
-            s->change);
+    combine(&s->multiplier, s->forces, s->change);
     for (int i = 0; i < s->owned; ++i)
         dx[i] = x[s->own[i]] + s->change[s->own[i]];
 }

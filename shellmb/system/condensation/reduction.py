@@ -54,7 +54,7 @@ class Reduction:
         self.seconds = {"jacobian": 0.0, "reduction": 0.0, "factor": 0.0, "solve": 0.0}
         self.jacobians = 0
         groups = mesh_groups(system)
-        system.residuals = LoopResiduals(groups)
+        system.residuals = LoopResiduals(group.residuals for group in groups)
         self.numbers = ReducedNumbers(nodes, [group.cells for group in groups])
         with system.general_position():
             self._allocate(groups)

@@ -12,7 +12,6 @@ from shellmb.system.assembly import native
 from shellmb.system.assembly.native import CArrays
 from shellmb.system.condensation.meshreduction import MeshReduction
 from shellmb.system.nullspace.numbers import ReducedNumbers
-from shellmb.system.nullspace.prolongation import RowMap
 
 Floats = npt.NDArray[np.float64]
 
@@ -66,10 +65,10 @@ class ParallelPasses:
         for part in self.parts:
             part.reduce(local, change)
         outer = b + numbers.full.summed(change)
-        self._forces = numbers.forces.transposed(outer, numbers.own)
+        self._forces = numbers.forces.transposed(outer)
         if load is not None:
             outer = outer - numbers.full.summed(load)
-        reduced = numbers.left.transposed(outer, numbers.own)
+        reduced = numbers.left.transposed(outer)
         self._r = numbers.left.numbers.seen(reduced)
         rest = np.zeros(len(self._r))
         for part in self.parts:
@@ -112,13 +111,6 @@ class SerialPasses:
         def zeros(size: int) -> Any:
             return pointer(np.zeros(size))
 
-        def rows(of: RowMap) -> dict[str, Any]:
-            return {
-                "width": of.values.shape[1],
-                "values": pointer(of.values),
-                "places": pointer(of.places),
-            }
-
         part = pointer.many("Part", [part.for_solution() for part in parts])
         self._solution = pointer.many(
             "Solution",
@@ -134,15 +126,15 @@ class SerialPasses:
                     "wanted": pointer(numbers.full.wanted.astype(np.int64)),
                     "own": pointer(numbers.own),
                     "outer_numbers": pointer(numbers.outer.astype(np.int64)),
-                    "left": rows(numbers.left),
-                    "right": rows(numbers.right),
-                    "force": rows(numbers.forces),
-                    "multiplier": rows(numbers.multiplier_values),
+                    "left": numbers.left.members,
+                    "right": numbers.right.members,
+                    "force": numbers.forces.members,
+                    "multiplier": numbers.multiplier_values.members,
                     "b": zeros(local),
                     "change": zeros(local),
                     "reaction": zeros(len(numbers.own)),
-                    **{name: zeros(seen + 1) for name in ("forces", "rows")},
-                    **{name: zeros(numbers.count + 1) for name in ("r", "seen", "rest")},
+                    **{name: zeros(seen) for name in ("forces", "rows")},
+                    **{name: zeros(numbers.count) for name in ("r", "seen", "rest")},
                 }
             ],
         )

@@ -88,8 +88,8 @@ class ReducedNumbers:
         )
         self._split = width
         comm = self.system.comm
-        self.left = RowMap(comm, rows, self.count)
-        self.right = RowMap(comm, more, self.count)
+        self.left = RowMap(comm, rows, self.count, self.own)
+        self.right = RowMap(comm, more, self.count, self.own)
         ones = np.where(columns >= 0, 1.0, 0.0)
         ones[:, 1:] = 0.0
         ones = self._seen(ones)
@@ -149,13 +149,13 @@ class ReducedNumbers:
         if partners:
             columns = np.concatenate([columns, self._columns(nothing, partners)], axis=1)
         self._split_forces = width
-        self.forces = RowMap(comm, columns, self.multipliers)
+        self.forces = RowMap(comm, columns, self.multipliers, self.own)
         rows = self._columns(
             nothing[:, :1],
             {k: ids.reshape(-1, 1) for k, ids in numbers.items()},
             {k: self.multipliers_of(k).reshape(-1, 1) for k in self.nodes},
         )
-        self.multiplier_values = RowMap(comm, rows, self.multipliers)
+        self.multiplier_values = RowMap(comm, rows, self.multipliers, self.own)
         self.multiplier_values.values[:] = np.where(rows >= 0, 1.0, 0.0)
         self.weights = np.ones(self.multipliers)
 

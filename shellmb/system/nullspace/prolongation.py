@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from mpi4py import MPI
 
 import numpy as np
@@ -21,21 +23,37 @@ class RowMap:
         comm: Communicator.
         columns: Number of the column of each entry, -1 behind the last, shape (local dofs, width).
         owned: Count of the columns that this rank owns.
+        own: A local dof of each unknown that this rank owns.
 
     Attributes:
         values: Entries, shape of `columns`.
+        places: Place of each among the columns that this rank sees; what is none is behind them.
+        members: The matrix for C.
     """
 
-    def __init__(self, comm: MPI.Comm, columns: Ints, owned: int) -> None:
+    def __init__(self, comm: MPI.Comm, columns: Ints, owned: int, own: Ints) -> None:
         self.columns = columns
         self.values = np.zeros(columns.shape)
         seen = np.unique(columns[columns >= 0])
         self.numbers = Numbers(comm, owned, seen)
-        # place of each entry among the columns that this rank sees; what is none is the last one
-        places = np.where(columns >= 0, np.searchsorted(seen, columns), len(seen))
-        self.places = np.ascontiguousarray(places, dtype=np.int64)
-        self._lib = native.cells().lib
-        self._pointers = (native.doubles(self.values), native.longs(self.places))
+        self.places = np.where(columns >= 0, np.searchsorted(seen, columns), len(seen))
+        self._lib, self._pointer = native.cells().lib, native.CArrays()
+        self.members = {
+            "rows": len(columns),
+            "columns": len(seen),
+            "values": self._pointer(self.values),
+            "local": self._entries(np.arange(len(columns))),
+            "own": self._entries(own),
+        }
+        self._struct = self._pointer.many("Rows", [self.members])
+
+    def _entries(self, rows: Ints) -> dict[str, Any]:
+        """Those that there are in some of the rows, by their number among them."""
+        row, k = np.nonzero(self.columns[rows] >= 0)
+        at = rows[row] * self.columns.shape[1] + k
+        lists = {"row": row, "column": self.places[rows[row], k], "at": at}
+        pointers = {name: self._pointer(a.astype(np.int32)) for name, a in lists.items()}
+        return {"count": len(row), **pointers}
 
     def seen(self, x: Floats) -> Floats:
         """Values of the columns that this rank sees from those of the columns that it owns."""
@@ -43,20 +61,16 @@ class RowMap:
 
     def times(self, seen: Floats) -> Floats:
         """Product with what `seen` gives: values of all local dofs."""
-        padded, out = np.append(seen, 0.0), np.empty(len(self.values))
-        pointers = (*self._pointers, native.doubles(padded), native.doubles(out))
-        self._lib.combine(*self.values.shape, *pointers)
+        out = np.empty(len(self.values))
+        self._lib.combine(self._struct, *map(native.doubles, (seen, out)))
         return out
 
-    def transposed(self, b: Floats, rows: Ints) -> Floats:
-        """Product of the transposed matrix with some rows' values: those of the owned columns.
+    def transposed(self, b: Floats) -> Floats:
+        """Product of the transposed matrix with values of unknowns: those of the owned columns.
 
         Args:
-            b: Values, shape (m,).
-            rows: Their local dofs, shape (m,); each unknown once over all ranks.
+            b: Values of the unknowns that this rank owns.
         """
-        sums = np.zeros(len(self.numbers.wanted) + 1)
-        b = np.ascontiguousarray(b)
-        pointers = (*self._pointers, native.longs(rows), native.doubles(b), native.doubles(sums))
-        self._lib.distribute(len(rows), self.values.shape[1], *pointers)
-        return self.numbers.summed(sums[:-1])
+        sums = np.empty(len(self.numbers.wanted))
+        self._lib.distribute(self._struct, *map(native.doubles, (b, sums)))
+        return self.numbers.summed(sums)
