@@ -41,26 +41,6 @@ static void multiply(int m, int n, int k, double alpha, double *A, int lda, doub
     gemm(&no, &no, &n, &m, &k, &alpha, B, &ldb, A, &lda, &beta, C, &ldc);
 }
 
-/* y += alpha A x; short rows, for which a library call costs more than it saves */
-static void accumulate(int m, int n, double alpha, const double *A, int lda, const double *x,
-                       double *y)
-{
-    for (int i = 0; i < m; ++i) {
-        double sum = 0.0;
-        for (int j = 0; j < n; ++j)
-            sum += A[(size_t)i * lda + j] * x[j];
-        y[i] += alpha * sum;
-    }
-}
-
-/* y -= A^T x, of shape (m, n): row by row, which needs no sums across vectors */
-static void subtract(int m, int n, const double *A, const double *x, double *y)
-{
-    for (int i = 0; i < m; ++i)
-        for (int j = 0; j < n; ++j)
-            y[j] -= A[(size_t)i * n + j] * x[i];
-}
-
 /* Element tensors of one form over one cell, added at `place` (row-major, `stride` columns). */
 static void tabulate(const Kernel *k, const Cells *g, int cell, double *w, double *A, double *out,
                      int stride)
@@ -189,6 +169,13 @@ static int eliminate(const Cells *g, double *K, double *kept, double *work)
     return 0;
 }
 
+/* The same numbers in single precision. */
+static void shorten(int count, const double *from, float *to)
+{
+    for (int i = 0; i < count; ++i)
+        to[i] = (float)from[i];
+}
+
 /* Eliminate what is left of one cell's unknowns that no other cell shares; they come last. */
 static int eliminate_inner(const Projection *p, int cell, double *K, double *work)
 {
@@ -216,53 +203,6 @@ static int eliminate_inner(const Projection *p, int cell, double *K, double *wor
     for (int i = 0; i < rows; ++i)
         memset(K + (size_t)i * n + columns, 0, sizeof(double) * q);
     return 0;
-}
-
-/* Reduced right-hand side without those unknowns: in `r`, what this rank sees of it, theirs become
- * K_II^-1 r_I; `change` gets what that does to the others. */
-void reduce_inner(const Cells *g, const Projection *p, double *r, double *change)
-{
-    for (int cell = 0; cell < g->cells; ++cell) {
-        int q = p->inner_size[cell], rows = p->outer_rows[cell], columns = p->outer_columns[cell];
-        if (q == 0)
-            continue;
-        const int *at = p->row_numbers + (size_t)cell * p->rows;
-        const double *inverse = p->inner_kept + p->inner_place[cell];
-        const double *left = inverse + q * q + q * columns;
-        double t[256], b[256];
-        for (int i = 0; i < q; ++i) {
-            t[i] = 0.0;
-            b[i] = r[at[rows + i]];
-        }
-        accumulate(q, q, 1.0, inverse, q, b, t);
-        for (int i = 0; i < q; ++i)
-            r[at[rows + i]] = t[i];
-        for (int i = 0; i < rows; ++i) {
-            double sum = 0.0;
-            for (int j = 0; j < q; ++j)
-                sum += left[i * q + j] * t[j];
-            change[at[i]] -= sum;
-        }
-    }
-}
-
-/* Their values, into the reduced solution `x` that this rank sees, from `r` of reduce_inner. */
-void expand_inner(const Cells *g, const Projection *p, const double *r, double *x)
-{
-    for (int cell = 0; cell < g->cells; ++cell) {
-        int q = p->inner_size[cell], rows = p->outer_rows[cell], columns = p->outer_columns[cell];
-        if (q == 0)
-            continue;
-        const int *from = p->row_numbers + (size_t)cell * p->rows;
-        const int *at = p->column_numbers + (size_t)cell * p->columns;
-        const double *right = p->inner_kept + p->inner_place[cell] + q * q;
-        for (int i = 0; i < q; ++i) {
-            double sum = r[from[rows + i]];
-            for (int j = 0; j < columns; ++j)
-                sum -= right[i * columns + j] * x[at[j]];
-            x[at[columns + i]] = sum;
-        }
-    }
 }
 
 /* Jacobian of all cells, reduced.
@@ -393,67 +333,15 @@ int jacobian(const Cells *g, const Kernel *kernels, int count, const Projection 
                     out[j] += v * K[(size_t)i * n + j];
             }
         }
+        if (p->kept_single)
+            shorten(g->kept_size, mine, p->kept_single + (size_t)cell * g->kept_size);
+        if (p->inner_kept_single) {
+            int q = p->inner_size[cell], all = q + p->outer_rows[cell] + p->outer_columns[cell];
+            int64_t place = p->inner_place[cell];
+            shorten(q * all, p->inner_kept + place, p->inner_kept_single + place);
+        }
     }
     free(from);
     free(work);
     return bad;
-}
-
-/* Right-hand side without element-wise unknowns: to the local vector `b`, which holds those of
- * the element-wise ones, add what they do to the others. `inner` keeps K_EE^-1 b_E. */
-void reduce(const Cells *g, const double *kept, double *b, double *change, double *inner)
-{
-    int n = g->size;
-    double *r = malloc(sizeof(double) * n);
-    for (int cell = 0; cell < g->cells; ++cell) {
-        const int *dofs = g->dofs + (size_t)cell * n;
-        const double *mine = kept + (size_t)cell * g->kept_size;
-        for (int i = 0; i < n; ++i)
-            r[i] = i < g->shared ? 0.0 : b[dofs[i]];
-        for (int s = 0; s < g->chunks; ++s) {
-            int E = g->chunk_start[s], e = g->chunk_width[s];
-            double *t = inner + (size_t)cell * (n - g->shared) + (E - g->shared);
-            memset(t, 0, sizeof(double) * e);
-            accumulate(e, e, 1.0, mine + g->inverse_place[s], e, r + E, t);
-            for (int x = g->left_runs[s]; x < g->left_runs[s + 1]; ++x)
-                subtract(e, g->left_width[x], mine + g->left_place[x], t, r + g->left_start[x]);
-        }
-        for (int i = 0; i < g->shared; ++i)
-            change[dofs[i]] += r[i];
-    }
-    free(r);
-}
-
-/* The rest of a solution: element-wise unknowns into the local vector `x`, which holds the others,
- * and the rows of the multipliers times `x` added to `rows`. */
-void expand(const Cells *g, const Projection *p, const double *kept, const double *inner, double *x,
-            double *rows)
-{
-    int n = g->size, P = g->shared;
-    double *v = malloc(sizeof(double) * (n + g->multipliers + 1));
-    double *out = v + n;
-    for (int cell = 0; cell < g->cells; ++cell) {
-        const int *dofs = g->dofs + (size_t)cell * n;
-        const double *mine = kept + (size_t)cell * g->kept_size;
-        for (int i = 0; i < P; ++i)
-            v[i] = x[dofs[i]];
-        memcpy(v + P, inner + (size_t)cell * (n - P), sizeof(double) * (n - P));
-        for (int s = g->chunks - 1; s >= 0; --s) {
-            int E = g->chunk_start[s], e = g->chunk_width[s];
-            for (int y = g->right_runs[s]; y < g->right_runs[s + 1]; ++y)
-                accumulate(e, g->right_width[y], -1.0, mine + g->right_place[y], g->right_width[y],
-                           v + g->right_start[y], v + E);
-        }
-        for (int i = P; i < n; ++i)
-            x[dofs[i]] = v[i];
-        if (g->multipliers == 0)
-            continue;
-        memset(out, 0, sizeof(double) * g->multipliers);
-        accumulate(g->multipliers, P, 1.0, mine + g->multiplier_place, P, v, out);
-        const int *at = p->multiplier_rows + (size_t)cell * g->multipliers;
-        for (int i = 0; i < g->multipliers; ++i)
-            if (at[i] >= 0)
-                rows[at[i]] += out[i];
-    }
-    free(v);
 }

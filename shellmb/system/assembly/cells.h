@@ -54,6 +54,7 @@ typedef struct {
     const int *row_numbers, *column_numbers; /* places in what the rank sees, (cells, rows) ... */
     const int64_t *inner_place;              /* where what is kept of a cell is */
     double *inner_kept;
+    float *kept_single, *inner_kept_single; /* all that is kept, in single precision; NULL: is not */
 } Projection;
 
 /* Nodes of a body: so many positions, then so many arms that turn with it and do not move. */
@@ -67,7 +68,8 @@ typedef struct {
 typedef struct {
     const Cells *cells;
     const Projection *projection;
-    const double *kept;        /* of all cells */
+    const double *kept, *inner_kept; /* of all cells */
+    const float *kept_single, *inner_kept_single; /* the same; NULL: nothing */
     double *eliminated;        /* K_EE^-1 b_E of all cells */
     int inner;                 /* whether cells have unknowns that they do not share */
 } Part;
@@ -108,10 +110,14 @@ void matrix(const Cells *, const Kernel *, int, int, double *);
 void largest_entries(const Cells *, const Kernel *, int, double *);
 int jacobian(const Cells *, const Kernel *, int, const Projection *, int, int, double *, double *,
              const double *, double *);
-void reduce(const Cells *, const double *, double *, double *, double *);
-void expand(const Cells *, const Projection *, const double *, const double *, double *, double *);
-void reduce_inner(const Cells *, const Projection *, double *, double *);
-void expand_inner(const Cells *, const Projection *, const double *, double *);
+void reduce(const Part *, const double *, double *);
+void expand(const Part *, double *, double *);
+void reduce_inner(const Part *, double *, double *);
+void expand_inner(const Part *, const double *, double *);
+void reduce_single(const Part *, const double *, double *);
+void expand_single(const Part *, double *, double *);
+void reduce_inner_single(const Part *, double *, double *);
+void expand_inner_single(const Part *, const double *, double *);
 void combine(const Rows *, const double *, double *);
 void distribute(const Rows *, const double *, double *);
 void bases(int, const int64_t *, const double *, const double *, const double *,
@@ -132,8 +138,8 @@ void spread(int, const int64_t *, double **, const int64_t *, const double *);
 void collect(int, const int64_t *, const double *, int, double *);
 void hold(int, const int64_t *, const double *, const double *, double *, double *);
 void largest(int, const int64_t *, const int64_t *, const double *, double *);
-void before(const Solution *, const double *, const double *, double *);
-void after(const Solution *, const double *, const double *, double *);
+void before(const Solution *, int, const double *, const double *, double *);
+void after(const Solution *, int, const double *, const double *, double *);
 void relate(int, const double *, const double *, double *, double *);
 void across(int, const double *, double *);
 void resultants(const Nodes *, const double *, double, const double *, const double *, double *);

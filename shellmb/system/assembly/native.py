@@ -27,6 +27,10 @@ from shellmb.flags import COMPILER_FLAGS
 from shellmb.kernels import cache_folder, raise_together
 
 HERE = Path(__file__).parent
+KINDS = {"float64": "double *", "float32": "float *", "int32": "int *", "int64": "int64_t *"}
+# what is kept for solutions is of either precision
+TWICE = "#undef NUMBER\n#undef OF\n#define NUMBER {}\n#define OF(name) {}\n"
+PRECISIONS = (("double", "name"), ("float", "name##_single"))
 
 
 @cache
@@ -66,10 +70,9 @@ class CArrays:
         """Pointer to the array's data; NULL for None."""
         if array is None:
             return self.ffi.NULL
-        kinds = {"float64": "double *", "int32": "int *", "int64": "int64_t *"}
         assert array.flags.c_contiguous
         self._kept.append(array)
-        return self.ffi.cast(kinds[array.dtype.name], array.ctypes.data)
+        return self.ffi.cast(KINDS[array.dtype.name], array.ctypes.data)
 
     def many(self, kind: str, pointers: Sequence[Any]) -> Any:
         """A C array."""
@@ -137,9 +140,10 @@ def begin(comm: MPI.Comm) -> None:
 @cache
 def _compiled() -> tuple[Path, Future[None] | None]:
     """Where the module is, or will be."""
-    names = ("cells.h", "cells.c", "nodes.c", "sums.c")
-    header, *sources = ((HERE / name).read_text() for name in names)
-    source = "\n".join(sources)
+    names = ("cells.h", "cells.c", "passes.c", "nodes.c", "sums.c")
+    header, cells, passes, *others = ((HERE / name).read_text() for name in names)
+    both = (TWICE.format(*precision) + passes for precision in PRECISIONS)
+    source = "\n".join([cells, *both, *others])
     key = "\n".join([header, source, sys.version, cffi.__version__, *COMPILER_FLAGS])
     name = f"shellmb_cells_{hashlib.sha256(key.encode()).hexdigest()[:16]}"
     where = cache_folder()

@@ -345,16 +345,16 @@ void relate(int parts, const double *scales, const double *bounds, double *table
     }
 }
 
-/* From the residual to the right-hand side of the reduced system, in one process. `load`: forces
- * of given changes, or NULL. */
-void before(const Solution *s, const double *b, const double *load, double *rhs)
+/* From the residual to the right-hand side of the reduced system, in one process, with what is kept
+ * in `single` precision or double. `load`: forces of given changes, or NULL. */
+void before(const Solution *s, int single, const double *b, const double *load, double *rhs)
 {
     for (int i = 0; i < s->local; ++i) {
         s->b[i] = b[s->wanted[i]];
         s->change[i] = 0.0;
     }
     for (int k = 0; k < s->parts; ++k)
-        reduce(s->part[k].cells, s->part[k].kept, s->b, s->change, s->part[k].eliminated);
+        (single ? reduce_single : reduce)(s->part + k, s->b, s->change);
     memcpy(s->reaction, b, sizeof(double) * s->owned);
     for (int i = 0; i < s->local; ++i)
         s->reaction[s->wanted[i]] += s->change[i];
@@ -367,29 +367,28 @@ void before(const Solution *s, const double *b, const double *load, double *rhs)
     memset(s->rest, 0, size);
     for (int k = 0; k < s->parts; ++k)
         if (s->part[k].inner)
-            reduce_inner(s->part[k].cells, s->part[k].projection, s->r, s->rest);
+            (single ? reduce_inner_single : reduce_inner)(s->part + k, s->r, s->rest);
     for (int i = 0; i < s->outer; ++i)
         rhs[i] = s->seen[s->outer_numbers[i]] + s->rest[s->outer_numbers[i]];
 }
 
 /* From the solution of the reduced system to that of all unknowns; after `before`. `given`: given
  * changes of the local dofs. */
-void after(const Solution *s, const double *solution, const double *given, double *dx)
+void after(const Solution *s, int single, const double *solution, const double *given, double *dx)
 {
     memset(s->seen, 0, sizeof(double) * s->reduced);
     for (int i = 0; i < s->outer; ++i)
         s->seen[s->outer_numbers[i]] = solution[i];
     for (int k = 0; k < s->parts; ++k)
         if (s->part[k].inner)
-            expand_inner(s->part[k].cells, s->part[k].projection, s->r, s->seen);
+            (single ? expand_inner_single : expand_inner)(s->part + k, s->r, s->seen);
     double *x = s->b;
     combine(&s->right, s->seen, x);
     for (int i = 0; i < s->local; ++i)
         x[i] -= given[i];
     memset(s->rows, 0, sizeof(double) * s->multipliers);
     for (int k = 0; k < s->parts; ++k)
-        expand(s->part[k].cells, s->part[k].projection, s->part[k].kept, s->part[k].eliminated, x,
-               s->rows);
+        (single ? expand_single : expand)(s->part + k, x, s->rows);
     for (int i = 0; i < s->multipliers; ++i)
         s->forces[i] -= s->rows[i];
     combine(&s->multiplier, s->forces, s->change);

@@ -54,6 +54,7 @@ class MeshReduction:
         p = self.pointer
         self.row_numbers, self.column_numbers = _numbers(rows), _numbers(columns)
         self.inner = int(np.sum(rows >= LAST))
+        self._inner_kept = np.zeros(1)
         self._projection = {
             "rows": rows.shape[1],
             "columns": columns.shape[1],
@@ -79,12 +80,13 @@ class MeshReduction:
         outer = [np.sum((a >= 0) & (a < LAST), axis=1) for a in (rows, columns)]
         kept = sizes * (sizes + outer[0] + outer[1])
         ends = np.cumsum(np.concatenate([[0], kept]))
+        self._inner_kept = np.zeros(max(1, int(ends[-1])))
         return {
             "inner_size": p(sizes.astype(np.int32)),
             "outer_rows": p(outer[0].astype(np.int32)),
             "outer_columns": p(outer[1].astype(np.int32)),
             "inner_place": p(ends[:-1].astype(np.int64)),
-            "inner_kept": p(np.zeros(max(1, int(ends[-1])))),
+            "inner_kept": p(self._inner_kept),
         }
 
     def find_pattern(self) -> tuple[Int32s, Int32s]:
@@ -165,38 +167,54 @@ class MeshReduction:
         """Entries of the reduced matrix; `shift` is a given change, and gets its forces."""
         self._run(self.projection, 0, self.cells.count, values, *shift)
 
-    def for_solution(self) -> dict[str, Any]:
-        """What C needs of this mesh to solve with the reduced matrix."""
-        return {
-            "cells": self.struct,
-            "projection": self.projection,
-            "kept": self.pointer(self._kept),
-            "eliminated": self.pointer(self._inner),
-            "inner": self.inner,
-        }
+    def for_solution(self, single: bool) -> Any:
+        """What C needs of this mesh to solve with the reduced matrix.
 
-    def reduce(self, b: Floats, change: Floats) -> None:
+        Args:
+            single: Whether to keep all that solutions read in single precision, too.
+        """
+        of_projection = self._projection
+        found = {"kept": self._kept} | ({"inner_kept": self._inner_kept} if self.inner else {})
+        kept = {name: self.pointer(a) for name, a in found.items()}
+        if single:
+            shorter = {f"{k}_single": self.pointer(a.astype(np.float32)) for k, a in found.items()}
+            kept, of_projection = kept | shorter, of_projection | shorter
+        self.projection = self.pointer.many("Projection", [of_projection])
+        self._part = self.pointer.many(
+            "Part",
+            [
+                {
+                    "cells": self.struct,
+                    "projection": self.projection,
+                    **kept,
+                    "eliminated": self.pointer(self._inner),
+                    "inner": self.inner,
+                }
+            ],
+        )
+        return self._part
+
+    def _call(self, name: str, single: bool, *arrays: Floats) -> None:
+        function = getattr(self.lib, f"{name}_single" if single else name)
+        function(self._part, *map(native.doubles, arrays))
+
+    def reduce(self, single: bool, b: Floats, change: Floats) -> None:
         """Add to `change` what the element-wise equations of `b` do to the others."""
-        p = native.doubles
-        self.lib.reduce(self.struct, p(self._kept), p(b), p(change), p(self._inner))
+        self._call("reduce", single, b, change)
 
-    def reduce_inner(self, r: Floats, change: Floats) -> None:
+    def reduce_inner(self, single: bool, r: Floats, change: Floats) -> None:
         """The same for what cells do not share after the projection: `r` gets parts of it."""
         if self.inner:
-            p = native.doubles
-            self.lib.reduce_inner(self.struct, self.projection, p(r), p(change))
+            self._call("reduce_inner", single, r, change)
 
-    def expand_inner(self, r: Floats, x: Floats) -> None:
+    def expand_inner(self, single: bool, r: Floats, x: Floats) -> None:
         """Fill in what cells do not share, from `r` of `reduce_inner`."""
         if self.inner:
-            p = native.doubles
-            self.lib.expand_inner(self.struct, self.projection, p(r), p(x))
+            self._call("expand_inner", single, r, x)
 
-    def expand(self, x: Floats, rows: Floats) -> None:
+    def expand(self, single: bool, x: Floats, rows: Floats) -> None:
         """Fill in the element-wise unknowns of `x`; add the multipliers' rows times `x`."""
-        p = native.doubles
-        kept, inner = p(self._kept), p(self._inner)
-        self.lib.expand(self.struct, self.projection, kept, inner, p(x), p(rows))
+        self._call("expand", single, x, rows)
 
 
 class SingularCell(Exception):

@@ -60,6 +60,7 @@ class Reduction:
             self._allocate(groups)
         scales = self.numbers.scales(unknown_scales(system))
         self.solver = DirectSolver(self.A, prefix, scales)
+        self._passes = passes(self.numbers, self.parts, self.solver.single)
         self.numbers.weights[:] = self._weights()
 
     @property
@@ -88,7 +89,6 @@ class Reduction:
         self._rhs, self._solution = self.A.createVecs()
         local = len(numbers.full.wanted)
         self._load, self._given = np.zeros(local), np.zeros(local)
-        self._passes = passes(numbers, self.parts)
 
     def _weights(self) -> Floats:
         """Forces of multipliers of size one, measured: forms may scale them as they like."""
@@ -166,11 +166,12 @@ class Reduction:
         start = time.perf_counter()
         if not fresh:
             self._given[:] = self.numbers.correction()
-        self._passes.before(b.array_r, self._load if fresh else None, self._rhs.array)
+        rough = self.solver.rough
+        self._passes.before(rough, b.array_r, self._load if fresh else None, self._rhs.array)
         before = time.perf_counter()
         reason = self.solver.solve(self._rhs, self._solution)
         after = time.perf_counter()
-        self._passes.after(self._solution.array_r, self._given, dx.array)
+        self._passes.after(rough, self._solution.array_r, self._given, dx.array)
         self.seconds["solve"] += after - before
         self.seconds["reduction"] += before - start + time.perf_counter() - after
         return reason

@@ -19,20 +19,22 @@ Floats = npt.NDArray[np.float64]
 class Passes(Protocol):
     """Both passes; the second one belongs to the first one before it."""
 
-    def before(self, b: Floats, load: Floats | None, rhs: Floats) -> None:
+    def before(self, single: bool, b: Floats, load: Floats | None, rhs: Floats) -> None:
         """Fill the right-hand side of the reduced system.
 
         Args:
+            single: Whether with what is kept in single precision.
             b: Residual, entries that this rank owns.
             load: Forces of given changes on the local dofs; None: there are none.
             rhs: Gets the result, entries of the matrix's rows that this rank owns.
         """
         ...
 
-    def after(self, solution: Floats, given: Floats, dx: Floats) -> None:
+    def after(self, single: bool, solution: Floats, given: Floats, dx: Floats) -> None:
         """Fill in the solution for all unknowns.
 
         Args:
+            single: As of `before`.
             solution: Of the reduced system, owned entries.
             given: Given changes of the local dofs.
             dx: Gets the result, owned entries.
@@ -40,10 +42,18 @@ class Passes(Protocol):
         ...
 
 
-def passes(numbers: ReducedNumbers, parts: Sequence[MeshReduction]) -> Passes:
-    """Those of a reduction: one call each where one process has all unknowns."""
-    kind = SerialPasses if numbers.full.serial else ParallelPasses
-    return kind(numbers, parts)
+def passes(numbers: ReducedNumbers, parts: Sequence[MeshReduction], single: bool) -> Passes:
+    """Those of a reduction: one call each where one process has all unknowns.
+
+    Args:
+        numbers: Numbers of the reduced unknowns.
+        parts: Reductions of all meshes.
+        single: Whether they may be asked for single precision.
+    """
+    structs = [part.for_solution(single) for part in parts]
+    if numbers.full.serial:
+        return SerialPasses(numbers, structs)
+    return ParallelPasses(numbers, parts)
 
 
 class ParallelPasses:
@@ -57,13 +67,13 @@ class ParallelPasses:
     def __init__(self, numbers: ReducedNumbers, parts: Sequence[MeshReduction]) -> None:
         self.numbers, self.parts = numbers, parts
 
-    def before(self, b: Floats, load: Floats | None, rhs: Floats) -> None:
+    def before(self, single: bool, b: Floats, load: Floats | None, rhs: Floats) -> None:
         """Fill the right-hand side of the reduced system."""
         numbers = self.numbers
         local = numbers.full.seen(b)
         change = np.zeros_like(local)
         for part in self.parts:
-            part.reduce(local, change)
+            part.reduce(single, local, change)
         outer = b + numbers.full.summed(change)
         self._forces = numbers.forces.transposed(outer)
         if load is not None:
@@ -72,22 +82,22 @@ class ParallelPasses:
         self._r = numbers.left.numbers.seen(reduced)
         rest = np.zeros(len(self._r))
         for part in self.parts:
-            part.reduce_inner(self._r, rest)
+            part.reduce_inner(single, self._r, rest)
         reduced = reduced + numbers.left.numbers.summed(rest)
         rhs[:] = reduced[numbers.outer]
 
-    def after(self, solution: Floats, given: Floats, dx: Floats) -> None:
+    def after(self, single: bool, solution: Floats, given: Floats, dx: Floats) -> None:
         """Fill in the solution for all unknowns."""
         numbers = self.numbers
         reduced = np.zeros(numbers.count)
         reduced[numbers.outer] = solution
         seen = numbers.right.seen(reduced)
         for part in self.parts:
-            part.expand_inner(self._r, seen)
+            part.expand_inner(single, self._r, seen)
         x = numbers.right.times(seen) - given
         rows = np.zeros(len(numbers.forces.numbers.wanted) + 1)
         for part in self.parts:
-            part.expand(x, rows)
+            part.expand(single, x, rows)
         forces = self._forces - numbers.forces.numbers.summed(rows[:-1])
         values = numbers.multiplier_values
         x += values.times(values.seen(forces))
@@ -99,10 +109,10 @@ class SerialPasses:
 
     Args:
         numbers: Numbers of the reduced unknowns.
-        parts: Reductions of all meshes.
+        parts: For C, the reductions of all meshes.
     """
 
-    def __init__(self, numbers: ReducedNumbers, parts: Sequence[MeshReduction]) -> None:
+    def __init__(self, numbers: ReducedNumbers, parts: Sequence[Any]) -> None:
         self._lib, self._arrays = native.cells().lib, CArrays()
         pointer = self._arrays
         seen = len(numbers.forces.numbers.wanted)
@@ -111,7 +121,7 @@ class SerialPasses:
         def zeros(size: int) -> Any:
             return pointer(np.zeros(size))
 
-        part = pointer.many("Part", [part.for_solution() for part in parts])
+        part = pointer.many("Part", [part[0] for part in parts])
         self._solution = pointer.many(
             "Solution",
             [
@@ -139,10 +149,10 @@ class SerialPasses:
             ],
         )
 
-    def before(self, b: Floats, load: Floats | None, rhs: Floats) -> None:
+    def before(self, single: bool, b: Floats, load: Floats | None, rhs: Floats) -> None:
         """Fill the right-hand side of the reduced system."""
-        self._lib.before(self._solution, *map(native.doubles, (b, load, rhs)))
+        self._lib.before(self._solution, single, *map(native.doubles, (b, load, rhs)))
 
-    def after(self, solution: Floats, given: Floats, dx: Floats) -> None:
+    def after(self, single: bool, solution: Floats, given: Floats, dx: Floats) -> None:
         """Fill in the solution for all unknowns."""
-        self._lib.after(self._solution, *map(native.doubles, (solution, given, dx)))
+        self._lib.after(self._solution, single, *map(native.doubles, (solution, given, dx)))
