@@ -54,13 +54,13 @@ typedef struct {
     const int *row_numbers, *column_numbers; /* places in what the rank sees, (cells, rows) ... */
     const int64_t *inner_place;              /* where what is kept of a cell is */
     double *inner_kept;
-    float *kept_single, *inner_kept_single; /* all that is kept, in single precision; NULL: is not */
+    float *kept_single, *inner_kept_single; /* all of that in single precision, or NULL */
 } Projection;
 
 /* Nodes of a body: so many positions, then so many arms that turn with it and do not move. */
 typedef struct {
     int positions, arms;
-    const int *dofs;           /* places of each among the body's local dofs, (positions + arms, 3) */
+    const int *dofs;           /* of each among the body's local dofs, (positions + arms, 3) */
     const double *reference;   /* what they are where the dofs are zero */
 } Nodes;
 

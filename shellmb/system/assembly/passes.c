@@ -1,7 +1,7 @@
-/* The passes of a solution over the cells of one mesh: from a right-hand side to that of the reduced
- * system, and from its solution back. They read what is kept of each cell, which is most of their
- * time, and stand twice in the program: with `NUMBER` double, and with float where factors are of
- * single precision, too; `OF` makes the names. All sums are of double precision. */
+/* The passes of a solution over the cells of one mesh: from a right-hand side to that of the
+ * reduced system, and from its solution back. They read what is kept of each cell, which is most
+ * of their time, and stand twice in the program: with `NUMBER` double, and with float where factors
+ * are of single precision, too; `OF` makes the names. All sums are of double precision. */
 
 /* y += A x, of shape (m, n); short rows, for which a library call costs more than it saves */
 static void OF(accumulate)(int m, int n, const NUMBER *A, const double *x, double *y)

@@ -1,7 +1,8 @@
 /* Sums over the nodes of a body: what forces at them are together, and how far it turns. */
 
 /* Where a node is, or by how much it moves (`whole` 0): of positions and of directors. */
-static void arm(const double *reference, const int *dofs, const double *q, double whole, double *out)
+static void arm(const double *reference, const int *dofs, const double *q, double whole,
+                double *out)
 {
     for (int i = 0; i < 3; ++i)
         out[i] = whole * reference[i] + q[dofs[i]];
@@ -110,10 +111,12 @@ void turned(const double *sums, double tiny, double *found)
         inertia[i] += tiny * largest;
     int three = 3, one = 1, pivots[3], info;
     gesv(&three, &one, inertia, &three, pivots, spin, &three, &info);
+    if (info)
+        return;
     for (int i = 0; i < 3; ++i)
         found[0] += spin[i] * spin[i];
     found[0] = sqrt(found[0]);
-    if (info || !(found[0] > 0))
+    if (!(found[0] > 0))
         return;
     for (int i = 0; i < 9; ++i)
         found[1] += spin[i / 3] * of_positions[i] * spin[i % 3];
