@@ -12,8 +12,9 @@ from typing import Any
 
 from mpi4py import MPI
 
-# meshes that may be there without a look: with their spaces they have about fifteen communicators
-MOST = 45
+# meshes that may be there without a look, and how many more after it: each has eleven to
+# twenty-two communicators with what is built on it
+MOST, MORE = 40, 10
 
 
 class _Living:
@@ -51,4 +52,4 @@ def make_room(comm: MPI.Comm) -> None:
     if comm.allreduce(_LIVING.count(), op=MPI.MAX) >= _LIVING.most:
         gc.collect()
         # those that are in use are no reason to look again for each new one
-        _LIVING.most = MOST // 3 + comm.allreduce(_LIVING.count(), op=MPI.MAX)
+        _LIVING.most = MORE + comm.allreduce(_LIVING.count(), op=MPI.MAX)

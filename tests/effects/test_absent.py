@@ -1,6 +1,6 @@
 """Off means absent: no unknown, no coefficient, no integral, no kernel, no function."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -19,6 +19,13 @@ from shellmb.verify.solve import displacement
 STILL: dict[str, Any] = {"scheme": "static", "dt": None, "t_end": None}
 
 _MADE: dict[str, Simulation] = {}
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _forget() -> Iterator[None]:
+    """Behind these tests nothing is kept: some sixty meshes have half of MPI's communicators."""
+    yield
+    _MADE.clear()
 
 
 def built(key: str, scene: Scene) -> Simulation:
