@@ -12,7 +12,7 @@ import numpy.typing as npt
 from dolfinx import fem
 from ufl.core.expr import Expr
 
-from shellmb.compiler import locked
+from shellmb.compiling.compiler import locked
 from shellmb.kernels import JIT_OPTIONS, cache_folder, comm_of, module_name
 
 _log = logging.getLogger(__name__)

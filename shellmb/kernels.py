@@ -22,10 +22,10 @@ from dolfinx.fem.forms import form_cpp_class, get_integration_domains
 from ufl import Form
 from ufl.core.expr import Expr
 
-from shellmb.compiler import compile_new, library
+from shellmb.compiling.compiler import compile_new, library
+from shellmb.compiling.flags import KERNEL_FLAGS, flags_for
 from shellmb.derivatives import Known, Record, read, write
 from shellmb.errors import RunError
-from shellmb.flags import KERNEL_FLAGS, flags_for
 
 # `timeout` is how long [s] DOLFINx waits for a process that compiles the same expression
 JIT_OPTIONS = {"timeout": 600, "cffi_extra_compile_args": KERNEL_FLAGS}

@@ -69,21 +69,18 @@ class BareWork:
         for group in groups:
             cells = group.cells
             loop = FormLoop(cells, group.jacobians())
-            K = np.empty((cells.size, cells.size))
-            self._loops.append((cells.count, cells.struct(loop), loop, loop.pointer(K)))
+            K = np.empty((loop.lanes, cells.size, cells.size))
+            self._loops.append((loop, cells.struct(loop), loop.pointer(K)))
         self._lib = native.cells().lib
 
     def _kernels(self) -> None:
-        matrix = self._lib.matrix
-        for cells, struct, loop, K in self._loops:
-            kernels, count = loop.kernels, loop.count
-            for cell in range(cells):
-                matrix(struct, kernels, count, cell, K)
+        for loop, struct, K in self._loops:
+            self._lib.all_matrices(struct, loop.kernels, loop.count, K)
 
     def measure(self) -> Bare:
         """Time each part."""
         self._residuals.refresh()
-        for _, _, loop, _ in self._loops:
+        for loop, _, _ in self._loops:
             loop.refresh()
         comm = self._problem.system.comm
         linear = self._problem.newton.iteration.linear

@@ -17,7 +17,7 @@ import pytest
 import ufl
 from dolfinx import fem, jit, mesh
 
-from shellmb import compiler
+from shellmb.compiling import compiler
 from shellmb.expressions import compiled_expression
 from shellmb.kernels import JIT_OPTIONS, compiled, kernel_name, module_name
 from shellmb.locks import FileLock
@@ -160,7 +160,7 @@ def test_interrupted_compiling_leaves_nothing(cache, line, monkeypatch) -> None:
         patch.setattr(ffcx_jit, "_compile_objects", interrupted)
         compile_expression(make_expression(line))
     with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
-        patch.setattr(compiler, "_code", interrupted)
+        patch.setattr(compiler, "code", interrupted)
         compiled(make_form(line))
     assert not [p for p in cache.rglob("*") if p.suffix in (".c", ".lock", ".so")]
 

@@ -8,7 +8,8 @@ import pytest
 import ufl
 from dolfinx import fem
 
-from shellmb import compiler, kernels
+from shellmb import kernels
+from shellmb.compiling import compiler
 from shellmb.errors import RunError
 
 
@@ -55,7 +56,7 @@ def test_what_fails_is_said_and_does_not_block_the_cache(forms, monkeypatch):
 def test_the_largest_comes_first(forms, tmp_path, monkeypatch):
     written = []
     monkeypatch.setattr(compiler, "_make_libraries", lambda *_: None)
-    monkeypatch.setattr(compiler, "_code", lambda form, _: written.append(form) or "")
+    monkeypatch.setattr(compiler, "code", lambda form, *_: written.append(form) or "")
     named = {kernels.module_name(form): (form, []) for form in forms}
     compiler.compile_new(named, tmp_path, lambda *_: None)
     assert [len(form.arguments()) for form in written] == [2, 1, 0]

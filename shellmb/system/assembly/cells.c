@@ -8,10 +8,6 @@
  * and what is left is projected, L^T K R, with a few coefficients per unknown (reduction.py).
  * All matrices are row-major.
  */
-#include <stdint.h>
-#include <stdlib.h>
-#include <string.h>
-
 typedef void (*blas_gemm)(char *, char *, int *, int *, int *, double *, double *, int *, double *,
                           int *, double *, double *, int *);
 typedef void (*lapack_getrf)(int *, int *, double *, int *, int *, int *);
@@ -39,88 +35,6 @@ static void multiply(int m, int n, int k, double alpha, double *A, int lda, doub
     if (m == 0 || n == 0 || k == 0)
         return;
     gemm(&no, &no, &n, &m, &k, &alpha, B, &ldb, A, &lda, &beta, C, &ldc);
-}
-
-/* Element tensors of one form over one cell, added at `place` (row-major, `stride` columns). */
-static void tabulate(const Kernel *k, const Cells *g, int cell, double *w, double *A, double *out,
-                     int stride)
-{
-    int first = cell, last = cell + 1;
-    if (k->entity_offsets) {
-        first = k->entity_offsets[cell];
-        last = k->entity_offsets[cell + 1];
-        if (first == last)
-            return;
-    }
-    double *to = w;
-    for (int c = 0; c < k->coefficients; ++c) {
-        const int *dofs = k->dofs[c] + (size_t)cell * k->sizes[c];
-        for (int i = 0; i < k->sizes[c]; ++i)
-            *to++ = k->values[c][dofs[i]];
-    }
-    int size = k->rows * k->columns;
-    memset(A, 0, sizeof(double) * size);
-    tabulate_tensor *f = (tabulate_tensor *)k->function;
-    const double *x = g->geometry + (size_t)cell * g->geometry_size;
-    for (int e = first; e < last; ++e)
-        f(A, w, k->constants, x, k->entity_offsets ? k->entities + e : NULL, NULL, NULL);
-    for (int i = 0; i < k->rows; ++i) {
-        double *row = out + (size_t)k->row_place[i] * stride;
-        for (int j = 0; j < k->columns; ++j)
-            row[k->column_place ? k->column_place[j] : 0] += A[i * k->columns + j];
-    }
-}
-
-/* Matrix of one cell as it is, shape (size, size). */
-void matrix(const Cells *g, const Kernel *kernels, int count, int cell, double *K)
-{
-    double *work = malloc(sizeof(double) * (g->coefficient_size + (size_t)g->size * g->size));
-    memset(K, 0, sizeof(double) * g->size * g->size);
-    for (int k = 0; k < count; ++k)
-        tabulate(kernels + k, g, cell, work, work + g->coefficient_size, K, g->size);
-    free(work);
-}
-
-/* Largest entries of the matrices of all cells, shape (size, size). */
-void largest_entries(const Cells *g, const Kernel *kernels, int count, double *found)
-{
-    size_t square = (size_t)g->size * g->size;
-    double *K = malloc(sizeof(double) * (square + 1));
-    for (int cell = 0; cell < g->cells; ++cell) {
-        matrix(g, kernels, count, cell, K);
-        for (size_t i = 0; i < square; ++i) {
-            double size = K[i] < 0 ? -K[i] : K[i];
-            if (size > found[i])
-                found[i] = size;
-        }
-    }
-    free(K);
-}
-
-/* Sums of integrals over all cells, each added to the entry of `sums` that it belongs `to`. */
-void functionals(const Cells *g, const Kernel *kernels, int count, const int *to, double *sums)
-{
-    double *work = malloc(sizeof(double) * (g->coefficient_size + 1)), value;
-    for (int cell = 0; cell < g->cells; ++cell)
-        for (int k = 0; k < count; ++k)
-            tabulate(kernels + k, g, cell, work, &value, sums + to[k], 1);
-    free(work);
-}
-
-/* Residual of all cells, added to `b` at the local dofs `g->dofs`. */
-void residual(const Cells *g, const Kernel *kernels, int count, double *b)
-{
-    double *work = malloc(sizeof(double) * (g->coefficient_size + 2 * (size_t)g->size));
-    double *A = work + g->coefficient_size, *r = A + g->size;
-    for (int cell = 0; cell < g->cells; ++cell) {
-        memset(r, 0, sizeof(double) * g->size);
-        for (int k = 0; k < count; ++k)
-            tabulate(kernels + k, g, cell, work, A, r, 1);
-        const int *dofs = g->dofs + (size_t)cell * g->size;
-        for (int i = 0; i < g->size; ++i)
-            b[dofs[i]] += r[i];
-    }
-    free(work);
 }
 
 /* Eliminate the element-wise unknowns of one cell, and keep what solutions need of them. */
@@ -218,18 +132,18 @@ int jacobian(const Cells *g, const Kernel *kernels, int count, const Projection 
     int n = g->size, P = g->shared, bad = 0;
     size_t square = (size_t)n * n;
     size_t product = (size_t)P * p->rows, result = (size_t)p->rows * p->columns;
-    double *work = malloc(sizeof(double) * (g->coefficient_size + 2 * square + product + result +
-                                            64 * (size_t)n + 64 +
-                                            (size_t)P * p->right_width));
-    double *A = work + g->coefficient_size, *K = A + square, *LK = K + square;
-    double *LKR = LK + product, *scratch = LKR + result;
+    Work work = work_of(g, square);
+    double *all = malloc(sizeof(double) * (square * g->lanes + product + result + 64 * (size_t)n +
+                                           64 + (size_t)P * p->right_width));
+    double *LK = all + square * g->lanes, *LKR = LK + product, *scratch = LKR + result;
     int *from = malloc(sizeof(int) * 2 * ((size_t)P * p->right_width + 1));
     int *to_column = from + (size_t)P * p->right_width;
     double *to = values;
     for (int cell = first; cell < last; ++cell) {
-        memset(K, 0, sizeof(double) * square);
-        for (int k = 0; k < count; ++k)
-            tabulate(kernels + k, g, cell, work, A, K, n);
+        int lane = cell % g->lanes, start = cell - lane;
+        if (lane == 0 || cell == first)
+            matrices(g, kernels, count, start, taken(g, start), work, all);
+        double *K = all + lane * square;
         double *mine = kept + (size_t)cell * g->kept_size;
         if (eliminate(g, K, mine, scratch)) {
             bad = cell + 1;
@@ -342,6 +256,7 @@ int jacobian(const Cells *g, const Kernel *kernels, int count, const Projection 
         }
     }
     free(from);
-    free(work);
+    free(all);
+    free(work.w);
     return bad;
 }

@@ -4,13 +4,14 @@ typedef void tabulate_tensor(double *, const double *, const double *, const dou
 /* One form over the cells of a mesh, or over some of their facets. */
 typedef struct {
     void *function;            /* tabulate_tensor of FFCx */
+    int lanes;                 /* cells that it takes at once */
     const double *constants;   /* packed */
     int rows, columns;         /* of the element tensor; one column of a linear form */
     const int *row_place;      /* place of each row among the unknowns of the cell, (rows,) */
     const int *column_place;   /* of each column; NULL for a linear form */
     int coefficients;
     const double **values;     /* their arrays */
-    const int **dofs;          /* their local dofs cell by cell */
+    const int **dofs;          /* their local dofs cell by cell, or of `lanes` cells side by side */
     const int *sizes;          /* number of dofs in a cell */
     const int *entity_offsets; /* facets of each cell, (cells + 1,); NULL: the cell itself */
     const int *entities;       /* their local numbers */
@@ -25,6 +26,9 @@ typedef struct {
     const int *dofs;           /* place of each unknown in the local arrays, (cells, size) */
     const double *geometry;    /* coordinates of the cells' nodes */
     int geometry_size, coefficient_size;
+    int lanes;                 /* cells that are taken at once */
+    const double *geometry_of_lanes; /* coordinates of so many cells side by side, from whole lines
+                                      * of the memory on */
     int chunks;
     const int *chunk_start, *chunk_width;
     const int *inverse_place;  /* where a cell's kept K_EE^-1 and K_EE are, (chunks,) */
@@ -106,7 +110,7 @@ typedef struct {
 void use_libraries(void *, void *, void *, void *);
 void residual(const Cells *, const Kernel *, int, double *);
 void functionals(const Cells *, const Kernel *, int, const int *, double *);
-void matrix(const Cells *, const Kernel *, int, int, double *);
+void all_matrices(const Cells *, const Kernel *, int, double *);
 void largest_entries(const Cells *, const Kernel *, int, double *);
 int jacobian(const Cells *, const Kernel *, int, const Projection *, int, int, double *, double *,
              const double *, double *);

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from copy import copy
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -12,10 +13,11 @@ import numpy.typing as npt
 from dolfinx import cpp, fem  # type: ignore[attr-defined]
 from dolfinx.fem import IntegralType
 
+from shellmb.compiling.flags import LANES
 from shellmb.system.assembly import native
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.assembly.fields import Field
-from shellmb.system.assembly.native import CArrays
+from shellmb.system.assembly.native import CArrays, side_by_side
 from shellmb.system.assembly.numbering import cell_dofs
 
 # a compiled form with the numbers of its row fields and of its column field, see `FormLoop`
@@ -50,6 +52,8 @@ class MeshGeometry:
             "geometry": loop.pointer(self.geometry),
             "geometry_size": int(np.prod(self.geometry.shape[1:])),
             "coefficient_size": loop.coefficient_size,
+            "lanes": loop.lanes,
+            "geometry_of_lanes": loop.pointer(side_by_side(self.geometry, loop.lanes)),
         }
         return loop.pointer.many("Cells", [{**common, **more}])
 
@@ -137,6 +141,7 @@ class FormLoop:
     Attributes:
         count: Number of kernels.
         form_of: Number of the form that each is of.
+        lanes: How many cells are taken at once.
     """
 
     def __init__(self, cells: MeshGeometry, forms: Sequence[PlacedForm]) -> None:
@@ -149,20 +154,23 @@ class FormLoop:
         self.form_of = [n for n, some in enumerate(found) for _ in some]
         self.count = len(self.form_of)
         kernels = [kernel for some in found for kernel in some]
+        self.lanes = max((kernel["lanes"] for kernel in kernels), default=1)
         self.kernels = self.pointer.many("Kernel", kernels)
 
     def _kernels(
         self, cells: MeshGeometry, form: fem.Form, row: tuple[int, ...], column: int
     ) -> list[Any]:
         bare, ufcx, pointer = form._cpp_object, form.ufcx_form, self.pointer
-        values, dofs, sizes = [], [], []
+        values, tables, sizes = [], [], []
         for function in bare.coefficients:
             space = function.function_space
             assert not space.element.needs_dof_transformations
-            table = cell_dofs(space)[: cells.count]
+            tables.append(cell_dofs(space)[: cells.count])
             values.append(pointer(function.x.array))
-            dofs.append(pointer(np.ascontiguousarray(table)))
-            sizes.append(table.shape[1])
+            sizes.append(tables[-1].shape[1])
+        dofs = cache(
+            lambda lanes: pointer.many("int *", [pointer(side_by_side(t, lanes)) for t in tables])
+        )
         self.coefficient_size = max(self.coefficient_size, sum(sizes))
         constants = cpp.fem.pack_constants(bare)
         self._constants.append((bare, constants))
@@ -177,7 +185,6 @@ class FormLoop:
             "column_place": pointer(None if column < 0 else columns),
             "coefficients": len(sizes),
             "values": pointer.many("double *", values),
-            "dofs": pointer.many("int *", dofs),
             "sizes": pointer(np.array(sizes or [0], dtype=np.int32)),
         }
         found = []
@@ -189,17 +196,24 @@ class FormLoop:
             for n in range(first, last):
                 entities = np.asarray(bare.domains(kind, n - first))
                 where = _entities(entities, cells.count, facets=kind == kinds[1])
-                function = ufcx.form_integrals[n].tabulate_tensor_float64
-                address = int(pointer.ffi.cast("uintptr_t", function))
+                function, lanes = self._function(ufcx.form_integrals[n])
                 found.append(
                     {
                         **data,
-                        "function": pointer.ffi.cast("void *", address),
+                        "function": function,
+                        "lanes": lanes,
+                        "dofs": dofs(lanes),
                         "entity_offsets": pointer(where[0]),
                         "entities": pointer(where[1]),
                     }
                 )
         return found
+
+    def _function(self, integral: Any) -> tuple[Any, int]:
+        """The function of an integral, and of how many cells it is: of several, if there is one."""
+        ffi, many = self.pointer.ffi, integral.tabulate_tensor_float32
+        function = many or integral.tabulate_tensor_float64
+        return ffi.cast("void *", int(ffi.cast("uintptr_t", function))), LANES if many else 1
 
     def take_constants(self, number: int) -> None:
         """Take the values of the constants of one of the forms."""

@@ -22,11 +22,13 @@ import cffi  # type: ignore[import-untyped]
 import numpy as np
 import numpy.typing as npt
 
-from shellmb.compiler import run_compiler
-from shellmb.flags import COMPILER_FLAGS
+from shellmb.compiling.compiler import run_compiler
+from shellmb.compiling.flags import COMPILER_FLAGS
 from shellmb.kernels import cache_folder, raise_together
 
 HERE = Path(__file__).parent
+# bytes that vectors of any processor begin at multiples of
+LINE = 64
 KINDS = {"float64": "double *", "float32": "float *", "int32": "int *", "int64": "int64_t *"}
 # what is kept for solutions is of either precision
 TWICE = "#undef NUMBER\n#undef OF\n#define NUMBER {}\n#define OF(name) {}\n"
@@ -97,6 +99,27 @@ def bytes_of(array: npt.NDArray[np.uint8]) -> Any:
     return cells().ffi.from_buffer("unsigned char[]", array)
 
 
+def side_by_side[T: np.generic](table: npt.NDArray[T], lanes: int) -> npt.NDArray[T]:
+    """Numbers of cells as kernels of several cells take them.
+
+    Args:
+        table: Numbers of each cell, shape (cells, ...).
+        lanes: How many cells stand side by side.
+
+    Returns:
+        Them, shape (groups, numbers of a cell, lanes), at a whole line of the memory; the last cell
+        is repeated where cells are missing.
+    """
+    count, size = len(table), int(np.prod(table.shape[1:]))
+    cells = np.minimum(np.arange(-(-count // lanes) * lanes), count - 1)
+    groups = table.reshape(count, size)[cells].reshape(-1, lanes, size).transpose(0, 2, 1)
+    spare = np.empty(groups.size + LINE, dtype=table.dtype)
+    first = -spare.ctypes.data % LINE // table.itemsize
+    made = spare[first : first + groups.size].reshape(groups.shape)
+    made[...] = groups
+    return made
+
+
 def _of_scipy(name: str) -> ModuleType:
     """A module of `scipy.linalg` without the package, which takes as long to import as DOLFINx.
 
@@ -140,10 +163,10 @@ def begin(comm: MPI.Comm) -> None:
 @cache
 def _compiled() -> tuple[Path, Future[None] | None]:
     """Where the module is, or will be."""
-    names = ("cells.h", "cells.c", "passes.c", "nodes.c", "sums.c")
-    header, cells, passes, *others = ((HERE / name).read_text() for name in names)
+    names = ("cells.h", "kernels.c", "cells.c", "passes.c", "nodes.c", "sums.c")
+    header, kernels, cells, passes, *others = ((HERE / name).read_text() for name in names)
     both = (TWICE.format(*precision) + passes for precision in PRECISIONS)
-    source = "\n".join([cells, *both, *others])
+    source = "\n".join([kernels, cells, *both, *others])
     key = "\n".join([header, source, sys.version, cffi.__version__, *COMPILER_FLAGS])
     name = f"shellmb_cells_{hashlib.sha256(key.encode()).hexdigest()[:16]}"
     where = cache_folder()

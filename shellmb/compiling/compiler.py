@@ -8,8 +8,6 @@ small kernel: gcc takes twice as long, and it is loaded in 0.7 ms in place of 0.
 compiled together, into one library that has the names of all.
 """
 
-import gc
-import importlib
 import logging
 import math
 import os
@@ -17,22 +15,17 @@ import shlex
 import shutil
 import subprocess
 import sysconfig
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import ExitStack, contextmanager
-from functools import partial, singledispatchmethod
+from contextlib import ExitStack
 from pathlib import Path
-from typing import Any
 
 from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
 
 import ffcx.codegeneration
-import ffcx.options
-from dolfinx import default_scalar_type
 from ufl import Form
-from ufl.classes import ComplexValue, Conj, CoordinateDerivative, Imag, Real
-from ufl.corealg.traversal import unique_pre_traversal
 
+from shellmb.compiling.generated import code, quickly
 from shellmb.errors import RunError
 from shellmb.locks import FileLock
 
@@ -45,12 +38,6 @@ _log = logging.getLogger(__name__)
 # Characters of code that a C compiler is worth starting for: it takes 0.03 s to start, link and
 # read headers, and 0.3 s for as much
 GROUP = 100_000
-
-# Steps of UFL that rebuild a form without some nodes, and these nodes
-REBUILDING: dict[str, tuple[type, ...]] = {
-    "remove_complex_nodes": (Conj, Real, Imag, ComplexValue),
-    "apply_coordinate_derivatives": (CoordinateDerivative,),
-}
 
 
 def compile_new(forms: Wanted, folder: Path, tell: Tell) -> None:
@@ -87,7 +74,7 @@ def _compile(forms: Wanted, folder: Path, tell: Tell, wait: bool) -> list[str]:
     started: list[Future[None]] = []
     left: list[str] = []
     groups: dict[tuple[str, ...], dict[str, str]] = {}
-    with ExitStack() as locks, ThreadPoolExecutor(max_workers=cores) as pool, _quickly():
+    with ExitStack() as locks, ThreadPoolExecutor(max_workers=cores) as pool, quickly():
 
         def start(flags: tuple[str, ...]) -> None:
             started.append(pool.submit(_make_libraries, folder, groups.pop(flags), flags))
@@ -99,7 +86,7 @@ def _compile(forms: Wanted, folder: Path, tell: Tell, wait: bool) -> list[str]:
                     left.append(name)
                 elif not library(folder, name).exists():
                     group = groups.setdefault(tuple(flags), {})
-                    group[name] = _code(form, name)
+                    group[name] = code(form, name, flags)
                     if sum(map(len, group.values())) > GROUP:
                         start(tuple(flags))
             for alike in list(groups):
@@ -142,70 +129,6 @@ def _size(form: Form) -> int:
     """Entries of a cell's tensor: what tells large kernels from small ones."""
     elements = (a.ufl_function_space().ufl_element() for a in form.arguments())
     return math.prod(element.dim for element in elements)
-
-
-def _code(form: Form, name: str) -> str:
-    """The C code of the kernels of a form, as FFCx makes it."""
-    # needed for new kernels only
-    import ffcx.compiler
-    from ffcx.ir.analysis.valuenumbering import ValueNumberer
-
-    ValueNumberer.get_node_symbols = _node_symbols  # type: ignore[method-assign]
-    options = ffcx.options.get_options({"scalar_type": default_scalar_type})
-    code, _ = ffcx.compiler.compile_ufl_objects([form], namespace=name, options=options)
-    return str(code[1])
-
-
-def _node_symbols(numberer: Any, expression: Any) -> Any:
-    """Symbols of a node of FFCx's graph, by the graph's own index in place of a search.
-
-    FFCx 0.11 compares with all nodes: that took 50 s of the 58 s for the residual of a hyperelastic
-    shell in `ed3`. The code that comes out is the same.
-    """
-    return numberer.V_symbols[numberer.G.e2i[expression]]
-
-
-@contextmanager
-def _quickly() -> Iterator[None]:
-    """FFCx takes two thirds of its time meanwhile (docs/theory/built.md).
-
-    It makes objects by the million, few of them in circles: the collector looks at them in vain.
-    UFL and FFCx choose methods by type half a million times for 40 kernels; Python 3.12 makes a
-    function with a name and a docstring of its own each time. And every form is rebuilt three times
-    without nodes that hardly any has.
-    """
-    # by its name: the package has a function of the same one
-    steps = importlib.import_module("ufl.algorithms.compute_form_data")
-    named, thresholds = singledispatchmethod.__get__, gc.get_threshold()
-    rebuilding = {name: getattr(steps, name) for name in REBUILDING}
-    gc.set_threshold(100_000, *thresholds[1:])
-    singledispatchmethod.__get__ = _chosen  # type: ignore[method-assign,assignment]
-    for name, kinds in REBUILDING.items():
-        setattr(steps, name, partial(_rebuilt, rebuilding[name], kinds))
-    try:
-        yield
-    finally:
-        for name, function in rebuilding.items():
-            setattr(steps, name, function)
-        singledispatchmethod.__get__ = named  # type: ignore[method-assign]
-        gc.set_threshold(*thresholds)
-
-
-def _rebuilt(rebuild: Callable[[Form], Form], kinds: tuple[type, ...], form: Form) -> Form:
-    """A form without nodes of some kinds."""
-    nodes: Any = unique_pre_traversal
-    parts = (part.integrand() for part in form.integrals())
-    return rebuild(form) if any(isinstance(n, kinds) for p in parts for n in nodes(p)) else form
-
-
-def _chosen(method: Any, obj: Any, cls: Any = None) -> Callable[..., Any]:
-    """A method chosen by the type of its first argument, without a name."""
-    dispatch = method.dispatcher.dispatch
-
-    def call(*args: Any, **kwargs: Any) -> Any:
-        return dispatch(args[0].__class__).__get__(obj, cls)(*args, **kwargs)
-
-    return call
 
 
 def _make_libraries(folder: Path, codes: Mapping[str, str], flags: Sequence[str]) -> None:

@@ -1,0 +1,155 @@
+/* FFCx's kernels over the cells of a mesh: matrices, residuals and integrals of cells.
+ *
+ * Some kernels are of several cells at once (shellmb/compiling/lanes.py): their numbers are those
+ * of as many cells side by side.
+ */
+
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* What kernels work with: values of coefficients, and what they give. */
+typedef struct {
+    double *w, *A;
+} Work;
+
+static Work work_of(const Cells *g, size_t entries)
+{
+    /* vectors of a processor begin at whole ones of theirs */
+    size_t line = 64 / sizeof(double), lanes = g->lanes;
+    size_t w = (g->coefficient_size * lanes + line) / line * line;
+    size_t A = (entries * lanes + line) / line * line;
+    double *all = aligned_alloc(64, sizeof(double) * (w + A));
+    return (Work){all, all + w};
+}
+
+/* Element tensors of a kernel of one cell, added at `out` (row-major, `stride` columns). */
+static void tabulate_one(const Kernel *k, const Cells *g, int cell, Work work, double *out,
+                         int stride)
+{
+    int first = cell, last = cell + 1;
+    if (k->entity_offsets) {
+        first = k->entity_offsets[cell];
+        last = k->entity_offsets[cell + 1];
+        if (first == last)
+            return;
+    }
+    double *to = work.w;
+    for (int c = 0; c < k->coefficients; ++c) {
+        const int *dofs = k->dofs[c] + (size_t)cell * k->sizes[c];
+        for (int i = 0; i < k->sizes[c]; ++i)
+            *to++ = k->values[c][dofs[i]];
+    }
+    memset(work.A, 0, sizeof(double) * k->rows * k->columns);
+    tabulate_tensor *f = (tabulate_tensor *)k->function;
+    const double *x = g->geometry + (size_t)cell * g->geometry_size;
+    for (int e = first; e < last; ++e)
+        f(work.A, work.w, k->constants, x, k->entity_offsets ? k->entities + e : NULL, NULL, NULL);
+    for (int i = 0; i < k->rows; ++i) {
+        double *row = out + (size_t)k->row_place[i] * stride;
+        for (int j = 0; j < k->columns; ++j)
+            row[k->column_place ? k->column_place[j] : 0] += work.A[i * k->columns + j];
+    }
+}
+
+/* The same of any kernel and `count` cells, the first of them a multiple of `g->lanes`; `out` of each
+ * is `apart` from that before. */
+static void tabulate(const Kernel *k, const Cells *g, int cell, int count, Work work, double *out,
+                     size_t apart, int stride)
+{
+    int n = k->lanes;
+    if (n == 1) {
+        for (int l = 0; l < count; ++l)
+            tabulate_one(k, g, cell + l, work, out + l * apart, stride);
+        return;
+    }
+    double *to = work.w;
+    for (int c = 0; c < k->coefficients; ++c) {
+        const double *values = k->values[c];
+        const int *dofs = k->dofs[c] + (size_t)cell * k->sizes[c];
+        for (int i = 0; i < k->sizes[c] * n; ++i)
+            *to++ = values[dofs[i]];
+    }
+    memset(work.A, 0, sizeof(double) * n * k->rows * k->columns);
+    const double *x = g->geometry_of_lanes + (size_t)cell * g->geometry_size;
+    ((tabulate_tensor *)k->function)(work.A, work.w, k->constants, x, NULL, NULL, NULL);
+    for (int i = 0; i < k->rows; ++i)
+        for (int l = 0; l < count; ++l) {
+            double *row = out + l * apart + (size_t)k->row_place[i] * stride;
+            const double *from = work.A + (size_t)i * k->columns * n + l;
+            for (int j = 0; j < k->columns; ++j)
+                row[k->column_place ? k->column_place[j] : 0] += from[j * n];
+        }
+}
+
+/* Matrices of some cells as they are, shape (some, size, size). */
+static void matrices(const Cells *g, const Kernel *kernels, int count, int cell, int some,
+                     Work work, double *K)
+{
+    size_t square = (size_t)g->size * g->size;
+    memset(K, 0, sizeof(double) * square * some);
+    for (int k = 0; k < count; ++k)
+        tabulate(kernels + k, g, cell, some, work, K, square, g->size);
+}
+
+/* How many cells are taken at once from one on. */
+static int taken(const Cells *g, int cell)
+{
+    return g->cells - cell < g->lanes ? g->cells - cell : g->lanes;
+}
+
+/* Matrices of all cells, `g->lanes` at a time; `K` has those of the last ones in the end. */
+void all_matrices(const Cells *g, const Kernel *kernels, int count, double *K)
+{
+    Work work = work_of(g, (size_t)g->size * g->size);
+    for (int cell = 0; cell < g->cells; cell += g->lanes)
+        matrices(g, kernels, count, cell, taken(g, cell), work, K);
+    free(work.w);
+}
+
+/* Largest entries of the matrices of all cells, shape (size, size). */
+void largest_entries(const Cells *g, const Kernel *kernels, int count, double *found)
+{
+    size_t square = (size_t)g->size * g->size;
+    double *K = malloc(sizeof(double) * (square * g->lanes + 1));
+    Work work = work_of(g, square);
+    for (int cell = 0; cell < g->cells; cell += g->lanes) {
+        int some = taken(g, cell);
+        matrices(g, kernels, count, cell, some, work, K);
+        for (size_t i = 0; i < square * some; ++i) {
+            double size = K[i] < 0 ? -K[i] : K[i];
+            if (size > found[i % square])
+                found[i % square] = size;
+        }
+    }
+    free(work.w);
+    free(K);
+}
+
+/* Sums of integrals over all cells, each added to the entry of `sums` that it belongs `to`. */
+void functionals(const Cells *g, const Kernel *kernels, int count, const int *to, double *sums)
+{
+    Work work = work_of(g, 1);
+    for (int cell = 0; cell < g->cells; cell += g->lanes)
+        for (int k = 0; k < count; ++k)
+            tabulate(kernels + k, g, cell, taken(g, cell), work, sums + to[k], 0, 1);
+    free(work.w);
+}
+
+/* Residual of all cells, added to `b` at the local dofs `g->dofs`. */
+void residual(const Cells *g, const Kernel *kernels, int count, double *b)
+{
+    Work work = work_of(g, g->size);
+    double *r = malloc(sizeof(double) * ((size_t)g->size * g->lanes + 1));
+    for (int cell = 0; cell < g->cells; cell += g->lanes) {
+        int some = taken(g, cell);
+        memset(r, 0, sizeof(double) * g->size * some);
+        for (int k = 0; k < count; ++k)
+            tabulate(kernels + k, g, cell, some, work, r, g->size, 1);
+        const int *dofs = g->dofs + (size_t)cell * g->size;
+        for (int i = 0; i < g->size * some; ++i)
+            b[dofs[i]] += r[i];
+    }
+    free(r);
+    free(work.w);
+}

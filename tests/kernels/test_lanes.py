@@ -1,0 +1,166 @@
+"""Kernels of several cells at once beside those of one cell, function by function."""
+
+from collections.abc import Callable
+from typing import Any
+
+from mpi4py import MPI
+
+import numpy as np
+import pytest
+import ufl
+from dolfinx import fem, mesh
+
+from shellmb.compiling.flags import LANES
+from shellmb.kernels import compile_all, compiled
+from shellmb.system.assembly.functionals import Functionals
+from shellmb.system.assembly.loops import FormLoop, LoopResiduals, MeshGeometry
+from shellmb.system.assembly.native import side_by_side
+from shellmb.system.assembly.numbering import cell_dofs
+
+# another order of the same operations, on values of order 1
+ROUND_OFF = 1e-13
+# flags of its own make a kernel of one cell at a time
+ONE = ("-O0",)
+
+INTEGRANDS: dict[str, Callable[[Any, Any], Any]] = {
+    "sqrt": lambda u, c: ufl.sqrt(u) + ufl.sqrt(c),
+    "abs": lambda u, c: abs(u - 1.4),
+    "sin": lambda u, c: ufl.sin(u),
+    "cos": lambda u, c: ufl.cos(u) * ufl.cos(c),
+    "tan": lambda u, c: ufl.tan(u / 2),
+    "asin": lambda u, c: ufl.asin(u / 3),
+    "acos": lambda u, c: ufl.acos(u / 3),
+    "atan": lambda u, c: ufl.atan(u),
+    "atan2": lambda u, c: ufl.atan2(u - 1.4, c),
+    "sinh": lambda u, c: ufl.sinh(u),
+    "cosh": lambda u, c: ufl.cosh(u),
+    "tanh": lambda u, c: ufl.tanh(u),
+    "exp": lambda u, c: ufl.exp(u),
+    "log": lambda u, c: ufl.ln(u),
+    "erf": lambda u, c: ufl.erf(u),
+    "square": lambda u, c: (u + c) ** 2,
+    "cube": lambda u, c: u**3 + c**3,
+    "fourth": lambda u, c: u**4,
+    "power": lambda u, c: u**-1.5 + u**5 + u**c,
+    "smaller": lambda u, c: ufl.min_value(u, 1.4) + ufl.max_value(u, c),
+    "sign": lambda u, c: ufl.sign(u - 1.4),
+    "either": lambda u, c: ufl.conditional(ufl.lt(u, 1.4), u**2, c),
+    # what is not chosen must not be seen
+    "not chosen": lambda u, c: ufl.conditional(ufl.gt(u, 1.4), ufl.ln(u - 1.4), 1 / (1.4 - u)),
+    "both": lambda u, c: ufl.conditional(ufl.And(ufl.gt(u, 1.2), ufl.le(u, 1.6)), u, 2 * u),
+    "one of": lambda u, c: ufl.conditional(ufl.Or(ufl.lt(u, 1.2), ufl.ge(u, 1.6)), u, 2 * u),
+    "not": lambda u, c: ufl.conditional(ufl.Not(ufl.lt(u, 1.4)), u, 2 * u),
+    "of constants": lambda u, c: ufl.conditional(ufl.ne(c, 1.0), u, 2 * u),
+    # lanes have none of these
+    "Bessel": lambda u, c: ufl.bessel_J(1, u),
+}
+
+
+def _field(cells: int, cell: mesh.CellType = mesh.CellType.quadrilateral) -> fem.Function:
+    domain = mesh.create_rectangle(MPI.COMM_SELF, [(0, 0), (1, 1)], (cells, 1), cell)
+    space = fem.functionspace(domain, ("Lagrange", 2))
+    u = fem.Function(space)
+    u.x.array[:] = np.random.default_rng(3).uniform(1.0, 2.0, len(u.x.array))
+    return u
+
+
+def _constant(u: fem.Function) -> fem.Constant:
+    return fem.Constant(u.function_space.mesh, 1.3)
+
+
+def _many(form: fem.Form) -> bool:
+    """Whether a form's kernel is one of several cells."""
+    ufcx: Any = form.ufcx_form
+    return bool(ufcx.form_integrals[0].tabulate_tensor_float32)
+
+
+@pytest.mark.parametrize("name", INTEGRANDS)
+def test_functions(name: str):
+    u = _field(LANES + 1)
+    form = INTEGRANDS[name](u, _constant(u)) * ufl.TestFunction(u.function_space) * ufl.dx
+    many, one = compiled(form), compiled(form, ONE)
+    assert _many(many) == (name != "Bessel") and not _many(one)
+    exact = fem.assemble_vector(one).array
+    assert np.isfinite(exact).all()
+    np.testing.assert_allclose(_residual(u, many), exact, atol=ROUND_OFF)
+    # one cell at a time, as DOLFINx calls it
+    np.testing.assert_allclose(fem.assemble_vector(many).array, exact, atol=ROUND_OFF)
+
+
+class _Cells(MeshGeometry):
+    """The cells with one field, as `MeshCells` of a system has them."""
+
+    def __init__(self, space: fem.FunctionSpace) -> None:
+        super().__init__(space.mesh)
+        self.dofs = cell_dofs(space)
+        self.size = self.dofs.shape[1]
+        self.places = [np.arange(self.size, dtype=np.int32)]
+
+    def struct(self, loop: FormLoop, **more: Any) -> Any:
+        return super().struct(loop, size=self.size, dofs=loop.pointer(self.dofs))
+
+
+def _residual(u: fem.Function, form: fem.Form) -> Any:
+    cells: Any = _Cells(u.function_space)
+    found = np.zeros(len(u.x.array))
+    LoopResiduals([(cells, [(form, (0,), -1)])]).add(found)
+    return found
+
+
+@pytest.mark.parametrize("cells", [1, LANES - 1, LANES, LANES + 1, 3 * LANES + 2])
+@pytest.mark.parametrize("cell", [mesh.CellType.quadrilateral, mesh.CellType.triangle])
+def test_any_number_of_cells(cells: int, cell: mesh.CellType):
+    u = _field(cells, cell)
+    c = _constant(u)
+    energy = u**3 * ufl.dx + c * ufl.inner(ufl.grad(u), ufl.grad(u)) * ufl.dx + u**2 * ufl.ds
+    residual = ufl.derivative(energy, u)
+    exact = fem.assemble_vector(compiled(residual, ONE)).array
+    np.testing.assert_allclose(_residual(u, compiled(residual)), exact, atol=ROUND_OFF)
+    value = fem.assemble_scalar(compiled(energy, ONE))
+    # the second one finds what the first one left
+    functional = Functionals([[energy], [energy]], MPI.COMM_SELF)
+    np.testing.assert_allclose(functional(), value, rtol=ROUND_OFF)
+    np.testing.assert_allclose(functional(), value, rtol=ROUND_OFF)
+
+
+def test_jacobian():
+    u = _field(LANES + 3)
+    v, du = ufl.TestFunction(u.function_space), ufl.TrialFunction(u.function_space)
+    jacobian = ufl.exp(u) * du.dx(0) * v * ufl.dx
+    many, one = compiled(jacobian), compiled(jacobian, ONE)
+    assert _many(many)
+    exact = fem.assemble_matrix(one).to_dense()
+    np.testing.assert_allclose(fem.assemble_matrix(many).to_dense(), exact, atol=ROUND_OFF)
+    cells = _Cells(u.function_space)
+    loop = FormLoop(cells, [(many, (0,), 0)])
+    found = np.zeros((cells.size, cells.size))
+    lib = loop._lib
+    pointer = loop.pointer.ffi.from_buffer("double[]", found)
+    lib.largest_entries(cells.struct(loop), loop.kernels, loop.count, pointer)
+    each = [exact[np.ix_(dofs, dofs)] for dofs in cells.dofs]
+    # each row of a node inside has no other cell's part
+    inner = [k for k in range(cells.size) if len(np.unique(cells.dofs[:, k])) == len(cells.dofs)]
+    alone = [k for k in inner if np.isin(cells.dofs[:, k], cells.dofs).sum() == len(cells.dofs)]
+    own = [k for k in alone if all(np.sum(cells.dofs == d) == 1 for d in cells.dofs[:, k])]
+    assert own
+    np.testing.assert_allclose(
+        found[own], np.max(np.abs(each), axis=0)[own], atol=ROUND_OFF, rtol=1e-12
+    )
+
+
+def test_only_surfaces():
+    domain = mesh.create_interval(MPI.COMM_SELF, 4, (0.0, 1.0))
+    u = fem.Function(fem.functionspace(domain, ("Lagrange", 1)))
+    line, surface = u * ufl.dx(domain), _field(2) * ufl.dx
+    assert not _many(compile_all([line])[0])
+    assert _many(compile_all([surface])[0])
+
+
+def test_side_by_side():
+    table = np.arange(10, dtype=np.int32).reshape(5, 2)
+    found = side_by_side(table, 4)
+    assert found.flags.c_contiguous and found.ctypes.data % 64 == 0
+    np.testing.assert_array_equal(found[0], [[0, 2, 4, 6], [1, 3, 5, 7]])
+    np.testing.assert_array_equal(found[1], [[8] * 4, [9] * 4])
+    assert side_by_side(table[:0], 4).shape == (0, 2, 4)
+    np.testing.assert_array_equal(side_by_side(table, 1)[:, :, 0], table)
