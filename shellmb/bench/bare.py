@@ -14,7 +14,8 @@ import numpy as np
 from shellmb.measuring.times import slowest
 from shellmb.simulate.problem import Problem
 from shellmb.system.assembly import native
-from shellmb.system.assembly.loops import FormLoop, LoopResiduals, mesh_groups
+from shellmb.system.assembly.loops import FormLoop, LoopResiduals
+from shellmb.system.assembly.meshgroups import mesh_groups
 from shellmb.system.condensation.reduction import Reduction
 from shellmb.system.direct.linear import Linear, Unreduced
 from shellmb.system.direct.mumps import DirectSolver, Purpose

@@ -100,11 +100,24 @@ class _Cells(MeshGeometry):
         return super().struct(loop, size=self.size, dofs=loop.pointer(self.dofs))
 
 
-def _residual(u: fem.Function, form: fem.Form) -> Any:
+def _residual(u: fem.Function, *forms: fem.Form) -> Any:
     cells: Any = _Cells(u.function_space)
     found = np.zeros(len(u.x.array))
-    LoopResiduals([(cells, [(form, (0,), -1)])]).add(found)
+    LoopResiduals([(cells, [(form, (0,), -1) for form in forms])]).add(found)
     return found
+
+
+def test_forms_of_the_same_rows_add_up():
+    u = _field(LANES + 2)
+    v = ufl.TestFunction(u.function_space)
+    forms = [
+        u * v * ufl.dx,
+        u * v * ufl.ds,
+        u**2 * v.dx(0) * ufl.dx,
+        ufl.bessel_J(1, u) * v * ufl.dx,
+    ]
+    exact = sum(fem.assemble_vector(compiled(form, ONE)).array for form in forms)
+    np.testing.assert_allclose(_residual(u, *map(compiled, forms)), exact, atol=ROUND_OFF)
 
 
 @pytest.mark.parametrize("cells", [1, LANES - 1, LANES, LANES + 1, 3 * LANES + 2])

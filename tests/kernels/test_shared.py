@@ -24,7 +24,8 @@ from shellmb.scene import (
 )
 from shellmb.schemes.registry import SCHEMES
 from shellmb.simulate.simulation import Simulation
-from shellmb.system.assembly.loops import LoopResiduals, mesh_groups
+from shellmb.system.assembly.loops import LoopResiduals
+from shellmb.system.assembly.meshgroups import mesh_groups
 from shellmb.system.assembly.residuals import DolfinxResiduals
 
 SOFT = Isotropic(E=1.0, nu=0.3, thickness=0.1, density=1.0)

@@ -16,7 +16,8 @@ from shellmb.observers.fields.nodal import NodalBody, Nodes, nodal_bodies
 from shellmb.system.assembly import native
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.assembly.fields import Field
-from shellmb.system.assembly.loops import LoopResiduals, MeshCells, MeshGroup
+from shellmb.system.assembly.loops import LoopResiduals, MeshCells
+from shellmb.system.assembly.meshgroups import MeshGroup
 
 Floats = npt.NDArray[np.float64]
 Marks = npt.NDArray[np.bool_]

@@ -53,7 +53,7 @@ static void tabulate_one(const Kernel *k, const Cells *g, int cell, Work work, d
 }
 
 /* The same of any kernel and `count` cells, the first of them a multiple of `g->lanes`; `out` of each
- * is `apart` from that before. */
+ * is `apart` from that before. Kernels with the same rows and columns add up before that. */
 static void tabulate(const Kernel *k, const Cells *g, int cell, int count, Work work, double *out,
                      size_t apart, int stride)
 {
@@ -70,9 +70,12 @@ static void tabulate(const Kernel *k, const Cells *g, int cell, int count, Work 
         for (int i = 0; i < k->sizes[c] * n; ++i)
             *to++ = values[dofs[i]];
     }
-    memset(work.A, 0, sizeof(double) * n * k->rows * k->columns);
+    if (k->opens)
+        memset(work.A, 0, sizeof(double) * n * k->rows * k->columns);
     const double *x = g->geometry_of_lanes + (size_t)cell * g->geometry_size;
     ((tabulate_tensor *)k->function)(work.A, work.w, k->constants, x, NULL, NULL, NULL);
+    if (!k->closes)
+        return;
     for (int i = 0; i < k->rows; ++i)
         for (int l = 0; l < count; ++l) {
             double *row = out + l * apart + (size_t)k->row_place[i] * stride;

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from copy import copy
-from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
@@ -15,7 +14,6 @@ from dolfinx.fem import IntegralType
 
 from shellmb.compiling.flags import LANES
 from shellmb.system.assembly import native
-from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.assembly.fields import Field
 from shellmb.system.assembly.native import CArrays, side_by_side
 from shellmb.system.assembly.numbering import cell_dofs
@@ -151,9 +149,8 @@ class FormLoop:
         self._constants: list[tuple[Any, Floats]] = []
         found = [self._kernels(cells, *form) for form in forms]
         self._lib, self._pieces = native.cells().lib, self._constant_pieces()
-        self.form_of = [n for n, some in enumerate(found) for _ in some]
-        self.count = len(self.form_of)
-        kernels = [kernel for some in found for kernel in some]
+        kernels, self.form_of = _together(found, [form[1:] for form in forms])
+        self.count = len(kernels)
         self.lanes = max((kernel["lanes"] for kernel in kernels), default=1)
         self.kernels = self.pointer.many("Kernel", kernels)
 
@@ -242,6 +239,30 @@ class FormLoop:
         self._lib.copy_pieces(*self._pieces)
 
 
+def _together(
+    found: Sequence[Sequence[dict[str, Any]]], places: Sequence[tuple[tuple[int, ...], int]]
+) -> tuple[list[dict[str, Any]], list[int]]:
+    """Kernels with the same rows and columns one after the other, so that C adds them up first.
+
+    Args:
+        found: Kernels of each form.
+        places: Its rows and column; a scalar form, without rows, is by itself.
+
+    Returns:
+        Them, and the number of the form of each.
+    """
+    groups: dict[Any, list[tuple[int, dict[str, Any]]]] = {}
+    for number, (some, place) in enumerate(zip(found, places, strict=True)):
+        for kernel in some:
+            alike = (*place, kernel["lanes"]) if place[0] else len(groups)
+            groups.setdefault(alike, []).append((number, kernel))
+    for group in groups.values():
+        for k, (_, kernel) in enumerate(group):
+            kernel |= {"opens": k == 0, "closes": k == len(group) - 1}
+    pairs = [pair for group in groups.values() for pair in group]
+    return [kernel for _, kernel in pairs], [number for number, _ in pairs]
+
+
 def _entities(entities: Ints, count: int, facets: bool) -> tuple[Ints | None, Ints | None]:
     """Local facets of every cell as offsets and numbers; (None, None) for all cells themselves."""
     if not facets:
@@ -251,61 +272,6 @@ def _entities(entities: Ints, count: int, facets: bool) -> tuple[Ints | None, In
     pairs = pairs[np.argsort(pairs[:, 0], kind="stable")]
     offsets = np.searchsorted(pairs[:, 0], np.arange(count + 1)).astype(np.int32)
     return offsets, np.ascontiguousarray(pairs[:, 1], dtype=np.int32)
-
-
-@dataclass(frozen=True)
-class MeshGroup:
-    """The fields on one mesh of a system.
-
-    Args:
-        system: The system.
-        numbers: Numbers of the fields.
-        cells: The cells.
-    """
-
-    system: BlockSystem
-    numbers: list[int]
-    cells: MeshCells
-
-    @property
-    def residuals(self) -> Rows:
-        """The cells with the residual forms on them."""
-        numbers = self.numbers
-        return self.cells, [
-            (form, tuple(numbers.index(k) for k in rows), -1)
-            for form, rows in self.system.residual_forms
-            if rows[0] in numbers
-        ]
-
-    def jacobians(self) -> list[PlacedForm]:
-        """Derivatives of the residuals as `FormLoop` takes them."""
-        numbers = self.numbers
-        return [
-            (form, (numbers.index(i),), numbers.index(j))
-            for (i, j), forms in self.system.jacobians.items()
-            if i in numbers
-            for form in forms
-        ]
-
-
-def mesh_groups(system: BlockSystem) -> list[MeshGroup]:
-    """All meshes of a system with the fields on each."""
-    groups: dict[int, list[int]] = {}
-    for k, field in enumerate(system.fields):
-        groups.setdefault(id(field.function.function_space.mesh), []).append(k)
-    offsets = system.numbering.offsets
-    return [
-        MeshGroup(
-            system,
-            numbers,
-            MeshCells(
-                [system.fields[k] for k in numbers],
-                [int(offsets[k]) for k in numbers],
-                [system.held[k] for k in numbers],
-            ),
-        )
-        for numbers in groups.values()
-    ]
 
 
 class LoopResiduals:

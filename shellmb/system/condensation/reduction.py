@@ -21,7 +21,8 @@ from petsc4py import PETSc
 import numpy as np
 import numpy.typing as npt
 
-from shellmb.system.assembly.loops import LoopResiduals, MeshGroup, mesh_groups
+from shellmb.system.assembly.loops import LoopResiduals
+from shellmb.system.assembly.meshgroups import MeshGroup, mesh_groups
 from shellmb.system.condensation.matrix import reduced_matrix
 from shellmb.system.condensation.meshreduction import MeshReduction, SingularCell
 from shellmb.system.condensation.substitution import passes
