@@ -18,7 +18,8 @@ REQUIRE = {EXUDYN: exudyn.require, OPENSEES: opensees.require}
 
 
 def _ours() -> Runs:
-    meshes, steps = ((3, 1), (4, 1), (8, 1), (8, 2), (12, 2)), (2e-2, 1e-2, 5e-3, 2.5e-3)
+    meshes = ((3, 1), (4, 1), (8, 1), (8, 2), (10, 2), (12, 2))
+    steps = (2e-2, 1e-2, 7.8125e-3, 5e-3, 2.5e-3)
     schemes = (("ep", 1.0), ("ed", 1.0), ("ed", 0.0), ("ep4", 0.0), ("ed3", 0.5))
     return Runs(
         (OurPlate((24, 4), 1e-3, "ep4", 0.0), OurPlate((16, 4), 1e-3, "ed", 0.0)),
@@ -27,7 +28,8 @@ def _ours() -> Runs:
 
 
 def _exudyn() -> Runs:
-    meshes, steps = ((8, 1), (8, 2), (12, 2), (12, 4), (16, 4)), (2.5e-3, 1e-3)
+    meshes = ((8, 1), (8, 2), (12, 2), (12, 4), (14, 4), (16, 4))
+    steps = (2.5e-3, 1.25e-3, 1e-3)
     radii = (0.9, 1.0)
     return Runs(
         (ExudynPlate((24, 6), 1e-3), ExudynPlate((16, 4), 5e-4)),
@@ -36,7 +38,8 @@ def _exudyn() -> Runs:
 
 
 def _opensees() -> Runs:
-    meshes, steps = ((6, 1), (8, 1), (12, 1), (16, 2), (16, 4)), (1e-2, 5e-3, 2.5e-3)
+    meshes = ((6, 1), (8, 1), (12, 1), (12, 2), (16, 2), (16, 4))
+    steps = (1e-2, 5e-3, 3.125e-3, 2.5e-3)
     best = (("NLDKGQ", "Newmark"), ("NLDKGQ", "TRBDF2"), ("ASD", "HHT 0.9"))
     # those that lose much of the motion, or all of it, on every mesh: once each
     poor = (("NLDKGQ", "HHT 0.9"), ("ASD", "generalised alpha"), ("NLDKGQ", "generalised alpha"))
