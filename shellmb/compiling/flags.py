@@ -22,7 +22,8 @@ def _level() -> tuple[list[str], int]:
 
     A level is named, and not `native`, so that another machine with the same cache compiles anew.
     """
-    flags, numbers, processor = list[str](), 2, Path("/proc/cpuinfo")
+    flags: list[str] = []
+    numbers, processor = 2, Path("/proc/cpuinfo")
     if platform.machine() == "x86_64" and processor.exists():
         features = next((x for x in processor.read_text().split("\n") if x.startswith("flags")), "")
         for level, needed, width in LEVELS:

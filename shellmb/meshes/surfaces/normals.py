@@ -52,7 +52,9 @@ def map_normals(surface: Surface) -> Callable[[Floats], Floats]:
             ) / np.where(det > 0, det, np.inf)
             uv = np.clip(uv + step, 0.0, 1.0)
         n = np.cross(*_tangents(surface, uv), axis=0)
-        return np.asarray(n / np.linalg.norm(n, axis=0))
+        # where there is none it is not a number, which who asks refuses by name
+        with np.errstate(invalid="ignore"):
+            return np.asarray(n / np.linalg.norm(n, axis=0))
 
     return normal
 
