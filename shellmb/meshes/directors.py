@@ -67,8 +67,9 @@ def _refuse_turned(
     # beside the directors, which at an edge may be the normals of turned corners, the mean normal
     mean = np.broadcast_to(normals.sum(axis=1)[:, None], normals.shape)
     along = [np.einsum("cpi,cpi->cp", normals, v) for v in (directors[nodes], mean)]
-    # nor is a director that is not a number
-    turned = ~(np.minimum(*along) > 0) & (size > 1e-6 * size.max(axis=1, initial=0.0)[:, None])
+    turned = (np.minimum(*along) <= 0) & (size > 1e-6 * size.max(axis=1, initial=0.0)[:, None])
+    # where the map has no normal, a director is not a number
+    turned |= ~np.isfinite(directors[nodes]).all(axis=2)
     places = nodal.tabulate_dof_coordinates()[np.unique(nodes[turned])]
     found = [place for part in domain.comm.allgather(places) for place in part.tolist()]
     if found:
