@@ -43,9 +43,9 @@ def code(form: Form, name: str, flags: Sequence[str]) -> str:
     chosen: dict[str, Any] = {"scalar_type": default_scalar_type}
     if has_lanes(flags):
         chosen["language"] = lanes.__name__
+        (cell,) = {domain.ufl_coordinate_element() for domain in form.ufl_domains()}
+        chosen[lanes.NODES] = cell.dim // cell.block_size
     options = ffcx.options.get_options(chosen)
-    (cell,) = {domain.ufl_coordinate_element() for domain in form.ufl_domains()}
-    options[lanes.NODES] = cell.dim // cell.block_size
     made, _ = ffcx.compiler.compile_ufl_objects([form], namespace=name, options=options)
     return str(made[1])
 
@@ -54,7 +54,7 @@ def _fused(sections: Any, rule: Any) -> Any:
     """Code with one loop over the nodes of a cell for all values of unknowns, and for all entries.
 
     FFCx fuses such loops only of what it calls a coefficient, and DOLFINx's are called functions.
-    gcc takes 0.6 of the time for a Jacobian.
+    It saves gcc's time.
     """
     from ffcx.codegeneration import optimizer
     from ffcx.codegeneration.lnodes import Section

@@ -3,8 +3,8 @@
 FFCx writes the kernel of one cell, of which a compiler makes vectors in loops over nine nodes, at
 best. Here every number of a cell is a vector with those of as many cells as the processor has
 places ("lanes") for, as in Sun et al., A study of vectorization for matrix-free finite element
-methods, Int. J. High Perform. Comput. Appl. 34 (2020) 629-644: kernels of shells take a fifth of
-the time, and gcc two thirds of its own.
+methods, Int. J. High Perform. Comput. Appl. 34 (2020) 629-644. What it saves is in
+docs/theory/built.md.
 
 FFCx is told the name of this module in place of "C". Of a cell's integral come two functions: one
 of many cells, in a place that UFCx has for single precision, and one of one cell, for DOLFINx.

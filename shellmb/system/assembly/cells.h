@@ -5,7 +5,7 @@ typedef void tabulate_tensor(double *, const double *, const double *, const dou
 typedef struct {
     void *function;            /* tabulate_tensor of FFCx */
     int lanes;                 /* cells that it takes at once */
-    int opens, closes;         /* whether it is the first, the last of those with its rows and columns */
+    int opens, closes;         /* whether it is the first, the last of those that add up in it */
     const double *constants;   /* packed */
     int rows, columns;         /* of the element tensor; one column of a linear form */
     const int *row_place;      /* place of each row among the unknowns of the cell, (rows,) */

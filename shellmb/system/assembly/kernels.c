@@ -3,7 +3,6 @@
  * Some kernels are of several cells at once (shellmb/compiling/lanes.py): their numbers are those
  * of as many cells side by side.
  */
-
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
@@ -23,45 +22,17 @@ static Work work_of(const Cells *g, size_t entries)
     return (Work){all, all + w};
 }
 
-/* Element tensors of a kernel of one cell, added at `out` (row-major, `stride` columns). */
-static void tabulate_one(const Kernel *k, const Cells *g, int cell, Work work, double *out,
-                         int stride)
+/* Element tensors of a kernel over the cells that it takes at once, `count` of them, each added at
+ * its own `out` (row-major, `stride` columns), which is `apart` from that before. */
+static void tabulate_group(const Kernel *k, const Cells *g, int cell, int count, Work work,
+                           double *out, size_t apart, int stride)
 {
-    int first = cell, last = cell + 1;
+    int n = k->lanes, first = 0, last = 1;
     if (k->entity_offsets) {
         first = k->entity_offsets[cell];
         last = k->entity_offsets[cell + 1];
         if (first == last)
             return;
-    }
-    double *to = work.w;
-    for (int c = 0; c < k->coefficients; ++c) {
-        const int *dofs = k->dofs[c] + (size_t)cell * k->sizes[c];
-        for (int i = 0; i < k->sizes[c]; ++i)
-            *to++ = k->values[c][dofs[i]];
-    }
-    memset(work.A, 0, sizeof(double) * k->rows * k->columns);
-    tabulate_tensor *f = (tabulate_tensor *)k->function;
-    const double *x = g->geometry + (size_t)cell * g->geometry_size;
-    for (int e = first; e < last; ++e)
-        f(work.A, work.w, k->constants, x, k->entity_offsets ? k->entities + e : NULL, NULL, NULL);
-    for (int i = 0; i < k->rows; ++i) {
-        double *row = out + (size_t)k->row_place[i] * stride;
-        for (int j = 0; j < k->columns; ++j)
-            row[k->column_place ? k->column_place[j] : 0] += work.A[i * k->columns + j];
-    }
-}
-
-/* The same of any kernel and `count` cells, the first of them a multiple of `g->lanes`; `out` of each
- * is `apart` from that before. Kernels with the same rows and columns add up before that. */
-static void tabulate(const Kernel *k, const Cells *g, int cell, int count, Work work, double *out,
-                     size_t apart, int stride)
-{
-    int n = k->lanes;
-    if (n == 1) {
-        for (int l = 0; l < count; ++l)
-            tabulate_one(k, g, cell + l, work, out + l * apart, stride);
-        return;
     }
     double *to = work.w;
     for (int c = 0; c < k->coefficients; ++c) {
@@ -72,8 +43,11 @@ static void tabulate(const Kernel *k, const Cells *g, int cell, int count, Work 
     }
     if (k->opens)
         memset(work.A, 0, sizeof(double) * n * k->rows * k->columns);
-    const double *x = g->geometry_of_lanes + (size_t)cell * g->geometry_size;
-    ((tabulate_tensor *)k->function)(work.A, work.w, k->constants, x, NULL, NULL, NULL);
+    tabulate_tensor *f = (tabulate_tensor *)k->function;
+    const double *x = n == 1 ? g->geometry : g->geometry_of_lanes;
+    x += (size_t)cell * g->geometry_size;
+    for (int e = first; e < last; ++e)
+        f(work.A, work.w, k->constants, x, k->entity_offsets ? k->entities + e : NULL, NULL, NULL);
     if (!k->closes)
         return;
     for (int i = 0; i < k->rows; ++i)
@@ -83,6 +57,17 @@ static void tabulate(const Kernel *k, const Cells *g, int cell, int count, Work 
             for (int j = 0; j < k->columns; ++j)
                 row[k->column_place ? k->column_place[j] : 0] += from[j * n];
         }
+}
+
+/* The same over `count` cells, the first of them a multiple of `g->lanes`. */
+static void tabulate(const Kernel *k, const Cells *g, int cell, int count, Work work, double *out,
+                     size_t apart, int stride)
+{
+    for (int l = 0; l < count; l += k->lanes) {
+        int left = count - l;
+        tabulate_group(k, g, cell + l, left < k->lanes ? left : k->lanes, work, out + l * apart,
+                       apart, stride);
+    }
 }
 
 /* Matrices of some cells as they are, shape (some, size, size). */

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from copy import copy
-from functools import cache
 from typing import Any
 
 import numpy as np
@@ -165,9 +164,6 @@ class FormLoop:
             tables.append(cell_dofs(space)[: cells.count])
             values.append(pointer(function.x.array))
             sizes.append(tables[-1].shape[1])
-        dofs = cache(
-            lambda lanes: pointer.many("int *", [pointer(side_by_side(t, lanes)) for t in tables])
-        )
         self.coefficient_size = max(self.coefficient_size, sum(sizes))
         constants = cpp.fem.pack_constants(bare)
         self._constants.append((bare, constants))
@@ -194,12 +190,13 @@ class FormLoop:
                 entities = np.asarray(bare.domains(kind, n - first))
                 where = _entities(entities, cells.count, facets=kind == kinds[1])
                 function, lanes = self._function(ufcx.form_integrals[n])
+                dofs = [pointer(side_by_side(table, lanes)) for table in tables]
                 found.append(
                     {
                         **data,
                         "function": function,
                         "lanes": lanes,
-                        "dofs": dofs(lanes),
+                        "dofs": pointer.many("int *", dofs),
                         "entity_offsets": pointer(where[0]),
                         "entities": pointer(where[1]),
                     }
@@ -242,11 +239,12 @@ class FormLoop:
 def _together(
     found: Sequence[Sequence[dict[str, Any]]], places: Sequence[tuple[tuple[int, ...], int]]
 ) -> tuple[list[dict[str, Any]], list[int]]:
-    """Kernels with the same rows and columns one after the other, so that C adds them up first.
+    """Kernels of several cells with the same rows and columns one after the other, to add up first.
 
     Args:
         found: Kernels of each form.
-        places: Its rows and column; a scalar form, without rows, is by itself.
+        places: Its rows and column. Scalar forms, without rows, and kernels of one cell, which
+            have none to be added to while others of its group are at work, are by themselves.
 
     Returns:
         Them, and the number of the form of each.
@@ -254,7 +252,7 @@ def _together(
     groups: dict[Any, list[tuple[int, dict[str, Any]]]] = {}
     for number, (some, place) in enumerate(zip(found, places, strict=True)):
         for kernel in some:
-            alike = (*place, kernel["lanes"]) if place[0] else len(groups)
+            alike = place if place[0] and kernel["lanes"] > 1 else len(groups)
             groups.setdefault(alike, []).append((number, kernel))
     for group in groups.values():
         for k, (_, kernel) in enumerate(group):

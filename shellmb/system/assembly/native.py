@@ -107,10 +107,12 @@ def side_by_side[T: np.generic](table: npt.NDArray[T], lanes: int) -> npt.NDArra
         lanes: How many cells stand side by side.
 
     Returns:
-        Them, shape (groups, numbers of a cell, lanes), at a whole line of the memory; the last cell
-        is repeated where cells are missing.
+        Them, shape (groups, numbers of a cell, lanes), of several at a whole line of the memory;
+        the last cell is repeated where cells are missing. Of one they are what they were.
     """
     count, size = len(table), int(np.prod(table.shape[1:]))
+    if lanes == 1:
+        return np.ascontiguousarray(table).reshape(count, size, 1)
     cells = np.minimum(np.arange(-(-count // lanes) * lanes), count - 1)
     groups = table.reshape(count, size)[cells].reshape(-1, lanes, size).transpose(0, 2, 1)
     spare = np.empty(groups.size + LINE, dtype=table.dtype)
