@@ -12,7 +12,7 @@ from shellmb.measuring.pictures import picture
 def draw(found: Comparison, path: Path) -> None:
     """All runs as points, the best of each code as a line."""
     markers = ("o", "s", "^", "D", "v", "P")
-    with picture(path, 8.0, 5.0) as made:
+    with picture(path, 9.0, 4.5) as made:
         axes = made.add_subplot()
         for code, colour in ((OURS, "C0"), (EXUDYN, "C3"), (OPENSEES, "C2")):
             some = [p for p in found.points if p.code == code and not p.failed]
@@ -32,4 +32,5 @@ def draw(found: Comparison, path: Path) -> None:
         axes.set_ylim(top=0.2)
         axes.set_xlabel("processor time [s]")
         axes.set_ylabel("error, L2 over time, relative")
-        axes.legend(fontsize=8)
+        # beside the points, which are everywhere
+        axes.legend(fontsize=8, loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
