@@ -18,7 +18,7 @@ from shellmb.system.assembly.loops import FormLoop, LoopResiduals
 from shellmb.system.assembly.meshgroups import mesh_groups
 from shellmb.system.condensation.reduction import Reduction
 from shellmb.system.direct.linear import Linear, Unreduced
-from shellmb.system.direct.mumps import DirectSolver, Purpose
+from shellmb.system.direct.solver import DirectSolver, Purpose
 
 # a part is timed until it has taken so long, but at least and at most so often
 ENOUGH, FEWEST, MOST = 0.02, 3, 15

@@ -25,8 +25,9 @@ from shellmb.scene import (
 )
 from shellmb.simulate.simulation import Simulation
 from shellmb.system.condensation.reduction import Reduction
-from shellmb.system.direct import mumps as direct
-from shellmb.system.direct.mumps import SCALING, DirectSolver, mumps_options
+from shellmb.system.direct import solver as direct
+from shellmb.system.direct.mumps import SCALING, mumps_options
+from shellmb.system.direct.solver import DirectSolver, Factors
 
 RUBBER = Isotropic(E=2e6, nu=0.3, thickness=0.02, density=500.0)
 
@@ -101,7 +102,7 @@ def test_large_plates(monkeypatch: pytest.MonkeyPatch, newton: str) -> None:
     # 1e-3 as measured
     assert single.solver.contraction is not None and single.solver.contraction < 0.01
     use = DirectSolver._use
-    monkeypatch.setattr(DirectSolver, "_use", lambda self, single: use(self, single=False))
+    monkeypatch.setattr(DirectSolver, "_use", lambda self, _: use(self, Factors.DOUBLE))
     double = End(scene)
     assert not double.solver.single
     # round-off of ten steps, of forces times the condition number

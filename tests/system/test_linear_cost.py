@@ -6,7 +6,8 @@ from petsc4py import PETSc
 import numpy as np
 import pytest
 
-from shellmb.system.direct.mumps import OPERATIONS, SMALL_COST, DirectSolver, new_prefix
+from shellmb.system.direct.mumps import new_prefix
+from shellmb.system.direct.solver import OPERATIONS, SMALL_COST, DirectSolver
 
 
 @pytest.mark.parametrize("n", [30, 600, 1200])

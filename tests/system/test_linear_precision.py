@@ -1,4 +1,4 @@
-"""Factors of single precision, and when those of double precision take their place."""
+"""Factors of single precision or without pivots, and when MUMPS's own take their place."""
 
 from __future__ import annotations
 
@@ -8,12 +8,14 @@ from petsc4py import PETSc
 import numpy as np
 import pytest
 
-from shellmb.system.direct.mumps import (
+from shellmb.system.direct.solver import (
     CONTRACTION,
     KRYLOV_TOLERANCE,
+    PLAIN_SYSTEM,
     REFINED_TOLERANCE,
     SMALL_SYSTEM,
     DirectSolver,
+    Factors,
     Floats,
     Purpose,
 )
@@ -157,3 +159,39 @@ def test_factors_of_single_precision_serve_matrices_that_are_near() -> None:
     assert solver.factorise(Purpose.ONE) is None
     assert error(solver) < KRYLOV_TOLERANCE
     assert solver.factorisations == 2 and solver.single
+
+
+# both purposes of Newton's method
+@pytest.mark.parametrize("purpose", [Purpose.ONE, Purpose.LAGGED])
+def test_small_systems_need_no_mumps(purpose: Purpose) -> None:
+    solver = DirectSolver(
+        band(PLAIN_SYSTEM - 1, FIRM), f"plain_{purpose.name}_", ONES[: PLAIN_SYSTEM - 1]
+    )
+    for count in (1, 2):
+        assert solver.factorise(purpose) is None and solver.factors is Factors.PLAIN
+        # round-off: no pivot of this matrix is small
+        assert error(solver) < 1e-14
+        assert solver.solutions == solver.factorisations == count
+    assert solver.factorise(Purpose.EXACT) is None and solver.factors is Factors.DOUBLE
+
+
+@pytest.mark.parametrize("first", [0.0, 1e-13], ids=["zero", "tiny"])
+def test_what_needs_pivots_gets_them(first: float) -> None:
+    """A zero first pivot stops factors without pivots; next to one they have no digits left."""
+    A = band(30, FIRM)
+    A.setValue(0, 0, first)
+    A.assemble()
+    solver = DirectSolver(A, f"pivots{first}_", ONES[:30])
+    assert solver.factorise(Purpose.LAGGED) is None and solver.factors is Factors.DOUBLE
+    assert error(solver) < 1e-13
+    # and goes on with them
+    A.shift(1.0)
+    assert solver.factorise(Purpose.LAGGED) is None and solver.factors is Factors.DOUBLE
+
+
+def test_small_singular_matrices_are_named_as_before() -> None:
+    A = band(30, FIRM)
+    A.setOption(PETSc.Mat.Option.KEEP_NONZERO_PATTERN, True)
+    A.zeroRows([7], diag=0.0)
+    reason = DirectSolver(A, "small_singular_", ONES[:30]).factorise(Purpose.LAGGED)
+    assert reason is not None and "the matrix is singular" in reason

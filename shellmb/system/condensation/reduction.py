@@ -27,7 +27,7 @@ from shellmb.system.condensation.matrix import reduced_matrix
 from shellmb.system.condensation.meshreduction import MeshReduction, SingularCell
 from shellmb.system.condensation.substitution import passes
 from shellmb.system.direct.linear import refresh_cost
-from shellmb.system.direct.mumps import DirectSolver, Purpose
+from shellmb.system.direct.solver import DirectSolver, Purpose
 from shellmb.system.newton.convergence import unknown_scales
 from shellmb.system.nullspace.directornodes import DirectorNodes
 from shellmb.system.nullspace.nodes import SystemNodes

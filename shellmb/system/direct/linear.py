@@ -9,7 +9,8 @@ from typing import Protocol
 from petsc4py import PETSc
 
 from shellmb.system.assembly.blocks import BlockSystem
-from shellmb.system.direct.mumps import NO_OPTIONS, SMALL_COST, DirectSolver, Purpose
+from shellmb.system.direct.mumps import NO_OPTIONS
+from shellmb.system.direct.solver import SMALL_COST, DirectSolver, Purpose
 
 
 class Linear(Protocol):

@@ -11,7 +11,7 @@ from petsc4py import PETSc
 from shellmb.errors import ConvergenceError
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.direct.linear import Linear, Unreduced
-from shellmb.system.direct.mumps import Purpose
+from shellmb.system.direct.solver import Purpose
 from shellmb.system.newton.convergence import Convergence
 from shellmb.system.newton.refresh import REFRESH, Full, Refresh
 from shellmb.system.nullspace.nodes import SystemNodes

@@ -13,7 +13,7 @@ from collections.abc import Callable, Hashable
 from dataclasses import dataclass, field
 from typing import Protocol
 
-from shellmb.system.direct.mumps import Purpose
+from shellmb.system.direct.solver import Purpose
 
 # iterations that a new factorisation needs, where convergence is quadratic
 AFRESH = 3.0

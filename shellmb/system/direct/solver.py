@@ -1,0 +1,274 @@
+"""Direct solutions, as cheap as the system lets them be, and their failures in words."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from enum import Enum
+
+from petsc4py import PETSc
+
+import numpy as np
+import numpy.typing as npt
+
+from shellmb.system.direct.mumps import NO_OPTIONS, SMALL_SYSTEM, mumps_options, use_mumps
+
+Floats = npt.NDArray[np.float64]
+
+# With factors of an earlier matrix flexible GMRES solves to this residual. Three steps of 32x32
+# elements end in directors of direct solutions to 1e-13 and in velocities to 1e-12, with this
+# tolerance as with a thousandth of it: the next iteration squares what is left
+KRYLOV_TOLERANCE, KRYLOV_ITERATIONS = 1e-10, 15
+
+# Factors of single precision of a large system take half the time and memory, solutions with them
+# two thirds of the time (ED, 32x32 and 64x64 elements). Refinement with the matrix itself, which is
+# of double precision, makes them exact to the tolerance: errors and not residuals are looked at,
+# as those of soft modes hardly show in forces. Beyond this contraction the matrix is too
+# ill-conditioned for it
+REFINED_TOLERANCE, REFINEMENTS, CONTRACTION = 1e-10, 6, 0.02
+
+# Of small systems PETSc's own factors take half the time to make, and solutions with them a sixth:
+# MUMPS is made for large ones (160 unknowns: 80 and 3 us in place of 250 and 21; 930: 2.0 ms and 39
+# us in place of 2.2 ms and 91 to 125, beyond that it factorises faster). They are found without
+# pivots, so that each is tried on a solution that is known: beyond this error, in the units of the
+# unknowns, or where there is a zero on the way, as of multipliers of joints, MUMPS takes over
+PLAIN_SYSTEM, PLAIN_ERROR = 1000, 1e-8
+
+# As factors age, iterations become more. With young ones a solution takes `YOUNG` of them, and they
+# serve about one step; new ones pay before a single solution costs as much as they do
+YOUNG, SOLUTIONS = 3.0, 3.0
+
+# Cost of assembling and factorising in iterations with an old factorisation: of small systems
+# between 6 and 10; of large ones it grows as the operations of the factorisation for each number of
+# its factors do, which an iteration reads. At 32x32 elements steps take 4 % (EP) and 29 % (ED) less
+# time than with the cost of small systems. An estimate and no measurement of each run, so that a
+# run gives the same result each time
+SMALL_COST, OPERATIONS = 8.0, 25.0
+
+
+class Purpose(Enum):
+    """What a factorisation is for."""
+
+    EXACT = "any number of exact solutions"
+    ONE = "one exact solution"
+    LAGGED = "solutions for iterations that contract linearly in any case"
+
+
+class Factors(Enum):
+    """Who makes the factors."""
+
+    PLAIN = "PETSc, without pivots"
+    SINGLE = "MUMPS, of single precision"
+    DOUBLE = "MUMPS"
+
+
+class DirectSolver:
+    """Factors of one matrix, analysed once and made anew as often as it changes.
+
+    Those of small reduced systems are PETSc's own where they need no pivots, all others MUMPS's.
+    Factors of large reduced systems are of single precision as long as that serves: not for any
+    number of exact solutions, and of a matrix that is singular or too ill-conditioned for it no
+    more after the first one (mixed precision refinement: Langou et al., Exploiting the performance
+    of 32 bit floating point arithmetic in obtaining 64 bit accuracy, SC 2006).
+
+    Args:
+        A: The matrix.
+        prefix: PETSc options prefix, unique per system.
+        scales: Of a reduced system, sizes of the unknowns that this rank owns, by which errors are
+            judged; None: it is not a reduced one.
+        options: More options of MUMPS.
+
+    Attributes:
+        factors: Who makes them.
+        factorisations: Their number so far.
+        solutions: Number of solutions with factors so far, each Krylov iteration being one.
+        contraction: By what factor the last refinement made errors smaller; None: there was none.
+    """
+
+    def __init__(
+        self,
+        A: PETSc.Mat,
+        prefix: str,
+        scales: Floats | None = None,
+        options: Mapping[str, int] = NO_OPTIONS,
+    ) -> None:
+        ksp = PETSc.KSP().create(A.getComm())
+        ksp.setOptionsPrefix(prefix)
+        ksp.setType(PETSc.KSP.Type.PREONLY)
+        self.A, self._ksp, self._prefix = A, ksp, prefix
+        reduced = scales is not None
+        self._options = {**mumps_options(A.getSize()[0], reduced, A.comm.size), **options}
+        self._large = A.getSize()[0] >= SMALL_SYSTEM
+        plain = A.comm.size == 1 and A.getSize()[0] < PLAIN_SYSTEM
+        small = Factors.PLAIN if plain else Factors.DOUBLE
+        self._use((Factors.SINGLE if self._large else small) if reduced else Factors.DOUBLE)
+        if self.factors is not Factors.DOUBLE:
+            self._rest, self._change, self._scaled = (A.createVecRight() for _ in range(3))
+            self._units = self._rest.duplicate()
+            self._units.array[:] = 1.0 / np.asarray(scales)
+        ksp.setFromOptions()
+        self._purpose = Purpose.EXACT
+        self.contraction: float | None = None
+        # whether old factors pay, whether those there are old, and whether they do by themselves
+        self._paying, self._recycled, self._enough = False, False, False
+        self._work: float | None = None
+        self.factorisations, self.solutions = 0, 0
+
+    def _use(self, factors: Factors) -> None:
+        """Choose who makes the factors to come."""
+        self.factors = factors
+        pc = self._ksp.getPC()
+        pc.reset()
+        if factors is Factors.PLAIN:
+            pc.setType(PETSc.PC.Type.LU)
+            pc.setFactorSolverType("petsc")
+            pc.setFactorOrdering(PETSc.Mat.OrderingType.QMD)
+            return
+        precision = "single" if self.single else "double"
+        options = self._options | {"pc_precision": precision}
+        use_mumps(pc, PETSc.PC.Type.LU, self._prefix, options)
+
+    @property
+    def single(self) -> bool:
+        """Whether factors are of single precision."""
+        return self.factors is Factors.SINGLE
+
+    def factorise(self, purpose: Purpose = Purpose.EXACT) -> str | None:
+        """Factorise the matrix as it is; returns why that failed, if it did.
+
+        Args:
+            purpose: What for. For one exact solution of a large system factors of an earlier matrix
+                are kept as a preconditioner, as long as few iterations do.
+        """
+        self._purpose = purpose
+        if self.factors is not Factors.DOUBLE and purpose is Purpose.EXACT:
+            self._use(Factors.DOUBLE)
+        recycled = purpose is Purpose.ONE and self._paying and self._large
+        return self._factorise(recycled)
+
+    def _factorise(self, recycled: bool) -> str | None:
+        self._recycled, self._enough = recycled, not (recycled or self.single)
+        self._ksp.setOperators(self.A)
+        self._ksp.getPC().setReusePreconditioner(recycled)
+        self.factorisations += not recycled
+        self._ksp.setUp()
+        failure = self._failure()
+        plain = self.factors is Factors.PLAIN
+        if (failure is not None or (plain and not self._sound())) and (plain or self.single):
+            self._use(Factors.DOUBLE)
+            return self._factorise(recycled=False)
+        self._paying = failure is None
+        if failure is None and self._work is None and not plain:
+            self._work = self._operations()
+        return failure
+
+    def _sound(self) -> bool:
+        """Whether factors without pivots give a known solution back."""
+        known, found = self._rest, self._change
+        known.array[:] = np.random.default_rng(0).uniform(0.5, 1.5, known.getLocalSize())
+        known.pointwiseDivide(known, self._units)
+        self.A.mult(known, self._scaled)
+        self._ksp.solve(self._scaled, found)
+        found.axpy(-1.0, known)
+        return self._size(found) <= PLAIN_ERROR * self._size(known)
+
+    @property
+    def rough(self) -> bool:
+        """Whether solutions are as exact as factors of single precision, and not refined."""
+        return self.single and self._enough
+
+    @property
+    def cost(self) -> float:
+        """Cost of assembling and factorising, in iterations with an old factorisation."""
+        return max(SMALL_COST, (self._work or 0.0) / OPERATIONS)
+
+    def _operations(self) -> float:
+        """Operations of the factorisation for each number of its factors, from the analysis."""
+        factors = self._ksp.getPC().getFactorMatrix()
+        entries = factors.getMumpsInfog(20)
+        # MUMPS counts large numbers in millions, and says so by the sign
+        numbers = float(entries) if entries > 0 else -1e6 * entries
+        return float(factors.getMumpsRinfog(1)) / max(numbers, 1.0)
+
+    def solve(self, b: PETSc.Vec, x: PETSc.Vec) -> str | None:
+        """Solve with the last factorisation; returns why that failed, if it did."""
+        while not self._enough:
+            if self._iterate(b, x) if self._recycled else self._refine(b, x):
+                return None
+            # old factors are made anew; new ones in double precision
+            if not self._recycled:
+                self._use(Factors.DOUBLE)
+            failure = self._factorise(recycled=False)
+            if failure is not None:
+                return failure
+            # the next matrix will be as far from this one
+            self._paying = False
+        self._direct(b, x)
+        return self._failure()
+
+    def _direct(self, b: PETSc.Vec, x: PETSc.Vec) -> None:
+        self._ksp.solve(b, x)
+        self.solutions += 1
+
+    def _iterate(self, b: PETSc.Vec, x: PETSc.Vec) -> bool:
+        """Solve by Krylov iterations with factors of an earlier matrix; whether that succeeds."""
+        ksp = self._ksp
+        # flexible GMRES solves with the factors once an iteration, and not once more at the end
+        ksp.setType(PETSc.KSP.Type.FGMRES)
+        ksp.setTolerances(rtol=KRYLOV_TOLERANCE, max_it=KRYLOV_ITERATIONS)
+        ksp.solve(b, x)
+        reached = ksp.getConvergedReason() > 0
+        iterations = ksp.getIterationNumber()
+        ksp.setType(PETSc.KSP.Type.PREONLY)
+        self.solutions += iterations
+        self._paying = iterations <= YOUNG + self.cost / SOLUTIONS
+        return bool(reached)
+
+    def _refine(self, b: PETSc.Vec, x: PETSc.Vec) -> bool:
+        """Solve by refinement with factors of single precision; whether they are good enough."""
+        rest, change = self._rest, self._change
+        self._direct(b, x)
+        size = before = self._size(x)
+        if size == 0.0:
+            return True
+        for _ in range(REFINEMENTS):
+            self.A.mult(x, rest)
+            rest.aypx(-1.0, b)
+            self._direct(rest, change)
+            x.axpy(1.0, change)
+            found = self._size(change)
+            self.contraction = found / before
+            if not self.contraction <= CONTRACTION:
+                return False
+            # iterations that contract by less themselves need no refinement from now on
+            self._enough = self._purpose is Purpose.LAGGED
+            # the error left contracts as the last one did
+            if self._enough or found * found <= REFINED_TOLERANCE * size * before:
+                return True
+            before = found
+        return False
+
+    def _size(self, x: PETSc.Vec) -> float:
+        """Largest of some values of the unknowns, each in its unit."""
+        self._scaled.pointwiseMult(x, self._units)
+        return float(self._scaled.norm(PETSc.NormType.INFINITY))
+
+    def _failure(self) -> str | None:
+        pc = self._ksp.getPC()
+        if pc.getFailedReason() == 0:
+            return None
+        reason = self._reason()
+        # a factor that failed once is not tried again
+        pc.reset()
+        return reason
+
+    def _reason(self) -> str:
+        try:
+            infog = self._ksp.getPC().getFactorMatrix().getMumpsInfog(1)
+        except PETSc.Error:
+            return "the linear solver failed"
+        reasons = {
+            -10: "the matrix is singular: a body can move freely, or constraints are redundant",
+            -9: "the direct solver ran out of workspace",
+            -13: "the direct solver could not allocate memory",
+        }
+        return reasons.get(infog, f"the direct solver failed (MUMPS INFOG(1) = {infog})")
