@@ -13,35 +13,11 @@ from shellmb.bench.bare import BareWork, direct_solver
 from shellmb.bench.record import PARTS, Round
 from shellmb.measuring.stepping import Stepping, together
 from shellmb.scene import Scene
-from shellmb.system.assembly.residuals import Residuals
 
 Floats = npt.NDArray[np.float64]
 
 # steps before those that are measured, in small systems, whose data caches can hold
 AGAIN, SMALL = 2, 5000
-
-
-class Counted:
-    """Residuals that are counted.
-
-    Args:
-        residuals: What assembles them.
-
-    Attributes:
-        count: Their number so far.
-    """
-
-    def __init__(self, residuals: Residuals) -> None:
-        self._residuals, self.count = residuals, 0
-
-    def add(self, local: Floats) -> None:
-        """Add them to the concatenated local arrays."""
-        self.count += 1
-        self._residuals.add(local)
-
-    def refresh(self) -> None:
-        """Take the values of constants."""
-        self._residuals.refresh()
 
 
 class Runner:
@@ -58,7 +34,6 @@ class Runner:
         self.stepping = Stepping(scene, folder, together)
         problem = self.stepping.simulation.problem
         self._iteration = problem.iteration
-        problem.system.residuals = self._counted = Counted(problem.system.residuals)
         self._anew = scene.static
         self._bare: BareWork | None = None
 
@@ -105,7 +80,7 @@ class Runner:
             [
                 stepping.iterations,
                 stepping.factorisations,
-                self._counted.count,
+                iteration.residuals,
                 iteration.linear.jacobians,
                 direct_solver(iteration.linear).solutions,
                 iteration.residual_seconds,

@@ -7,8 +7,7 @@ motion reaches its neighbours within the same Newton step.
 """
 
 import time
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property
 
 from mpi4py import MPI
@@ -24,6 +23,7 @@ from shellmb.kernels import compile_with_derivatives
 from shellmb.system.assembly import native
 from shellmb.system.assembly.fields import Field, Followers
 from shellmb.system.assembly.following import Following
+from shellmb.system.assembly.general import general_position
 from shellmb.system.assembly.numbering import Numbering
 from shellmb.system.assembly.residuals import DolfinxResiduals, Residuals, RowForm
 from shellmb.system.assembly.scatter import exchange
@@ -57,8 +57,10 @@ class BlockSystem:
         residual_forms: Compiled residuals with the numbers of the fields whose rows they have.
         jacobians: Their compiled derivatives by row and column field.
         residuals: What assembles the residuals.
+        at_once: What does so and gives the functions their values in one, if anything does.
         exchange: Between unknowns and what this rank sees of them.
         jit_seconds: Time spent compiling (or finding in the cache) the kernels.
+        values: Given values of the fixed unknowns, among those of all owned ones.
         reactions: Residual at the fixed unknowns before they were replaced, aligned with `fixed`.
         follow: Gives functions that follow the fields' ones their values.
     """
@@ -86,6 +88,7 @@ class BlockSystem:
         # views: those that DOLFINx's functions give are made anew at each call
         self._arrays = [f.function.x.array for f in fields]
         self.exchange = exchange(n, self._arrays, self.x)
+        self.at_once: Callable[[PETSc.Vec, PETSc.Vec], None] | None = None
         self._owned = [self._owned_dofs(k) for k in range(len(fields))]
         self._set_fixed()
 
@@ -117,8 +120,7 @@ class BlockSystem:
             for j, derivative in self._derivatives(form)
         ]
         # all at once: they are compiled side by side
-        residuals = [form for f in fields for form in f.forms]
-        made = compile_with_derivatives([*residuals, *(form for _, form in derivatives)])
+        made = compile_with_derivatives([*self.forms, *(form for _, form in derivatives)])
         rows = [
             some
             for k, f in enumerate(fields)
@@ -169,10 +171,15 @@ class BlockSystem:
         self._diagonal = self.x.duplicate()
         self._diagonal.array[:] = 0.0
         self._diagonal.array[self.fixed] = 1.0
-        self._values = np.zeros(n.owned)
+        self.values = np.zeros(n.owned)
         self.reactions = np.zeros(len(self.fixed))
-        self._given = (native.doubles(self._values), native.doubles(self.reactions))
+        self._given = (native.doubles(self.values), native.doubles(self.reactions))
         self._lib = native.cells().lib
+
+    @property
+    def forms(self) -> list[Form]:
+        """Residuals of all fields, as they are written."""
+        return [form for f in self.fields for form in f.forms]
 
     @property
     def tangents(self) -> float:
@@ -182,7 +189,7 @@ class BlockSystem:
     def update_fixed_values(self) -> None:
         """Take the values of the fixed dofs from the fields (after they changed)."""
         for f, (dofs, numbers) in zip(self.fields, self._fixed, strict=True):
-            self._values[numbers] = f.values[dofs]
+            self.values[numbers] = f.values[dofs]
 
     def gather(self) -> None:
         """Copy the fields' functions into the vector of unknowns."""
@@ -217,6 +224,14 @@ class BlockSystem:
             out[numbers] = values[dofs]
         return out
 
+    def evaluate(self, x: PETSc.Vec, b: PETSc.Vec) -> None:
+        """Assemble the residual at `x`, which the functions take, into `b`."""
+        if self.at_once is not None:
+            self.at_once(x, b)
+            return
+        self.scatter(x)
+        self.residual(x, b)
+
     def residual(self, x: PETSc.Vec, b: PETSc.Vec) -> None:
         """Assemble the residual at `x` into `b`. The functions must hold `x` already."""
         local = self.exchange.local
@@ -234,7 +249,7 @@ class BlockSystem:
 
     def fixed_values(self) -> Floats:
         """Given values of the fixed unknowns, aligned with `fixed`."""
-        return np.asarray(self._values[self.fixed])
+        return np.asarray(self.values[self.fixed])
 
     @cached_property
     def A(self) -> PETSc.Mat:
@@ -301,32 +316,13 @@ class BlockSystem:
 
         So the pattern is the same at all times, of a load that begins at zero, too.
         """
-        with self.general_position():
+        with general_position(self.forms):
             self._add(A, forms, dropped_columns)
         # keep a full structural diagonal: fixed rows and zero blocks of multipliers need one
         n = self.numbering
         for row in range(n.start, n.start + n.owned):
             A.setValue(row, row, 0.0, addv=PETSc.InsertMode.ADD)
         A.assemble()
-
-    @contextmanager
-    def general_position(self) -> Iterator[None]:
-        """For a moment, states and parameters are such that nothing is zero by chance."""
-        residuals = [form for f in self.fields for form in f.forms]
-        # in the order of the forms and not of a set, so that each run finds the same entries
-        functions = dict.fromkeys(c for form in residuals for c in form.coefficients())
-        arrays = [c.x.array for c in functions if isinstance(c, fem.Function)]
-        constants = dict.fromkeys(c for form in residuals for c in form.constants())
-        arrays += [c.value for c in constants if isinstance(c, fem.Constant)]
-        kept = [array.copy() for array in arrays]
-        general = np.random.default_rng(0)
-        for array in arrays:
-            array[...] = general.uniform(0.5, 1.5, array.shape)
-        try:
-            yield
-        finally:
-            for array, values in zip(arrays, kept, strict=True):
-                array[...] = values
 
     def _add(
         self,

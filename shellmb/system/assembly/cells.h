@@ -108,6 +108,28 @@ typedef struct {
     double *rest;              /* (reduced,) */
 } Solution;
 
+/* What one process evaluates at once: the fields take the values of unknowns, others follow them, and
+ * residuals are added up. */
+typedef struct {
+    int fields, local, owned;
+    const int64_t *ends;       /* of each field in what they are all together, (fields,) */
+    double **arrays;
+    const int64_t *wanted;     /* unknown of each local dof */
+    int followers;
+    const int *sizes, *terms;  /* as of `follow` */
+    double **from, **to;
+    const double *weights;
+    int meshes;
+    const Cells **cells;
+    const Kernel **kernels;
+    const int *counts;         /* kernels of each mesh */
+    double *sums;              /* (local,) */
+    int held;
+    const int64_t *fixed;      /* unknowns that have given values */
+    const double *values;      /* as of `hold` */
+    double *reactions;
+} Evaluation;
+
 void use_libraries(void *, void *, void *, void *);
 void residual(const Cells *, const Kernel *, int, double *);
 void functionals(const Cells *, const Kernel *, int, const int *, double *);
@@ -142,6 +164,9 @@ void normalise_path(int nodes, int directors, const int64_t *rows, const int64_t
 void spread(int, const int64_t *, double **, const int64_t *, const double *);
 void collect(int, const int64_t *, const double *, int, double *);
 void hold(int, const int64_t *, const double *, const double *, double *, double *);
+void evaluate(const Evaluation *, const double *, double *);
+void to_values(int, int, const int64_t *, const int64_t *, const double *, const double *,
+               double *);
 void largest(int, const int64_t *, const int64_t *, const double *, double *);
 void before(const Solution *, int, const double *, const double *, double *);
 void after(const Solution *, int, const double *, const double *, double *);

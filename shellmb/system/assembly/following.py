@@ -1,4 +1,4 @@
-"""Functions that follow the unknown ones, in one call of `nodes.c`."""
+"""Functions that follow the unknown ones, in one call of `unknowns.c`."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -15,6 +15,9 @@ class Following:
 
     Args:
         followers: The functions, whose arrays live as long as this object.
+
+    Attributes:
+        members: For C, in the order of the arguments.
     """
 
     def __init__(self, followers: Sequence[Followers]) -> None:
@@ -30,15 +33,15 @@ class Following:
                     targets.append(self._pointer(function.x.array))
                     sources += [self._pointer(some.sources[k].x.array) for k in of]
                     weights += [row[k] for k in of]
-        self._arguments: tuple[Any, ...] = (
-            len(sizes),
-            self._pointer(np.array(sizes or [0], dtype=np.int32)),
-            self._pointer(np.array(terms or [0], dtype=np.int32)),
-            self._pointer.many("double *", sources),
-            self._pointer(np.array(weights or [0.0])),
-            self._pointer.many("double *", targets),
-        )
+        self.members: dict[str, Any] = {
+            "followers": len(sizes),
+            "sizes": self._pointer(np.array(sizes or [0], dtype=np.int32)),
+            "terms": self._pointer(np.array(terms or [0], dtype=np.int32)),
+            "from": self._pointer.many("double *", sources),
+            "weights": self._pointer(np.array(weights or [0.0])),
+            "to": self._pointer.many("double *", targets),
+        }
 
     def __call__(self) -> None:
         """Take the values of their sources."""
-        self._lib.follow(*self._arguments)
+        self._lib.follow(*self.members.values())

@@ -277,6 +277,9 @@ class LoopResiduals:
 
     Args:
         parts: The cells of each mesh with its forms.
+
+    Attributes:
+        meshes: Arguments of `residual` in C, of each mesh.
     """
 
     def __init__(self, parts: Iterable[Rows]) -> None:
@@ -286,11 +289,12 @@ class LoopResiduals:
             if forms:
                 loop = FormLoop(cells, forms)
                 self._loops.append((loop, cells.struct(loop)))
+        self.meshes = [(struct, loop.kernels, loop.count) for loop, struct in self._loops]
 
     def add(self, local: Floats) -> None:
         """Add them to the concatenated local arrays."""
-        for loop, struct in self._loops:
-            self._lib.residual(struct, loop.kernels, loop.count, native.doubles(local))
+        for mesh in self.meshes:
+            self._lib.residual(*mesh, native.doubles(local))
 
     def refresh(self) -> None:
         """Take the values of all constants, after they changed."""

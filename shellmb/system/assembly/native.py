@@ -165,7 +165,7 @@ def begin(comm: MPI.Comm) -> None:
 @cache
 def _compiled() -> tuple[Path, Future[None] | None]:
     """Where the module is, or will be."""
-    names = ("cells.h", "kernels.c", "cells.c", "passes.c", "nodes.c", "sums.c")
+    names = ("cells.h", "kernels.c", "cells.c", "passes.c", "nodes.c", "unknowns.c", "sums.c")
     header, kernels, cells, passes, *others = ((HERE / name).read_text() for name in names)
     both = (TWICE.format(*precision) + passes for precision in PRECISIONS)
     source = "\n".join([kernels, cells, *both, *others])

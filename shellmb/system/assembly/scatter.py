@@ -91,11 +91,14 @@ class ParallelExchange:
 
 
 class SerialExchange:
-    """The same in one process, without messages: one call of `nodes.c` each.
+    """The same in one process, without messages: one call of `unknowns.c` each.
 
     Args:
         numbering: Unknowns of the local dofs.
         arrays: Arrays of the fields.
+
+    Attributes:
+        members: For C, what it knows of the fields.
     """
 
     def __init__(self, numbering: Numbering, arrays: Sequence[Floats]) -> None:
@@ -107,6 +110,10 @@ class SerialExchange:
         self._places = (len(self._wanted), native.longs(self._wanted))
         self._pointers = module.ffi.new("double *[]", [native.doubles(a) for a in arrays])
         self._fields = (len(arrays), native.longs(self._ends), self._pointers)
+        self.members = {
+            **dict(zip(("fields", "ends", "arrays"), self._fields, strict=True)),
+            **dict(zip(("local", "wanted"), self._places, strict=True)),
+        }
 
     def look(self, x: PETSc.Vec) -> None:
         """Fill `local` with the values of unknowns."""

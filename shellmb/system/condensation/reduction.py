@@ -21,8 +21,11 @@ from petsc4py import PETSc
 import numpy as np
 import numpy.typing as npt
 
+from shellmb.system.assembly.general import general_position
 from shellmb.system.assembly.loops import LoopResiduals
 from shellmb.system.assembly.meshgroups import MeshGroup, mesh_groups
+from shellmb.system.assembly.scatter import SerialExchange
+from shellmb.system.condensation.evaluation import AtOnce
 from shellmb.system.condensation.matrix import reduced_matrix
 from shellmb.system.condensation.meshreduction import MeshReduction, SingularCell
 from shellmb.system.condensation.substitution import passes
@@ -55,9 +58,11 @@ class Reduction:
         self.seconds = {"jacobian": 0.0, "reduction": 0.0, "factor": 0.0, "solve": 0.0}
         self.jacobians = 0
         groups = mesh_groups(system)
-        system.residuals = LoopResiduals(group.residuals for group in groups)
+        system.residuals = residuals = LoopResiduals(group.residuals for group in groups)
+        if isinstance(system.exchange, SerialExchange):
+            system.at_once = AtOnce(system, system.exchange, residuals)
         self.numbers = ReducedNumbers(nodes, [group.cells for group in groups])
-        with system.general_position():
+        with general_position(system.forms):
             self._allocate(groups)
         scales = self.numbers.scales(unknown_scales(system))
         self.solver = DirectSolver(self.A, prefix, scales)
@@ -88,8 +93,7 @@ class Reduction:
         self._matrix = reduced_matrix(numbers, self.parts)
         self.A = self._matrix.A
         self._rhs, self._solution = self.A.createVecs()
-        local = len(numbers.full.wanted)
-        self._load, self._given = np.zeros(local), np.zeros(local)
+        self._load = np.zeros(len(numbers.full.wanted))
 
     def _weights(self) -> Floats:
         """Forces of multipliers of size one, measured: forms may scale them as they like."""
@@ -134,7 +138,7 @@ class Reduction:
         numbers = self.numbers
         self._refresh()
         numbers.update()
-        self._given[:] = numbers.correction()
+        self._given = numbers.correction()
         shifted = bool(numbers.full.comm.allreduce(bool(np.any(self._given)), op=MPI.MAX))
         self._load[:] = 0.0
         for part, values in zip(self.parts, self._matrix.targets, strict=True):
@@ -166,7 +170,7 @@ class Reduction:
         """
         start = time.perf_counter()
         if not fresh:
-            self._given[:] = self.numbers.correction()
+            self._given = self.numbers.correction()
         rough = self.solver.rough
         self._passes.before(rough, b.array_r, self._load if fresh else None, self._rhs.array)
         before = time.perf_counter()

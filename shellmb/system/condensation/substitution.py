@@ -105,7 +105,7 @@ class ParallelPasses:
 
 
 class SerialPasses:
-    """The same in one process, by one call of `nodes.c` each.
+    """The same in one process, by one call of `unknowns.c` each.
 
     Args:
         numbers: Numbers of the reduced unknowns.

@@ -124,7 +124,6 @@ class Bordered:
         iteration, system = self.iteration, self.system
         iteration.begin(None, True)
         for count in range(1, iteration.settings.max_iterations + 1):
-            system.scatter(system.x)
             self._linearise(factor)
             self._solve(self._residual, self._a)
             self._derivative.axpy(1.0, self._residual)

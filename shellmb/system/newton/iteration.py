@@ -49,7 +49,8 @@ class Iteration:
     Attributes:
         prefix: PETSc options prefix.
         lags: Whether it uses factorisations of earlier states.
-        residual_seconds: Time spent in residuals so far.
+        residuals: Number of residuals so far.
+        residual_seconds: Time spent in them.
     """
 
     def __init__(
@@ -68,7 +69,7 @@ class Iteration:
         self.lags = self._refresh.purpose is not Purpose.ONE
         self.refresh = self._refresh
         self.failure: ConvergenceError | None = None
-        self.residual_seconds = 0.0
+        self.residuals, self.residual_seconds = 0, 0.0
         self._dx = system.x.duplicate()
 
     @property
@@ -95,10 +96,11 @@ class Iteration:
         self.system.residuals.refresh()
 
     def residual(self, x: PETSc.Vec, b: PETSc.Vec) -> None:
-        """Residual at `x`, which the fields hold already."""
+        """Residual at `x`, which the fields take."""
         start = time.perf_counter()
-        self.system.residual(x, b)
+        self.system.evaluate(x, b)
         self.residual_seconds += time.perf_counter() - start
+        self.residuals += 1
 
     def solve_linear(self, b: PETSc.Vec, dx: PETSc.Vec) -> None:
         """Linear solution, with a new factorisation if one is wanted.
@@ -133,14 +135,12 @@ class Iteration:
             ConvergenceError: If its matrix has no factors.
         """
         x, b = self.system.x, self.system.b
-        self.system.scatter(x)
         self.residual(x, b)
         self.solve_linear(b, self._dx)
         if self.failure is not None:
             raise self.failure
         x.axpy(-1.0, self._dx)
         self.converged(x, self._dx)
-        self.system.scatter(x)
         # reactions are those of the solution
         self.residual(x, b)
 

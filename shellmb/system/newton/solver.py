@@ -114,7 +114,6 @@ class DolfinxNewton:
         self._matrix = _shell(solver.krylov_solver, iteration)
         # what is assembled, and when, is up to the linear solution
         solver.setJ(lambda x, A: None, self._matrix)
-        solver.set_form(self.system.scatter)
         # the C++ solver keeps its callbacks for ever; strong ones would keep this object and all of
         # its meshes alive, of which MPI has room for some hundreds only
         update, check = WeakMethod(self._update), WeakMethod(self._check)
@@ -181,7 +180,6 @@ class SnesNewton:
         self._error: ConvergenceError | None = None
 
     def _residual(self, snes: PETSc.SNES, x: PETSc.Vec, b: PETSc.Vec) -> None:
-        self.system.scatter(x)
         self.iteration.residual(x, b)
 
     def _test(

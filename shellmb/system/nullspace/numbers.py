@@ -49,6 +49,7 @@ class ReducedNumbers:
         # the first of several linked ones
         self.own[local[mine][::-1]] = mine[::-1]
         self._lib = native.cells().lib
+        self._given = np.zeros(len(local))
         self._number(cells)
 
     def _number(self, cells: list[MeshCells]) -> None:
@@ -286,15 +287,33 @@ class ReducedNumbers:
         return found
 
     def correction(self) -> Floats:
-        """Given changes of the local unknowns: of fixed ones, and back to constraints."""
-        system, n = self.system, self.system.numbering
-        given = np.zeros(n.owned)
-        given[system.fixed] = system.fixed_values() - system.x.array_r[system.fixed]
-        found = {k: nodes.correction(self.fields) for k, nodes in self.nodes.items()}
-        values = {k: v.ravel() for k, v in found.items() if v is not None}
-        if values or not self.full.serial:
+        """Given changes of the local unknowns: of fixed ones, and back to constraints.
+
+        Returns:
+            One for each local dof; overwritten by the next call.
+        """
+        system, full, given = self.system, self.full, self._given
+        found = [(k, nodes.correction(self.fields)) for k, nodes in self.nodes.items()]
+        values = {k: v.ravel() for k, v in found if v is not None}
+        if full.serial:
+            self._lib.to_values(*self._fixed, *map(native.doubles, (system.x.array_r, given)))
+        else:
+            change = np.zeros(system.numbering.owned)
+            change[system.fixed] = system.fixed_values() - system.x.array_r[system.fixed]
+            given[:] = full.seen(change)
+        if values or not full.serial:
             ids = [self._rows[k].ravel() for k in values]
             all_ids = np.concatenate([*ids, np.zeros(0, np.int64)])
             all_values = np.concatenate([*values.values(), np.zeros(0)])
-            given += self.full.set(all_ids, all_values) * (given == 0.0)
-        return self.full.seen(given)
+            given += full.seen(full.set(all_ids, all_values)) * (given == 0.0)
+        return given
+
+    @cached_property
+    def _fixed(self) -> tuple[Any, ...]:
+        """Local dofs of one process that have given values, for C."""
+        wanted = self.full.wanted.astype(np.int64)
+        dofs = np.flatnonzero(np.isin(wanted, self.system.fixed))
+        unknowns = wanted[dofs]
+        self._kept = dofs, unknowns
+        places = native.longs(dofs), native.longs(unknowns)
+        return len(wanted), len(dofs), *places, native.doubles(self.system.values)

@@ -1,0 +1,188 @@
+/* Loops over unknowns: between them and the fields, matrices with few entries in a row, the two
+ * passes of a solution, sizes of updates. */
+
+/* Pieces of so many numbers each from one place to another. */
+void copy_pieces(int count, double **from, const int *sizes, double **to)
+{
+    for (int k = 0; k < count; ++k)
+        memcpy(to[k], from[k], sizeof(double) * sizes[k]);
+}
+
+/* Weighted sums of arrays: of each the next few sources and weights. */
+void follow(int count, const int *sizes, const int *terms, double **from,
+             const double *weights, double **to)
+{
+    for (int k = 0; k < count; ++k) {
+        const int n = sizes[k];
+        double *sum = to[k];
+        for (int i = 0; i < n; ++i)
+            sum[i] = weights[0] * from[0][i];
+        for (int term = 1; term < terms[k]; ++term)
+            for (int i = 0; i < n; ++i)
+                sum[i] += weights[term] * from[term][i];
+        from += terms[k];
+        weights += terms[k];
+    }
+}
+
+/* Some rows of a table from rows of another one, which may be narrower. */
+void put_rows(int count, const int64_t *to, const int64_t *from, int width, const double *values,
+              int table_width, double *table)
+{
+    for (int i = 0; i < count; ++i)
+        memcpy(table + to[i] * table_width, values + from[i] * width, sizeof(double) * width);
+}
+
+/* Values of unknowns to the arrays of fields; `ends` of each in what they are all together. */
+void spread(int fields, const int64_t *ends, double **arrays, const int64_t *wanted,
+            const double *x)
+{
+    int64_t i = 0;
+    for (int field = 0; field < fields; ++field)
+        for (double *to = arrays[field]; i < ends[field]; ++i)
+            *to++ = x[wanted[i]];
+}
+
+/* Sums of what local dofs add to their unknowns. */
+void collect(int count, const int64_t *wanted, const double *local, int owned, double *b)
+{
+    memset(b, 0, sizeof(double) * owned);
+    for (int i = 0; i < count; ++i)
+        b[wanted[i]] += local[i];
+}
+
+/* Rows of fixed unknowns: what holds them is kept in `reactions`, `x - values` takes its place. */
+void hold(int count, const int64_t *fixed, const double *x, const double *values, double *b,
+          double *reactions)
+{
+    for (int i = 0; i < count; ++i) {
+        reactions[i] = b[fixed[i]];
+        b[fixed[i]] = x[fixed[i]] - values[fixed[i]];
+    }
+}
+
+/* Residual `b` at the unknowns `x`, which the fields take. */
+void evaluate(const Evaluation *e, const double *x, double *b)
+{
+    spread(e->fields, e->ends, e->arrays, e->wanted, x);
+    follow(e->followers, e->sizes, e->terms, e->from, e->weights, e->to);
+    memset(e->sums, 0, sizeof(double) * e->local);
+    for (int k = 0; k < e->meshes; ++k)
+        residual(e->cells[k], e->kernels[k], e->counts[k], e->sums);
+    collect(e->local, e->wanted, e->sums, e->owned, b);
+    hold(e->held, e->fixed, x, e->values, b, e->reactions);
+}
+
+/* Changes of local dofs: those with given values get these, and all others stay. */
+void to_values(int local, int count, const int64_t *dofs, const int64_t *unknowns,
+               const double *values, const double *x, double *change)
+{
+    memset(change, 0, sizeof(double) * local);
+    for (int i = 0; i < count; ++i)
+        change[dofs[i]] = values[unknowns[i]] - x[unknowns[i]];
+}
+
+/* Largest absolute value of each part, infinite if it has one that is not a number. */
+void largest(int parts, const int64_t *starts, const int64_t *entries, const double *values,
+             double *out)
+{
+    for (int part = 0; part < parts; ++part) {
+        double most = 0.0;
+        for (int64_t i = starts[part]; i < starts[part + 1]; ++i) {
+            double size = fabs(values[entries[i]]);
+            if (!(size <= most))
+                most = size == size ? size : INFINITY;
+        }
+        out[part] = most;
+    }
+}
+
+/* Values of the local dofs from those of the columns. */
+void combine(const Rows *rows, const double *x, double *y)
+{
+    const Entries *e = &rows->local;
+    memset(y, 0, sizeof(double) * rows->rows);
+    for (int k = 0; k < e->count; ++k)
+        y[e->row[k]] += rows->values[e->at[k]] * x[e->column[k]];
+}
+
+/* The product of the transposed matrix with values of the owned unknowns. */
+void distribute(const Rows *rows, const double *b, double *y)
+{
+    const Entries *e = &rows->own;
+    memset(y, 0, sizeof(double) * rows->columns);
+    for (int k = 0; k < e->count; ++k)
+        y[e->column[k]] += rows->values[e->at[k]] * b[e->row[k]];
+}
+
+/* Of changes and sizes of parts, (2, parts): changes relative to the larger of sizes and scales, in
+ * place of the sizes. Of what is bounded, `found` gets the largest change over its scale, too, and
+ * whether a change reaches its bound. */
+void relate(int parts, const double *scales, const double *bounds, double *table, double *found)
+{
+    double *relative = table + parts;
+    found[0] = found[1] = found[2] = 0.0;
+    for (int part = 0; part < parts; ++part) {
+        double change = table[part], size = relative[part];
+        double scale = scales[part] > size ? scales[part] : size;
+        /* infinite where the change is, whatever the scale */
+        relative[part] = change < INFINITY ? change / scale : INFINITY;
+        if (relative[part] > found[0])
+            found[0] = relative[part];
+        if (!(change < bounds[part]))
+            found[2] = 1.0;
+        if (bounds[part] < INFINITY && change / scales[part] > found[1])
+            found[1] = change / scales[part];
+    }
+}
+
+/* From the residual to the right-hand side of the reduced system, in one process, with what is kept
+ * in `single` precision or double. `load`: forces of given changes, or NULL. */
+void before(const Solution *s, int single, const double *b, const double *load, double *rhs)
+{
+    for (int i = 0; i < s->local; ++i) {
+        s->b[i] = b[s->wanted[i]];
+        s->change[i] = 0.0;
+    }
+    for (int k = 0; k < s->parts; ++k)
+        (single ? reduce_single : reduce)(s->part + k, s->b, s->change);
+    memcpy(s->reaction, b, sizeof(double) * s->owned);
+    for (int i = 0; i < s->local; ++i)
+        s->reaction[s->wanted[i]] += s->change[i];
+    distribute(&s->force, s->reaction, s->forces);
+    for (int i = 0; load && i < s->local; ++i)
+        s->reaction[s->wanted[i]] -= load[i];
+    distribute(&s->left, s->reaction, s->r);
+    size_t size = sizeof(double) * s->reduced;
+    memcpy(s->seen, s->r, size);
+    memset(s->rest, 0, size);
+    for (int k = 0; k < s->parts; ++k)
+        if (s->part[k].inner)
+            (single ? reduce_inner_single : reduce_inner)(s->part + k, s->r, s->rest);
+    for (int i = 0; i < s->outer; ++i)
+        rhs[i] = s->seen[s->outer_numbers[i]] + s->rest[s->outer_numbers[i]];
+}
+
+/* From the solution of the reduced system to that of all unknowns; after `before`. `given`: given
+ * changes of the local dofs. */
+void after(const Solution *s, int single, const double *solution, const double *given, double *dx)
+{
+    memset(s->seen, 0, sizeof(double) * s->reduced);
+    for (int i = 0; i < s->outer; ++i)
+        s->seen[s->outer_numbers[i]] = solution[i];
+    for (int k = 0; k < s->parts; ++k)
+        if (s->part[k].inner)
+            (single ? expand_inner_single : expand_inner)(s->part + k, s->r, s->seen);
+    double *x = s->b;
+    combine(&s->right, s->seen, x);
+    for (int i = 0; i < s->local; ++i)
+        x[i] -= given[i];
+    memset(s->rows, 0, sizeof(double) * s->multipliers);
+    for (int k = 0; k < s->parts; ++k)
+        (single ? expand_single : expand)(s->part + k, x, s->rows);
+    for (int i = 0; i < s->multipliers; ++i)
+        s->forces[i] -= s->rows[i];
+    combine(&s->multiplier, s->forces, s->change);
+    for (int i = 0; i < s->owned; ++i)
+        dx[i] = x[s->own[i]] + s->change[s->own[i]];
+}

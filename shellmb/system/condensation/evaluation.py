@@ -1,0 +1,55 @@
+"""The residual at given unknowns by one call of `unknowns.c`, where one process has all of them."""
+
+from __future__ import annotations
+
+from petsc4py import PETSc
+
+import numpy as np
+
+from shellmb.system.assembly import native
+from shellmb.system.assembly.blocks import BlockSystem
+from shellmb.system.assembly.loops import LoopResiduals
+from shellmb.system.assembly.native import CArrays
+from shellmb.system.assembly.scatter import SerialExchange
+
+
+class AtOnce:
+    """What `BlockSystem.evaluate` does in parts.
+
+    Args:
+        system: The system.
+        exchange: Its exchange.
+        residuals: What assembles its residuals.
+    """
+
+    def __init__(
+        self, system: BlockSystem, exchange: SerialExchange, residuals: LoopResiduals
+    ) -> None:
+        self._lib, pointer = native.cells().lib, CArrays()
+        cells, kernels, counts = zip(*residuals.meshes, strict=True)
+        self._evaluation = pointer.many(
+            "Evaluation",
+            [
+                {
+                    **exchange.members,
+                    **system.follow.members,
+                    "sums": pointer(exchange.local),
+                    "owned": system.numbering.owned,
+                    "meshes": len(counts),
+                    "cells": pointer.many("Cells *", cells),
+                    "kernels": pointer.many("Kernel *", kernels),
+                    "counts": pointer(np.array(counts, dtype=np.int32)),
+                    "held": len(system.fixed),
+                    "fixed": pointer(system.fixed),
+                    "values": pointer(system.values),
+                    "reactions": pointer(system.reactions),
+                }
+            ],
+        )
+        # what it points to
+        self._kept = pointer, exchange, system.follow, residuals
+
+    def __call__(self, x: PETSc.Vec, b: PETSc.Vec) -> None:
+        """Residual `b` at the unknowns `x`, which the fields take."""
+        unknowns, entries = native.doubles(x.array_r), native.doubles(b.array)
+        self._lib.evaluate(self._evaluation, unknowns, entries)
