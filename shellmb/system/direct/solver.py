@@ -31,7 +31,7 @@ REFINED_TOLERANCE, REFINEMENTS, CONTRACTION = 1e-10, 6, 0.02
 # us in place of 2.2 ms and 91 to 125, beyond that it factorises faster). They are found without
 # pivots, so that each is tried on a solution that is known: beyond this error, in the units of the
 # unknowns, or where there is a zero on the way, as of multipliers of joints, MUMPS takes over
-PLAIN_SYSTEM, PLAIN_ERROR = 1000, 1e-8
+PLAIN_SYSTEM, PLAIN_ERROR = 1000, 1e-6
 
 # As factors age, iterations become more. With young ones a solution takes `YOUNG` of them, and they
 # serve about one step; new ones pay before a single solution costs as much as they do
