@@ -39,7 +39,7 @@ _LEVEL, LANES = _level()
 _COMMON = ["-g0", "-ffp-contract=fast", "-fno-math-errno", "-fassociative-math"]
 _COMMON += ["-fno-signed-zeros", "-fno-trapping-math", *_LEVEL]
 
-COMPILER_FLAGS = ["-O2", "-ftree-vectorize", *_COMMON]
+COMPILER_FLAGS = ["-O2", "-ftree-vectorize", *_COMMON, f"-DLANES={LANES}", "-Wno-psabi"]
 
 # FFCx writes straight code in which -O2 finds nothing more than -O1 with vectors: kernels of shells
 # are as fast, and compiled in 0.6 of the time (5.3 s instead of 8.9 for those of `sudden_load`).

@@ -14,6 +14,9 @@ typedef void (*lapack_getrf)(int *, int *, double *, int *, int *, int *);
 typedef void (*lapack_getri)(int *, double *, int *, int *, double *, int *, int *);
 typedef void (*lapack_gesv)(int *, int *, double *, int *, int *, double *, int *, int *);
 
+/* Numbers of several cells side by side. */
+typedef double lanes __attribute__((vector_size(8 * LANES)));
+
 static blas_gemm gemm;
 static lapack_getrf getrf;
 static lapack_getri getri;
@@ -37,14 +40,15 @@ static void multiply(int m, int n, int k, double alpha, double *A, int lda, doub
     gemm(&no, &no, &n, &m, &k, &alpha, B, &ldb, A, &lda, &beta, C, &ldc);
 }
 
-/* Eliminate the element-wise unknowns of one cell, and keep what solutions need of them. */
-static int eliminate(const Cells *g, double *K, double *kept, double *work)
+/* Eliminate the element-wise unknowns of one cell, and keep what solutions need of them; `blocks`
+ * has its K_EE^-1 and K_EE. */
+static int eliminate(const Cells *g, double *K, double *blocks, double *kept, double *work)
 {
     int n = g->size, info = 0;
     int pivots[256];
     for (int s = 0; s < g->chunks; ++s) {
         int E = g->chunk_start[s], e = g->chunk_width[s];
-        double *inverse = kept + g->inverse_place[s], *block = inverse + e * e;
+        double *inverse = blocks + g->block_place[s], *block = inverse + e * e;
         /* that of a linear section is the same at all states, and its inverse is there */
         int changed = 0;
         for (int i = 0; i < e; ++i) {
@@ -64,6 +68,7 @@ static int eliminate(const Cells *g, double *K, double *kept, double *work)
                 return 1;
             }
         }
+        memcpy(kept + g->inverse_place[s], inverse, sizeof(double) * e * e);
         int first = g->right_runs[s], last = g->right_runs[s + 1];
         for (int y = first; y < last; ++y)
             multiply(e, g->right_width[y], e, 1.0, inverse, e,
@@ -73,8 +78,7 @@ static int eliminate(const Cells *g, double *K, double *kept, double *work)
             int rows = g->left_width[x];
             double *at = K + (size_t)g->left_start[x] * n, *left = kept + g->left_place[x];
             for (int i = 0; i < rows; ++i)
-                for (int j = 0; j < e; ++j)
-                    left[j * rows + i] = at[(size_t)i * n + E + j];
+                memcpy(left + i * e, at + (size_t)i * n + E, sizeof(double) * e);
             for (int y = first; y < last; ++y)
                 multiply(rows, g->right_width[y], e, -1.0, at + E, n, kept + g->right_place[y],
                          g->right_width[y], 1.0, at + g->right_start[y], n);
@@ -83,11 +87,38 @@ static int eliminate(const Cells *g, double *K, double *kept, double *work)
     return 0;
 }
 
-/* The same numbers in single precision. */
-static void shorten(int count, const double *from, float *to)
+/* What is kept of the cells of a group, (LANES, size), side by side, and in single precision. */
+static void keep(int size, const double *kept, double *to, float *single)
 {
-    for (int i = 0; i < count; ++i)
-        to[i] = (float)from[i];
+    for (int i = 0; i < size; ++i)
+        for (int l = 0; l < LANES; ++l) {
+            to[i * LANES + l] = kept[(size_t)l * size + i];
+            if (single)
+                single[i * LANES + l] = (float)kept[(size_t)l * size + i];
+        }
+}
+
+typedef struct {
+    int rows, columns, own;
+} Widths;
+
+static Widths widths_of(const Inner *inner, int group)
+{
+    const int *w = inner->widths + 3 * group;
+    return (Widths){w[0], w[1], w[2]};
+}
+
+/* A matrix of one cell, (rows, columns), to its place among those of a group, which are wider. */
+static void keep_inner(const Inner *inner, int64_t place, int rows, int columns, int width,
+                       const double *A)
+{
+    for (int i = 0; i < rows; ++i)
+        for (int j = 0; j < columns; ++j) {
+            int64_t at = place + (int64_t)(i * width + j) * LANES;
+            inner->kept[at] = A[i * columns + j];
+            if (inner->kept_single)
+                inner->kept_single[at] = (float)A[i * columns + j];
+        }
 }
 
 /* Eliminate what is left of one cell's unknowns that no other cell shares; they come last. */
@@ -97,8 +128,7 @@ static int eliminate_inner(const Projection *p, int cell, double *K, double *wor
     if (q == 0)
         return 0;
     int rows = p->outer_rows[cell], columns = p->outer_columns[cell], n = p->columns;
-    double *inverse = p->inner_kept + p->inner_place[cell];
-    double *right = inverse + q * q, *left = right + q * columns;
+    double *inverse = work + 32 * q, *right = inverse + q * q, *left = right + q * columns;
     for (int i = 0; i < q; ++i)
         memcpy(inverse + i * q, K + (size_t)(rows + i) * n + columns, sizeof(double) * q);
     int length = q * 32;
@@ -116,6 +146,13 @@ static int eliminate_inner(const Projection *p, int cell, double *K, double *wor
         memset(K + (size_t)(rows + i) * n, 0, sizeof(double) * (columns + q));
     for (int i = 0; i < rows; ++i)
         memset(K + (size_t)i * n + columns, 0, sizeof(double) * q);
+    Widths w = widths_of(p->inner, cell / LANES);
+    int64_t place = p->inner->place[cell / LANES] * LANES + cell % LANES;
+    keep_inner(p->inner, place, q, q, w.own, inverse);
+    place += w.own * w.own * LANES;
+    keep_inner(p->inner, place, q, columns, w.columns, right);
+    place += w.own * w.columns * LANES;
+    keep_inner(p->inner, place, rows, q, w.own, left);
     return 0;
 }
 
@@ -123,19 +160,22 @@ static int eliminate_inner(const Projection *p, int cell, double *K, double *wor
  *
  * values: of the reduced matrix, put and added together by `p->runs`; or entries in the order of
  * `p->emitted`; or, without both (to find the pattern), all of them, cell after cell.
+ * blocks: of all cells, for `eliminate`; first, last: which cells, the first one of a group.
  * shift: given change of the local unknowns, or NULL; `load` gets K shift.
  * Returns 1 + the number of a cell whose element-wise block is singular, or 0.
  */
 int jacobian(const Cells *g, const Kernel *kernels, int count, const Projection *p, int first,
-             int last, double *kept, double *values, const double *shift, double *load)
+             int last, double *blocks, double *values, const double *shift, double *load)
 {
     int n = g->size, P = g->shared, bad = 0;
     size_t square = (size_t)n * n;
     size_t product = (size_t)P * p->rows, result = (size_t)p->rows * p->columns;
     Work work = work_of(g, square);
+    size_t kept_size = g->kept_size, most = p->rows > p->columns ? p->rows : p->columns;
     double *all = malloc(sizeof(double) * (square * g->lanes + product + result + 64 * (size_t)n +
-                                           64 + (size_t)P * p->right_width));
+                                           64 + (size_t)P * p->right_width + 3 * most * most));
     double *LK = all + square * g->lanes, *LKR = LK + product, *scratch = LKR + result;
+    double *kept = calloc(LANES * kept_size + 1, sizeof(double));
     int *from = malloc(sizeof(int) * 2 * ((size_t)P * p->right_width + 1));
     int *to_column = from + (size_t)P * p->right_width;
     double *to = values;
@@ -144,8 +184,8 @@ int jacobian(const Cells *g, const Kernel *kernels, int count, const Projection 
         if (lane == 0 || cell == first)
             matrices(g, kernels, count, start, taken(g, start), work, all);
         double *K = all + lane * square;
-        double *mine = kept + (size_t)cell * g->kept_size;
-        if (eliminate(g, K, mine, scratch)) {
+        double *mine = kept + cell % LANES * kept_size;
+        if (eliminate(g, K, blocks + (size_t)cell * g->block_size, mine, scratch)) {
             bad = cell + 1;
             break;
         }
@@ -247,16 +287,48 @@ int jacobian(const Cells *g, const Kernel *kernels, int count, const Projection 
                     out[j] += v * K[(size_t)i * n + j];
             }
         }
-        if (p->kept_single)
-            shorten(g->kept_size, mine, p->kept_single + (size_t)cell * g->kept_size);
-        if (p->inner_kept_single) {
-            int q = p->inner_size[cell], all = q + p->outer_rows[cell] + p->outer_columns[cell];
-            int64_t place = p->inner_place[cell];
-            shorten(q * all, p->inner_kept + place, p->inner_kept_single + place);
+        if (p->kept && (cell % LANES == LANES - 1 || cell == last - 1)) {
+            size_t place = cell / LANES * kept_size * LANES;
+            float *single = p->kept_single ? p->kept_single + place : NULL;
+            keep(g->kept_size, kept, p->kept + place, single);
         }
     }
+    free(kept);
     free(from);
     free(all);
     free(work.w);
     return bad;
+}
+
+/* So many numbers of LANES cells, in whole lines of the memory. */
+static lanes *many_lanes(int count)
+{
+    size_t size = sizeof(lanes) * (count + 64 / sizeof(lanes) + 1);
+    return aligned_alloc(64, size / 64 * 64);
+}
+
+/* Numbers from their places, (count, LANES), zero where there is none. */
+static void gather(int count, const int *at, const double *from, lanes *out)
+{
+    for (int i = 0; i < count; ++i)
+        for (int l = 0; l < LANES; ++l)
+            out[i][l] = at[i * LANES + l] < 0 ? 0.0 : from[at[i * LANES + l]];
+}
+
+/* Numbers to their places. */
+static void put(int count, const int *at, const lanes *values, double *to)
+{
+    for (int i = 0; i < count; ++i)
+        for (int l = 0; l < LANES; ++l)
+            if (at[i * LANES + l] >= 0)
+                to[at[i * LANES + l]] = values[i][l];
+}
+
+/* Numbers added at their places. */
+static void add(int count, const int *at, const lanes *values, double *to)
+{
+    for (int i = 0; i < count; ++i)
+        for (int l = 0; l < LANES; ++l)
+            if (at[i * LANES + l] >= 0)
+                to[at[i * LANES + l]] += values[i][l];
 }

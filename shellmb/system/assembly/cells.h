@@ -32,15 +32,28 @@ typedef struct {
                                       * of the memory on */
     int chunks;
     const int *chunk_start, *chunk_width;
-    const int *inverse_place;  /* where a cell's kept K_EE^-1 and K_EE are, (chunks,) */
+    const int *block_place;    /* where the K_EE^-1 and K_EE of a cell are, (chunks,) */
+    int block_size;            /* what all of them take */
+    const int *inverse_place;  /* where its K_EE^-1 is in what is kept, (chunks,) */
     const int *right_runs;     /* first run of each chunk, (chunks + 1,) */
     const int *right_start, *right_width, *right_place; /* K_EE^-1 K_Ey */
     const int *left_runs;
-    const int *left_start, *left_width, *left_place;    /* K_xE, transposed */
+    const int *left_start, *left_width, *left_place;    /* K_xE */
     int multiplier_place;      /* rows of the multipliers at the nodes */
     int multipliers;           /* their largest number in a cell */
     int kept_size;             /* what is kept of a cell */
 } Cells;
+
+/* What no other cell shares, the last of a cell's reduced unknowns, LANES cells side by side: of
+ * each group K_II^-1, K_II^-1 K_Iy and K_xI, as large as its largest cell needs. */
+typedef struct {
+    int groups, most, most_rows, most_columns;
+    const int *widths;         /* rows and columns of the others, and own ones, (groups, 3) */
+    const int64_t *place, *row_place, *column_place;
+    const int *row_numbers, *column_numbers; /* of the others, then own; -1 where there is none */
+    double *kept;
+    float *kept_single;        /* the same, or NULL */
+} Inner;
 
 /* Places in the reduced matrix of a cell, -1 where there is none. */
 typedef struct {
@@ -48,18 +61,15 @@ typedef struct {
     int right_width, left_width, multiplier_width;
     const int *right, *left, *multiplier;    /* (cells, shared, width) */
     const double *right_values, *left_values, *multiplier_values; /* (local dofs, width) */
-    const int *multiplier_rows;              /* place in the vector of multipliers */
     /* entries that are not always zero, one of two ways: in their order, cells that have the same
      * sharing a list; or as runs (from, to, length) that follow one another in a cell's matrix and
      * among all values, for each cell those that are the first there, then those to be added */
     const int *list, *emitted_offsets, *emitted; /* (cells,), (lists + 1,); NULL: the other way */
     const int *runs, *run_offsets;           /* (runs, 3), (2 cells + 1,); NULL: the other way */
-    /* what no other cell shares, the last of a cell's reduced unknowns; NULL: nothing */
     const int *inner_size, *outer_rows, *outer_columns; /* (cells,) */
-    const int *row_numbers, *column_numbers; /* places in what the rank sees, (cells, rows) ... */
-    const int64_t *inner_place;              /* where what is kept of a cell is */
-    double *inner_kept;
-    float *kept_single, *inner_kept_single; /* all of that in single precision, or NULL */
+    const Inner *inner;                      /* NULL: nothing */
+    double *kept;                            /* of all cells, LANES side by side */
+    float *kept_single;                      /* the same, or NULL */
 } Projection;
 
 /* Nodes of a body: so many positions, then so many arms that turn with it and do not move. */
@@ -73,10 +83,8 @@ typedef struct {
 typedef struct {
     const Cells *cells;
     const Projection *projection;
-    const double *kept, *inner_kept; /* of all cells */
-    const float *kept_single, *inner_kept_single; /* the same; NULL: nothing */
+    const int *dofs, *multiplier_rows; /* of LANES cells side by side, -1 where there is none */
     double *eliminated;        /* K_EE^-1 b_E of all cells */
-    int inner;                 /* whether cells have unknowns that they do not share */
 } Part;
 
 /* A matrix with few entries in each row: of each its row, its column and where its value is. */

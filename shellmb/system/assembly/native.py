@@ -114,12 +114,18 @@ def side_by_side[T: np.generic](table: npt.NDArray[T], lanes: int) -> npt.NDArra
     if lanes == 1:
         return np.ascontiguousarray(table).reshape(count, size, 1)
     cells = np.minimum(np.arange(-(-count // lanes) * lanes), count - 1)
-    groups = table.reshape(count, size)[cells].reshape(-1, lanes, size).transpose(0, 2, 1)
-    spare = np.empty(groups.size + LINE, dtype=table.dtype)
-    first = -spare.ctypes.data % LINE // table.itemsize
-    made = spare[first : first + groups.size].reshape(groups.shape)
+    groups = table.reshape(count, size)[cells]
+    groups = groups.reshape(len(cells) // lanes, lanes, size).transpose(0, 2, 1)
+    made = whole_lines(groups.size, table.dtype).reshape(groups.shape)
     made[...] = groups
     return made
+
+
+def whole_lines(size: int, dtype: npt.DTypeLike) -> npt.NDArray[Any]:
+    """Zeros from the beginning of a line of the memory on, shape (size,)."""
+    spare = np.zeros(size + LINE, dtype=dtype)
+    first = -spare.ctypes.data % LINE // spare.itemsize
+    return spare[first : first + size]
 
 
 def _of_scipy(name: str) -> ModuleType:

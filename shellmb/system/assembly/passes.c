@@ -1,25 +1,29 @@
 /* The passes of a solution over the cells of one mesh: from a right-hand side to that of the
- * reduced system, and from its solution back. They read what is kept of each cell, which is most
- * of their time, and stand twice in the program: with `NUMBER` double, and with float where factors
- * are of single precision, too; `OF` makes the names. All sums are of double precision. */
+ * reduced system, and from its solution back. Numbers of LANES cells stand side by side, in what is
+ * kept of them and in all that is computed. The passes stand twice in the program: with `NUMBER`
+ * double, and with float where factors are of single precision, too, which halves what they read;
+ * `OF` makes the names. All sums are of double precision. */
 
-/* y += A x, of shape (m, n); short rows, for which a library call costs more than it saves */
-static void OF(accumulate)(int m, int n, const NUMBER *A, const double *x, double *y)
+typedef NUMBER OF(wide) __attribute__((vector_size(sizeof(NUMBER) * LANES)));
+
+/* y += sign A x, of shape (m, n); sums of several rows do not wait for one another */
+static void OF(product)(int m, int n, const OF(wide) *A, const lanes *x, double sign, lanes *y)
 {
-    for (int i = 0; i < m; ++i) {
-        double sum = 0.0;
+    int i = 0;
+    for (; i + 4 <= m; i += 4, A += 4 * n) {
+        lanes sums[4] = {{0.0}, {0.0}, {0.0}, {0.0}};
         for (int j = 0; j < n; ++j)
-            sum += A[(size_t)i * n + j] * x[j];
-        y[i] += sum;
+            for (int k = 0; k < 4; ++k)
+                sums[k] += __builtin_convertvector(A[k * n + j], lanes) * x[j];
+        for (int k = 0; k < 4; ++k)
+            y[i + k] += sign * sums[k];
     }
-}
-
-/* y -= A^T x, of shape (m, n): row by row, which needs no sums across vectors */
-static void OF(subtract)(int m, int n, const NUMBER *A, const double *x, double *y)
-{
-    for (int i = 0; i < m; ++i)
+    for (; i < m; ++i, A += n) {
+        lanes sum = {0.0};
         for (int j = 0; j < n; ++j)
-            y[j] -= A[(size_t)i * n + j] * x[i];
+            sum += __builtin_convertvector(A[j], lanes) * x[j];
+        y[i] += sign * sum;
+    }
 }
 
 /* Right-hand side without element-wise unknowns: to the local vector `b`, which holds those of
@@ -28,22 +32,21 @@ void OF(reduce)(const Part *part, const double *b, double *change)
 {
     const Cells *g = part->cells;
     int n = g->size, P = g->shared;
-    double *r = malloc(sizeof(double) * n);
-    for (int cell = 0; cell < g->cells; ++cell) {
-        const int *dofs = g->dofs + (size_t)cell * n;
-        const NUMBER *kept = part->OF(kept) + (size_t)cell * g->kept_size;
-        for (int i = 0; i < n; ++i)
-            r[i] = i < P ? 0.0 : b[dofs[i]];
+    lanes *r = many_lanes(n), *t = (lanes *)part->eliminated;
+    const OF(wide) *kept = (const OF(wide) *)part->projection->OF(kept);
+    for (int cell = 0; cell < g->cells; cell += LANES, kept += g->kept_size, t += n - P) {
+        const int *dofs = part->dofs + (size_t)cell * n;
+        memset(r, 0, sizeof(lanes) * P);
+        memset(t, 0, sizeof(lanes) * (n - P));
+        gather(n - P, dofs + P * LANES, b, r + P);
         for (int s = 0; s < g->chunks; ++s) {
             int E = g->chunk_start[s], e = g->chunk_width[s];
-            double *t = part->eliminated + (size_t)cell * (n - P) + (E - P);
-            memset(t, 0, sizeof(double) * e);
-            OF(accumulate)(e, e, kept + g->inverse_place[s], r + E, t);
+            OF(product)(e, e, kept + g->inverse_place[s], r + E, 1.0, t + E - P);
             for (int x = g->left_runs[s]; x < g->left_runs[s + 1]; ++x)
-                OF(subtract)(e, g->left_width[x], kept + g->left_place[x], t, r + g->left_start[x]);
+                OF(product)(g->left_width[x], e, kept + g->left_place[x], t + E - P, -1.0,
+                            r + g->left_start[x]);
         }
-        for (int i = 0; i < P; ++i)
-            change[dofs[i]] += r[i];
+        add(P, dofs, r, change);
     }
     free(r);
 }
@@ -53,34 +56,22 @@ void OF(reduce)(const Part *part, const double *b, double *change)
 void OF(expand)(const Part *part, double *x, double *rows)
 {
     const Cells *g = part->cells;
-    int n = g->size, P = g->shared;
-    double *v = malloc(sizeof(double) * (2 * n + g->multipliers + 1));
-    double *sums = v + n, *out = sums + n;
-    for (int cell = 0; cell < g->cells; ++cell) {
-        const int *dofs = g->dofs + (size_t)cell * n;
-        const NUMBER *kept = part->OF(kept) + (size_t)cell * g->kept_size;
-        const double *eliminated = part->eliminated + (size_t)cell * (n - P);
-        for (int i = 0; i < P; ++i)
-            v[i] = x[dofs[i]];
-        for (int s = g->chunks - 1; s >= 0; --s) {
-            int E = g->chunk_start[s], e = g->chunk_width[s];
-            memset(sums, 0, sizeof(double) * e);
+    int n = g->size, P = g->shared, count = g->multipliers;
+    lanes *v = many_lanes(n + count), *out = v + n;
+    const lanes *t = (const lanes *)part->eliminated;
+    const OF(wide) *kept = (const OF(wide) *)part->projection->OF(kept);
+    for (int cell = 0; cell < g->cells; cell += LANES, kept += g->kept_size, t += n - P) {
+        const int *dofs = part->dofs + (size_t)cell * n;
+        gather(P, dofs, x, v);
+        memcpy(v + P, t, sizeof(lanes) * (n - P));
+        for (int s = g->chunks - 1; s >= 0; --s)
             for (int y = g->right_runs[s]; y < g->right_runs[s + 1]; ++y)
-                OF(accumulate)(e, g->right_width[y], kept + g->right_place[y],
-                               v + g->right_start[y], sums);
-            for (int i = 0; i < e; ++i)
-                v[E + i] = eliminated[E - P + i] - sums[i];
-        }
-        for (int i = P; i < n; ++i)
-            x[dofs[i]] = v[i];
-        if (g->multipliers == 0)
-            continue;
-        memset(out, 0, sizeof(double) * g->multipliers);
-        OF(accumulate)(g->multipliers, P, kept + g->multiplier_place, v, out);
-        const int *at = part->projection->multiplier_rows + (size_t)cell * g->multipliers;
-        for (int i = 0; i < g->multipliers; ++i)
-            if (at[i] >= 0)
-                rows[at[i]] += out[i];
+                OF(product)(g->chunk_width[s], g->right_width[y], kept + g->right_place[y],
+                            v + g->right_start[y], -1.0, v + g->chunk_start[s]);
+        put(n - P, dofs + P * LANES, v + P, x);
+        memset(out, 0, sizeof(lanes) * count);
+        OF(product)(count, P, kept + g->multiplier_place, v, 1.0, out);
+        add(count, part->multiplier_rows + (size_t)cell * count, out, rows);
     }
     free(v);
 }
@@ -89,45 +80,39 @@ void OF(expand)(const Part *part, double *x, double *rows)
  * theirs become K_II^-1 r_I; `change` gets what that does to the others. */
 void OF(reduce_inner)(const Part *part, double *r, double *change)
 {
-    const Projection *p = part->projection;
-    for (int cell = 0; cell < part->cells->cells; ++cell) {
-        int q = p->inner_size[cell], rows = p->outer_rows[cell], columns = p->outer_columns[cell];
-        if (q == 0)
-            continue;
-        const int *at = p->row_numbers + (size_t)cell * p->rows;
-        const NUMBER *inverse = part->OF(inner_kept) + p->inner_place[cell];
-        const NUMBER *left = inverse + q * q + q * columns;
-        double t[256] = {0.0}, b[256];
-        for (int i = 0; i < q; ++i)
-            b[i] = r[at[rows + i]];
-        OF(accumulate)(q, q, inverse, b, t);
-        for (int i = 0; i < q; ++i)
-            r[at[rows + i]] = t[i];
-        for (int i = 0; i < rows; ++i) {
-            double sum = 0.0;
-            for (int j = 0; j < q; ++j)
-                sum += left[i * q + j] * t[j];
-            change[at[i]] -= sum;
-        }
+    const Inner *inner = part->projection->inner;
+    lanes *b = many_lanes(2 * inner->most + inner->most_rows), *t = b + inner->most;
+    lanes *out = t + inner->most;
+    for (int group = 0; group < inner->groups; ++group) {
+        Widths w = widths_of(inner, group);
+        const int *outer = inner->row_numbers + inner->row_place[group];
+        const int *own = outer + w.rows * LANES;
+        const OF(wide) *inverse = (const OF(wide) *)inner->OF(kept) + inner->place[group];
+        memset(t, 0, sizeof(lanes) * w.own);
+        memset(out, 0, sizeof(lanes) * w.rows);
+        gather(w.own, own, r, b);
+        OF(product)(w.own, w.own, inverse, b, 1.0, t);
+        put(w.own, own, t, r);
+        OF(product)(w.rows, w.own, inverse + w.own * (w.own + w.columns), t, -1.0, out);
+        add(w.rows, outer, out, change);
     }
+    free(b);
 }
 
 /* Their values, into the reduced solution `x` that this rank sees, from `r` of reduce_inner. */
 void OF(expand_inner)(const Part *part, const double *r, double *x)
 {
-    const Projection *p = part->projection;
-    for (int cell = 0; cell < part->cells->cells; ++cell) {
-        int q = p->inner_size[cell], rows = p->outer_rows[cell], columns = p->outer_columns[cell];
-        if (q == 0)
-            continue;
-        const int *from = p->row_numbers + (size_t)cell * p->rows;
-        const int *at = p->column_numbers + (size_t)cell * p->columns;
-        const NUMBER *right = part->OF(inner_kept) + p->inner_place[cell] + q * q;
-        for (int i = 0; i < q; ++i) {
-            double sum = r[from[rows + i]];
-            for (int j = 0; j < columns; ++j)
-                sum -= right[i * columns + j] * x[at[j]];
-            x[at[columns + i]] = sum;
-        }
+    const Inner *inner = part->projection->inner;
+    lanes *v = many_lanes(inner->most + inner->most_columns), *seen = v + inner->most;
+    for (int group = 0; group < inner->groups; ++group) {
+        Widths w = widths_of(inner, group);
+        const int *from = inner->row_numbers + inner->row_place[group] + w.rows * LANES;
+        const int *outer = inner->column_numbers + inner->column_place[group];
+        const OF(wide) *inverse = (const OF(wide) *)inner->OF(kept) + inner->place[group];
+        gather(w.own, from, r, v);
+        gather(w.columns, outer, x, seen);
+        OF(product)(w.own, w.columns, inverse + w.own * w.own, seen, -1.0, v);
+        put(w.own, outer + w.columns * LANES, v, x);
     }
+    free(v);
 }

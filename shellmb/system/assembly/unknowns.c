@@ -157,7 +157,7 @@ void before(const Solution *s, int single, const double *b, const double *load, 
     memcpy(s->seen, s->r, size);
     memset(s->rest, 0, size);
     for (int k = 0; k < s->parts; ++k)
-        if (s->part[k].inner)
+        if (s->part[k].projection->inner)
             (single ? reduce_inner_single : reduce_inner)(s->part + k, s->r, s->rest);
     for (int i = 0; i < s->outer; ++i)
         rhs[i] = s->seen[s->outer_numbers[i]] + s->rest[s->outer_numbers[i]];
@@ -171,7 +171,7 @@ void after(const Solution *s, int single, const double *solution, const double *
     for (int i = 0; i < s->outer; ++i)
         s->seen[s->outer_numbers[i]] = solution[i];
     for (int k = 0; k < s->parts; ++k)
-        if (s->part[k].inner)
+        if (s->part[k].projection->inner)
             (single ? expand_inner_single : expand_inner)(s->part + k, s->r, s->seen);
     double *x = s->b;
     combine(&s->right, s->seen, x);

@@ -9,9 +9,12 @@ from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
 import numpy as np
 import numpy.typing as npt
 
+from shellmb.compiling.flags import LANES
 from shellmb.system.assembly import native
 from shellmb.system.assembly.loops import FormLoop, MeshCells, PlacedForm
+from shellmb.system.assembly.native import whole_lines
 from shellmb.system.condensation.eliminated import elimination, find_chunks
+from shellmb.system.condensation.kept import InnerKept, Kept, groups_of, places_of_groups
 from shellmb.system.condensation.sparsity import CHUNK, Lists, find_runs
 from shellmb.system.nullspace.numbers import ReducedNumbers
 from shellmb.system.nullspace.prolongation import RowMap
@@ -53,8 +56,7 @@ class MeshReduction:
         self.multipliers = seen.shape[1]
         p = self.pointer
         self.row_numbers, self.column_numbers = _numbers(rows), _numbers(columns)
-        self.inner = int(np.sum(rows >= LAST))
-        self._inner_kept = np.zeros(1)
+        self._multiplier_rows = p(places_of_groups(_numbers(seen)))
         self._projection = {
             "rows": rows.shape[1],
             "columns": columns.shape[1],
@@ -67,26 +69,21 @@ class MeshReduction:
             "right_values": p(numbers.right.values),
             "left_values": p(numbers.left.values),
             "multiplier_values": p(numbers.forces.values),
-            "multiplier_rows": p(_numbers(seen)),
-            "row_numbers": p(self.row_numbers),
-            "column_numbers": p(self.column_numbers),
         }
-        if self.inner:
-            self._projection |= self._keep_inner(rows, columns)
+        self.inner: InnerKept | None = None
+        if np.any(rows >= LAST):
+            self._keep_inner(rows, columns)
 
-    def _keep_inner(self, rows: Ints, columns: Ints) -> dict[str, Any]:
-        """What is eliminated of each cell after the projection, and place for what is kept."""
+    def _keep_inner(self, rows: Ints, columns: Ints) -> None:
+        """Place for what is eliminated of each cell after the projection."""
         p, sizes = self.pointer, np.sum(rows >= LAST, axis=1)
-        outer = [np.sum((a >= 0) & (a < LAST), axis=1) for a in (rows, columns)]
-        kept = sizes * (sizes + outer[0] + outer[1])
-        ends = np.cumsum(np.concatenate([[0], kept]))
-        self._inner_kept = np.zeros(max(1, int(ends[-1])))
-        return {
+        outer = np.array([np.sum((a >= 0) & (a < LAST), axis=1) for a in (rows, columns)])
+        self.inner = InnerKept(self.row_numbers, self.column_numbers, outer, sizes, p)
+        self._projection |= {
             "inner_size": p(sizes.astype(np.int32)),
             "outer_rows": p(outer[0].astype(np.int32)),
             "outer_columns": p(outer[1].astype(np.int32)),
-            "inner_place": p(ends[:-1].astype(np.int64)),
-            "inner_kept": p(self._inner_kept),
+            "inner": self.inner.struct,
         }
 
     def find_pattern(self) -> tuple[Int32s, Int32s]:
@@ -152,13 +149,15 @@ class MeshReduction:
             "kept_size": size + self.multipliers * cells.shared,
         }
         self.struct = cells.struct(self.loop, **members)
-        self._kept = np.full(max(1, members["kept_size"] * cells.count), np.nan)
-        self._inner = np.zeros(max(1, (cells.size - cells.shared) * cells.count))
+        self._blocks = np.full(max(1, members["block_size"] * cells.count), np.nan)
+        width = groups_of(cells.count) * LANES
+        self._kept = Kept(members["kept_size"] * width, self.pointer)
+        self._eliminated = whole_lines(max(1, (cells.size - cells.shared) * width), np.float64)
 
     def _run(self, projection: Any, first: int, last: int, values: Floats, *shift: Floats) -> None:
         p, loop = native.doubles, self.loop
         pair = map(p, shift or (None, None))
-        where = (projection, first, last, p(self._kept), p(values))
+        where = (projection, first, last, p(self._blocks), p(values))
         failed = self.lib.jacobian(self.struct, loop.kernels, loop.count, *where, *pair)
         if failed:
             raise SingularCell(f"element-wise unknowns of cell {failed - 1} are undetermined")
@@ -173,12 +172,12 @@ class MeshReduction:
         Args:
             single: Whether to keep all that solutions read in single precision, too.
         """
-        of_projection = self._projection
-        found = {"kept": self._kept} | ({"inner_kept": self._inner_kept} if self.inner else {})
-        kept = {name: self.pointer(a) for name, a in found.items()}
-        if single:
-            shorter = {f"{k}_single": self.pointer(a.astype(np.float32)) for k, a in found.items()}
-            kept, of_projection = kept | shorter, of_projection | shorter
+        found = [self._kept, *([self.inner.kept] if self.inner else [])]
+        for kept in found if single else ():
+            kept.shorten()
+        of_projection = self._projection | self._kept.members
+        if self.inner:
+            of_projection |= {"inner": self.inner.struct}
         self.projection = self.pointer.many("Projection", [of_projection])
         self._part = self.pointer.many(
             "Part",
@@ -186,9 +185,9 @@ class MeshReduction:
                 {
                     "cells": self.struct,
                     "projection": self.projection,
-                    **kept,
-                    "eliminated": self.pointer(self._inner),
-                    "inner": self.inner,
+                    "dofs": self.pointer(places_of_groups(self.cells.dofs)),
+                    "multiplier_rows": self._multiplier_rows,
+                    "eliminated": self.pointer(self._eliminated),
                 }
             ],
         )

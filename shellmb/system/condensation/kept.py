@@ -1,0 +1,117 @@
+"""What is kept of cells for solutions: several of them side by side, as `passes.c` reads it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from shellmb.compiling.flags import LANES
+from shellmb.system.assembly.native import CArrays, side_by_side, whole_lines
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+Int32s = npt.NDArray[np.int32]
+
+
+def groups_of(cells: int) -> int:
+    """Number of groups of cells side by side."""
+    return -(-cells // LANES)
+
+
+def places_of_groups(numbers: Int32s) -> Int32s:
+    """Places of the numbers of cells, shape (groups, n, LANES), -1 where a cell is missing.
+
+    Args:
+        numbers: Of each cell, shape (cells, n).
+    """
+    missing = -len(numbers) % LANES
+    return side_by_side(np.pad(numbers, ((0, missing), (0, 0)), constant_values=-1), LANES)
+
+
+class Kept:
+    """Numbers that are kept, of double precision and, where it is asked for, of single, too.
+
+    Args:
+        size: How many.
+        pointer: Makes pointers for C.
+
+    Attributes:
+        members: Pointers to them.
+    """
+
+    def __init__(self, size: int, pointer: CArrays) -> None:
+        self._pointer, self._values = pointer, whole_lines(max(1, size), np.float64)
+        self.members: dict[str, Any] = {"kept": pointer(self._values)}
+
+    def shorten(self) -> None:
+        """Keep them in single precision, too."""
+        shorter = whole_lines(len(self._values), np.float32)
+        shorter[:] = self._values
+        self.members["kept_single"] = self._pointer(shorter)
+
+
+class InnerKept:
+    """What is eliminated of each cell after the projection.
+
+    Args:
+        rows: Places of a cell's rows in what the rank sees, those that no other cell shares behind
+            the others and -1 behind these, shape (cells, rows).
+        columns: The same of columns.
+        outer: Numbers of those that others share, of rows and columns, shape (2, cells).
+        own: Number of those that they do not, shape (cells,).
+        pointer: Makes pointers for C.
+    """
+
+    def __init__(
+        self, rows: Int32s, columns: Int32s, outer: Ints, own: Ints, pointer: CArrays
+    ) -> None:
+        p, groups = pointer, groups_of(len(own))
+        sizes = np.zeros((3, groups * LANES), dtype=np.int64)
+        sizes[:, : len(own)] = *outer, own
+        most = sizes.reshape(3, groups, LANES).max(axis=2)
+        widths = np.ascontiguousarray(most.T)
+        numbers = [
+            _of_groups(table, count, own, width)
+            for table, count, width in zip(
+                (rows, columns), outer, (most[[0, 2]], most[[1, 2]]), strict=True
+            )
+        ]
+        kept = most[2] * most.sum(axis=0)
+        self.kept = Kept(int(kept.sum()) * LANES, pointer)
+        self._members = {
+            "groups": groups,
+            **dict(zip(("most_rows", "most_columns", "most"), widths.max(axis=0), strict=True)),
+            "widths": p(widths.astype(np.int32)),
+            "place": p(_begins(kept)),
+            "row_numbers": p(numbers[0]),
+            "row_place": p(_begins((most[0] + most[2]) * LANES)),
+            "column_numbers": p(numbers[1]),
+            "column_place": p(_begins((most[1] + most[2]) * LANES)),
+        }
+        self._pointer = pointer
+
+    @property
+    def struct(self) -> Any:
+        """For C."""
+        return self._pointer.many("Inner", [self._members | self.kept.members])
+
+
+def _begins(sizes: Ints) -> Ints:
+    """Where pieces begin that follow one another."""
+    return np.concatenate([[0], np.cumsum(sizes)[:-1]]).astype(np.int64)
+
+
+def _of_groups(table: Int32s, outer: Ints, own: Ints, widths: Ints) -> Int32s:
+    """Numbers of all groups, in each those of others and then own ones, as many as any cell has."""
+    found = []
+    for group, (others, mine) in enumerate(widths.T.tolist()):
+        made = np.full((others + mine, LANES), -1, dtype=np.int32)
+        cells = range(group * LANES, min((group + 1) * LANES, len(table)))
+        for lane, cell in enumerate(cells):
+            a, b = int(outer[cell]), int(own[cell])
+            made[:a, lane] = table[cell, :a]
+            made[others : others + b, lane] = table[cell, a : a + b]
+        found.append(made.ravel())
+    return np.concatenate(found)
