@@ -116,6 +116,13 @@ typedef struct {
     double *rest;              /* (reduced,) */
 } Solution;
 
+/* Factors of PETSc, and vectors of the reduced system: PETSc's, and their numbers. */
+typedef struct {
+    void *factors, *right, *unknown;
+    double *rhs, *solution;
+    double seconds;            /* that the last solution took */
+} Factors;
+
 /* What one process evaluates at once: the fields take the values of unknowns, others follow them, and
  * residuals are added up. */
 typedef struct {
@@ -161,6 +168,7 @@ void copy_pieces(int, double **, const int *, double **);
 void follow(int count, const int *sizes, const int *terms, double **from,
              const double *weights, double **to);
 void put_rows(int, const int64_t *, const int64_t *, int, const double *, int, double *);
+double violation(int, int, const int64_t *, const double *, const double *, const unsigned char *);
 int turn(int, int, double *, const double *, double);
 int turn_nodes(int, int, const int64_t *, const double *, const double *, double *, double);
 void normalise(int, int, double *);
@@ -176,6 +184,11 @@ void evaluate(const Evaluation *, const double *, double *);
 void to_values(int, int, const int64_t *, const int64_t *, const double *, const double *,
                double *);
 void largest(int, const int64_t *, const int64_t *, const double *, double *);
+void judge(int, const int64_t *, const int64_t *, const double *, const double *, const double *,
+           const double *, double *, double *);
+void solve_with(void *);
+int solve(const Solution *, int, Factors *, const double *, const double *, const double *,
+          double *);
 void before(const Solution *, int, const double *, const double *, double *);
 void after(const Solution *, int, const double *, const double *, double *);
 void relate(int, const double *, const double *, double *, double *);

@@ -17,6 +17,7 @@ from types import ModuleType
 from typing import Any
 
 from mpi4py import MPI
+from petsc4py import PETSc
 
 import cffi  # type: ignore[import-untyped]
 import numpy as np
@@ -58,6 +59,9 @@ def cells(comm: MPI.Comm = MPI.COMM_WORLD) -> Any:
     lapack = _of_scipy("cython_lapack")
     pointers += [_address(lapack, name) for name in ("dgetrf", "dgetri", "dgesv")]
     library.use_libraries(*(module.ffi.cast("void *", p) for p in pointers))
+    petsc = ctypes.CDLL(PETSc.__file__)
+    function = ctypes.cast(petsc.MatSolve, ctypes.c_void_p).value
+    library.solve_with(module.ffi.cast("void *", function))
     return module
 
 

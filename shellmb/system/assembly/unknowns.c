@@ -1,5 +1,6 @@
 /* Loops over unknowns: between them and the fields, matrices with few entries in a row, the two
  * passes of a solution, sizes of updates. */
+#include <time.h>
 
 /* Pieces of so many numbers each from one place to another. */
 void copy_pieces(int count, double **from, const int *sizes, double **to)
@@ -136,6 +137,16 @@ void relate(int parts, const double *scales, const double *bounds, double *table
     }
 }
 
+/* Changes of parts, and what is found of them, in one process: as of `relate`. */
+void judge(int parts, const int64_t *starts, const int64_t *entries, const double *x,
+           const double *dx, const double *scales, const double *bounds, double *table,
+           double *found)
+{
+    largest(parts, starts, entries, dx, table);
+    largest(parts, starts, entries, x, table + parts);
+    relate(parts, scales, bounds, table, found);
+}
+
 /* From the residual to the right-hand side of the reduced system, in one process, with what is kept
  * in `single` precision or double. `load`: forces of given changes, or NULL. */
 void before(const Solution *s, int single, const double *b, const double *load, double *rhs)
@@ -185,4 +196,31 @@ void after(const Solution *s, int single, const double *solution, const double *
     combine(&s->multiplier, s->forces, s->change);
     for (int i = 0; i < s->owned; ++i)
         dx[i] = x[s->own[i]] + s->change[s->own[i]];
+}
+
+static int (*mat_solve)(void *, void *, void *);
+
+/* PETSc's function that solves with factors. */
+void solve_with(void *function)
+{
+    mat_solve = (int (*)(void *, void *, void *))function;
+}
+
+static double now(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return t.tv_sec + 1e-9 * t.tv_nsec;
+}
+
+/* Both passes and the solution between them; returns PETSc's error. */
+int solve(const Solution *s, int single, Factors *factors, const double *b, const double *load,
+          const double *given, double *dx)
+{
+    before(s, single, b, load, factors->rhs);
+    double begin = now();
+    int error = mat_solve(factors->factors, factors->right, factors->unknown);
+    factors->seconds = now() - begin;
+    after(s, single, factors->solution, given, dx);
+    return error;
 }

@@ -28,7 +28,7 @@ from shellmb.system.assembly.scatter import SerialExchange
 from shellmb.system.condensation.evaluation import AtOnce
 from shellmb.system.condensation.matrix import reduced_matrix
 from shellmb.system.condensation.meshreduction import MeshReduction, SingularCell
-from shellmb.system.condensation.substitution import passes
+from shellmb.system.condensation.substitution import SerialPasses, passes
 from shellmb.system.direct.linear import refresh_cost
 from shellmb.system.direct.solver import DirectSolver, Purpose
 from shellmb.system.newton.convergence import unknown_scales
@@ -67,6 +67,8 @@ class Reduction:
         scales = self.numbers.scales(unknown_scales(system))
         self.solver = DirectSolver(self.A, prefix, scales)
         self._passes = passes(self.numbers, self.parts, self.solver.single)
+        if isinstance(self._passes, SerialPasses):
+            self._passes.take_vectors(self._rhs, self._solution)
         self.numbers.weights[:] = self._weights()
 
     @property
@@ -171,14 +173,21 @@ class Reduction:
         start = time.perf_counter()
         if not fresh:
             self._given = self.numbers.correction()
-        rough = self.solver.rough
-        self._passes.before(rough, b.array_r, self._load if fresh else None, self._rhs.array)
-        before = time.perf_counter()
-        reason = self.solver.solve(self._rhs, self._solution)
-        after = time.perf_counter()
-        self._passes.after(rough, self._solution.array_r, self._given, dx.array)
-        self.seconds["solve"] += after - before
-        self.seconds["reduction"] += before - start + time.perf_counter() - after
+        rough, load, passes = self.solver.rough, self._load if fresh else None, self._passes
+        reason = None
+        if self.solver.direct and isinstance(passes, SerialPasses):
+            assert self.solver.matrix is not None
+            self.solver.solutions += 1
+            matrix = self.solver.matrix.handle
+            inside = passes.solve(rough, matrix, b.array_r, load, self._given, dx.array)
+        else:
+            passes.before(rough, b.array_r, load, self._rhs.array)
+            before = time.perf_counter()
+            reason = self.solver.solve(self._rhs, self._solution)
+            inside = time.perf_counter() - before
+            passes.after(rough, self._solution.array_r, self._given, dx.array)
+        self.seconds["solve"] += inside
+        self.seconds["reduction"] += time.perf_counter() - start - inside
         return reason
 
 

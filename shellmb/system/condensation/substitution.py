@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, Protocol
 
+from petsc4py import PETSc
+
 import numpy as np
 import numpy.typing as npt
 
@@ -156,3 +158,47 @@ class SerialPasses:
     def after(self, single: bool, solution: Floats, given: Floats, dx: Floats) -> None:
         """Fill in the solution for all unknowns."""
         self._lib.after(self._solution, single, *map(native.doubles, (solution, given, dx)))
+
+    def take_vectors(self, rhs: PETSc.Vec, solution: PETSc.Vec) -> None:
+        """Take vectors of the reduced system, for `solve` to work with."""
+        pointer, void = self._arrays, native.cells().ffi
+        self._vectors = rhs, solution
+        self._factors = pointer.many(
+            "Factors",
+            [
+                {
+                    "right": void.cast("void *", rhs.handle),
+                    "unknown": void.cast("void *", solution.handle),
+                    "rhs": pointer(rhs.array),
+                    "solution": pointer(solution.array),
+                }
+            ],
+        )
+
+    def solve(
+        self,
+        single: bool,
+        matrix: int,
+        b: Floats,
+        load: Floats | None,
+        given: Floats,
+        dx: Floats,
+    ) -> float:
+        """Both, with the solution between them; returns the time that it took, s.
+
+        Args:
+            single: As of `before`.
+            matrix: Address of PETSc's matrix with the factors.
+            b: As of `before`.
+            load: As of `before`.
+            given: As of `after`.
+            dx: As of `after`.
+
+        Raises:
+            RuntimeError: If PETSc could not solve.
+        """
+        self._factors[0].factors = native.cells().ffi.cast("void *", matrix)
+        arrays = map(native.doubles, (b, load, given, dx))
+        if error := self._lib.solve(self._solution, single, self._factors, *arrays):
+            raise RuntimeError(f"PETSc's MatSolve failed with error {error}")
+        return float(self._factors[0].seconds)

@@ -79,6 +79,7 @@ class DirectSolver:
 
     Attributes:
         factors: Who makes them.
+        matrix: They.
         factorisations: Their number so far.
         solutions: Number of solutions with factors so far, each Krylov iteration being one.
         contraction: By what factor the last refinement made errors smaller; None: there was none.
@@ -111,6 +112,7 @@ class DirectSolver:
         # whether old factors pay, whether those there are old, and whether they do by themselves
         self._paying, self._recycled, self._enough = False, False, False
         self._work: float | None = None
+        self.matrix: PETSc.Mat | None = None
         self.factorisations, self.solutions = 0, 0
 
     def _use(self, factors: Factors) -> None:
@@ -157,8 +159,10 @@ class DirectSolver:
             self._use(Factors.DOUBLE)
             return self._factorise(recycled=False)
         self._paying = failure is None
-        if failure is None and self._work is None and not plain:
-            self._work = self._operations()
+        if failure is None:
+            self.matrix = self._ksp.getPC().getFactorMatrix()
+            if self._work is None and not plain:
+                self._work = self._operations()
         return failure
 
     def _sound(self) -> bool:
@@ -170,6 +174,11 @@ class DirectSolver:
         self._ksp.solve(self._scaled, found)
         found.axpy(-1.0, known)
         return self._size(found) <= PLAIN_ERROR * self._size(known)
+
+    @property
+    def direct(self) -> bool:
+        """Whether a solution is nothing but one with the factors."""
+        return self._enough
 
     @property
     def rough(self) -> bool:

@@ -38,11 +38,11 @@ class Convergence:
         self._bounds = np.array([p.bound for p in self.parts])
         # changes of all parts, and their sizes, which give way to relative changes
         self._table = np.zeros((2, len(self.parts)))
-        self._rows = [native.doubles(row) for row in self._table]
         # the largest relative change, how far the largest motion went, whether it went too far
         self._found = np.zeros(3)
         tables = (self._scales, self._bounds, self._table, self._found)
         self._relate = (len(self.parts), *map(native.doubles, tables))
+        self._serial = system.comm.size == 1
         self.iterations = 0
 
     def begin(self) -> None:
@@ -86,11 +86,14 @@ class Convergence:
 
     def _judge(self, x: Floats, dx: Floats) -> None:
         """Compare changes of the parts with their scales or own sizes, whichever is larger."""
-        for values, row in zip((dx, x), self._rows, strict=True):
+        if self._serial:
+            pair = native.doubles(x), native.doubles(dx)
+            self._lib.judge(*self._where, *pair, *self._relate[1:])
+            return
+        for values, row in zip((dx, x), self._table, strict=True):
             # a NaN wins, of all ranks, too
-            self._lib.largest(*self._where, native.doubles(values), row)
-        if self.system.comm.size > 1:
-            self.system.comm.Allreduce(MPI.IN_PLACE, self._table, op=MPI.MAX)
+            self._lib.largest(*self._where, native.doubles(values), native.doubles(row))
+        self.system.comm.Allreduce(MPI.IN_PLACE, self._table, op=MPI.MAX)
         self._lib.relate(*self._relate)
 
     def error(self, reason: str) -> ConvergenceError:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from functools import cached_property
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -103,6 +104,7 @@ class DirectorNodes:
         self.free = np.where(self.held, 0, self.size)
         self.values = field.function.x.array
         self.settled = False
+        self._lib = native.cells().lib
         self.partial = self._partial()
         alike = self.size == 2 and not self.partial
         midway = declared.before is not None and not declared.linear
@@ -292,17 +294,29 @@ class DirectorNodes:
             return None
         if self.state is not None:
             return self._rate_correction(fields) if self.partial else None
+        self.settled = self._lib.violation(*self._now) <= ROUND_OFF
+        if self.settled and not self.partial:
+            return None
         out = np.zeros(self.dofs.shape)
         d = self.now()
         g = violation(d)
         off = self.regular & (np.abs(g).max(axis=1, initial=0.0) > ROUND_OFF)
-        self.settled = not np.any(off)
         if not self.settled:
             out[off] = -np.einsum("nic,nc->ni", pseudo_inverse(constraint(d[off])), g[off])
         for node, free, _ in self.partial:
             C = constraint(d[node : node + 1])[0]
             out[node, free] = -any_pseudo_inverse(C[:, free]) @ g[node]
         return out
+
+    @cached_property
+    def _now(self) -> tuple[Any, ...]:
+        """For C, the directors of the field's state and which of them are free."""
+        dofs, regular = self.dofs.astype(np.int64), self.regular.astype(np.uint8)
+        reference = np.ascontiguousarray(self.reference, dtype=float)
+        self._kept = dofs, regular, reference
+        places = len(dofs), dofs.shape[1] // 3, native.longs(dofs)
+        values = map(native.doubles, (reference, self.values))
+        return *places, *values, native.bytes_of(regular)
 
     def _rate_correction(self, fields: Sequence[Field]) -> Floats:
         """The same of rates at the end of a path; of nodes that are free, rotations keep it."""
