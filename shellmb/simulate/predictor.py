@@ -62,7 +62,7 @@ class Predictor:
         known = len(self._past)
         if not known or key != self._key:
             return None
-        degree = int(np.argmin(self._errors)) if self._errors else 0
+        degree = self._errors.index(min(self._errors)) if self._errors else 0
         self._guess.array[:] = self._weights(dt)[degree] @ self._past
         self._guess.array[self._rates] *= dt
         self._nodes.normalise(self._guess)

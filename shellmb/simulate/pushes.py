@@ -33,6 +33,7 @@ class Pushes:
             if rates and (dofs := [link.dofs for link in links[k]])
         }
         self._vector = system.x.duplicate()
+        self._any = bool(system.comm.allreduce(len(self._linked)))
 
     def take(self, dt: float) -> None:
         """Take the velocities of the bodies; collective.
@@ -46,6 +47,8 @@ class Pushes:
             if rates:
                 np.multiply(levels.rates["v"].x.array, dt, out=levels.push.x.array)
             found.append(levels.push.x.array)
+        if not self._any:
+            return
         for k, linked in self._linked.items():
             found[k][linked] = np.nan
         self._vector.array[:] = system.global_values(found, known=True)

@@ -184,6 +184,8 @@ void evaluate(const Evaluation *, const double *, double *);
 void to_values(int, int, const int64_t *, const int64_t *, const double *, const double *,
                double *);
 void largest(int, const int64_t *, const int64_t *, const double *, double *);
+void largest_of_each(int, int64_t, int, const int64_t *, const int64_t *, const double *, double *);
+void relate_each(int, int, const double *, const double *, const double *, double *);
 void judge(int, const int64_t *, const int64_t *, const double *, const double *, const double *,
            const double *, double *, double *);
 void solve_with(void *);

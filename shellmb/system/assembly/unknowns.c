@@ -116,6 +116,12 @@ void distribute(const Rows *rows, const double *b, double *y)
         y[e->column[k]] += rows->values[e->at[k]] * b[e->row[k]];
 }
 
+/* A change relative to a size or a scale, whichever is larger; infinite where the change is. */
+static double relative_to(double change, double size, double scale)
+{
+    return change < INFINITY ? change / (scale > size ? scale : size) : INFINITY;
+}
+
 /* Of changes and sizes of parts, (2, parts): changes relative to the larger of sizes and scales, in
  * place of the sizes. Of what is bounded, `found` gets the largest change over its scale, too, and
  * whether a change reaches its bound. */
@@ -124,16 +130,35 @@ void relate(int parts, const double *scales, const double *bounds, double *table
     double *relative = table + parts;
     found[0] = found[1] = found[2] = 0.0;
     for (int part = 0; part < parts; ++part) {
-        double change = table[part], size = relative[part];
-        double scale = scales[part] > size ? scales[part] : size;
-        /* infinite where the change is, whatever the scale */
-        relative[part] = change < INFINITY ? change / scale : INFINITY;
+        double change = table[part];
+        relative[part] = relative_to(change, relative[part], scales[part]);
         if (relative[part] > found[0])
             found[0] = relative[part];
         if (!(change < bounds[part]))
             found[2] = 1.0;
         if (bounds[part] < INFINITY && change / scales[part] > found[1])
             found[1] = change / scales[part];
+    }
+}
+
+/* The same of several vectors, (count, size), for each (parts,). */
+void largest_of_each(int count, int64_t size, int parts, const int64_t *starts,
+                     const int64_t *entries, const double *values, double *out)
+{
+    for (int k = 0; k < count; ++k)
+        largest(parts, starts, entries, values + k * size, out + k * parts);
+}
+
+/* Largest relative change of a part of each of several changes, (count, parts); `sizes` (parts,). */
+void relate_each(int count, int parts, const double *scales, const double *sizes,
+                 const double *changes, double *out)
+{
+    for (int k = 0; k < count; ++k, changes += parts) {
+        out[k] = 0.0;
+        for (int part = 0; part < parts; ++part) {
+            double relative = relative_to(changes[part], sizes[part], scales[part]);
+            out[k] = relative > out[k] ? relative : out[k];
+        }
     }
 }
 

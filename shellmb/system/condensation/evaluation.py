@@ -51,5 +51,4 @@ class AtOnce:
 
     def __call__(self, x: PETSc.Vec, b: PETSc.Vec) -> None:
         """Residual `b` at the unknowns `x`, which the fields take."""
-        unknowns, entries = native.doubles(x.array_r), native.doubles(b.array)
-        self._lib.evaluate(self._evaluation, unknowns, entries)
+        self._lib.evaluate(self._evaluation, native.doubles(x.array_r), native.doubles(b.array))

@@ -72,16 +72,14 @@ class Convergence:
         Returns:
             Shape (k,).
         """
-        table = np.empty((len(changes) + 1, len(self.parts)))
-        for values, row in zip((x, *changes), table, strict=True):
-            self._lib.largest(*self._where, native.doubles(values), native.doubles(row))
-        if self.system.comm.size > 1:
+        count, found = len(changes), np.empty(len(changes))
+        table = np.empty((count + 1, len(self.parts)))
+        sizes, rows = native.doubles(table[0]), native.doubles(table[1:])
+        self._lib.largest(*self._where, native.doubles(x), sizes)
+        self._lib.largest_of_each(count, len(x), *self._where, native.doubles(changes), rows)
+        if not self._serial:
             self.system.comm.Allreduce(MPI.IN_PLACE, table, op=MPI.MAX)
-        found = np.empty(len(changes))
-        for k, row in enumerate(table[1:]):
-            self._table[:] = row, table[0]
-            self._lib.relate(*self._relate)
-            found[k] = self._found[0]
+        self._lib.relate_each(count, *self._relate[:2], sizes, rows, native.doubles(found))
         return found
 
     def _judge(self, x: Floats, dx: Floats) -> None:

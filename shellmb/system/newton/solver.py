@@ -11,7 +11,6 @@ import sys
 from collections.abc import Callable, Hashable, Iterator
 from contextlib import contextmanager
 from typing import Any, Protocol
-from weakref import WeakMethod
 
 from petsc4py import PETSc
 
@@ -47,41 +46,53 @@ class Nonlinear(Protocol):
         ...
 
 
+class Running[T]:
+    """What callbacks work on while something is solved.
+
+    Loops in C++ keep their callbacks for ever. What these would keep alive, and through it all
+    meshes, of which MPI has room for some hundreds only, is here only while they are needed.
+
+    Attributes:
+        now: It.
+    """
+
+    now: T
+
+    def __enter__(self) -> None:
+        """It is up to the caller to set what it is."""
+
+    def __exit__(self, *failure: object) -> None:
+        """Nothing runs any more."""
+        del self.now
+
+
 class LinearShell:
     """The linear solution as PETSc calls it.
 
     Args:
-        iteration: Does it.
+        running: What is solved at the moment.
     """
 
-    def __init__(self, iteration: Iteration) -> None:
-        # PETSc's objects would keep this one alive, and through it all meshes
-        self._solve = WeakMethod(iteration.solve_linear)
+    def __init__(self, running: Running[Any]) -> None:
+        self._running = running
 
     def apply(self, pc: PETSc.PC, b: PETSc.Vec, x: PETSc.Vec) -> None:
         """Solve."""
-        _live(self._solve)(b, x)
+        self._running.now.iteration.solve_linear(b, x)
 
 
-def _shell(ksp: PETSc.KSP, iteration: Iteration) -> PETSc.Mat:
+def _shell(ksp: PETSc.KSP, iteration: Iteration, running: Running[Any]) -> PETSc.Mat:
     """Make a Krylov solver call the iteration's linear solution; returns a matrix to satisfy it."""
     ksp.setType(PETSc.KSP.Type.PREONLY)
     pc = ksp.getPC()
     pc.setType(PETSc.PC.Type.PYTHON)
-    pc.setPythonContext(LinearShell(iteration))
+    pc.setPythonContext(LinearShell(running))
     owned = iteration.system.numbering.owned
     sizes = (owned, PETSc.DETERMINE)
     none = PETSc.Mat().createPython((sizes, sizes), object(), comm=iteration.system.comm)
     none.setUp()
     ksp.setOperators(none)
     return none
-
-
-def _live(method: WeakMethod[Any]) -> Callable[..., Any]:
-    """The method itself; it is only called while its object solves."""
-    found = method()
-    assert found is not None
-    return found
 
 
 @contextmanager
@@ -109,31 +120,26 @@ class DolfinxNewton:
         self.iteration, self.system = iteration, iteration.system
         with _silent_stderr():
             solver = cpp.nls.petsc.NewtonSolver(self.system.comm)
-        residual = WeakMethod(iteration.residual)
-        solver.setF(lambda *args: _live(residual)(*args), self.system.b)
-        self._matrix = _shell(solver.krylov_solver, iteration)
+        running = self._running = Running[DolfinxNewton]()
+        self._converged = False
+        solver.setF(lambda x, b: running.now.iteration.residual(x, b), self.system.b)
+        self._matrix = _shell(solver.krylov_solver, iteration, running)
         # what is assembled, and when, is up to the linear solution
         solver.setJ(lambda x, A: None, self._matrix)
-        # the C++ solver keeps its callbacks for ever; strong ones would keep this object and all of
-        # its meshes alive, of which MPI has room for some hundreds only
-        update, check = WeakMethod(self._update), WeakMethod(self._check)
-        solver.set_update(lambda *args: _live(update)(*args))
-        solver.set_convergence_check(lambda *args: _live(check)(*args))
+        solver.set_update(lambda solver, dx, x: running.now._update(dx, x))
+        solver.set_convergence_check(lambda solver, dx: (1.0, running.now._converged))
         solver.convergence_criterion = "incremental"
         solver.max_it = iteration.settings.max_iterations
         solver.error_on_nonconvergence = False
         solver.report = False
-        self._solver, self._converged = solver, False
+        self._solver = solver
 
-    def _update(self, solver: object, dx: PETSc.Vec, x: PETSc.Vec) -> None:
+    def _update(self, dx: PETSc.Vec, x: PETSc.Vec) -> None:
         if self.iteration.failure is not None:
             raise self.iteration.failure
         x.axpy(-1.0, dx)
         # here and not in the check, which DOLFINx leaves out after the first iteration
         self._converged = self.iteration.converged(x, dx)
-
-    def _check(self, solver: object, dx: PETSc.Vec) -> tuple[float, bool]:
-        return 1.0, self._converged
 
     def solve(self, key: Hashable = None, full: bool = False) -> int:
         """Solve from the fields' current values.
@@ -151,7 +157,9 @@ class DolfinxNewton:
             self.iteration.update()
             return 1
         self._converged = False
-        iterations, converged = self._solver.solve(self.system.x)
+        with self._running:
+            self._running.now = self
+            iterations, converged = self._solver.solve(self.system.x)
         if not converged:
             raise self.iteration.convergence.error("too many iterations")
         return int(iterations)
@@ -168,19 +176,16 @@ class SnesNewton:
         self.iteration, self.system = iteration, iteration.system
         snes = PETSc.SNES().create(self.system.comm)
         snes.setOptionsPrefix(iteration.prefix)
-        self._matrix = _shell(snes.getKSP(), iteration)
-        residual, test = WeakMethod(self._residual), WeakMethod(self._test)
-        snes.setFunction(lambda *args: _live(residual)(*args), self.system.b)
+        running = self._running = Running[SnesNewton]()
+        self._matrix = _shell(snes.getKSP(), iteration, running)
+        snes.setFunction(lambda snes, x, b: running.now.iteration.residual(x, b), self.system.b)
         snes.setJacobian(lambda snes, x, A, P: None, self._matrix)
         snes.setType(PETSc.SNES.Type.NEWTONLS)
         snes.getLineSearch().setType(PETSc.SNESLineSearch.Type.BASIC)
-        snes.setConvergenceTest(lambda *args: _live(test)(*args))
+        snes.setConvergenceTest(lambda *args: running.now._test(*args))
         snes.setTolerances(max_it=iteration.settings.max_iterations)
         self._snes = snes
         self._error: ConvergenceError | None = None
-
-    def _residual(self, snes: PETSc.SNES, x: PETSc.Vec, b: PETSc.Vec) -> None:
-        self.iteration.residual(x, b)
 
     def _test(
         self, snes: PETSc.SNES, it: int, norms: tuple[float, float, float]
@@ -209,7 +214,9 @@ class SnesNewton:
         """
         self.iteration.begin(key, full)
         self._error = None
-        self._snes.solve(None, self.system.x)
+        with self._running:
+            self._running.now = self
+            self._snes.solve(None, self.system.x)
         if self._snes.getConvergedReason() <= 0:
             raise self._error or self.iteration.convergence.error("too many iterations")
         self.system.scatter(self.system.x)
