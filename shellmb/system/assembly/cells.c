@@ -170,14 +170,13 @@ int jacobian(const Cells *g, const Kernel *kernels, int count, const Projection 
     int n = g->size, P = g->shared, bad = 0;
     size_t square = (size_t)n * n;
     size_t product = (size_t)P * p->rows, result = (size_t)p->rows * p->columns;
-    Work work = work_of(g, square);
     size_t kept_size = g->kept_size, most = p->rows > p->columns ? p->rows : p->columns;
-    double *all = malloc(sizeof(double) * (square * g->lanes + product + result + 64 * (size_t)n +
-                                           64 + (size_t)P * p->right_width + 3 * most * most));
-    double *LK = all + square * g->lanes, *LKR = LK + product, *scratch = LKR + result;
-    double *kept = calloc(LANES * kept_size + 1, sizeof(double));
-    int *from = malloc(sizeof(int) * 2 * ((size_t)P * p->right_width + 1));
-    int *to_column = from + (size_t)P * p->right_width;
+    size_t listed = (size_t)P * p->right_width, some = 64 * (size_t)n + 64 + listed + 3 * most * most;
+    Work work = work_of(g, square, square * g->lanes + product + result + some +
+                                       LANES * kept_size + listed + 1);
+    double *all = work.more, *LK = all + square * g->lanes, *LKR = LK + product;
+    double *scratch = LKR + result, *kept = scratch + some;
+    int *from = (int *)(kept + LANES * kept_size), *to_column = from + listed;
     double *to = values;
     for (int cell = first; cell < last; ++cell) {
         int lane = cell % g->lanes, start = cell - lane;
@@ -185,6 +184,9 @@ int jacobian(const Cells *g, const Kernel *kernels, int count, const Projection 
             matrices(g, kernels, count, start, taken(g, start), work, all);
         double *K = all + lane * square;
         double *mine = kept + cell % LANES * kept_size;
+        /* cells that are missing in the last group have zeros */
+        if (cell == g->cells - 1)
+            memset(mine + kept_size, 0, sizeof(double) * (LANES - 1 - cell % LANES) * kept_size);
         if (eliminate(g, K, blocks + (size_t)cell * g->block_size, mine, scratch)) {
             bad = cell + 1;
             break;
@@ -293,10 +295,6 @@ int jacobian(const Cells *g, const Kernel *kernels, int count, const Projection 
             keep(g->kept_size, kept, p->kept + place, single);
         }
     }
-    free(kept);
-    free(from);
-    free(all);
-    free(work.w);
     return bad;
 }
 

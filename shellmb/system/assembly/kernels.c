@@ -7,19 +7,28 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* What kernels work with: values of coefficients, and what they give. */
+/* What kernels work with: values of coefficients, what they give, and room for more. */
 typedef struct {
-    double *w, *A;
+    double *w, *A, *more;
 } Work;
 
-static Work work_of(const Cells *g, size_t entries)
+/* Room that stays, for one function at a time: what the system is asked for anew it gives page by
+ * page, which takes longer than the elimination of a few cells. */
+static Work work_of(const Cells *g, size_t entries, size_t more)
 {
+    static _Thread_local double *room;
+    static _Thread_local size_t size;
     /* vectors of a processor begin at whole ones of theirs */
     size_t line = 64 / sizeof(double), lanes = g->lanes;
     size_t w = (g->coefficient_size * lanes + line) / line * line;
     size_t A = (entries * lanes + line) / line * line;
-    double *all = aligned_alloc(64, sizeof(double) * (w + A));
-    return (Work){all, all + w};
+    size_t all = w + A + (more + line) / line * line;
+    if (all > size) {
+        free(room);
+        room = aligned_alloc(64, sizeof(double) * all);
+        size = all;
+    }
+    return (Work){room, room + w, room + w + A};
 }
 
 /* Element tensors of a kernel over the cells that it takes at once, `count` of them, each added at
@@ -89,18 +98,17 @@ static int taken(const Cells *g, int cell)
 /* Matrices of all cells, `g->lanes` at a time; `K` has those of the last ones in the end. */
 void all_matrices(const Cells *g, const Kernel *kernels, int count, double *K)
 {
-    Work work = work_of(g, (size_t)g->size * g->size);
+    Work work = work_of(g, (size_t)g->size * g->size, 0);
     for (int cell = 0; cell < g->cells; cell += g->lanes)
         matrices(g, kernels, count, cell, taken(g, cell), work, K);
-    free(work.w);
 }
 
 /* Largest entries of the matrices of all cells, shape (size, size). */
 void largest_entries(const Cells *g, const Kernel *kernels, int count, double *found)
 {
     size_t square = (size_t)g->size * g->size;
-    double *K = malloc(sizeof(double) * (square * g->lanes + 1));
-    Work work = work_of(g, square);
+    Work work = work_of(g, square, square * g->lanes);
+    double *K = work.more;
     for (int cell = 0; cell < g->cells; cell += g->lanes) {
         int some = taken(g, cell);
         matrices(g, kernels, count, cell, some, work, K);
@@ -110,25 +118,22 @@ void largest_entries(const Cells *g, const Kernel *kernels, int count, double *f
                 found[i % square] = size;
         }
     }
-    free(work.w);
-    free(K);
 }
 
 /* Sums of integrals over all cells, each added to the entry of `sums` that it belongs `to`. */
 void functionals(const Cells *g, const Kernel *kernels, int count, const int *to, double *sums)
 {
-    Work work = work_of(g, 1);
+    Work work = work_of(g, 1, 0);
     for (int cell = 0; cell < g->cells; cell += g->lanes)
         for (int k = 0; k < count; ++k)
             tabulate(kernels + k, g, cell, taken(g, cell), work, sums + to[k], 0, 1);
-    free(work.w);
 }
 
 /* Residual of all cells, added to `b` at the local dofs `g->dofs`. */
 void residual(const Cells *g, const Kernel *kernels, int count, double *b)
 {
-    Work work = work_of(g, g->size);
-    double *r = malloc(sizeof(double) * ((size_t)g->size * g->lanes + 1));
+    Work work = work_of(g, g->size, (size_t)g->size * g->lanes);
+    double *r = work.more;
     for (int cell = 0; cell < g->cells; cell += g->lanes) {
         int some = taken(g, cell);
         memset(r, 0, sizeof(double) * g->size * some);
@@ -138,6 +143,4 @@ void residual(const Cells *g, const Kernel *kernels, int count, double *b)
         for (int i = 0; i < g->size * some; ++i)
             b[dofs[i]] += r[i];
     }
-    free(r);
-    free(work.w);
 }

@@ -6,23 +6,31 @@
 
 typedef NUMBER OF(wide) __attribute__((vector_size(sizeof(NUMBER) * LANES)));
 
-/* y += sign A x, of shape (m, n); sums of several rows do not wait for one another */
+/* y += sign A x, of shape (m, n); four sums at a time, each by its name, or gcc would not keep them
+ * in registers: of one alone each product would wait for the one before */
 static void OF(product)(int m, int n, const OF(wide) *A, const lanes *x, double sign, lanes *y)
 {
     int i = 0;
-    for (; i + 4 <= m; i += 4, A += 4 * n) {
-        lanes sums[4] = {{0.0}, {0.0}, {0.0}, {0.0}};
-        for (int j = 0; j < n; ++j)
-            for (int k = 0; k < 4; ++k)
-                sums[k] += __builtin_convertvector(A[k * n + j], lanes) * x[j];
-        for (int k = 0; k < 4; ++k)
-            y[i + k] += sign * sums[k];
+    for (; i + 4 <= m; i += 4) {
+        const OF(wide) *a = A + (size_t)i * n, *b = a + n, *c = b + n, *d = c + n;
+        lanes p = {0.0}, q = {0.0}, r = {0.0}, s = {0.0};
+        for (int j = 0; j < n; ++j) {
+            p += __builtin_convertvector(a[j], lanes) * x[j];
+            q += __builtin_convertvector(b[j], lanes) * x[j];
+            r += __builtin_convertvector(c[j], lanes) * x[j];
+            s += __builtin_convertvector(d[j], lanes) * x[j];
+        }
+        y[i] += sign * p;
+        y[i + 1] += sign * q;
+        y[i + 2] += sign * r;
+        y[i + 3] += sign * s;
     }
-    for (; i < m; ++i, A += n) {
-        lanes sum = {0.0};
+    for (; i < m; ++i) {
+        const OF(wide) *a = A + (size_t)i * n;
+        lanes p = {0.0};
         for (int j = 0; j < n; ++j)
-            sum += __builtin_convertvector(A[j], lanes) * x[j];
-        y[i] += sign * sum;
+            p += __builtin_convertvector(a[j], lanes) * x[j];
+        y[i] += sign * p;
     }
 }
 

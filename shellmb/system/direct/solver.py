@@ -37,12 +37,12 @@ PLAIN_SYSTEM, PLAIN_ERROR = 1000, 1e-6
 # serve about one step; new ones pay before a single solution costs as much as they do
 YOUNG, SOLUTIONS = 3.0, 3.0
 
-# Cost of assembling and factorising in iterations with an old factorisation: of small systems
-# between 6 and 10; of large ones it grows as the operations of the factorisation for each number of
-# its factors do, which an iteration reads. At 32x32 elements steps take 4 % (EP) and 29 % (ED) less
-# time than with the cost of small systems. An estimate and no measurement of each run, so that a
-# run gives the same result each time
-SMALL_COST, OPERATIONS = 8.0, 25.0
+# Cost of assembling and factorising in iterations with an old factorisation, for each form of the
+# Jacobian for one of the residual: of small systems between 8 and 16; of large ones it grows as the
+# operations of the factorisation for each number of its factors do, which an iteration reads. At
+# 32x32 elements steps take 4 % (EP) and 29 % (ED) less time than with the cost of small systems. An
+# estimate and no measurement of each run, so that a run gives the same result each time
+SMALL_COST, OPERATIONS = 12.0, 25.0
 
 
 class Purpose(Enum):
