@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from shellmb.system.assembly import native
 from shellmb.system.assembly.fields import DirectorPath, DirectorRates, Field
+from shellmb.system.nullspace.directorbases import Bases, DirectorBases
 from shellmb.system.nullspace.directorpath import (
     Half,
     MasslessPath,
@@ -37,28 +38,6 @@ Bools = npt.NDArray[np.bool_]
 TURN = 0.1
 # violation of a constraint of directors of unit length that is none
 ROUND_OFF = 1e-13
-
-
-class Bases(NamedTuple):
-    """Tangent spaces of nodes; vectors of nodes that have fewer than others are zero.
-
-    Args:
-        right: Increments, shape (n, 3 k, m).
-        left: Test vectors, shape (n, 3 k, m).
-        forces: What makes multipliers of forces, `(C^T)^+`, shape (n, 3 k, c).
-        state: Of rates, their change with the increments of the state, shape (n, 3 k, m).
-        left_other: Over a path, tests of the field in the equations of the other one.
-        forces_other: Over a path, what makes multipliers of the other field of forces.
-        rates: Over a path, of the states: what the velocities have of the bases of a pair.
-    """
-
-    right: Floats
-    left: Floats
-    forces: Floats
-    state: Floats | None
-    left_other: Floats | None = None
-    forces_other: Floats | None = None
-    rates: Half | None = None
 
 
 class _Partial(NamedTuple):
@@ -107,9 +86,13 @@ class DirectorNodes:
         self._lib = native.cells().lib
         self.partial = self._partial()
         alike = self.size == 2 and not self.partial
-        midway = declared.before is not None and not declared.linear
-        midway = midway and self.rates is None and self.path is None
-        self._directors = DirectorBases(self) if alike and midway else None
+        midway = not declared.linear and self.rates is None and self.path is None
+        self._directors: DirectorBases | None = None
+        if alike and midway and declared.before is not None:
+            before = declared.before.x.array
+            self._directors = DirectorBases(
+                self.dofs, self.held, self.reference, before, self.values
+            )
 
     @property
     def rates(self) -> DirectorRates | None:
@@ -326,29 +309,3 @@ class DirectorNodes:
             C = constraint(one.rate_rows()[0])[0]
             out[node, free] = -any_pseudo_inverse(C[:, free]) @ one.excess()[0]
         return out
-
-
-class DirectorBases:
-    """Bases of nodes with one director each, all free or held: one loop of `nodes.c`.
-
-    Args:
-        nodes: The nodes.
-    """
-
-    def __init__(self, nodes: DirectorNodes) -> None:
-        n, before = len(nodes.dofs), nodes.declared.before
-        assert before is not None
-        self._lib = native.cells().lib
-        self._bases = Bases(np.zeros((n, 3, 2)), np.zeros((n, 3, 2)), np.zeros((n, 3, 1)), None)
-        dofs, held = nodes.dofs.astype(np.int64), nodes.held.astype(np.uint8)
-        reference = np.ascontiguousarray(nodes.reference, dtype=float)
-        self._kept = dofs, held, reference, before
-        given = reference, before.x.array, nodes.values
-        right, left, forces = map(native.doubles, self._bases[:3])
-        pointers = (*map(native.doubles, given), native.bytes_of(held), left, right, forces)
-        self._arguments = (n, native.longs(dofs), *pointers)
-
-    def __call__(self) -> Bases:
-        """Those at the current state; overwritten by the next call."""
-        self._lib.bases(*self._arguments)
-        return self._bases

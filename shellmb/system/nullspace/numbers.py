@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from shellmb.system.assembly import native
 from shellmb.system.assembly.loops import MeshCells
-from shellmb.system.nullspace.directornodes import Bases
+from shellmb.system.nullspace.directorbases import Bases
 from shellmb.system.nullspace.nodes import SystemNodes
 from shellmb.system.nullspace.prolongation import RowMap
 

@@ -1,0 +1,67 @@
+"""Tangent spaces of the nodes of a field: of single directors by a loop in C."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from shellmb.system.assembly import native
+from shellmb.system.nullspace.directorpath import Half
+
+Floats = npt.NDArray[np.float64]
+Bools = npt.NDArray[np.bool_]
+Dofs = npt.NDArray[np.int32]
+
+
+class Bases(NamedTuple):
+    """Tangent spaces of nodes; vectors of nodes that have fewer than others are zero.
+
+    Args:
+        right: Increments, shape (n, 3 k, m).
+        left: Test vectors, shape (n, 3 k, m).
+        forces: What makes multipliers of forces, `(C^T)^+`, shape (n, 3 k, c).
+        state: Of rates, their change with the increments of the state, shape (n, 3 k, m).
+        left_other: Over a path, tests of the field in the equations of the other one.
+        forces_other: Over a path, what makes multipliers of the other field of forces.
+        rates: Over a path, of the states: what the velocities have of the bases of a pair.
+    """
+
+    right: Floats
+    left: Floats
+    forces: Floats
+    state: Floats | None
+    left_other: Floats | None = None
+    forces_other: Floats | None = None
+    rates: Half | None = None
+
+
+class DirectorBases:
+    """Bases of nodes with one director each, all free or held: one loop of `nodes.c`.
+
+    Args:
+        dofs: Local dofs of the nodes, shape (n, 3).
+        held: Which are held, shape (n,).
+        reference: Directors where the values are zero, shape (n, 3).
+        before: Values of all local dofs at the start of the step.
+        now: Their values.
+    """
+
+    def __init__(
+        self, dofs: Dofs, held: Bools, reference: Floats, before: Floats, now: Floats
+    ) -> None:
+        n = len(dofs)
+        self._lib = native.cells().lib
+        self._bases = Bases(np.zeros((n, 3, 2)), np.zeros((n, 3, 2)), np.zeros((n, 3, 1)), None)
+        places, marks = dofs.astype(np.int64), held.astype(np.uint8)
+        given = np.ascontiguousarray(reference, dtype=float), before, now
+        self._kept = places, marks, given
+        right, left, forces = map(native.doubles, self._bases[:3])
+        pointers = (*map(native.doubles, given), native.bytes_of(marks), left, right, forces)
+        self._arguments = (n, native.longs(places), *pointers)
+
+    def __call__(self) -> Bases:
+        """Those at the current state; overwritten by the next call."""
+        self._lib.bases(*self._arguments)
+        return self._bases
