@@ -16,7 +16,9 @@ DEFLECTION, TWIST = 2, 8
 
 @dataclass(frozen=True)
 class ExudynPlate(Pushed, ExudynMotion):
-    """How it is solved."""
+    """How it is solved; `tolerance` as of the plate in other codes (`plates.py`)."""
+
+    tolerance: float = 1e-3
 
     def run(self) -> TipHistory:
         """Solve; set-up is not timed.

@@ -52,7 +52,7 @@ class OpenSeesPlate:
     integrator: str = "Newmark"
     force: float = 2.0
     t_end: float = 0.5
-    tolerance: float = 1e-6
+    tolerance: float = 1e-3
 
     @property
     def how(self) -> str:

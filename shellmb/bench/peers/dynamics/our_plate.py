@@ -33,7 +33,9 @@ class Pushed:
 
 @dataclass(frozen=True)
 class OurPlate(Pushed, OurMotion):
-    """How it is solved."""
+    """How it is solved; `tolerance` as of the plate in other codes (`plates.py`)."""
+
+    tolerance: float = 1e-2
 
     def run(self) -> TipHistory:
         """Solve; set-up and compilation are not timed."""
