@@ -7,10 +7,13 @@ import pytest
 
 from shellmb.scene import Clamped, EdgeForce, Isotropic, Rectangle, Scene, Shell
 from shellmb.simulate.simulation import Simulation
+from shellmb.system.assembly import native
 from shellmb.system.assembly.scatter import ParallelExchange, SerialExchange
 from shellmb.system.condensation.reduction import Reduction
 from shellmb.system.condensation.substitution import ParallelPasses, SerialPasses
+from shellmb.system.direct.solver import Purpose
 from shellmb.system.nullspace.directornodes import TURN
+from shellmb.system.nullspace.directors import violation
 from shellmb.system.nullspace.nodes import NodeLoops
 
 # differences are those of sums in another order
@@ -65,6 +68,56 @@ def test_passes(simulation, loaded, single) -> None:
         difference = np.abs(exact - other).max() / np.abs(exact).max()
         # round-off of single precision in sums of forces that cancel one another
         assert (0 < difference < 1e-4) if single else difference == 0
+
+
+def test_a_solution_at_once(simulation) -> None:
+    """Both passes with PETSc's solution between them are the three, one after the other."""
+    iteration = simulation.problem.iteration
+    reduction, system = iteration.linear, simulation.problem.system
+    assert isinstance(reduction, Reduction) and isinstance(reduction._passes, SerialPasses)
+    assert reduction.factorise(Purpose.LAGGED) is None and reduction.solver.direct
+    b, dx = system.b.duplicate(), system.x.duplicate()
+    b.array[:] = some(len(b.array_r))
+    assert reduction.solve(b, dx, fresh=True) is None
+    parts, rhs, solution = np.zeros(len(dx.array_r)), *reduction.A.createVecs()[::-1]
+    reduction._passes.before(False, b.array_r, reduction._load, rhs.array)
+    reduction.solver._ksp.solve(rhs, solution)
+    reduction._passes.after(False, solution.array_r, reduction._given, parts)
+    assert np.array_equal(dx.array_r, parts) and parts.any()
+
+
+def test_a_residual_at_once(simulation) -> None:
+    """Fields take the unknowns, and what follows them does, too."""
+    system, found = simulation.problem.system, []
+    x, start = system.x.copy(), system.x.copy()
+    x.array[:] += 1e-3 * some(len(x.array_r))
+    once = system.at_once
+    assert once is not None
+    try:
+        for system.at_once in (once, None):
+            system.evaluate(start, system.b)
+            system.evaluate(x, system.b)
+            values = [field.function.x.array.copy() for field in system.fields]
+            found.append([system.b.array_r.copy(), system.reactions.copy(), *values])
+    finally:
+        system.at_once = once
+        system.evaluate(start, system.b)
+    for one, other in zip(*found, strict=True):
+        assert np.array_equal(one, other) and one.any()
+
+
+@pytest.mark.parametrize("k", [1, 3])
+def test_violations_of_directors(k) -> None:
+    """Of nodes that count, the largest; what is no number wins."""
+    lib = native.cells().lib
+    reference, values = np.tile(np.eye(3)[:k].ravel(), (4, 1)), 0.1 * some(12 * k)
+    dofs, counts = np.arange(12 * k).reshape(4, 3 * k), np.array([1, 0, 1, 1], dtype=np.uint8)
+    expected = np.abs(violation(reference + values.reshape(4, -1))).max(axis=1)
+    pointers = native.longs(dofs), *map(native.doubles, (reference, values))
+    arguments = 4, k, *pointers, native.bytes_of(counts)
+    assert lib.violation(*arguments) == pytest.approx(max(expected[[0, 2, 3]]), rel=1e-14)
+    values[6 * k] = np.nan
+    assert np.isnan(lib.violation(*arguments))
 
 
 def test_exchange(simulation) -> None:
