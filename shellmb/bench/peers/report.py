@@ -32,7 +32,7 @@ NOTE = (
     "set-up and compilation excluded; the least of several runs, the codes in turn (spread: "
     "slowest less fastest by fastest). Error: L2 norm over time of the displacement less "
     "converged answer, relative to the latter, with a cubic spline through the ends of the steps. "
-    "Newton's method of each code ends as early as its answer allows: tolerances of 1e-2 (shellmb), "
+    "Newton's method ends as early as each code's answer allows: tolerances of 1e-2 (shellmb) and "
     "1e-3 (others) for the plate, 1e-6 for what is compared with and for section 6.1."
 )
 
