@@ -58,8 +58,17 @@ class Running[T]:
 
     now: T
 
+    def __call__(self, now: T) -> Running[T]:
+        """For a `with` statement.
+
+        Args:
+            now: What is solved.
+        """
+        self.now = now
+        return self
+
     def __enter__(self) -> None:
-        """It is up to the caller to set what it is."""
+        """It runs already."""
 
     def __exit__(self, *failure: object) -> None:
         """Nothing runs any more."""
@@ -157,8 +166,7 @@ class DolfinxNewton:
             self.iteration.update()
             return 1
         self._converged = False
-        with self._running:
-            self._running.now = self
+        with self._running(self):
             iterations, converged = self._solver.solve(self.system.x)
         if not converged:
             raise self.iteration.convergence.error("too many iterations")
@@ -214,8 +222,7 @@ class SnesNewton:
         """
         self.iteration.begin(key, full)
         self._error = None
-        with self._running:
-            self._running.now = self
+        with self._running(self):
             self._snes.solve(None, self.system.x)
         if self._snes.getConvergedReason() <= 0:
             raise self._error or self.iteration.convergence.error("too many iterations")
