@@ -179,7 +179,10 @@ class Reduction:
             assert self.solver.matrix is not None
             self.solver.solutions += 1
             matrix = self.solver.matrix.handle
-            inside = passes.solve(rough, matrix, b.array_r, load, self._given, dx.array)
+            found = passes.solve(rough, matrix, b.array_r, load, self._given, dx.array)
+            error, inside = found
+            if error:
+                reason = f"the direct solver failed (PETSc's error {error})"
         else:
             passes.before(rough, b.array_r, load, self._rhs.array)
             before = time.perf_counter()
