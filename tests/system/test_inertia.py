@@ -53,6 +53,4 @@ def test_a_saddle_point() -> None:
 def test_without_symmetry_there_is_no_answer() -> None:
     full = symmetric(1)
     full[0, 3] += 1e-3
-    inertia = Inertia(matrix(full), "test_inertia_none_")
-    assert inertia.asymmetry() == pytest.approx(np.sqrt(2) * 1e-3 / np.linalg.norm(full), rel=1e-9)
-    assert inertia.negative() is None
+    assert Inertia(matrix(full), "test_inertia_none_").negative() is None

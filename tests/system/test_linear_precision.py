@@ -17,41 +17,15 @@ from shellmb.system.direct.solver import (
     KRYLOV_TOLERANCE,
     PLAIN_SYSTEM,
     REFINED_TOLERANCE,
+    REFINEMENTS,
     SMALL_SYSTEM,
+    TRIED,
     DirectSolver,
     Factors,
     Floats,
     Purpose,
 )
-
-
-def band(n: int, stencil: dict[int, float]) -> PETSc.Mat:
-    """A matrix of constant diagonals."""
-    A = PETSc.Mat().createAIJ((n, n), nnz=len(stencil))
-    for row in range(n):
-        for shift, value in stencil.items():
-            if 0 <= row + shift < n:
-                A.setValue(row, row + shift, value)
-    A.assemble()
-    return A
-
-
-def error(solver: DirectSolver) -> float:
-    """Residual of a solution, relative to the right-hand side."""
-    x, b = solver.A.createVecs()
-    b.array[:] = np.random.default_rng(0).standard_normal(b.getLocalSize())
-    assert solver.solve(b, x) is None
-    rest = b.duplicate()
-    solver.A.mult(x, rest)
-    rest.axpy(-1.0, b)
-    return float(rest.norm() / b.norm())
-
-
-# unsymmetric, and its condition is bounded whatever its size
-FIRM = {-1: -1.0, 0: 2.5, 1: -1.2}
-ONES = np.ones(SMALL_SYSTEM)
-# a beam without inertia: its condition grows as n^4
-BEAM = {-2: 1.0, -1: -4.0, 0: 6.0, 1: -4.0, 2: 1.0}
+from tests.system.conftest import BEAM, FIRM, ONES, band, error
 
 
 @pytest.mark.parametrize(
@@ -163,6 +137,22 @@ def test_factors_of_single_precision_serve_matrices_that_are_near() -> None:
     assert solver.factorise(Purpose.ONE) is None
     assert error(solver) < KRYLOV_TOLERANCE
     assert solver.factorisations == 2 and solver.single
+
+
+def test_factors_of_another_matrix_are_soon_given_up() -> None:
+    A = band(SMALL_SYSTEM, FIRM)
+    solver = DirectSolver(A, "other_", ONES)
+    assert solver.factorise(Purpose.ONE) is None
+    error(solver)
+    scale = A.createVecRight()
+    scale.array[:] = np.random.default_rng(2).uniform(-1.0, 1.0, SMALL_SYSTEM)
+    A.diagonalScale(scale)
+    before = solver.solutions
+    assert solver.factorise(Purpose.ONE) is None
+    assert error(solver) < KRYLOV_TOLERANCE
+    assert solver.factorisations == 2
+    # those tried, and refinement with factors of its own
+    assert solver.solutions - before <= TRIED + REFINEMENTS
 
 
 # both purposes of Newton's method

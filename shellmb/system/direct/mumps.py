@@ -32,6 +32,9 @@ SMALL_OPTIONS: dict[str, int] = {WORKSPACE: 20_000}
 # from 6x2 to 32x32 elements)
 REDUCED_OPTIONS: dict[str, int] = {"mat_mumps_icntl_7": 5, SCALING: 4}
 SMALL_REDUCED_OPTIONS: dict[str, int] = {"mat_mumps_icntl_7": 0}
+# of one triangle no scaling but these is symmetric; without one, pivots are delayed, and 64x64
+# elements take twice the operations
+SYMMETRIC_OPTIONS: Mapping[str, int] = MappingProxyType({SCALING: 7})
 
 
 # of options that users set for all factorisations, `PETSC_OPTIONS="-shellmb_mumps_icntl_35 2"`:

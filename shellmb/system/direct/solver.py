@@ -10,7 +10,14 @@ from petsc4py import PETSc
 import numpy as np
 import numpy.typing as npt
 
-from shellmb.system.direct.mumps import NO_OPTIONS, SMALL_SYSTEM, mumps_options, use_mumps
+from shellmb.system.direct.mumps import (
+    NO_OPTIONS,
+    SMALL_SYSTEM,
+    SYMMETRIC_OPTIONS,
+    mumps_options,
+    use_mumps,
+)
+from shellmb.system.direct.symmetry import asymmetry
 
 Floats = npt.NDArray[np.float64]
 
@@ -18,6 +25,10 @@ Floats = npt.NDArray[np.float64]
 # elements end in directors of direct solutions to 1e-13 and in velocities to 1e-12, with this
 # tolerance as with a thousandth of it: the next iteration squares what is left
 KRYLOV_TOLERANCE, KRYLOV_ITERATIONS = 1e-10, 15
+# Where residuals are not this small after so many, iterations come to nothing, and new factors are
+# the shorter way: half of the attempts of static plates, which took 20 % of their steps. What does
+# get to the tolerance is below 1e-5 by then (32x32 and 64x64 elements)
+HOPELESS, TRIED = 1e-3, 5
 
 # Factors of single precision of a large system take half the time and memory, solutions with them
 # two thirds of the time (ED, 32x32 and 64x64 elements). Refinement with the matrix itself, which is
@@ -32,6 +43,11 @@ REFINED_TOLERANCE, REFINEMENTS, CONTRACTION = 1e-10, 6, 0.02
 # pivots, so that each is tried on a solution that is known: beyond this error, in the units of the
 # unknowns, or where there is a zero on the way, as of multipliers of joints, MUMPS takes over
 PLAIN_SYSTEM, PLAIN_ERROR = 1000, 1e-6
+
+# What forces that follow a body add to one triangle only may be little beside its stiffness, and
+# all that a soft mode feels: this times a condition of 1e9 is a contraction of 0.01. Round-off of
+# plates is 1e-15 to 1e-12, of elements 16 to 100 times as long as thick
+SYMMETRIC = 1e-11
 
 # As factors age, iterations become more. With young ones a solution takes `YOUNG` of them, and they
 # serve about one step; new ones pay before a single solution costs as much as they do
@@ -58,7 +74,13 @@ class Factors(Enum):
 
     PLAIN = "PETSc, without pivots"
     SINGLE = "MUMPS, of single precision"
+    SYMMETRIC = "MUMPS, one triangle"
     DOUBLE = "MUMPS"
+
+    @property
+    def exact(self) -> bool:
+        """Whether a solution with them is as exact as double precision lets it be."""
+        return self in (Factors.SYMMETRIC, Factors.DOUBLE)
 
 
 class DirectSolver:
@@ -68,7 +90,9 @@ class DirectSolver:
     Factors of large reduced systems are of single precision as long as that serves: not for any
     number of exact solutions, and of a matrix that is singular or too ill-conditioned for it no
     more after the first one (mixed precision refinement: Langou et al., Exploiting the performance
-    of 32 bit floating point arithmetic in obtaining 64 bit accuracy, SC 2006).
+    of 32 bit floating point arithmetic in obtaining 64 bit accuracy, SC 2006). Where it does not, a
+    large matrix that is symmetric, as in statics, is factorised as L D L^T, with half the
+    operations and numbers, until the first one that is not.
 
     Args:
         A: The matrix.
@@ -96,16 +120,18 @@ class DirectSolver:
         ksp.setOptionsPrefix(prefix)
         ksp.setType(PETSc.KSP.Type.PREONLY)
         self.A, self._ksp, self._prefix = A, ksp, prefix
-        reduced = scales is not None
+        self._reduced = reduced = scales is not None
         self._options = {**mumps_options(A.getSize()[0], reduced, A.comm.size), **options}
         self._large = A.getSize()[0] >= SMALL_SYSTEM
         plain = A.comm.size == 1 and A.getSize()[0] < PLAIN_SYSTEM
         small = Factors.PLAIN if plain else Factors.DOUBLE
         self._use((Factors.SINGLE if self._large else small) if reduced else Factors.DOUBLE)
-        if self.factors is not Factors.DOUBLE:
+        if not self.factors.exact:
             self._rest, self._change, self._scaled = (A.createVecRight() for _ in range(3))
             self._units = self._rest.duplicate()
             self._units.array[:] = 1.0 / np.asarray(scales)
+        ksp.setConvergenceHistory(reset=True)
+        ksp.addConvergenceTest(_hopeless)
         ksp.setFromOptions()
         self._purpose = Purpose.EXACT
         self.contraction: float | None = None
@@ -127,7 +153,15 @@ class DirectSolver:
             return
         precision = "single" if self.single else "double"
         options = self._options | {"pc_precision": precision}
-        use_mumps(pc, PETSc.PC.Type.LU, self._prefix, options)
+        symmetric = factors is Factors.SYMMETRIC
+        kind = PETSc.PC.Type.CHOLESKY if symmetric else PETSc.PC.Type.LU
+        more = SYMMETRIC_OPTIONS if symmetric else NO_OPTIONS
+        use_mumps(pc, kind, self._prefix, {**options, **more})
+
+    def _use_exact(self) -> None:
+        """Factors in double precision from now on: those of one triangle where they serve."""
+        halved = self._large and self._reduced and self._symmetric()
+        self._use(Factors.SYMMETRIC if halved else Factors.DOUBLE)
 
     @property
     def single(self) -> bool:
@@ -142,12 +176,14 @@ class DirectSolver:
                 are kept as a preconditioner, as long as few iterations do.
         """
         self._purpose = purpose
-        if self.factors is not Factors.DOUBLE and purpose is Purpose.EXACT:
-            self._use(Factors.DOUBLE)
+        if purpose is Purpose.EXACT and not self.factors.exact:
+            self._use_exact()
         recycled = purpose is Purpose.ONE and self._paying and self._large
         return self._factorise(recycled)
 
     def _factorise(self, recycled: bool) -> str | None:
+        if self.factors is Factors.SYMMETRIC and not (recycled or self._symmetric()):
+            self._use(Factors.DOUBLE)
         self._recycled, self._enough = recycled, not (recycled or self.single)
         self._ksp.setOperators(self.A)
         self._ksp.getPC().setReusePreconditioner(recycled)
@@ -155,7 +191,8 @@ class DirectSolver:
         self._ksp.setUp()
         failure = self._failure()
         plain = self.factors is Factors.PLAIN
-        if (failure is not None or (plain and not self._sound())) and (plain or self.single):
+        unsound = failure is not None or (plain and not self._sound())
+        if unsound and self.factors is not Factors.DOUBLE:
             self._use(Factors.DOUBLE)
             return self._factorise(recycled=False)
         self._paying = failure is None
@@ -164,6 +201,10 @@ class DirectSolver:
             if self._work is None and not plain:
                 self._work = self._operations()
         return failure
+
+    def _symmetric(self) -> bool:
+        """Whether one triangle of the matrix is all of it."""
+        return asymmetry(self.A) <= SYMMETRIC
 
     def _sound(self) -> bool:
         """Whether factors without pivots give a known solution back."""
@@ -205,7 +246,7 @@ class DirectSolver:
                 return None
             # old factors are made anew; new ones in double precision
             if not self._recycled:
-                self._use(Factors.DOUBLE)
+                self._use_exact()
             failure = self._factorise(recycled=False)
             if failure is not None:
                 return failure
@@ -281,3 +322,11 @@ class DirectSolver:
             -13: "the direct solver could not allocate memory",
         }
         return reasons.get(infog, f"the direct solver failed (MUMPS INFOG(1) = {infog})")
+
+
+def _hopeless(ksp: PETSc.KSP, iteration: int, norm: float) -> PETSc.KSP.ConvergedReason:
+    """Ends Krylov iterations that come to nothing."""
+    reasons = PETSc.KSP.ConvergedReason
+    if iteration < TRIED or norm <= HOPELESS * ksp.getConvergenceHistory()[0]:
+        return reasons.ITERATING
+    return reasons.DIVERGED_DTOL
