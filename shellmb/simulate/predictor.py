@@ -15,6 +15,7 @@ from petsc4py import PETSc
 import numpy as np
 import numpy.typing as npt
 
+from shellmb.system.assembly import native
 from shellmb.system.newton.iteration import Iteration
 
 Floats = npt.NDArray[np.float64]
@@ -40,13 +41,18 @@ class Predictor:
         self._nodes, self._convergence = iteration.nodes, iteration.convergence
         self._rates = rates
         self._guess = iteration.system.x.duplicate()
+        self._owned = iteration.system.numbering.owned
+        self._guesses = np.zeros((STATES, self._owned))
+        module = native.cells()
+        self._lib, self._pointers = module.lib, module.ffi.new("double *[]", STATES)
+        self._places = len(rates), native.longs(rates)
         self.clear()
 
     def clear(self) -> None:
         """Forget the past: motion does not continue smoothly."""
-        # the last states, the newest first; an array of its own after each step, so that who was
-        # given them may keep them
-        self._past = np.zeros((0, self._nodes.system.numbering.owned))
+        # the last states, the newest first; each an array of its own, which who was given it may
+        # keep
+        self._past: list[Floats] = []
         # times from the first of them to each, s
         self._times: tuple[float, ...] = ()
         self._errors: list[float] = []
@@ -63,10 +69,24 @@ class Predictor:
         if not known or key != self._key:
             return None
         degree = self._errors.index(min(self._errors)) if self._errors else 0
-        self._guess.array[:] = self._weights(dt)[degree] @ self._past
-        self._guess.array[self._rates] *= dt
+        self._foresee(degree, dt, None, self._guess.array[None])
         self._nodes.normalise(self._guess)
         return self._guess
+
+    def _foresee(self, first: int, dt: float, less: Floats | None, to: Floats) -> None:
+        """Unknowns a step ahead, by polynomials of a degree and the next ones.
+
+        Args:
+            first: The degree.
+            dt: Length of the step, s.
+            less: What is subtracted.
+            to: Gets them, shape (degrees, n).
+        """
+        past, pointer = self._past, native.doubles
+        found = pointer(weights(tuple(t / dt for t in self._times)))
+        sizes = first, len(to), len(past), self._owned
+        where = pointer(less), pointer(to)
+        self._lib.foresee(*sizes, self._pointers, found, *self._places, dt, *where)
 
     def accept(self, x: PETSc.Vec, key: Hashable, dt: float) -> None:
         """Remember the solution of a step.
@@ -81,9 +101,9 @@ class Predictor:
         self._key = key
         new, known = x.array_r.copy(), len(self._past)
         if known:
-            guesses = self._weights(dt) @ self._past
-            guesses[:, self._rates] *= dt
-            found = self._convergence.sizes(new, new - guesses).tolist()
+            wrong = self._guesses[:known]
+            self._foresee(0, dt, new, wrong)
+            found = self._convergence.sizes(new, wrong).tolist()
             old = self._errors
             self._errors = [
                 MEMORY * error + (1 - MEMORY) * before
@@ -91,11 +111,13 @@ class Predictor:
             ]
             self._errors += found[len(old) :]
         new[self._rates] /= dt
-        self._past = np.concatenate([new[None], self._past[: STATES - 1]])
+        self._remember([new, *self._past[: STATES - 1]])
         self._times = (0.0, *(t - dt for t in self._times))[:STATES]
 
-    def _weights(self, dt: float) -> Floats:
-        return weights(tuple(t / dt for t in self._times))
+    def _remember(self, states: list[Floats]) -> None:
+        self._past = states
+        for k, state in enumerate(states):
+            self._pointers[k] = native.doubles(state)
 
     def arrays(self) -> dict[str, Floats]:
         """What a restart needs of the past: unknowns that this rank owns."""
@@ -118,8 +140,7 @@ class Predictor:
             state: As from `state`.
             key: That of the step to come.
         """
-        states = [arrays[str(k)] for k in range(len(arrays))]
-        self._past = np.reshape(states, (len(arrays), self._past.shape[1]))
+        self._remember([np.array(arrays[str(k)]) for k in range(len(arrays))])
         self._times, self._errors = tuple(state["times"]), list(state["errors"])
         self._key = key
 

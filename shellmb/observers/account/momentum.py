@@ -26,6 +26,8 @@ from shellmb.system.assembly.functionals import Functionals
 Floats = npt.NDArray[np.float64]
 
 KINDS = {"momentum": "linear", "angular momentum": "angular"}
+# impulses of loads, of supports, and of impacts at which something begins to act
+IMPULSES = ("loads", "supports", "impacts")
 COLUMNS = [f"{name}_{axis}" for name in ("momentum", "angular_momentum") for axis in "xyz"]
 
 # below this part of m v, with v from the largest kinetic energy, and of the impulses of single
@@ -50,8 +52,9 @@ class Momentum(Silent):
         self.values: dict[str, Floats] = {}
         self.drift: dict[str, float] = {}
         self._initial: dict[str, Floats] = {}
-        # impulses so far of loads, of supports, and of impacts at which something begins to act
-        self._impulses = dict.fromkeys(("loads", "supports", "impacts"), np.zeros((2, 3)))
+        # both momenta now, and impulses so far
+        self._vectors = np.zeros((1 + len(IMPULSES), 2, 3))
+        self._now, self._impulses = self._vectors[0], self._vectors[1:]
         self._largest = dict.fromkeys(KINDS, 0.0)
         self._gross = self._kinetic = 0.0
 
@@ -71,6 +74,7 @@ class Momentum(Silent):
         for kind in KINDS:
             self._initial.setdefault(kind, self.values[kind].copy())
             self.drift.setdefault(kind, 0.0)
+        self._begin = np.array(list(self._initial.values()))
         self._sizes()
 
     def _functionals(self, simulation: Simulation, bodies: list[Any]) -> Functionals:
@@ -106,14 +110,13 @@ class Momentum(Silent):
         return float(self._along_axes([present(forms)], simulation.model.comm)()[0])
 
     def _take(self) -> None:
-        self._now = self._momenta().reshape(2, 3).copy()
-        self.values = dict(zip(KINDS, self._now, strict=True))
+        self._now[:] = self._momenta().reshape(2, 3)
+        self.values = dict(zip(KINDS, self._now.copy(), strict=True))
 
     def _sizes(self) -> None:
-        found = np.array([self._now, *self._impulses.values()])
-        sizes = np.sqrt(np.add.reduce(found * found, axis=2).max(axis=0)).tolist()
-        for kind, size in zip(KINDS, sizes, strict=True):
-            self._largest[kind] = max(self._largest[kind], size)
+        squares = np.add.reduce(self._vectors * self._vectors, axis=2)
+        for kind, square in zip(KINDS, np.maximum.reduce(squares).tolist(), strict=True):
+            self._largest[kind] = max(self._largest[kind], math.sqrt(square))
         self._kinetic = max(self._kinetic, self.account.values["kinetic_energy"])
 
     def switched(self, simulation: Simulation) -> None:
@@ -121,17 +124,17 @@ class Momentum(Silent):
         if not self._dynamic or not self._held:
             # the impact of one body on another changes nothing
             return
-        before = self._now
+        before = self._now.copy()
         self._take()
-        self._impulses["impacts"] = self._impulses["impacts"] + self._now - before
+        self._impulses[2] += self._now - before
 
     def solved(self, simulation: Simulation) -> None:
         """Add the impulses of the step."""
         if not self._dynamic:
             return
         step = self._impulse.of_step(simulation)
-        self._impulses["loads"] = self._impulses["loads"] + step.loads
-        self._impulses["supports"] = self._impulses["supports"] + step.supports
+        self._impulses[0] += step.loads
+        self._impulses[1] += step.supports
         self._gross += step.gross
 
     def accepted(self, simulation: Simulation) -> None:
@@ -139,9 +142,7 @@ class Momentum(Silent):
         if not self._dynamic:
             return
         self._take()
-        left = self._now - np.array(list(self._initial.values()))
-        for impulse in self._impulses.values():
-            left -= impulse
+        left = self._now - self._begin - np.add.reduce(self._impulses)
         for kind, row in zip(KINDS, left.tolist(), strict=True):
             self.drift[kind] = max(self.drift[kind], math.hypot(*row))
         self._sizes()
@@ -170,7 +171,7 @@ class Momentum(Silent):
         """The sums and largest values so far."""
         return {
             "initial": {kind: vector.tolist() for kind, vector in self._initial.items()},
-            "impulses": {name: rows.tolist() for name, rows in self._impulses.items()},
+            "impulses": dict(zip(IMPULSES, self._impulses.tolist(), strict=True)),
             "drift": dict(self.drift),
             "largest": dict(self._largest),
             "kinetic": self._kinetic,
@@ -180,6 +181,6 @@ class Momentum(Silent):
     def restore(self, state: dict[str, Any]) -> None:
         """Take up saved sums."""
         self._initial = {kind: np.array(vector) for kind, vector in state["initial"].items()}
-        self._impulses = {name: np.array(rows) for name, rows in state["impulses"].items()}
+        self._impulses[:] = [state["impulses"][name] for name in IMPULSES]
         self.drift, self._largest = dict(state["drift"]), dict(state["largest"])
         self._kinetic, self._gross = float(state["kinetic"]), float(state["gross"])
