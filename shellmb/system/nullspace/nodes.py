@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from mpi4py import MPI as _MPI  # noqa: F401  (before petsc4py)
+from mpi4py import MPI
 from petsc4py import PETSc
 
 import numpy as np
@@ -55,10 +55,16 @@ class SystemNodes:
         self.rows = {k: n.by_field[k][s.dofs] for k, s in self.sets.items()}
         self._places = {k: s.dofs + int(n.offsets[k]) for k, s in self.sets.items()}
         self._given = {k: self.rows[k][s.regular] for k, s in self.sets.items()}
-        alone = self.full.serial and not any(s.rates or s.massless for s in self.sets.values())
+        here = {k: rows - self.full.start for k, rows in self._given.items()}
+        alone = all(
+            not (s.rates or s.massless) and np.all((rows >= 0) & (rows < n.owned))
+            for s, rows in zip(self.sets.values(), here.values(), strict=True)
+        )
+        # no rank has nodes whose unknowns others own, as nodes may that bodies share
+        alone = bool(system.comm.allreduce(alone, op=MPI.MIN))
         self._loops = (
             [
-                NodeLoops(s, self._given[k], None if s.partner is None else self._given[s.partner])
+                NodeLoops(s, here[k], None if s.partner is None else here[s.partner])
                 for k, s in self.sets.items()
                 # rates are turned with their directors
                 if not s.declared.linear and s.state is None
@@ -128,13 +134,13 @@ class SystemNodes:
 
 
 class NodeLoops:
-    """Turns the nodes of one field where one process has all of them.
+    """Turns the nodes of one field where their unknowns are this rank's own.
 
     One call of `nodes.c` each.
 
     Args:
         nodes: The nodes.
-        rows: Unknowns of those without fixed components, shape (n, 3 k).
+        rows: Owned unknowns of those without fixed components, shape (n, 3 k).
         rates: Those of their velocities over a path, of the same shape; None: there are none.
     """
 

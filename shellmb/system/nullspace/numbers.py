@@ -5,6 +5,8 @@ from __future__ import annotations
 from functools import cached_property
 from typing import Any
 
+from mpi4py import MPI
+
 import numpy as np
 import numpy.typing as npt
 
@@ -327,7 +329,7 @@ class ReducedNumbers:
             change = np.zeros(system.numbering.owned)
             change[system.fixed] = system.fixed_values() - system.x.array_r[system.fixed]
             given[:] = full.seen(change)
-        if values or not full.serial:
+        if values if full.serial else full.comm.allreduce(bool(values), op=MPI.MAX):
             ids = [self._rows[k].ravel() for k in values]
             all_ids = np.concatenate([*ids, np.zeros(0, np.int64)])
             all_values = np.concatenate([*values.values(), np.zeros(0)])
