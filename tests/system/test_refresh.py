@@ -105,6 +105,19 @@ def test_a_bad_contraction_of_two_is_not_taken_for_round_off() -> None:
     assert solve(policy, 0.6, 0.001, first=TOLERANCE / 3) > 2
 
 
+@pytest.mark.parametrize(("then", "anew"), [(5e-9, False), (1e-6, True)])
+def test_one_update_may_grow_later_on(then: float, anew: bool) -> None:
+    """As of a static plate of 128x128 elements: contracted by a thousandth, and then twice that."""
+    policy = REFRESH["auto"]()
+    policy.begin("a")
+    policy.factorised(24.0)
+    for update in (1e-3, 1e-6, 2e-6):
+        assert not policy.converged(update, 0.0, TOLERANCE)
+        assert not policy.wanted()
+    policy.converged(then, 0.0, TOLERANCE)
+    assert policy.wanted() is anew
+
+
 def test_what_grows_is_not_waited_for() -> None:
     policy = REFRESH["auto"]()
     for _ in range(3):

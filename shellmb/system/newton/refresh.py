@@ -171,8 +171,8 @@ class Modified:
             # as small as round-off lets it be, or small enough
             self._serve(roundoff)
             return True
-        # also of what is no number
-        if not mean < SLOW or (rho >= 1.0 and not small):
+        # also of what is no number. Later on a single update may be as large as the one before
+        if not mean < SLOW or (rho >= 1.0 and not small and len(self._updates) == 2):
             self._far = self._far or len(self._updates) == 2
             self._wanted = True
             return False
