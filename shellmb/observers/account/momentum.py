@@ -51,10 +51,11 @@ class Momentum(Silent):
         self.account = account
         self.values: dict[str, Floats] = {}
         self.drift: dict[str, float] = {}
-        self._initial: dict[str, Floats] = {}
+        self._initial: Floats | None = None
         # both momenta now, and impulses so far
         self._vectors = np.zeros((1 + len(IMPULSES), 2, 3))
         self._now, self._impulses = self._vectors[0], self._vectors[1:]
+        self._loads, self._supports, self._impacts = self._impulses
         self._largest = dict.fromkeys(KINDS, 0.0)
         self._gross = self._kinetic = 0.0
 
@@ -71,10 +72,10 @@ class Momentum(Silent):
         self._impulse = Impulse(simulation)
         self._mass = self._total_mass(simulation, bodies)
         self._take()
+        if self._initial is None:
+            self._initial = self._now.copy()
         for kind in KINDS:
-            self._initial.setdefault(kind, self.values[kind].copy())
             self.drift.setdefault(kind, 0.0)
-        self._begin = np.array(list(self._initial.values()))
         self._sizes()
 
     def _functionals(self, simulation: Simulation, bodies: list[Any]) -> Functionals:
@@ -126,15 +127,15 @@ class Momentum(Silent):
             return
         before = self._now.copy()
         self._take()
-        self._impulses[2] += self._now - before
+        self._impacts += self._now - before
 
     def solved(self, simulation: Simulation) -> None:
         """Add the impulses of the step."""
         if not self._dynamic:
             return
         step = self._impulse.of_step(simulation)
-        self._impulses[0] += step.loads
-        self._impulses[1] += step.supports
+        self._loads += step.loads
+        self._supports += step.supports
         self._gross += step.gross
 
     def accepted(self, simulation: Simulation) -> None:
@@ -142,7 +143,7 @@ class Momentum(Silent):
         if not self._dynamic:
             return
         self._take()
-        left = self._now - self._begin - np.add.reduce(self._impulses)
+        left = self._now - self._initial - np.add.reduce(self._impulses)
         for kind, row in zip(KINDS, left.tolist(), strict=True):
             self.drift[kind] = max(self.drift[kind], math.hypot(*row))
         self._sizes()
@@ -169,8 +170,9 @@ class Momentum(Silent):
 
     def state(self) -> dict[str, Any]:
         """The sums and largest values so far."""
+        initial = self._initial
         return {
-            "initial": {kind: vector.tolist() for kind, vector in self._initial.items()},
+            "initial": {} if initial is None else dict(zip(KINDS, initial.tolist(), strict=True)),
             "impulses": dict(zip(IMPULSES, self._impulses.tolist(), strict=True)),
             "drift": dict(self.drift),
             "largest": dict(self._largest),
@@ -180,7 +182,8 @@ class Momentum(Silent):
 
     def restore(self, state: dict[str, Any]) -> None:
         """Take up saved sums."""
-        self._initial = {kind: np.array(vector) for kind, vector in state["initial"].items()}
+        initial = [state["initial"][kind] for kind in KINDS if kind in state["initial"]]
+        self._initial = np.array(initial) if initial else None
         self._impulses[:] = [state["impulses"][name] for name in IMPULSES]
         self.drift, self._largest = dict(state["drift"]), dict(state["largest"])
         self._kinetic, self._gross = float(state["kinetic"]), float(state["gross"])

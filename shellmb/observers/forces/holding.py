@@ -78,11 +78,7 @@ class NodalForces:
     """
 
     def __init__(self, system: BlockSystem) -> None:
-        self._system, self._sum, n = system, system.x.duplicate(), system.numbering
-        self._local = np.zeros(len(n.local_to_global))
-        # one process has all unknowns; and no two dofs have the same one
-        self._alone = system.comm.size == 1
-        self._single = self._alone and n.owned == len(self._local)
+        self._system, self._sum = system, system.x.duplicate()
 
     def gathered(self, local: Floats, more: PETSc.Vec | None = None) -> Floats:
         """Sums of local nodal forces, as this rank sees them.
@@ -91,8 +87,6 @@ class NodalForces:
             local: Forces that this rank finds at each local dof.
             more: Forces on unknowns that come on top.
         """
-        if self._single and more is None:
-            return local
         exchange = self._system.exchange
         exchange.local[:] = local
         exchange.collect(self._sum)
@@ -117,13 +111,6 @@ class HeldForces(NodalForces):
         super().__init__(problem.system)
         self._held = problem.system.x.duplicate()
         self._held.set(0.0)
-        # local dofs that are held, and which of the reactions each has
-        number = np.full(problem.system.numbering.owned, -1)
-        number[problem.system.fixed] = np.arange(len(problem.system.fixed))
-        if self._alone:
-            numbers = number[problem.system.numbering.local_to_global]
-            self._dofs = np.flatnonzero(numbers >= 0)
-            self._numbers = numbers[self._dofs]
         self.carriers: list[Carrier | ArmCarrier] = [
             Carrier(name, body, problem.system.numbering.slice(problem.number(name, stage)))
             for name, body in nodal_bodies(model).items()
@@ -140,13 +127,10 @@ class HeldForces(NodalForces):
         self._supported = model.supported
 
     def nodal(self) -> Floats | None:
-        """Nodal forces on this rank, overwritten by the next call; None without any."""
+        """Nodal forces on this rank; None without any."""
         if not self._supported:
             return None
         # what is left of the equations of fixed unknowns is what holds them
-        if self._alone and not self._planes:
-            self._local[self._dofs] = self._system.reactions[self._numbers]
-            return self._local
         self._held.array[self._system.fixed] = self._system.reactions
         if not self._planes:
             return self._system.local_values(self._held)

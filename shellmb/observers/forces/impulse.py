@@ -135,6 +135,7 @@ class _Acting(NodalForces):
                 loops = LoopResiduals([(cells_of(system, number), placed)])
                 where = system.numbering.slice(number)
                 self._forces.append((-1.0 if outside else 1.0, where, loops))
+        self._local = np.zeros(len(problem.system.numbering.local_to_global))
 
     @staticmethod
     def _work(row: StageForms, body: Body) -> list[Form]:
@@ -143,7 +144,7 @@ class _Acting(NodalForces):
         return [form for form in work if form is not None and not form.empty()]
 
     def nodal(self) -> Floats | None:
-        """Nodal forces on this rank, overwritten by the next call; None without any."""
+        """Nodal forces on this rank; None without any."""
         if not self._forces:
             return None
         self._local[:] = 0.0

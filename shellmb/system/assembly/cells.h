@@ -167,7 +167,7 @@ void bases(int, const int64_t *, const double *, const double *, const double *,
 void copy_pieces(int, double **, const int *, double **);
 void follow(int count, const int *sizes, const int *terms, double **from,
              const double *weights, double **to);
-void foresee(int, int, int, int64_t, double *const *, const double *, int64_t, const int64_t *, double,
+void foresee(int, int, int, int, double **, const double *, int64_t, const int64_t *, double,
              const double *, double *);
 void put_rows(int, const int64_t *, const int64_t *, int, const double *, int, double *);
 double violation(int, int, const int64_t *, const double *, const double *, const unsigned char *);

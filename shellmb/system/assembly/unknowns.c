@@ -29,20 +29,16 @@ void follow(int count, const int *sizes, const int *terms, double **from,
 /* What polynomials of so many degrees through `past` states foresee, less what is `known` (or NULL):
  * row `first + k` of the weights (states, states), lower triangular, for row k of `out` (degrees,
  * n); of unknowns that are rates, times `dt`. */
-void foresee(int first, int degrees, int states, int64_t n, double *const *past,
-             const double *weights, int64_t rates, const int64_t *rate, double dt,
+void foresee(int first, int degrees, int states, int n, double **past, const double *weights,
+             int64_t rates, const int64_t *rate, double dt,
              const double *known, double *out)
 {
     for (int degree = first; degree < first + degrees; ++degree, out += n) {
-        const double *w = weights + degree * states;
-        for (int64_t i = 0; i < n; ++i)
-            out[i] = w[0] * past[0][i];
-        for (int k = 1; k <= degree; ++k)
-            for (int64_t i = 0; i < n; ++i)
-                out[i] += w[k] * past[k][i];
+        const int terms = degree + 1;
+        follow(1, &n, &terms, past, weights + degree * states, &out);
         for (int64_t i = 0; i < rates; ++i)
             out[rate[i]] *= dt;
-        for (int64_t i = 0; known && i < n; ++i)
+        for (int i = 0; known && i < n; ++i)
             out[i] -= known[i];
     }
 }

@@ -13,8 +13,10 @@ from petsc4py import PETSc
 # values that happen to be in the matrix, so that a resumed run orders its unknowns as the first one
 # did. icntl_14: MUMPS estimates the workspace of the factorisation from the pattern, and a saddle
 # point needs far more, in per cent
+# icntl_35 is said where it is off, too: what factors of one triangle had stays in the database
 WORKSPACE, SCALING = "mat_mumps_icntl_14", "mat_mumps_icntl_8"
-MUMPS_OPTIONS: dict[str, int] = {WORKSPACE: 400, "mat_mumps_icntl_6": 0}
+LOW_RANK, ROUND_OFF = "mat_mumps_icntl_35", "mat_mumps_cntl_7"
+MUMPS_OPTIONS: dict[str, int] = {WORKSPACE: 400, "mat_mumps_icntl_6": 0, LOW_RANK: 0}
 
 # scaling goes on until rows and columns are alike. Masses are 1e-16 of multipliers' forces where
 # velocities are sought, and with a multiplier that a whole body has, as of a floating frame, the
@@ -37,7 +39,6 @@ SMALL_REDUCED_OPTIONS: dict[str, int] = {"mat_mumps_icntl_7": 0}
 # which is as exact (a known solution of static plates of 128x128 elements comes back with 4e-7 in
 # place of 3e-7) and takes 0.95 (64x64) and 0.8 (128x128) of the time; of both triangles it gains
 # nothing
-LOW_RANK, ROUND_OFF = "mat_mumps_icntl_35", "mat_mumps_cntl_7"
 SYMMETRIC_OPTIONS: Mapping[str, float] = MappingProxyType(
     {SCALING: 7, LOW_RANK: 2, ROUND_OFF: 1e-13}
 )

@@ -159,9 +159,8 @@ class DirectSolver:
         use_mumps(pc, kind, self._prefix, {**options, **more})
 
     def _use_exact(self) -> None:
-        """Factors in double precision from now on: those of one triangle where they serve."""
-        halved = self._large and self._reduced and self._symmetric()
-        self._use(Factors.SYMMETRIC if halved else Factors.DOUBLE)
+        """Factors in double precision from now on, of one triangle as long as that is enough."""
+        self._use(Factors.SYMMETRIC if self._large and self._reduced else Factors.DOUBLE)
 
     @property
     def single(self) -> bool:
@@ -182,7 +181,7 @@ class DirectSolver:
         return self._factorise(recycled)
 
     def _factorise(self, recycled: bool) -> str | None:
-        if self.factors is Factors.SYMMETRIC and not (recycled or self._symmetric()):
+        if self.factors is Factors.SYMMETRIC and not recycled and asymmetry(self.A) > SYMMETRIC:
             self._use(Factors.DOUBLE)
         self._recycled, self._enough = recycled, not (recycled or self.single)
         self._ksp.setOperators(self.A)
@@ -201,10 +200,6 @@ class DirectSolver:
             if self._work is None and not plain:
                 self._work = self._operations()
         return failure
-
-    def _symmetric(self) -> bool:
-        """Whether one triangle of the matrix is all of it."""
-        return asymmetry(self.A) <= SYMMETRIC
 
     def _sound(self) -> bool:
         """Whether factors without pivots give a known solution back."""

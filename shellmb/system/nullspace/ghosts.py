@@ -27,8 +27,8 @@ class Numbers:
         self.total = int(comm.allreduce(owned))
         self.serial = comm.size == 1
         self.some = wanted >= 0
-        # looking up which are none would take most of the time
-        self._all = bool(self.some.all())
+        # what there is among what is seen: mostly all
+        self._places = slice(None) if self.some.all() else self.some
         self.wanted = np.where(self.some, wanted, 0)
         # all of them in their order: nothing to look up
         self._same = self.serial and np.array_equal(wanted, np.arange(self.total))
@@ -53,10 +53,8 @@ class Numbers:
         self._vector.array[:] = values
         forward = PETSc.ScatterMode.FORWARD
         self._scatter.scatter(self._vector, self._local, PETSc.InsertMode.INSERT, forward)
-        if self._all:
-            return np.array(self._local.array_r)
         out = np.zeros(len(self.wanted))
-        out[self.some] = self._local.array_r
+        out[self._places] = self._local.array_r
         return out
 
     def summed(self, values: Floats) -> Floats:
@@ -70,7 +68,7 @@ class Numbers:
         if self.serial:
             return np.bincount(self.wanted, np.where(self.some, values, 0.0), self.total)
         self._vector.set(0.0)
-        self._local.array[:] = values if self._all else values[self.some]
+        self._local.array[:] = values[self._places]
         reverse = PETSc.ScatterMode.REVERSE
         self._scatter.scatter(self._local, self._vector, PETSc.InsertMode.ADD, reverse)
         return np.array(self._vector.array_r)
