@@ -14,9 +14,6 @@ typedef void (*lapack_getrf)(int *, int *, double *, int *, int *, int *);
 typedef void (*lapack_getri)(int *, double *, int *, int *, double *, int *, int *);
 typedef void (*lapack_gesv)(int *, int *, double *, int *, int *, double *, int *, int *);
 
-/* Numbers of several cells side by side. */
-typedef double lanes __attribute__((vector_size(8 * LANES)));
-
 static blas_gemm gemm;
 static lapack_getrf getrf;
 static lapack_getri getri;
@@ -87,17 +84,6 @@ static int eliminate(const Cells *g, double *K, double *blocks, double *kept, do
     return 0;
 }
 
-/* What is kept of the cells of a group, (LANES, size), side by side, and in single precision. */
-static void keep(int size, const double *kept, double *to, float *single)
-{
-    for (int i = 0; i < size; ++i)
-        for (int l = 0; l < LANES; ++l) {
-            to[i * LANES + l] = kept[(size_t)l * size + i];
-            if (single)
-                single[i * LANES + l] = (float)kept[(size_t)l * size + i];
-        }
-}
-
 typedef struct {
     int rows, columns, own;
 } Widths;
@@ -108,21 +94,22 @@ static Widths widths_of(const Inner *inner, int group)
     return (Widths){w[0], w[1], w[2]};
 }
 
-/* A matrix of one cell, (rows, columns), to its place among those of a group, which are wider. */
-static void keep_inner(const Inner *inner, int64_t place, int rows, int columns, int width,
-                       const double *A)
+/* What is kept of a cell. */
+static size_t inner_kept(int rows, int columns, int own)
 {
-    for (int i = 0; i < rows; ++i)
-        for (int j = 0; j < columns; ++j) {
-            int64_t at = place + (int64_t)(i * width + j) * LANES;
-            inner->kept[at] = A[i * columns + j];
-            if (inner->kept_single)
-                inner->kept_single[at] = (float)A[i * columns + j];
-        }
+    return (size_t)own * (own + columns + rows);
 }
 
-/* Eliminate what is left of one cell's unknowns that no other cell shares; they come last. */
-static int eliminate_inner(const Projection *p, int cell, double *K, double *work)
+/* A matrix of one cell, (rows, columns), among those of a group, which are wider. */
+static void widen(int rows, int columns, int width, const double *A, double *to)
+{
+    for (int i = 0; i < rows; ++i)
+        memcpy(to + i * width, A + i * columns, sizeof(double) * columns);
+}
+
+/* Eliminate what is left of one cell's unknowns that no other cell shares; they come last. What
+ * solutions need of them is `kept`, as wide as that of its group. */
+static int eliminate_inner(const Projection *p, int cell, double *K, double *kept, double *work)
 {
     int q = p->inner_size[cell], info = 0, pivots[256];
     if (q == 0)
@@ -147,12 +134,9 @@ static int eliminate_inner(const Projection *p, int cell, double *K, double *wor
     for (int i = 0; i < rows; ++i)
         memset(K + (size_t)i * n + columns, 0, sizeof(double) * q);
     Widths w = widths_of(p->inner, cell / LANES);
-    int64_t place = p->inner->place[cell / LANES] * LANES + cell % LANES;
-    keep_inner(p->inner, place, q, q, w.own, inverse);
-    place += w.own * w.own * LANES;
-    keep_inner(p->inner, place, q, columns, w.columns, right);
-    place += w.own * w.columns * LANES;
-    keep_inner(p->inner, place, rows, q, w.own, left);
+    widen(q, q, w.own, inverse, kept);
+    widen(q, columns, w.columns, right, kept + w.own * w.own);
+    widen(rows, q, w.own, left, kept + w.own * (w.own + w.columns));
     return 0;
 }
 
@@ -172,11 +156,13 @@ int jacobian(const Cells *g, const Kernel *kernels, int count, const Projection 
     size_t product = (size_t)P * p->rows, result = (size_t)p->rows * p->columns;
     size_t kept_size = g->kept_size, most = p->rows > p->columns ? p->rows : p->columns;
     size_t listed = (size_t)P * p->right_width, some = 64 * (size_t)n + 64 + listed + 3 * most * most;
+    const Inner *inner = p->inner;
+    size_t inner_size = inner ? inner_kept(inner->most_rows, inner->most_columns, inner->most) : 0;
     Work work = work_of(g, square, square * g->lanes + product + result + some +
-                                       LANES * kept_size + listed + 1);
+                                       LANES * (kept_size + inner_size) + listed + 1);
     double *all = work.more, *LK = all + square * g->lanes, *LKR = LK + product;
-    double *scratch = LKR + result, *kept = scratch + some;
-    int *from = (int *)(kept + LANES * kept_size), *to_column = from + listed;
+    double *scratch = LKR + result, *kept = scratch + some, *kept_inner = kept + LANES * kept_size;
+    int *from = (int *)(kept_inner + LANES * inner_size), *to_column = from + listed;
     double *to = values;
     for (int cell = first; cell < last; ++cell) {
         int lane = cell % g->lanes, start = cell - lane;
@@ -184,9 +170,14 @@ int jacobian(const Cells *g, const Kernel *kernels, int count, const Projection 
             matrices(g, kernels, count, start, taken(g, start), work, all);
         double *K = all + lane * square;
         double *mine = kept + cell % LANES * kept_size;
-        /* cells that are missing in the last group have zeros */
+        /* cells that are missing in the last group have zeros, as has what others have more */
         if (cell == g->cells - 1)
             memset(mine + kept_size, 0, sizeof(double) * (LANES - 1 - cell % LANES) * kept_size);
+        if (inner && (cell % LANES == 0 || cell == first)) {
+            Widths w = widths_of(inner, cell / LANES);
+            inner_size = inner_kept(w.rows, w.columns, w.own);
+            memset(kept_inner, 0, sizeof(double) * LANES * inner_size);
+        }
         if (eliminate(g, K, blocks + (size_t)cell * g->block_size, mine, scratch)) {
             bad = cell + 1;
             break;
@@ -250,7 +241,8 @@ int jacobian(const Cells *g, const Kernel *kernels, int count, const Projection 
         for (; i < p->rows; ++i)
             for (int q = 0; q < terms; ++q)
                 LKR[(size_t)i * width + to_column[q]] += LK[(size_t)i * P + from[q]] * scratch[q];
-        if (p->inner_size && eliminate_inner(p, cell, LKR, scratch)) {
+        double *inner_of_mine = kept_inner + cell % LANES * inner_size;
+        if (inner && eliminate_inner(p, cell, LKR, inner_of_mine, scratch)) {
             bad = cell + 1;
             break;
         }
@@ -292,7 +284,12 @@ int jacobian(const Cells *g, const Kernel *kernels, int count, const Projection 
         if (p->kept && (cell % LANES == LANES - 1 || cell == last - 1)) {
             size_t place = cell / LANES * kept_size * LANES;
             float *single = p->kept_single ? p->kept_single + place : NULL;
-            keep(g->kept_size, kept, p->kept + place, single);
+            put_together(kept_size, kept, p->kept + place, single);
+            if (inner) {
+                place = inner->place[cell / LANES] * LANES;
+                single = inner->kept_single ? inner->kept_single + place : NULL;
+                put_together(inner_size, kept_inner, inner->kept + place, single);
+            }
         }
     }
     return bad;

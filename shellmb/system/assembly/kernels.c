@@ -3,9 +3,6 @@
  * Some kernels are of several cells at once (shellmb/compiling/lanes.py): their numbers are those
  * of as many cells side by side.
  */
-#include <stdint.h>
-#include <stdlib.h>
-#include <string.h>
 
 /* What kernels work with: values of coefficients, what they give, and room for more. */
 typedef struct {
@@ -59,13 +56,17 @@ static void tabulate_group(const Kernel *k, const Cells *g, int cell, int count,
         f(work.A, work.w, k->constants, x, k->entity_offsets ? k->entities + e : NULL, NULL, NULL);
     if (!k->closes)
         return;
-    for (int i = 0; i < k->rows; ++i)
-        for (int l = 0; l < count; ++l) {
-            double *row = out + l * apart + (size_t)k->row_place[i] * stride;
-            const double *from = work.A + (size_t)i * k->columns * n + l;
-            for (int j = 0; j < k->columns; ++j)
-                row[k->column_place ? k->column_place[j] : 0] += from[j * n];
-        }
+    /* a linear form has one row */
+    const int none = 0, *columns = k->column_place ? k->column_place : k->row_place;
+    const int *rows = k->column_place ? k->row_place : &none;
+    int m = k->column_place ? k->rows : 1, width = k->rows * k->columns / m;
+    if (n > 1) {
+        take_apart(m, width, (lanes *)work.A, rows, columns, count, out, apart, stride);
+        return;
+    }
+    for (int i = 0; i < m; ++i)
+        for (int j = 0; j < width; ++j)
+            out[(size_t)rows[i] * stride + columns[j]] += work.A[i * width + j];
 }
 
 /* The same over `count` cells, the first of them a multiple of `g->lanes`. */

@@ -175,10 +175,11 @@ def begin(comm: MPI.Comm) -> None:
 @cache
 def _compiled() -> tuple[Path, Future[None] | None]:
     """Where the module is, or will be."""
-    names = ("cells.h", "kernels.c", "cells.c", "passes.c", "nodes.c", "unknowns.c", "sums.c")
-    header, kernels, cells, passes, *others = ((HERE / name).read_text() for name in names)
+    names = ("cells.h", "passes.c", "apart.c", "kernels.c", "cells.c")
+    header, passes, *before = ((HERE / name).read_text() for name in names)
     both = (TWICE.format(*precision) + passes for precision in PRECISIONS)
-    source = "\n".join([kernels, cells, *both, *others])
+    after = ((HERE / name).read_text() for name in ("nodes.c", "unknowns.c", "sums.c"))
+    source = "\n".join([*before, *both, *after])
     key = "\n".join([header, source, sys.version, cffi.__version__, *COMPILER_FLAGS])
     name = f"shellmb_cells_{hashlib.sha256(key.encode()).hexdigest()[:16]}"
     where = cache_folder()

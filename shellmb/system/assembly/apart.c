@@ -1,0 +1,99 @@
+/* Numbers of LANES cells side by side, and those of each by itself: squares of LANES by LANES
+ * numbers are transposed in the processor's vectors.
+ */
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Numbers of several cells side by side; the same anywhere in the memory; places in such. */
+typedef double lanes __attribute__((vector_size(8 * LANES), may_alias));
+typedef double anywhere __attribute__((vector_size(8 * LANES), may_alias, aligned(8)));
+typedef int64_t order __attribute__((vector_size(8 * LANES)));
+
+#if LANES == 8
+#define ALL(of, n) {of(0, n), of(1, n), of(2, n), of(3, n), of(4, n), of(5, n), of(6, n), of(7, n)}
+#elif LANES == 4
+#define ALL(of, n) {of(0, n), of(1, n), of(2, n), of(3, n)}
+#else
+#define ALL(of, n) {of(0, n), of(1, n)}
+#endif
+
+/* A loop without one, whose vectors stay in registers. */
+#define EACH(i) _Pragma("GCC unroll 8") for (int i = 0; i < LANES; ++i)
+
+/* of two vectors that are `n` apart, what each has in the end of the other's numbers */
+#define UPPER(l, n) ((l) & (n) ? LANES + (l) - (n) : (l))
+#define LOWER(l, n) ((l) & (n) ? LANES + (l) : (l) + (n))
+#define EXCHANGE(v, n)                                                                             \
+    EACH(i) if (!(i & n))                                                                          \
+    {                                                                                              \
+        lanes a = v[i], b = v[i + n];                                                              \
+        v[i] = __builtin_shuffle(a, b, (order)ALL(UPPER, n));                                      \
+        v[i + n] = __builtin_shuffle(a, b, (order)ALL(LOWER, n));                                  \
+    }
+
+static inline __attribute__((always_inline)) void transpose(lanes *v)
+{
+    EXCHANGE(v, 1)
+#if LANES > 2
+    EXCHANGE(v, 2)
+#endif
+#if LANES > 4
+    EXCHANGE(v, 4)
+#endif
+}
+
+/* Whether LANES places follow one another. */
+static int in_line(const int *place)
+{
+    for (int q = 1; q < LANES; ++q)
+        if (place[q] != place[0] + q)
+            return 0;
+    return 1;
+}
+
+/* Matrices of `count` of the cells side by side, (rows, columns, LANES), each added at its own
+ * `out` (row-major, `stride` columns), which is `apart` from that before. */
+static void take_apart(int rows, int columns, const lanes *from, const int *row_place,
+                       const int *column_place, int count, double *out, size_t apart, int stride)
+{
+    for (int j = 0; j < columns; ++j) {
+        const lanes *column = from + j;
+        double *to = out + column_place[j];
+        if (j + LANES <= columns && in_line(column_place + j)) {
+            for (int i = 0; i < rows; ++i) {
+                lanes v[LANES];
+                EACH(q) v[q] = column[(size_t)i * columns + q];
+                transpose(v);
+                double *row = to + (size_t)row_place[i] * stride;
+                EACH(l) if (l < count) *(anywhere *)(row + l * apart) += v[l];
+            }
+            j += LANES - 1;
+            continue;
+        }
+        for (int i = 0; i < rows; ++i)
+            for (int l = 0; l < count; ++l)
+                to[l * apart + (size_t)row_place[i] * stride] += column[(size_t)i * columns][l];
+    }
+}
+
+/* Numbers of LANES cells, (LANES, size), side by side, and in single precision, if that is asked for. */
+static void put_together(int size, const double *from, double *to, float *single)
+{
+    typedef float shorter __attribute__((vector_size(4 * LANES), may_alias));
+    int i = 0;
+    for (; i + LANES <= size; i += LANES) {
+        lanes v[LANES];
+        EACH(l) v[l] = *(const anywhere *)(from + (size_t)l * size + i);
+        transpose(v);
+        EACH(q) ((lanes *)to)[i + q] = v[q];
+        if (single)
+            EACH(q) ((shorter *)single)[i + q] = __builtin_convertvector(v[q], shorter);
+    }
+    for (; i < size; ++i)
+        for (int l = 0; l < LANES; ++l) {
+            to[i * LANES + l] = from[(size_t)l * size + i];
+            if (single)
+                single[i * LANES + l] = (float)from[(size_t)l * size + i];
+        }
+}
