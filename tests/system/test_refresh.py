@@ -2,7 +2,7 @@
 
 import pytest
 
-from shellmb.system.newton.refresh import ERROR, FAR, REFRESH, Modified
+from shellmb.system.newton.refresh import FAR, REFRESH, Modified
 
 TOLERANCE = 1e-9
 
@@ -30,7 +30,7 @@ def test_fast_contraction_needs_one_factorisation_for_many_solutions() -> None:
     for _ in range(3):
         updates = iterate(policy, 0.05)
         # the error left behind, and not the last update, is small
-        assert updates[-1] * 0.05 / 0.95 <= ERROR * TOLERANCE
+        assert updates[-1] * 0.05 / 0.95 <= 1e-6 * TOLERANCE
         policy.begin("a")
         assert not policy.wanted()
 
@@ -95,25 +95,6 @@ def test_contractions_that_alternate_are_judged_by_two_of_them() -> None:
     assert solve(policy, 0.55, 0.001) > 3
     # what the last two tell counts, whatever was usual
     assert solve(policy, 0.4, 0.6) == -3
-
-
-@pytest.mark.parametrize("first", [5e-4, 1e-4, 2e-5])
-@pytest.mark.parametrize("rhos", [(0.4, 0.001), (0.001, 0.4), (0.05, 0.05)])
-def test_what_is_left_is_as_small_as_promised(rhos: tuple[float, float], first: float) -> None:
-    """After a good contraction a bad one follows: the last one is not that of what is left."""
-    policy = REFRESH["auto"]()
-    policy.begin("a")
-    policy.factorised(30.0)
-    updates = [first]
-    while not policy.converged(updates[-1], 0.0, TOLERANCE):
-        updates.append(updates[-1] * rhos[len(updates) % 2])
-    rest, update = 0.0, updates[-1]
-    for n in range(20):
-        update *= rhos[(len(updates) + n) % 2]
-        rest += update
-    assert rest <= ERROR * TOLERANCE
-    # and the last one was needed for that
-    assert updates[-1] + rest > ERROR * TOLERANCE
 
 
 def test_a_bad_contraction_of_two_is_not_taken_for_round_off() -> None:

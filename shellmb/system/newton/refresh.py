@@ -22,8 +22,8 @@ SLOW = 0.5
 # motion in one update, relative to the size of bodies, after which the Jacobian is another one
 FAR = 0.02
 # error left behind relative to the tolerance for updates: with a new factorisation each time the
-# error is of the square of the last update, and this is to be as good next to round-off
-ERROR = 1e-5
+# error is of the square of the last update, and this is to be as good
+ERROR = 1e-6
 
 # what the second update of a linear system may be of the first, for one to be enough: of a thin
 # plate it is 1e-6 in statics, and 1e-11 where inertia counts
@@ -167,8 +167,7 @@ class Modified:
         rho = update / before if before > 0 else math.inf
         mean, small = self._contraction(), update <= tolerance
         roundoff = small and mean >= SLOW
-        near = small and rho < SLOW
-        if roundoff or (near and update * self._rest(rho) <= ERROR * tolerance):
+        if roundoff or (small and rho < SLOW and update * rho / (1 - rho) <= ERROR * tolerance):
             # as small as round-off lets it be, or small enough
             self._serve(roundoff)
             return True
@@ -188,12 +187,6 @@ class Modified:
             return math.sqrt(updates[-1] / updates[-3])
         rho = updates[1] / updates[0] if updates[0] > 0 else math.inf
         return rho if self._usual is None else math.sqrt(rho * self._usual)
-
-    def _rest(self, rho: float) -> float:
-        """All updates that are to come over the last one, their contractions alternating."""
-        first, second, *others = self._updates[-3:]
-        coming = second / first if others or self._usual is None else self._usual
-        return coming * (1 + rho) / (1 - coming * rho) if coming * rho < 1 else math.inf
 
     def _serve(self, roundoff: bool) -> None:
         """A solution was found; `roundoff`: its last update is nothing else."""
