@@ -13,7 +13,7 @@ from dolfinx import fem, mesh
 from shellmb.compiling.flags import LANES
 from shellmb.kernels import compile_all, compiled
 from shellmb.system.assembly import native
-from shellmb.system.assembly.functionals import Functionals
+from shellmb.system.assembly.functionals import Functionals, vector_of
 from shellmb.system.assembly.loops import FormLoop, LoopResiduals, MeshGeometry
 from shellmb.system.assembly.native import side_by_side
 from shellmb.system.assembly.numbering import cell_dofs
@@ -135,6 +135,13 @@ def test_any_number_of_cells(cells: int, cell: mesh.CellType):
     functional = Functionals([[energy], [energy]], MPI.COMM_SELF)
     np.testing.assert_allclose(functional(), value, rtol=ROUND_OFF)
     np.testing.assert_allclose(functional(), value, rtol=ROUND_OFF)
+    # beside a sum of two forms, three numbers of one
+    densities = u, u**2, ufl.exp(u)
+    axes = vector_of(u.function_space.mesh, len(densities))
+    vector = ufl.dot(ufl.as_vector(densities), axes) * ufl.dx
+    exact = [fem.assemble_scalar(compiled(f * ufl.dx, ONE)) for f in densities]
+    functional = Functionals([[energy, energy], [vector, vector]], MPI.COMM_SELF)
+    np.testing.assert_allclose(functional() / 2, [value, *exact], rtol=ROUND_OFF)
 
 
 def test_jacobian():

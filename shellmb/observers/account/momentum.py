@@ -8,20 +8,21 @@ momentum, and the error of the scheme where it does not.
 from __future__ import annotations
 
 import math
-from functools import partial
 from typing import Any
 
-from mpi4py import MPI
+from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
 
 import numpy as np
 import numpy.typing as npt
+import ufl
 from dolfinx import fem
 from ufl import Form
+from ufl.core.expr import Expr
 
 from shellmb.observers.account.energy import EnergyAccount, present
 from shellmb.observers.forces.impulse import Impulse
 from shellmb.simulate.simulation import Silent, Simulation
-from shellmb.system.assembly.functionals import Functionals
+from shellmb.system.assembly.functionals import Functionals, vector_of
 
 Floats = npt.NDArray[np.float64]
 
@@ -64,8 +65,7 @@ class Momentum(Silent):
         self._dynamic = "v" in simulation.scheme.rates
         if not self._dynamic:
             return
-        bodies: list[Any] = [b for b in simulation.model.bodies if hasattr(b, "momentum")]
-        self._axes = [fem.Constant(b.mixed.space.mesh, np.zeros(3)) for b in bodies]
+        bodies = [b for b in simulation.model.bodies if hasattr(b, "momentum")]
         self._length = simulation.model.length
         self._held = simulation.model.supported
         self._momenta = self._functionals(simulation, bodies)
@@ -79,39 +79,27 @@ class Momentum(Silent):
         self._sizes()
 
     def _functionals(self, simulation: Simulation, bodies: list[Any]) -> Functionals:
-        """Both momenta along each of the three axes."""
-        linear: list[Form | None] = []
-        angular: list[Form | None] = []
-        for body, axis in zip(bodies, self._axes, strict=True):
+        """Both momenta, six numbers."""
+        forms: list[Form | None] = []
+        for body in bodies:
             levels = simulation.problem.levels[body.name]
             # of small motions about the reference positions
-            q, v = (levels.reference or levels).q, levels.rates["v"]
-            linear.append(body.momentum(v, axis))
-            angular.append(body.angular_momentum(q, v, axis))
-        return self._along_axes([present(linear), present(angular)], simulation.model.comm)
-
-    def _along_axes(self, kinds: list[list[Form]], comm: MPI.Comm) -> Functionals:
-        sums = [forms for forms in kinds for _ in range(3)]
-        return Functionals(sums, comm, [partial(self._point, k) for k in range(3)] * len(kinds))
-
-    def _point(self, k: int) -> None:
-        """Give the axis of all forms one direction."""
-        for axis in self._axes:
-            axis.value = np.eye(3)[k]
+            forms += _momenta(body, (levels.reference or levels).q, levels.rates["v"])
+        return Functionals([present(forms)], simulation.model.comm)
 
     def _total_mass(self, simulation: Simulation, bodies: list[Any]) -> float:
         """Mass, as the momentum of a unit velocity along that velocity."""
         forms: list[Form | None] = []
-        for body, axis in zip(bodies, self._axes, strict=True):
+        for body in bodies:
             velocity = fem.Function(body.mixed.space)
             # the displacement of a body; of a place on one "u1"
             part = "u" if "u" in body.mixed.dofs else "u1"
             velocity.x.array[body.mixed.dofs[part].reshape(-1, 3)[:, 0]] = 1.0
-            forms.append(body.momentum(velocity, axis))
-        return float(self._along_axes([present(forms)], simulation.model.comm)()[0])
+            forms += _momenta(body, simulation.problem.levels[body.name].q, velocity)
+        return float(Functionals([present(forms)], simulation.model.comm)()[0])
 
     def _take(self) -> None:
-        self._now[:] = self._momenta().reshape(2, 3)
+        self._now.flat = self._momenta()
         self.values = dict(zip(KINDS, self._now.copy(), strict=True))
 
     def _sizes(self) -> None:
@@ -187,3 +175,11 @@ class Momentum(Silent):
         self._impulses[:] = [state["impulses"][name] for name in IMPULSES]
         self.drift, self._largest = dict(state["drift"]), dict(state["largest"])
         self._kinetic, self._gross = float(state["kinetic"]), float(state["gross"])
+
+
+def _momenta(body: Any, q: Expr, v: Expr) -> list[Form | None]:
+    """Linear and angular momentum of a body, in one kernel, as it has both in most cases."""
+    axes = vector_of(body.mixed.space.mesh, 6)
+    along, about = (ufl.as_vector([axes[k + n] for k in range(3)]) for n in (0, 3))
+    linear, angular = body.momentum(v, along), body.angular_momentum(q, v, about)
+    return [angular if linear is None else linear + angular]

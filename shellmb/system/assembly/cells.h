@@ -147,7 +147,7 @@ typedef struct {
 
 void use_libraries(void *, void *, void *, void *);
 void residual(const Cells *, const Kernel *, int, double *);
-void functionals(const Cells *, const Kernel *, int, const int *, double *);
+void functionals(const Cells *, const Kernel *, int, double *);
 void all_matrices(const Cells *, const Kernel *, int, double *);
 void largest_entries(const Cells *, const Kernel *, int, double *);
 int jacobian(const Cells *, const Kernel *, int, const Projection *, int, int, double *, double *,

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import itertools
+from collections.abc import Sequence
 from typing import Any
 
 from mpi4py import MPI
 
 import numpy as np
 import numpy.typing as npt
+import ufl
 from dolfinx import fem
 from ufl import Form
 
@@ -19,6 +21,16 @@ from shellmb.system.assembly.loops import FormLoop, MeshGeometry
 Floats = npt.NDArray[np.float64]
 
 
+def vector_of(mesh: Any, size: int) -> Any:
+    """Test function for a vector of integrals: the integral of `dot(f, it)` is that of `f`.
+
+    Args:
+        mesh: A mesh of DOLFINx.
+        size: Number of components.
+    """
+    return ufl.TestFunction(fem.functionspace(mesh, ("DG", 0, (size,))))
+
+
 class Functionals:
     """Several sums of integrals, evaluated together as often as they are called.
 
@@ -26,20 +38,16 @@ class Functionals:
     most of its time on small meshes.
 
     Args:
-        sums: Forms without arguments that add up to each number.
+        sums: Forms that add up to each number, without arguments; or all of them linear forms in
+            `vector_of` the same size, that add up to so many numbers.
         comm: Communicator of their meshes; calls are collective.
-        given: For each sum what gives its constants their values, taken once and for all; none:
-            constants have their values of the time of a call.
     """
 
-    def __init__(
-        self,
-        sums: Sequence[Sequence[Form]],
-        comm: MPI.Comm,
-        given: Sequence[Callable[[], None]] = (),
-    ) -> None:
+    def __init__(self, sums: Sequence[Sequence[Form]], comm: MPI.Comm) -> None:
         self._comm, self._lib = comm, native.cells().lib
-        self._values, self._fixed = np.zeros(len(sums)), bool(given)
+        ends = np.cumsum([0, *map(_size, sums)], dtype=np.int32)
+        places = [np.arange(*pair, dtype=np.int32) for pair in itertools.pairwise(ends)]
+        self._values = np.zeros(ends[-1])
         values = native.doubles(self._values)
         different = {id(form): form for forms in sums for form in forms}
         made = compile_all(list(different.values()))
@@ -49,29 +57,30 @@ class Functionals:
         self._loops: list[tuple[FormLoop, tuple[Any, ...]]] = []
         for key, mesh in meshes.items():
             here = [
-                (number, kernels[id(form)])
+                (kernels[id(form)], (number,), -1)
                 for number, forms in enumerate(sums)
                 for form in forms
                 if id(kernels[id(form)].mesh) == key
             ]
             geometry = MeshGeometry(mesh)
-            loop = FormLoop(geometry, [(form, (), -1) for _, form in here])
-            for place, (number, _) in enumerate(here):
-                if given:
-                    given[number]()
-                    loop.take_constants(place)
-            to = loop.pointer(np.array([here[k][0] for k in loop.form_of], dtype=np.int32))
-            arguments = geometry.struct(loop), loop.kernels, loop.count, to, values
-            self._loops.append((loop, arguments))
+            geometry.places = places
+            loop = FormLoop(geometry, here)
+            struct = geometry.struct(loop, size=len(self._values))
+            self._loops.append((loop, (struct, loop.kernels, loop.count, values)))
 
     def __call__(self) -> Floats:
         """Their values, the same on all ranks, shape (n,); overwritten by the next call."""
         values = self._values
         values[:] = 0.0
         for loop, arguments in self._loops:
-            if not self._fixed:
-                loop.refresh()
+            loop.refresh()
             self._lib.functionals(*arguments)
         if self._comm.size > 1:
             self._comm.Allreduce(MPI.IN_PLACE, values)
         return values
+
+
+def _size(forms: Sequence[Form]) -> int:
+    """How many numbers some forms add up to."""
+    spaces = [form.arguments()[0].ufl_function_space() for form in forms if form.arguments()]
+    return int(spaces[0].value_size) if spaces else 1

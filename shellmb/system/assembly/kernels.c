@@ -121,13 +121,13 @@ void largest_entries(const Cells *g, const Kernel *kernels, int count, double *f
     }
 }
 
-/* Sums of integrals over all cells, each added to the entry of `sums` that it belongs `to`. */
-void functionals(const Cells *g, const Kernel *kernels, int count, const int *to, double *sums)
+/* Sums of integrals over all cells; rows of kernels are places among the sums. */
+void functionals(const Cells *g, const Kernel *kernels, int count, double *sums)
 {
-    Work work = work_of(g, 1, 0);
+    Work work = work_of(g, g->size, 0);
     for (int cell = 0; cell < g->cells; cell += g->lanes)
         for (int k = 0; k < count; ++k)
-            tabulate(kernels + k, g, cell, taken(g, cell), work, sums + to[k], 0, 1);
+            tabulate(kernels + k, g, cell, taken(g, cell), work, sums, 0, 1);
 }
 
 /* Residual of all cells, added to `b` at the local dofs `g->dofs`. */

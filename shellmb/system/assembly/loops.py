@@ -132,12 +132,11 @@ class FormLoop:
     Args:
         cells: The cells.
         forms: Forms with the numbers of the fields whose rows they have, and of a bilinear form its
-            column field (-1 of a linear form), among the fields of the mesh; none and -1 of a
-            scalar form.
+            column field (-1 of another form), among the fields of the mesh. A scalar form has one
+            row.
 
     Attributes:
         count: Number of kernels.
-        form_of: Number of the form that each is of.
         lanes: How many cells are taken at once.
     """
 
@@ -148,7 +147,7 @@ class FormLoop:
         self._constants: list[tuple[Any, Floats]] = []
         found = [self._kernels(cells, *form) for form in forms]
         self._lib, self._pieces = native.cells().lib, self._constant_pieces()
-        kernels, self.form_of = _together(found, [form[1:] for form in forms])
+        kernels = _together(found, [form[1:] for form in forms])
         self.count = len(kernels)
         self.lanes = max((kernel["lanes"] for kernel in kernels), default=1)
         self.kernels = self.pointer.many("Kernel", kernels)
@@ -167,9 +166,8 @@ class FormLoop:
         self.coefficient_size = max(self.coefficient_size, sum(sizes))
         constants = cpp.fem.pack_constants(bare)
         self._constants.append((bare, constants))
-        one = np.zeros(1, dtype=np.int32)
-        rows = np.concatenate([cells.places[k] for k in row]) if row else one
-        columns = one if column < 0 else cells.places[column]
+        rows = np.concatenate([cells.places[k] for k in row])
+        columns = np.zeros(1, dtype=np.int32) if column < 0 else cells.places[column]
         data = {
             "constants": pointer(constants),
             "rows": len(rows),
@@ -209,11 +207,6 @@ class FormLoop:
         function = many or integral.tabulate_tensor_float64
         return ffi.cast("void *", int(ffi.cast("uintptr_t", function))), LANES if many else 1
 
-    def take_constants(self, number: int) -> None:
-        """Take the values of the constants of one of the forms."""
-        form, array = self._constants[number]
-        array[:] = cpp.fem.pack_constants(form)
-
     def _constant_pieces(self) -> tuple[Any, ...]:
         """Number of all constants, where their values are, their sizes, and where they go."""
         pointer, sources, sizes, targets = self.pointer, [], [], []
@@ -238,27 +231,22 @@ class FormLoop:
 
 def _together(
     found: Sequence[Sequence[dict[str, Any]]], places: Sequence[tuple[tuple[int, ...], int]]
-) -> tuple[list[dict[str, Any]], list[int]]:
+) -> list[dict[str, Any]]:
     """Kernels of several cells with the same rows and columns one after the other, to add up first.
 
     Args:
         found: Kernels of each form.
-        places: Its rows and column. Scalar forms, without rows, and kernels of one cell, which
-            have none to be added to while others of its group are at work, are by themselves.
-
-    Returns:
-        Them, and the number of the form of each.
+        places: Its rows and column. Kernels of one cell, which have none to be added to while
+            others of its group are at work, are by themselves.
     """
-    groups: dict[Any, list[tuple[int, dict[str, Any]]]] = {}
-    for number, (some, place) in enumerate(zip(found, places, strict=True)):
+    groups: dict[Any, list[dict[str, Any]]] = {}
+    for some, place in zip(found, places, strict=True):
         for kernel in some:
-            alike = place if place[0] and kernel["lanes"] > 1 else len(groups)
-            groups.setdefault(alike, []).append((number, kernel))
+            groups.setdefault(place if kernel["lanes"] > 1 else len(groups), []).append(kernel)
     for group in groups.values():
-        for k, (_, kernel) in enumerate(group):
+        for k, kernel in enumerate(group):
             kernel |= {"opens": k == 0, "closes": k == len(group) - 1}
-    pairs = [pair for group in groups.values() for pair in group]
-    return [kernel for _, kernel in pairs], [number for number, _ in pairs]
+    return [kernel for group in groups.values() for kernel in group]
 
 
 def _entities(entities: Ints, count: int, facets: bool) -> tuple[Ints | None, Ints | None]:
