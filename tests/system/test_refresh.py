@@ -105,6 +105,24 @@ def test_a_bad_contraction_of_two_is_not_taken_for_round_off() -> None:
     assert solve(policy, 0.6, 0.001, first=TOLERANCE / 3) > 2
 
 
+@pytest.mark.parametrize(("floor", "again"), [(5e-13, 5), (5e-11, 6)])
+def test_round_off_is_known_from_the_solution_before(floor: float, again: int) -> None:
+    """Of a static plate updates end at 5e-13; what is larger may be something else."""
+    policy = REFRESH["auto"]()
+
+    def iterations(key: str) -> int:
+        policy.begin(key)
+        if policy.wanted():
+            policy.factorised(30.0)
+        updates = [max(5e-5 / 100**n, floor) for n in range(20)]
+        return next(n for n, u in enumerate(updates, 1) if policy.converged(u, 0.0, TOLERANCE))
+
+    third = int(sum(5e-5 / 100**n > 1.01 * floor for n in range(20))) + 3
+    assert iterations("a") == third
+    assert iterations("a") == again
+    assert iterations("another system") == third
+
+
 @pytest.mark.parametrize(("then", "anew"), [(5e-9, False), (1e-6, True)])
 def test_one_update_may_grow_later_on(then: float, anew: bool) -> None:
     """As of a static plate of 128x128 elements: contracted by a thousandth, and then twice that."""

@@ -21,7 +21,8 @@ typedef int64_t order __attribute__((vector_size(8 * LANES)));
 /* A loop without one, whose vectors stay in registers. */
 #define EACH(i) _Pragma("GCC unroll 8") for (int i = 0; i < LANES; ++i)
 
-/* of two vectors that are `n` apart, what each has in the end of the other's numbers */
+/* Squares of n by n numbers beside the diagonal of squares twice as large change places: from which
+ * of two vectors, one behind the other, each number of both comes. */
 #define UPPER(l, n) ((l) & (n) ? LANES + (l) - (n) : (l))
 #define LOWER(l, n) ((l) & (n) ? LANES + (l) : (l) + (n))
 #define EXCHANGE(v, n)                                                                             \
@@ -32,6 +33,7 @@ typedef int64_t order __attribute__((vector_size(8 * LANES)));
         v[i + n] = __builtin_shuffle(a, b, (order)ALL(LOWER, n));                                  \
     }
 
+/* Numbers l of vectors k become numbers k of vectors l. */
 static inline __attribute__((always_inline)) void transpose(lanes *v)
 {
     EXCHANGE(v, 1)
@@ -77,7 +79,8 @@ static void take_apart(int rows, int columns, const lanes *from, const int *row_
     }
 }
 
-/* Numbers of LANES cells, (LANES, size), side by side, and in single precision, if that is asked for. */
+/* Numbers of LANES cells, (LANES, size), side by side; in single precision, too, if that is asked
+ * for. */
 static void put_together(int size, const double *from, double *to, float *single)
 {
     typedef float shorter __attribute__((vector_size(4 * LANES), may_alias));

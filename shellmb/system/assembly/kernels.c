@@ -56,10 +56,11 @@ static void tabulate_group(const Kernel *k, const Cells *g, int cell, int count,
         f(work.A, work.w, k->constants, x, k->entity_offsets ? k->entities + e : NULL, NULL, NULL);
     if (!k->closes)
         return;
-    /* a linear form has one row */
-    const int none = 0, *columns = k->column_place ? k->column_place : k->row_place;
-    const int *rows = k->column_place ? k->row_place : &none;
-    int m = k->column_place ? k->rows : 1, width = k->rows * k->columns / m;
+    /* what a linear form gives is taken for a row */
+    const int zero = 0, bilinear = k->column_place != NULL;
+    const int m = bilinear ? k->rows : 1, width = bilinear ? k->columns : k->rows;
+    const int *rows = bilinear ? k->row_place : &zero;
+    const int *columns = bilinear ? k->column_place : k->row_place;
     if (n > 1) {
         take_apart(m, width, (lanes *)work.A, rows, columns, count, out, apart, stride);
         return;

@@ -27,6 +27,9 @@ FAR = 0.02
 # after 200 steps are within 1e-12 of full Newton's); an estimate that knows it ends after as many
 # iterations, but of the other kind, which leave three times (EP, 6x2) the error in the energy
 ERROR = 1e-6
+# size of updates relative to the tolerance up to which those that round-off makes are remembered,
+# and those that are as small, but for so much, taken for the last ones of a solution
+FLOOR, ALIKE = 1e-3, 2.0
 
 # what the second update of a linear system may be of the first, for one to be enough: of a thin
 # plate it is 1e-6 in statics, and 1e-11 where inertia counts
@@ -126,11 +129,16 @@ class Modified:
     _iterations: int = field(default=0, init=False)
     _last: int = field(default=0, init=False)
     _usual: float | None = field(default=None, init=False)
+    # update that round-off made at the end of a solution: of static plates it is 1e-12, and only
+    # the third one of that size tells that it is nothing else
+    _floor: float = field(default=0.0, init=False)
 
     def begin(self, key: Hashable) -> None:
         """Forget the factorisation, that of another system, or one that costs more with age."""
         kept = self._exists and self.keep and key == self._key
         self._wanted = not kept or self._aged()
+        if key != self._key:
+            self._floor = 0.0
         self._key = key
         self._updates, self._far = [], False
 
@@ -169,7 +177,10 @@ class Modified:
         before = self._updates[-2]
         rho = update / before if before > 0 else math.inf
         mean, small = self._contraction(), update <= tolerance
-        roundoff = small and mean >= SLOW
+        stalled = small and mean >= SLOW
+        if stalled and update <= FLOOR * tolerance:
+            self._floor = update
+        roundoff = stalled or update <= ALIKE * self._floor
         if roundoff or (small and rho < SLOW and update * rho / (1 - rho) <= ERROR * tolerance):
             # as small as round-off lets it be, or small enough
             self._serve(roundoff)
