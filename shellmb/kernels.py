@@ -1,4 +1,4 @@
-"""Compiled forms, as DOLFINx takes them: one place that says how they are compiled."""
+"""Compiled forms, as DOLFINx takes them, and one place that says how kernels are compiled."""
 
 import ctypes
 from collections.abc import Callable, Iterator, Sequence
@@ -23,21 +23,20 @@ from ufl import Form
 from ufl.core.expr import Expr
 
 from shellmb.compiling.compiler import compile_new, library
-from shellmb.compiling.flags import KERNEL_FLAGS, flags_for
+from shellmb.compiling.flags import KERNEL_FLAGS, Item, flags_for
 from shellmb.derivatives import Known, Record, read, write
 from shellmb.errors import RunError
 
-# `timeout` is how long [s] DOLFINx waits for a process that compiles the same expression
-JIT_OPTIONS = {"timeout": 600, "cffi_extra_compile_args": KERNEL_FLAGS}
+JIT_OPTIONS = {"cffi_extra_compile_args": KERNEL_FLAGS}
 
 
 @dataclass(frozen=True, eq=False)
 class Kernel:
-    """A compiled form, loaded.
+    """A compiled form or expression, loaded.
 
     Attributes:
         name: Of its file: forms that are alike share one.
-        form: FFCx's description of it, a `ufcx_form` of C.
+        form: FFCx's description of it, a `ufcx_form` or `ufcx_expression` of C.
         library: What holds the code.
     """
 
@@ -98,15 +97,7 @@ def compile_with_derivatives(
     for form, place in zip(forms, places, strict=True):
         if place not in records and place not in taken:
             taken[place] = form if isinstance(form, Form) else form.form()
-    failure: Exception | None = None
-    if comm.rank == 0:
-        try:
-            new = [f for f in taken.values() if not f.empty()]
-            named = {module_name(f, flags): (f, flags_for(f, flags)) for f in new}
-            compile_new(named, cache_folder(), _TELLING.get())
-        except Exception as error:
-            failure = error
-    raise_together(failure, "forms could not be compiled", comm)
+    compile_missing([f for f in taken.values() if not f.empty()], comm, flags)
     made: list[fem.Form | None] = []
     for form, place in zip(forms, places, strict=True):
         if isinstance(form, Form):
@@ -119,6 +110,27 @@ def compile_with_derivatives(
                 write(place, records[place])
         made.append(_differentiated(form, records[place]))
     return made
+
+
+def compile_missing(items: Sequence[Item], comm: MPI.Comm, flags: Sequence[str] = ()) -> None:
+    """Compile those of some forms and expressions that are not in the cache; collective.
+
+    Args:
+        items: Forms that are not empty, and expressions.
+        comm: The ranks.
+        flags: As of `compiled`.
+
+    Raises:
+        RunError: If the C compiler fails; on all ranks.
+    """
+    failure: Exception | None = None
+    if comm.rank == 0:
+        try:
+            named = {module_name(item, flags): (item, flags_for(item, flags)) for item in items}
+            compile_new(named, cache_folder(), _TELLING.get())
+        except Exception as error:
+            failure = error
+    raise_together(failure, "forms could not be compiled", comm)
 
 
 def raise_together(failure: Exception | None, what: str, comm: MPI.Comm) -> None:
@@ -188,7 +200,7 @@ def _attached(
         coefficients: In the order in which the kernel's form has them.
         constants: Likewise.
     """
-    kernel = _loaded(cache_folder(), name)
+    kernel = loaded(cache_folder(), name, "form")
     ufcx = kernel.form
     for found in _WATCHING.get():
         found.add(name)
@@ -200,7 +212,7 @@ def _attached(
         for i, kind in enumerate(map(fem.IntegralType, range(len(fem.IntegralType))))
     }
     made = form_cpp_class(default_scalar_type)(
-        [_ffi().cast("uintptr_t", ufcx)],
+        [address_of(kernel)],
         [space._cpp_object for space in spaces],
         [
             coefficients[ufcx.original_coefficient_positions[i]]._cpp_object
@@ -220,11 +232,22 @@ def _attached(
 
 
 @cache
-def _loaded(folder: Path, name: str) -> Kernel:
-    """A kernel of the cache; loaded once in a process."""
+def loaded(folder: Path, name: str, kind: str) -> Kernel:
+    """A kernel of the cache; loaded once in a process.
+
+    Args:
+        folder: The cache.
+        name: Of its file.
+        kind: What it is of, "form" or "expression".
+    """
     code = ctypes.CDLL(str(library(folder, name)))
-    pointer = ctypes.c_void_p.in_dll(code, f"form_{name}_0").value
-    return Kernel(name, _ffi().cast("ufcx_form *", pointer), code)
+    pointer = ctypes.c_void_p.in_dll(code, f"{kind}_{name}_0").value
+    return Kernel(name, _ffi().cast(f"ufcx_{kind} *", pointer), code)
+
+
+def address_of(kernel: Kernel) -> Any:
+    """Where a kernel's description is, as DOLFINx takes it."""
+    return _ffi().cast("uintptr_t", kernel.form)
 
 
 @cache
@@ -233,7 +256,7 @@ def _ffi() -> cffi.FFI:
     ffi = cffi.FFI()
     scalar = np.dtype(default_scalar_type).name
     ffi.cdef(ffcx_jit.UFC_HEADER_DECL.format(scalar))
-    ffi.cdef(ffcx_jit.UFC_INTEGRAL_DECL + ffcx_jit.UFC_FORM_DECL)
+    ffi.cdef(ffcx_jit.UFC_INTEGRAL_DECL + ffcx_jit.UFC_FORM_DECL + ffcx_jit.UFC_EXPRESSION_DECL)
     return ffi
 
 
@@ -275,8 +298,8 @@ def cache_folder() -> Path:
     return Path(_options()["cache_dir"])
 
 
-def module_name(item: Form | tuple[Expr, Any], flags: Sequence[str] = ()) -> str:
-    """Name of the kernel of a form, or the one that FFCx gives the module of an expression.
+def module_name(item: Item, flags: Sequence[str] = ()) -> str:
+    """Name of the kernel of a form or an expression.
 
     Args:
         item: The form; or the expression and its points.
@@ -285,7 +308,7 @@ def module_name(item: Form | tuple[Expr, Any], flags: Sequence[str] = ()) -> str
     options = ffcx.options.get_options({"scalar_type": default_scalar_type})
     tag = ffcx_jit._compute_option_signature(options)
     tag += ffcx_jit._compilation_signature(flags_for(item, flags), False)
-    kind = "shellmb_form" if isinstance(item, Form) else "libffcx_expressions"
+    kind = "shellmb_form" if isinstance(item, Form) else "shellmb_expression"
     items: list[Any] = [item]
     return f"{kind}_{ffcx.naming.compute_signature(items, tag)}"
 

@@ -1,4 +1,4 @@
-"""Kernels of forms compiled side by side into the cache.
+"""Kernels of forms and expressions compiled side by side into the cache.
 
 FFCx writes the C code of one form after the other in this process, while C compilers work on the
 code of those before: on two cores that halves the wait. No process is forked (MPI and PETSc do not
@@ -25,13 +25,14 @@ from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
 import ffcx.codegeneration
 from ufl import Form
 
+from shellmb.compiling.flags import Item
 from shellmb.compiling.generated import code, quickly
 from shellmb.errors import RunError
 from shellmb.locks import FileLock
 
 Tell = Callable[[int, int], None]
-# Forms by the names of their kernels, with the flags of the C compiler
-Wanted = Mapping[str, tuple[Form, Sequence[str]]]
+# Forms and expressions by the names of their kernels, with the flags of the C compiler
+Wanted = Mapping[str, tuple[Item, Sequence[str]]]
 
 _log = logging.getLogger(__name__)
 
@@ -40,11 +41,11 @@ _log = logging.getLogger(__name__)
 GROUP = 100_000
 
 
-def compile_new(forms: Wanted, folder: Path, tell: Tell) -> None:
-    """Compile those of some forms that are not in the cache; on one rank.
+def compile_new(items: Wanted, folder: Path, tell: Tell) -> None:
+    """Compile those of some forms and expressions that are not in the cache; on one rank.
 
     Args:
-        forms: Forms that are not empty.
+        items: Forms that are not empty, and expressions.
         folder: The cache.
         tell: Called with the number of a kernel and how many there are, before each.
 
@@ -52,20 +53,20 @@ def compile_new(forms: Wanted, folder: Path, tell: Tell) -> None:
         RunError: If the C compiler fails.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    new = [name for name in forms if not library(folder, name).exists()]
+    new = [name for name in items if not library(folder, name).exists()]
     # the largest first, so that its compiler is not the one that all wait for in the end
-    new.sort(key=lambda name: -_size(forms[name][0]))
-    left = _compile({name: forms[name] for name in new}, folder, tell, wait=False)
+    new.sort(key=lambda name: -_size(items[name][0]))
+    left = _compile({name: items[name] for name in new}, folder, tell, wait=False)
     # one by one: who waits holds nothing that the other might wait for
     for name in left:
-        _compile({name: forms[name]}, folder, tell, wait=True)
+        _compile({name: items[name]}, folder, tell, wait=True)
 
 
-def _compile(forms: Wanted, folder: Path, tell: Tell, wait: bool) -> list[str]:
-    """Compile forms; or leave those that another process compiles, whose names are returned.
+def _compile(items: Wanted, folder: Path, tell: Tell, wait: bool) -> list[str]:
+    """Compile some; or leave those that another process compiles, whose names are returned.
 
     Args:
-        forms: As of `compile_new`, as are the others.
+        items: As of `compile_new`, as are the others.
         folder: The cache.
         tell: Called before each.
         wait: Whether to wait for the other process.
@@ -80,13 +81,13 @@ def _compile(forms: Wanted, folder: Path, tell: Tell, wait: bool) -> list[str]:
             started.append(pool.submit(_make_libraries, folder, groups.pop(flags), flags))
 
         try:
-            for number, (name, (form, flags)) in enumerate(forms.items(), start=1):
-                tell(number, len(forms))
+            for number, (name, (item, flags)) in enumerate(items.items(), start=1):
+                tell(number, len(items))
                 if not locked(folder / f"{name}.lock", locks, wait):
                     left.append(name)
                 elif not library(folder, name).exists():
                     group = groups.setdefault(tuple(flags), {})
-                    group[name] = code(form, name, flags)
+                    group[name] = code(item, name, flags)
                     if sum(map(len, group.values())) > GROUP:
                         start(tuple(flags))
             for alike in list(groups):
@@ -125,9 +126,10 @@ def locked(path: Path, locks: ExitStack, wait: bool) -> bool:
     return True
 
 
-def _size(form: Form) -> int:
+def _size(item: Item) -> int:
     """Entries of a cell's tensor: what tells large kernels from small ones."""
-    elements = (a.ufl_function_space().ufl_element() for a in form.arguments())
+    arguments = item.arguments() if isinstance(item, Form) else ()
+    elements = (a.ufl_function_space().ufl_element() for a in arguments)
     return math.prod(element.dim for element in elements)
 
 

@@ -60,7 +60,11 @@ JACOBIAN_FLAGS = ["-fno-tree-pta"]
 RESIDUAL_FLAGS = ["-O2"]
 
 
-def flags_for(item: Form | tuple[Expr, Any], more: Sequence[str] = ()) -> list[str]:
+# A form; or an expression and the points of the reference element where it is wanted
+Item = Form | tuple[Expr, Any]
+
+
+def flags_for(item: Item, more: Sequence[str] = ()) -> list[str]:
     """Flags for a form, or for an expression and its points.
 
     Args:

@@ -1,4 +1,4 @@
-"""C code of forms by FFCx, in less time, and with fewer loops."""
+"""C code of forms and expressions by FFCx, in less time, and with fewer loops."""
 
 import gc
 import importlib
@@ -14,7 +14,7 @@ from ufl import Form
 from ufl.classes import ComplexValue, Conj, CoordinateDerivative, Imag, Real
 from ufl.corealg.traversal import unique_pre_traversal
 
-from shellmb.compiling.flags import has_lanes
+from shellmb.compiling.flags import Item, has_lanes
 
 # Steps of UFL that rebuild a form without some nodes, and these nodes
 REBUILDING: dict[str, tuple[type, ...]] = {
@@ -23,12 +23,12 @@ REBUILDING: dict[str, tuple[type, ...]] = {
 }
 
 
-def code(form: Form, name: str, flags: Sequence[str]) -> str:
-    """The C code of the kernels of a form, as FFCx makes it.
+def code(item: Item, name: str, flags: Sequence[str]) -> str:
+    """The C code of the kernels of a form or an expression, as FFCx makes it.
 
     Args:
-        form: The form.
-        name: What the form is called there.
+        item: The form; or the expression and its points.
+        name: What it is called there.
         flags: The C compiler's, which tell whether kernels are of several cells.
     """
     # needed for new kernels only
@@ -43,10 +43,11 @@ def code(form: Form, name: str, flags: Sequence[str]) -> str:
     chosen: dict[str, Any] = {"scalar_type": default_scalar_type}
     if has_lanes(flags):
         chosen["language"] = lanes.__name__
-        (cell,) = {domain.ufl_coordinate_element() for domain in form.ufl_domains()}
+        assert isinstance(item, Form)
+        (cell,) = {domain.ufl_coordinate_element() for domain in item.ufl_domains()}
         chosen[lanes.NODES] = cell.dim // cell.block_size
     options = ffcx.options.get_options(chosen)
-    made, _ = ffcx.compiler.compile_ufl_objects([form], namespace=name, options=options)
+    made, _ = ffcx.compiler.compile_ufl_objects([item], namespace=name, options=options)
     return str(made[1])
 
 
