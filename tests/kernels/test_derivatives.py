@@ -113,7 +113,7 @@ def test_what_is_left_of_a_record_is_made_anew(cache) -> None:
     files[0].write_text("{")
     for kernel in cache.glob("shellmb_form_*.so"):
         kernel.unlink()
-    kernels._loaded.cache_clear()
+    kernels.loaded.cache_clear()
     for found, again in zip(matrices(2), first, strict=True):
         assert np.array_equal(found, again)
 
