@@ -84,7 +84,7 @@ class Momentum(Silent):
         for body in bodies:
             levels = simulation.problem.levels[body.name]
             # of small motions about the reference positions
-            forms += _momenta(body, (levels.reference or levels).q, levels.rates["v"])
+            forms.append(_both(body, (levels.reference or levels).q, levels.rates["v"]))
         return Functionals([present(forms)], simulation.model.comm)
 
     def _total_mass(self, simulation: Simulation, bodies: list[Any]) -> float:
@@ -95,7 +95,7 @@ class Momentum(Silent):
             # the displacement of a body; of a place on one "u1"
             part = "u" if "u" in body.mixed.dofs else "u1"
             velocity.x.array[body.mixed.dofs[part].reshape(-1, 3)[:, 0]] = 1.0
-            forms += _momenta(body, simulation.problem.levels[body.name].q, velocity)
+            forms.append(_both(body, simulation.problem.levels[body.name].q, velocity))
         return float(Functionals([present(forms)], simulation.model.comm)()[0])
 
     def _take(self) -> None:
@@ -177,9 +177,9 @@ class Momentum(Silent):
         self._kinetic, self._gross = float(state["kinetic"]), float(state["gross"])
 
 
-def _momenta(body: Any, q: Expr, v: Expr) -> list[Form | None]:
+def _both(body: Any, q: Expr, v: Expr) -> Form | None:
     """Linear and angular momentum of a body, in one kernel, as it has both in most cases."""
     axes = vector_of(body.mixed.space.mesh, 6)
     along, about = (ufl.as_vector([axes[k + n] for k in range(3)]) for n in (0, 3))
     linear, angular = body.momentum(v, along), body.angular_momentum(q, v, about)
-    return [angular if linear is None else linear + angular]
+    return angular if linear is None else linear + angular
