@@ -8,14 +8,7 @@ from dolfinx import cpp, fem  # type: ignore[attr-defined]
 from ufl.algorithms.analysis import extract_coefficients, extract_constants
 from ufl.core.expr import Expr
 
-from shellmb.kernels import (
-    address_of,
-    cache_folder,
-    comm_of,
-    compile_missing,
-    loaded,
-    module_name,
-)
+from shellmb.kernels import cache_folder, comm_of, compile_missing, loaded, module_name
 
 
 def compiled_expression(value: Expr, points: npt.NDArray[np.float64]) -> fem.Expression:
@@ -31,17 +24,13 @@ def compiled_expression(value: Expr, points: npt.NDArray[np.float64]) -> fem.Exp
     item = value, np.reshape(points, (len(points), -1))
     compile_missing([item], comm_of(value))
     kernel = loaded(cache_folder(), module_name(item), "expression")
-    ufcx, coefficients = kernel.form, extract_coefficients(value)
     # as DOLFINx attaches data to a kernel, which it would compile one at a time
     made: fem.Expression = object.__new__(fem.Expression)
     made._ufl_expression, made._argument_space = value, None
-    made._ufcx_expression, made._code = ufcx, kernel.library  # type: ignore[assignment]
+    made._ufcx_expression, made._code = kernel.form, ""
     made._cpp_object = cpp.fem.create_expression_float64(
-        address_of(kernel),
-        [
-            coefficients[ufcx.original_coefficient_positions[i]]._cpp_object
-            for i in range(ufcx.num_coefficients)
-        ],
+        kernel.address,
+        kernel.reads(extract_coefficients(value)),
         [constant._cpp_object for constant in extract_constants(value)],
         [],
         None,

@@ -44,6 +44,16 @@ class Kernel:
     form: Any
     library: ctypes.CDLL
 
+    @property
+    def address(self) -> Any:
+        """Where the description is, as DOLFINx takes it."""
+        return _ffi().cast("uintptr_t", self.form)
+
+    def reads(self, coefficients: Sequence[Any]) -> list[Any]:
+        """Those of the coefficients that it reads, in its own order, as DOLFINx takes them."""
+        places, count = self.form.original_coefficient_positions, self.form.num_coefficients
+        return [coefficients[places[i]]._cpp_object for i in range(count)]
+
 
 def compiled(form: Form, flags: Sequence[str] = ()) -> fem.Form:
     """A form compiled, or found in the cache.
@@ -130,7 +140,7 @@ def compile_missing(items: Sequence[Item], comm: MPI.Comm, flags: Sequence[str] 
             compile_new(named, cache_folder(), _TELLING.get())
         except Exception as error:
             failure = error
-    raise_together(failure, "forms could not be compiled", comm)
+    raise_together(failure, "kernels could not be compiled", comm)
 
 
 def raise_together(failure: Exception | None, what: str, comm: MPI.Comm) -> None:
@@ -212,12 +222,9 @@ def _attached(
         for i, kind in enumerate(map(fem.IntegralType, range(len(fem.IntegralType))))
     }
     made = form_cpp_class(default_scalar_type)(
-        [address_of(kernel)],
+        [kernel.address],
         [space._cpp_object for space in spaces],
-        [
-            coefficients[ufcx.original_coefficient_positions[i]]._cpp_object
-            for i in range(ufcx.num_coefficients)
-        ],
+        kernel.reads(coefficients),
         [constant._cpp_object for constant in constants],
         {
             fem.IntegralType[kind]: get_integration_domains(
@@ -243,11 +250,6 @@ def loaded(folder: Path, name: str, kind: str) -> Kernel:
     code = ctypes.CDLL(str(library(folder, name)))
     pointer = ctypes.c_void_p.in_dll(code, f"{kind}_{name}_0").value
     return Kernel(name, _ffi().cast(f"ufcx_{kind} *", pointer), code)
-
-
-def address_of(kernel: Kernel) -> Any:
-    """Where a kernel's description is, as DOLFINx takes it."""
-    return _ffi().cast("uintptr_t", kernel.form)
 
 
 @cache

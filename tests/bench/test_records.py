@@ -136,11 +136,11 @@ def test_no_round_outlasts_the_motion():
     assert plan_of(False, steps=246, rounds=2, scenes=["static"]).steps == 246
 
 
-def made(how, step, mesh="6x2", scheme="ep", elements=12, observers=0.0, peak=None):
+def made(how, step, mesh="6x2", scheme="ep", elements=12, bare=1.0, observers=0.0, peak=None):
     """Measurements of three rounds with that step time, disturbed by the same noise."""
     parts = dict.fromkeys(PARTS, 0.0) | {"observers_s": observers * step}
     rounds = tuple(
-        Round(1, 2.0, 2.0, noise * step, noise, {k: noise * v for k, v in parts.items()})
+        Round(1, 2.0, 2.0, noise * step, noise * bare, {k: noise * v for k, v in parts.items()})
         for noise in (5.0, 1.0, 0.5)
     )
     numbers = dict(elements=elements, unknowns=1, iterations_per_step=2.0)
@@ -154,7 +154,7 @@ def made(how, step, mesh="6x2", scheme="ep", elements=12, observers=0.0, peak=No
         factorisations_per_step=2.0,
         step_s=step,
         **parts,
-        bare_s=1.0,
+        bare_s=bare,
         peak_mib=peak,
         ranks=1,
     )
@@ -168,7 +168,7 @@ def verdicts(*measured):
 def test_bars_by_hand():
     found = verdicts(
         made(UNREDUCED, 10.0),
-        made(FULL, 4.0),
+        made(FULL, 4.0, bare=2.0),
         made(AUTO, 2.5, observers=0.2, peak=3000.0),
         made(AUTO, 7.0, scheme="ed"),
         made(AUTO, 14.0, scheme="ep4"),
@@ -176,6 +176,8 @@ def test_bars_by_hand():
     assert found["full/full over reduced/full, dynamic ep 6x2"] == (2.5, True)
     assert found["reduced/full over reduced/auto, dynamic ep 6x2"] == (1.6, False)
     assert found["full/full over reduced/auto, dynamic ep 6x2"] == (4.0, False)
+    assert found["step over bare work, reduced/full, dynamic ep 6x2"] == (2.0, True)
+    assert found["step over bare work, reduced/auto, dynamic ep 6x2"] == (2.5, False)
     assert found["share of observers, reduced/auto, dynamic ep 6x2"] == (0.2, False)
     assert found["share of observers, reduced/auto, dynamic ed 6x2"] == (0.0, True)
     assert found["peak memory [MiB], reduced/auto, dynamic ep 6x2"] == (3000.0, False)

@@ -65,7 +65,8 @@ class Momentum(Silent):
         self._dynamic = "v" in simulation.scheme.rates
         if not self._dynamic:
             return
-        bodies = [b for b in simulation.model.bodies if hasattr(b, "momentum")]
+        bodies: list[Any] = [b for b in simulation.model.bodies if hasattr(b, "momentum")]
+        self._axes = [vector_of(b.mixed.space.mesh, 6) for b in bodies]
         self._length = simulation.model.length
         self._held = simulation.model.supported
         self._momenta = self._functionals(simulation, bodies)
@@ -81,21 +82,22 @@ class Momentum(Silent):
     def _functionals(self, simulation: Simulation, bodies: list[Any]) -> Functionals:
         """Both momenta, six numbers."""
         forms: list[Form | None] = []
-        for body in bodies:
+        for body, axes in zip(bodies, self._axes, strict=True):
             levels = simulation.problem.levels[body.name]
             # of small motions about the reference positions
-            forms.append(_both(body, (levels.reference or levels).q, levels.rates["v"]))
+            q, v = (levels.reference or levels).q, levels.rates["v"]
+            forms.append(_both(body, q, v, axes))
         return Functionals([present(forms)], simulation.model.comm)
 
     def _total_mass(self, simulation: Simulation, bodies: list[Any]) -> float:
         """Mass, as the momentum of a unit velocity along that velocity."""
         forms: list[Form | None] = []
-        for body in bodies:
+        for body, axes in zip(bodies, self._axes, strict=True):
             velocity = fem.Function(body.mixed.space)
             # the displacement of a body; of a place on one "u1"
             part = "u" if "u" in body.mixed.dofs else "u1"
             velocity.x.array[body.mixed.dofs[part].reshape(-1, 3)[:, 0]] = 1.0
-            forms.append(_both(body, simulation.problem.levels[body.name].q, velocity))
+            forms.append(_both(body, simulation.problem.levels[body.name].q, velocity, axes))
         return float(Functionals([present(forms)], simulation.model.comm)()[0])
 
     def _take(self) -> None:
@@ -177,9 +179,8 @@ class Momentum(Silent):
         self._kinetic, self._gross = float(state["kinetic"]), float(state["gross"])
 
 
-def _both(body: Any, q: Expr, v: Expr) -> Form | None:
+def _both(body: Any, q: Expr, v: Expr, axes: Expr) -> Form | None:
     """Linear and angular momentum of a body, in one kernel, as it has both in most cases."""
-    axes = vector_of(body.mixed.space.mesh, 6)
     along, about = (ufl.as_vector([axes[k + n] for k in range(3)]) for n in (0, 3))
     linear, angular = body.momentum(v, along), body.angular_momentum(q, v, about)
     return angular if linear is None else linear + angular

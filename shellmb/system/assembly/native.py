@@ -175,11 +175,11 @@ def begin(comm: MPI.Comm) -> None:
 @cache
 def _compiled() -> tuple[Path, Future[None] | None]:
     """Where the module is, or will be."""
-    names = ("cells.h", "passes.c", "apart.c", "kernels.c", "cells.c")
-    header, passes, *before = ((HERE / name).read_text() for name in names)
+    names = ("cells.h", "passes.c", "apart.c", "kernels.c", "cells.c", "nodes.c", "unknowns.c")
+    header, passes, *others = ((HERE / name).read_text() for name in (*names, "sums.c"))
     both = (TWICE.format(*precision) + passes for precision in PRECISIONS)
-    after = ((HERE / name).read_text() for name in ("nodes.c", "unknowns.c", "sums.c"))
-    source = "\n".join([*before, *both, *after])
+    # what passes work with comes before them
+    source = "\n".join([*others[:3], *both, *others[3:]])
     key = "\n".join([header, source, sys.version, cffi.__version__, *COMPILER_FLAGS])
     name = f"shellmb_cells_{hashlib.sha256(key.encode()).hexdigest()[:16]}"
     where = cache_folder()
