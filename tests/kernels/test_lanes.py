@@ -160,11 +160,26 @@ def test_jacobian():
     loop = FormLoop(cells, [(form, (0,), 0) for form in many])
     arguments = cells.struct(loop), loop.kernels, loop.count
     lib, blocks = native.cells().lib, np.array([exact[np.ix_(d, d)] for d in cells.dofs])
-    largest, last = np.zeros(blocks.shape[1:]), np.zeros((LANES, *blocks.shape[1:]))
+    largest = np.zeros(blocks.shape[1:])
     lib.largest_entries(*arguments, native.doubles(largest))
     np.testing.assert_allclose(largest, np.abs(blocks).max(axis=0), rtol=0.0, atol=ROUND_OFF)
-    lib.all_matrices(*arguments, native.doubles(last))
-    np.testing.assert_allclose(last[:-1], blocks[LANES:], rtol=0.0, atol=ROUND_OFF)
+    # what is put where others are added: before them, and over whatever was there
+    alone = compiled(jacobians[0], ONE)
+    other = [np.ix_(d, d) for d in cells.dofs[LANES:]]
+    exact = exact + dense[1][0]
+    assert loop.covered
+    for twice in (False, True):
+        # the second time rows and columns of two fields are at the same places
+        cells.places = [cells.places[0]] * (1 + twice)
+        forms = [
+            (alone, (0,), 0),
+            *((form, (k * twice,), k * twice) for k, form in enumerate(many)),
+        ]
+        loop = FormLoop(cells, forms)
+        assert loop.covered != twice
+        last = np.full((LANES, *blocks.shape[1:]), 1e3)
+        lib.all_matrices(cells.struct(loop), loop.kernels, loop.count, native.doubles(last))
+        np.testing.assert_allclose(last[:-1], [exact[d] for d in other], rtol=0.0, atol=ROUND_OFF)
 
 
 def test_only_surfaces():

@@ -54,28 +54,37 @@ static int in_line(const int *place)
     return 1;
 }
 
-/* Matrices of `count` of the cells side by side, (rows, columns, LANES), each added at its own
- * `out` (row-major, `stride` columns), which is `apart` from that before. */
+/* Matrices of `count` of the cells side by side, (rows, columns, LANES), each put at its own `out`
+ * (row-major, `stride` columns), which is `apart` from that before, or added there. */
 static void take_apart(int rows, int columns, const lanes *from, const int *row_place,
-                       const int *column_place, int count, double *out, size_t apart, int stride)
+                       const int *column_place, int count, int adds, double *out, size_t apart,
+                       int stride)
 {
-    for (int j = 0; j < columns; ++j) {
-        const lanes *column = from + j;
-        double *to = out + column_place[j];
-        if (j + LANES <= columns && in_line(column_place + j)) {
-            for (int i = 0; i < rows; ++i) {
+    int squares[columns];
+    for (int j = 0; j < columns; ++j)
+        squares[j] = j + LANES <= columns && in_line(column_place + j);
+    /* row by row, so that what is written follows what was written before */
+    for (int i = 0; i < rows; ++i, from += columns) {
+        double *row = out + (size_t)row_place[i] * stride;
+        for (int j = 0; j < columns; ++j) {
+            double *to = row + column_place[j];
+            if (squares[j]) {
                 lanes v[LANES];
-                EACH(q) v[q] = column[(size_t)i * columns + q];
+                EACH(q) v[q] = from[j + q];
                 transpose(v);
-                double *row = to + (size_t)row_place[i] * stride;
-                EACH(l) if (l < count) *(anywhere *)(row + l * apart) += v[l];
+                EACH(l) if (l < count)
+                {
+                    lanes *at = &v[l];
+                    if (adds)
+                        *at += *(anywhere *)(to + l * apart);
+                    *(anywhere *)(to + l * apart) = *at;
+                }
+                j += LANES - 1;
+                continue;
             }
-            j += LANES - 1;
-            continue;
-        }
-        for (int i = 0; i < rows; ++i)
             for (int l = 0; l < count; ++l)
-                to[l * apart + (size_t)row_place[i] * stride] += column[(size_t)i * columns][l];
+                to[l * apart] = from[j][l] + (adds ? to[l * apart] : 0.0);
+        }
     }
 }
 

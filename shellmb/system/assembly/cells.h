@@ -6,6 +6,7 @@ typedef struct {
     void *function;            /* tabulate_tensor of FFCx */
     int lanes;                 /* cells that it takes at once */
     int opens, closes;         /* whether it is the first, the last of those that add up in it */
+    int adds;                  /* whether to what is there; if not, it is the first to come there */
     const double *constants;   /* packed */
     int rows, columns;         /* of the element tensor; one column of a linear form */
     const int *row_place;      /* place of each row among the unknowns of the cell, (rows,) */
@@ -28,6 +29,7 @@ typedef struct {
     const double *geometry;    /* coordinates of the cells' nodes */
     int geometry_size, coefficient_size;
     int lanes;                 /* cells that are taken at once */
+    int covered;               /* whether kernels that do not add give a cell's whole matrix */
     const double *geometry_of_lanes; /* coordinates of so many cells side by side, from whole lines
                                       * of the memory on */
     int chunks;

@@ -28,8 +28,8 @@ static Work work_of(const Cells *g, size_t entries, size_t more)
     return (Work){room, room + w, room + w + A};
 }
 
-/* Element tensors of a kernel over the cells that it takes at once, `count` of them, each added at
- * its own `out` (row-major, `stride` columns), which is `apart` from that before. */
+/* Element tensors of a kernel over the cells that it takes at once, `count` of them, each put or
+ * added at its own `out` (row-major, `stride` columns), which is `apart` from that before. */
 static void tabulate_group(const Kernel *k, const Cells *g, int cell, int count, Work work,
                            double *out, size_t apart, int stride)
 {
@@ -62,7 +62,7 @@ static void tabulate_group(const Kernel *k, const Cells *g, int cell, int count,
     const int *rows = bilinear ? k->row_place : &zero;
     const int *columns = bilinear ? k->column_place : k->row_place;
     if (n > 1) {
-        take_apart(m, width, (lanes *)work.A, rows, columns, count, out, apart, stride);
+        take_apart(m, width, (lanes *)work.A, rows, columns, count, k->adds, out, apart, stride);
         return;
     }
     for (int i = 0; i < m; ++i)
@@ -86,7 +86,8 @@ static void matrices(const Cells *g, const Kernel *kernels, int count, int cell,
                      Work work, double *K)
 {
     size_t square = (size_t)g->size * g->size;
-    memset(K, 0, sizeof(double) * square * some);
+    if (!g->covered)
+        memset(K, 0, sizeof(double) * square * some);
     for (int k = 0; k < count; ++k)
         tabulate(kernels + k, g, cell, some, work, K, square, g->size);
 }

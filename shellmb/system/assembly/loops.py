@@ -50,6 +50,7 @@ class MeshGeometry:
             "geometry_size": int(np.prod(self.geometry.shape[1:])),
             "coefficient_size": loop.coefficient_size,
             "lanes": loop.lanes,
+            "covered": loop.covered,
             "geometry_of_lanes": loop.pointer(side_by_side(self.geometry, loop.lanes)),
         }
         return loop.pointer.many("Cells", [{**common, **more}])
@@ -147,7 +148,7 @@ class FormLoop:
         self._constants: list[tuple[Any, Floats]] = []
         found = [self._kernels(cells, *form) for form in forms]
         self._lib, self._pieces = native.cells().lib, self._constant_pieces()
-        kernels = _together(found, [form[1:] for form in forms])
+        kernels, self.covered = _together(found, [form[1:] for form in forms], cells.places)
         self.count = len(kernels)
         self.lanes = max((kernel["lanes"] for kernel in kernels), default=1)
         self.kernels = self.pointer.many("Kernel", kernels)
@@ -230,23 +231,42 @@ class FormLoop:
 
 
 def _together(
-    found: Sequence[Sequence[dict[str, Any]]], places: Sequence[tuple[tuple[int, ...], int]]
-) -> list[dict[str, Any]]:
+    found: Sequence[Sequence[dict[str, Any]]],
+    fields: Sequence[tuple[tuple[int, ...], int]],
+    places: Sequence[Ints],
+) -> tuple[list[dict[str, Any]], bool]:
     """Kernels of several cells with the same rows and columns one after the other, to add up first.
 
     Args:
         found: Kernels of each form.
-        places: Its rows and column. Kernels of one cell, which have none to be added to while
-            others of its group are at work, are by themselves.
+        fields: Its rows and column. Kernels of one cell, which have none to be added to while
+            others of its group are at work, are by themselves, behind the others.
+        places: Of each field, among the unknowns of a cell.
+
+    Returns:
+        The kernels; and whether what they put where nothing was before is a cell's whole matrix.
     """
     groups: dict[Any, list[dict[str, Any]]] = {}
-    for some, place in zip(found, places, strict=True):
+    alone: list[list[dict[str, Any]]] = []
+    for some, field in zip(found, fields, strict=True):
         for kernel in some:
-            groups.setdefault(place if kernel["lanes"] > 1 else len(groups), []).append(kernel)
-    for group in groups.values():
+            if kernel["lanes"] > 1:
+                groups.setdefault(field, []).append(kernel)
+            else:
+                alone.append([kernel])
+    size = sum(map(len, places))
+    there = np.zeros((size, size), dtype=bool)
+    for (rows, column), group in groups.items():
+        if column >= 0:
+            block = np.ix_(np.concatenate([places[k] for k in rows]), places[column])
+            group[0]["adds"] = bool(there[block].any())
+            there[block] |= not group[0]["adds"]
+    ordered = [*groups.values(), *alone]
+    for group in ordered:
+        adds = group[0].get("adds", True)
         for k, kernel in enumerate(group):
-            kernel |= {"opens": k == 0, "closes": k == len(group) - 1}
-    return [kernel for group in groups.values() for kernel in group]
+            kernel |= {"opens": k == 0, "closes": k == len(group) - 1, "adds": adds}
+    return [kernel for group in ordered for kernel in group], bool(there.all())
 
 
 def _entities(entities: Ints, count: int, facets: bool) -> tuple[Ints | None, Ints | None]:
