@@ -26,6 +26,7 @@ from shellmb.compiling.compiler import compile_new, library
 from shellmb.compiling.flags import KERNEL_FLAGS, Item, flags_for
 from shellmb.derivatives import Known, Record, read, write
 from shellmb.errors import RunError
+from shellmb.waiting import arrive
 
 JIT_OPTIONS = {"cffi_extra_compile_args": KERNEL_FLAGS}
 
@@ -156,6 +157,7 @@ def raise_together(failure: Exception | None, what: str, comm: MPI.Comm) -> None
         RuntimeError: If something else did.
     """
     said = failure if failure is None or isinstance(failure, RunError) else RuntimeError(what)
+    arrive(comm)
     if (told := comm.bcast(said)) is not None:
         raise told from (None if told is failure else failure)
 

@@ -12,6 +12,7 @@ from shellmb.api.modeshapes import ModeShapes, is_modes
 from shellmb.api.record import Run
 from shellmb.api.rotating import RotatingModes, StateModes, is_of_state, is_rotating
 from shellmb.scene import Scene
+from shellmb.waiting import arrive
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -104,7 +105,7 @@ def run(
         request=asked.request,
         results=asked.results,
     )
-    world.Barrier()
+    arrive(world)
     found = Run(computed.out or directory, computed)
     if temporary:
         gone_with(found, directory, world.rank)
@@ -150,7 +151,7 @@ def resume(
         scene_file=scene if named else None,  # type: ignore[arg-type]
         trust=trust,
     )
-    world.Barrier()
+    arrive(world)
     return Run(Path(out), computed)
 
 

@@ -14,6 +14,7 @@ from shellmb.figures.example import Example, FinishedRun, Results
 from shellmb.figures.pictures import draw_animation, draw_figure
 from shellmb.figures.runs import finish
 from shellmb.measuring.times import Stopwatch
+from shellmb.waiting import arrive
 
 # modules of the examples by their section in the paper
 EXAMPLES = {"6.1": "lateral_buckling", "6.2": "snap_through", "6.3": "antenna"}
@@ -129,7 +130,7 @@ def make(
             why = "" if passed else one.why
             judged.append(Judged(example.section, one.text, one.paper, verdict.ours, passed, why))
     wall = {name: wall_time(run) for name, run in finished.items()}
-    comm.Barrier()
+    arrive(comm)
     return Made(example, finished, judged, pictures, wall, drawing)
 
 
