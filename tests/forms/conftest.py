@@ -38,7 +38,7 @@ CASES = [
     ("quad", "neo-hookean"),
     ("quad", "quadratic"),
     ("tri", "isotropic"),
-    ("tri", "neo-hookean"),
+    pytest.param(("tri", "neo-hookean"), marks=pytest.mark.slow),
     ("quad", "coupled", "linear"),
     pytest.param(("tri", "isotropic", "linear"), marks=pytest.mark.slow),
 ]
