@@ -173,7 +173,8 @@ def _end_together(code: int) -> None:
     MPI = sys.modules["mpi4py.MPI"]
     sys.stdout.flush()
     sys.stderr.flush()
-    arrive(MPI.COMM_WORLD)
+    with STOPPING.caught():
+        arrive(MPI.COMM_WORLD)
     MPI.Finalize()
     os._exit(code)
 
