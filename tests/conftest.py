@@ -37,6 +37,12 @@ def pytest_configure(config: pytest.Config) -> None:
         )
 
 
+def pytest_collection_finish(session: pytest.Session) -> None:
+    """What is there before the tests stays: to look through it took a twentieth of all time."""
+    gc.collect()
+    gc.freeze()
+
+
 @pytest.fixture(autouse=True)
 def _collect_garbage() -> Iterator[None]:
     """Free PETSc objects on all ranks at the same place: their destructors are collective.

@@ -29,7 +29,17 @@ FLOW = (
     "observers",
     "watches",
 )
-FIRST = ("errors", "calling", "locks", "stopping", "waiting", "compiling", "derivatives", "kernels")
+FIRST = (
+    "errors",
+    "calling",
+    "collecting",
+    "locks",
+    "stopping",
+    "waiting",
+    "compiling",
+    "derivatives",
+    "kernels",
+)
 FIRST += ("expressions", "analytic")
 RANK = {name: rank for rank, name in enumerate((*FIRST, *FLOW))}
 # what a user starts; these may import one another

@@ -1,6 +1,5 @@
 """C code of forms and expressions by FFCx, in less time, and with fewer loops."""
 
-import gc
 import importlib
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -14,6 +13,7 @@ from ufl import Form
 from ufl.classes import ComplexValue, Conj, CoordinateDerivative, Imag, Real
 from ufl.corealg.traversal import unique_pre_traversal
 
+from shellmb.collecting import seldom
 from shellmb.compiling.flags import Item, has_lanes
 
 # Steps of UFL that rebuild a form without some nodes, and these nodes
@@ -89,19 +89,18 @@ def quickly() -> Iterator[None]:
     """
     # by its name: the package has a function of the same one
     steps = importlib.import_module("ufl.algorithms.compute_form_data")
-    named, thresholds = singledispatchmethod.__get__, gc.get_threshold()
+    named = singledispatchmethod.__get__
     rebuilding = {name: getattr(steps, name) for name in REBUILDING}
-    gc.set_threshold(100_000, *thresholds[1:])
     singledispatchmethod.__get__ = _chosen  # type: ignore[method-assign,assignment]
     for name, kinds in REBUILDING.items():
         setattr(steps, name, partial(_rebuilt, rebuilding[name], kinds))
     try:
-        yield
+        with seldom():
+            yield
     finally:
         for name, function in rebuilding.items():
             setattr(steps, name, function)
         singledispatchmethod.__get__ = named  # type: ignore[method-assign]
-        gc.set_threshold(*thresholds)
 
 
 def _rebuilt(rebuild: Callable[[Form], Form], kinds: tuple[type, ...], form: Form) -> Form:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gc
 import json
 import logging
 import time as clock
@@ -14,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from shellmb.collecting import seldom
 from shellmb.errors import RunError
 from shellmb.observers.files.described import Described, read_described
 from shellmb.show.fields import Fields
@@ -55,12 +55,8 @@ def draw_directory(
         SceneError: If the directory holds no run.
     """
     # what a run leaves is not looked through again and again while libraries are loaded
-    gc.freeze()
-    try:
-        with ThreadPoolExecutor(max_workers=1) as thread:
-            return thread.submit(_draw, directory, out or directory, budget).result()
-    finally:
-        gc.unfreeze()
+    with seldom(), ThreadPoolExecutor(max_workers=1) as thread:
+        return thread.submit(_draw, directory, out or directory, budget).result()
 
 
 def budget_of(wall: float) -> float:
