@@ -24,4 +24,4 @@ def test_who_waits_does_nothing(mpirun) -> None:
     worked, waited, worked_there, waited_there = map(float, mpirun(2, "-c", SOURCE).split())
     # a barrier works all of the second
     assert worked_there < 0.3 < 0.8 < waited_there
-    assert max(worked, waited) < 0.3
+    assert max(worked, waited) < 0.5
