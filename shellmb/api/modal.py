@@ -12,7 +12,6 @@ from shellmb.api.record import Run
 from shellmb.api.rotating import RotatingModes, StateModes
 from shellmb.errors import SceneError
 from shellmb.scene import Scene
-from shellmb.waiting import arrive
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -188,7 +187,7 @@ def modes(
             asked.scene, directory, *turning, results=measure, comm=world, pictures=draw
         )
         made = RotatingModes(directory, over)
-    arrive(world)
+    world.Barrier()
     if temporary:
         gone_with(made, directory, world.rank)
     return made
@@ -214,5 +213,5 @@ def _about(
     found = find_state_modes(
         scene, directory, run, count, *frame, at=at, comm=comm, pictures=pictures
     )
-    arrive(comm)
+    comm.Barrier()
     return StateModes(directory, found)

@@ -12,7 +12,6 @@ from shellmb.api.modeshapes import ModeShapes, is_modes
 from shellmb.api.record import Run
 from shellmb.api.rotating import RotatingModes, StateModes, is_of_state, is_rotating
 from shellmb.scene import Scene
-from shellmb.waiting import arrive
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -105,7 +104,7 @@ def run(
         request=asked.request,
         results=asked.results,
     )
-    arrive(world)
+    world.Barrier()
     found = Run(computed.out or directory, computed)
     if temporary:
         gone_with(found, directory, world.rank)
@@ -151,7 +150,7 @@ def resume(
         scene_file=scene if named else None,  # type: ignore[arg-type]
         trust=trust,
     )
-    arrive(world)
+    world.Barrier()
     return Run(Path(out), computed)
 
 

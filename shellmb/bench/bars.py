@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from statistics import median
 
 import numpy as np
 
-from shellmb.bench.record import AUTO, FULL, UNREDUCED, Configuration, Measured, Round
+from shellmb.bench.record import AUTO, FULL, UNREDUCED, Configuration, Measured
 
 # at least so many times faster than the unreduced path with full Newton: reduced, and by default
 # (as times what OVERHEAD asked for when it was set, docs/theory/linear_systems.md: bare work
@@ -90,7 +90,7 @@ def _of_case(case: tuple[str, str, str], some: dict[Configuration, Measured]) ->
         yield Bar(f"{FULL} over {AUTO}, {name}", ratio, RARELY[mesh], True)
     for how, m in some.items():
         if dynamic and mesh in OVERHEAD and how.path == "reduced":
-            value = _median(m, lambda r: r.step_s / r.bare_s)
+            value = median(r.step_s / r.bare_s for r in m.rounds)
             yield Bar(f"step over bare work, {how}, {name}", value, OVERHEAD[mesh])
         if dynamic and how == AUTO:
             # the mean over the rounds: a frame is not written in each
@@ -99,10 +99,6 @@ def _of_case(case: tuple[str, str, str], some: dict[Configuration, Measured]) ->
             yield Bar(f"share of observers, {how}, {name}", float(share), OBSERVERS)
         if m.record.peak_mib is not None and how == AUTO:
             yield Bar(f"peak memory [MiB], {how}, {name}", m.record.peak_mib, PEAK_MIB)
-
-
-def _median(m: Measured, value: Callable[[Round], float]) -> float:
-    return median(map(value, m.rounds))
 
 
 def _ratio(slow: Measured, fast: Measured) -> float:

@@ -18,7 +18,6 @@ import typer
 from shellmb.errors import RunError, SceneError, ShellmbError, ShellmbWarning, Stopped
 from shellmb.run.blame import in_words, user_frame
 from shellmb.stopping import EXIT, STOPPING, several_ranks
-from shellmb.waiting import arrive
 
 # how long a rank that fails waits for the first one to say so [s]
 PATIENCE = 2.0
@@ -173,8 +172,7 @@ def _end_together(code: int) -> None:
     MPI = sys.modules["mpi4py.MPI"]
     sys.stdout.flush()
     sys.stderr.flush()
-    with STOPPING.caught():
-        arrive(MPI.COMM_WORLD)
+    MPI.COMM_WORLD.Barrier()
     MPI.Finalize()
     os._exit(code)
 

@@ -25,6 +25,7 @@ from shellmb.run.standard import SUMMARY
 from shellmb.scene import Scene
 from shellmb.scene.values.validate import show
 from shellmb.stopping import STOPPING
+from shellmb.waiting import arrive
 
 TABLE, PICTURE = "campbell.csv", "campbell.png"
 
@@ -101,6 +102,7 @@ def find_campbell(
             from shellmb.show.campbell import draw_campbell
 
             draw_campbell(directory / TABLE, directory / PICTURE)
+        arrive(comm)
     return found, summary["results"]
 
 
@@ -176,6 +178,7 @@ def find_state_modes(
             from shellmb.show.pictures import draw_directory
 
             draw_directory(directory)
+        arrive(comm)
     return found
 
 

@@ -42,6 +42,7 @@ from shellmb.run.standard import STATE, SUMMARY, StandardObservers
 from shellmb.scene import Scene
 from shellmb.simulate.simulation import PAST, Observer, Simulation
 from shellmb.stopping import STOPPING
+from shellmb.waiting import arrive
 from shellmb.watches.base import Caution
 from shellmb.watches.registry import cautions
 
@@ -197,6 +198,8 @@ def carry_out(
         failure = failure or error
     if failure is not None:
         raise _with_state(failure, directory, request, simulation) from failure.__cause__
+    # the first rank has drawn
+    arrive(comm)
     measure = results or scene.results
     if measure is not None:
         result.summary["results"] = measured(measure, result, comm)

@@ -21,6 +21,7 @@ from shellmb.run.results import measured
 from shellmb.run.standard import FIELDS, SUMMARY
 from shellmb.scene import Scene
 from shellmb.stopping import STOPPING
+from shellmb.waiting import arrive
 
 
 def find_modes(
@@ -93,6 +94,7 @@ def _write(
         from shellmb.show.pictures import draw_directory
 
         draw_directory(directory)
+    arrive(comm)
 
 
 def write_shapes(

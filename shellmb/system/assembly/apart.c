@@ -74,10 +74,10 @@ static void take_apart(int rows, int columns, const lanes *from, const int *row_
                 transpose(v);
                 EACH(l) if (l < count)
                 {
-                    lanes *at = &v[l];
+                    anywhere *at = (anywhere *)(to + l * apart);
                     if (adds)
-                        *at += *(anywhere *)(to + l * apart);
-                    *(anywhere *)(to + l * apart) = *at;
+                        v[l] += *at;
+                    *at = v[l];
                 }
                 j += LANES - 1;
                 continue;

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from copy import copy
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -246,27 +247,24 @@ def _together(
     Returns:
         The kernels; and whether what they put where nothing was before is a cell's whole matrix.
     """
-    groups: dict[Any, list[dict[str, Any]]] = {}
-    alone: list[list[dict[str, Any]]] = []
+    groups: dict[tuple[tuple[int, ...], int], list[dict[str, Any]]] = {}
+    alone: list[dict[str, Any]] = []
     for some, field in zip(found, fields, strict=True):
         for kernel in some:
-            if kernel["lanes"] > 1:
-                groups.setdefault(field, []).append(kernel)
-            else:
-                alone.append([kernel])
+            (groups.setdefault(field, []) if kernel["lanes"] > 1 else alone).append(kernel)
+    for kernel in alone:
+        kernel |= {"opens": True, "closes": True, "adds": True}
     size = sum(map(len, places))
     there = np.zeros((size, size), dtype=bool)
     for (rows, column), group in groups.items():
+        adds = True
         if column >= 0:
             block = np.ix_(np.concatenate([places[k] for k in rows]), places[column])
-            group[0]["adds"] = bool(there[block].any())
-            there[block] |= not group[0]["adds"]
-    ordered = [*groups.values(), *alone]
-    for group in ordered:
-        adds = group[0].get("adds", True)
+            adds = bool(there[block].any())
+            there[block] |= not adds
         for k, kernel in enumerate(group):
             kernel |= {"opens": k == 0, "closes": k == len(group) - 1, "adds": adds}
-    return [kernel for group in ordered for kernel in group], bool(there.all())
+    return [*chain.from_iterable(groups.values()), *alone], bool(there.all())
 
 
 def _entities(entities: Ints, count: int, facets: bool) -> tuple[Ints | None, Ints | None]:

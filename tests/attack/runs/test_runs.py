@@ -277,43 +277,6 @@ def test_a_signal_ends_two_ranks_behind_the_same_step(number, tmp_path: Path) ->
     assert state["simulation"]["step"] == rows - 1 > 40, "no step is lost"
 
 
-DRAWING = """
-import sys, time
-from mpi4py import MPI
-from shellmb.cli.failures import failures_reported
-
-@failures_reported
-def command():
-    if MPI.COMM_WORLD.rank == 0:
-        print("drawing", flush=True)
-        time.sleep(60.0)
-
-command()
-"""
-
-
-@pytest.mark.mpi
-def test_a_signal_ends_two_ranks_one_of_which_draws(tmp_path: Path) -> None:
-    """The other, which waits for it at the end, has nothing to say."""
-    mpiexec = Path(sys.executable).parent / "mpiexec"
-    command = [str(mpiexec), "-n", "2", sys.executable, "-c", DRAWING]
-    process = subprocess.Popen(
-        command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    )
-    assert process.stdout is not None
-    try:
-        assert process.stdout.readline() == "drawing\n"
-        # the other one comes to its end
-        time.sleep(1.0)
-        process.send_signal(signal.SIGINT)
-        _, said = process.communicate(timeout=30)
-    finally:
-        process.kill()
-    assert process.returncode == 130
-    assert said.count("error: stopped at once") == 1
-    assert "Traceback" not in said
-
-
 # --- full disks -----------------------------------------------------------------------------------
 class Full(Silent):
     """From the second step on nothing can be written."""
