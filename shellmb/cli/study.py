@@ -17,7 +17,6 @@ from shellmb.cli.options import (
     EndOption,
     JsonOption,
     PicturesOption,
-    Scheme,
     SetOption,
     Solve,
 )
@@ -103,7 +102,8 @@ def study(
     axes: dict[str, Any] = {
         "dt": _values("dt", dt, _positive),
         "mesh": _values("mesh", mesh, parse_mesh),
-        "scheme": _values("scheme", scheme, _one_of(*Scheme)),
+        # the scene may have one of its own beside ours; which there are is checked with it
+        "scheme": _values("scheme", scheme, str),
         "alpha": _values("alpha", alpha, float),
         "degree": _values("degree", degree, int),
         "cell": _values("cell", cell, _one_of(*Cell)),

@@ -8,7 +8,7 @@ from shellmb.errors import SceneError
 from shellmb.scene.multibody.offsets import Point
 from shellmb.scene.values.validate import Name, Spot, Untrue, described, show
 
-__all__ = ["MOTIONS", "Probe"]
+__all__ = ["MOTIONS", "RESULTANTS", "Probe"]
 
 Quantity = Literal[
     "displacement",
@@ -27,6 +27,8 @@ Quantity = Literal[
 
 # what a probe can record as a frame sees it
 MOTIONS = ("displacement", "position", "velocity", "director", "rotation", "angular_velocity")
+# what it records of a section: in motion a mean over the step
+RESULTANTS = ("force", "moment", "membrane", "bending", "shear")
 
 
 @described("probe")

@@ -103,8 +103,9 @@ def sentence(judged: Judged, targets: Sequence[Target]) -> str:
         return f"No run came through: nothing can be said about {judged.quantity}."
     parts: list[str] = []
     base: Offer | None = None
+    alone = _alone(judged)
     for target in targets:
-        asked = f"{100 * target.error:g} % error in {judged.quantity}"
+        asked = f"{100 * target.error:g} % error in {judged.quantity}{alone}"
         if not target.known:
             known = f"{100 * judged.reference.uncertainty:.2g} %"
             parts.append(f"{asked} cannot be told: the reference is known to {known} only.")
@@ -113,7 +114,22 @@ def sentence(judged: Judged, targets: Sequence[Target]) -> str:
         else:
             parts.append(_reached(judged, target, asked, base))
             base = base or target.offers[0]
+    if judged.not_refined:
+        fixed = " and ".join(judged.not_refined)
+        parts.append(
+            f"These errors leave out {fixed}: that was not refined, and its error comes on top. "
+            "Sweep it, too."
+        )
     return " ".join(parts)
+
+
+def _alone(judged: Judged) -> str:
+    """What the errors are of, where the study does not refine all."""
+    if not judged.not_refined:
+        return ""
+    told = {"mesh": "the mesh", "dt": "the step", "step_tolerance": "the step"}
+    refined = {told[axis] for axis in judged.reference.refined}
+    return f" from {' and '.join(sorted(refined))} alone"
 
 
 def _reached(judged: Judged, target: Target, asked: str, base: Offer | None) -> str:

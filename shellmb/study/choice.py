@@ -123,8 +123,12 @@ class Base:
         Raises:
             SceneError: If it is impossible.
         """
+        scene = module.build(dict(self.parameters))
         options = Options(t_end=self.t_end, body=self.body, **choice.to_dict())
-        return options.apply(module.build(dict(self.parameters)))
+        if options.scheme == scene.scheme_name:
+            # the scene's own stays as it is: it may be an object that no name stands for
+            options = replace(options, scheme=None)
+        return options.apply(scene)
 
     def complete(self, module: SceneModule, choice: Choice) -> Choice:
         """The choice with the scene's own where it has none.

@@ -13,6 +13,7 @@ from shellmb.study.quantity import Quantity
 from shellmb.study.records import Record
 from shellmb.study.reference import Reference
 from shellmb.study.runner import Measured, known_quantity
+from shellmb.study.sweep import not_refined
 
 
 @dataclass(frozen=True)
@@ -69,6 +70,7 @@ class Judged:
         points: All configurations, in the order of the grid.
         swept: Axes with several values.
         clock: "wall" or "cpu": which times they are.
+        not_refined: What the study holds fixed, in words: the errors leave out what that costs.
     """
 
     quantity: Quantity
@@ -76,6 +78,7 @@ class Judged:
     points: tuple[Point, ...]
     swept: tuple[str, ...]
     clock: str
+    not_refined: tuple[str, ...] = ()
 
     @property
     def good(self) -> list[Point]:
@@ -110,7 +113,8 @@ def judge_points(
         _point(c, measured.store.rounds(c)[: measured.sweep.repeat], quantity, reference, clock)
         for c in measured.grid.choices
     ]
-    return Judged(quantity, reference, credited(points), measured.grid.swept, clock)
+    fixed = not_refined(measured.sweep, measured.grid, measured.chain)
+    return Judged(quantity, reference, credited(points), measured.grid.swept, clock, fixed)
 
 
 def credited(points: Sequence[Point]) -> tuple[Point, ...]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -34,10 +34,10 @@ class Quantity:
             "l2" and "sup" compare curves: the root mean square, or the largest, of their difference
             over that of the reference.
 
-    A column is a curve: a cubic spline through its values at the ends of the steps. What is a mean
-    over a step, as forces of joints are, has no value at the start: its curve goes through values
-    at the middles of steps that have these means. So what a large step leaves out between its ends
-    is an error only as far as it is lost.
+    A column is a curve: a cubic spline through its values at the ends of the steps. The curve of
+    means over steps, as forces of joints and sections are, goes through values at the middles of
+    steps that have these means. So what a large step leaves out between its ends is an error only
+    as far as it is lost.
     """
 
     name: str
@@ -52,14 +52,17 @@ class Quantity:
         return self.norm in CURVES
 
     def take(
-        self, results: Mapping[str, float], history: pd.DataFrame, at_ends: bool = False
+        self,
+        results: Mapping[str, float],
+        history: pd.DataFrame,
+        means: Collection[str] = (),
     ) -> dict[str, Any]:
         """What a record keeps of a run: the number, and the curve where curves are compared.
 
         Args:
             results: The results of the scene.
             history: The history of the run.
-            at_ends: Whether forces are those at the ends of steps, and no means.
+            means: Names of the columns that are means over a step.
 
         Raises:
             SceneError: If there is no such quantity.
@@ -70,7 +73,7 @@ class Quantity:
             return {"value": float(results[self.name])}
         if self.name not in history.columns:
             raise SceneError(_unknown(self.name, results, history))
-        return self.of_curve(*curve(history, self.name, at_ends))
+        return self.of_curve(*curve(history, self.name, self.name in means))
 
     def of_curve(self, t: Floats, y: Floats) -> dict[str, Any]:
         """What is kept of a curve.
@@ -136,7 +139,7 @@ def default_quantity(scene: Scene) -> Quantity:
     return Quantity(scene.probes[0].name, "end" if scene.static else "l2")
 
 
-def curve(history: pd.DataFrame, name: str, at_ends: bool = False) -> tuple[Floats, Floats]:
+def curve(history: pd.DataFrame, name: str, mean: bool = False) -> tuple[Floats, Floats]:
     """Times and values of a column; of means over a step the values at its middle.
 
     These are the slopes of a cubic spline through the integral, of fourth order there; a mean in
@@ -145,11 +148,12 @@ def curve(history: pd.DataFrame, name: str, at_ends: bool = False) -> tuple[Floa
     Args:
         history: The history of a run.
         name: Name of the column.
-        at_ends: Whether what has no value at the start is no mean, but a value at the end.
+        mean: Whether its values are means over a step; the first one, at the start, is then no
+            part of the curve.
     """
     t = history["t"].to_numpy(dtype=float)
     y = history[name].to_numpy(dtype=float)
-    if np.isnan(y[0]) and len(t) > 2 and not at_ends and np.isfinite(y[1:]).all():
+    if mean and len(t) > 2 and np.isfinite(y[1:]).all():
         integral = CubicSpline(t, np.concatenate([[0.0], np.cumsum(y[1:] * np.diff(t))]))
         t = (t[1:] + t[:-1]) / 2
         return t, np.asarray(integral(t, 1))

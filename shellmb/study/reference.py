@@ -8,6 +8,7 @@ from math import log
 from typing import Any
 
 from shellmb.errors import ConvergenceError
+from shellmb.study.choice import REFINED
 from shellmb.study.quantity import Quantity
 from shellmb.study.records import Record
 from shellmb.study.runner import Measured, known_quantity
@@ -32,6 +33,7 @@ class Reference:
         order: Observed order of the three runs; None where there are only two, or the exact value.
         differences: Relative differences of each run of the chain from the next finer one, the
             finest pair first.
+        refined: In what the runs of the chain differ: "mesh", "dt", "step_tolerance".
     """
 
     source: str
@@ -39,6 +41,7 @@ class Reference:
     uncertainty: float
     order: float | None = None
     differences: tuple[float, ...] = ()
+    refined: tuple[str, ...] = ()
 
     @property
     def own(self) -> bool:
@@ -76,7 +79,8 @@ def find_reference(measured: Measured, quantity: Quantity) -> Reference:
     differences = [quantity.difference(coarse, fine) for coarse, fine in pairs]
     uncertainty, order = judge(differences, measured.sweep.refine)
     label = measured.name_of(measured.chain[0])
-    return Reference(label, kept[0], uncertainty, order, tuple(differences))
+    refined = tuple(a for a in REFINED if len({getattr(c, a) for c in measured.chain}) > 1)
+    return Reference(label, kept[0], uncertainty, order, tuple(differences), refined)
 
 
 def judge(differences: Sequence[float], refine: float) -> tuple[float, float | None]:

@@ -52,6 +52,7 @@ class Finding:
             "quantity": str(judged.quantity),
             "clock": judged.clock,
             "swept": judged.swept,
+            "not_refined": judged.not_refined,
             "reference": {
                 "source": reference.source,
                 "own": reference.own,

@@ -18,6 +18,7 @@ from shellmb.measuring.times import Stopwatch
 from shellmb.run.execute import RunResult, execute
 from shellmb.run.loader import SceneModule
 from shellmb.scene.fingerprint import fingerprint
+from shellmb.scene.probes import RESULTANTS
 from shellmb.simulate.simulation import Silent, Simulation
 from shellmb.study.choice import Choice
 from shellmb.study.quantity import Quantity, default_quantity
@@ -167,8 +168,10 @@ def _record(
     summary = result.summary
     forms = result.simulation.problem.forms.values()
     stages = [made.stage for rows in forms for made in rows.values()]
-    at_ends = all(stage is not None and stage.single for stage in stages)
-    taken = {str(q): q.take(result.results, result.history, at_ends) for q in quantities}
+    # schemes with a single state have forces at the ends of steps, and no means
+    single = all(stage is not None and stage.single for stage in stages)
+    means: set[str] = set() if single else _means(result)
+    taken = {str(q): q.take(result.results, result.history, means) for q in quantities}
     if round_:
         # the curves are those of the first round
         taken = {name: {"value": kept["value"]} for name, kept in taken.items()}
@@ -188,6 +191,13 @@ def _record(
         taken,
         f"{' and '.join(bad)} is not finite" if bad else "",
     )
+
+
+def _means(result: RunResult) -> set[str]:
+    """Names of columns that are means over a step: those of sections, and all without a start."""
+    history, probes = result.history, result.simulation.scene.probes
+    sections = {probe.name for probe in probes if probe.quantity in RESULTANTS}
+    return sections | {str(name) for name in history if math.isnan(history[name].iloc[0])}
 
 
 def known_quantity(record: Record, quantity: Quantity) -> dict[str, Any]:

@@ -208,7 +208,7 @@ def chain(sweep: Sweep, grid: Grid) -> list[Choice]:
     dynamic, in its mesh where it is static.
 
     Raises:
-        SceneError: If the reference is to have a scheme that is not in the grid.
+        SceneError: If the scene cannot have the scheme that the reference is to have.
     """
     some = _of_scheme(sweep, grid)
     # fixed steps, where there are some
@@ -232,18 +232,51 @@ def chain(sweep: Sweep, grid: Grid) -> list[Choice]:
 
 
 def _of_scheme(sweep: Sweep, grid: Grid) -> Sequence[Choice]:
+    """Configurations of the grid with the scheme of the reference, which may be one of no other."""
     if sweep.reference is None:
         for scheme in PREFERRED:
             if some := [c for c in grid.choices if c.scheme == scheme]:
                 return some
         return grid.choices
-    some = [c for c in grid.choices if c.scheme == sweep.reference]
-    if not some:
-        listed = ", ".join(f"'{s}'" for s in grid.values("scheme"))
-        raise SceneError(
-            f"study: reference is '{sweep.reference}'; it must be one of the schemes run, {listed}"
-        )
-    return some
+    if some := [c for c in grid.choices if c.scheme == sweep.reference]:
+        return some
+    others = [replace(c, scheme=sweep.reference, alpha=None) for c in grid.choices]
+    module = sweep.base.module()
+    try:
+        return [sweep.base.complete(module, choice) for choice in dict.fromkeys(others)]
+    except SceneError as error:
+        raise SceneError(f"study: reference is '{sweep.reference}': {error}") from None
+
+
+def not_refined(sweep: Sweep, grid: Grid, finer: Sequence[Choice]) -> tuple[str, ...]:
+    """What has one fineness in the grid and in the reference, so that no error tells of it.
+
+    Args:
+        sweep: The study.
+        grid: Its configurations.
+        finer: Those of its reference; empty where that is no run of ours.
+    """
+    if not finer:
+        return ()
+    runs, first = (*grid.choices, *finer), grid.choices[0]
+    found = []
+    counts = {c.mesh for c in runs}
+    if first.degree is not None and None in counts:
+        found.append("the mesh (read from a file)")
+    elif first.degree is not None and len(counts) == 1:
+        found.append(f"the mesh ({first.label(('mesh',))} in all runs)")
+    elif first.mesh is not None and first.cell is not None:
+        found += [
+            f"elements along the {side} side of the mesh ({first.mesh[k]} in all runs)"
+            for k, side in enumerate(("first", "second"))
+            if len({c.mesh[k] for c in runs if c.mesh}) == 1
+        ]
+    if sweep.base.body is not None:
+        found.append(f"the meshes of bodies other than '{sweep.base.body}'")
+    steps = {(c.dt, c.step_tolerance) for c in runs}
+    if first.scheme not in ("static", "linear") and len(steps) == 1:
+        found.append(f"the step ({first.label(('dt',))} in all runs)")
+    return tuple(found)
 
 
 def _fineness(choice: Choice) -> tuple[float, ...]:

@@ -50,12 +50,12 @@ def test_differences_of_curves():
 def test_means_over_steps_stand_at_their_middles():
     table = history(4, lambda t: t)
     table["mean"] = [np.nan, *((table["u"].to_numpy()[1:] + table["u"].to_numpy()[:-1]) / 2)]
-    t, y = curve(table, "mean")
+    t, y = curve(table, "mean", mean=True)
     assert t.tolist() == [0.25, 0.75, 1.25, 1.75]
     # round-off of a spline
     np.testing.assert_allclose(y, t, rtol=1e-14)
     ends = table["t"].to_numpy()
-    assert curve(table, "mean", at_ends=True)[0].tolist() == ends[1:].tolist()
+    assert curve(table, "mean")[0].tolist() == ends[1:].tolist(), "values at the ends of steps"
 
 
 def test_means_over_steps_are_no_error_of_second_order():
@@ -64,7 +64,7 @@ def test_means_over_steps_are_no_error_of_second_order():
         table = history(steps)
         ends = -np.cos(table["t"].to_numpy())
         table["mean"] = [np.nan, *(np.diff(ends) / np.diff(table["t"]))]
-        t, y = curve(table, "mean")
+        t, y = curve(table, "mean", mean=True)
         errors.append(np.abs(y - np.sin(t)).max())
     # fourth order inside, third at the ends, and a mean in place of a value 4e-4
     assert errors[1] < errors[0] / 7 < 1e-5

@@ -10,7 +10,7 @@ from shellmb.scene import Clamped, GmshFile, Isotropic, Scene, Shell
 from shellmb.study.cases.bundled import BUNDLED, find_bundled
 from shellmb.study.choice import Base, Choice
 from shellmb.study.quantity import parse_quantity
-from shellmb.study.sweep import Sweep, chain, make_grid
+from shellmb.study.sweep import Sweep, chain, make_grid, not_refined
 
 from .conftest import SMALL
 
@@ -100,8 +100,27 @@ def test_the_reference_of_other_sweeps():
     sweep, found = grid(scheme=("ep", "ed", "ep4", "ed3"), alpha=(0.0, 1.0))
     assert chain(sweep, found)[0].scheme == "ep4"
     sweep, found = grid(scheme=("ep",), reference="ed")
-    with pytest.raises(SceneError, match="reference is 'ed'; it must be one of the schemes run"):
+    # or one that no other run has
+    assert next((c.scheme, c.dt) for c in chain(sweep, found)) == ("ed", 5e-4)
+    sweep, found = grid(scheme=("ep",), reference="rk4")
+    with pytest.raises(SceneError, match="reference is 'rk4': scene 'small': scheme is 'rk4'"):
         chain(sweep, found)
+
+
+def test_what_is_not_refined_is_named():
+    def told(**axes):
+        sweep, found = grid(**axes)
+        return not_refined(sweep, found, () if sweep.known else chain(sweep, found))
+
+    assert told(dt=(1e-3, 5e-4)) == ("the mesh (6x2 in all runs)",)
+    assert told(mesh=((3, 1), (6, 2))) == ("the step (dt = 0.001 s in all runs)",)
+    one = told(mesh=((3, 2), (6, 2)), dt=(1e-3, 5e-4))
+    assert one == ("elements along the second side of the mesh (2 in all runs)",)
+    assert told(mesh=((3, 1), (6, 2)), dt=(1e-3, 5e-4)) == ()
+    # load steps of statics are no error
+    assert told(scheme=("static",), mesh=((3, 1), (6, 2))) == ()
+    exact = {"exact": 1.0, "quantities": (parse_quantity("tip_z:end"),)}
+    assert told(dt=(1e-3, 5e-4), **exact) == (), "an exact value knows of the mesh, too"
 
 
 def test_single_bodies_can_be_refined():
