@@ -22,7 +22,7 @@ from shellmb.cli.report import say
 from shellmb.errors import SceneError
 from shellmb.measuring.records import to_json, write
 from shellmb.measuring.stepping import WARM
-from shellmb.measuring.tables import Column, console, line, rich_table, verdict
+from shellmb.measuring.tables import Column, console, line, print_table, verdict
 from shellmb.measuring.times import measured_in
 
 
@@ -103,7 +103,7 @@ BARS: tuple[Column[Bar], ...] = (
 
 
 def _print_records(to: Console, found: Sequence[Measured], plan: Plan) -> None:
-    to.print(rich_table(RECORDS, found))
+    print_table(to, RECORDS, found)
     clock = "processor" if plan.clock == "cpu" else "wall"
     threads = os.environ.get("OMP_NUM_THREADS", "all")
     line(
@@ -116,6 +116,6 @@ def _print_records(to: Console, found: Sequence[Measured], plan: Plan) -> None:
 
 
 def _print_bars(to: Console, judged: Sequence[Bar]) -> None:
-    to.print(rich_table(BARS, judged))
+    print_table(to, BARS, judged)
     missed = sum(not bar.passed for bar in judged)
     line(to, f"{len(judged) - missed} of {len(judged)} met, {missed} missed")

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from operator import itemgetter
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -68,19 +69,17 @@ def print_list(scenes: Mapping[str, str], kinds: Mapping[str, Sequence[str]]) ->
 
 def print_run(result: RunResult) -> None:
     """The numbers of a run that say whether to trust it, and its results."""
-    from rich.console import Console
     from rich.markup import escape
-    from rich.table import Table
 
-    table = Table.grid(padding=(0, 2))
-    table.add_column()
-    table.add_column(justify="right")
-    for name, value in account(result.summary).items():
-        table.add_row(name, value)
-    console = Console(highlight=False)
-    console.print(table)
+    from shellmb.measuring.tables import console
+    from shellmb.watches.base import SETUP
+
+    _print_columns(("", ""), account(result.summary).items(), show_header=False)
+    to = console()
     for caution in result.warnings:
-        console.print(f"[bold yellow]warning:[/] {escape(caution.says)}", soft_wrap=True)
+        # what was said when the scene was built stands above already
+        if caution.watch != SETUP:
+            to.print(f"[bold yellow]warning:[/] {escape(caution.says)}", soft_wrap=True)
     say(f"written to {result.out}")
 
 
@@ -92,16 +91,14 @@ def print_campbell(found: Campbell, count: int, directory: Path) -> None:
         count: How many branches are shown.
         directory: Where everything about them is.
     """
-    from rich.console import Console
-    from rich.table import Table
-
     branches = min(count, found.branches.shape[1])
-    table = Table(r"rate \[rad/s]", *(rf"{k} \[Hz]" for k in range(1, branches + 1)), box=None)
-    for column in table.columns:
-        column.justify = "right"
-    for rate, row in zip(found.rates, found.frequencies[:, :branches], strict=True):
-        table.add_row(f"{rate:g}", *("" if f != f else f"{f:.6g}" for f in row))
-    Console(highlight=False).print(table)
+    heads = ("rate [rad/s]", *(f"{k} [Hz]" for k in range(1, branches + 1)))
+    rows = zip(found.rates, found.frequencies[:, :branches], strict=True)
+    _print_columns(
+        heads, ((f"{rate:g}", *("" if f != f else f"{f:.6g}" for f in row)) for rate, row in rows)
+    )
+    if branches < found.branches.shape[1]:
+        say(f"{branches} of {found.branches.shape[1]} branches; all are in {directory}")
     say(found.verdict)
     say(f"written to {directory}")
 
@@ -113,15 +110,12 @@ def print_state_modes(about: StateModes, directory: Path) -> None:
         about: The modes.
         directory: Where everything about them is.
     """
-    from rich.console import Console
-    from rich.table import Table
-
     found = about.modes
-    table = Table("mode", r"frequency \[Hz]", r"growth \[1/s]", "damping ratio", box=None)
+    rows = []
     for k, value in enumerate(found.values):
         size = "rigid" if k < found.rigid else f"{found.frequencies[k]:.6g}"
-        table.add_row(str(k + 1), size, f"{value.real:.4g}", f"{found.damping[k]:.4g}")
-    Console(highlight=False).print(table)
+        rows.append((str(k + 1), size, f"{value.real:.4g}", f"{found.damping[k]:.4g}"))
+    _print_columns(("mode", "frequency [Hz]", "growth [1/s]", "damping ratio"), rows)
     say(about.verdict)
     say(f"drift: {about.drift:.3g} of the scene's length")
     say(f"written to {directory}")
@@ -135,13 +129,21 @@ def print_modes(frequencies: Sequence[float], rigid: int, directory: Path) -> No
         rigid: How many of them, the first ones, are rigid-body motions.
         directory: Where everything about them is.
     """
-    from rich.console import Console
-    from rich.table import Table
-
-    table = Table("mode", "frequency [Hz]", box=None)
-    for column in table.columns:
-        column.justify = "right"
-    for k, frequency in enumerate(frequencies, start=1):
-        table.add_row(str(k), "rigid" if k <= rigid else f"{frequency:.6g}")
-    Console(highlight=False).print(table)
+    rows = [
+        (str(k), "rigid" if k <= rigid else f"{frequency:.6g}")
+        for k, frequency in enumerate(frequencies, start=1)
+    ]
+    _print_columns(("mode", "frequency [Hz]"), rows)
     say(f"written to {directory}")
+
+
+def _print_columns(
+    heads: Sequence[str], rows: Iterable[Sequence[str]], show_header: bool = True
+) -> None:
+    """Print a table whose cells are there already; the first column names the rows."""
+    from shellmb.measuring.tables import Column, console, print_table
+
+    columns = [
+        Column(head, itemgetter(k), "number" if k else "words") for k, head in enumerate(heads)
+    ]
+    print_table(console(), columns, rows, show_header=show_header)

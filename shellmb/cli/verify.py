@@ -5,7 +5,7 @@ from __future__ import annotations
 from shellmb.cli.report import say
 from shellmb.errors import SceneError
 from shellmb.measuring.records import to_json
-from shellmb.measuring.tables import Column, console, line, rich_table, verdict
+from shellmb.measuring.tables import Column, console, line, print_table, verdict
 from shellmb.verify.table import Row, run_cases
 
 
@@ -50,6 +50,6 @@ COLUMNS: tuple[Column[Row], ...] = (
 
 
 def _print_table(rows: list[Row]) -> None:
-    console(220).print(rich_table(COLUMNS, rows))
+    print_table(console(220), COLUMNS, rows)
     failed = sum(not row.passed for row in rows)
     say(f"{len(rows) - failed} of {len(rows)} pass" + (f", {failed} fail" if failed else ""))

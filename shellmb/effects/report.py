@@ -10,7 +10,7 @@ from rich.text import Text
 from shellmb.effects.compare import Change, Comparison
 from shellmb.effects.survey import Row, Survey
 from shellmb.measuring.records import to_json
-from shellmb.measuring.tables import Column, console, rich_table
+from shellmb.measuring.tables import Column, console, print_table
 
 # cells of a line
 type Line = list[str | Text]
@@ -39,13 +39,13 @@ def print_survey(name: str, found: Survey) -> None:
         lines.append(["all together", solved, *counts, step])
     to = console(WIDTH)
     numbers = ("unknowns", "stored", "integrals", "coefficients", "kernels", "step time")
-    to.print(rich_table(_columns(*numbers), lines, title=f"effects of {name}"))
+    print_table(to, _columns(*numbers), lines, title=f"effects of {name}")
     stuck = [(row.effect, row.needed.partition(": ")[2]) for row in found.rows if row.needed]
     absent = [(row.effect, row.why) for row in found.rows if not row.used]
     for title, reasons in (("cannot be left out", stuck), ("not there", absent)):
         if reasons:
             items: list[Line] = [[f"  {effect}", why] for effect, why in reasons]
-            to.print(rich_table(_columns(), items, title=f"\n{title}"))
+            print_table(to, _columns(), items, title=f"\n{title}")
 
 
 def _columns(*numbers: str) -> list[Column[Line]]:
@@ -76,7 +76,7 @@ def print_comparison(name: str, said: dict[str, list[str]], found: Comparison) -
         Column(" and ".join(words), lambda change: _number(change.after)),
         Column("change", _percent),
     )
-    console(WIDTH).print(rich_table(columns, (*found.results, *found.times), title=name))
+    print_table(console(WIDTH), columns, (*found.results, *found.times), title=name)
 
 
 def _number(value: float | None) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from shellmb.figures.make import Judged, Made
-from shellmb.measuring.tables import Column, console, line, rich_table, verdict
+from shellmb.measuring.tables import Column, console, line, print_table, verdict
 
 __all__ = ["print_made"]
 
@@ -20,7 +20,7 @@ def print_made(made: Made) -> None:
     to = console(160)
     to.print(f"{made.example.section} {made.example.title}", style="bold")
     if made.judged:
-        to.print(rich_table(COLUMNS, made.judged, padding=(0, 2, 0, 0)))
+        print_table(to, COLUMNS, made.judged, padding=(0, 2, 0, 0))
     for name, seconds in made.wall_s.items():
         summary = made.runs[name].summary
         rejected = summary["rejected_steps"]

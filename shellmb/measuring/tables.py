@@ -8,10 +8,13 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from rich.console import Console
+from rich.measure import Measurement
 from rich.table import Table
 from rich.text import Text
 
 Kind = Literal["number", "words", "folded"]
+# wider than any table, and what a column that folds has at least, letters
+WIDEST, FOLDED = 10_000, 30
 
 
 @dataclass(frozen=True)
@@ -30,14 +33,31 @@ class Column[R]:
     kind: Kind = "number"
 
 
-def rich_table[R](columns: Sequence[Column[R]], rows: Iterable[R], **options: Any) -> Table:
-    """The table for a terminal; brackets in it are no markup.
+def print_table[R](
+    to: Console, columns: Sequence[Column[R]], rows: Iterable[R], **options: Any
+) -> None:
+    """Print a table on a terminal, whole: it runs over a narrow edge before it cuts a number.
 
     Args:
+        to: Where.
         columns: The columns.
         rows: What they are of.
         options: Of rich's table.
     """
+    table = _rich_table(columns, rows, **options)
+    natural = Measurement.get(to, to.options.update(max_width=WIDEST), table).maximum
+    # what folds gives way, down to a few words
+    for column in table.columns:
+        if not column.no_wrap:
+            longest = max(len(str(cell)) for cell in column.cells)
+            natural -= max(0, longest - FOLDED)
+    if natural > to.width:
+        table.width = natural
+    to.print(table, crop=False)
+
+
+def _rich_table[R](columns: Sequence[Column[R]], rows: Iterable[R], **options: Any) -> Table:
+    """The table as rich has it; brackets in it are no markup."""
     table = Table(box=None, header_style="bold", pad_edge=False, title_justify="left", **options)
     for column in columns:
         folds = column.kind == "folded"

@@ -40,10 +40,11 @@ from shellmb.run.request import REQUEST, Request
 from shellmb.run.results import Results, measured
 from shellmb.run.standard import STATE, SUMMARY, StandardObservers
 from shellmb.scene import Scene
+from shellmb.scene.checks import effect
 from shellmb.simulate.simulation import PAST, Observer, Simulation
 from shellmb.stopping import STOPPING
 from shellmb.waiting import arrive
-from shellmb.watches.base import Caution
+from shellmb.watches.base import Caution, doubted, heard
 from shellmb.watches.registry import cautions
 
 if TYPE_CHECKING:
@@ -171,7 +172,7 @@ def carry_out(
     # a signal that comes to one of several ranks is taken up by all of them, behind a step
     check_memory(scene, comm)
     STOPPING.renew()
-    with STOPPING.deferred(_say) if comm.size > 1 else nullcontext():
+    with STOPPING.deferred(_say) if comm.size > 1 else nullcontext(), heard(comm) as doubts:
         simulation = Simulation(scene, comm)
     if directory is not None and request is not None and comm.rank == 0:
         with written(directory, comm):
@@ -189,7 +190,9 @@ def carry_out(
             simulation.run(list(standard.named.values()))
     except BaseException as error:
         failure = error
-    result = _result(simulation, standard, directory, clock.perf_counter() - begin, failure)
+    before = doubted([*effect.doubts(scene), *doubts])
+    wall = clock.perf_counter() - begin
+    result = _result(simulation, standard, directory, wall, failure, before)
     try:
         with written(directory, comm):
             _write(result, standard, pictures and not isinstance(failure, Stopped))
@@ -220,12 +223,13 @@ def _result(
     directory: Path | None,
     wall: float,
     failure: BaseException | None,
+    before: tuple[Caution, ...],
 ) -> RunResult:
     failed = None if failure is None else str(failure) or type(failure).__name__
     if isinstance(failure, KeyboardInterrupt):
         failed = INTERRUPTED
     rows = standard.sources.history.rows
-    found = tuple(cautions(standard.watches, simulation) if rows else ())
+    found = (*before, *(cautions(standard.watches, simulation) if rows else ()))
     summary = summarise(simulation, standard.sources, wall, failed)
     summary |= path_points(simulation) | control_summary(simulation)
     summary |= {"warnings": [c.to_dict() for c in found]}

@@ -38,7 +38,8 @@ def account(summary: Mapping[str, Any]) -> dict[str, str]:
         add("wall time per step", f"{1000 * summary['wall_per_step_s']:.1f} ms")
     add("wall time", f"{summary['wall_s']:.1f} s")
     for name, value in summary["results"].items():
-        add(name, None if value is None else f"{value:.6g}")
+        # what is no finite number is null in the file
+        add(name, "nan" if value is None else f"{value:.6g}")
     return found
 
 

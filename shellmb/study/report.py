@@ -8,7 +8,7 @@ from typing import Any
 
 from rich.console import Console
 
-from shellmb.measuring.tables import Column, line, rich_table
+from shellmb.measuring.tables import Column, line, print_table
 from shellmb.study.advice import Target, find_targets, sentence
 from shellmb.study.orders import Order, find_orders
 from shellmb.study.points import Judged, Point, judge_points
@@ -106,7 +106,7 @@ def print_finding(finding: Finding, to: Console) -> None:
     judged = finding.judged
     to.print(f"[bold]{finding.title}[/]")
     _print_reference(finding, to)
-    to.print(rich_table(_columns(judged), judged.points))
+    print_table(to, _columns(judged), judged.points)
     for point in judged.points:
         if point.failed:
             line(to, f"failed: {judged.name(point)}: {point.failed}")

@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import warnings
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from typing import Any, Protocol
 
+from mpi4py import MPI
+
+from shellmb.errors import ShellmbWarning
 from shellmb.observers.summary import Sources
 from shellmb.scene.lookup import said
 from shellmb.schemes.base import Scheme, has_energy_law
 from shellmb.schemes.registry import SCHEMES
 from shellmb.simulate.simulation import Observer, Simulation
 
+# what warns of a scene before it runs
+SETUP = "setup"
 # share of a stiffness that is said where it is off: frequencies are off by half of it
 STIFFENED = 1e-2
 
@@ -23,15 +30,15 @@ class Caution:
     Args:
         watch: Name of the watch that gives it.
         body: Name of the body that it is about; None: the scene as a whole.
-        value: The number that is out of proportion.
+        value: The number that is out of proportion; None where the sentence alone has it.
         bound: What it must not pass.
         says: The sentence: the body, the number, and what to do.
     """
 
     watch: str
     body: str | None
-    value: float
-    bound: float
+    value: float | None
+    bound: float | None
     says: str
 
     def to_dict(self) -> dict[str, Any]:
@@ -57,6 +64,34 @@ class Watch(Observer, Protocol):
     def cautions(self, simulation: Simulation) -> Iterator[Caution]:
         """What is wrong with the run so far; nothing where it does not apply."""
         ...
+
+
+def doubted(sentences: Iterable[str]) -> tuple[Caution, ...]:
+    """Cautions of what was warned of before the run, each once."""
+    return tuple(Caution(SETUP, None, None, None, each) for each in dict.fromkeys(sentences))
+
+
+@contextmanager
+def heard(comm: MPI.Comm) -> Iterator[list[str]]:
+    """Collect the project's warnings of what is done in it; they are emitted behind it; collective.
+
+    Args:
+        comm: Communicator; what one of its ranks warns of is known to all.
+
+    Yields:
+        The sentences, complete when the context ends.
+    """
+    found: list[str] = []
+    caught: list[warnings.WarningMessage] = []
+    try:
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always", ShellmbWarning)
+            yield found
+    finally:
+        for each in caught:
+            warnings.warn_explicit(each.message, each.category, each.filename, each.lineno)
+    own = [str(each.message) for each in caught if issubclass(each.category, ShellmbWarning)]
+    found += [sentence for rank in comm.allgather(own) for sentence in rank]
 
 
 def said_of(simulation: Simulation, name: str) -> str:

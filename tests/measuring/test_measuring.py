@@ -4,12 +4,13 @@ import json
 import math
 import time
 from dataclasses import dataclass
+from operator import itemgetter
 
 import pytest
 from rich.console import Console
 
 from shellmb.measuring.records import to_json, write
-from shellmb.measuring.tables import Column, markdown, replaced, rich_table, verdict
+from shellmb.measuring.tables import Column, markdown, print_table, replaced, verdict
 from shellmb.measuring.times import in_turn, measured_in, shares, spread, unbeaten
 
 
@@ -85,7 +86,7 @@ COLUMNS = (
 
 def test_tables_from_columns(capsys):
     rows = [("[bold]a", 1.0), ("b", 10.0)]
-    Console(width=60).print(rich_table(COLUMNS, rows))
+    print_table(Console(width=60), COLUMNS, rows)
     lines = [line.rstrip() for line in capsys.readouterr().out.splitlines()]
     # what looks like markup is text; numbers stand to the right
     assert lines == ["what     time [ms]", "[bold]a        1.0  pass", "b             10.0  FAIL"]
@@ -100,3 +101,19 @@ def test_a_page_gets_what_was_made():
     assert replaced("a <b> old <e> c", "<b>", "<e>", "new") == "a <b>\nnew\n<e> c"
     with pytest.raises(ValueError, match="no lines '<b>' and '<e>'"):
         replaced("a <b> old", "<b>", "<e>", "new")
+
+
+@pytest.mark.parametrize("width", [20, 40, 80, 200])
+def test_no_number_is_cut(width, capsys):
+    """Kind: a column too narrow for its number shows 2.83666... of 2.83666e-05."""
+    columns = (
+        Column("name", itemgetter(0), "words"),
+        Column("value", itemgetter(1)),
+        Column("why", itemgetter(2), "folded"),
+    )
+    rows = [("deflection of the corner, largest over time", "2.83666e-05", "one word " * 20)] * 3
+    print_table(Console(width=width), columns, rows)
+    printed = capsys.readouterr().out
+    assert printed.count("2.83666e-05") == 3
+    assert printed.count("largest over time") == 3
+    assert printed.count("word") == 60

@@ -1,5 +1,6 @@
 """What runs say against themselves, and that healthy ones say nothing."""
 
+import json
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import cast
@@ -7,7 +8,9 @@ from typing import cast
 import numpy as np
 import pytest
 
+from shellmb.api.runs import load
 from shellmb.cli.report import print_run
+from shellmb.errors import ShellmbWarning
 from shellmb.observers.summary import Sources
 from shellmb.run.execute import execute
 from shellmb.scene import (
@@ -27,8 +30,10 @@ from shellmb.scene import (
     Shell,
     SoftSupport,
 )
+from shellmb.scene.checks.effect import doubts
 from shellmb.schemes.ep import EnergyPreserving
 from shellmb.schemes.rivals.generalized_alpha import GeneralizedAlpha
+from shellmb.show.account import account
 from shellmb.simulate.simulation import Simulation
 from shellmb.watches.base import Caution
 from shellmb.watches.energy_law import EnergyLaw
@@ -220,3 +225,52 @@ def test_watches_have_names_of_their_own() -> None:
     assert len({watch.name for watch in WATCHES}) == len(WATCHES)
     caution = Caution("watch", None, 1.0, 0.5, "words")
     assert caution.to_dict()["says"] == "words"
+
+
+SLAB = "the thickness is 7800 m and it is 1.414 m long"
+PULLED = "it does not pull at 'plate', which has no mass"
+
+
+def slab(**options):
+    """A plate whose thickness is its density, and one of no mass in a gravity for all."""
+    weightless = Shell(
+        "plate", Rectangle(1.0, 1.0), Isotropic(E=1e9, nu=0.3, thickness=0.1), mesh=(1, 1)
+    )
+    heavy = Isotropic(E=1e9, nu=0.3, thickness=7800.0, density=1.0)
+    slab = Shell("slab", Rectangle(1.0, 1.0, (0, 0, 9)), heavy, mesh=(1, 1))
+    supports = [Clamped("left", body="plate"), Clamped("left", body="slab")]
+    return Scene("slab", [weightless, slab], supports=supports, loads=Gravity(), **options)
+
+
+def test_doubts_about_a_scene_are_in_the_record_of_its_run(tmp_path, capsys) -> None:
+    """Kind: what only stderr was told of when the scene was built."""
+    with pytest.warns(ShellmbWarning) as told:
+        scene = slab()
+        result = execute(scene, tmp_path / "run", pictures=False)
+    said = [caution.says for caution in result.warnings]
+    assert any(SLAB in each for each in said)
+    assert any(PULLED in each for each in said)
+    assert {SLAB in str(w.message) for w in told} == {True, False}, "they are warnings as ever"
+    kept = json.loads((tmp_path / "run" / "summary.json").read_text())["warnings"]
+    assert [each["says"] for each in kept] == said
+    assert doubts(scene) == (
+        f"gravity: {PULLED}; give its section a density, or name the body that the load is for",
+    )
+    report = load(tmp_path / "run").report()
+    assert SLAB in report.read_text()
+    # what a command has shown already it does not print again
+    print_run(result)
+    assert SLAB not in capsys.readouterr().out
+
+
+def test_results_that_are_no_numbers_keep_their_row(capsys) -> None:
+    result = execute(still(), results=lambda run: {"found": 1.0, "lost": float("nan")})
+    print_run(result)
+    printed = dict(line.split()[:2] for line in capsys.readouterr().out.splitlines()[-3:-1])
+    assert printed == {"found": "1", "lost": "nan"}
+    assert account({**result.summary, "results": {"lost": None}})["lost"] == "nan"
+
+
+def still() -> Scene:
+    body = RigidBody("rotor", mass=1.0, inertia=(0.3, 0.4, 0.5))
+    return Scene("rotor", rigid_bodies=body, scheme="ep", dt=0.1, t_end=0.1)

@@ -15,7 +15,7 @@ from shellmb.cli.failures import first_rank, tell
 from shellmb.cli.report import say
 from shellmb.errors import SceneError
 from shellmb.measuring.records import to_json, write
-from shellmb.measuring.tables import Column, console, line, rich_table
+from shellmb.measuring.tables import Column, console, line, print_table
 
 
 def effect_plan_of(fast: bool, refused: Sequence[str], **chosen: Any) -> EffectPlan:
@@ -84,7 +84,7 @@ COLUMNS: tuple[Column[EffectRecord], ...] = (
 
 def _print(found: Sequence[EffectRecord], plan: EffectPlan) -> None:
     to = console()
-    to.print(rich_table(COLUMNS, found))
+    print_table(to, COLUMNS, found)
     line(
         to,
         "with / without the effect, one number where both are the same. Processor times of a step "

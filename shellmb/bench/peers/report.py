@@ -22,7 +22,7 @@ from shellmb.cli.failures import tell
 from shellmb.cli.report import say
 from shellmb.errors import SceneError
 from shellmb.measuring.records import to_json, write
-from shellmb.measuring.tables import Column, console, line, markdown, rich_table
+from shellmb.measuring.tables import Column, console, line, markdown, print_table
 
 MOTIONS = (plates.STUDY, buckling.STUDY)
 STATICS = (roll_up.PROBLEM, hemisphere.PROBLEM)
@@ -86,7 +86,7 @@ def run_peer(
     line(to, NOTE)
     for static, some in solved:
         line(to, f"{static.title}:")
-        to.print(rich_table(problem.COLUMNS, some))
+        print_table(to, problem.COLUMNS, some)
         line(to, problem.sentence(static, some))
     faster = all(
         _faster(found, code, error)
@@ -175,7 +175,7 @@ def _print(to: Console, found: Comparison) -> None:
             f"{' and '.join(found.apart)}: the converged answer differs from ours by more than "
             "half of the smallest error asked for, so the error counts against its own.",
         )
-    to.print(rich_table(columns(found), best(found)))
+    print_table(to, columns(found), best(found))
     failed = [p for p in found.points if p.failed]
     line(to, f"the best of {len(found.points)} runs, {len(failed)} of which failed")
     for p in failed:

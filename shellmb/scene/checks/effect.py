@@ -18,7 +18,7 @@ from shellmb.scene.values.validate import show
 if TYPE_CHECKING:
     from shellmb.scene.description import Body, Description
 
-__all__ = ["check", "check_alpha", "check_begin"]
+__all__ = ["check", "check_alpha", "check_begin", "doubts"]
 
 # a step longer than the whole run by less than this fraction of it is round-off
 ROUND_OFF = 1e-9
@@ -35,7 +35,14 @@ def check(scene: Description) -> None:
     _steps(scene)
     if scene.static:
         _velocities(scene)
-        _weights(scene)
+        for sentence in _weights(scene):
+            warnings.warn(sentence, ShellmbWarning, stacklevel=2)
+
+
+def doubts(scene: Description) -> tuple[str, ...]:
+    """What was warned of when the scene and its sections were made, for the record of a run."""
+    found = [sentence for shell in scene.shells for sentence in shell.section.doubts]
+    return tuple(dict.fromkeys([*found, *(_weights(scene) if scene.static else ())]))
 
 
 def dissipates(scene: Description) -> bool:
@@ -92,8 +99,9 @@ def _heavy(body: Body) -> bool:
     return bool(body.mass > 0 if isinstance(body, RigidBody) else body.section.masses[0])
 
 
-def _weights(scene: Description) -> None:
-    """In statics bodies need no mass, unless they are weighed."""
+def _weights(scene: Description) -> tuple[str, ...]:
+    """In statics bodies need no mass, unless they are weighed; doubts where some are not."""
+    found = []
     for load in scene.loads:
         if not isinstance(load, Gravity):
             continue
@@ -106,12 +114,11 @@ def _weights(scene: Description) -> None:
         # rigid links without mass are common, sections without density are forgotten
         forgotten = [body.name for body in light if not isinstance(body, RigidBody)]
         if forgotten:
-            warnings.warn(
+            found.append(
                 f"{said(load)}: it does not pull at {listed(forgotten)}, which has no mass; give "
-                "its section a density, or name the body that the load is for",
-                ShellmbWarning,
-                stacklevel=2,
+                "its section a density, or name the body that the load is for"
             )
+    return tuple(found)
 
 
 def check_begin(scene: Description) -> None:

@@ -103,28 +103,33 @@ class Laminate(LinearSection):
         """
         if not self.plies:
             raise SceneError("laminate: it has no plies; it must have one at least")
-        if not self.functions:
-            self._doubt(self.generic)
+        for sentence in self.doubts:
+            warnings.warn(sentence, ShellmbWarning, stacklevel=3)
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """A factor that hides a soft core, where nothing varies with the position."""
+        return () if self.functions else self._doubts(self.generic)
 
     def at(self, x: Any, who: str = "") -> Layup:
         """The section at positions, as of the base class; warns as where nothing varies."""
         found = super().at(x, who)
-        self._doubt(found)
+        for sentence in self._doubts(found):
+            warnings.warn(sentence, ShellmbWarning, stacklevel=3)
         return found
 
-    def _doubt(self, layup: Layup) -> None:
+    def _doubts(self, layup: Layup) -> tuple[str, ...]:
         if self.shear_correction == "energy":
-            return
+            return ()
         G = replace(layup, shear_correction="energy").G
         ratio = float(np.linalg.eigvals(np.linalg.solve(G, layup.G)).real.max(initial=0.0))
-        if ratio > STIFFER:
-            warnings.warn(
-                f"laminate: shear_correction is {self.shear_correction:.4g}, with which it is "
-                f"{ratio:.2g} times as stiff against transverse shear as its plies in equilibrium "
-                "are; it should be 'energy', unless the factor belongs to these plies",
-                ShellmbWarning,
-                stacklevel=4,
-            )
+        if ratio <= STIFFER:
+            return ()
+        return (
+            f"laminate: shear_correction is {self.shear_correction:.4g}, with which it is "
+            f"{ratio:.2g} times as stiff against transverse shear as its plies in equilibrium "
+            "are; it should be 'energy', unless the factor belongs to these plies",
+        )
 
     @property
     def thickness(self) -> float:

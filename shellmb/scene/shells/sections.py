@@ -76,6 +76,11 @@ class Section:
         raise NotImplementedError
 
     @property
+    def doubts(self) -> tuple[str, ...]:
+        """What is possible and hardly meant, a sentence each."""
+        return ()
+
+    @property
     def damping_times(self) -> tuple[float, float, float]:
         """Damping times of membrane, bending and shear strains [s]."""
         given = self.damping
