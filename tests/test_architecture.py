@@ -64,7 +64,7 @@ RANK |= dict.fromkeys(TOP, len(RANK))
 FORMS_MAY_IMPORT = {"ufl", "__future__", "collections", "contextlib", "contextvars", "dataclasses"}
 FORMS_MAY_IMPORT |= {"math", "typing"}
 HEAVY = {"dolfinx", "basix", "ffcx", "ufl", "petsc4py", "slepc4py", "mpi4py", "gmsh"}
-MAX_LINES = 350
+MAX_LINES = 400
 # modules of one folder; scenes that a user starts by name stay beside one another
 MAX_MODULES, NO_ROOM = 12, {"demos"}
 

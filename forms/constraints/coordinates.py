@@ -15,9 +15,10 @@ and with `c, s` quadratic in the unknowns
     delta = delta / (c_a s_b - s_a c_b) [c_m Ds - s_m Dc](q_m)[q_b - q_a]
 
 holds exactly, so the bracket is an exact discrete gradient. The angle that belongs to `c, s` is
-known up to whole turns only, so the equation of a rotation `x` is that the angle between
-`(cos x, sin x)` and `(c, s)` vanishes: `x` counts the turns, as long as no step is half a turn, and
-no error adds up from step to step.
+known up to whole turns only, so the equation of a rotation `x` is that its change since the start
+of the sub-interval is the angle from `(cos x_a, sin x_a)` to `(c, s)`, the one below half a turn:
+the way that its torques work on. It is linear in `x`, so that Newton's method cannot get to another
+turn; and as it begins with `x_a` itself, no error adds up from step to step.
 """
 
 import ufl
@@ -76,9 +77,18 @@ def turning(at: Expr, change: Expr, torque: Expr | float = 1.0) -> Expr:
     return ufl.dot(ufl.variable(torque / ufl.dot(at, at) * perpendicular(at)), change)
 
 
-def rotation_gap(a: Place, b: Place, x: Expr) -> Expr:
-    """Difference of the angle `x` and the rotation of the places, modulo whole turns, rad."""
-    return increment(cosine_sine(a, b), ufl.as_vector([ufl.cos(x), ufl.sin(x)]))
+def rotation_gap(a: Place, b: Place, x: Expr, before: Expr) -> Expr:
+    """Difference of the angle `x` and the rotation of the places, rad.
+
+    Args:
+        a: First place.
+        b: Second place.
+        x: The angle.
+        before: An angle that the rotation differs from by less than half a turn: `x` at the start
+            of a step, or `x` itself, from which the difference is known up to whole turns.
+    """
+    start = ufl.as_vector([ufl.cos(before), ufl.sin(before)])
+    return x - before - increment(start, cosine_sine(a, b))
 
 
 def translation(a: Place, b: Place) -> Expr:

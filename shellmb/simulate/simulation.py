@@ -211,8 +211,7 @@ class Simulation:
             self.stepping.forget(velocities=True)
             for observer in observers:
                 observer.switched(self)
-        if "v" in self.scheme.rates:
-            self.model.mechanism.refresh(self.problem.levels)
+        self.model.mechanism.refresh(self.problem.levels)
         if self.landing.corner(self.t):
             self.stepping.forget(velocities=False)
         while True:

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from shellmb.simulate.problem import Problem
 from shellmb.simulate.stepsize.errors import StepErrors
-from shellmb.simulate.turns import PrescribedTurns
+from shellmb.simulate.turns import Turns
 
 Arrays = dict[str, npt.NDArray[np.float64]]
 
@@ -110,7 +110,7 @@ class TimeSteps:
     """
 
     def __init__(self, problem: Problem) -> None:
-        self._problem, self._turns = problem, PrescribedTurns(problem)
+        self._problem, self._turns = problem, Turns(problem)
         controlled = problem.model.scene.control.tolerance is not None
         self._errors = StepErrors(problem) if controlled else None
 
@@ -124,6 +124,7 @@ class TimeSteps:
         self._turns.check(t, dt)
         self._problem.prepare(t, dt)
         iterations = self._problem.solve(dt)
+        self._turns.followed(dt)
         return Attempt(iterations, dt, None if self._errors is None else self._errors.estimate(dt))
 
     def accept(self, dt: float) -> None:

@@ -1,26 +1,33 @@
-"""Prescribed rotations: what a step can tell of them.
+"""Rotations of drivers and joints: what a step can tell of them.
 
 Positions and directors tell an angle up to whole turns only. A driver that turns by half a turn or
 more in a step, or in one of its sub-intervals, would do another work than its torque does over the
-way that the bodies take (`forms.coordinates`), and they would turn the other way round.
+way that the bodies take (`forms.coordinates`), and they would turn the other way round. A joint
+whose rate is half a turn a step or more would lose whole turns.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 from mpi4py import MPI
 
 import numpy as np
+import numpy.typing as npt
+from dolfinx import fem
 
 from shellmb.errors import ConvergenceError
 from shellmb.model.body import FixedDofs, PrescribedTurn
-from shellmb.schemes.base import Levels
+from shellmb.model.joints.coordinates import CoordinateGroup, gathered
+from shellmb.schemes.base import END, Levels
 from shellmb.simulate.problem import Problem
 
+Floats = npt.NDArray[np.float64]
 
-class PrescribedTurns:
-    """Looks at the drivers and driven supports of a scene before each step.
+
+class Turns:
+    """Looks at drivers, driven supports, and rotations of joints before each step.
 
     Args:
         problem: The functions of all bodies.
@@ -34,6 +41,16 @@ class PrescribedTurns:
             for fixed in body.fixed
             if fixed.turn is not None and not problem.scheme.linear
         ]
+        mechanism, scheme = problem.model.mechanism, problem.scheme
+        follows = scheme.dynamic and not scheme.linear
+        driven = {(c.name, c.kind) for c in mechanism.drivers.values()}
+        self._free: list[tuple[CoordinateGroup, Levels, npt.NDArray[np.bool_]]] = []
+        self._names = list[str]()
+        for group in mechanism.coordinate_groups:
+            free = [(c.name, c.kind) not in driven for c in group.coordinates]
+            if group.kind == "rotation" and any(free) and follows:
+                self._free.append((group, problem.levels[group.name], np.array(free)))
+                self._names += [c.name for c, f in zip(group.coordinates, free, strict=True) if f]
 
     def check(self, t: float, dt: float) -> None:
         """See whether a step can be made; collective.
@@ -45,6 +62,8 @@ class PrescribedTurns:
         Raises:
             ConvergenceError: If something turns too far; names it, its angle and the step for it.
         """
+        if self._free:
+            self._follow(dt)
         for turn, fixed, levels in self._turns:
             angle = abs(float(turn.angle(t + dt)) - float(turn.angle(t)))
             if turn.unknown:
@@ -55,6 +74,49 @@ class PrescribedTurns:
                     f"than pi: use dt < {dt * math.pi / angle:.2g} s if it turns steadily; a jump "
                     "of its angle no step can follow"
                 )
+
+    def _follow(self, dt: float) -> None:
+        """See whether joints turn slowly enough to tell by how much; collective."""
+        self._before = self._read(lambda levels: levels.q)
+        self._rates = self._read(lambda levels: levels.rates["v"])
+        fastest = int(np.argmax(np.abs(self._rates)))
+        rate = abs(float(self._rates[fastest]))
+        if rate * dt >= math.pi:
+            raise ConvergenceError(
+                f"joint '{self._names[fastest]}' turns by {rate * dt:.4g} rad in a step of "
+                f"{dt:.3g} s; it must be less than pi: use dt < {math.pi / rate:.2g} s"
+            )
+
+    def followed(self, dt: float) -> None:
+        """See whether joints have turned as they were about to; collective.
+
+        Beyond what a scheme follows its equations have other solutions, which turn bodies back.
+
+        Args:
+            dt: Length of the step that is solved, s.
+
+        Raises:
+            ConvergenceError: If one differs by half a turn; names it.
+        """
+        if not self._free:
+            return
+        made = self._read(lambda levels: levels.unknown[END]) - self._before
+        wrong = np.abs(made - dt * self._rates)
+        worst = int(np.argmax(wrong))
+        if wrong[worst] >= math.pi:
+            raise ConvergenceError(
+                f"joint '{self._names[worst]}' turns by {made[worst]:.4g} rad in a step of "
+                f"{dt:.3g} s, where its rate at the start makes {dt * self._rates[worst]:.4g} rad; "
+                "they must differ by less than pi: use a smaller dt"
+            )
+
+    def _read(self, function: Callable[[Levels], fem.Function]) -> Floats:
+        """Values of the rotations of joints that are not driven, the same on all ranks."""
+        found = []
+        for group, levels, free in self._free:
+            values = function(levels).x.array[group.mixed.dofs["x"]]
+            found.append(gathered(group.nodes, values)[free])
+        return np.concatenate(found)
 
     def _inside(self, fixed: FixedDofs, levels: Levels, t: float, dt: float) -> float:
         """Largest angle of the sub-intervals before and after a jump, rad."""

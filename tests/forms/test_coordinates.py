@@ -58,12 +58,19 @@ def test_gradient_at_one_state_is_the_derivative() -> None:
 
 
 @pytest.mark.parametrize("turns", [-3, 0, 1, 40])
-def test_rotation_counts_turns(turns: int) -> None:
-    first, second = place(0.2), place(0.2 + 2.5)
-    gap = coordinates.rotation_gap(first, second, ufl.as_ufl(2.5 + 2 * np.pi * turns))
-    assert value(gap) == pytest.approx(0.0, abs=1e-13)
-    gap = coordinates.rotation_gap(first, second, ufl.as_ufl(2.6 + 2 * np.pi * turns))
-    assert value(gap) == pytest.approx(0.1, abs=1e-13)
+@pytest.mark.parametrize("step", [-3.1, -1.2, 0.0, 2.5])
+def test_rotation_counts_turns(turns: int, step: float) -> None:
+    """From the angle at the start of a step, and by itself up to whole turns."""
+    before = 0.7 + 2 * np.pi * turns
+    first, second = place(0.2), place(0.2 + 0.7 + step)
+    # of angles some hundred radians large
+    exact = {"abs": 1e-12}
+    for off in (0.0, 0.1, 2 * np.pi, -9.0):
+        x = ufl.as_ufl(before + step + off)
+        gap = coordinates.rotation_gap(first, second, x, ufl.as_ufl(before))
+        assert value(gap) == pytest.approx(off, **exact)
+        gap = coordinates.rotation_gap(first, second, x, x)
+        assert value(gap) == pytest.approx(np.angle(np.exp(1j * off)), **exact)
 
 
 def test_translation_and_distance() -> None:

@@ -123,6 +123,8 @@ class CoordinateGroup(ConstraintGroup):
         parts = {**self.ends[0].parts, **self.ends[1].parts, "x": 1, "mu": 1}
         mixed = node_space(nodes, parts)
         self._start = constant_vector(nodes, np.array([[i.start] for i in items]), "start")
+        # of each at the start of a step, where forms are those of a single state
+        self._before = constant_vector(nodes, np.zeros((len(items), 1)), "before")
         turns = self.kind == "rotation"
         size = 1.0 if turns else length
         super().__init__(
@@ -147,12 +149,18 @@ class CoordinateGroup(ConstraintGroup):
         first, second = (end.place(q, self.layout) for end in self.ends)
         return first, second
 
-    def _gap(self, q: Expr) -> Expr:
-        """Difference of the coordinate and that of the places, as a scalar in a list."""
+    def _gap(self, q: Expr, before: Expr | None = None) -> Expr:
+        """Difference of the coordinate and that of the places, as a scalar in a list.
+
+        Args:
+            q: State.
+            before: That at the start of the step, from which a rotation is counted; without it the
+                difference is known up to whole turns.
+        """
         first, second = self._places(q)
         x = self.layout.part(q, "x")
         if self.kind == "rotation":
-            gap = forms.rotation_gap(first, second, x)
+            gap = forms.rotation_gap(first, second, x, x if before is None else before)
         elif self.kind == "translation":
             gap = forms.translation_gap(first, second, self._start + x)
         else:
@@ -172,12 +180,14 @@ class CoordinateGroup(ConstraintGroup):
         if self.kind != "rotation":
             return super().internal(span, dq)
         change, torque = variation(self._angle, span.mid, dq), self._torque(span.unknown)
+        before: Expr = self._before
         if span.a is span.b:
             work = forms.turning(self._angle(span.mid), change, torque)
         else:
             ends = self._angle(span.a), self._angle(span.b)
             work = forms.increment_gradient(*ends, change, torque)
-        return self._turned(torque, work, self._gap(span.at), dq)
+            before = self.layout.part(span.a, "x")
+        return self._turned(torque, work, self._gap(span.at, before), dq)
 
     def _torque(self, q: Expr) -> Expr:
         return self._force * self.layout.part(q, "mu")
@@ -192,7 +202,7 @@ class CoordinateGroup(ConstraintGroup):
             return super().along(step, k, dq)
         path = step.path
         torques = self._torque(path.end), self._torque(path.rate)
-        gap = self._gap(path.end)
+        gap = self._gap(path.end, self.layout.part(path.start, "x"))
         if k == 1:
             rate = self.layout.part(path.rate, "x")
             gap = as_row(rate - turning_rate(self._angle, path))
@@ -228,6 +238,15 @@ class CoordinateGroup(ConstraintGroup):
             excess = excess * self._start / (self._start + self.layout.part(q, "x"))
         points = values.function_space.element.interpolation_points
         return q, v, compiled_expression(excess, points), values
+
+    def begin(self, q: fem.Function) -> None:
+        """Count rotations from where they are, before a step.
+
+        Args:
+            q: State.
+        """
+        rows = self._before.function_space.dofmap.list[:, 0]
+        self._before.x.array[rows] = q.x.array[self.mixed.dofs["x"]]
 
     def refresh(self, q: fem.Function, v: fem.Function) -> None:
         """Give the coordinates the rates that their places have.

@@ -106,7 +106,7 @@ class Mechanism:
         return self.switches.update(t, state)
 
     def refresh(self, levels: Mapping[str, Any]) -> None:
-        """Take the rates of coordinates from the velocities of their places, before a step.
+        """Count rotations from where they are, and take rates from the places, before a step.
 
         Without it drivers never correct what velocities violate constraints by
         (`CoordinateGroup.refresh`), and under ED their torques oscillate as under EP.
@@ -115,7 +115,10 @@ class Mechanism:
             levels: Functions of the bodies: `q` the state, `rates["v"]` its velocities.
         """
         for group in self.coordinate_groups:
-            group.refresh(levels[group.name].q, levels[group.name].rates["v"])
+            here = levels[group.name]
+            group.begin(here.q)
+            if "v" in here.rates:
+                group.refresh(here.q, here.rates["v"])
 
     def command(self, signals: Signals) -> None:
         """Give motors the torques and forces that are commanded now."""
