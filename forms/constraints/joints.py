@@ -49,11 +49,13 @@ class JointKind(NamedTuple):
         rows: Number of constraints.
         constraints: Their values at two places; the third argument is the joint's length.
         vectors: Number of vectors that the first and the second place must have.
+        directions: Rows that are products of two unit vectors; all others are lengths.
     """
 
     rows: int
     constraints: Callable[[Place, Place, Expr], list[Expr]]
     vectors: tuple[int, int]
+    directions: tuple[int, ...] = ()
 
 
 def _gap(a: Place, b: Place) -> Expr:
@@ -91,19 +93,24 @@ def _weld(a: Place, b: Place, length: Expr) -> list[Expr]:
 
 KINDS: dict[str, JointKind] = {
     "spherical": JointKind(3, lambda a, b, length: _together(a, b), (0, 0)),
-    "revolute": JointKind(5, lambda a, b, length: _together(a, b) + _aligned(a, b), (3, 3)),
+    "revolute": JointKind(5, lambda a, b, length: _together(a, b) + _aligned(a, b), (3, 3), (3, 4)),
     "universal": JointKind(
-        4, lambda a, b, length: [*_together(a, b), ufl.dot(a.e[2], b.e[2])], (3, 3)
+        4, lambda a, b, length: [*_together(a, b), ufl.dot(a.e[2], b.e[2])], (3, 3), (3,)
     ),
-    "cylindrical": JointKind(4, lambda a, b, length: _aligned(a, b) + _on_axis(a, b), (3, 3)),
+    "cylindrical": JointKind(
+        4, lambda a, b, length: _aligned(a, b) + _on_axis(a, b), (3, 3), (0, 1)
+    ),
     "prismatic": JointKind(
         5,
         lambda a, b, length: [*_aligned(a, b), *_on_axis(a, b), ufl.dot(a.e[0], b.e[1])],
         (3, 3),
+        (0, 1, 4),
     ),
-    "planar": JointKind(3, lambda a, b, length: _off_plane(a, b) + _aligned(a, b), (3, 3)),
-    "weld": JointKind(6, _weld, (3, 3)),
+    "planar": JointKind(3, lambda a, b, length: _off_plane(a, b) + _aligned(a, b), (3, 3), (1, 2)),
+    "weld": JointKind(6, _weld, (3, 3), (3, 4, 5)),
     "distance": JointKind(1, _distance, (0, 0)),
     "in-plane": JointKind(1, lambda a, b, length: _off_plane(a, b), (3, 0)),
-    "shell revolute": JointKind(5, lambda a, b, length: _together(a, b) + _aligned(a, b), (3, 1)),
+    "shell revolute": JointKind(
+        5, lambda a, b, length: _together(a, b) + _aligned(a, b), (3, 1), (3, 4)
+    ),
 }

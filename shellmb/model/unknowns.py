@@ -79,6 +79,24 @@ class Unknowns:
                 linked[link.dofs] = True
             self.numbers[body.name], self.linked[body.name] = numbers, linked
 
+    def sizes(self, wanted: Ints) -> Floats:
+        """What is large for some unknowns: the length of a body, or 1 of a director; collective.
+
+        Args:
+            wanted: Their numbers, ascending, the same on all ranks.
+
+        Returns:
+            One number for each, the same for an unknown of several bodies.
+        """
+        found = np.zeros(len(wanted))
+        for body in self._bodies:
+            for part in body.parts:
+                numbers = self.numbers[body.name][body.mixed.dofs[part.name]]
+                numbers = numbers[np.isin(numbers, wanted)]
+                np.maximum.at(found, np.searchsorted(wanted, numbers), part.scale)
+        self._comm.Allreduce(MPI.IN_PLACE, found, op=MPI.MAX)
+        return np.where(found > 0, found, 1.0)
+
     def given(self, times: Sequence[float], h: float) -> Given:
         """What supports and drivers prescribe, and what is held; collective.
 

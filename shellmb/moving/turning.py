@@ -112,9 +112,8 @@ class Turning(Linearised):
 
 def _check_closed(model: Model, levels: dict[str, Levels]) -> None:
     q = {name: own.q for name, own in levels.items()}
-    name, gap = largest_gap(model, q) if model.mechanism.joints else ("", 0.0)
+    gap, name, said = largest_gap(model, q) if model.mechanism.joints else (0.0, "", "")
     if gap > OPEN:
         raise SceneError(
-            f"joint '{name}': it is open by {gap * model.length:.3g} in the given "
-            "positions; move its bodies"
+            f"joint '{name}': it is open by {said} in the given positions; move its bodies"
         )

@@ -108,7 +108,8 @@ class RigidBodies(FrameBody):
             frames.function_space.dofmap.list[:, 0],
             self._constant([b.center for b in bodies], "X"),
             ufl.dx(self.node_mesh.mesh),
-            fem.Constant(self.node_mesh.mesh, float(force)),
+            # its multipliers are moments, whatever the unit of length
+            fem.Constant(self.node_mesh.mesh, float(force * length)),
         )
         self.parts = (
             PartScale("u", "displacement of the rigid bodies", length, _ADVICE),

@@ -1,6 +1,6 @@
 """Constraints at nodes, a group per kind: what joints, kinks and planes have in common."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cached_property
 
 import numpy as np
@@ -39,17 +39,22 @@ class ConstraintGroup(Massless):
         mixed: Space with a part "mu" for the multipliers.
         links: Links of the nodal unknowns.
         violation: The constraints as a function of the state, all at most quadratic, shape (n,).
-        force: Size of the multipliers' forces, N.
-        length: Size of the scene, m, that makes violations of positions relative.
+        force: Size of the multipliers' forces; one number, or one for each constraint: N where
+            positions are held, N m where directions are.
+        sizes: What violations are relative to; one number, or one for each constraint: the length
+            of the scene, m, where positions are held, 1 where directions are.
         switched: Whether single constraints may be switched off.
 
     Attributes:
         labels: Name of each item, for messages and results.
         allowed: Constraints that may act at all, shape (items, count): not the redundant ones.
+        sizes: What violations of each constraint are relative to, shape (count,).
         quadratic: Whether they are at most quadratic in the state.
     """
 
     quadratic = True
+    # constraints that hold directions, and no positions
+    directions: Sequence[int] = ()
 
     def __init__(
         self,
@@ -58,8 +63,8 @@ class ConstraintGroup(Massless):
         mixed: MixedSpace,
         links: tuple[NodeLink, ...],
         violation: Callable[[Expr], Expr],
-        force: float,
-        length: float = 1.0,
+        force: float | Sequence[float],
+        sizes: float | Sequence[float] = 1.0,
         switched: bool = False,
     ) -> None:
         title = PartScale("mu", f"multiplier of {name}", SMALL_FORCE, "a smaller step")
@@ -68,10 +73,12 @@ class ConstraintGroup(Massless):
         self.nodes, self.layout = nodes, Layout(mixed.parts)
         self.violation = violation
         self.count = mixed.parts["mu"][1]
-        self.length = length
-        self._force = fem.Constant(nodes.mesh, float(force))
+        self.sizes = np.broadcast_to(np.asarray(sizes, dtype=float), (self.count,))
+        same = np.ndim(force) == 0 or len(set(np.ravel(force))) == 1
+        self._force = fem.Constant(nodes.mesh, float(np.ravel(force)[0]) if same else force)
         self.labels = [name] * self.items
         self.allowed = np.ones((self.items, self.count), dtype=bool)
+        self._switched = np.ones((self.items, self.count), dtype=bool)
         self.on: fem.Function | None = None
         if switched:
             self.on = constant_vector(nodes, np.ones((self.items, self.count)), "on")
@@ -84,6 +91,7 @@ class ConstraintGroup(Massless):
     def switch(self, on: npt.NDArray[np.bool_]) -> None:
         """Switch single constraints on and off, shape (items, count)."""
         assert self.on is not None
+        self._switched = on
         set_constants(self.on, self.nodes, (on & self.allowed).astype(float))
 
     def drop(self, item: int, component: int) -> None:
@@ -97,6 +105,10 @@ class ConstraintGroup(Massless):
         rows = self.mixed.dofs["mu"].reshape(-1, self.count)[self.nodes.item == item]
         zeros = np.zeros(len(rows))
         self.fixed.append(FixedDofs(rows[:, component], lambda t: zeros, False))
+
+    def _force_of(self, k: int) -> Expr:
+        """Size of the force of a constraint's multiplier."""
+        return self._force[k] if self._force.ufl_shape else self._force
 
     def _part(self, q: Expr, name: str) -> list[Expr]:
         value = self.layout.part(q, name)
@@ -125,12 +137,11 @@ class ConstraintGroup(Massless):
             acting = mu[k] * work[k] + dmu[k] * rows[k]
             if other is not None:
                 acting = acting + self._part(other[0], "mu")[k] * other[1][k]
-            if self.on is None:
-                total = total + acting
-            else:
+            if self.on is not None:
                 on = self.on if self.count == 1 else self.on[k]
-                total = total + on * acting + (1 - on) * dmu[k] * mu[k]
-        return self._force * total * ufl.dx
+                acting = on * acting + (1 - on) * dmu[k] * mu[k]
+            total = total + self._force_of(k) * acting
+        return total * ufl.dx
 
     def internal(self, span: Interval, dq: Expr) -> Form:
         """Constraints at the end of the sub-interval, forces along the mid-point gradient."""
@@ -157,10 +168,12 @@ class ConstraintGroup(Massless):
 
     def _leaping(self, row: LeapRow, leap: Leap, dq: Expr) -> Leaping:
         mu = self._part(leap.jump, "mu")
-        force = sum((mu[k] * row.force[k] for k in range(1, self.count)), mu[0] * row.force[0])
+        force = 0 * mu[0]
+        for k in range(self.count):
+            force = force + self._force_of(k) * mu[k] * row.force[k]
         impulses = self._sum(leap.jump, row.value, dq, row.impulse)
         # of linear constraints there is none: zero, on the mesh
-        return impulses, self._force * force * ufl.dx(self.nodes.mesh)
+        return impulses, force * ufl.dx(self.nodes.mesh)
 
     def looked_at(self, state: Expr) -> Expr:
         """What is evaluated at a state, and whose derivatives at the reference are looked at."""
@@ -203,11 +216,32 @@ class ConstraintGroup(Massless):
             acting = acting & (self.on.x.array.reshape(-1, self.count)[rows] > 0)
         return acting
 
-    def violations(self, q: fem.Function) -> Floats:
-        """Those of the local items, zero where they do not act, shape (local items, count)."""
-        return np.where(self.acting, self.all_violations(q), 0.0)
+    def apart(self, q: fem.Function) -> Floats:
+        """Violations of the local items, each relative to its size; what is switched off has none.
 
-    def gradients(self, length: float) -> tuple[Floats, Dofs]:
+        What was left out as redundant counts: it has to hold all the same.
+
+        Args:
+            q: The state.
+
+        Returns:
+            Shape (local items, count).
+        """
+        held = self._switched[self.nodes.item]
+        return np.where(held, np.abs(self.all_violations(q)) / self.sizes, 0.0)
+
+    def said(self, component: int, apart: float) -> str:
+        """A violation in words: "1.2e-03", a length, or "42 degrees".
+
+        Args:
+            component: Which constraint.
+            apart: Its violation, relative to its size.
+        """
+        if component in self.directions:
+            return f"{np.degrees(np.arcsin(min(apart, 1.0))):.3g} degrees"
+        return f"{apart * self.sizes[component]:.3g}"
+
+    def gradients(self, length: float) -> tuple[Floats, Dofs, Floats]:
         """Derivatives of the constraints at the reference, without a compiled form.
 
         Of quadratic constraints differences are exact.
@@ -216,8 +250,8 @@ class ConstraintGroup(Massless):
             length: Size of the scene, m.
 
         Returns:
-            Derivatives, shape (local items, count, columns), and the local dofs they are along,
-            shape (local items, columns).
+            Derivatives, shape (local items, count, columns), the local dofs they are along, shape
+            (local items, columns), and what is large for these, shape (columns,).
         """
         sizes = {p: n for p, (_, n) in self.mixed.parts.items() if p != "mu"}
         dofs = np.hstack([self.mixed.dofs[p].reshape(-1, n) for p, n in sizes.items()])
@@ -229,12 +263,12 @@ class ConstraintGroup(Massless):
             state = np.zeros_like(self._evaluation[0].x.array)
             state[column] = step
             columns.append((self._evaluate(state) - self._evaluate(-state)) / (2 * step))
-        return np.stack(columns, axis=2), dofs
+        return np.stack(columns, axis=2), dofs, np.array(steps) / small
 
     def gaps(self, states: npt.NDArray[np.float64]) -> Floats:
         """Largest violations of the local items over local states, shape (states, local dofs)."""
         return np.asarray(np.max([np.abs(self._evaluate(s)) for s in states], axis=0))
 
     def constraint_error(self, q: fem.Function) -> float:
-        """Largest violation on this rank, relative to the scene's length."""
-        return float(np.max(np.abs(self.violations(q)), initial=0.0)) / self.length
+        """Largest violation on this rank, relative to its size."""
+        return float(np.max(self.apart(q), initial=0.0))

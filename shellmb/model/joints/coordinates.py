@@ -311,7 +311,7 @@ class Coordinate:
     @property
     def size(self) -> float:
         """What is large for it: 1 rad, or the size of the scene, m."""
-        return self.group.length
+        return float(self.group.sizes[0])
 
     def local(self) -> Dofs:
         """Local dof of the unknown "x", shape (0,) on ranks that do not have it."""

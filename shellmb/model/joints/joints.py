@@ -158,7 +158,10 @@ class JointGroup(ConstraintGroup):
         bodies = "/".join(str(n) for n in framed)
         links = tuple(link for end in self.ends for link in end.links(mixed))
         name = f"{self.title} ({bodies})"
-        super().__init__(name, nodes, mixed, links, self._violation, force, length, switched)
+        sizes = [1.0 if k in self.directions else length for k in range(self.multipliers)]
+        # the work of a multiplier of size one is the same for all of them
+        forces = [force * length / size for size in sizes]
+        super().__init__(name, nodes, mixed, links, self._violation, forces, sizes, switched)
         self.labels = [joint.joint.name for joint in joints]
 
     @property
@@ -175,6 +178,11 @@ class JointGroup(ConstraintGroup):
     def multipliers(self) -> int:
         """Number of constraints of each joint."""
         return KINDS[self.kind].rows
+
+    @property
+    def directions(self) -> tuple[int, ...]:  # type: ignore[override]
+        """Which of its constraints hold directions."""
+        return KINDS[self.kind].directions
 
     def places(self, q: Expr) -> tuple[Place, Place]:
         """The places on the first and the second bodies at a state."""

@@ -141,6 +141,11 @@ class ContactGroup(JointGroup):
         return self._made.parts
 
     @property
+    def directions(self) -> tuple[int, ...]:  # type: ignore[override]
+        """None: those are lengths, too, at the radius."""
+        return ()
+
+    @property
     def multipliers(self) -> int:
         """Number of constraints of each contact, on positions and on velocities."""
         return self._made.rows + self._made.slips

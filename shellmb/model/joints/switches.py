@@ -15,7 +15,8 @@ Windows = Sequence[tuple[float, float]]
 State = Callable[[str], fem.Function]
 Flags = npt.NDArray[np.bool_]
 
-# a joint may begin to act if its ends are apart by less than this part of the scene's length
+# a joint may begin to act if its ends are apart by less than this part of the scene's
+# length, or its directions by this angle, rad
 CLOSED = 1e-6
 # times closer than this part of the scene's end are one
 SAME_TIME = 1e-12
@@ -77,19 +78,20 @@ class Switched:
     def _begin(self, begun: Flags, t: float, q: fem.Function) -> None:
         """Nothing is held as it is: the joint must be closed."""
         group = self.group
-        gaps = np.abs(group.violations(q)).max(axis=1, initial=0.0)
+        gaps = group.apart(q)
         open_ = [
-            (float(gap), int(item))
-            for gap, item in zip(gaps, group.nodes.item, strict=True)
-            if begun[item] and gap > CLOSED * group.length
+            (float(gap), int(item), group.said(component, float(gap)))
+            for row, item in enumerate(group.nodes.item)
+            for component, gap in enumerate(gaps[row])
+            if begun[item] and gap > CLOSED
         ]
         found = [pair for part in group.nodes.mesh.comm.allgather(open_) for pair in part]
         if found:
-            gap, item = max(found)
+            _, item, said = max(found)
             raise ConvergenceError(
                 f"joint '{group.labels[item]}' is to act from t = {t:g} on, but is open by "
-                f"{gap:.3g} then; it must be closed, to {CLOSED * group.length:.1g}: change its "
-                "window or the motion before it",
+                f"{said} then; it must be closed, to {CLOSED:g} of the scene's length and in rad: "
+                "change its window or the motion before it",
                 group.name,
             )
 

@@ -104,7 +104,9 @@ class OnFrame(ConstraintGroup):
         self.table = constant_vector(nodes, table, "coefficients")
         links = frame_links(nodes, mixed, body, others)
         name = f"{title} of {data.name}"
-        super().__init__(name, nodes, mixed, links, self._violation, force, length)
+        sizes = [1.0 if k in self.directions else length for k in range(parts["mu"])]
+        forces = [force * length / size for size in sizes]
+        super().__init__(name, nodes, mixed, links, self._violation, forces, sizes)
 
     def _violation(self, q: Expr) -> Expr:
         raise NotImplementedError
@@ -196,6 +198,8 @@ class InertiaPoints(OnArms):
 
 class Interfaces(OnFrame):
     """Frames at which something is attached to a reduced body: where its modes have them."""
+
+    directions = (3, 4, 5)
 
     def __init__(self, body: Reduced, others: Sequence[End], force: float, length: float) -> None:
         rows = []

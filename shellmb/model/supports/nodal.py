@@ -32,6 +32,7 @@ class NodalConstraint(ConstraintGroup):
         data: Values that the constraint needs at each node, shape (n, m).
         scale: Size of the multiplier's force, N.
         x: Positions of the nodes, for messages, shape (n, 3), m.
+        size: What violations are relative to: a length, m, or 1 where directors are held.
     """
 
     def __init__(
@@ -43,6 +44,7 @@ class NodalConstraint(ConstraintGroup):
         data: Floats,
         scale: float,
         x: Floats,
+        size: float = 1.0,
     ) -> None:
         nodes = node_mesh(comm, len(data))
         mixed = node_space(nodes, {**dict.fromkeys(parts, 3), "mu": 1})
@@ -61,9 +63,9 @@ class NodalConstraint(ConstraintGroup):
             values = {p: r + layout.part(q, p) for p, r in reference.items()}
             return ufl.as_vector([constraint(values, constants)])
 
-        super().__init__(name, nodes, mixed, links, violation, scale)
-        size = float(np.max(np.abs(x))) or 1.0
-        self.labels = [f"{name} at {said_point(node, size)}" for node in x]
+        super().__init__(name, nodes, mixed, links, violation, scale, size)
+        extent = float(np.max(np.abs(x))) or 1.0
+        self.labels = [f"{name} at {said_point(node, extent)}" for node in x]
 
 
 def kink(
@@ -94,8 +96,19 @@ def plane(
     normals: Floats,
     scale: float,
     x: Floats,
+    size: float,
 ) -> NodalConstraint:
-    """A nodal vector (a change from the reference) stays in the plane with the given normal."""
+    """A nodal vector (a change from the reference) stays in the plane with the given normal.
+
+    Args:
+        name: Name of the constraint.
+        comm: Communicator.
+        vector: Name of the body, global dofs of shape (n, 3), reference values (n, 3).
+        normals: Unit normals, shape (n, 3).
+        scale: Size of the multiplier's force, N, or moment, N m.
+        x: Positions of the nodes, for messages, shape (n, 3), m.
+        size: What violations are relative to: the body's length, m, or 1 of a director.
+    """
     body, dofs, _ = vector
     return NodalConstraint(
         name,
@@ -105,6 +118,7 @@ def plane(
         normals,
         scale,
         x,
+        size,
     )
 
 
@@ -117,6 +131,7 @@ def arm_plane(
     normals: Floats,
     scale: float,
     x: Floats,
+    length: float,
 ) -> NodalConstraint:
     """The ends of arms at nodes stay in the planes with the given normals.
 
@@ -129,6 +144,7 @@ def arm_plane(
         normals: Unit normals, shape (n, 3).
         scale: Size of the multiplier's force, N.
         x: Positions of the nodes, for messages, shape (n, 3), m.
+        length: Size of the body, m.
     """
     zeros, count = np.zeros((len(x), 3)), arms.shape[1]
     turns = {f"w{k}": (body, dofs["w"][:, 3 * k : 3 * k + 3], zeros) for k in range(count)}
@@ -138,4 +154,5 @@ def arm_plane(
         return nodal_forms.in_plane(end, ufl.as_vector([data[i] for i in range(3)]))
 
     parts = {"u": (body, dofs["u"], zeros), **turns}
-    return NodalConstraint(name, comm, parts, constraint, np.hstack([normals, arms]), scale, x)
+    data = np.hstack([normals, arms])
+    return NodalConstraint(name, comm, parts, constraint, data, scale, x, length)

@@ -312,8 +312,9 @@ def _planes(found: Sequence[tuple[Rows, int]]) -> NodalConstraint:
     kind = "displacement" if part == "u" else "director"
     dofs = np.array([r.dofs[k] for r, k in found])
     normals = np.array([r.normals[k] for r, k in found])
-    scale = body.force_size * (1.0 if part == "u" else body.domain.length)
+    size = body.domain.length if part == "u" else 1.0
+    scale = body.force_size * body.domain.length / size
     vector = (body.name, dofs, np.zeros((len(dofs), 3)))
     name = f"{kind} plane of '{body.name}'"
     x = np.array([r.x[k] for r, k in found])
-    return plane(name, body.domain.mesh.comm, vector, normals, scale, x)
+    return plane(name, body.domain.mesh.comm, vector, normals, scale, x, size)

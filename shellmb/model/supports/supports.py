@@ -114,6 +114,7 @@ class SupportRows:
                 np.repeat([d / np.linalg.norm(d) for d in directions], len(nodes.x), axis=0),
                 body.force_size,
                 np.tile(nodes.x, (len(directions), 1)),
+                body.domain.length,
             )
         )
 

@@ -19,7 +19,8 @@ class Constraints(Silent):
         director_max: Largest deviation so far of a shell's director from unit length, or of a frame
             from orthonormality; None if not measured.
         constraint_max: Largest violation of any constraint so far, that one included.
-        joints: Largest violation so far of each joint, relative to the scene's length.
+        joints: Largest violation so far of each joint: of positions relative to the scene's
+            length, of directions in rad; what was left out as redundant counts.
     """
 
     def __init__(self) -> None:
@@ -63,7 +64,7 @@ class Constraints(Silent):
         worst = [0.0] * len(self._number)
         for group in simulation.model.mechanism.groups:
             q = simulation.problem.levels[group.name].q
-            found = np.abs(group.violations(q)).max(axis=1, initial=0.0) / group.length
+            found = group.apart(q).max(axis=1, initial=0.0)
             for item, value in zip(group.nodes.item, found.tolist(), strict=True):
                 k = self._number[group.joints[item].joint.name]
                 worst[k] = max(worst[k], value)

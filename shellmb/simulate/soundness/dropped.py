@@ -7,6 +7,8 @@ left out there is missing as soon as the bodies have moved.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from dolfinx import fem
 
@@ -14,8 +16,17 @@ from shellmb.errors import ConvergenceError
 from shellmb.model.joints.joints import JointGroup
 from shellmb.simulate.problem import Problem
 
-# a joint whose constraint is implied by others stays closed to round-off; relative to the scene
+# a joint whose constraint is implied by others stays closed to round-off: positions relative to the
+# scene's length, directions by the sine of their angle
 OPENED = 1e-6
+
+
+class _Found(NamedTuple):
+    """What a joint is open by, its name, and both in words; the largest is the worst."""
+
+    apart: float
+    joint: str
+    said: str
 
 
 class DroppedConstraints:
@@ -27,10 +38,11 @@ class DroppedConstraints:
 
     def __init__(self, problem: Problem) -> None:
         self._problem, self._comm = problem, problem.model.comm
-        # joints that act at times only may open
-        names = {j.name for j in problem.model.scene.joints if j.active is None}
         groups = problem.model.mechanism.groups
-        self._watched = [_Watched(group, names) for group in groups if not np.all(group.allowed)]
+        # in linear statics and dynamics positions close joints to first order only
+        self._watched = [
+            group for group in groups if not (problem.scheme.linear or np.all(group.allowed))
+        ]
 
     def check(self, t: float) -> None:
         """Look at the state at the end of the step just solved; collective.
@@ -44,35 +56,23 @@ class DroppedConstraints:
         if not self._watched:
             return
         last = self._problem.last
-        found = max(w.worst(self._problem.levels[w.name].unknown[last]) for w in self._watched)
-        gap, joint = max(self._comm.allgather(found)) if self._comm.size > 1 else found
-        if gap > OPENED * self._problem.model.length:
+        levels = self._problem.levels
+        worst = max(_worst(group, levels[group.name].unknown[last]) for group in self._watched)
+        found = max(self._comm.allgather(worst)) if self._comm.size > 1 else worst
+        if found.apart > OPENED:
             raise ConvergenceError(
-                f"t = {t:g}: joint '{joint}' opens by {gap:.3g}: one of its constraints was left "
-                "out as redundant, which it is at the position of the start only, a singular one; "
-                "begin at another position, or use joints with fewer constraints"
+                f"t = {t:g}: joint '{found.joint}' opens by {found.said}: one of its constraints "
+                "was left out as redundant, which it is at the position of the start only, a "
+                "singular one; begin at another position, or use joints with fewer constraints"
             )
 
 
-class _Watched:
-    """Joints of a group of which constraints were left out.
-
-    Args:
-        group: The group.
-        names: Names of the joints to look at.
-    """
-
-    def __init__(self, group: JointGroup, names: set[str]) -> None:
-        self.name, self._group = group.name, group
-        looked = np.array([label in names for label in group.labels])
-        self._counts = (~group.allowed & looked[:, None])[group.nodes.item]
-
-    def worst(self, q: fem.Function) -> tuple[float, str]:
-        """Largest violation of what was left out, on this rank, and the joint."""
-        # what was left out is off for good, so that `violations` has zeros there
-        found = np.abs(self._group.all_violations(q))
-        found = np.where(self._counts, found, 0.0).max(axis=1, initial=0.0)
-        if not len(found):
-            return 0.0, ""
-        k = int(np.argmax(found))
-        return float(found[k]), self._group.labels[int(self._group.nodes.item[k])]
+def _worst(group: JointGroup, q: fem.Function) -> _Found:
+    """Largest violation of what was left out of the joints that act, on this rank."""
+    found = np.where(group.allowed[group.nodes.item], 0.0, group.apart(q))
+    if not found.any():
+        return _Found(0.0, "", "")
+    row, component = np.unravel_index(np.argmax(found), found.shape)
+    apart = float(found[row, component])
+    label = group.labels[int(group.nodes.item[row])]
+    return _Found(apart, label, group.said(int(component), apart))

@@ -24,6 +24,7 @@ from shellmb.model.unknowns import Given, Unknowns
 from shellmb.simulate.soundness.rows import Row, connected, inner_rows, local_rows
 
 Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
 
 # a row whose part outside the rows before it is below this fraction of it counts as dependent:
 # far above round-off, far below the angle between independent constraints of a sound mechanism
@@ -79,19 +80,22 @@ def look_through(model: Model) -> list[Redundant]:
     rows = local_rows(model, unknowns, given)
     everywhere = model.comm.allgather(np.unique(_columns(rows)))
     inner = inner_rows(model, unknowns, given, np.unique(np.concatenate(everywhere)))
+    everywhere = model.comm.allgather(np.unique(_columns([*inner, *rows])))
+    columns = np.unique(np.concatenate(everywhere))
+    sizes = unknowns.sizes(columns)
     gathered = model.comm.gather((inner, rows))
     found = None
     if gathered is not None:
         every = [row for part in gathered for row in part[0]]
         every += sorted((row for part in gathered for row in part[1]), key=_order(model))
-        found = [item for part in connected(every) for item in _dependent(part)]
+        found = [item for part in connected(every) for item in _dependent(part, columns, sizes)]
     redundant = model.comm.bcast(found) or []
     refuse(model, redundant)
     _drop(model, unknowns, redundant)
     return redundant
 
 
-def _columns(rows: list[Row]) -> npt.NDArray[np.int64]:
+def _columns(rows: list[Row]) -> Ints:
     return np.concatenate([np.zeros(0, dtype=np.int64), *(row.columns for row in rows)])
 
 
@@ -140,7 +144,11 @@ def _agree(model: Model, unknowns: Unknowns, given: Given, times: list[float]) -
         )
 
 
-def _dependent(rows: list[Row]) -> list[Redundant]:
+def _dependent(rows: list[Row], known: Ints, sizes: Floats) -> list[Redundant]:
+    """Which of some rows are combinations of those before; `sizes` of all `known` columns.
+
+    By motions relative to the size of bodies: what depends on what is no question of units.
+    """
     columns = np.unique(_columns(rows))
     # orthonormal combinations of the rows kept: vectors, right-hand sides, what each is made of
     size = min(len(rows), len(columns))
@@ -149,13 +157,14 @@ def _dependent(rows: list[Row]) -> list[Redundant]:
     kept: list[int] = []
     found = []
     for number, row in enumerate(rows):
-        n, length = len(kept), float(np.linalg.norm(row.entries))
+        entries = row.entries * sizes[np.searchsorted(known, row.columns)]
+        n, length = len(kept), float(np.linalg.norm(entries))
         if not length:
             # all that it ties is given
             found.append(Redundant(row, (), row.gap > CONTRADICTION))
             continue
         vector, side, combination = np.zeros(len(columns)), row.rate / length, np.zeros(len(rows))
-        vector[np.searchsorted(columns, row.columns)] = row.entries / length
+        vector[np.searchsorted(columns, row.columns)] = entries / length
         combination[number] = 1.0
         for _ in range(2):
             # twice is enough: the second pass removes the round-off of the first
@@ -176,6 +185,13 @@ def _dependent(rows: list[Row]) -> list[Redundant]:
     return found
 
 
+def _givers(model: Model) -> str:
+    """What implies constraints that no other constraint does, in words."""
+    scene = model.scene
+    given = ["the supports"] * bool(scene.supports) + ["the drivers"] * bool(scene.drivers)
+    return " and ".join(given) or "the rigidity of its bodies"
+
+
 def refuse(model: Model, redundant: list[Redundant]) -> None:
     """Refuse constraints that contradict others, and redundant ones unless they are dropped.
 
@@ -187,13 +203,14 @@ def refuse(model: Model, redundant: list[Redundant]) -> None:
         SceneError: Names the joints.
     """
     joints = {body.name for body in model.mechanism.bodies}
+    given = _givers(model)
 
     def said(name: str, body: str) -> str:
         return f"joint '{name}'" if body in joints else name
 
     for item in redundant:
         row = item.row
-        others = " and ".join(f"'{name}'" for name in item.with_) or "the supports"
+        others = " and ".join(f"'{name}'" for name in item.with_) or given
         if row.inner and np.isinf(row.gap):
             raise SceneError(
                 f"{row.owner} is held along itself by a support, as by its unit length; hold all "
@@ -212,7 +229,7 @@ def refuse(model: Model, redundant: list[Redundant]) -> None:
         ours = [item for item in redundant if item.row.body in joints]
         words = ", ".join(f"{n} of joint '{name}'" for name, n in counts.items())
         names = {repr(name) for item in ours for name in item.with_ if name not in counts}
-        implied = sorted(names) + ["the supports"] * any(not item.with_ for item in ours)
+        implied = sorted(names) + [given] * any(not item.with_ for item in ours)
         raise SceneError(
             f"{len(ours)} of the constraints are redundant: {words}"
             + (f" (implied by {', '.join(implied)})" if implied else "")
@@ -236,15 +253,25 @@ def _drop(model: Model, unknowns: Unknowns, redundant: list[Redundant]) -> None:
                 body.fixed.append(FixedDofs(idle, lambda t, zeros=zeros: zeros, False))  # type: ignore[misc]
 
 
-def largest_gap(model: Model, q: Mapping[str, fem.Function]) -> tuple[str, float]:
-    """The constraint with the largest violation, relative to the scene's length; collective."""
-    worst = ("", 0.0)
+def largest_gap(model: Model, q: Mapping[str, fem.Function]) -> tuple[float, str, str]:
+    """The constraint with the largest violation; collective.
+
+    Args:
+        model: The bodies.
+        q: Their states by name.
+
+    Returns:
+        The violation, relative to the scene's length, or of directions; whose it is; the violation
+        in words.
+    """
+    worst = (0.0, "", "")
     for body in model.bodies:
         if not isinstance(body, ConstraintGroup):
             continue
-        values = np.abs(body.violations(q[body.name]))
-        for item, value in zip(body.nodes.item, values.max(axis=1, initial=0.0), strict=True):
-            if value / model.length > worst[1]:
-                worst = (body.labels[int(item)], float(value) / model.length)
-    gathered = model.comm.allgather(worst)
-    return max(gathered, key=lambda pair: pair[1])
+        values = body.apart(q[body.name])
+        if np.max(values, initial=0.0) > worst[0]:
+            row, component = np.unravel_index(np.argmax(values), values.shape)
+            apart = float(values[row, component])
+            label = body.labels[int(body.nodes.item[row])]
+            worst = (apart, label, body.said(int(component), apart))
+    return max(model.comm.allgather(worst))

@@ -59,7 +59,7 @@ def local_rows(model: Model, unknowns: Unknowns, given: Given) -> list[Row]:
         if not isinstance(body, ConstraintGroup):
             continue
         numbers, local = unknowns.numbers[body.name], body.nodes.mesh.topology.index_map(1)
-        gradients, dofs = body.gradients(model.length)
+        gradients, dofs, sizes = body.gradients(model.length)
         gaps = body.gaps(_states(numbers, given))
         mu = numbers[body.mixed.dofs["mu"]].reshape(-1, body.count)
         for cell, component in np.argwhere(body.acting[: local.size_local]):
@@ -67,7 +67,8 @@ def local_rows(model: Model, unknowns: Unknowns, given: Given) -> list[Row]:
             label = body.labels[item]
             whose = (body.name, item, int(component), label, False, int(mu[cell, component]))
             entries, gap = gradients[cell, component], float(gaps[cell, component])
-            rows.append(_row(whose, numbers[dofs[cell]], entries, given, gap / body.length))
+            gap /= body.sizes[component]
+            rows.append(_row(whose, numbers[dofs[cell]], entries, sizes, given, gap))
     return rows
 
 
@@ -110,7 +111,8 @@ def inner_rows(model: Model, unknowns: Unknowns, given: Given, touched: Ints) ->
                 gap = np.inf
             who = (body.name, int(node), int(component), _node(model, body, int(node)), True)
             number = int(lam[node, component])
-            rows.append(_row((*who, number), w[node], entries.ravel(), given, float(gap)))
+            flat = entries.ravel()
+            rows.append(_row((*who, number), w[node], flat, np.ones_like(flat), given, float(gap)))
     return rows
 
 
@@ -135,18 +137,20 @@ def _row(
     whose: tuple[str, int, int, str, bool, int],
     numbers: Ints,
     entries: Floats,
+    sizes: Floats,
     given: Given,
     gap: float,
 ) -> Row:
-    keep = np.abs(entries) > ZERO * np.max(np.abs(entries), initial=0.0)
-    numbers, entries = numbers[keep], entries[keep]
+    keep = np.abs(entries * sizes) > ZERO * np.max(np.abs(entries * sizes), initial=0.0)
+    numbers, entries, sizes = numbers[keep], entries[keep], sizes[keep]
     held = given.has(numbers)
     rate = -float(entries[held] @ given.rates[given.place(numbers[held])])
     # both ends of a joint may be at one node
     columns, place = np.unique(numbers[~held], return_inverse=True)
-    sums = np.zeros(len(columns))
+    sums, weights = np.zeros(len(columns)), np.zeros(len(columns))
     np.add.at(sums, place, entries[~held])
-    keep = np.abs(sums) > ZERO * np.max(np.abs(entries), initial=0.0)
+    np.maximum.at(weights, place, sizes[~held])
+    keep = np.abs(sums * weights) > ZERO * np.max(np.abs(entries * sizes), initial=0.0)
     return Row(*whose, columns[keep], sums[keep], rate, gap)
 
 

@@ -41,14 +41,14 @@ class Start:
             SceneError: If a joint is open and the scene does not ask to close it.
             ConvergenceError: If the joints cannot be closed, or there is no equilibrium.
         """
-        name, gap = "", 0.0
+        gap, name, said = 0.0, "", ""
         if self._tied:
             q = {name: levels.q for name, levels in self.problem.levels.items()}
-            name, gap = largest_gap(self.model, q)
+            gap, name, said = largest_gap(self.model, q)
         wanted = self.scene.start == "equilibrium" and self.problem.scheme.dynamic
         if gap > OPEN and not self.scene.assemble:
             raise SceneError(
-                f"joint '{name}': it is open by {gap * self.model.length:.3g} in the given "
+                f"joint '{name}': it is open by {said} in the given "
                 "positions; move its bodies, or use assemble=True"
             )
         if gap > OPEN or wanted:
