@@ -25,6 +25,10 @@ if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--margins", metavar="DIR", help="how near bounds are met; tests/margins.py")
+
+
 def pytest_configure(config: pytest.Config) -> None:
     try:
         installed = importlib.util.find_spec("shellmb.forms") is not None
@@ -35,6 +39,15 @@ def pytest_configure(config: pytest.Config) -> None:
             "shellmb.forms cannot be imported: the package is not installed in this environment; "
             "use `uv run pytest`, or install it with `uv pip install -e .`"
         )
+    if folder := config.getoption("--margins"):
+        here = Path(__file__).with_name("margins.py")
+        spec = importlib.util.spec_from_file_location("margins", here)
+        assert spec is not None and spec.loader is not None
+        margins = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(margins)
+        kept = margins.Margins(Path(folder))
+        kept.start()
+        config.pluginmanager.register(kept)
 
 
 def pytest_collection_finish(session: pytest.Session) -> None:

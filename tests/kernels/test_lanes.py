@@ -18,8 +18,8 @@ from shellmb.system.assembly.loops import FormLoop, LoopResiduals, MeshGeometry
 from shellmb.system.assembly.native import side_by_side
 from shellmb.system.assembly.numbering import cell_dofs
 
-# another order of the same operations, on values of order 1
-ROUND_OFF = 1e-13
+# another order of the same operations, as part of the largest value: 9e-15 was seen
+ROUND_OFF = 2e-13
 # flags of its own make a kernel of one cell at a time
 ONE = ("-O0",)
 
@@ -69,6 +69,12 @@ def _constant(u: fem.Function) -> fem.Constant:
     return fem.Constant(u.function_space.mesh, 1.3)
 
 
+def _same(found: Any, exact: Any) -> None:
+    """But for the order of operations."""
+    exact = np.asarray(exact)
+    np.testing.assert_allclose(found, exact, rtol=0.0, atol=ROUND_OFF * np.abs(exact).max())
+
+
 def _many(form: fem.Form) -> bool:
     """Whether a form's kernel is one of several cells."""
     ufcx: Any = form.ufcx_form
@@ -83,9 +89,9 @@ def test_functions(name: str):
     assert _many(many) == (name != "Bessel") and not _many(one)
     exact = fem.assemble_vector(one).array
     assert np.isfinite(exact).all()
-    np.testing.assert_allclose(_residual(u, many), exact, rtol=0.0, atol=ROUND_OFF)
+    _same(_residual(u, many), exact)
     # one cell at a time, as DOLFINx calls it
-    np.testing.assert_allclose(fem.assemble_vector(many).array, exact, rtol=0.0, atol=ROUND_OFF)
+    _same(fem.assemble_vector(many).array, exact)
 
 
 class _Cells(MeshGeometry):
@@ -118,10 +124,10 @@ def test_forms_of_the_same_rows_add_up():
         ufl.bessel_J(1, u) * v * ufl.dx,
     ]
     exact = sum(fem.assemble_vector(compiled(form, ONE)).array for form in forms)
-    np.testing.assert_allclose(_residual(u, *map(compiled, forms)), exact, rtol=0.0, atol=ROUND_OFF)
+    _same(_residual(u, *map(compiled, forms)), exact)
 
 
-@pytest.mark.parametrize("cells", [1, LANES - 1, LANES, LANES + 1, 3 * LANES + 2])
+@pytest.mark.parametrize("cells", sorted({1, LANES - 1, LANES, LANES + 1, 3 * LANES + 2} - {0}))
 @pytest.mark.parametrize("cell", [mesh.CellType.quadrilateral, mesh.CellType.triangle])
 def test_any_number_of_cells(cells: int, cell: mesh.CellType):
     u = _field(cells, cell)
@@ -129,19 +135,19 @@ def test_any_number_of_cells(cells: int, cell: mesh.CellType):
     energy = u**3 * ufl.dx + c * ufl.inner(ufl.grad(u), ufl.grad(u)) * ufl.dx + u**2 * ufl.ds
     residual = ufl.derivative(energy, u)
     exact = fem.assemble_vector(compiled(residual, ONE)).array
-    np.testing.assert_allclose(_residual(u, compiled(residual)), exact, rtol=0.0, atol=ROUND_OFF)
+    _same(_residual(u, compiled(residual)), exact)
     value = fem.assemble_scalar(compiled(energy, ONE))
     # the second one finds what the first one left
     functional = Functionals([[energy], [energy]], MPI.COMM_SELF)
-    np.testing.assert_allclose(functional(), value, rtol=ROUND_OFF)
-    np.testing.assert_allclose(functional(), value, rtol=ROUND_OFF)
+    _same(functional(), value)
+    _same(functional(), value)
     # beside a sum of two forms, three numbers of one
     densities = u, u**2, ufl.exp(u)
     axes = vector_of(u.function_space.mesh, len(densities))
     vector = ufl.dot(ufl.as_vector(densities), axes) * ufl.dx
     exact = [fem.assemble_scalar(compiled(f * ufl.dx, ONE)) for f in densities]
     functional = Functionals([[energy, energy], [vector, vector]], MPI.COMM_SELF)
-    np.testing.assert_allclose(functional() / 2, [value, *exact], rtol=ROUND_OFF)
+    _same(functional() / 2, [value, *exact])
 
 
 def test_jacobian():
@@ -155,14 +161,14 @@ def test_jacobian():
     many, one = compile_all(jacobians), compile_all(jacobians, ONE)
     assert all(map(_many, many))
     dense = [[fem.assemble_matrix(form).to_dense() for form in forms] for forms in (many, one)]
-    np.testing.assert_allclose(dense[0], dense[1], rtol=0.0, atol=ROUND_OFF)
+    _same(dense[0], dense[1])
     cells, exact = _Cells(space), sum(dense[1])
     loop = FormLoop(cells, [(form, (0,), 0) for form in many])
     arguments = cells.struct(loop), loop.kernels, loop.count
     lib, blocks = native.cells().lib, np.array([exact[np.ix_(d, d)] for d in cells.dofs])
     largest = np.zeros(blocks.shape[1:])
     lib.largest_entries(*arguments, native.doubles(largest))
-    np.testing.assert_allclose(largest, np.abs(blocks).max(axis=0), rtol=0.0, atol=ROUND_OFF)
+    _same(largest, np.abs(blocks).max(axis=0))
     # what is put where others are added: before them, and over whatever was there
     alone = compiled(jacobians[0], ONE)
     other = [np.ix_(d, d) for d in cells.dofs[LANES:]]
@@ -179,7 +185,7 @@ def test_jacobian():
         assert loop.covered != twice
         last = np.full((LANES, *blocks.shape[1:]), 1e3)
         lib.all_matrices(cells.struct(loop), loop.kernels, loop.count, native.doubles(last))
-        np.testing.assert_allclose(last[:-1], [exact[d] for d in other], rtol=0.0, atol=ROUND_OFF)
+        _same(last[:-1], [exact[d] for d in other])
 
 
 def test_only_surfaces():

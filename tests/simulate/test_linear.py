@@ -1,5 +1,6 @@
 """Linear scenes: one factorisation for all load steps."""
 
+import numpy as np
 import pytest
 
 from shellmb.scene import (
@@ -42,8 +43,8 @@ def test_load_steps_share_the_factorisation_of_the_start(solve, backend, newton)
     assert [run.step for run in runs] == [1, 4]
     assert [run.problem.iteration.factorisations for run in runs] == [1, 1]
     once, often = (displacement(run, TIP)[2] for run in runs)
-    # of both the solution is refined by a second solve
-    assert often == pytest.approx(once, rel=1e-12)
+    # round-off of membrane forces, (length / thickness)^2 times as firm as bending, on bending
+    assert often == pytest.approx(once, rel=10 * np.finfo(float).eps * (1.0 / 1e-3) ** 2)
     assert once > 10
 
 

@@ -29,7 +29,7 @@ def test_fast_contraction_needs_one_factorisation_for_many_solutions() -> None:
     assert policy.wanted()
     for _ in range(3):
         updates = iterate(policy, 0.05)
-        # the error left behind, and not the last update, is small
+        # the error left behind, and not the last update, is small; sizes by hand, not round-off
         assert updates[-1] * 0.05 / 0.95 <= 1e-6 * TOLERANCE
         policy.begin("a")
         assert not policy.wanted()

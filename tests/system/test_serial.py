@@ -185,4 +185,4 @@ def test_bases_of_directors(simulation) -> None:
             of_field._directors = loop
         for one, other in zip(fast, slow, strict=True):
             assert one.any()
-            assert np.allclose(one, other, rtol=0.0, atol=1e-15)
+            assert np.allclose(one, other, rtol=0.0, atol=1e-14)

@@ -14,6 +14,8 @@ from shellmb.system.direct.solver import SMALL_SYSTEM, DirectSolver, Factors, Pu
 from shellmb.system.direct.symmetry import asymmetry
 from tests.system.conftest import BEAM, FIRM, ONES, band, error
 
+# sums of random numbers, in units of the last place of their largest: up to 4 were seen
+ROUND_OFF = 50 * np.finfo(float).eps
 EVEN = {-1: -1.0, 0: 2.5, 1: -1.0}
 
 
@@ -26,7 +28,7 @@ def changed(A: PETSc.Mat, row: int, column: int, value: float) -> PETSc.Mat:
 def test_one_entry_is_seen() -> None:
     """What two vectors at random see is as large as the difference, give or take a factor."""
     A = band(SMALL_SYSTEM, EVEN)
-    assert asymmetry(A) < 1e-15
+    assert asymmetry(A) < ROUND_OFF
     change = 1e-8
     changed(A, 70, 71, -1.0 - change)
     # diagonals being one: 2 entries of that matrix, against some 5000 of 1 and twice as many of 0.4
@@ -42,12 +44,13 @@ def test_soft_parts_count_beside_firm_ones() -> None:
     A.diagonalScale(scale, scale)
     firm = asymmetry(A)
     changed(A, 70, 71, -1e-6 * (1 + 1e-8))
-    assert firm < 1e-15 and asymmetry(A) > 1e-12
+    assert firm < ROUND_OFF and asymmetry(A) > 1e-12
 
 
 def test_matrices_without_diagonal_have_an_answer() -> None:
     A = band(4, {-1: 1.0, 1: 1.0})
-    assert asymmetry(A) == 0.0
+    # sums of the same products in another order
+    assert asymmetry(A) < ROUND_OFF
     assert asymmetry(changed(A, 0, 1, 2.0)) > 1e-3
     A.zeroEntries()
     assert asymmetry(A) == 0.0

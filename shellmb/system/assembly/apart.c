@@ -36,7 +36,9 @@ typedef int64_t order __attribute__((vector_size(8 * LANES)));
 /* Numbers l of vectors k become numbers k of vectors l. */
 static inline __attribute__((always_inline)) void transpose(lanes *v)
 {
+#if LANES > 1
     EXCHANGE(v, 1)
+#endif
 #if LANES > 2
     EXCHANGE(v, 2)
 #endif

@@ -1,0 +1,107 @@
+"""Levels of x86-64 and numbers of lanes: chosen by the processor, forced, or refused."""
+
+import json
+import os
+import subprocess
+import sys
+
+from mpi4py import MPI
+
+import pytest
+import ufl
+from dolfinx import fem, mesh
+
+from shellmb.compiling import flags
+from shellmb.compiling.flags import FORCED_LANES, FORCED_LEVEL, LEVELS, level_and_lanes
+from shellmb.errors import RunError
+from shellmb.kernels import module_name
+from shellmb.system.assembly import native
+
+NAMES = list(LEVELS)
+
+
+def features(highest: str) -> set[str]:
+    """What a processor of a level can do, and more than the level asks for."""
+    known = NAMES[: NAMES.index(highest) + 1] if highest else []
+    return {"sse2", "avx_vnni"}.union(*(LEVELS[name][0] for name in known))
+
+
+@pytest.mark.parametrize(("highest", "lanes"), [("", 2), ("v2", 2), ("v3", 4), ("v4", 8)])
+def test_the_processor_chooses(highest, lanes) -> None:
+    expected = [f"-march=x86-64-{highest}"] if highest else []
+    assert level_and_lanes({}, features(highest)) == (expected, lanes)
+    # set, but empty
+    assert level_and_lanes({FORCED_LEVEL: "", FORCED_LANES: ""}, features(highest))[1] == lanes
+
+
+def test_a_level_without_the_one_below_is_none() -> None:
+    assert level_and_lanes({}, features("v4") - {"fma"}) == (["-march=x86-64-v2"], 2)
+
+
+@pytest.mark.parametrize("level", NAMES)
+def test_levels_and_lanes_are_forced(level) -> None:
+    flag = [f"-march=x86-64-{level}"]
+    assert level_and_lanes({FORCED_LEVEL: level}, features("v4")) == (flag, LEVELS[level][1])
+    for lanes in ("1", "2", "4", "8"):
+        forced = {FORCED_LEVEL: level, FORCED_LANES: lanes}
+        assert level_and_lanes(forced, features("v4")) == (flag, int(lanes))
+    assert level_and_lanes({FORCED_LANES: "8"}, set()) == ([], 8)
+
+
+@pytest.mark.parametrize(
+    ("environment", "highest", "said"),
+    [
+        ({FORCED_LEVEL: "v5"}, "v4", "SHELLMB_KERNEL_LEVEL is 'v5': it must be v2, v3, v4"),
+        ({FORCED_LEVEL: "native"}, "v4", "'native'"),
+        ({FORCED_LEVEL: "v4"}, "v3", "'v4', whose instructions.* runs only up to v3"),
+        ({FORCED_LEVEL: "v2"}, "", "'v2', whose instructions.* none of the levels"),
+        ({FORCED_LANES: "3"}, "v3", "SHELLMB_KERNEL_LANES is '3': it must be 1, 2, 4, 8"),
+        ({FORCED_LANES: "many"}, "v3", "'many'"),
+        ({FORCED_LANES: "16"}, "v3", "'16'"),
+    ],
+)
+def test_what_cannot_be_is_refused(environment, highest, said) -> None:
+    with pytest.raises(RunError, match=said):
+        level_and_lanes(environment, features(highest))
+
+
+def test_a_run_says_so_before_it_compiles(tmp_path) -> None:
+    environment = os.environ | {FORCED_LEVEL: "v9", "XDG_CACHE_HOME": str(tmp_path / "cache")}
+    command = [sys.executable, "-m", "shellmb.cli", "run", "sudden_load"]
+    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True)
+    assert done.returncode == 1 and done.stderr.startswith("error: ") and "v9" in done.stderr
+    assert done.stderr.count("\n") == 1 and not list(tmp_path.rglob("*.so"))
+
+
+FLAGS = """
+import json
+from shellmb.compiling import flags
+print(json.dumps([flags.LANES, flags.COMPILER_FLAGS, flags.KERNEL_FLAGS, flags.LANES_FLAGS]))
+"""
+
+
+@pytest.mark.skipif(
+    "v2" not in flags.runnable(flags.features_here()), reason="no x86-64 of level v2"
+)
+def test_the_cache_does_not_mix_levels(tmp_path, monkeypatch) -> None:
+    """Kernels and loops have names of their own for each level and number of lanes."""
+    environment = os.environ | {FORCED_LEVEL: "v2", FORCED_LANES: "1"}
+    said = subprocess.check_output([sys.executable, "-c", FLAGS], env=environment, text=True)
+    lanes, compiler, one, many = json.loads(said)
+    assert lanes == 1
+    assert all("-march=x86-64-v2" in used for used in (compiler, one, many))
+    assert "-DLANES=1" in compiler and "-DLANES=1" in many
+    monkeypatch.setattr(native, "cache_folder", lambda: tmp_path)
+    monkeypatch.setattr(native, "_compile", lambda *_: None)
+    domain = mesh.create_unit_square(MPI.COMM_SELF, 1, 1)
+    form = fem.Function(fem.functionspace(domain, ("Lagrange", 1))) ** 2 * ufl.dx
+
+    def names() -> set[str]:
+        loops, _ = native._compiled.__wrapped__()
+        return {module_name(form), module_name(form, ("-O0",)), loops.name}
+
+    before = names()
+    monkeypatch.setattr(native, "COMPILER_FLAGS", compiler)
+    monkeypatch.setattr(flags, "KERNEL_FLAGS", one)
+    monkeypatch.setattr(flags, "LANES_FLAGS", many)
+    assert len(before) == 3 and not before & names()
