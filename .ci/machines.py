@@ -4,8 +4,8 @@
 
 Each scene runs once for each kind of processor that this one can be. A line says by how much
 columns of its history differ from those of the first kind, as a part of the largest value of the
-column and of those beside it (components of a vector, forces and moments of a joint): the largest
-of all columns, and which it is; then the account of energies of each run.
+column and of those beside it (components of a vector, forces and moments of a joint, energies):
+the largest of all columns, and which it is; then the account of energies of each run.
 """
 
 from __future__ import annotations
@@ -60,8 +60,9 @@ def main() -> None:
             if len(first) == len(history):
                 kept = [c for c in first if not any(part in c for part in LEFT_OUT)]
                 largest = first[kept].abs().max()
-                # forces and moments of a joint; components of a vector
+                # forces and moments of a joint; components of a vector; parts of the energy law
                 beside = [re.sub(r"\..*|_[xyz]$", "", column) for column in kept]
+                beside = [re.sub("work.*|.*energy|dissipation", "energies", x) for x in beside]
                 size = largest.groupby(beside).transform("max")
                 apart = ((history[kept] - first[kept]).abs().max() / size)[size > 0]
                 said += f", history differs by {apart.max():.1e} ({apart.idxmax()})"
