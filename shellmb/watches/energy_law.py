@@ -6,6 +6,8 @@ from collections.abc import Iterator
 from typing import Any
 
 from shellmb.observers.summary import Sources
+from shellmb.scene import Hyperelastic, Scene
+from shellmb.scene.lookup import said
 from shellmb.schemes.base import has_energy_law
 from shellmb.simulate.simulation import Silent, Simulation
 from shellmb.watches.base import Caution
@@ -15,6 +17,17 @@ from shellmb.watches.base import Caution
 BOUND = 1e-8
 # of schemes without an energy law: an error that shows in results
 LAWLESS = 1e-2
+
+
+def _suspects(scene: Scene) -> str:
+    """What a scene has of its own that may work without being booked, as the end of a sentence."""
+    found = [
+        *(f"terms of {said(b)}" for b in scene.meshed if b.terms),
+        *(f"strains of {said(b)}" for b in scene.shells if b.strains is not None),
+        *(f"the energy of {said(b)}" for b in scene.shells if isinstance(b.section, Hyperelastic)),
+        *([] if isinstance(scene.scheme, str) else [f"the scheme '{scene.scheme_name}'"]),
+    ]
+    return f", and look at {' and '.join(found)}" if found else ""
 
 
 class EnergyLaw(Silent):
@@ -60,10 +73,10 @@ class EnergyLaw(Silent):
                 None,
                 error,
                 BOUND,
-                f"the energy account is off by {error:.1e} of the energy that was exchanged, most "
-                f"of it in the step to t = {self._t:g} s; it must close to {BOUND:.0e}: use a "
-                "smaller step or a smaller Solver(tolerance=...), and look at what the scene adds "
-                "of its own (terms, strains, energies, a scheme)",
+                f"the energy account is off by {error:.1e} of the energy that was exchanged, "
+                f"{self._account.exchanged:.2g} J, most of it in the step to t = {self._t:g} s; "
+                f"it must close to {BOUND:.0e}: use a smaller step or a smaller "
+                f"Solver(tolerance=...){_suspects(simulation.scene)}",
             )
 
     def state(self) -> dict[str, Any]:

@@ -114,6 +114,24 @@ class _AboutFrames(Silent):
         if size > self._largest[kind].get(name, (0.0, 0.0))[0]:
             self._largest[kind][name] = size, t
 
+    def _spins(self, name: str, d: Floats, rates: Floats, t: float) -> None:
+        """Note the rate at which a frame turns, where that is no vibration.
+
+        A body that vibrates has rates of its mean rotation, too: as large as its frequency times
+        the angle, while what they do to its stiffness is of the size of the square of that angle.
+        So a rate counts from where the frame has turned farther than what is small.
+
+        Args:
+            name: Name of the body.
+            d: Directors of its frame, as rows, shape (3, 3); at the reference the unit matrix.
+            rates: Their rates, 1/s.
+            t: Time, s.
+        """
+        turned = np.linalg.norm(np.cross(np.eye(3), d).sum(axis=0) / 2)
+        if turned > SMALL_ANGLE or np.trace(d) < 1:
+            spin = float(np.linalg.norm(np.cross(d, rates).sum(axis=0) / 2))
+            self._note("spins", name, spin, t)
+
     def _parts(self, simulation: Simulation, name: str, shape: Floats) -> Parts:
         """Displacements and resultants of a state of a body, relative to its frame."""
         raise NotImplementedError
@@ -258,8 +276,7 @@ class ReducedBodies(_AboutFrames):
             if "v" in simulation.scheme.rates:
                 d = np.eye(3) + frame[3:].reshape(3, 3)
                 rates = state.now(simulation, "v")[0][3:].reshape(3, 3)
-                spin = float(np.linalg.norm(np.cross(d, rates).sum(axis=0) / 2))
-                self._note("spins", data.name, spin, t)
+                self._spins(data.name, d, rates, t)
 
     def cautions(self, simulation: Simulation) -> Iterator[Caution]:
         """A sentence for each body that bends, is pressed or spins too much; collective."""
@@ -305,8 +322,7 @@ class LinearBodies(_AboutFrames):
             self._note("turns", body.name, size, t)
             if "v" in levels.rates:
                 rates = tie.changes(levels.rates["v"].x.array)
-                spin = np.cross(np.eye(3) + tie.changes(q), rates).sum(axis=0) / 2
-                self._note("spins", body.name, float(np.linalg.norm(spin)), t)
+                self._spins(body.name, np.eye(3) + tie.changes(q), rates, t)
 
     def cautions(self, simulation: Simulation) -> Iterator[Caution]:
         """A sentence for each body that bends, is pressed or spins too much; collective."""

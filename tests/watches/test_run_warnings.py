@@ -153,9 +153,9 @@ def test_steps_that_turn_too_far_are_named(scheme, alpha) -> None:
 
 def test_energy_from_nowhere_is_named_with_its_step() -> None:
     """No scene of ours does it: the watch by itself, with an account that jumps at t = 2."""
-    account = SimpleNamespace(values={}, relative_error=0.0)
+    account = SimpleNamespace(values={}, relative_error=0.0, exchanged=3e-9)
     watch = EnergyLaw(cast(Sources, SimpleNamespace(energy=account)))
-    simulation = SimpleNamespace(t=0.0, scheme=EnergyPreserving())
+    simulation = SimpleNamespace(t=0.0, scheme=EnergyPreserving(), scene=still())
     for t, off in ((1.0, 1e-12), (2.0, 0.3), (3.0, 0.3)):
         simulation.t, account.values["energy_balance"] = t, off
         watch.accepted(cast(Simulation, simulation))
@@ -163,6 +163,12 @@ def test_energy_from_nowhere_is_named_with_its_step() -> None:
     account.relative_error = 2e-8
     (caution,) = watch.cautions(cast(Simulation, simulation))
     assert "off by 2.0e-08" in caution.says and "in the step to t = 2 s" in caution.says
+    # how little it is of, and nothing that the scene has not
+    assert "exchanged, 3e-09 J" in caution.says and "look at" not in caution.says
+    dragged = replace(PLATE, terms=(lambda *given: None,))
+    simulation.scene = replace(still(), rigid_bodies=(), shells=dragged)
+    (caution,) = watch.cautions(cast(Simulation, simulation))
+    assert caution.says.endswith("and look at terms of shell 'plate'")
     # a scheme that claims no law is held to what shows in results
     simulation.scheme = GeneralizedAlpha()
     assert list(watch.cautions(cast(Simulation, simulation))) == []

@@ -1,0 +1,75 @@
+"""What is said of linear bodies is so of the exact ones: alarms that are false, and missed ones."""
+
+import re
+
+import pytest
+
+import shellmb as sm
+
+L, B, H = 1.0, 0.1, 0.01
+SECTION = sm.Isotropic(E=1e9, nu=0.0, thickness=H, density=1000.0)
+
+
+def strip(model, mesh=(6, 1)):
+    return sm.Shell("strip", sm.Rectangle(L, B), SECTION, mesh=mesh, model=model)
+
+
+def of_bed(model, stiffness, supports, load):
+    """Deflection of the middle of a strip on springs, and the warnings."""
+    sides = [(x * L / 6, y) for x in range(1, 6) for y in (0.0, B)]
+    springs = [
+        sm.Spring(
+            f"spring {k}",
+            sm.GROUND,
+            "strip",
+            at=(x, y, -1.0),
+            second_at=(x, y, 0.0),
+            stiffness=stiffness,
+        )
+        for k, (x, y) in enumerate(sides)
+    ]
+    scene = sm.Scene(
+        "bed",
+        strip(model),
+        supports=supports,
+        elements=springs,
+        loads=sm.SurfaceForce((0, 0, -load)),
+        probes=sm.Probe("w", (0.5, 0, 0), component=2),
+        scheme="static",
+        dt=0.25,
+    )
+    run = sm.run(scene)
+    return run.history["w"].iloc[-1], [w for w in run.warnings if "make it stiffer" in w]
+
+
+def test_a_strip_on_springs_is_judged_with_them():
+    """Kind: springs share the load, and it is their deflection that stretches the strip."""
+    hinged = [sm.Hinged("left"), sm.Hinged("right")]
+    linear, said = of_bed("linear", 1e3, hinged, 1000.0)
+    exact, _ = of_bed("exact", 1e3, hinged, 1000.0)
+    (share,) = (float(re.search(r"by about ([\d.]+)%", s)[1]) / 100 for s in said)
+    # an estimate by energies: a third of itself off at most
+    assert share == pytest.approx(linear / exact - 1, rel=0.33)
+    # its edges follow: nothing stretches it, on the same springs, however far it bends
+    follows = [sm.Fixed("left", displacement=(0, 0, 0)), sm.SoftSupport("right")]
+    linear, said = of_bed("linear", 1e3, follows, 1000.0)
+    exact, _ = of_bed("exact", 1e3, follows, 1000.0)
+    assert linear == pytest.approx(exact, rel=1e-2)
+    assert not said
+
+
+@pytest.mark.parametrize("spins", [False, True])
+def test_what_vibrates_does_not_spin(spins):
+    """Kind: a fast small rotation, taken for a spin; one that goes on is one."""
+    twist = [sm.PointForce((L, y, 0), (0, 0, f)) for y, f in ((0, 3.0), (B, -3.0))]
+    scene = sm.Scene(
+        "strip",
+        strip("linear", (4, 2)),
+        supports=() if spins else sm.Clamped("left"),
+        loads=() if spins else twist,
+        initial=sm.InitialVelocity(spin=(0, 0, 12.0)) if spins else (),
+        scheme="ep4",
+        dt=2e-3,
+        t_end=0.05,
+    )
+    assert any("spins at" in w for w in sm.run(scene).warnings) == spins
