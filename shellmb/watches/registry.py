@@ -14,6 +14,7 @@ from shellmb.watches.energy_law import EnergyLaw
 from shellmb.watches.forces.alternating import Alternating
 from shellmb.watches.forces.contacts import Contacts
 from shellmb.watches.forces.rolling import Lifting, Slipping
+from shellmb.watches.forces.undetermined import Undetermined
 from shellmb.watches.large_turns import LargeTurns
 from shellmb.watches.small_displacements import LinearBodies, ReducedBodies, SmallDisplacements
 from shellmb.watches.step_error import StepErrors
@@ -28,6 +29,7 @@ WATCHES: tuple[type[Watch], ...] = (
     LargeTurns,
     StepErrors,
     StiffSpin,
+    Undetermined,
     Lifting,
     Slipping,
     Contacts,

@@ -143,4 +143,4 @@ class Bordered:
                 system.scatter(system.x)
                 self._set_factor(factor)
                 return count, factor
-        raise iteration.convergence.error("too many iterations")
+        raise iteration.unfinished()

@@ -82,6 +82,22 @@ class Convergence:
         self._lib.relate_each(count, *self._relate[:2], sizes, rows, native.doubles(found))
         return found
 
+    def typical(self, x: Floats) -> Floats:
+        """How large the part of each unknown is: its scale, or its largest value; collective.
+
+        Args:
+            x: Owned entries, shape (n,).
+
+        Returns:
+            Shape (n,); of unknowns without a part, their own size.
+        """
+        found, sizes = np.abs(x), np.zeros(len(self.parts))
+        self._lib.largest(*self._where, native.doubles(x), native.doubles(sizes))
+        self.system.comm.Allreduce(MPI.IN_PLACE, sizes, op=MPI.MAX)
+        scales = np.where(np.isfinite(self._scales), self._scales, 0.0)
+        found[self._entries] = np.repeat(np.maximum(scales, sizes), np.diff(self._ends))
+        return found
+
     def _judge(self, x: Floats, dx: Floats) -> None:
         """Compare changes of the parts with their scales or own sizes, whichever is larger."""
         if self._serial:
@@ -94,16 +110,26 @@ class Convergence:
         self.system.comm.Allreduce(MPI.IN_PLACE, self._table, op=MPI.MAX)
         self._lib.relate(*self._relate)
 
-    def error(self, reason: str) -> ConvergenceError:
-        """The failure in words: the field that did not converge, and what to try."""
+    def worst(self) -> tuple[str, float]:
+        """Title of the part with the largest relative update, and that."""
+        last = self._table[1]
+        worst = int(np.argmax(last))
+        return self.parts[worst].name, float(last[worst])
+
+    def error(self, reason: str, advice: str | None = None) -> ConvergenceError:
+        """The failure in words: the field that did not converge, and what to try.
+
+        Args:
+            reason: Why it is given up.
+            advice: What to try; None: what helps the field.
+        """
         if not self.iterations:
             return ConvergenceError(f"Newton failed: {reason}", field=None, norms={})
         last = self._table[1]
-        worst = int(np.argmax(last))
-        part = self.parts[worst]
+        part = self.parts[int(np.argmax(last))]
         return ConvergenceError(
             f"Newton failed after {self.iterations} iterations: {reason}; the {part.name} did "
-            f"not converge (last relative update {last[worst]:.1e}); try {part.advice}",
+            f"not converge (last relative update {np.max(last):.1e}); try {advice or part.advice}",
             field=part.name,
             norms={p.name: float(u) for p, u in zip(self.parts, last, strict=True)},
         )

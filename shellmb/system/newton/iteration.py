@@ -14,6 +14,7 @@ from shellmb.system.direct.linear import Linear, Unreduced
 from shellmb.system.direct.solver import Purpose
 from shellmb.system.newton.convergence import Convergence
 from shellmb.system.newton.refresh import REFRESH, Full, Refresh
+from shellmb.system.newton.roundoff import RoundOff
 from shellmb.system.nullspace.nodes import SystemNodes
 
 MakeLinear = Callable[[SystemNodes, str], Linear]
@@ -64,6 +65,7 @@ class Iteration:
         self.nodes = SystemNodes(system)
         self.linear = Unreduced(system, prefix) if linear is None else linear(self.nodes, prefix)
         self.convergence = Convergence(system)
+        self.roundoff = RoundOff(system, self.convergence)
         self._refresh: Refresh = REFRESH[settings.newton]()
         self._full = Full()
         self.lags = self._refresh.purpose is not Purpose.ONE
@@ -85,6 +87,7 @@ class Iteration:
             self._refresh.forget()
         self.refresh.begin(key)
         self.convergence.begin()
+        self.roundoff.begin()
         self.nodes.begin()
         self.failure = None
         self.system.gather()
@@ -99,6 +102,7 @@ class Iteration:
         """Residual at `x`, which the fields take."""
         start = time.perf_counter()
         self.system.evaluate(x, b)
+        self._last = b
         self.residual_seconds += time.perf_counter() - start
         self.residuals += 1
 
@@ -126,7 +130,22 @@ class Iteration:
             ConvergenceError: If it diverges.
         """
         update, moved = self.convergence.measure(x, dx)
-        return self.refresh.converged(update, moved, self.settings.tolerance)
+        if self.refresh.converged(update, moved, self.settings.tolerance):
+            return True
+        if not self.roundoff.is_all(update, moved, self._last):
+            return False
+        self.refresh.settled()
+        return True
+
+    def unfinished(self) -> ConvergenceError:
+        """Why the iteration did not end in as many updates as it may take, in words; collective."""
+        if self.roundoff.is_left(self._last):
+            return self.convergence.error(
+                "all equations hold to round-off, and yet something changes with each iteration: "
+                "nothing determines it",
+                "another position, supports that hold it, or fewer constraints",
+            )
+        return self.convergence.error("too many iterations")
 
     def update(self) -> None:
         """The one update of a system that is known to be linear.

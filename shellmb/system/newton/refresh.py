@@ -82,6 +82,10 @@ class Refresh(Protocol):
         """
         ...
 
+    def settled(self) -> None:
+        """The iteration ends for another reason: its updates are round-off."""
+        ...
+
 
 @dataclass
 class Full:
@@ -107,6 +111,9 @@ class Full:
     def converged(self, update: float, moved: float, tolerance: float) -> bool:
         """By the update: convergence is quadratic."""
         return update <= tolerance
+
+    def settled(self) -> None:
+        """Nothing to remember."""
 
 
 @dataclass
@@ -194,6 +201,10 @@ class Modified:
         self._wanted = left > self._cost + AFRESH
         return False
 
+    def settled(self) -> None:
+        """A solution was found."""
+        self._serve(True)
+
     def _contraction(self) -> float:
         """Mean of the last two; of the first one and what it usually is."""
         updates = self._updates
@@ -258,6 +269,9 @@ class Once:
         found = self._updates == 2 and update <= LEFT * self._first
         self.exact = self.trusting and done and (self.exact or found)
         return done
+
+    def settled(self) -> None:
+        """Nothing to remember."""
 
 
 def automatic() -> Modified:

@@ -169,7 +169,7 @@ class DolfinxNewton:
         with self._running(self):
             iterations, converged = self._solver.solve(self.system.x)
         if not converged:
-            raise self.iteration.convergence.error("too many iterations")
+            raise self.iteration.unfinished()
         return int(iterations)
 
 
@@ -225,7 +225,7 @@ class SnesNewton:
         with self._running(self):
             self._snes.solve(None, self.system.x)
         if self._snes.getConvergedReason() <= 0:
-            raise self._error or self.iteration.convergence.error("too many iterations")
+            raise self._error or self.iteration.unfinished()
         self.system.scatter(self.system.x)
         return int(self._snes.getIterationNumber())
 

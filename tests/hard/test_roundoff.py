@@ -1,0 +1,157 @@
+"""Steps near positions where constraints nearly depend on one another, where round-off stalls them.
+
+The kind: multipliers are badly determined, and the round-off of the equations' own terms changes
+them by more than any tolerance with each iteration. That is as good as a solution gets.
+"""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from shellmb.errors import ConvergenceError
+from shellmb.scene import (
+    GROUND,
+    Gravity,
+    InitialVelocity,
+    Revolute,
+    RigidBody,
+    Scene,
+    Solver,
+    StepControl,
+)
+from shellmb.simulate.simulation import Simulation
+from shellmb.system.newton import roundoff
+from shellmb.watches.forces import undetermined
+from shellmb.watches.forces.undetermined import Undetermined
+
+CELLS, G, Z = 5, 9.81, (0.0, 0.0, 1.0)
+# angle of the cranks to the base at the start, rad, and how fast they come down, rad/s
+ANGLE, SPIN = 0.06, 2.0
+
+
+def at_foot(k: int) -> np.ndarray:
+    return np.array([k, 0.0, 0.0])
+
+
+def parallelograms(
+    scheme: str, solver: Solver, dt: float = 5e-3, t_end: float = 0.05, **more: Any
+) -> Scene:
+    """A row of them, of rods of 1 m and 1 kg, which fall through the line of their base."""
+    rod = (1e-4, 1 / 12, 1 / 12)
+    tip, turned = np.array([np.cos(ANGLE), np.sin(ANGLE), 0.0]), (0.0, 0.0, ANGLE)
+    bodies, joints, initial = [], [], []
+    for k in range(CELLS + 1):
+        foot, crank = (float(k), 0.0, 0.0), f"crank{k}"
+        at = tuple((foot + tip / 2).tolist())
+        bodies.append(RigidBody(crank, 1.0, rod, position=at, rotation=turned))
+        joints.append(Revolute(f"foot{k}", GROUND, crank, at=foot, axis=Z))
+        initial.append(InitialVelocity(spin=(0, 0, -SPIN), about=foot, body=crank))
+    for k in range(CELLS):
+        bar, left, right = f"bar{k}", at_foot(k) + tip, at_foot(k + 1) + tip
+        bodies.append(RigidBody(bar, 1.0, rod, position=tuple(((left + right) / 2).tolist())))
+        joints.append(Revolute(f"left{k}", f"crank{k}", bar, at=tuple(left.tolist()), axis=Z))
+        joints.append(Revolute(f"right{k}", f"crank{k + 1}", bar, at=tuple(right.tolist()), axis=Z))
+        speed = tuple(np.cross((0, 0, -SPIN), tip).tolist())
+        initial.append(InitialVelocity(linear=speed, body=bar))
+    return Scene(
+        "parallelograms",
+        rigid_bodies=bodies,
+        joints=joints,
+        loads=Gravity((0.0, -G, 0.0)),
+        initial=initial,
+        redundant="drop",
+        scheme=scheme,
+        dt=dt,
+        t_end=t_end,
+        solver=solver,
+        **more,
+    )
+
+
+def fallen(t: float) -> float:
+    """Angle of the cranks, which turn as one pendulum."""
+    inertia, weight = (CELLS + 1) / 3 + CELLS, ((CELLS + 1) / 2 + CELLS) * G
+    motion = solve_ivp(
+        lambda t, y: [y[1], -weight / inertia * np.cos(y[0])],
+        (0, t),
+        [ANGLE, -SPIN],
+        rtol=1e-11,
+        atol=1e-13,
+    )
+    return float(motion.y[0, -1])
+
+
+def crank_angle(simulation: Simulation) -> float:
+    rigid = simulation.model.rigid
+    assert rigid is not None
+    u = simulation.problem.state(rigid.name).x.array[rigid.local("crank0", "u")]
+    at = np.array([np.cos(ANGLE), np.sin(ANGLE)]) / 2 + u[:2]
+    return float(np.arctan2(at[1], at[0]))
+
+
+SOLVERS = [
+    Solver(),
+    Solver(newton="full"),
+    Solver(backend="snes"),
+    Solver(backend="snes", newton="full"),
+]
+
+
+@pytest.mark.parametrize("solver", SOLVERS, ids=lambda s: f"{s.backend}-{s.newton}")
+@pytest.mark.parametrize("scheme", ["ep", "ed", "ep4", "ed3"])
+def test_cranks_fall_through_the_line_of_their_base(scheme: str, solver: Solver) -> None:
+    simulation = Simulation(parallelograms(scheme, solver))
+    simulation.run()
+    assert simulation.size.rejected == 0
+    # the mid-point rule is off by (2.4 * 0.005)^2/12 of an angle of 0.12
+    assert crank_angle(simulation) == pytest.approx(fallen(0.05), abs=5e-6)
+
+
+@pytest.mark.parametrize("dt", [5e-3, 1e-3, 2e-4])
+def test_smaller_steps_pass_as_well(dt: float) -> None:
+    """They come nearer to the line."""
+    scene = parallelograms("ep4", Solver(), dt, t_end=0.034)
+    simulation = Simulation(scene)
+    simulation.run()
+    assert simulation.size.rejected == 0
+    assert crank_angle(simulation) == pytest.approx(fallen(0.034), abs=1e-7)
+
+
+def test_a_state_that_is_no_solution_is_no_round_off() -> None:
+    """A millionth of a millionth off in one unknown is seen, and the solution is not."""
+    simulation = Simulation(parallelograms("ep4", Solver()))
+    simulation.advance()
+    iteration, system = simulation.problem.iteration, simulation.problem.system
+    simulation.problem.prepare(simulation.t, 5e-3)
+    simulation.problem.solve(5e-3)
+    x = system.x.copy()
+    iteration.residual(x, system.b)
+    assert iteration.roundoff.left(system.b) < roundoff.NOISE
+    x.array[0] += 1e-12
+    iteration.residual(x, system.b)
+    assert iteration.roundoff.left(system.b) > 10 * roundoff.NOISE
+
+
+def test_what_nothing_determines_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With a reason of its own: smaller steps do not help."""
+    monkeypatch.setattr(roundoff, "STILL", 0.0)
+    with pytest.raises(ConvergenceError, match=r"nothing determines it.*try another position"):
+        Simulation(parallelograms("ep4", Solver(), control=StepControl(min_dt=5e-3))).run()
+
+
+def test_forces_that_round_off_decides_are_said() -> None:
+    simulation = Simulation(parallelograms("ep4", Solver()))
+    watch = Undetermined(sources=None)  # type: ignore[arg-type]
+    simulation.run([watch])
+    (what, change), bound = (watch.state()["what"], watch.state()["worst"]), undetermined.KNOWN
+    assert "multiplier of revolute joints" in what
+    # what is less than a millionth is not worth a word
+    assert 0 < change < bound
+    assert list(watch.cautions(simulation)) == []
+    taken = Undetermined(sources=None)  # type: ignore[arg-type]
+    taken.restore(watch.state() | {"worst": 10 * bound})
+    (caution,) = taken.cautions(simulation)
+    assert caution.value == 10 * bound
+    assert "known to 1.0e-05 of its largest value only at t = 0.0" in caution.says
