@@ -195,7 +195,7 @@ def test_a_law_is_asked_before_each_step_without_a_period(slider) -> None:
         return 0.0, state + 1
 
     execute(slider(t_end=0.03, controllers=Controller("count", X, law, state=0)))
-    assert np.allclose(calls, [(0.0, 0.0), (0.01, 0.01), (0.02, 0.01)], atol=1e-15)
+    assert np.allclose(calls, [(0.0, 0.0), (0.01, 0.01), (0.02, 0.01)], atol=1e-14)
 
 
 @pytest.mark.slow

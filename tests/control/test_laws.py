@@ -32,7 +32,7 @@ def read(sensor: Sensor) -> float:
     ],
 )
 def test_margins_of_conditions(condition, margin) -> None:
-    assert condition.margin(read, 0.2) == pytest.approx(margin, abs=1e-15)
+    assert condition.margin(read, 0.2) == pytest.approx(margin, abs=1e-14)
 
 
 def test_a_strict_comparison_is_not_true_of_equals() -> None:

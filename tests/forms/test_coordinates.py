@@ -38,10 +38,10 @@ def test_gradient_along_the_increment_is_the_increment(
     start, end = direction(0.4, lengths[0]), direction(0.4 + delta, lengths[1])
     found = coordinates.increment_gradient(vector(start), vector(end), vector(end - start))
     assert value(coordinates.increment(vector(start), vector(end))) == pytest.approx(
-        delta, abs=1e-15
+        delta, abs=5e-15
     )
     # a product of numbers of order one, near half a turn divided by a sine of 1e-3
-    assert value(found) == pytest.approx(delta, abs=1e-12)
+    assert value(found) == pytest.approx(delta, abs=3e-12)
 
 
 def test_gradient_at_one_state_is_the_derivative() -> None:
@@ -53,8 +53,8 @@ def test_gradient_at_one_state_is_the_derivative() -> None:
         coordinates.turning(vector(at), vector(change)),
         coordinates.increment_gradient(vector(at), vector(at), vector(change)),
     ):
-        # error of the central difference
-        assert value(found) == pytest.approx(exact, rel=1e-9)
+        # the central difference: round-off of angles over h
+        assert value(found) == pytest.approx(exact, rel=50 * np.finfo(float).eps / h)
 
 
 @pytest.mark.parametrize("turns", [-3, 0, 1, 40])
@@ -63,8 +63,8 @@ def test_rotation_counts_turns(turns: int, step: float) -> None:
     """From the angle at the start of a step, and by itself up to whole turns."""
     before = 0.7 + 2 * np.pi * turns
     first, second = place(0.2), place(0.2 + 0.7 + step)
-    # of angles some hundred radians large
-    exact = {"abs": 1e-12}
+    # some units in the last place of angles of some hundred radians
+    exact = {"abs": 5e-12}
     for off in (0.0, 0.1, 2 * np.pi, -9.0):
         x = ufl.as_ufl(before + step + off)
         gap = coordinates.rotation_gap(first, second, x, ufl.as_ufl(before))

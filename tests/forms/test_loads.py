@@ -60,8 +60,10 @@ def test_tangent_is_the_derivative(loaded, rng, turn) -> None:
     for sign in (1, -1):
         panel.b.x.array[:] = centre + sign * h * panel.dq.x.array
         ends.append(fem.assemble_scalar(kernel))
-    # at most quadratic in the state: central differences are exact but for round-off
-    assert (ends[0] - ends[1]) / (2 * h) == pytest.approx(found, rel=1e-8, abs=1e-10)
+    # at most quadratic in the state, so that central differences are exact but for round-off, other
+    # than moments on an edge, which turn with the director's unit vector: those are off by h^2
+    off = h**2 if name == "edge moment" else 100 * np.finfo(float).eps / h
+    assert (ends[0] - ends[1]) / (2 * h) == pytest.approx(found, abs=off)
 
 
 def integral(f: Any) -> np.ndarray:

@@ -51,14 +51,14 @@ def test_nodes_follow_the_curve_and_frames_its_tangent(name: str, degree: int) -
     x, triads = nodes_and_triads(line)
     assert len(x) == 8 * degree + (not curve.closed)
     np.testing.assert_allclose(
-        triads @ triads.transpose(0, 2, 1), np.tile(np.eye(3), (len(x), 1, 1)), atol=1e-15
+        triads @ triads.transpose(0, 2, 1), np.tile(np.eye(3), (len(x), 1, 1)), atol=1e-14
     )
     assert np.all(np.linalg.det(triads) > 0)
     inner = {2: [0.5], 3: [(1 - 1 / np.sqrt(5)) / 2, (1 + 1 / np.sqrt(5)) / 2]}[degree]
     xi = np.concatenate([(e + np.array([0, *inner])) / 8 for e in range(8)] + [[1.0]])[: len(x)]
     # the geometry is quadratic in between its own nodes, which are those of degree 2
     np.testing.assert_allclose(
-        x, curve.position(xi).T, atol=1e-15 if degree == 2 else 1e-3 * line.length
+        x, curve.position(xi).T, atol=1e-14 if degree == 2 else 1e-3 * line.length
     )
     np.testing.assert_allclose(triads[:, 0], curve.tangent(xi).T, atol=1e-12)
 
@@ -83,7 +83,7 @@ def test_named_points_are_the_ends() -> None:
     line = made(CURVES["line"])
     assert set(line.points) == {"start", "end"}
     x, _ = nodes_and_triads(line)
-    np.testing.assert_allclose([line.points["start"], line.points["end"]], x[[0, -1]], atol=1e-15)
+    np.testing.assert_allclose([line.points["start"], line.points["end"]], x[[0, -1]], atol=1e-14)
     assert line.length == pytest.approx(3.0, rel=1e-14)
     assert set(made(CURVES["circle"]).points) == {"start"}
 
@@ -145,7 +145,7 @@ def test_a_line_of_given_nodes_keeps_its_third_directors() -> None:
         normal = np.stack([np.cos(a), np.sin(a), 0 * a], axis=1)
         line = line_mesh_from_nodes("b", MPI.COMM_WORLD, RADIUS * normal, 2, normal, 2, closed)
         x, triads = nodes_and_triads(line)
-        np.testing.assert_allclose(x, RADIUS * normal, atol=1e-15)
+        np.testing.assert_allclose(x, RADIUS * normal, atol=1e-14)
         np.testing.assert_array_equal(triads[:, 2], normal)
         tangent = np.cross([0, 0, 1], normal)
         np.testing.assert_allclose(triads[:, 0], tangent, atol=1e-12)

@@ -8,7 +8,7 @@ import pytest
 
 def said(before: str) -> subprocess.CompletedProcess[str]:
     code = f"import sys\n{before}\nimport shellmb.meshes\n"
-    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=240)
 
 
 def test_without_it() -> None:

@@ -105,7 +105,7 @@ def test_forces_may_depend_on_position():
 )
 def test_time_functions(function, values):
     got = [function(t) for t in (0.0, 1.0, 2.5)]
-    np.testing.assert_allclose(got, values, atol=1e-15)
+    np.testing.assert_allclose(got, values, atol=1e-14)
     assert all(type(v) is float for v in got)
 
 
