@@ -41,7 +41,10 @@ def test_bounds():
     assert np.array([1.0 + 4e-9]) == pytest.approx(np.array([1.0]), rel=1e-8)  # 0.4
     np.testing.assert_allclose([100 + 1e-11, 1e-13], [100, 0], rtol=0, atol=2e-11)  # 0.5
     assert np.allclose([1.0 + 8e-13], 1.0, 0, 1e-12)  # 0.8
+    assert np.allclose(np.array([1j + 3e-11]), [1j], 0, 1e-10)  # 0.3
     # none of these is one
+    assert 1e-9 < (1e-3 if SIZE else 1e-8) and 5e-12 < {"a": 1e-12, "b": 1e-6}["b"]
+    assert "a" < "b" and (1, 2) < (1, 3)
     assert 4e-9 < 0.1 * SMALL()
     assert 0.5 < 1.0 and 3 < 4
     assert 1.0 == 1.0 and "a" == "a" and (1, 2) < (1, 3)

@@ -211,7 +211,8 @@ def test_chaplygins_sleigh(scheme: str, watch) -> None:
     along = np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])
     across = np.cross(Z, along)
     exact = v[:, None] * along + (w * ideal.ahead)[:, None] * across
-    # 0.04 rad in a step: measured 2.5e-4 and 1.7e-8, with half of it a fourth and a 16th
+    # 0.04 rad in a step: measured 2.5e-4 and 1.7e-8, with half of it a fourth and a 16th;
+    # not round-off
     assert np.abs(path.v - exact).max() < {"ep": 3e-4, "ep4": 2e-8}[scheme]
     t = np.array(path.t)
     force = ideal.motion((t[1:] + t[:-1]) / 2)[3]
