@@ -69,6 +69,9 @@ def nodes(source: str) -> list[ast.AST]:
 def relative(source: str, bound: float, frame: FrameType) -> float:
     """A bound, or what it is of a size: the smallest number in its source, where there is one."""
     found: list[float] = []
+    if isinstance(nodes(source)[1], ast.BinOp) and isinstance(nodes(source)[1].op, ast.Add):
+        # more than something: how much of it is used cannot be told
+        return bound
     for node in nodes(source):
         value: Any = node.value if isinstance(node, ast.Constant) else None
         if isinstance(node, ast.Name):

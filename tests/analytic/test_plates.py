@@ -29,7 +29,7 @@ def square(a_over_h: float, shear_correction: float = 5 / 6) -> Plate:
 def test_square_uniform(a_over_h: float) -> None:
     plate = square(a_over_h)
     w = rectangle_uniform_deflection(plate, A, A, Q) * plate.bending / (Q * A**4)
-    # half a unit of the table's last digit
+    # half a unit of the table's last digit, not round-off
     assert w == pytest.approx(tables.plate_deflection("SSSS hard", a_over_h), abs=5.1e-10)
     moment = rectangle_uniform_moment(plate, A, A, Q) / (Q * A**2)
     assert moment == pytest.approx(4.788638e-2, abs=5.1e-9)
@@ -38,6 +38,7 @@ def test_square_uniform(a_over_h: float) -> None:
 def test_thin_square_uniform() -> None:
     plate = square(10, math.inf)
     w = rectangle_uniform_deflection(plate, A, A, Q) * plate.bending / (Q * A**4)
+    # half a unit of the last digit, not round-off
     assert w == pytest.approx(4.062353e-3, abs=5.1e-10)
 
 
@@ -78,6 +79,7 @@ def test_square_frequencies(a_over_h: float) -> None:
     table = tables.plate_wave_frequencies(a_over_h)
     omega = rectangle_frequencies(plate, A, A, list(table))
     scaled = omega * A**2 * math.sqrt(plate.density * plate.thickness / plate.bending)
+    # half a unit of the table's last digit, not round-off
     np.testing.assert_allclose(scaled, list(table.values()), rtol=0, atol=5.1e-7)
 
 

@@ -141,7 +141,7 @@ def test_first_crossing_to_the_tolerance(margin, tolerance) -> None:
         return margin(s)
 
     where, behind = first_crossing(counted, margin(0.0), margin(1.0), 1.0, tolerance)
-    assert np.any(behind >= 0) and 0 <= where - 0.3 <= tolerance * (1 + 1e-9)
+    assert np.any(behind >= 0) and 0 <= where - 0.3 <= tolerance + 1e-15
     assert len(calls) <= 120
 
 

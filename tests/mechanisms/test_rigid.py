@@ -140,7 +140,6 @@ def test_driver_takes_the_torque_of_the_equation_of_motion() -> None:
     # with a turn of h in a step the scheme sees the rate 2/dt tan(h/2) and, by energy, the moment
     # J a (1 + h^2/12) (1 + h^2/4): second order, an eighth more for what comes behind it
     h = 4.0 * 0.05 * np.arange(0.5, 40) * 0.05
-    # not round-off
     assert np.all(np.abs(torque / (0.3 * 4.0) - 1) < 1.125 * h**2 / 3 + 1e-9)
 
 
