@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 __all__ = [
     "ControlError",
     "ConvergenceError",
@@ -10,6 +13,7 @@ __all__ = [
     "ShellmbError",
     "ShellmbWarning",
     "Stopped",
+    "petsc_in_words",
 ]
 
 
@@ -77,3 +81,27 @@ class Stopped(KeyboardInterrupt):
     def __init__(self, signal: int, message: str = "nothing is left of it") -> None:
         super().__init__(message)
         self.signal = signal
+
+
+@contextmanager
+def petsc_in_words() -> Iterator[None]:
+    """Turn what PETSc and SLEPc raise into a sentence, with their own text at its end.
+
+    Raises:
+        ConvergenceError: In place of such an error.
+    """
+    try:
+        yield
+    except Exception as error:
+        said = str(error).splitlines()
+        bound = type(error).__module__.partition(".")[0] in ("petsc4py", "slepc4py")
+        if not bound and not (isinstance(error, RuntimeError) and "PETSc" in str(error)):
+            raise
+        # between the first line, which has the code, and the last one, which has the reason, are
+        # places in PETSc
+        text = " ... ".join(dict.fromkeys(line.strip() for line in (said[0], said[-1])))
+        raise ConvergenceError(
+            "a linear system could not be solved; look for bodies that nothing holds, elements "
+            "without area, and stiffness, mass or directions that are zero or not finite "
+            f"(PETSc: {text})"
+        ) from error

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from shellmb.calling import callable_module
-from shellmb.errors import SceneError
+from shellmb.errors import SceneError, petsc_in_words
 from shellmb.model.model import Model
 from shellmb.observers.fields.modal import ModalNodes, modal_members
 from shellmb.scene import Scene
@@ -66,6 +66,7 @@ class Modes:
         return self.omega / (2 * np.pi)
 
 
+@petsc_in_words()
 def natural_modes(
     scene: Scene, comm: MPI.Comm = MPI.COMM_WORLD, count: int = 6, loaded: bool = False
 ) -> Modes:

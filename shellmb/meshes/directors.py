@@ -1,20 +1,28 @@
 """Reference directors at the nodes of a shell: unit normals, consistently oriented."""
 
 import basix
-import basix.ufl
 import numpy as np
-import ufl
 from dolfinx import fem, la
 
 from shellmb.errors import SceneError
-from shellmb.expressions import compiled_expression
 from shellmb.meshes.mesh import SurfaceMesh
+from shellmb.meshes.raw import shown
+
+# angle between the director of a fold and the normals beside it beyond which it is refused,
+# degrees: the end of a bracket of two squares of 8x8 quadrilaterals moves by 1.002 of what it should
+# at 45, 1.005 at 47.5, 1.016 at 50 and 1.25 at 60 (the bracket of `tests/meshes/test_folds.py`)
+STEEPEST = 47.5
+# and at single nodes, where three and more faces meet: 54.7 at the corner of a box
+STEEPEST_CORNER = 60.0
 
 
 def reference_director(
     surface: SurfaceMesh, nodal: fem.FunctionSpace, degree: int, name: str
 ) -> fem.Function:
     """Unit director at every node: the exact normal, or else the mean of the cells' normals.
+
+    The mean is weighted by the angle of each cell at the node, so that it does not depend on how
+    the surface is cut into cells.
 
     Args:
         surface: Meshed surface.
@@ -24,13 +32,18 @@ def reference_director(
 
     Raises:
         SceneError: If the normals around a node cancel (the surface is not orientable or folded),
-            or an element is turned over.
+            an element is turned over, or the surface is folded by more than its director can
+            follow.
     """
     director = fem.Function(nodal, name="D")
+    tangents = _tangents(surface, nodal)
+    normals = np.cross(tangents[0], tangents[1])
+    normals *= surface.cell_normal_sign[: len(normals), None, None]
+    read = surface.normal is None
     if surface.normal is not None:
         values = surface.normal(nodal.tabulate_dof_coordinates().T).T
     else:
-        values = _mean_normals(surface, nodal, degree)
+        values = _mean_normals(nodal, tangents, normals)
     length = np.linalg.norm(values, axis=1)
     lost = surface.mesh.comm.allreduce(int(np.sum(length < 1e-3)))
     if lost:
@@ -39,19 +52,16 @@ def reference_director(
             "the surface must be smooth and orientable, split it at folds and join the parts"
         )
     values = values / length[:, None]
-    _refuse_turned(surface, nodal, values, name)
+    if read:
+        _refuse_folded(surface, nodal, normals, values, name)
+    _refuse_turned(surface, nodal, normals, values, name)
     director.x.array[:] = values.ravel()
     director.x.scatter_forward()
     return director
 
 
-def _refuse_turned(
-    surface: SurfaceMesh, nodal: fem.FunctionSpace, directors: np.ndarray, name: str
-) -> None:
-    """Refuse elements that are turned over: a director is on the positive side of all cells around.
-
-    Corners where an element has no normal (poles) are left out.
-    """
+def _tangents(surface: SurfaceMesh, nodal: fem.FunctionSpace) -> np.ndarray:
+    """Derivatives of the position at the nodes of the owned cells, shape (2, cells, nodes, 3)."""
     domain = surface.mesh
     owned = domain.topology.index_map(2).size_local
     geometry, map_ = domain.geometry, domain.geometry.cmaps[0]
@@ -60,10 +70,59 @@ def _refuse_turned(
     points = np.asarray(nodal.element.basix_element.points)
     gradients = np.asarray(element.tabulate(1, points))[1:, :, :, 0]
     x = np.asarray(geometry.x[geometry.dofmaps[0][:owned]])
-    tangents = np.einsum("kpd,cdi->kcpi", gradients, x)
-    normals = np.cross(tangents[0], tangents[1]) * surface.cell_normal_sign[:owned, None, None]
+    return np.einsum("kpd,cdi->kcpi", gradients, x)
+
+
+def _refuse_folded(
+    surface: SurfaceMesh,
+    nodal: fem.FunctionSpace,
+    normals: np.ndarray,
+    directors: np.ndarray,
+    name: str,
+) -> None:
+    """Refuse folds at which a director leans so far from the normals that it carries too little."""
+    nodes = nodal.dofmap.list[: len(normals)]
     size = np.linalg.norm(normals, axis=2)
-    nodes = nodal.dofmap.list[:owned]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        lean = np.einsum("cpi,cpi->cp", normals, directors[nodes]) / size
+    element = nodal.element.basix_element
+    limits = np.full(lean.shape[1], STEEPEST)
+    limits[[dofs[0] for dofs in element.entity_dofs[0]]] = STEEPEST_CORNER
+    sharp = lean < np.cos(np.radians(limits))
+    # with their ends
+    sharp = sharp.any(axis=1)[:, None] & (lean < np.cos(np.radians(STEEPEST)))
+    places = nodal.tabulate_dof_coordinates()
+    here = [(float(lean[c, p]), places[nodes[c, p]].tolist()) for c, p in np.argwhere(sharp)]
+    found = [pair for part in surface.mesh.comm.allgather(here) for pair in part]
+    if not found:
+        return
+    points = np.unique(np.array([place for _, place in found]), axis=0)
+    # the fold's ends: those of its nodes that are farthest along its longest direction
+    along = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2][0]
+    order = np.argsort((points - points.mean(axis=0)) @ along)
+    first, last = (shown(points[k], surface.length) for k in (order[0], order[-1]))
+    where = f"at {first}" if first == last else f"between {first} and {last}"
+    worst = np.degrees(np.arccos(max(-1.0, min(found)[0])))
+    raise SceneError(
+        f"shell '{name}': its mesh is folded {where}, so that elements lean by up to {worst:.0f} "
+        f"degrees from the director they share; it must be less than {STEEPEST:g} degrees (a fold "
+        f"of {2 * STEEPEST:g}), as it would be too soft there: make the parts shells and join them"
+    )
+
+
+def _refuse_turned(
+    surface: SurfaceMesh,
+    nodal: fem.FunctionSpace,
+    normals: np.ndarray,
+    directors: np.ndarray,
+    name: str,
+) -> None:
+    """Refuse elements that are turned over: a director is on the positive side of all cells around.
+
+    Corners where an element has no normal (poles) are left out.
+    """
+    size = np.linalg.norm(normals, axis=2)
+    nodes = nodal.dofmap.list[: len(normals)]
     # beside the directors, which at an edge may be the normals of turned corners, the mean normal
     mean = np.broadcast_to(normals.sum(axis=1)[:, None], normals.shape)
     along = [np.einsum("cpi,cpi->cp", normals, v) for v in (directors[nodes], mean)]
@@ -71,7 +130,7 @@ def _refuse_turned(
     # where the map has no normal, a director is not a number
     turned |= ~np.isfinite(directors[nodes]).all(axis=2)
     places = nodal.tabulate_dof_coordinates()[np.unique(nodes[turned])]
-    found = [place for part in domain.comm.allgather(places) for place in part.tolist()]
+    found = [place for part in surface.mesh.comm.allgather(places) for place in part.tolist()]
     if found:
         at = ", ".join(f"{v:.4g}" for v in found[0])
         raise SceneError(
@@ -80,25 +139,39 @@ def _refuse_turned(
         )
 
 
-def _mean_normals(surface: SurfaceMesh, nodal: fem.FunctionSpace, degree: int) -> np.ndarray:
-    """Sum of the oriented unit normals of the cells around each node, shape (nodes, 3)."""
-    domain = surface.mesh
-    cell = domain.basix_cell()
-    broken = fem.functionspace(
-        domain, basix.ufl.element("Lagrange", cell, degree, shape=(3,), discontinuous=True)
-    )
-    jacobian = ufl.Jacobian(domain)
-    normal = ufl.cross(jacobian[:, 0], jacobian[:, 1])
-    normal = normal / ufl.sqrt(ufl.dot(normal, normal))
-    function = fem.Function(broken)
-    points = broken.element.interpolation_points
-    function.interpolate(compiled_expression(normal, points))
-    per_node = function.x.array.reshape(-1, 3)
-    owned = domain.topology.index_map(2).size_local
+def _mean_normals(
+    nodal: fem.FunctionSpace, tangents: np.ndarray, normals: np.ndarray
+) -> np.ndarray:
+    """Sum of the unit normals of the cells around each node by their angles, shape (nodes, 3)."""
+    size = np.linalg.norm(normals, axis=2)
+    unit = normals / np.where(size > 0, size, np.inf)[..., None]
     total = la.vector(nodal.dofmap.index_map, nodal.dofmap.index_map_bs)
     sums = total.array.reshape(-1, 3)
-    oriented = surface.cell_normal_sign[:owned, None, None] * per_node[broken.dofmap.list[:owned]]
-    np.add.at(sums, nodal.dofmap.list[:owned], oriented)
+    weighted = _angles(nodal, tangents)[..., None] * unit
+    np.add.at(sums, nodal.dofmap.list[: len(normals)], weighted)
     total.scatter_reverse(la.InsertMode.add)
     total.scatter_forward()
-    return total.array.reshape(-1, 3)
+    return np.asarray(total.array.reshape(-1, 3))
+
+
+def _angles(nodal: fem.FunctionSpace, tangents: np.ndarray) -> np.ndarray:
+    """Angle of the cells at their nodes: at vertices their own, half a turn beside them."""
+    element = nodal.element.basix_element
+    angles = np.full(tangents.shape[1:3], np.pi)
+    corners = np.asarray(basix.geometry(element.cell_type))
+    for vertex, sides in enumerate(_sides(element.cell_type)):
+        node = element.entity_dofs[0][vertex][0]
+        a, b = (
+            np.tensordot(corners[other] - corners[vertex], tangents[:, :, node], axes=1)
+            for other in sides
+        )
+        cross = np.linalg.norm(np.cross(a, b), axis=1)
+        angles[:, node] = np.arctan2(cross, np.einsum("ci,ci->c", a, b))
+    return angles
+
+
+def _sides(cell: basix.CellType) -> list[list[int]]:
+    """The two vertices that each vertex of a cell has a side to."""
+    pairs = basix.topology(cell)[1]
+    count = len(basix.topology(cell)[0])
+    return [[w for pair in pairs if v in pair for w in pair if w != v] for v in range(count)]

@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["RawMesh", "boundary_facets", "cell_cross", "facets", "vertex_count"]
+__all__ = ["RawMesh", "boundary_facets", "cell_cross", "facets", "shown", "vertex_count"]
 
 type Floats = NDArray[np.float64]
 type Ints = NDArray[np.int64]
@@ -73,3 +73,13 @@ def cell_cross(corners: Floats) -> Floats:
         along = corners[:, 1] - corners[:, 0] + corners[:, 3] - corners[:, 2]
         across = corners[:, 2] - corners[:, 0] + corners[:, 3] - corners[:, 1]
     return np.cross(along, across)
+
+
+def shown(point: Floats, size: float) -> str:
+    """A position as messages have it, without the round-off of its coordinates.
+
+    Args:
+        point: Position, shape (3,).
+        size: Size of the mesh.
+    """
+    return f"({', '.join(f'{v:.4g}' if abs(v) > 1e-9 * size else '0' for v in point)})"

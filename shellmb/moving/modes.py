@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from shellmb.errors import ConvergenceError, SceneError
+from shellmb.errors import ConvergenceError, SceneError, petsc_in_words
 from shellmb.model.model import Model
 from shellmb.modes import Shape, nodal_shape, scaled
 from shellmb.moving.linearised import Linearised
@@ -94,6 +94,7 @@ class TurningModes:
         )
 
 
+@petsc_in_words()
 def modes_at(turning: Turning, rate: float, count: int, spare: int = 0) -> TurningModes:
     """Modes about the relative equilibrium at a rate.
 
@@ -110,6 +111,7 @@ def modes_at(turning: Turning, rate: float, count: int, spare: int = 0) -> Turni
     return modes_of(turning, count, spare)
 
 
+@petsc_in_words()
 def modes_of(turning: Linearised, count: int, spare: int = 0) -> TurningModes:
     """Modes about the state that a system has, in the frame as it turns.
 

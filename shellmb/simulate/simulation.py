@@ -11,7 +11,7 @@ from mpi4py import MPI
 
 import numpy as np
 
-from shellmb.errors import ConvergenceError
+from shellmb.errors import ConvergenceError, petsc_in_words
 from shellmb.forms.steps.discrete import taken_once
 from shellmb.model.model import Model
 from shellmb.scene import Scene
@@ -123,6 +123,7 @@ class Simulation:
     """
 
     @taken_once()
+    @petsc_in_words()
     def __init__(self, scene: Scene, comm: MPI.Comm = MPI.COMM_WORLD) -> None:
         begin = clock.perf_counter()
         check_begin(scene)
@@ -164,6 +165,7 @@ class Simulation:
         noise = law.per_radian(solver.tolerance ** (1 / law.degree))
         return ErrorSize(control, dt, self.t_end, law.order, noise)
 
+    @petsc_in_words()
     def run(self, observers: Sequence[Observer] = ()) -> None:
         """Step to the end.
 

@@ -8,6 +8,7 @@ from dolfinx import fem
 
 from shellmb.errors import SceneError
 from shellmb.meshes.mesh import SurfaceMesh
+from shellmb.meshes.raw import cell_cross
 from shellmb.meshes.spaces import MixedSpace
 from shellmb.model.shells.positions import interpolated
 from shellmb.scene import Hyperelastic, Isotropic, Shell
@@ -19,12 +20,17 @@ Floats = npt.NDArray[np.float64]
 STEEPEST = 5.0
 # cosine of the angle to the normal from which on another axis is looked for
 NEARLY_NORMAL = 0.95
+# directions over half a sphere, 7 degrees apart, that are tried where no axis fits
+OBLIQUE = 400
 
 
 def direction_1(
     shell: Shell, surface_mesh: SurfaceMesh, mixed: MixedSpace, director: fem.Function
 ) -> fem.Constant | fem.Function:
     """Material 1-direction: the user's, or the first axis that is nowhere nearly normal.
+
+    Where each axis is normal to some cell, as at the corner of a box, and stiffness does not depend
+    on it, it is an oblique vector.
 
     Args:
         shell: Description.
@@ -39,16 +45,20 @@ def direction_1(
     """
     comm, given = surface_mesh.mesh.comm, shell.direction
     directors, x = director.x.array.reshape(-1, 3), mixed.nodes("u")
+    normals, middles = _faces(surface_mesh)
     if callable(given):
         who = f"shell '{shell.name}': direction"
         field = interpolated(given, mixed, 3, who)
-        _check(comm, who, field.x.array.reshape(-1, 3), directors, x)
+        values = field.x.array.reshape(-1, 3)
+        _check(comm, who, values, directors, x)
+        of_cells = values[field.function_space.dofmap.list[: len(normals)]].mean(axis=1)
+        _check(comm, who, of_cells, normals, middles)
         return field
     if given is not None:
         vector = np.asarray(given, dtype=float)
         who = f"shell '{shell.name}': direction {tuple(vector.tolist())}"
     else:
-        vector = _axis(comm, directors)
+        vector = _axis(comm, np.concatenate([directors, normals]))
         who = (
             f"shell '{shell.name}': direction is None, and {'xyz'[int(np.argmax(vector))]}, the "
             "axis that would be taken for it,"
@@ -56,7 +66,11 @@ def direction_1(
     # of an energy of the user's nobody knows whether it tells directions apart
     blind = isinstance(shell.section, Isotropic | Hyperelastic)
     if given is not None or not blind:
-        _check(comm, who, np.broadcast_to(vector, directors.shape), directors, x)
+        for of, at in ((directors, x), (normals, middles)):
+            _check(comm, who, np.broadcast_to(vector, of.shape), of, at)
+    elif not _fits(comm, vector, normals):
+        # stiffness is the same in all directions: any will do that has a projection everywhere
+        vector = _oblique(comm, normals)
     return fem.Constant(surface_mesh.mesh, vector)
 
 
@@ -84,3 +98,37 @@ def _axis(comm: MPI.Comm, directors: Floats) -> Floats:
     steep = np.max(comm.allgather(here), axis=0)
     fit = np.flatnonzero(steep < NEARLY_NORMAL)
     return np.asarray(np.eye(3)[fit[0] if len(fit) else int(np.argmin(steep))])
+
+
+def _faces(surface_mesh: SurfaceMesh) -> tuple[Floats, Floats]:
+    """Unit normals of the owned cells, on either side, and their middles: shape (c, 3) each.
+
+    Nodes may have no normal like them: all those of a triangle may lie on folds.
+    """
+    domain = surface_mesh.mesh
+    owned = domain.topology.index_map(2).size_local
+    count = 3 if domain.topology.cell_name() == "triangle" else 4
+    corners = domain.geometry.x[domain.geometry.dofmaps[0][:owned, :count]]
+    cross = cell_cross(corners)
+    size = np.linalg.norm(cross, axis=1, keepdims=True)
+    return cross / np.where(size > 0, size, np.inf), corners.mean(axis=1)
+
+
+def _steepest(comm: MPI.Comm, vectors: Floats, normals: Floats) -> Floats:
+    """Largest cosine of the angle of each of some unit vectors to the normals, shape (n,)."""
+    here = np.max(np.abs(vectors @ normals.T), axis=1, initial=0.0)
+    return np.asarray(np.max(comm.allgather(here), axis=0))
+
+
+def _fits(comm: MPI.Comm, vector: Floats, normals: Floats) -> bool:
+    """Whether a unit vector has a useful projection on all cells."""
+    return bool(_steepest(comm, vector[None], normals)[0] < np.cos(np.radians(STEEPEST)))
+
+
+def _oblique(comm: MPI.Comm, normals: Floats) -> Floats:
+    """Of directions spread over a sphere the one that is farthest from all normals of cells."""
+    k = np.arange(OBLIQUE) + 0.5
+    height, turn = 1 - k / OBLIQUE, np.pi * (3 - np.sqrt(5)) * k
+    level = np.sqrt(1 - height**2)
+    vectors = np.stack([level * np.cos(turn), level * np.sin(turn), height], axis=1)
+    return np.asarray(vectors[int(np.argmin(_steepest(comm, vectors, normals)))])
