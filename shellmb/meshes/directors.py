@@ -9,8 +9,8 @@ from shellmb.meshes.mesh import SurfaceMesh
 from shellmb.meshes.raw import shown
 
 # angle between the director of a fold and the normals beside it beyond which it is refused,
-# degrees: the end of a bracket of two squares of 8x8 quadrilaterals moves by 1.002 of what it should
-# at 45, 1.005 at 47.5, 1.016 at 50 and 1.25 at 60 (the bracket of `tests/meshes/test_folds.py`)
+# degrees: the end of a bracket of two squares of 8x8 quadrilaterals moves by 1.002 of what it
+# should at 45, 1.005 at 47.5, 1.016 at 50 and 1.25 at 60 (that of `tests/meshes/test_folds.py`)
 STEEPEST = 47.5
 # and at single nodes, where three and more faces meet: 54.7 at the corner of a box
 STEEPEST_CORNER = 60.0
@@ -106,7 +106,8 @@ def _refuse_folded(
     raise SceneError(
         f"shell '{name}': its mesh is folded {where}, so that elements lean by up to {worst:.0f} "
         f"degrees from the director they share; it must be less than {STEEPEST:g} degrees (a fold "
-        f"of {2 * STEEPEST:g}), as it would be too soft there: make the parts shells and join them"
+        f"of {2 * STEEPEST:g}), as it would be too soft there: make the parts shells, by group or "
+        "where, and join them"
     )
 
 

@@ -121,7 +121,10 @@ def test_files_that_are_no_surfaces(tmp_path: Path) -> None:
     meshio.Mesh(points, [("line", quads[:, :2])]).write(lines)
     unknown.write_text("nothing")
     for surface, said in (
-        (MeshFile(lines), "the mesh has line; the cells of a shell must be all of one of"),
+        (
+            MeshFile(lines),
+            "the mesh has cells 'line'; the cells of a shell must be triangles with 3 or 6",
+        ),
         (MeshFile(unknown), "is not read .*it must be a mesh in a format of meshio"),
     ):
         with pytest.raises(SceneError, match=said):

@@ -19,6 +19,7 @@ from shellmb.scene import (
     EdgeForce,
     Gravity,
     Isotropic,
+    Join,
     Laminate,
     MeshFile,
     Ply,
@@ -60,8 +61,8 @@ def folded(degrees: float, axis: int = 1) -> list[Any]:
     return [((0, 0, 0), roll[0], roll[1]), (roll[0], roll[2], roll[1])]
 
 
-def director(file: Path, cell: Any) -> Any:
-    shell = Shell("part", MeshFile(file), Isotropic(1.0, 0.3, 0.01), cell=cell)
+def director(file: Path, cell: Any, **options: Any) -> Any:
+    shell = Shell("part", MeshFile(file, **options), Isotropic(1.0, 0.3, 0.01), cell=cell)
     surface = build_surface(shell, MPI.COMM_SELF)
     nodal = shell_space(surface.mesh, 2, False).subspaces["u"]
     return nodal, reference_director(surface, nodal, 2, "part").x.array.reshape(-1, 3)
@@ -90,6 +91,34 @@ def test_a_bracket_bends_as_its_two_parts_do(tmp_path: Path) -> None:
         assert execute(scene).column("w")[-1] == pytest.approx(bent, rel=1.2e-2)
 
 
+def test_a_sharp_fold_in_one_file_is_two_joined_shells(tmp_path: Path) -> None:
+    """The way that the refusal of the fold names, for files without groups."""
+    E, h, F, degrees = 210e3, 0.05, 0.01, 150
+    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    file = tmp_path / "bracket.vtk"
+    write(file, folded(degrees), 4, "quad")
+    fold = {"fold": lambda x: np.hypot(x[0] - 1, x[2]) < 1e-6}
+    root = fold | {"root": lambda x: np.hypot(x[0], x[2]) < 1e-6}
+    tip = fold | {"tip": lambda x: np.hypot(x[0] - 1 - c, x[2] - s) < 1e-6}
+    plate = Isotropic(E, 0.0, h)
+    floor = MeshFile(file, where=lambda x: x[2] < 1e-3, edges_where=root)
+    wall = MeshFile(file, where=lambda x: x[2] > 1e-3, edges_where=tip)
+    scene = Scene(
+        "bracket",
+        (Shell("floor", floor, plate), Shell("wall", wall, plate)),
+        joins=Join("floor", "wall", "fold", "fold"),
+        supports=Clamped("root", body="floor"),
+        loads=EdgeForce("tip", (0, 0, -F), body="wall"),
+        probes=Probe("w", (1 + c, 0.5, s), component=2, body="wall"),
+        scheme="linear",
+    )
+    bent = -F / (3 * E * h**3 / 12) * (c**2 + (1 + c) ** 3 - c**3)
+    # shear and stretching add 0.5 %
+    assert execute(scene).column("w")[-1] == pytest.approx(bent, rel=1.2e-2)
+    with pytest.raises(SceneError, match="where is true on no element of the mesh, whose middles"):
+        director(file, "quad", where=lambda x: x[2] > 9)
+
+
 @pytest.mark.parametrize("cell", ["quad", "tri"])
 @pytest.mark.parametrize("axis", [0, 1])
 @pytest.mark.parametrize("size", [1e-3, 1e3])
@@ -101,7 +130,9 @@ def test_folds_beyond_a_right_angle_are_refused_where_they_are(
     director(file, cell)
     for degrees in (110, 150):
         write(file, folded(degrees, axis), 3, cell, True, size)
-        with pytest.raises(SceneError, match="make the parts shells and join them") as error:
+        with pytest.raises(
+            SceneError, match="make the parts shells, by group or where, and join them"
+        ) as error:
             director(file, cell)
         line = np.roll((1, 0, 0), axis - 1), np.roll((1, 1, 0), axis - 1)
         for place in line:

@@ -268,7 +268,7 @@ def test_replacing_a_part_checks_again():
 
 def test_mesh_of_a_file_cannot_be_chosen(tmp_path: Path):
     file = tmp_path / "wing.msh"
-    file.touch()
+    file.write_text("$MeshFormat")
     scene = made_of(Shell("wing", GmshFile(file), STEEL), supports=Clamped("root"))
     with pytest.raises(SceneError, match="mesh is \\(3, 3\\); it must be left out"):
         scene.with_options(mesh=(3, 3))

@@ -2,29 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from dolfinx.io.gmsh import cell_perm_array
-from dolfinx.mesh import CellType
 
 from shellmb.errors import SceneError
-from shellmb.meshes.raw import Cell, Ints, RawMesh, facets
-from shellmb.meshes.surfaces.orient import oriented
+from shellmb.meshes.files.found import Found
+from shellmb.meshes.files.shellmesh import shell_mesh
+from shellmb.meshes.raw import Ints, RawMesh
 from shellmb.scene import GmshFile, GmshModel, Shell
+from shellmb.scene.shells.gmsh_surfaces import Meshed
+from shellmb.scene.values.validate import edge_names
 
 __all__ = ["gmsh_mesh"]
 
-# gmsh's element type -> cell, order, number of nodes
-CELLS: dict[int, tuple[Cell, int, int]] = {
-    2: ("tri", 1, 3),
-    9: ("tri", 2, 6),
-    3: ("quad", 1, 4),
-    10: ("quad", 2, 9),
-}
+# gmsh's element type -> kind
+CELLS = {2: "tri3", 9: "tri6", 3: "quad4", 16: "quad8", 10: "quad9"}
 # the options shellmb relies on; a session that is open gets its own values back
 OPTIONS = {
     "General.Terminal": 0,
@@ -32,11 +29,13 @@ OPTIONS = {
     "Mesh.RecombineAll": 0,
     "Mesh.RecombinationAlgorithm": 1,
     "Mesh.SecondOrderIncomplete": 0,
+    "Geometry.ToleranceBoolean": 0,
 }
 LINES = {1: 2, 8: 3}
 # formats that say nothing of the size of elements
 CAD = {".step", ".stp", ".brep", ".iges", ".igs"}
-NAMES = {"quad": "quadrilaterals", "tri": "triangles"}
+# faces of CAD within this part of its size are one: what files are written with, and no feature
+SEAM = 2e-6
 
 
 def gmsh_mesh(shell: Shell) -> RawMesh:
@@ -99,6 +98,11 @@ def _mesh(gmsh: Any, shell: Shell) -> None:
         if isinstance(shell.surface, GmshFile) and shell.surface.path.suffix.lower() in CAD:
             box = np.array(model.getBoundingBox(-1, -1))
             longest = float((box[3:] - box[:3]).max())
+            if shell.surface.merge > 0 and len(model.getEntities(2)) > 1:
+                # faces of a file have a border each, also where they touch
+                gmsh.option.setNumber("Geometry.ToleranceBoolean", SEAM * longest)
+                model.occ.removeAllDuplicates()
+                model.occ.synchronize()
             gmsh.option.setNumber("Mesh.MeshSizeMax", longest / max(shell.mesh))
         quads = shell.cell == "quad"
         if quads:
@@ -122,120 +126,108 @@ def _order(model: Any, kind: int) -> int:
 
 def _extract(model: Any, shell: Shell) -> RawMesh:
     tags, coordinates, _ = model.mesh.getNodes()
-    coordinates = coordinates.reshape(-1, 3)
-    entities = [int(tag) for tag in _surface_entities(model, shell)]
-    cell, order, raw_cells, owner = _cells(model, shell, entities)
-    used, cells = np.unique(raw_cells, return_inverse=True)
-    cells = cells.reshape(raw_cells.shape)
     place = np.argsort(tags)
-    x = coordinates[place[np.searchsorted(tags, used, sorter=place)]]
-    if cell != shell.cell:
-        raise SceneError(
-            f"shell '{shell.name}': the gmsh mesh has {NAMES[cell]}; "
-            f"cell must be '{cell}', not '{shell.cell}'"
-        )
-    return RawMesh(
-        x=x,
-        cells=cells,
-        cell=cell,
-        order=order,
-        normals=oriented(x, cells, cell, shell.name),
-        edges=_edges(model, used, facets(cells, cell)),
-        points=_points(model, used),
-        areas=_areas(model, entities, owner),
+
+    def rows(nodes: Any) -> Ints:
+        """Rows of nodes by gmsh's tags."""
+        return np.asarray(place[np.searchsorted(tags, nodes, sorter=place)], dtype=np.int64)
+
+    entities = _surface_entities(model, shell)
+    cells, owner, other = _cells(model, entities, rows)
+    if not cells and not other:
+        raise SceneError(f"shell '{shell.name}': the gmsh mesh has no cells; mesh its surfaces")
+    groups = {
+        name: {kind: np.flatnonzero(np.isin(of, parts)) for kind, of in owner.items()}
+        for name, parts in _groups(model, 2).items()
+        if set(map(int, parts)) <= set(entities)
+    }
+    found = Found(
+        coordinates.reshape(-1, 3),
+        cells,
+        groups,
+        _lines(model, rows),
+        _points(model, rows),
+        Counter(other),
     )
+    # its cells are those of the groups already
+    return shell_mesh(found, shell, None)
 
 
 def _groups(model: Any, dim: int) -> dict[str, Any]:
     """Physical groups of a dimension by name: the entities of each."""
     return {
-        model.getPhysicalName(dim, tag): model.getEntitiesForPhysicalGroup(dim, tag)
+        # MED fills names up with blanks
+        model.getPhysicalName(dim, tag).strip(): model.getEntitiesForPhysicalGroup(dim, tag)
         for _, tag in model.getPhysicalGroups(dim)
         if model.getPhysicalName(dim, tag)
     }
 
 
-def _surface_entities(model: Any, shell: Shell) -> Any:
-    """The entities of the shell's group; without groups, and none asked for, every surface."""
-    group = getattr(shell.surface, "group", None)
+def _surface_entities(model: Any, shell: Shell) -> list[int]:
+    """The entities of the shell's groups; without groups, and none asked for, every surface."""
+    surface = shell.surface
+    assert isinstance(surface, Meshed)
     known = _groups(model, 2)
-    if group is None and len(known) <= 1:
-        return next(iter(known.values()), [tag for _, tag in model.getEntities(2)])
+    if surface.group is None and len(known) <= 1:
+        every = next(iter(known.values()), [tag for _, tag in model.getEntities(2)])
+        return [int(tag) for tag in every]
     names = ", ".join(f"'{n}'" for n in known) or "none"
-    if group is None:
+    if surface.group is None:
         raise SceneError(
             f"shell '{shell.name}': the gmsh mesh has several physical surfaces; "
-            f"group must be one of {names}"
+            f"group must be one of {names}, or several"
         )
-    if group not in known:
-        raise SceneError(
-            f"shell '{shell.name}': the gmsh mesh has no physical surface '{group}'; it has {names}"
-        )
-    return known[group]
+    entities = []
+    for group in edge_names(surface.group):
+        if group not in known:
+            raise SceneError(
+                f"shell '{shell.name}': the gmsh mesh has no physical surface '{group}'; it has "
+                f"{names}"
+            )
+        entities += [int(tag) for tag in known[group]]
+    return list(dict.fromkeys(entities))
 
 
-def _areas(model: Any, entities: list[int], owner: Ints) -> dict[str, Ints]:
-    """Cells of each physical surface that is a part of the shell's."""
-    parts = {name: set(map(int, tags)) for name, tags in _groups(model, 2).items()}
-    return {
-        name: np.flatnonzero(np.isin(owner, list(tags)))
-        for name, tags in parts.items()
-        if tags < set(entities)
-    }
-
-
-def _cells(model: Any, shell: Shell, entities: list[int]) -> tuple[Cell, int, Ints, Ints]:
-    """Cell type, order, nodes (gmsh's tags) in the order of DOLFINx, and the entity of each."""
-    found: dict[int, list[Ints]] = {}
-    owner: list[Ints] = []
+def _cells(
+    model: Any, entities: list[int], rows: Callable[[Any], Ints]
+) -> tuple[dict[str, Ints], dict[str, Ints], dict[str, int]]:
+    """Rows of the nodes of cells by kind, the entity of each, and how many of others there are."""
+    found: dict[str, list[Ints]] = {}
+    owner: dict[str, list[Ints]] = {}
+    other: dict[str, int] = {}
     for entity in entities:
         kinds, tags, nodes = model.mesh.getElements(2, entity)
-        owner += [np.full(len(t), entity) for t in tags]
-        for kind, flat in zip(kinds, nodes, strict=True):
-            found.setdefault(int(kind), []).append(np.asarray(flat, dtype=np.int64))
-    if not found:
-        raise SceneError(f"shell '{shell.name}': the gmsh mesh has no cells; mesh its surfaces")
-    other = [k for k in found if k not in CELLS]
-    if other or len(found) > 1:
-        names = ", ".join(sorted(model.mesh.getElementProperties(k)[0] for k in found))
-        raise SceneError(
-            f"shell '{shell.name}': the gmsh mesh has the cells {names}; "
-            "they must be all triangles or all quadrilaterals, with 3, 6, 4 or 9 nodes"
-        )
-    ((kind, lists),) = found.items()
-    cell, order, count = CELLS[kind]
-    nodes = np.concatenate(lists).reshape(-1, count)
-    like = CellType.quadrilateral if cell == "quad" else CellType.triangle
-    return cell, order, nodes[:, cell_perm_array(like, count)], np.concatenate(owner)
+        for number, own, flat in zip(kinds, tags, nodes, strict=True):
+            if int(number) not in CELLS:
+                name = f"cells '{model.mesh.getElementProperties(number)[0]}'"
+                other[name] = other.get(name, 0) + len(own)
+                continue
+            kind = CELLS[int(number)]
+            found.setdefault(kind, []).append(rows(flat).reshape(len(own), -1))
+            owner.setdefault(kind, []).append(np.full(len(own), entity))
+    joint = {kind: np.concatenate(parts) for kind, parts in found.items()}
+    return joint, {kind: np.concatenate(owner[kind]) for kind in joint}, other
 
 
-def _edges(model: Any, used: Ints, cell_facets: Ints) -> dict[str, Ints]:
-    """Facets of each physical curve that belong to the shell; curves without any are left out."""
-    own = {(int(a), int(b)) for a, b in cell_facets.reshape(-1, 2)}
-    edges = {}
+def _lines(model: Any, rows: Callable[[Any], Ints]) -> dict[str, Ints]:
+    """Ends of the elements on each physical curve, shape (m, 2)."""
+    lines = {}
     for name, entities in _groups(model, 1).items():
         pairs = []
         for entity in entities:
             kinds, _, nodes = model.mesh.getElements(1, entity)
             for kind, flat in zip(kinds, nodes, strict=True):
-                pairs.append(np.asarray(flat).reshape(-1, LINES[int(kind)])[:, :2])
-        if not pairs:
-            continue
-        lines = np.concatenate(pairs).astype(np.int64)
-        lines = lines[np.isin(lines, used).all(axis=1)]
-        numbered = np.sort(np.searchsorted(used, lines), axis=1)
-        kept = [pair for pair in numbered if (int(pair[0]), int(pair[1])) in own]
-        if kept:
-            edges[name] = np.array(kept, dtype=np.int64)
-    return edges
+                pairs.append(rows(flat).reshape(-1, LINES[int(kind)])[:, :2])
+        if pairs:
+            lines[name] = np.concatenate(pairs)
+    return lines
 
 
-def _points(model: Any, used: Ints) -> dict[str, int]:
-    """Each physical point that is a node of the shell; a group with several is left out."""
-    own = {int(tag): number for number, tag in enumerate(used)}
+def _points(model: Any, rows: Callable[[Any], Ints]) -> dict[str, int]:
+    """The node of each physical point; a group with several is left out."""
     points = {}
     for name, entities in _groups(model, 0).items():
         nodes = [int(t) for e in entities for t in model.mesh.getNodes(0, e)[0]]
-        if len(nodes) == 1 and nodes[0] in own:
-            points[name] = own[nodes[0]]
+        if len(nodes) == 1:
+            points[name] = int(rows(nodes)[0])
     return points

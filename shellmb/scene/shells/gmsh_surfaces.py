@@ -10,16 +10,25 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import field
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
 from shellmb.errors import SceneError
 from shellmb.scene.shells.surfaces import Surface
-from shellmb.scene.values.validate import Name, Positive, described
+from shellmb.scene.values.validate import Edge, Name, Positive, described
 
 __all__ = ["GmshFile", "GmshModel", "MeshFile", "Meshed"]
 
+# part of a side below which nodes are one: gaps of CAD and of single precision are 1e-4 of it at
+# most, the smallest sides that are meant as such a tenth
+MERGE = 1e-3
+Fraction = Annotated[float, Field(ge=0, lt=0.5, allow_inf_nan=False)]
+Group = Edge | None
+# what gmsh reads as the ending says; anything else it takes for a program
+READ = (".msh", ".geo", ".geo_unrolled", ".step", ".stp", ".brep", ".iges", ".igs", ".med", ".unv")
+# how a mesh of gmsh begins, in all versions
+MSH = (b"$MeshFormat", b"$Comments", b"$NOD")
 # names of edges with functions of positions (3, n) that say whether they are on it
 EdgesWhere = Mapping[Name, Callable[[Any], Any]]
 
@@ -28,38 +37,82 @@ class Meshed(Surface):
     """A surface without a map: what only its mesh tells is None.
 
     Attributes:
+        group: Group or groups of its cells.
+        where: Which of these cells, by where they lie.
         edges_where: Edges by where they lie.
+        merge: How near to one another nodes become one.
+        gaps: What to do where it touches itself without being joined.
+        flip: Whether its positive side is the other one.
+        scale: Factor on positions.
     """
 
     edges = None
     points = None
+    group: Group
+    where: Callable[[Any], Any] | None
     edges_where: EdgesWhere
+    merge: float
+    gaps: Literal["refuse", "keep"]
+    flip: bool
+    scale: float
 
 
 @described("gmsh file")
 class GmshFile(Meshed):
-    """The cells of one physical surface group of a gmsh file.
+    """The cells of physical surface groups of a file that gmsh reads.
 
-    A mesh (``.msh``) is taken as it is; a geometry (``.geo``, ``.brep``, ``.step``) is meshed by
-    gmsh first, CAD with as many elements along the longest side of its box as ``mesh`` says.
+    A mesh (``.msh``, ``.med``, ``.unv``) is taken as it is; CAD (``.step``, ``.brep``, ``.iges``)
+    is meshed by gmsh first, with as many elements along the longest side of its box as ``mesh``
+    says; its faces are joined where they touch. A ``.geo`` is a program, which gmsh runs: it may do
+    on this machine what any program may.
 
     Args:
         path: The file.
-        group: Name of the physical surface; None where there is one only.
+        group: Name of the physical surface, or names of several, which make one shell; None where
+            there is one only.
         edges_where: Edges by where they lie.
+        where: Vectorised function of positions (3, n) that is true in the middle of the elements to
+            take, for files without groups; None: all.
+        merge: Nodes become one that are closer than this part of the shortest side of the elements
+            around them; 0: all stay.
+        gaps: Where sides and nodes lie on others without being joined: ``"refuse"`` the mesh, and
+            list them, or ``"keep"`` them open with a warning.
+        flip: Whether the positive side is the other one than that of most elements as they come.
+        scale: Factor on positions, to metres for instance.
     """
 
     path: Annotated[Path, Field(strict=False)]  # a text names a file, too
-    group: Name | None = None
+    group: Group = None
     edges_where: EdgesWhere = field(default_factory=dict)
+    where: Callable[[Any], Any] | None = None
+    merge: Fraction = MERGE
+    gaps: Literal["refuse", "keep"] = "refuse"
+    flip: bool = False
+    scale: Positive = 1.0
 
     def __post_init__(self) -> None:
-        """Check that the file is there.
+        """Check that the file is there, and is what its ending says.
 
         Raises:
             SceneError: If it is not.
         """
         _there(self.path, "gmsh file")
+        ending = self.path.suffix.lower()
+        if ending not in READ:
+            raise SceneError(
+                f"gmsh file: path is '{self.path}'; it must end in one of {', '.join(READ)}, or be "
+                "a MeshFile"
+            )
+        with self.path.open("rb") as file:
+            begin = file.read(64).lstrip()
+        if ending == ".msh" and not begin.startswith(MSH):
+            raise SceneError(
+                f"gmsh file: '{self.path}' does not begin as a mesh of gmsh ($MeshFormat); a "
+                "program for gmsh must be named .geo"
+            )
+        # by these words gmsh takes anything for its own
+        if ending != ".msh" and begin.startswith(b"$MeshFormat"):
+            raise SceneError(f"gmsh file: '{self.path}' is a mesh of gmsh; it must be named .msh")
 
 
 @described("gmsh model")
@@ -72,32 +125,52 @@ class GmshModel(Meshed):
 
     Args:
         build: The function; ``mesh`` is the pair of counts of the shell.
-        group: Name of the physical surface; None where there is one only.
+        group: Name of the physical surface, or names of several; None where there is one only.
         edges_where: Edges by where they lie.
+        where: As of a :class:`GmshFile`.
+        merge: As of a :class:`GmshFile`.
+        gaps: As of a :class:`GmshFile`.
+        flip: Whether the positive side is the other one than that of most elements as they come.
     """
 
     build: Callable[[Any, tuple[int, int]], None]
-    group: Name | None = None
+    group: Group = None
     edges_where: EdgesWhere = field(default_factory=dict)
+    where: Callable[[Any], Any] | None = None
+    merge: Fraction = MERGE
+    gaps: Literal["refuse", "keep"] = "refuse"
+    flip: bool = False
+
+    scale = 1.0
 
 
 @described("mesh file")
 class MeshFile(Meshed):
-    """Triangles or quadrilaterals of a mesh in any format that meshio reads.
+    """Triangles and quadrilaterals of a mesh of other programs.
 
-    Nastran (``.bdf``), Abaqus (``.inp``), STL, VTK, MED and others. Sets of cells name groups;
-    points that are written several times (as in STL) become one.
+    Nastran (``.bdf``, ``.nas``, ``.fem``, ``.dat``), Abaqus (``.inp``), and what meshio reads: STL,
+    VTK, gmsh's meshes and others. Properties ("PID 7"), element sets and physical groups name
+    groups. Sections, loads and supports of such files are not read; elements that are no shells
+    are named in a warning.
 
     Args:
         path: The file.
-        group: Name of the set of cells; None: all cells of the surface.
+        group: Name of the set of cells, or names of several, which make one shell; None: all.
         edges_where: Edges by where they lie.
+        where: As of a :class:`GmshFile`.
+        merge: As of a :class:`GmshFile`.
+        gaps: As of a :class:`GmshFile`.
+        flip: Whether the positive side is the other one than that of most elements as they come.
         scale: Factor on positions, to metres for instance.
     """
 
     path: Annotated[Path, Field(strict=False)]
-    group: Name | None = None
+    group: Group = None
     edges_where: EdgesWhere = field(default_factory=dict)
+    where: Callable[[Any], Any] | None = None
+    merge: Fraction = MERGE
+    gaps: Literal["refuse", "keep"] = "refuse"
+    flip: bool = False
     scale: Positive = 1.0
 
     def __post_init__(self) -> None:

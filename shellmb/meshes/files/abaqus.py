@@ -1,0 +1,261 @@
+"""Abaqus input: nodes, shells and element sets of parts and instances, and what else there is.
+
+Written here, as meshio knows neither instances nor all shells, and leaves out what it does not
+know.
+"""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from shellmb.errors import SceneError
+from shellmb.meshes.files.found import Found
+from shellmb.meshes.raw import Floats, Ints
+
+__all__ = ["read_abaqus"]
+
+# shells, membranes, and cells of plane models, by their numbers of nodes
+SHELL = re.compile(r"(?:S|DS|STRI|SFM3D|M3D|CPS|CPE|CAX)([34689])")
+OF_COUNT = {3: "tri3", 6: "tri6", 4: "quad4", 8: "quad8", 9: "quad9"}
+# keywords that make or move nodes and elements, which are not carried out
+MAKE = {"NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "SYSTEM"}
+# keywords that tie nodes to one another
+TIES = {
+    "TIE",
+    "MPC",
+    "EQUATION",
+    "COUPLING",
+    "KINEMATIC COUPLING",
+    "DISTRIBUTING COUPLING",
+    "RIGID BODY",
+    "EMBEDDED ELEMENT",
+    "SHELL TO SOLID COUPLING",
+    "FASTENER",
+    "MASS",
+    "ROTARY INERTIA",
+}
+# files that include one another deeper than this go round in a circle
+DEEPEST = 10
+
+
+@dataclass
+class _Part:
+    """What one part has: positions by node, kind and nodes by element, elements by set."""
+
+    nodes: dict[int, list[float]] = field(default_factory=dict)
+    elements: dict[int, tuple[str, list[int]]] = field(default_factory=dict)
+    sets: dict[str, list[int]] = field(default_factory=dict)
+
+
+def read_abaqus(path: Path, who: str) -> Found:
+    """Read an input file.
+
+    Args:
+        path: The file.
+        who: Whose mesh it is, for errors.
+
+    Raises:
+        SceneError: If it makes nodes or elements by keywords, or a line cannot be read.
+    """
+    return _Reader(who).read(path)
+
+
+class _Reader:
+    """Reads keywords one after the other."""
+
+    def __init__(self, who: str) -> None:
+        self.who = who
+        self.parts: dict[str, _Part] = {}
+        self.here = self.whole = _Part()
+        # name, part, and translation with rotation
+        self.instances: list[tuple[str, str, list[list[float]]]] = []
+        self.assembly: list[tuple[str, str, list[int]]] = []
+        self.left_out: Counter[str] = Counter()
+        self.names: dict[str, str] = {}
+
+    def read(self, path: Path) -> Found:
+        for name, options, data in _keywords(path, self.who, 0):
+            try:
+                self._take(name, options, data)
+            except (ValueError, IndexError) as error:
+                raise SceneError(
+                    f"{self.who}: the lines of *{name} are not read ({error}); they must be "
+                    "numbers with commas between them"
+                ) from error
+        return self._found()
+
+    def _take(self, name: str, options: dict[str, str], data: list[list[str]]) -> None:
+        if name in MAKE or (name == "NODE" and "SYSTEM" in options) or "INPUT" in options:
+            more = ", ".join(o for o in ("SYSTEM", "INPUT") if o in options and name not in MAKE)
+            raise SceneError(
+                f"{self.who}: *{name}{', ' + more if more else ''} is not read; write nodes and "
+                "elements out one by one, in Cartesian coordinates"
+            )
+        if name == "PART":
+            self.here = self.parts.setdefault(options.get("NAME", "").upper(), _Part())
+        elif name in ("END PART", "ASSEMBLY"):
+            self.here = self.whole
+        elif name == "INSTANCE":
+            moved = [[float(v) for v in row if v] for row in data]
+            part = options.get("PART", "").upper()
+            self.instances.append((options.get("NAME", "").upper(), part, moved))
+            self.here = self.parts.setdefault(part, _Part())
+        elif name == "END INSTANCE":
+            self.here = self.whole
+        elif name == "NODE":
+            for row in data:
+                place = [float(v) for v in row[1:4] if v]
+                self.here.nodes[int(row[0])] = [*place, 0.0, 0.0, 0.0][:3]
+        elif name == "ELEMENT":
+            self._elements(options, data)
+        elif name == "ELSET":
+            self._set(options, data)
+        elif name in TIES:
+            self.left_out[f"*{name}"] += 1
+        elif name == "SHELL SECTION" and "OFFSET" in options:
+            self.left_out["OFFSET of *SHELL SECTION"] += 1
+
+    def _elements(self, options: dict[str, str], data: list[list[str]]) -> None:
+        kind = options.get("TYPE", "").upper()
+        shell = SHELL.match(kind)
+        numbers: list[int] = []
+        if shell is None:
+            # an element goes on where a line ends in a comma
+            starts = [True, *(row[-1] != "" for row in data[:-1])]
+            self.left_out[kind or "*ELEMENT"] += sum(starts[: len(data)])
+            numbers = [int(row[0]) for row, start in zip(data, starts, strict=False) if start]
+        else:
+            count = int(shell[1])
+            flat = [int(v) for row in data for v in row if v]
+            if len(flat) % (count + 1):
+                raise ValueError(f"{kind} has {count} nodes")
+            for k in range(0, len(flat), count + 1):
+                numbers.append(flat[k])
+                self.here.elements[flat[k]] = (OF_COUNT[count], flat[k + 1 : k + count + 1])
+        if "ELSET" in options:
+            self._named(options["ELSET"]).extend(numbers)
+
+    def _named(self, name: str) -> list[int]:
+        """The elements of a set of the part, under the name as it is first written."""
+        key = self.names.setdefault(name.upper(), name)
+        return self.here.sets.setdefault(key, [])
+
+    def _set(self, options: dict[str, str], data: list[list[str]]) -> None:
+        rows = [[v for v in row if v] for row in data]
+        found: list[int] = []
+        if "GENERATE" in options:
+            for first, last, *step in ([int(v) for v in row] for row in rows):
+                found += range(first, last + 1, step[0] if step else 1)
+        else:
+            for value in (v for row in rows for v in row):
+                if value.lstrip("-").isdigit():
+                    found.append(int(value))
+                else:
+                    found += self.here.sets.get(self.names.get(value.upper(), value), [])
+        name = options.get("ELSET", "")
+        if "INSTANCE" in options:
+            key = self.names.setdefault(name.upper(), name)
+            self.assembly.append((key, options["INSTANCE"].upper(), found))
+        else:
+            self._named(name).extend(found)
+
+    def _found(self) -> Found:
+        """All instances, each with its nodes where it stands; without any the file as it is."""
+        placed: list[tuple[str, _Part, list[list[float]]]] = []
+        placed += [("", self.whole, [])] if self.whole.nodes or not self.parts else []
+        if self.instances:
+            placed += [(name, self.parts[part], moved) for name, part, moved in self.instances]
+        else:
+            placed += [(name, part, []) for name, part in self.parts.items()]
+        x: list[Floats] = []
+        cells: dict[str, list[list[int]]] = {}
+        groups: dict[str, dict[str, list[int]]] = {}
+        for instance, part, moved in placed:
+            rows = {number: len(x) + k for k, number in enumerate(part.nodes)}
+            x += list(_moved(np.array(list(part.nodes.values())).reshape(-1, 3), moved))
+            places = {}
+            for number, (kind, nodes) in part.elements.items():
+                missing = [node for node in nodes if node not in rows]
+                if missing:
+                    raise SceneError(
+                        f"{self.who}: element {number} has the node {missing[0]}; it must be one "
+                        "of *NODE"
+                    )
+                of_kind = cells.setdefault(kind, [])
+                places[number] = (kind, len(of_kind))
+                of_kind.append([rows[node] for node in nodes])
+            own = [(name, numbers) for name, numbers in part.sets.items()]
+            own += [(name, numbers) for name, of, numbers in self.assembly if of == instance]
+            for name, numbers in own:
+                for number in dict.fromkeys(numbers):
+                    if number in places:
+                        kind, row = places[number]
+                        groups.setdefault(name, {}).setdefault(kind, []).append(row)
+        return Found(
+            np.array(x, dtype=float).reshape(-1, 3),
+            {kind: np.array(rows, dtype=np.int64) for kind, rows in cells.items()},
+            {
+                name: {kind: _rows(rows) for kind, rows in group.items()}
+                for name, group in groups.items()
+            },
+            left_out=self.left_out,
+        )
+
+
+def _rows(rows: list[int]) -> Ints:
+    return np.unique(np.array(rows, dtype=np.int64))
+
+
+def _moved(x: Floats, moved: list[list[float]]) -> Floats:
+    """Nodes of an instance: translated, then turned about an axis through two points."""
+    if moved:
+        x = x + np.array(moved[0][:3])
+    if len(moved) > 1:
+        from scipy.spatial.transform import Rotation
+
+        a, b, angle = np.array(moved[1][:3]), np.array(moved[1][3:6]), moved[1][6]
+        axis = (b - a) / np.linalg.norm(b - a)
+        x = a + Rotation.from_rotvec(np.radians(angle) * axis).apply(x - a)
+    return x
+
+
+def _keywords(
+    path: Path, who: str, depth: int
+) -> Iterator[tuple[str, dict[str, str], list[list[str]]]]:
+    """Keywords with their options and lines of data, those of included files in their places."""
+    lines = [
+        line.strip()
+        for line in path.read_text(errors="replace").splitlines()
+        if line.strip() and not line.lstrip().startswith("**")
+    ]
+    k = 0
+    while k < len(lines):
+        line = lines[k]
+        k += 1
+        if not line.startswith("*"):
+            continue
+        while line.endswith(",") and k < len(lines):
+            line += lines[k]
+            k += 1
+        words = [word.strip() for word in line[1:].split(",")]
+        pairs = (word.partition("=") for word in words[1:] if word)
+        options = {a.strip().upper(): b.strip().strip('"') for a, _, b in pairs}
+        data = []
+        while k < len(lines) and not lines[k].startswith("*"):
+            data.append([value.strip() for value in lines[k].split(",")])
+            k += 1
+        name = " ".join(words[0].upper().split())
+        if name != "INCLUDE":
+            yield name, options, data
+            continue
+        other = path.parent / options.get("INPUT", "")
+        if depth == DEEPEST or not other.is_file():
+            why = "there is no such file" if depth < DEEPEST else "the files go round in a circle"
+            raise SceneError(f"{who} includes '{options.get('INPUT', '')}'; {why}")
+        yield from _keywords(other, who, depth + 1)

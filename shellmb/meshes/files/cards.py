@@ -1,0 +1,125 @@
+"""Cards of Nastran's bulk data: small, large and free fields, continuations, included files."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+from shellmb.errors import SceneError
+
+__all__ = ["cards", "integer", "real"]
+
+# files that include one another deeper than this go round in a circle
+DEEPEST = 10
+_EXPONENT = re.compile(r"([+-]?[0-9]*\.?[0-9]*)([+-][0-9]+)")
+
+
+def cards(path: Path, who: str) -> Iterator[list[str]]:
+    """Cards of a deck: each its name in capitals, and its fields without those of continuations.
+
+    Args:
+        path: The file.
+        who: Whose mesh it is, for errors.
+
+    Raises:
+        SceneError: If it includes a file that is not there, or goes round in a circle.
+    """
+    card: list[str] = []
+    for line in _bulk(list(_lines(path, who, 0))):
+        name, fields, goes_on = _fields(line)
+        if goes_on:
+            card += fields
+            continue
+        if card:
+            yield card
+        card = [name, *fields]
+    if card:
+        yield card
+
+
+def integer(card: list[str], k: int, who: str) -> int | None:
+    """A field as a whole number; None where it is empty.
+
+    Args:
+        card: The card.
+        k: Number of the field.
+        who: Whose mesh it is, for errors.
+
+    Raises:
+        SceneError: If it is none.
+    """
+    text = card[k] if k < len(card) else ""
+    if not text:
+        return None
+    try:
+        return int(text)
+    except ValueError:
+        raise _wrong(card, k, who, "a whole number") from None
+
+
+def real(card: list[str], k: int, who: str) -> float:
+    """A field as a number, 0 where it is empty; also ``1.5-3`` and ``1.5D-3``.
+
+    Args:
+        card: The card.
+        k: Number of the field.
+        who: Whose mesh it is, for errors.
+
+    Raises:
+        SceneError: If it is none.
+    """
+    text = (card[k] if k < len(card) else "").upper().replace("D", "E")
+    short = _EXPONENT.fullmatch(text)
+    try:
+        return float(f"{short[1]}E{short[2]}" if short and short[1] else text or 0.0)
+    except ValueError:
+        raise _wrong(card, k, who, "a number") from None
+
+
+def _wrong(card: list[str], k: int, who: str, right: str) -> SceneError:
+    named = " ".join(card[:3])
+    return SceneError(f"{who}: field {k} of {named} is '{card[k]}'; it must be {right}")
+
+
+def _lines(path: Path, who: str, depth: int) -> Iterator[str]:
+    """Lines without comments, those of included files in their places."""
+    for raw in path.read_text(errors="replace").splitlines():
+        line = raw.partition("$")[0].rstrip()
+        if not line:
+            continue
+        if line[:7].upper() != "INCLUDE":
+            yield line
+            continue
+        name = line[7:].strip().strip("'\"")
+        other = path.parent / name
+        if depth == DEEPEST or not other.is_file():
+            why = "there is no such file" if depth < DEEPEST else "the files go round in a circle"
+            raise SceneError(f"{who} includes '{name}'; {why}")
+        yield from _lines(other, who, depth + 1)
+
+
+def _bulk(lines: list[str]) -> Iterator[str]:
+    """The lines of bulk data: all, or those between BEGIN BULK and ENDDATA."""
+    begins = [k for k, line in enumerate(lines) if re.match(r"\s*BEGIN\b", line, re.IGNORECASE)]
+    for line in lines[begins[0] + 1 if begins else 0 :]:
+        if line.strip().upper().startswith("ENDDATA"):
+            return
+        if not re.match(r"\s*BEGIN\b", line, re.IGNORECASE):
+            yield line
+
+
+def _fields(line: str) -> tuple[str, list[str], bool]:
+    """Name, fields, and whether the line goes on with the card before it."""
+    if "," in line:
+        parts = [part.strip() for part in line.split(",")]
+        name, wide = parts[0], "*" in parts[0]
+        count = 4 if wide else 8
+        fields = (parts[1 : count + 1] + [""] * count)[:count]
+    else:
+        line = line.expandtabs(8)
+        name, wide = line[:8].strip(), "*" in line[:8]
+        count, width = (4, 16) if wide else (8, 8)
+        fields = [line[8 + width * k : 8 + width * (k + 1)].strip() for k in range(count)]
+    goes_on = name == "" or name[0] in "+*"
+    return name.rstrip("*").strip().upper(), fields, goes_on

@@ -1,0 +1,142 @@
+"""Cells of several kinds as cells of one: middle nodes added, quadrilaterals and triangles cut."""
+
+from __future__ import annotations
+
+import basix
+import numpy as np
+from dolfinx.io.gmsh import cell_perm_array
+from dolfinx.mesh import CellType
+
+from shellmb.meshes.files.found import KINDS
+from shellmb.meshes.raw import Cell, Floats, Ints
+
+__all__ = ["cut", "of_one_order", "weights"]
+
+BASIX = {"quad": basix.CellType.quadrilateral, "tri": basix.CellType.triangle}
+DOLFINX = {"quad": CellType.quadrilateral, "tri": CellType.triangle}
+# corners of the parts of a cell in its own coordinates, in the order of DOLFINx: quadrilaterals in
+# four, triangles in three quadrilaterals, quadrilaterals in two triangles along a diagonal
+_QUARTERS = [
+    [(a, b), (a + 0.5, b), (a, b + 0.5), (a + 0.5, b + 0.5)] for b in (0.0, 0.5) for a in (0.0, 0.5)
+]
+_THIRDS = [
+    [(0.0, 0.0), (0.5, 0.0), (0.0, 0.5), (1 / 3, 1 / 3)],
+    [(0.5, 0.0), (1.0, 0.0), (1 / 3, 1 / 3), (0.5, 0.5)],
+    [(0.0, 0.5), (1 / 3, 1 / 3), (0.0, 1.0), (0.5, 0.5)],
+]
+_HALVES = {
+    "first": [[(0.0, 0.0), (1.0, 0.0), (1.0, 1.0)], [(0.0, 0.0), (1.0, 1.0), (0.0, 1.0)]],
+    "second": [[(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)], [(1.0, 0.0), (1.0, 1.0), (0.0, 1.0)]],
+}
+
+
+def of_one_order(x: Floats, cells: dict[str, Ints]) -> tuple[Floats, dict[Cell, Ints], int]:
+    """Cells with the nodes that they lack, in the order of DOLFINx.
+
+    The middle of a quadrilateral with eight nodes is where its (serendipity) shape functions put
+    it; cells without nodes on their sides among others that have them get straight ones.
+
+    Args:
+        x: Positions of the nodes, shape (n, 3).
+        cells: Cells by kind.
+
+    Returns:
+        Positions with those of new nodes behind them, the cells of each type, in the order of their
+        kinds, and the order of the geometry.
+    """
+    order = 2 if any(KINDS[kind][1] in (6, 8, 9) for kind in cells) else 1
+    found: dict[Cell, list[Ints]] = {}
+    for kind, rows in cells.items():
+        cell: Cell = "quad" if KINDS[kind][0] == "quad" else "tri"
+        corners = 4 if cell == "quad" else 3
+        if order == 2 and rows.shape[1] == corners:
+            ends = x[rows[:, :corners]]
+            sides = (ends + np.roll(ends, -1, axis=1)) / 2
+            x, rows = _with(x, rows, sides)
+        if order == 2 and rows.shape[1] == 8:
+            middle = x[rows[:, 4:]].sum(axis=1) / 2 - x[rows[:, :4]].sum(axis=1) / 4
+            x, rows = _with(x, rows, middle[:, None])
+        found.setdefault(cell, []).append(rows[:, cell_perm_array(DOLFINX[cell], rows.shape[1])])
+    return x, {cell: np.concatenate(parts) for cell, parts in found.items()}, order
+
+
+def _with(x: Floats, rows: Ints, more: Floats) -> tuple[Floats, Ints]:
+    """New nodes of cells, shape (c, k, 3), behind those that they have."""
+    numbers = len(x) + np.arange(more.shape[0] * more.shape[1]).reshape(more.shape[:2])
+    return np.concatenate([x, more.reshape(-1, 3)]), np.concatenate([rows, numbers], axis=1)
+
+
+def weights(cell: Cell, order: int, places: Floats) -> Floats:
+    """Shape functions of the geometry at places in a cell, shape (places, nodes).
+
+    Args:
+        cell: Its type.
+        order: Order of the geometry.
+        places: Places in the reference cell, shape (places, 2).
+    """
+    variant = basix.LagrangeVariant.equispaced
+    element = basix.create_element(basix.ElementFamily.P, BASIX[cell], order, variant)
+    return np.asarray(element.tabulate(0, places))[0, :, :, 0]
+
+
+def cut(
+    x: Floats, cells: dict[Cell, Ints], order: int, into: Cell
+) -> tuple[Floats, Ints, dict[Cell, int]]:
+    """All cells cut into those of one type, which fit together.
+
+    Into quadrilaterals: quadrilaterals in four and triangles in three. Into triangles:
+    quadrilaterals in two, along the shorter diagonal.
+
+    Args:
+        x: Positions of the nodes.
+        cells: Cells of each type, in the order of DOLFINx.
+        order: Order of the geometry.
+        into: The type.
+
+    Returns:
+        Positions with those of new nodes behind them, which are there once for each part that has
+        them, the parts, and into how many a cell of each type goes.
+    """
+    parts: list[Ints] = []
+    counts: dict[Cell, int] = {}
+    for cell, rows in cells.items():
+        if cell == into == "tri":
+            parts.append(rows)
+            counts[cell] = 1
+            continue
+        if into == "quad":
+            pattern = np.array(_QUARTERS if cell == "quad" else _THIRDS)
+            x, new = _cut(x, rows, cell, order, into, pattern)
+        else:
+            a, b, c, d = np.moveaxis(x[rows[:, :4]], 1, 0)
+            first = np.linalg.norm(d - a, axis=1) <= np.linalg.norm(c - b, axis=1)
+            new = np.zeros((2 * len(rows), 3 if order == 1 else 6), dtype=np.int64)
+            for chosen, name in ((first, "first"), (~first, "second")):
+                x, some = _cut(x, rows[chosen], cell, order, into, np.array(_HALVES[name]))
+                new[np.repeat(chosen, 2)] = some
+        parts.append(new)
+        counts[cell] = len(new) // max(len(rows), 1)
+    return x, np.concatenate(parts), counts
+
+
+def _cut(
+    x: Floats, rows: Ints, cell: Cell, order: int, into: Cell, pattern: Floats
+) -> tuple[Floats, Ints]:
+    """Cells cut by a pattern: corners of each part, shape (parts, k, 2)."""
+    variant = basix.LagrangeVariant.equispaced
+    element = basix.create_element(basix.ElementFamily.P, BASIX[into], order, variant)
+    # parts have straight sides in the cell's own coordinates
+    within = weights(into, 1, np.asarray(element.points))
+    places = np.einsum("pk,qkd->qpd", within, pattern)
+    known = np.asarray(
+        basix.create_element(basix.ElementFamily.P, BASIX[cell], order, variant).points
+    )
+    there = np.linalg.norm(places.reshape(-1, 1, 2) - known, axis=2)
+    same, near = there.min(axis=1) < 1e-12, there.argmin(axis=1)
+    shape = weights(cell, order, places.reshape(-1, 2))
+    new = np.einsum("pk,cki->cpi", shape[~same], x[rows])
+    numbers = np.zeros((len(rows), len(same)), dtype=np.int64)
+    numbers[:, same] = rows[:, near[same]]
+    numbers[:, ~same] = len(x) + np.arange(new.shape[0] * new.shape[1]).reshape(new.shape[:2])
+    x = np.concatenate([x, new.reshape(-1, 3)])
+    return x, numbers.reshape(len(rows) * len(pattern), places.shape[1])

@@ -1,0 +1,220 @@
+"""Nastran's bulk data: nodes in their coordinate systems, shells, and what else there is.
+
+Written here, as meshio takes coordinates for Cartesian and leaves out what it does not know, and
+pyNastran (1.4) does not go with NumPy 2.
+"""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+
+from shellmb.errors import SceneError
+from shellmb.meshes.files.cards import cards, integer, real
+from shellmb.meshes.files.found import KINDS, Found
+from shellmb.meshes.raw import Floats
+
+__all__ = ["is_nastran", "read_nastran"]
+
+# card -> kind, and the field of the offset from the nodes
+SHELLS = {
+    "CTRIA3": ("tri3", 7),
+    "CTRIAR": ("tri3", 7),
+    "CTRIA6": ("tri6", 10),
+    "CQUAD4": ("quad4", 8),
+    "CQUADR": ("quad4", 8),
+    "CQUAD8": ("quad8", 16),
+    "CQUAD": ("quad9", 0),
+}
+SYSTEM = re.compile(r"CORD([12])([RCS])")
+# cards with C that are no elements
+OTHERS = re.compile(
+    r"CORD|CAERO|CREEP|CYAX|CYJOIN|CYSUP|CYSYM|CSET|CSSCHD|CSUP|CLOAD|CONTRLT|CONV|CBARAO|CTYPE"
+)
+# what ties nodes to one another
+TIES = re.compile(r"RBE\d|RBAR|RROD|RTRPLT|RSPLINE|RSSCON|RJOINT|MPC$|PLOTEL")
+
+
+def is_nastran(path: Path) -> bool:
+    """Whether a file holds bulk data of Nastran.
+
+    Args:
+        path: The file.
+    """
+    begin = path.read_bytes()[:200_000].decode(errors="replace")
+    found = r"^(BEGIN\s+BULK|GRID[ *,\t]|C(QUAD|TRIA)[468R3]?[ *,\t])"
+    return bool(re.search(found, begin, re.IGNORECASE | re.MULTILINE))
+
+
+def read_nastran(path: Path, who: str) -> Found:
+    """Read a deck.
+
+    Args:
+        path: The file.
+        who: Whose mesh it is, for errors.
+
+    Raises:
+        SceneError: If a card cannot be read, or names a node or coordinate system that is missing.
+    """
+    deck = list(cards(path, who))
+    systems = _Systems(deck, who)
+    numbers = {number: row for row, number in enumerate(systems.nodes)}
+    x = [systems.node(number) for number in systems.nodes]
+    cells: dict[str, list[list[int]]] = {}
+    groups: dict[str, dict[str, list[int]]] = {}
+    left_out: Counter[str] = Counter()
+    for card in deck:
+        if card[0] not in SHELLS:
+            if TIES.match(card[0]) or (card[0][0] == "C" and not OTHERS.match(card[0])):
+                left_out[card[0]] += 1
+            continue
+        kind, offset = SHELLS[card[0]]
+        nodes = _nodes(card, kind, numbers, x, who)
+        if offset and real(card, offset, who) != 0:
+            left_out[f"ZOFFS of {card[0]}"] += 1
+        of_kind = cells.setdefault(kind, [])
+        part = integer(card, 2, who) or integer(card, 1, who)
+        groups.setdefault(f"PID {part}", {}).setdefault(kind, []).append(len(of_kind))
+        of_kind.append(nodes)
+    return Found(
+        np.array(x, dtype=float).reshape(-1, 3),
+        {kind: np.array(rows, dtype=np.int64) for kind, rows in cells.items()},
+        {
+            name: {kind: np.array(rows) for kind, rows in group.items()}
+            for name, group in groups.items()
+        },
+        left_out=left_out,
+    )
+
+
+def _nodes(
+    card: list[str], kind: str, numbers: dict[int, int], x: list[Floats], who: str
+) -> list[int]:
+    """Rows of the nodes of a shell; middles of sides that are left empty are made."""
+    cell, count = KINDS[kind]
+    corners = 3 if cell == "tri" else 4
+    nodes: list[int] = []
+    for k in range(count):
+        number = integer(card, 3 + k, who)
+        if number is None and corners <= k < 2 * corners:
+            a, b = nodes[k - corners], nodes[(k - corners + 1) % corners]
+            nodes.append(len(x))
+            x.append((x[a] + x[b]) / 2)
+        elif number in numbers:
+            nodes.append(numbers[number])
+        else:
+            named = "has no node" if number is None else f"has the node {number}"
+            raise SceneError(
+                f"{who}: {card[0]} {card[1]} {named} in field {3 + k}; it must be one of its GRIDs"
+            )
+    return nodes
+
+
+class _Systems:
+    """Nodes and coordinate systems of a deck, in basic coordinates.
+
+    Args:
+        deck: The cards.
+        who: Whose mesh it is, for errors.
+
+    Attributes:
+        nodes: Cards of the nodes by their numbers.
+    """
+
+    def __init__(self, deck: list[list[str]], who: str) -> None:
+        self.who = who
+        self.nodes: dict[int, list[str]] = {}
+        self._cards: dict[int, list[str]] = {}
+        self._usual = 0
+        self._axes: dict[int, tuple[Floats, Floats]] = {0: (np.zeros(3), np.eye(3))}
+        self._open: list[int] = []
+        for card in deck:
+            kind = SYSTEM.fullmatch(card[0])
+            if card[0] == "GRID":
+                self.nodes[self._number(card, 1)] = card
+            elif card[0] == "GRDSET":
+                self._usual = integer(card, 2, who) or 0
+            elif kind is not None and kind[1] == "1":
+                # two of them to a card
+                for k in (1, 5):
+                    if integer(card, k, who) is not None:
+                        self._cards[self._number(card, k)] = [card[0], *card[k : k + 4]]
+            elif card[0].startswith("CORD"):
+                self._cards[self._number(card, 1)] = card
+
+    def _number(self, card: list[str], k: int) -> int:
+        number = integer(card, k, self.who)
+        if number is None:
+            raise SceneError(f"{self.who}: field {k} of a {card[0]} is empty; it must be a number")
+        return number
+
+    def node(self, number: int) -> Floats:
+        """Position of a node."""
+        card = self.nodes[number]
+        system = integer(card, 2, self.who)
+        system = self._usual if system is None else system
+        return self._position(system, [real(card, k, self.who) for k in (3, 4, 5)], card)
+
+    def _position(self, system: int, place: list[float], card: list[str]) -> Floats:
+        """A place given in a system; ``card`` asks for it."""
+        if system not in self._cards and system != 0:
+            raise SceneError(
+                f"{self.who}: {card[0]} {card[1]} is given in the coordinate system {system}, "
+                "which the deck does not define"
+            )
+        if system not in self._axes:
+            self._axes[system] = self._found(system)
+        kind = "R" if system == 0 else self._cards[system][0][-1]
+        a, b, c = place
+        if kind == "C":
+            place = [a * np.cos(np.radians(b)), a * np.sin(np.radians(b)), c]
+        elif kind == "S":
+            level = a * np.sin(np.radians(b))
+            turn = np.radians(c)
+            place = [level * np.cos(turn), level * np.sin(turn), a * np.cos(np.radians(b))]
+        origin, axes = self._axes[system]
+        return origin + np.asarray(place) @ axes
+
+    def _found(self, system: int) -> tuple[Floats, Floats]:
+        """Origin and axes of a system, by three points: origin, on z, in the plane of x and z."""
+        card = self._cards[system]
+        kind = SYSTEM.fullmatch(card[0])
+        if kind is None:
+            raise SceneError(
+                f"{self.who}: nodes are given in the coordinate system {card[0]} {system}; it must "
+                "be one of CORD1R, CORD1C, CORD1S, CORD2R, CORD2C, CORD2S"
+            )
+        if system in self._open:
+            raise SceneError(
+                f"{self.who}: {card[0]} {system} is defined by itself, over "
+                f"{' and '.join(map(str, self._open))}; it must not be"
+            )
+        self._open.append(system)
+        if kind[1] == "1":
+            given = [self._number(card, k) for k in (2, 3, 4)]
+            missing = [number for number in given if number not in self.nodes]
+            if missing:
+                raise SceneError(
+                    f"{self.who}: {card[0]} {system} has the node {missing[0]}; it must be one of "
+                    "its GRIDs"
+                )
+            points = [self.node(number) for number in given]
+        else:
+            base = integer(card, 2, self.who) or 0
+            points = [
+                self._position(base, [real(card, k + i, self.who) for i in range(3)], card)
+                for k in (3, 6, 9)
+            ]
+        self._open.pop()
+        origin, z, x = points[0], points[1] - points[0], points[2] - points[0]
+        y = np.cross(z, x)
+        if not np.linalg.norm(y) > 1e-9 * np.linalg.norm(z) * np.linalg.norm(x):
+            raise SceneError(
+                f"{self.who}: the three points of {card[0]} {system} are on one line; they must "
+                "not be"
+            )
+        x = np.cross(y, z)
+        return origin, np.array([v / np.linalg.norm(v) for v in (x, y, z)])

@@ -1,0 +1,365 @@
+"""From what a file or gmsh has to the mesh of a shell: one kind of cell, joined, looked through."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+import scipy.sparse
+from scipy.sparse.csgraph import connected_components
+
+from shellmb.errors import SceneError, ShellmbWarning
+from shellmb.meshes.edges_where import true_at
+from shellmb.meshes.files.found import KINDS, Found
+from shellmb.meshes.files.gaps import gaps
+from shellmb.meshes.files.joined import doubles, empty, joined
+from shellmb.meshes.files.kinds import cut, of_one_order
+from shellmb.meshes.raw import FACETS, Cell, Floats, Ints, RawMesh, facets, shown, vertex_count
+from shellmb.meshes.surfaces.orient import oriented
+from shellmb.scene import Shell
+from shellmb.scene.shells.gmsh_surfaces import Meshed
+from shellmb.scene.values.validate import edge_names
+
+__all__ = ["shell_mesh"]
+
+NAMES = {"quad": "quadrilaterals", "tri": "triangles"}
+# how many places a message has
+PLACES = 5
+
+
+def shell_mesh(found: Found, shell: Shell, group: str | tuple[str, ...] | None) -> RawMesh:
+    """The mesh of a shell.
+
+    Args:
+        found: What there is.
+        shell: The shell; its surface tells how the mesh is taken.
+        group: Group or groups of cells; None: all cells.
+
+    Raises:
+        SceneError: If there is no such group, there are no cells, they are others than the shell
+            asks for, stand twice, or touch without being joined.
+    """
+    surface = shell.surface
+    assert isinstance(surface, Meshed)
+    who = f"shell '{shell.name}'"
+    if not np.isfinite(found.x).all():
+        raise SceneError(f"{who}: its mesh has nodes whose coordinates are not finite")
+    chosen = _chosen(found, group, who)
+    x, cells, order = of_one_order(
+        found.x * surface.scale, {kind: found.cells[kind][rows] for kind, rows in chosen.items()}
+    )
+    numbers = _numbers(found, chosen)
+    parents: dict[Cell, Ints] = {
+        cell: np.concatenate([numbers[k] for k in chosen if KINDS[k][0] == cell]) for cell in cells
+    }
+    cells, parents = _where(x, cells, parents, surface, who)
+    same = _joined(x, cells, surface, who)
+    cells, parents = _with_area(x, {c: same[r] for c, r in cells.items()}, parents, order, who)
+    x, rows, parent = _of_one_type(x, cells, parents, order, shell)
+    used, flat = np.unique(rows, return_inverse=True)
+    x, rows = x[used], flat.reshape(rows.shape)
+    raw = RawMesh(
+        x,
+        rows,
+        shell.cell,
+        order,
+        (-1.0 if surface.flip else 1.0) * oriented(x, rows, shell.cell, shell.name),
+        edges=_edges(found, same, used, x, rows, shell.cell),
+        points=_points(found, same, used),
+        areas=_areas(found, shell, parent),
+    )
+    _say_gaps(raw, surface, who)
+    _say_pieces(raw, who)
+    if found.left_out:
+        listed = ", ".join(f"{n} {name}" for name, n in sorted(found.left_out.items()))
+        _warn(
+            f"{who}: of its mesh is left out what is no shell: {listed}; add to the scene what "
+            "carries load"
+        )
+    return raw
+
+
+def _warn(sentence: str) -> None:
+    warnings.warn(sentence, ShellmbWarning, stacklevel=4)
+
+
+def _places(x: Floats, size: float) -> str:
+    """Some positions in words."""
+    more = f" and {len(x) - PLACES} more" if len(x) > PLACES else ""
+    return ", ".join(shown(p, size) for p in x[:PLACES]) + more
+
+
+def _size(x: Floats) -> float:
+    return float(np.ptp(x, axis=0).max()) if len(x) else 0.0
+
+
+def _chosen(found: Found, group: str | tuple[str, ...] | None, who: str) -> dict[str, Ints]:
+    """Rows of the cells of groups by kind, or of all."""
+    if group is None:
+        chosen = {kind: np.arange(len(rows)) for kind, rows in found.cells.items() if len(rows)}
+    else:
+        of_kind: dict[str, list[Ints]] = {}
+        for name in edge_names(group):
+            if name not in found.groups:
+                names = ", ".join(f"'{n}'" for n in found.groups) or "none"
+                raise SceneError(f"{who}: the mesh has no set of cells '{name}'; it has {names}")
+            for kind, rows in found.groups[name].items():
+                of_kind.setdefault(kind, []).append(rows)
+        chosen = {kind: np.unique(np.concatenate(rows)) for kind, rows in of_kind.items()}
+    if not chosen:
+        listed = ", ".join(sorted(found.left_out)) or "no cells"
+        raise SceneError(
+            f"{who}: the mesh has {listed}; the cells of a shell must be triangles with 3 or 6 "
+            "nodes or quadrilaterals with 4, 8 or 9"
+        )
+    return chosen
+
+
+def _where(
+    x: Floats, cells: dict[Cell, Ints], parents: dict[Cell, Ints], surface: Meshed, who: str
+) -> tuple[dict[Cell, Ints], dict[Cell, Ints]]:
+    """Cells where the surface's function of the position is true in their middles."""
+    if surface.where is None:
+        return cells, parents
+    middles = {c: x[rows[:, : vertex_count(c)]].mean(axis=1) for c, rows in cells.items()}
+    true = {
+        c: true_at(surface.where, at[:, None], f"{who}: where")[:, 0] for c, at in middles.items()
+    }
+    cells = {c: rows[true[c]] for c, rows in cells.items() if true[c].any()}
+    if not cells:
+        every = np.concatenate(list(middles.values()))
+        box = " to ".join(shown(end(every, axis=0), _size(every)) for end in (np.min, np.max))
+        raise SceneError(
+            f"{who}: where is true on no element of the mesh, whose middles lie in {box}; it must "
+            "be true on some"
+        )
+    return cells, {c: parents[c][true[c]] for c in cells}
+
+
+def _offsets(found: Found) -> dict[str, int]:
+    """Number of the first cell of each kind, where all cells are counted through."""
+    counts = np.cumsum([0, *(len(rows) for rows in found.cells.values())])
+    return dict(zip(found.cells, counts.tolist(), strict=False))
+
+
+def _numbers(found: Found, rows: dict[str, Ints]) -> dict[str, Ints]:
+    """Numbers of cells by kind, where all are counted through."""
+    first = _offsets(found)
+    return {kind: first[kind] + np.asarray(some) for kind, some in rows.items()}
+
+
+def _joined(x: Floats, cells: dict[Cell, Ints], surface: Meshed, who: str) -> Ints:
+    """For each node the one that it becomes; says where parts of a mesh are joined by it."""
+    same, far = joined(x, cells, surface.merge)
+    # nodes between corners may have been made for each cell by itself
+    corners = np.concatenate(
+        [rows[:, : vertex_count(cell)].ravel() for cell, rows in cells.items()]
+    )
+    used, uses = np.unique(corners, return_counts=True)
+    gone = used[same[used] != used]
+    # where no cells share nodes, as in STL, this is how they are joined
+    if len(gone) and (uses.max() > 1 or far > 1e-9):
+        _warn(
+            f"{who}: {len(gone)} nodes of its mesh lie on others and become one with them, up to "
+            f"{np.linalg.norm(x[gone] - x[same[gone]], axis=1).max():.2g} m away, at "
+            f"{_places(x[gone], _size(x[used]))}; with merge=0 they stay apart"
+        )
+    return same
+
+
+def _with_area(
+    x: Floats, cells: dict[Cell, Ints], parents: dict[Cell, Ints], order: int, who: str
+) -> tuple[dict[Cell, Ints], dict[Cell, Ints]]:
+    """Cells without those that have no area; quadrilaterals with a corner twice are triangles."""
+    size = _size(x)
+    found: dict[Cell, list[Ints]] = {}
+    origins: dict[Cell, list[Ints]] = {}
+    for cell, rows in cells.items():
+        none = empty(x, rows, cell)
+        if none.any():
+            at = x[rows[none, : vertex_count(cell)]].mean(axis=1)
+            _warn(
+                f"{who}: {int(none.sum())} elements of its mesh have no area and are left out, at "
+                f"{_places(at, size)}"
+            )
+        rows, parent = rows[~none], parents[cell][~none]
+        ends = rows[:, np.array(FACETS[cell])]
+        short = ends[:, :, 0] == ends[:, :, 1]
+        corners = np.sort(rows[:, : vertex_count(cell)], axis=1)
+        twice = (np.diff(corners, axis=1) == 0).any(axis=1)
+        as_triangle = (short.sum(axis=1) == 1) & (order == 1) & (cell == "quad")
+        if (twice & ~as_triangle).any():
+            at = x[rows[twice & ~as_triangle, : vertex_count(cell)]].mean(axis=1)
+            raise SceneError(
+                f"{who}: {len(at)} elements of its mesh have a node twice, at {_places(at, size)}; "
+                "their nodes must be different ones"
+            )
+        again = doubles(rows, cell)
+        if len(again):
+            at = x[rows[again, : vertex_count(cell)]].mean(axis=1)
+            raise SceneError(
+                f"{who}: {len(at)} elements of its mesh are there twice, at {_places(at, size)}; "
+                "each must be there once"
+            )
+        found.setdefault(cell, []).append(rows[~as_triangle])
+        origins.setdefault(cell, []).append(parent[~as_triangle])
+        if as_triangle.any():
+            ring = rows[as_triangle][:, [0, 1, 3, 2]]
+            keep = ring != np.roll(ring, 1, axis=1)
+            found.setdefault("tri", []).append(ring[keep].reshape(-1, 3))
+            origins.setdefault("tri", []).append(parent[as_triangle])
+    joint = {cell: np.concatenate(parts) for cell, parts in found.items()}
+    kept = {cell: rows for cell, rows in joint.items() if len(rows)}
+    if not kept:
+        raise SceneError(f"{who}: all elements of its mesh are without area; some must have one")
+    return kept, {cell: np.concatenate(origins[cell]) for cell in kept}
+
+
+def _of_one_type(
+    x: Floats, cells: dict[Cell, Ints], parents: dict[Cell, Ints], order: int, shell: Shell
+) -> tuple[Floats, Ints, Ints]:
+    """Cells of the shell's type, and the number of the one that each is a part of."""
+    if len(cells) == 1:
+        ((cell, rows),) = cells.items()
+        if cell != shell.cell:
+            raise SceneError(
+                f"shell '{shell.name}': the mesh has {NAMES[cell]}; "
+                f"cell must be '{cell}', not '{shell.cell}'"
+            )
+        return x, rows, parents[cell]
+    counts = {cell: len(rows) for cell, rows in cells.items()}
+    x, rows, into = cut(x, cells, order, shell.cell)
+    parent = np.concatenate([np.repeat(parents[cell], into[cell]) for cell in cells])
+    same, _ = joined(x, {shell.cell: rows}, 1e-6)
+    done = (
+        "each quadrilateral is cut into four of them, each triangle into three"
+        if shell.cell == "quad"
+        else "each quadrilateral is cut in two"
+    )
+    _warn(
+        f"shell '{shell.name}': its mesh has {counts['quad']} quadrilaterals and {counts['tri']} "
+        f"triangles, and cell is '{shell.cell}': {done}, {len(rows)} elements in all"
+    )
+    return x, same[rows], parent
+
+
+def _edges(
+    found: Found, same: Ints, used: Ints, x: Floats, rows: Ints, cell: Cell
+) -> dict[str, Ints]:
+    """Facets of the mesh on each named line; lines without any are left out."""
+    if not found.lines:
+        return {}
+    own = {(a, b) for a, b in facets(rows, cell).reshape(-1, 2).tolist()}
+    place = {int(node): k for k, node in enumerate(used)}
+    # where cells are cut, a side is two: through the node that lies in its middle
+    beside: dict[int, set[int]] = {}
+    for a, b in own:
+        beside.setdefault(a, set()).add(b)
+        beside.setdefault(b, set()).add(a)
+    edges = {}
+    for name, lines in found.lines.items():
+        pairs = []
+        for a, b in same[lines].tolist():
+            if a not in place or b not in place:
+                continue
+            first, last = sorted((place[a], place[b]))
+            if (first, last) in own:
+                pairs.append((first, last))
+                continue
+            for middle in beside.get(first, set()) & beside.get(last, set()):
+                to_ends = x[[first, last]] - x[middle]
+                length = np.linalg.norm(to_ends, axis=1)
+                if np.linalg.norm(to_ends.sum(axis=0)) < 0.3 * length.sum():
+                    pairs += [(min(end, middle), max(end, middle)) for end in (first, last)]
+        if pairs:
+            edges[name] = np.unique(np.array(pairs, dtype=np.int64), axis=0)
+    return edges
+
+
+def _points(found: Found, same: Ints, used: Ints) -> dict[str, int]:
+    """Named points that are nodes of the shell."""
+    place = {int(node): k for k, node in enumerate(used)}
+    rows = {name: int(same[row]) for name, row in found.points.items()}
+    return {name: place[row] for name, row in rows.items() if row in place}
+
+
+def _areas(found: Found, shell: Shell, parent: Ints) -> dict[str, Ints]:
+    """Cells of each group that is a part of the surface, unless the scene has another such name."""
+    surface = shell.surface
+    assert isinstance(surface, Meshed)
+    every = np.unique(parent)
+    areas = {}
+    for name, group in found.groups.items():
+        numbers = np.concatenate([[], *_numbers(found, group).values()])
+        inside = np.isin(numbers, every)
+        taken = name in surface.edges_where or name in shell.areas
+        if len(numbers) and inside.all() and len(numbers) < len(every) and not taken:
+            areas[name] = np.flatnonzero(np.isin(parent, numbers))
+    return areas
+
+
+def _say_gaps(raw: RawMesh, surface: Meshed, who: str) -> None:
+    """Refuse places where the mesh touches itself without being joined, or name them."""
+    found = gaps(raw)
+    if not found:
+        return
+    size = _size(raw.x)
+    sides = [gap for gap in found if len(gap.ends) == 2]
+    places = [
+        f"the side of {gap.length:.4g} m from {shown(gap.ends[0], size)} to "
+        f"{shown(gap.ends[1], size)} has {_places(raw.x[list(gap.nodes)], size)} on it"
+        for gap in sides
+    ]
+    places += [
+        f"the node {shown(gap.ends[0], size)} lies on another element"
+        for gap in found
+        if len(gap.ends) == 1
+    ]
+    more = f"; {len(places) - PLACES} more" if len(places) > PLACES else ""
+    length = sum(gap.length for gap in sides)
+    text = (
+        f"{who}: its mesh touches itself without being joined at {len(places)} "
+        f"place{'s' if len(places) > 1 else ''}, {length:.4g} m of sides: "
+        f"{'; '.join(places[:PLACES])}{more}"
+    )
+    if surface.gaps == "keep":
+        _warn(f"{text}; they stay open, as gaps='keep' says")
+        return
+    raise SceneError(
+        f"{text}; elements must meet in common nodes: mend the mesh, raise merge (now "
+        f"{surface.merge:g}, in parts of a side) if they are apart, or leave them open with "
+        "gaps='keep'"
+    )
+
+
+def _say_pieces(raw: RawMesh, who: str) -> None:
+    """Name the pieces of a mesh that nothing in it joins, or that meet in single nodes only."""
+    corners = raw.cells[:, : vertex_count(raw.cell)]
+    every = facets(raw.cells, raw.cell).reshape(-1, 2)
+    count = len(raw.cells)
+    _, side = np.unique(every, axis=0, return_inverse=True)
+    owner = np.repeat(np.arange(count), len(FACETS[raw.cell]))
+    by_side = _components(count, owner, side.ravel())
+    by_node = _components(
+        count, np.repeat(np.arange(count), corners.shape[1]), np.asarray(corners.ravel())
+    )
+    for label, how in ((by_node, "share no nodes"), (by_side, "meet in single nodes only")):
+        pieces, first, counts = np.unique(label, return_index=True, return_counts=True)
+        if len(pieces) == 1:
+            continue
+        size = _size(raw.x)
+        at = [shown(raw.x[corners[k]].mean(axis=0), size) for k in first]
+        listed = [f"{n} elements around {p}" for n, p in zip(counts, at, strict=True)]
+        more = f" and {len(listed) - PLACES} more" if len(listed) > PLACES else ""
+        _warn(
+            f"{who}: its mesh is in {len(listed)} pieces that {how}: "
+            f"{', '.join(listed[:PLACES])}{more}; what holds one of them does not hold the others"
+        )
+        return
+
+
+def _components(count: int, cells: Ints, things: Ints) -> Ints:
+    """Pieces of cells that have things in common."""
+    ones = np.ones(len(cells))
+    having = scipy.sparse.coo_array((ones, (cells, things)), shape=(count, things.max() + 1))
+    return np.asarray(connected_components(having @ having.T, directed=False)[1])
