@@ -73,6 +73,28 @@ def test_a_run_says_so_before_it_compiles(tmp_path) -> None:
     assert done.stderr.count("\n") == 1 and not list(tmp_path.rglob("*.so"))
 
 
+RANKS = """
+import os, sys
+from mpi4py import MPI
+rank = MPI.COMM_WORLD.rank
+os.environ["SHELLMB_KERNEL_LANES"] = "24"[rank]
+from shellmb.errors import RunError
+from shellmb.system.assembly import native
+try:
+    native.begin(MPI.COMM_WORLD)
+except RunError as error:
+    said = MPI.COMM_WORLD.gather(str(error))
+    if rank == 0:
+        print(len(set(said)), said[0])
+"""
+
+
+@pytest.mark.mpi
+def test_ranks_on_different_processors_are_refused(mpirun) -> None:
+    said = mpirun(2, "-c", RANKS)
+    assert said.startswith("1 the ranks run on different processors") and FORCED_LEVEL in said
+
+
 FLAGS = """
 import json
 from shellmb.compiling import flags

@@ -24,7 +24,8 @@ import numpy as np
 import numpy.typing as npt
 
 from shellmb.compiling.compiler import run_compiler
-from shellmb.compiling.flags import COMPILER_FLAGS
+from shellmb.compiling.flags import COMPILER_FLAGS, FORCED_LANES, FORCED_LEVEL
+from shellmb.errors import RunError
 from shellmb.kernels import cache_folder, raise_together
 
 HERE = Path(__file__).parent
@@ -166,8 +167,18 @@ def begin(comm: MPI.Comm) -> None:
     """Compile the functions, where that is still to be done, while other things happen.
 
     Args:
-        comm: Its first rank compiles.
+        comm: Its first rank compiles for all.
+
+    Raises:
+        RunError: If ranks are on different processors; on all of them.
     """
+    kinds = {" ".join(flags) for flags in comm.allgather(COMPILER_FLAGS)}
+    if len(kinds) > 1:
+        raise RunError(
+            "the ranks run on different processors, whose kernels differ: give all of them the "
+            f"level of the oldest by the environment variable {FORCED_LEVEL}, and the same "
+            f"{FORCED_LANES}, if any"
+        )
     if comm.rank == 0:
         _compiled()
 
