@@ -191,9 +191,23 @@ def test_a_program_for_gmsh_is_no_mesh(tmp_path: Path) -> None:
     """A file is read as what its ending says; only `.geo` is run."""
     ran = tmp_path / "ran"
     script = f'SystemCall "touch {ran}";\nRectangle(1) = {{0, 0, 0, 1, 1}};\n'
-    for ending in ("msh", "step", "brep", "iges", "med", "unv", "stl", "txt", "pos", "vtk", "gz"):
+    for ending in (
+        "msh",
+        "step",
+        "Step",
+        "BREP",
+        "iges",
+        "Msh",
+        "med",
+        "unv",
+        "stl",
+        "txt",
+        "pos",
+        "vtk",
+        "gz",
+    ):
         file = tmp_path / f"mesh.{ending}"
-        for begin in ("", "\n\n", "// $MeshFormat\n", "$MeshFormats\n"):
+        for begin in ("", "\n\n", "// $MeshFormat\n", "\n$MeshFormat\n", "$MeshFormats\n"):
             file.write_text(begin + script)
             for kind in (GmshFile, MeshFile):
                 with pytest.raises(SceneError), warnings.catch_warnings():

@@ -164,6 +164,15 @@ def test_pieces_are_named(tmp_path: Path) -> None:
     assert any("2 pieces that meet in single nodes only" in str(w.message) for w in said)
 
 
+@pytest.mark.parametrize(("cell", "counts"), [("quad", (1, 2)), ("tri", (2, 4))])
+def test_few_elements(tmp_path: Path, cell: str, counts: tuple[int, int]) -> None:
+    for m, many in zip((1, 2), counts, strict=True):
+        surface = built(written(tmp_path / f"{m}.vtk", [flat(0, m, 0, 1, m, 1)], cell), cell)
+        assert surface.mesh.topology.index_map(2).size_global == many
+    alone = built(tmp_path / "2.vtk", cell, where=lambda x: (x[0] < 1) & (x[1] < 0.6))
+    assert alone.mesh.topology.index_map(2).size_global == 1
+
+
 def test_elements_without_area_and_elements_that_are_twice(tmp_path: Path) -> None:
     points, quads = flat(0, 1, 0, 1, 2, 2)
     triangles = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])

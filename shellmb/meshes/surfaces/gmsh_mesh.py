@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tempfile
 from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -85,7 +86,15 @@ def _session(shell: Shell) -> Iterator[Any]:
 def _load(gmsh: Any, shell: Shell) -> None:
     surface = shell.surface
     if isinstance(surface, GmshFile):
-        gmsh.merge(str(Path(surface.path).resolve()))
+        path = Path(surface.path).resolve()
+        if path.suffix == path.suffix.lower():
+            gmsh.merge(str(path))
+            return
+        # gmsh knows not all endings in capitals, and takes the others for programs
+        with tempfile.TemporaryDirectory() as folder:
+            named = Path(folder, path.stem + path.suffix.lower())
+            named.symlink_to(path)
+            gmsh.merge(str(named))
     else:
         assert isinstance(surface, GmshModel)
         surface.build(gmsh, shell.mesh)

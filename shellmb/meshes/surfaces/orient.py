@@ -39,10 +39,11 @@ def oriented(x: Floats, cells: Ints, cell: Cell, name: str) -> Floats:
     for p in range(parts):
         order, parent = breadth_first_order(graph, int(np.argmax(part == p)), directed=False)
         sign[order[0]] = 1.0
-        above = parent[order[1:]]
-        same = np.asarray(graph[above, order[1:]]).ravel() == 1
-        for c, before, as_before in zip(order[1:], above, same, strict=True):
-            sign[c] = sign[before] * (1.0 if as_before else -1.0)
+        if len(order) > 1:
+            above = parent[order[1:]]
+            same = np.asarray(graph[above, order[1:]]).ravel() == 1
+            for c, before, as_before in zip(order[1:], above, same, strict=True):
+                sign[c] = sign[before] * (1.0 if as_before else -1.0)
         if sign[order].sum() < 0:
             sign[order] *= -1.0
     if np.any((sign[first] == sign[second]) != opposite):

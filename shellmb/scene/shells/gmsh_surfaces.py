@@ -104,7 +104,8 @@ class GmshFile(Meshed):
                 "a MeshFile"
             )
         with self.path.open("rb") as file:
-            begin = file.read(64).lstrip()
+            # gmsh itself goes by the first bytes: a line before them makes a program of it
+            begin = file.read(16)
         if ending == ".msh" and not begin.startswith(MSH):
             raise SceneError(
                 f"gmsh file: '{self.path}' does not begin as a mesh of gmsh ($MeshFormat); a "
