@@ -19,6 +19,7 @@ from shellmb.observers.fields.modalresultants import ModalResultants
 from shellmb.observers.fields.nodal import Nodes
 from shellmb.observers.fields.resultants import Resultants, has_resultants
 from shellmb.observers.inframe import packed, seen, unpacked
+from shellmb.observers.wholeturns import WholeTurns
 from shellmb.scene import Probe, RigidBody
 from shellmb.simulate.simulation import Silent, Simulation
 
@@ -38,23 +39,29 @@ class _Spot:
     Args:
         probe: The probe.
         sums: What it reads, between two steps: its quantity, or its pose and that of a frame.
+        turns: Counts the turns of a rotation; None of other quantities.
     """
 
     probe: Probe
     sums: tuple[Sum, ...]
+    turns: WholeTurns | None
 
     def vector(self, means: list[Floats]) -> Floats:
         """The quantity by the means of what is read, shape (3,)."""
         if self.probe.frame is None:
-            return means[0]
-        return seen(self.probe.quantity, *map(unpacked, means))
+            found = means[0]
+        else:
+            found = seen(self.probe.quantity, *map(unpacked, means))
+            if self.turns is not None:
+                (found,) = self.turns.nearest(found[None])
+        return found if self.turns is None else self.turns.count(found)
 
 
 class Probes(Silent):
     """Records the probes of the scene, the same on all ranks.
 
     Motions are those at the end of a step. Forces, moments and other resultants are means over it,
-    in statics the values (`Resultants`).
+    in statics the values (`Resultants`). Rotations are continuous (`WholeTurns`).
 
     Attributes:
         values: Value of each probe at the current time, by its name.
@@ -62,6 +69,7 @@ class Probes(Silent):
 
     def __init__(self) -> None:
         self.values: dict[str, float] = {}
+        self._turns: dict[str, WholeTurns] = {}
 
     def start(self, simulation: Simulation) -> None:
         """Find the nodes and take the values at the start.
@@ -71,7 +79,11 @@ class Probes(Silent):
         """
         self._comm = simulation.model.comm
         self._resultants: dict[str, Resultants] = {}
-        self._spots = [_Spot(p, self._sums(simulation, p)) for p in simulation.scene.probes]
+        probes = simulation.scene.probes
+        for probe in probes:
+            if probe.quantity == "rotation":
+                self._turns.setdefault(probe.name, WholeTurns())
+        self._spots = [_Spot(p, self._sums(simulation, p), self._turns.get(p.name)) for p in probes]
         self._measure()
 
     def _sums(self, simulation: Simulation, probe: Probe) -> tuple[Sum, ...]:
@@ -92,7 +104,8 @@ class Probes(Silent):
             return (partial(self._resultants[body.name].sums, nodes, probe.quantity),)
         spot = _spot(simulation, given.name, probe.point, who)
         if probe.frame is None:
-            return (_total(simulation, *spot, probe.quantity),)
+            turns = self._turns.get(probe.name)
+            return (_total(simulation, *spot, probe.quantity, turns),)
         # a reduced body is seen from its floating frame, and has coordinates for names there
         seen_from = next(p for p in scene.probes if p.name == probe.name)
         assert seen_from.frame is not None
@@ -127,6 +140,15 @@ class Probes(Silent):
     def measure(self) -> dict[str, float]:
         """Columns of the history."""
         return dict(self.values)
+
+    def state(self) -> dict[str, Any]:
+        """The turns so far."""
+        return {name: turns.state() for name, turns in self._turns.items()}
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Take them up."""
+        for name, turns in state.items():
+            self._turns.setdefault(name, WholeTurns()).restore(turns)
 
 
 def _spot(simulation: Simulation, name: str, point: Any, who: str) -> Where:
@@ -167,10 +189,14 @@ def _total(
     nodes: Nodes | ModalNodes,
     arms: Floats | None,
     quantity: str,
+    turns: WholeTurns | None,
 ) -> Sum:
     """Sum over nodes, or over points at the ends of arms."""
     read = nodes.reader(simulation, body, quantity, arms)
     count = nodes.count
+    if turns is not None:
+        # each node passes half a turn at another time
+        return lambda: (np.add.reduce(turns.nearest(read())), count)
     return lambda: (np.add.reduce(read()), count)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
+from typing import Any
 
 from mpi4py import MPI
 
@@ -13,7 +14,7 @@ import numpy.typing as npt
 from shellmb.model.joints.joints import BoundJoint, JointGroup
 from shellmb.model.joints.mechanism import Mechanism
 from shellmb.model.model import Model
-from shellmb.model.places.ends import EndGroup
+from shellmb.observers.forces.freedoms import Freedoms, rows
 from shellmb.observers.forces.holding import Assembled, resistance
 from shellmb.observers.forces.impulse import last_middle
 from shellmb.simulate.simulation import Silent, Simulation
@@ -42,9 +43,9 @@ class JointForces(Silent):
 
     Attributes:
         values: Columns of the history: `JOINT.F1` to `JOINT.M3`, NaN before the first step; and
-            the coordinates that something acts on, with the forces of drivers, force elements and
-            locks (`Mechanism.coordinates`); coordinates and what follows from them and their rates,
-            as forces of springs and dampers, are those at the end of the step.
+            the coordinates of all joints that have some, with the forces of drivers, force elements
+            and locks (`Mechanism.coordinates`); coordinates and what follows from them and their
+            rates, as forces of springs and dampers, are those at the end of the step.
         acting: Force and moment on the second body in the scene's axes, shape (2, 3), by the name
             of the joint; zero before the first step.
     """
@@ -52,6 +53,7 @@ class JointForces(Silent):
     def __init__(self) -> None:
         self.values: dict[str, float] = {}
         self.acting: dict[str, Floats] = {}
+        self._freedoms = Freedoms()
 
     def start(self, simulation: Simulation) -> None:
         """Prepare the loops that assemble the forces, and list the columns."""
@@ -61,6 +63,8 @@ class JointForces(Silent):
             for component in COMPONENTS:
                 self.values[f"{name}.{component}"] = float("nan")
             self.acting[name] = np.zeros((2, 3))
+        self._freedoms.start(simulation)
+        self.values.update(self._freedoms.values)
         self.values.update(mechanism.coordinates(problem, simulation.t))
         # what moves a driven coordinate is known from a step on
         self.values.update(dict.fromkeys(mechanism.drivers, float("nan")))
@@ -76,10 +80,19 @@ class JointForces(Silent):
         """Take the coordinates."""
         mechanism = simulation.model.mechanism
         self.values.update(mechanism.coordinates(simulation.problem, simulation.t))
+        self.values.update(self._freedoms.measure(simulation))
 
     def measure(self) -> dict[str, float]:
         """Columns of the history."""
         return dict(self.values)
+
+    def state(self) -> dict[str, Any]:
+        """Rotations, whose turns count."""
+        return self._freedoms.state()
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Take them up."""
+        self._freedoms.restore(state)
 
 
 def group_loops(problem: Assembled, mechanism: Mechanism) -> list[GroupLoop]:
@@ -162,17 +175,12 @@ def _end(
 ) -> tuple[Floats, Floats, Floats, Floats]:
     """Position and directors of a node, and the virtual work on them."""
     place, end = group.ends[which], joint.ends[which]
-    at = _rows(group, place, "u", row)
+    at = rows(group, place, "u", row)
     x, force = end.node + q[at], r[at]
     if not place.turns:
         return x, np.zeros((0, 3)), force, np.zeros((0, 3))
-    at = _rows(group, place, "w", row)
+    at = rows(group, place, "w", row)
     return x, end.directors + q[at].reshape(-1, 3), force, r[at].reshape(-1, 3)
-
-
-def _rows(group: JointGroup, place: EndGroup, part: str, row: int) -> npt.NDArray[np.int32]:
-    name = f"{part}{place.tag}"
-    return group.mixed.dofs[name].reshape(-1, group.mixed.parts[name][1])[row]
 
 
 def _axes(group: JointGroup, joint: BoundJoint, row: int, q: Floats) -> Floats:
