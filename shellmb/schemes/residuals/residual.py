@@ -1,7 +1,8 @@
 """Residual of one body for one stage: inertia + internal forces - loads - added terms."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import ufl
 from dolfinx import fem
@@ -33,6 +34,7 @@ class Sample:
         weight: Weight of added terms; None: one.
         levels: Functions of the body, where added terms are linearised; then the state is the
             reference.
+        terms: Whether added terms count here; not where they do at single instants.
     """
 
     state: Expr
@@ -43,6 +45,7 @@ class Sample:
     tau: float
     weight: fem.Constant | None = None
     levels: Levels | None = None
+    terms: bool = True
 
     def update(
         self, t: float, dt: float, factor: Callable[[float, TimeFunction | None], float]
@@ -68,6 +71,8 @@ class Sample:
 
     def of_terms(self, body: Body, dq: Expr) -> Form | None:
         """Virtual work of the added terms."""
+        if not self.terms:
+            return None
         form = body.extra(self.state, self.rates, dq, self.time)
         if form is None:
             return None
@@ -75,6 +80,32 @@ class Sample:
             linear = change(form, self.levels)
             form = form if linear is None else form + linear
         return form if self.weight is None else self.weight * form
+
+    def resolved(self, body: Body, dq: Expr, mesh: Any) -> "tuple[Sample, ...]":
+        """The sample, with added terms that depend on time at all of its instants, as loads are.
+
+        A single instant misses or doubles what begins or ends within a step.
+
+        Args:
+            body: The body.
+            dq: Direction.
+            mesh: Mesh of the body.
+        """
+        form = self.of_terms(body, dq)
+        if len(self.instants) == 1 or form is None or self.time not in form.constants():
+            return (self,)
+        parts = [
+            replace(
+                self,
+                loads=None,
+                instants=((tau, weight),),
+                time=fem.Constant(mesh, 0.0),
+                tau=tau,
+                weight=fem.Constant(mesh, weight),
+            )
+            for tau, weight in self.instants
+        ]
+        return replace(self, terms=False), *parts
 
 
 @dataclass(frozen=True)
@@ -156,8 +187,9 @@ def stage_forms(
         forces = inertia, internal, None if leap is None else leap[1]
         own = [form for form in forces if form is not None]
         parts = [sum(own[1:], own[0])] if own else []
-        parts += acting(body, (sample,), dq)
-        result[name] = StageForms(stage, tuple(parts), (sample,), tuple(terms), sub.states, work)
+        samples = sample.resolved(body, dq, space.mesh)
+        parts += acting(body, samples, dq)
+        result[name] = StageForms(stage, tuple(parts), samples, tuple(terms), sub.states, work)
     if jump is not None:
         db = ufl.TestFunction(levels.unknown["b"].function_space)
         leap = leaping(db)
