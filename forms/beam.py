@@ -74,7 +74,7 @@ class LinePoint(NamedTuple):
         du: Variation of the displacement.
         dw: Variation of the directors.
         line: Reference line.
-        time: Time at the middle of the step, s.
+        time: Time, s; what depends on it is averaged over a step.
         x: Current position, shape (3,), m.
         d: Current directors one after the other, shape (9,).
         strain_rate: Rates of the strains (Gamma, K) over the sub-interval, shape (6,), 1/s and

@@ -23,7 +23,7 @@ class Point(NamedTuple):
         dw: Variation of the director.
         surf: Reference surface.
         mass: Mass coefficients; None in statics.
-        time: Time at the middle of the step, s.
+        time: Time, s; what depends on it is averaged over a step.
         x: Current position, shape (3,), m.
         d: Current director, shape (3,); of unit length at the nodes.
         normal: Unit normal of the deformed surface, shape (3,), on the director's side.

@@ -274,7 +274,7 @@ class Body(Protocol):
             mid: State at which it acts.
             rates: Velocities; None in statics.
             dq: Virtual displacement.
-            time: Time at the middle of the step.
+            time: Time; what depends on it is averaged over a step.
         """
         ...
 

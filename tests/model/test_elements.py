@@ -49,7 +49,8 @@ class Run(Silent):
 
     def accepted(self, simulation: Simulation) -> None:
         mechanism = simulation.model.mechanism
-        found = mechanism.coordinates(simulation.problem, simulation.t)
+        found = mechanism.coordinates(simulation.problem)
+        found |= mechanism.elements(simulation.problem, simulation.t)
         self.rows.append({"t": simulation.t, **found, **self.account.values})
 
     def __getitem__(self, column: str) -> np.ndarray:

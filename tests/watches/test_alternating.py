@@ -1,11 +1,13 @@
 """Forces that alternate are named; those that move, vibrate or jump are not."""
 
 import math
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any, cast
 
 from mpi4py import MPI  # noqa: F401  (before dolfinx)
 
+import numpy as np
 import pytest
 
 from shellmb.observers.summary import Sources
@@ -21,6 +23,7 @@ from shellmb.scene import (
     Revolute,
     RigidBody,
     Scene,
+    Spring,
 )
 from shellmb.schemes.ed import EnergyDecaying
 from shellmb.schemes.ep import EnergyPreserving
@@ -107,3 +110,42 @@ def test_an_impact_does_not_alternate() -> None:
         t_end=1.0,
     )
     assert not said(scene)
+
+
+@pytest.mark.parametrize("scale", [1.0, 1e-3])
+def test_ends_of_steps_on_a_stiff_spring(scale: float) -> None:
+    """A table shakes a mass on a stiff spring: means are right, ends of steps are said to be wrong.
+
+    Args:
+        scale: Unit of length, m.
+    """
+    w, along = 1.2, (1, 0, 0)
+    inertia = (1e-3 * scale**2,) * 3
+    scene = Scene(
+        "shaker",
+        rigid_bodies=[
+            RigidBody("table", 1.0, inertia),
+            RigidBody("mass", 1.0, inertia, position=(scale, 0, 0)),
+        ],
+        joints=[
+            Prismatic("rail", GROUND, "table", at=(0, 0, 0), axis=along),
+            Prismatic("other", GROUND, "mass", at=(scale, 0, 0), axis=along),
+        ],
+        elements=Spring("spring", "table", "mass", (0, 0, 0), (scale, 0, 0), stiffness=1e7),
+        drivers=Driver("drive", "rail", translation=lambda t: scale * math.sin(w * t)),
+        initial=InitialVelocity(linear=(w * scale, 0, 0), body="mass"),
+        output=Output(end_forces=True),
+        scheme="ep",
+        dt=0.125,
+        t_end=10.0,
+    )
+    run = execute(scene)
+    (caution,) = [c for c in run.warnings if c.watch == "alternation"]
+    assert "at the ends of steps" in caution.says and "means over steps" in caution.says
+    assert caution.value > 1
+    rows = run.history.iloc[1:]
+    right = scale * w**2 * np.sin(w * (rows["t"] - 0.125 / 2))
+    assert np.abs(rows["spring.force"] - right).max() < 0.05 * w**2 * scale
+    assert np.abs(rows["spring.force_end"] - right).max() > w**2 * scale
+    # without values at the ends of steps there is nothing to say
+    assert not said(replace(scene, output=Output()))

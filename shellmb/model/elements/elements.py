@@ -45,7 +45,12 @@ class ElementGroup(Massless):
         name: Name in the system.
         comm: Communicator.
         items: The elements.
+
+    Attributes:
+        resists: Sign by which what is reported resists a change of the coordinate.
     """
+
+    resists = 1.0
 
     def __init__(self, name: str, comm: MPI.Comm, items: Sequence[BoundElement]) -> None:
         self.items = list(items)
@@ -66,6 +71,14 @@ class ElementGroup(Massless):
     def x(self, q: Expr) -> Expr:
         """The coordinate at a state."""
         return self.layout.part(q, "x")
+
+    def acted(self, row: Floats) -> Floats:
+        """What is reported as a mean over a step, shape (items,); collective.
+
+        Args:
+            row: Virtual work on the left-hand side of the row that balances the step, by local dof.
+        """
+        return self.resists * gathered(self.nodes, row[self.mixed.dofs["x"]]) + 0.0
 
     def force(self, x: Expr, rate: Expr, time: Expr) -> Expr:
         """What is reported: tension of springs, resistance of dampers, drive of motors."""
@@ -206,6 +219,8 @@ class Dampers(ElementGroup):
 class Motors(ElementGroup):
     """Motors that share a law of coordinate, mean rate over the step, and time; or commanded."""
 
+    resists = -1.0
+
     def command(self, signals: Signals) -> None:
         """Set the torques and forces that are commanded."""
         if self.law is None:
@@ -214,7 +229,7 @@ class Motors(ElementGroup):
             set_constants(self.parameter, self.nodes, given)
 
     def extra(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
-        """Work of the motors at the middle of the sub-interval; in statics at rate zero."""
+        """Work of the motors in the middle of the sub-interval; in statics at rate zero."""
         x = self.x(mid)
         rate = 0.0 * x if rates is None else self.x(rates.chord)
         return self.force(x, rate, time) * self.x(dq) * ufl.dx

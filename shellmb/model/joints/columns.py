@@ -87,13 +87,18 @@ def drive(problem: Solution, coordinate: Coordinate) -> float:
 def element_forces(
     group: ElementGroup, values: Mapping[Key, float], rates: Mapping[Key, float], t: float
 ) -> dict[str, float]:
-    """Tension of springs, resistance of dampers, drive of motors; collective."""
+    """Tension of springs, resistance of dampers, drive of motors at a state; collective."""
     keys = [(item.coordinate.name, item.coordinate.kind) for item in group.items]
     x = np.array([values[key] for key in keys])
     v = np.array([rates[key] for key in keys])
+    return element_columns(group, group.forces(x, v, t))
+
+
+def element_columns(group: ElementGroup, forces: Floats) -> dict[str, float]:
+    """Forces of the elements of a group, shape (items,), by their columns."""
     return {
-        f"{item.element.name}.{EFFORT[key[1]]}": float(force)
-        for item, key, force in zip(group.items, keys, group.forces(x, v, t), strict=True)
+        f"{item.element.name}.{EFFORT[item.coordinate.kind]}": float(force)
+        for item, force in zip(group.items, forces, strict=True)
     }
 
 

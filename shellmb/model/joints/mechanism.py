@@ -126,28 +126,40 @@ class Mechanism:
             if isinstance(group, Motors):
                 group.command(signals)
 
-    def coordinates(self, problem: Solution, t: float | None = None) -> dict[str, float]:
-        """Columns of the history: coordinates, and what acts on them; collective.
+    def coordinates(self, problem: Solution) -> dict[str, float]:
+        """Columns of the history: coordinates, and what drives and locks them; collective.
 
         `JOINT.rotation` [rad], `JOINT.translation` [m], `ELEMENT.length` [m]; `NAME.torque` [N m]
-        or `NAME.force` [N] of drivers, springs (tension), dampers (resistance) and motors;
-        `JOINT.lock_torque` or `JOINT.lock_force`; of contacts those of `read_contacts`.
+        or `NAME.force` [N] of drivers; `JOINT.lock_torque` or `JOINT.lock_force`; of contacts those
+        of `read_contacts`.
 
         Args:
             problem: The problem, a step of which is accepted.
-            t: Current time, s; that of the middle of the step if omitted.
         """
-        values, rates = read_coordinates(problem, self.coordinate_groups)
+        values, _ = read_coordinates(problem, self.coordinate_groups)
         found = {
             f"{name}.{COLUMN[kind]}": self.table[name, kind].start + value
             for (name, kind), value in values.items()
         }
-        efforts = self.efforts(problem)
-        found |= {name: efforts.pop(name) for name in self.drivers}
+        return found | self.efforts(problem)
+
+    def elements(self, problem: Solution, t: float) -> dict[str, float]:
+        """Columns of force elements at a state; collective.
+
+        `NAME.torque` [N m] or `NAME.force` [N], of springs the tension, of dampers the resistance,
+        of motors what they exert, from coordinates and rates there.
+
+        Args:
+            problem: The problem, which has the state.
+            t: Its time, s.
+        """
+        if not self.element_groups:
+            return {}
+        values, rates = read_coordinates(problem, self.coordinate_groups)
+        found: dict[str, float] = {}
         for group in self.element_groups:
-            now = float(problem.time(group.name).value) if t is None else t
-            found |= element_forces(group, values, rates, now)
-        return found | efforts
+            found |= element_forces(group, values, rates, t)
+        return found
 
     def efforts(self, problem: Solution) -> dict[str, float]:
         """Columns of what drives and locks coordinates alone; collective.

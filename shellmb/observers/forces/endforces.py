@@ -17,7 +17,10 @@ ENDING = "_end"
 
 
 class EndForceColumns(Silent):
-    """Forces of joints, drivers, locks and supports at the end of a step (`simulate.endforces`).
+    """Forces of joints and all that acts on them, and of supports, at the end of a step.
+
+    Those of force elements follow from coordinates and rates there, all others from the equations
+    of motion (`simulate.endforces`).
 
     Nothing without `Output(end_forces=True)`.
 
@@ -79,7 +82,8 @@ class EndForceColumns(Silent):
         def state(body: str) -> np.ndarray:
             return np.asarray(levels[body].q.x.array)
 
-        efforts = model.mechanism.efforts(solution)
+        mechanism, problem = model.mechanism, simulation.problem
+        efforts = mechanism.efforts(solution) | mechanism.elements(problem, simulation.t)
         found = {f"{name}{ENDING}": value for name, value in efforts.items()}
         joints = columns(joint_forces(model, self._loops, state), ENDING)
         return joints | found | self._ends(state, ENDING)

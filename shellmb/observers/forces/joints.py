@@ -11,12 +11,14 @@ from mpi4py import MPI
 import numpy as np
 import numpy.typing as npt
 
+from shellmb.model.joints.columns import element_columns
 from shellmb.model.joints.joints import BoundJoint, JointGroup
 from shellmb.model.joints.mechanism import Mechanism
 from shellmb.model.model import Model
 from shellmb.observers.forces.freedoms import Freedoms, rows
 from shellmb.observers.forces.holding import Assembled, resistance
 from shellmb.observers.forces.impulse import last_middle
+from shellmb.schemes.base import END
 from shellmb.simulate.simulation import Silent, Simulation
 from shellmb.system.assembly.loops import LoopResiduals
 
@@ -42,10 +44,10 @@ class JointForces(Silent):
     joint's.
 
     Attributes:
-        values: Columns of the history: `JOINT.F1` to `JOINT.M3`, NaN before the first step; and
-            the coordinates of all joints that have some, with the forces of drivers, force elements
-            and locks (`Mechanism.coordinates`); coordinates and what follows from them and their
-            rates, as forces of springs and dampers, are those at the end of the step.
+        values: Columns of the history: `JOINT.F1` to `JOINT.M3`, NaN before the first step; the
+            coordinates of all joints that have some, at the end of the step, with the forces of
+            drivers and locks (`Mechanism.coordinates`); and those of force elements, means over the
+            step, which begin with the values at the start.
         acting: Force and moment on the second body in the scene's axes, shape (2, 3), by the name
             of the joint; zero before the first step.
     """
@@ -65,7 +67,11 @@ class JointForces(Silent):
             self.acting[name] = np.zeros((2, 3))
         self._freedoms.start(simulation)
         self.values.update(self._freedoms.values)
-        self.values.update(mechanism.coordinates(problem, simulation.t))
+        # dampers have no forces in statics
+        acting = [g for g in mechanism.element_groups if problem.forms[g.name][END].residual]
+        self._elements = [(g, *resistance(problem, g.name)) for g in acting]
+        self.values.update(mechanism.coordinates(problem))
+        self.values.update(mechanism.elements(problem, simulation.t))
         # what moves a driven coordinate is known from a step on
         self.values.update(dict.fromkeys(mechanism.drivers, float("nan")))
 
@@ -75,11 +81,16 @@ class JointForces(Silent):
         found = joint_forces(simulation.model, self._loops, middle)
         self.values.update(columns(found))
         self.acting.update({name: both[2:] for name, both in found.items()})
+        for group, residuals, r in self._elements:
+            r[:] = 0.0
+            residuals.refresh()
+            residuals.add(r)
+            self.values.update(element_columns(group, group.acted(r)))
 
     def accepted(self, simulation: Simulation) -> None:
         """Take the coordinates."""
         mechanism = simulation.model.mechanism
-        self.values.update(mechanism.coordinates(simulation.problem, simulation.t))
+        self.values.update(mechanism.coordinates(simulation.problem))
         self.values.update(self._freedoms.measure(simulation))
 
     def measure(self) -> dict[str, float]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 
 import numpy as np
@@ -26,9 +27,10 @@ NOTHING = 1e-9
 class Alternating(Silent):
     """Looks at the end of a run at forces of joints and efforts of drivers and force elements.
 
-    They are means over a step, or follow from rates at its end. Velocities of EP violate
-    constraints a little, by what changes its sign from step to step; and so do the forces of
-    whatever vibrates faster than the steps resolve and is not damped.
+    They are means over a step; velocities of EP violate constraints a little, by what changes its
+    sign from step to step, and with them the means of joints and drivers. With `end_forces` there
+    are means without that, and values at the ends of steps. These alternate where anything vibrates
+    faster than the steps resolve and is not damped.
 
     Args:
         sources: The observers of the run.
@@ -40,13 +42,40 @@ class Alternating(Silent):
         self._history = sources.history
 
     def cautions(self, simulation: Simulation) -> Iterator[Caution]:
-        """What alternates most; nothing where forces at the ends of steps are there."""
+        """What alternates most, of means and of values at the ends of steps."""
         scheme, rows = simulation.scheme, self._history.rows
-        if not scheme.dynamic or simulation.scene.output.end_forces or len(rows) <= STEPS:
+        if not scheme.dynamic or len(rows) <= STEPS:
             return
-        units = [_forces(simulation), [[c] for c in rows[0] if c.endswith("torque")]]
-        units[0] += [[c] for c in rows[0] if c.endswith("force")]
-        found = []
+        # one that dissipates already has nothing more to damp it with
+        damped = scheme.dissipation()[0] > 0
+        ways = "a smaller step" if damped else "--scheme ed3 or a smaller step"
+        if not simulation.scene.output.end_forces:
+            yield from self._caution(
+                _units(rows, ""),
+                "alternates from step to step, by {share:.2g} times its mean over two: velocities "
+                "violate constraints a little, or something vibrates faster than steps resolve; "
+                f"use {ways}, or --end-forces for means without alternation",
+            )
+            return
+        yield from self._caution(
+            _units(rows, "_mean"),
+            "alternates from step to step, by {share:.2g} times its mean over two: something "
+            f"vibrates faster than steps resolve; use {ways}",
+        )
+        yield from self._caution(
+            _units(rows, "_end"),
+            "at the ends of steps alternates, by {share:.2g} times its mean over two: something "
+            f"vibrates faster than steps resolve; use means over steps, or {ways}",
+        )
+
+    def _caution(self, units: list[list[list[str]]], says: str) -> Iterator[Caution]:
+        """A sentence about the columns that alternate.
+
+        Args:
+            units: Columns of forces and of torques, those together that are one vector.
+            says: What is wrong, and what to do.
+        """
+        rows, found = self._history.rows, []
         for unit in units:
             series = {names[0]: _series(rows, names) for names in unit}
             sizes = {name: _size(f) for name, f in series.items()}
@@ -56,26 +85,33 @@ class Alternating(Silent):
         if not alternate:
             return
         share, column = max(alternate)
-        what = column.removesuffix(".F1")
+        what = re.sub(r"\.F[1x](_mean|_end)?$", "", column)
         others = f", and {len(alternate) - 1} more" if len(alternate) > 1 else ""
-        # one that dissipates already has nothing more to damp it with
-        damped = scheme.dissipation()[0] > 0
-        ways = "a smaller step" if damped else "--scheme ed3 or a smaller step"
-        yield Caution(
-            self.name,
-            None,
-            share,
-            SHARE,
-            f"the force of '{what}'{others} alternates from step to step, by {share:.2g} times "
-            "its mean over two: velocities violate constraints a little, or something vibrates "
-            f"faster than steps resolve; use {ways}, or --end-forces for values at the ends of "
-            "steps",
-        )
+        said = f"the force of '{what}'{others} {says.format(share=share)}"
+        yield Caution(self.name, None, share, SHARE, said)
 
 
-def _forces(simulation: Simulation) -> list[list[str]]:
-    """Columns of the force of each joint."""
-    return [[f"{name}.F{k}" for k in (1, 2, 3)] for name in simulation.model.mechanism.joints]
+def _units(rows: list[dict[str, float]], ending: str) -> list[list[list[str]]]:
+    """Columns of forces and of torques, with an ending; those of joints and supports as vectors."""
+    known = rows[0]
+    names = [n.removesuffix(ending) for n in known if n.endswith(ending)]
+    if ending == "_mean":
+        # of force elements and supports there is one mean only
+        names += [n for n in known if f"{n}_end" in known and f"{n}_mean" not in known]
+
+    def column(name: str) -> str:
+        return f"{name}{ending}" if f"{name}{ending}" in known else name
+
+    axes = ("F1", "F2", "F3"), ("Fx", "Fy", "Fz")
+    owners = dict.fromkeys(n[:-3] for n in names if n.endswith((".F1", ".Fx")))
+    vectors = [
+        [column(f"{owner}.{part}") for part in parts]
+        for owner in owners
+        for parts in axes
+        if column(f"{owner}.{parts[0]}") in known
+    ]
+    forces = [[column(n)] for n in names if n.endswith("force")]
+    return [vectors + forces, [[column(n)] for n in names if n.endswith("torque")]]
 
 
 def _series(rows: list[dict[str, float]], names: list[str]) -> Floats:
