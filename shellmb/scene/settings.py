@@ -25,9 +25,11 @@ class Solver:
         solve: Solve linear systems with ``"reduced"`` unknowns (five per shell node, six per frame)
             or with all of them (``"full"``). The result is the same.
         newton: When to factorise: in each iteration (``"full"``), once in each step
-            (``"modified"``), or as rarely as pays (``"auto"``). The result is the same. Where all
-            is linear there is one factorisation; in linear dynamics ``"auto"`` solves once in each
-            step, and the others a second time, which takes out round-off.
+            (``"modified"``), or as rarely as pays (``"auto"``). The result is the same where a step
+            has one solution: where a body turns by more than a radian in it there may be others,
+            such as half a turn, and each way may find another one; the run warns of such turns.
+            Where all is linear there is one factorisation; in linear dynamics ``"auto"`` solves
+            once in each step, and the others a second time, which takes out round-off.
         backend: DOLFINx's ``NewtonSolver`` or PETSc's SNES.
         tolerance: Relative tolerance, tested for every field by itself.
         max_iterations: Iterations after which a step counts as not converged.
@@ -56,8 +58,12 @@ class StepControl:
         patience: Number of good steps before the step grows.
         jump_tolerance: Largest jump between the states j and i of the energy-decaying scheme,
             relative to the scale of each field; larger ones reject the step. None: no control.
-        tolerance: What the errors of all steps may add up to at ``t_end``: of positions relative to
-            the size of the body, of directors in rad; dynamic schemes only. None: no control.
+        tolerance: What the errors of steps may add up to while a motion as large as the body turns
+            by one radian: of positions relative to the size of the body, of directors as of
+            positions across the thickness; dynamic schemes only. None: no control. Over longer
+            motions errors add up to more, which the run estimates
+            (``summary["step_control"]["accumulated_error"]``) and warns of where it is more than
+            five tolerances.
         times: Times [s] at which a step has to end: of outputs, or where a function of time of the
             scene has a jump or a corner. Those of ``Step``, ``Ramp``, ``Table`` and ``Sine`` a
             tolerance knows.

@@ -163,7 +163,7 @@ class Simulation:
             return StepSize(control, dt)
         law = local_error(self.scheme)
         noise = law.per_radian(solver.tolerance ** (1 / law.degree))
-        return ErrorSize(control, dt, self.t_end, law.order, noise)
+        return ErrorSize(control, dt, self.t_end, law.order, noise, law.factor)
 
     @petsc_in_words()
     def run(self, observers: Sequence[Observer] = ()) -> None:

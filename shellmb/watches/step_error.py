@@ -1,4 +1,4 @@
-"""The control of the step by its error could not do what the tolerance asks for."""
+"""What the control of the step by its error cannot do, or does not promise."""
 
 from __future__ import annotations
 
@@ -10,12 +10,15 @@ from mpi4py import MPI
 import numpy as np
 
 from shellmb.observers.summary import Sources
+from shellmb.schemes.quadratic import QuadraticInTime
 from shellmb.simulate.simulation import Silent, Simulation
 from shellmb.simulate.stepsize.tolerance import ErrorSize
 from shellmb.watches.base import Caution
 
 # a motion smaller than so many tolerances is not known to a tenth of it
 KNOWN = 10.0
+# errors that add up to more tolerances than these are said; the sum is a bound
+ADDED = 5.0
 
 
 class StepErrors(Silent):
@@ -63,6 +66,7 @@ class StepErrors(Silent):
                 f"{size.coarse} steps are off by up to {size.worst:.2g}, more than the tolerance "
                 f"of {tolerance:g}; {why}",
             )
+        yield from self._added(simulation, size)
         reach = simulation.model.comm.allreduce(self._reach, op=MPI.MAX)
         if simulation.step and reach < KNOWN * tolerance:
             yield Caution(
@@ -74,6 +78,29 @@ class StepErrors(Silent):
                 f"{tolerance:g}, which is relative to it, says little of their motion; use one of "
                 f"about {1e-2 * reach:.0e}",
             )
+
+    def _added(self, simulation: Simulation, size: ErrorSize) -> Iterator[Caution]:
+        """The tolerance is for each radian of the motion: what that makes of all of it."""
+        tolerance = size.settings.tolerance
+        if tolerance is None or size.total <= ADDED * tolerance:
+            return
+        found, scheme = size.total, simulation.scheme
+        lost = isinstance(scheme, QuadraticInTime) and scheme.alpha > 0
+        behind = (
+            f", and what spins lags by up to {size.lag:.1e} more, as each step takes of its speed"
+            if lost
+            else ""
+        )
+        wanted = tolerance**2 / found
+        yield Caution(
+            self.name,
+            None,
+            found,
+            ADDED * tolerance,
+            f"the errors of {simulation.step} steps may add up to {found:.1e} of the size of "
+            f"bodies{behind}: the tolerance of {tolerance:g} is what a radian of motion may cost; "
+            f"for errors of {tolerance:g} in all use one of {wanted:.0e}",
+        )
 
     def state(self) -> dict[str, Any]:
         """How far they were so far."""

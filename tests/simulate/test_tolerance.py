@@ -1,6 +1,7 @@
 """Steps that follow their error: what the tolerance brings, where steps land, what is kept."""
 
 from dataclasses import replace
+from functools import cache
 from typing import Any
 
 from mpi4py import MPI  # noqa: F401  (before dolfinx)
@@ -22,6 +23,7 @@ from shellmb.scene import (
     PointForce,
     Ramp,
     Rectangle,
+    RigidBody,
     Scene,
     Shell,
     StepControl,
@@ -32,6 +34,7 @@ from shellmb.simulate.simulation import Silent, Simulation
 from shellmb.simulate.stepsize.errors import difference
 from shellmb.simulate.stepsize.tolerance import AIM, ErrorSize
 from shellmb.verify.problems.mechanisms import RigidPath, double_pendulum, pendulum_centers
+from shellmb.watches.step_error import ADDED, StepErrors
 
 # with the dissipation that is the default, where there is one
 # rivals are there to be compared with steps that are fixed
@@ -329,3 +332,51 @@ def test_what_cannot_be_controlled_is_refused(sentence: str) -> None:
     with pytest.raises(SceneError) as caught:
         BAD[sentence]()
     assert sentence in str(caught.value)
+
+
+@cache
+def spun() -> np.ndarray:
+    """Directors at the end; with half the step they are the same to 2e-8."""
+    return directors(spinning("ep4", None, 1e-2))
+
+
+def directors(simulation: Simulation) -> np.ndarray:
+    rigid = simulation.model.rigid
+    assert rigid is not None
+    return simulation.problem.state(rigid.name).x.array[rigid.local("body", "w")].copy()
+
+
+def spinning(scheme: str, tolerance: float | None, dt: float) -> Simulation:
+    """A free body that turns about an axis near its stablest one: 18 radians and more."""
+    control = StepControl(tolerance=tolerance)
+    scene = Scene(
+        "free",
+        rigid_bodies=RigidBody("body", 1.0, (1.0, 2.0, 3.0)),
+        initial=InitialVelocity(spin=(0.1, 0.1, 3.0)),
+        scheme=scheme,
+        dt=dt,
+        t_end=6.0,
+        control=control,
+    )
+    simulation = Simulation(scene)
+    watch = StepErrors(sources=None)  # type: ignore[arg-type]
+    simulation.run([watch])
+    said = [caution.says for caution in watch.cautions(simulation)]
+    assert len(said) == (tolerance is not None)
+    assert all("what a radian of motion may cost" in words for words in said)
+    assert all(("what spins lags" in words) == (scheme == "ed3") for words in said)
+    return simulation
+
+
+@pytest.mark.parametrize(
+    ("scheme", "tolerance"), [("ep", 1e-3), ("ep4", 1e-5), ("ep4", 1e-7), ("ed3", 1e-5)]
+)
+def test_what_errors_add_up_to_is_known(scheme: str, tolerance: float) -> None:
+    """Kind: a number that is missed over a long motion and not said. The bound is one."""
+    simulation = spinning(scheme, tolerance, 5e-3)
+    error, size = float(np.max(np.abs(directors(simulation) - spun()))), simulation.size
+    assert isinstance(size, ErrorSize)
+    assert size.total > ADDED * tolerance
+    bound = size.total + (size.lag if scheme == "ed3" else 0.0)
+    # the component that is worst, at the end: between a tenth of it and all of it
+    assert 0.1 * bound < error < 1.5 * bound

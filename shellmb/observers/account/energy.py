@@ -251,6 +251,10 @@ class EnergyAccount(Silent):
         self._there = max(self._there, values["total_energy"] + values["dissipation"])
         self._lowest = min(self._lowest, values["total_energy"])
 
+    def raise_floor(self, energy: float) -> None:
+        """Energies below this one are round-off, J."""
+        self.floor = max(self.floor, energy)
+
     @property
     def relative_error(self) -> float:
         """Largest violation of the energy law relative to the energy that was exchanged."""

@@ -35,6 +35,9 @@ COLUMNS = [f"{name}_{axis}" for name in ("momentum", "angular_momentum") for axi
 # nodes, a momentum is as good as zero, and its drift is measured by that part instead: of forces
 # that cancel one another round-off remains
 SMALL = 1e-3
+# motions in a step, relative to the scene, of which a momentum is not known to 1e-6, and an energy
+# not to 1e-8: round-off of 1e-16 in positions is a velocity in each step
+SLOWEST, STILL = 1e-9, 1e-10
 
 
 class Momentum(Silent):
@@ -58,7 +61,7 @@ class Momentum(Silent):
         self._now, self._impulses = self._vectors[0], self._vectors[1:]
         self._loads, self._supports, self._impacts = self._impulses
         self._largest = dict.fromkeys(KINDS, 0.0)
-        self._gross = self._kinetic = 0.0
+        self._gross = self._kinetic = self._slowest = 0.0
 
     def start(self, simulation: Simulation) -> None:
         """Compile the functionals and take the initial momenta."""
@@ -124,6 +127,10 @@ class Momentum(Silent):
         if not self._dynamic:
             return
         step = self._impulse.of_step(simulation)
+        assert simulation.last is not None
+        speed = self._length / simulation.last.dt
+        self._slowest = max(self._slowest, SLOWEST * self._mass * speed)
+        self.account.raise_floor(self._mass * (STILL * speed) ** 2 / 2)
         self._loads += step.loads
         self._supports += step.supports
         self._gross += step.gross
@@ -147,10 +154,10 @@ class Momentum(Silent):
         if kind not in self.drift:
             return None
         size = float(np.sqrt(2 * self._mass * max(self._kinetic, self.account.floor)))
-        size += self._gross
+        least = max(SMALL * (size + self._gross), self._slowest)
         if kind == "angular momentum":
-            size *= self._length
-        scale = max(self._largest[kind], SMALL * size)
+            least *= self._length
+        scale = max(self._largest[kind], least)
         return self.drift[kind] / scale if self.drift[kind] > 0 else 0.0
 
     def measure(self) -> dict[str, float]:

@@ -46,6 +46,7 @@ def controlled(simulation: Simulation) -> dict[str, Any] | None:
         "accepted": simulation.step,
         "rejected": size.rejected,
         "largest_error": size.worst,
+        "accumulated_error": size.total,
         "above_tolerance": size.coarse,
         "dt_min": size.shortest,
         "dt_max": size.longest,

@@ -88,9 +88,14 @@ def sentence(label: str, cls: type, failure: ValidationError) -> str:
         return f"{label}: {_field(first, names)} has the wrong number of entries"
     if kind in ("missing", "missing_argument"):
         return f"{label}: {where} is missing; its parameters are {', '.join(names)}"
-    if kind in ("unexpected_keyword_argument", "unexpected_positional_argument"):
+    if kind == "unexpected_positional_argument":
+        return f"{label}: it has {len(names)} parameters, and more are given: {', '.join(names)}"
+    if kind == "unexpected_keyword_argument":
         return f"{label}: there is no parameter {where}; its parameters are {', '.join(names)}"
     right = _requirement(error)
+    if not loc:
+        # of the object as a whole: its arguments are no value to show
+        return f"{label}: {right}"
     if kind == "is_instance_of" and (home := _home(cls, error["input"])):
         right += f"; what this is, belongs into {home}="
     return f"{label}: {where} is {show(error['input'])}; {right}"

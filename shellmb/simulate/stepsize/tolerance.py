@@ -29,7 +29,7 @@ SMALLEST, LARGEST = 1e-5, 0.05
 # a step shorter by more than this ends early
 EARLY = 0.99
 # what a restart needs beyond that of other sizes
-KEPT = ("worst", "coarse", "shortest", "longest", "_before", "_after_rejection")
+KEPT = ("worst", "coarse", "shortest", "longest", "total", "lag", "_before", "_after_rejection")
 # ratios below it say no more than that steps may grow
 NOTHING = 1e-10
 
@@ -42,21 +42,28 @@ class ErrorSize(StepSize):
         t_end: Length of the run, s.
         order: Order of the scheme.
         noise: Error that Newton's method may leave: no smaller one can be asked for.
+        factor: Of the error, `factor angle^order`, with the equivalent angle of a step.
 
     Attributes:
         worst: Largest error of an accepted step.
         coarse: Number of those that were accepted with too large an error, being the smallest.
         shortest: Shortest accepted step that did not end early, s; infinite before there is one.
         longest: Longest one, s.
+        total: What the errors of all steps may add up to: each has so much per radian, times its
+            angle.
+        lag: What a spinning body is behind by besides, where each step takes as much of its speed.
     """
 
     t_end: float = 1.0
     order: int = 2
     noise: float = 0.0
+    factor: float = 1.0
     worst: float = field(default=0.0, init=False)
     coarse: int = field(default=0, init=False)
     shortest: float = field(default=math.inf, init=False)
     longest: float = field(default=0.0, init=False)
+    total: float = field(default=0.0, init=False)
+    lag: float = field(default=0.0, init=False)
 
     def __post_init__(self) -> None:
         """Begin with the scene's step."""
@@ -105,6 +112,9 @@ class ErrorSize(StepSize):
         ratio = self._ratio(measured)
         self.worst, self.longest = max(self.worst, measured), max(self.longest, dt)
         self.coarse += measured > (self.settings.tolerance or math.inf)
+        angle = (measured / self.factor) ** (1 / self.order)
+        self.lag += self.total * angle
+        self.total += measured * angle
         if dt < EARLY * self.dt and ratio <= 1:
             # it ended early, which says nothing against the step before
             return

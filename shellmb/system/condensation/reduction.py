@@ -117,7 +117,9 @@ class Reduction:
             sets = {k: s for k, s in numbers.nodes.items() if s.multipliers.shape[1] > c}
             rows = [numbers.multipliers_of(k)[:, c] for k in sets]
             ids = np.concatenate([*rows, np.zeros(0, np.int64)])
-            change = forces(numbers.full.set(ids, np.ones(len(ids)))) - none
+            # forces that are no numbers are said where they are solved for
+            with np.errstate(invalid="ignore"):
+                change = forces(numbers.full.set(ids, np.ones(len(ids)))) - none
             for k, nodes in sets.items():
                 direction = nodes.constraint_rows(system.fields)[:, c]
                 offset = int(system.numbering.offsets[k])

@@ -307,6 +307,11 @@ class DirectSolver:
         return reason
 
     def _reason(self) -> str:
+        if not np.isfinite(self.A.norm()):
+            return (
+                "the stiffness is no finite number: a law, a potential or a function of the scene "
+                "gives nan or inf here, or has no derivative"
+            )
         try:
             infog = self._ksp.getPC().getFactorMatrix().getMumpsInfog(1)
         except PETSc.Error:

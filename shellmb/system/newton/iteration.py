@@ -8,6 +8,8 @@ from dataclasses import dataclass
 
 from petsc4py import PETSc
 
+import numpy as np
+
 from shellmb.errors import ConvergenceError
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.direct.linear import Linear, Unreduced
@@ -16,6 +18,12 @@ from shellmb.system.newton.convergence import Convergence
 from shellmb.system.newton.refresh import REFRESH, Full, Refresh
 from shellmb.system.newton.roundoff import RoundOff
 from shellmb.system.nullspace.nodes import SystemNodes
+
+# why there is no solution, whatever else it looks like
+NO_NUMBER = (
+    "a force is no finite number here: a law, a potential or a function of the scene gives nan "
+    "or inf"
+)
 
 MakeLinear = Callable[[SystemNodes, str], Linear]
 
@@ -117,6 +125,8 @@ class Iteration:
             reason = self.linear.factorise(self.refresh.purpose)
             self.refresh.factorised(self.linear.cost)
         reason = reason or self.linear.solve(b, dx, fresh)
+        if reason is not None and not np.isfinite(b.norm()):
+            reason = NO_NUMBER
         if reason is None:
             self.nodes.turn(self.system.x, dx)
         else:
@@ -129,7 +139,12 @@ class Iteration:
         Raises:
             ConvergenceError: If it diverges.
         """
-        update, moved = self.convergence.measure(x, dx)
+        try:
+            update, moved = self.convergence.measure(x, dx)
+        except ConvergenceError:
+            if np.isfinite(self._last.norm()):
+                raise
+            raise self.convergence.error(NO_NUMBER) from None
         if self.refresh.converged(update, moved, self.settings.tolerance):
             return True
         if not self.roundoff.is_all(update, moved, self._last):

@@ -21,6 +21,8 @@ PROGRESS = 0.5
 STALLED = 2
 # motion in an update, relative to the size of bodies, up to which they count as being at rest
 STILL = 1e-6
+# updates that round-off may make: beyond it forces have no digits that are worth a step
+WORST = 1e-4
 # residuals up to so many times the round-off of their terms are nothing else: in stalled solutions
 # of mechanisms and plates it is 0.2 to 3, before the last iterations 1e5 and more
 NOISE = 10.0
@@ -66,7 +68,7 @@ class RoundOff:
         """
         self._stalled = self._stalled + 1 if update >= PROGRESS * self._best else 0
         self._best = min(self._best, update)
-        if moved > STILL or not self.is_left(b):
+        if update > WORST or moved > STILL or not self.is_left(b):
             return False
         self.found = self._convergence.worst()
         return True
