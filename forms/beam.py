@@ -2,12 +2,28 @@
 
 At every node there are the displacement `u` and the changes `w1, w2, w3` of three directors, so
 that `x = X + u` and `d_k = D_k + w_k`; `d1` is the tangent of the reference line, `d2` and `d3` are
-the axes of the cross-section. The strains are those of J. C. Simo (CMAME 49 (1985) 55-70), the
-directors are interpolated, and so the strains do not depend on rigid motions (P. Betsch,
-P. Steinmann, Int. J. Numer. Meth. Engng 54 (2002) 1775-1788):
+the axes of the cross-section. Shear strains and curvatures are those of J. C. Simo (CMAME 49 (1985)
+55-70), the directors are interpolated, and so the strains do not depend on rigid motions (P. Betsch,
+P. Steinmann, Int. J. Numer. Meth. Engng 54 (2002) 1775-1788). The axial strain is that of the line
+itself, as in a shell (eq. 9):
 
-    Gamma_k = d_k . x' - D_k . X'
+    Gamma_1 = (x' . x' - X' . X')/2
+    Gamma_k = d_k . x' - D_k . X',  k = 2, 3
     K_1 = (d2' . d3 - d3' . d2)/2 - ref.,  and cyclic
+
+Simo's axial strain `d1 . x' - 1` differs from it by squares of strains. With interpolated directors
+it holds no tension: these are of unit length at the nodes only, and where neighbours point in
+opposite directions, what is between them sees next to nothing of the stretch.
+
+Where forces are coupled to curvatures the line meant is the one that the axial force acts along
+without bending: `x + c_k d_k` with the tension centre `c = (-H_13, H_12)`. Its strains `g` are those
+above, with the reference length `r_1 = D_1 . X_c'` and what it leans by, `r_k = D_k . X_c'`,
+
+    g_1 = [(x_c' . x_c' - X_c' . X_c')/2 - r_2 g_2 - r_3 g_3]/r_1,  g_k = d_k . x_c' - r_k
+
+and `Gamma` is what is left when they are carried back to the reference line, `g - H_c K`. So `N` and
+`M` act on the reference line as ever, a beam does not depend on the line that describes it, and
+small strains are those of Simo for any curvature and twist at rest.
 
 ===========  ==============================================  =======
 symbol       name                                            unit
@@ -54,10 +70,12 @@ class Line(NamedTuple):
     Args:
         t: Unit tangent, shape (3,).
         D: Reference directors D1, D2, D3 one after the other, shape (9,).
+        centre: Tension centre along D2 and D3, shape (2,), m; None: the line itself.
     """
 
     t: Expr
     D: Expr
+    centre: Expr | None = None
 
 
 class LinePoint(NamedTuple):
@@ -96,33 +114,15 @@ class LinePoint(NamedTuple):
     dstrain: Expr
 
 
-def line(jacobian: Expr, D: Expr) -> Line:
+def line(jacobian: Expr, D: Expr, centre: Expr | None = None) -> Line:
     """Reference line with its unit tangent.
 
     Args:
         jacobian: Jacobian of the reference line, shape (3, 1).
         D: Reference directors, shape (9,).
+        centre: Tension centre along D2 and D3, shape (2,), m; None: the line itself.
     """
-    return Line(unit(jacobian[:, 0]), D)
-
-
-def stretch_and_shear(u: Expr, w: Expr, ref: Line) -> Expr:
-    """Axial and shear strains `Gamma`, shape (3,), dimensionless."""
-    u1 = along(u, ref.t)
-    pairs = zip(vectors(ref.D), vectors(w), strict=True)
-    return ufl.as_vector([ufl.dot(Dk + wk, u1) + ufl.dot(wk, ref.t) for Dk, wk in pairs])
-
-
-def twist_and_curvature(w: Expr, ref: Line) -> Expr:
-    """Change of twist and curvatures `K`, shape (3,), 1/m."""
-    D, Ds = vectors(ref.D), vectors(along(ref.D, ref.t))
-    c, cs = vectors(w), vectors(along(w, ref.t))
-
-    def half(a: int, b: int) -> Expr:
-        """Change of `d_a' . d_b / 2`."""
-        return (ufl.dot(Ds[a], c[b]) + ufl.dot(cs[a], D[b] + c[b])) / 2
-
-    return ufl.as_vector([half(a, b) - half(b, a) for a, b in ACROSS])
+    return Line(unit(jacobian[:, 0]), D, centre)
 
 
 def beam_strains(u: Expr, w: Expr, ref: Line) -> Expr:
@@ -133,14 +133,15 @@ def beam_strains(u: Expr, w: Expr, ref: Line) -> Expr:
         w: Changes of the directors, shape (9,).
         ref: Reference line.
     """
-    return ufl.as_vector([*stretch_and_shear(u, w, ref), *twist_and_curvature(w, ref)])
+    change = line_tangents(u, w, ref)
+    return bilinear(ref, combined([(1, rest_tangents(ref)), (0.5, change)]), change)
 
 
 class LineTangents(NamedTuple):
     """What strains are taken along: the derivative of the position, the directors and theirs.
 
     Args:
-        x1: Derivative of the position along the line, shape (3,).
+        x1: Derivative of the position of the tension centre along the line, shape (3,).
         d: Directors.
         ds: Their derivatives, 1/m.
     """
@@ -152,12 +153,25 @@ class LineTangents(NamedTuple):
 
 def rest_tangents(ref: Line) -> LineTangents:
     """Those of the reference configuration."""
-    return LineTangents(ref.t, vectors(ref.D), vectors(along(ref.D, ref.t)))
+    ds = vectors(along(ref.D, ref.t))
+    return LineTangents(at_centre(ref, ref.t, ds), vectors(ref.D), ds)
 
 
 def line_tangents(u: Expr, w: Expr, ref: Line) -> LineTangents:
     """Those of a displacement and changes of directors, without the reference."""
-    return LineTangents(along(u, ref.t), vectors(w), vectors(along(w, ref.t)))
+    ds = vectors(along(w, ref.t))
+    return LineTangents(at_centre(ref, along(u, ref.t), ds), vectors(w), ds)
+
+
+def at_centre(ref: Line, x1: Expr, ds: Vectors) -> Expr:
+    """Derivative of the position of the tension centre, shape (3,).
+
+    Args:
+        ref: Reference line.
+        x1: Derivative of the position of the line, shape (3,).
+        ds: Derivatives of the directors, 1/m.
+    """
+    return x1 if ref.centre is None else x1 + ref.centre[0] * ds[1] + ref.centre[1] * ds[2]
 
 
 def combined(parts: Sequence[tuple[Expr | float, LineTangents]]) -> LineTangents:
@@ -176,17 +190,24 @@ def combined(parts: Sequence[tuple[Expr | float, LineTangents]]) -> LineTangents
     return LineTangents(total([t.x1 for t in tangents]), d, ds)
 
 
-def bilinear(at: LineTangents, change: LineTangents) -> Expr:
+def bilinear(ref: Line, at: LineTangents, change: LineTangents) -> Expr:
     """Change of the strains for a change of the tangents, shape (6,); symmetric in both."""
 
     def half(a: int, b: int) -> Expr:
         """Change of `d_a' . d_b / 2`."""
         return (ufl.dot(at.ds[a], change.d[b]) + ufl.dot(change.ds[a], at.d[b])) / 2
 
-    pairs = zip(at.d, change.d, strict=True)
-    stretch = [ufl.dot(dk, change.x1) + ufl.dot(ck, at.x1) for dk, ck in pairs]
+    stretch = ufl.dot(at.x1, change.x1)
+    shear = [ufl.dot(at.d[k], change.x1) + ufl.dot(change.d[k], at.x1) for k in (1, 2)]
     turns = [half(a, b) - half(b, a) for a, b in ACROSS]
-    return ufl.as_vector([*stretch, *turns])
+    if ref.centre is None:
+        return ufl.as_vector([stretch, *shear, *turns])
+    rest, (c2, c3) = rest_tangents(ref), ref.centre
+    r1, r2, r3 = (ufl.dot(D, rest.x1) for D in rest.d)
+    stretch = (stretch - r2 * shear[0] - r3 * shear[1]) / r1
+    carried = [c3 * turns[1] - c2 * turns[2], -c3 * turns[0], c2 * turns[0]]
+    at_line = [g - moved for g, moved in zip([stretch, *shear], carried, strict=True)]
+    return ufl.as_vector([*at_line, *turns])
 
 
 def beam_slope(
@@ -203,12 +224,36 @@ def beam_slope(
     """
     parts = [] if c is None else [(c, rest_tangents(ref))]
     parts += [(weight, line_tangents(u, w, ref)) for weight, u, w in states]
-    return bilinear(combined(parts), line_tangents(du, dw, ref))
+    return bilinear(ref, combined(parts), line_tangents(du, dw, ref))
 
 
 def halves(e: Expr) -> tuple[Expr, Expr]:
     """`Gamma` and `K` of the strains, or forces and moments of the resultants."""
     return ufl.as_vector([e[0], e[1], e[2]]), ufl.as_vector([e[3], e[4], e[5]])
+
+
+def acting(ref: Line, e: Expr, N: Expr, M: Expr) -> tuple[Expr, Expr]:
+    """Forces and moments along the directors that balance loads, shape (3,) each, N and N m.
+
+    `N` does work on squares, as a second Piola-Kirchhoff stress: the force of the section is
+    `N_1 x_c'/r_1`, less what that leans by at rest, and `N_k d_k`, at the tension centre.
+
+    Args:
+        ref: Reference line.
+        e: Strains, shape (6,).
+        N: Forces that do work on them, shape (3,), N.
+        M: Moments that do, shape (3,), N m.
+    """
+    (g1, g2, g3), (c2, c3), r1 = (e[0], e[1], e[2]), (0.0, 0.0), 1.0
+    if ref.centre is not None:
+        c2, c3 = ref.centre
+        g1, g2, g3 = g1 + c3 * e[4] - c2 * e[5], g2 - c3 * e[3], g3 + c2 * e[3]
+        r1 = ufl.dot(vectors(ref.D)[0], rest_tangents(ref).x1)
+    along_d1 = ufl.sqrt(1 + 2 * g1 / r1 - (g2**2 + g3**2) / r1**2)
+    force = ufl.as_vector([N[0] * along_d1, N[1] + N[0] * g2 / r1, N[2] + N[0] * g3 / r1])
+    if ref.centre is None:
+        return force, M
+    return force, M + ufl.cross(ufl.as_vector([0, c2, c3]), force - N)
 
 
 @dataclass(frozen=True)
@@ -275,19 +320,15 @@ class BeamMixed:
         elastic = self.where_held(*(self._elastic(*halves(e)) for e in (mean, end)))
         return elastic - self._give(N)
 
-    def resultants(self, strains: Strains, layout: Layout, q: Expr) -> tuple[Expr, Expr]:
-        """Forces and moments along the directors, shapes (3,), N and N m."""
-        return self.joined(strains(q), self.forces(layout, q))
-
     def joined(self, e: Expr, N: Expr) -> tuple[Expr, Expr]:
-        """The same of any strains and forces."""
+        """Forces and moments that do work on the strains, shapes (3,), N and N m."""
         return N, self._moments(N, halves(e)[1])
 
     def averaged(self, strains: Strains, layout: Layout, span: Interval) -> tuple[Expr, Expr]:
-        """Those of the averaged stress of a sub-interval, the one that acts in its row."""
+        """Strains and forces of the averaged stress of a sub-interval, which acts in its row."""
         last = self.forces(layout, span.b)
         N = self.where_held(last, stress_average(self.forces(layout, span.a), last, span.beta))
-        return self.joined(stress_average(strains(span.a), strains(span.b), span.beta), N)
+        return stress_average(strains(span.a), strains(span.b), span.beta), N
 
     def energy(self, strains: Strains, layout: Layout, q: Expr) -> Expr:
         """Mixed strain energy; equal to the strain energy where compatibility holds, J/m."""

@@ -10,7 +10,15 @@ from collections.abc import Sequence
 import ufl
 from ufl.core.expr import Expr
 
-from shellmb.forms.beam import Line, LineTangents, bilinear, combined, line_tangents, rest_tangents
+from shellmb.forms.beam import (
+    Line,
+    LineTangents,
+    at_centre,
+    bilinear,
+    combined,
+    line_tangents,
+    rest_tangents,
+)
 from shellmb.forms.floating.frame import Moved, Turned, carried
 from shellmb.forms.frame import Vectors, vectors
 from shellmb.forms.surface import along
@@ -38,8 +46,8 @@ def linear_strains(moved: Moved, ref: Line) -> Expr:
     u, w, frame = moved
     t, r, rest = line_tangents(u, w, ref), carried_tangents(frame, ref), rest_tangents(ref)
     leans = _leans(t, r)
-    kept = bilinear(rest, _kept(leans, leans, ref)) / 2
-    return bilinear(rest, combined([(1, t), (1, r)])) + bilinear(r, t) + kept
+    kept = bilinear(ref, rest, _kept(leans, leans, ref)) / 2
+    return bilinear(ref, rest, combined([(1, t), (1, r)])) + bilinear(ref, r, t) + kept
 
 
 def linear_slope(
@@ -57,28 +65,34 @@ def linear_slope(
     t = [(weight, line_tangents(u, w, ref)) for weight, (u, w, _) in states]
     r = [(weight, carried_tangents(frame, ref)) for weight, (_, _, frame) in states]
     dt, dr = line_tangents(change[0], change[1], ref), carried_tangents(change[2], ref)
-    found = bilinear(combined([*r, *rest]), dt) + bilinear(combined([*t, *rest]), dr)
+    found = bilinear(ref, combined([*r, *rest]), dt) + bilinear(ref, combined([*t, *rest]), dr)
     if not states:
         return found
     leans = _leans(combined(t), combined(r))
-    return found + bilinear(rest_tangents(ref), _kept(leans, _leans(dt, dr), ref))
+    return found + bilinear(ref, rest_tangents(ref), _kept(leans, _leans(dt, dr), ref))
 
 
 def _three(some: Sequence[Expr]) -> Vectors:
     return some[0], some[1], some[2]
 
 
-def _leans(t: LineTangents, r: LineTangents) -> Vectors:
-    return _three([a - b for a, b in zip(t.d, r.d, strict=True)])
+def _leans(t: LineTangents, r: LineTangents) -> LineTangents:
+    return combined([(1, t), (-1, r)])
 
 
-def _kept(g: Vectors, h: Vectors, ref: Line) -> LineTangents:
+def _kept(g: LineTangents, h: LineTangents, ref: Line) -> LineTangents:
     """Changes `(g_k . h_m + h_k . g_m)/2 D_m` of the directors."""
     D, Ds = vectors(ref.D), vectors(along(ref.D, ref.t))
 
-    def put(k: int, V: Vectors) -> Expr:
-        sizes = [(ufl.dot(g[k], h[m]) + ufl.dot(h[k], g[m])) / 2 for m in range(3)]
-        return sizes[0] * V[0] + sizes[1] * V[1] + sizes[2] * V[2]
+    def put(k: int, pairs: Sequence[tuple[Vectors, Vectors]], V: Vectors) -> Expr:
+        """Sum of `(a_k . b_m + b_k . a_m)/2 V_m`."""
+        sizes = [sum(ufl.dot(a[k], b[m]) + ufl.dot(b[k], a[m]) for a, b in pairs) for m in range(3)]
+        return (sizes[0] * V[0] + sizes[1] * V[1] + sizes[2] * V[2]) / 2
 
-    d, ds = (_three([put(k, V) for k in range(3)]) for V in (D, Ds))
-    return LineTangents(0 * ref.t, d, ds)
+    d, turning = (_three([put(k, [(g.d, h.d)], V) for k in range(3)]) for V in (D, Ds))
+    if ref.centre is None:
+        # how the sizes change along the line is symmetric, and of no account in curvatures
+        return LineTangents(0 * ref.t, d, turning)
+    changing = [put(k, [(g.ds, h.d), (g.d, h.ds)], D) for k in range(3)]
+    ds = _three([a + b for a, b in zip(turning, changing, strict=True)])
+    return LineTangents(at_centre(ref, 0 * ref.t, ds), d, ds)

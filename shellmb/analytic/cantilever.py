@@ -4,6 +4,7 @@ The beam of Reissner and Simo in space: section force and moment are linear in t
 
     Gamma = R^T r' - e1,     kappa = axial(R^T R') - K,
 
+(or in those of our beams, which measure the stretch by the line itself: `stretch_of_line`)
 with `R = (d1, d2, d3)` the axes of the section, `d1` along the unloaded axis, `K` the curvature
 of the unloaded beam and `'` the derivative by the unloaded arc length. Balance asks
 `n' + f = 0` and `m' + r' x n = 0` (Simo, Comput. Methods Appl. Mech. Eng. 49 (1985) 55-70;
@@ -15,6 +16,7 @@ the clamped end: a solution by shooting is exact to ten digits, and knows no fin
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -102,6 +104,7 @@ def exact_cantilever(
     frame: Array | None = None,
     root_at: Vector = (0.0, 0.0, 0.0),
     points: int = 33,
+    stretch_of_line: bool = False,
 ) -> Deformed:
     """Clamped beam of constant section under dead loads, however large.
 
@@ -122,18 +125,21 @@ def exact_cantilever(
         frame: Axes d1, d2, d3 of the clamped section as columns, right-handed; default unit matrix.
         root_at: Position of the clamped end, m.
         points: Number of points of the answer, equally spaced.
+        stretch_of_line: Whether the axial strain is `(r'.r' - 1)/2` of the line through the tension
+            centre, as of our beams (`docs/theory/shells.md`).
 
     Raises:
         ShellmbError: If the equilibrium cannot be followed up to the full load.
     """
-    compliance = np.linalg.inv(np.asarray(stiffness, dtype=np.float64))
+    C = np.asarray(stiffness, dtype=np.float64)
+    law = partial(_by_line, C) if stretch_of_line else partial(_by_axes, np.linalg.inv(C))
     K = curvature if callable(curvature) else _constant(np.asarray(curvature, dtype=np.float64))
     axes = np.eye(3) if frame is None else np.asarray(frame, dtype=np.float64)
     loads = np.array([force, moment, load], dtype=np.float64)
     size = _scale(stiffness, length)
 
     def shoot(clamp: Array, factor: float, at: Array, rtol: float = _RTOL) -> Array:
-        return _integrate(compliance, K, axes, factor * loads, clamp, length, at, rtol)
+        return _integrate(law, K, axes, factor * loads, clamp, length, at, rtol)
 
     def miss(clamp: Array, factor: float, rtol: float) -> Array:
         end = shoot(clamp * size, factor, np.array([length]), rtol)
@@ -218,8 +224,40 @@ def _constant(value: Array) -> Callable[[float], Array]:
     return lambda s: value
 
 
+def _by_axes(compliance: Array, resultants: Array, K: Array) -> Array:
+    """Strains (Gamma, kappa) of force and moment in the axes of the section, linear in them."""
+    return np.asarray(compliance @ resultants)
+
+
+def _by_line(C: Array, resultants: Array, K: Array) -> Array:
+    """The same where the axial strain is that of the line through the tension centre."""
+    B = np.linalg.solve(C[:3, :3], C[:3, 3:])
+    c2, c3 = -B[0, 2], B[0, 1]
+    # from the line to the centre: Gamma + Hc kappa
+    Hc = np.array([[0.0, c3, -c2], [-c3, 0.0, 0.0], [c2, 0.0, 0.0]])
+    rest = np.array([1.0, 0.0, 0.0]) + Hc @ K
+    x = np.linalg.solve(C, resultants)
+    for _ in range(20):
+        change = x[:3] + Hc @ x[3:]
+        # derivative of the strain of the centre's line by what it changes by
+        slope = np.eye(3)
+        slope[0] = np.array([rest[0] + change[0], change[1], change[2]]) / rest[0]
+        strain = np.array([change[0] + change @ change / (2 * rest[0]), change[1], change[2]])
+        J = np.block([[slope, slope @ Hc - Hc], [np.zeros((3, 3)), np.eye(3)]])
+        e = np.concatenate([strain - Hc @ x[3:], x[3:]])
+        lever = np.hstack([np.eye(3), Hc])
+        stress = C @ e
+        miss = J.T @ stress - resultants
+        tangent = J.T @ C @ J + stress[0] / rest[0] * lever.T @ lever
+        step = np.linalg.solve(tangent, miss)
+        x = x - step
+        if np.abs(step).max() < 1e-15 * max(1.0, float(np.abs(x).max())):
+            break
+    return np.asarray(x)
+
+
 def _integrate(
-    compliance: Array,
+    law: Callable[[Array, Array], Array],
     K: Callable[[float], Array],
     axes: Array,
     loads: Array,
@@ -238,7 +276,7 @@ def _integrate(
     def rates(s: float, y: Array) -> Array:
         R = axes @ _matrix(y[3:7])
         n = force + (length - s) * load
-        strain = compliance @ np.concatenate([R.T @ n, R.T @ y[7:]])
+        strain = law(np.concatenate([R.T @ n, R.T @ y[7:]]), K(s))
         tangent = R @ (strain[:3] + np.array([1.0, 0.0, 0.0]))
         turn = 0.5 * _times(y[3:7], strain[3:] + K(s))
         return np.concatenate([tangent / length, turn, -np.cross(tangent, n)])

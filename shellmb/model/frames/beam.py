@@ -47,10 +47,12 @@ class BoundBeamSection:
     Args:
         formulation: Mixed form of its strain energy.
         force: Size of the forces, and of the directors' multipliers, N.
+        centre: Where an axial force does not bend it, along d2 and d3, m; None: on the line.
     """
 
     formulation: BeamMixed
     force: fem.Constant
+    centre: fem.Constant | None
 
 
 def bind_beam_section(beam: Beam, domain: mesh.Mesh) -> BoundBeamSection:
@@ -75,7 +77,9 @@ def bind_beam_section(beam: Beam, domain: mesh.Mesh) -> BoundBeamSection:
         held=held,
         slack=constant(SLACK / float(np.max(np.diag(A)))) if held else None,
     )
-    return BoundBeamSection(formulation, force)
+    centre = np.zeros(2) if H is None else np.array([-H[0, 2], H[0, 1]])
+    apart = bool(np.max(np.abs(centre)) > NOTHING * beam.section.size)
+    return BoundBeamSection(formulation, force, constant(centre) if apart else None)
 
 
 def _parts(beam: Beam) -> tuple[Values, Values, Values | None, tuple[int, ...]]:
@@ -167,7 +171,7 @@ class BeamModel(FrameBody):
             self.rules.nodes,
             self.section.force,
         )
-        self.line: Line = beam_forms.line(ufl.Jacobian(line), frames)
+        self.line: Line = beam_forms.line(ufl.Jacobian(line), frames, self.section.centre)
         mass = bind_beam_mass(beam.section, line)
         # an eccentric weight turns the beam whether or not its rotation has inertia
         self.weight = FrameMass(mass.m, mass.s)
@@ -211,9 +215,27 @@ class BeamModel(FrameBody):
         layout = self.layout
         return beam_forms.beam_strains(layout.part(q, "u"), layout.part(q, "w"), self.line)
 
-    def resultants(self, q: Expr) -> tuple[Expr, Expr]:
-        """Forces and moments along the directors, shape (3,) each, N and N m."""
-        return self.section.formulation.resultants(self.strains, self.layout, q)
+    def resultants(self, q: Expr) -> Expr:
+        """Forces and moments that balance loads, and those conjugate to the strains, shape (12,).
+
+        Along the directors, N and N m.
+        """
+        e, formulation = self.strains(q), self.section.formulation
+        return self._twice(e, formulation.forces(self.layout, q))
+
+    def averaged_resultants(self, span: Interval) -> Expr:
+        """The same of the averaged stress of a sub-interval, the one that acts in its row."""
+        found = self.section.formulation.averaged(self.strains, self.layout, span)
+        return self._twice(*found)
+
+    def _twice(self, e: Expr, N: Expr) -> Expr:
+        N, M = self.section.formulation.joined(e, N)
+        force, moment = self.acting(e, N, M)
+        return ufl.as_vector([v[k] for v in (force, moment, N, M) for k in range(3)])
+
+    def acting(self, e: Expr, N: Expr, M: Expr) -> tuple[Expr, Expr]:
+        """Forces and moments that balance loads, of strains and what is conjugate to them."""
+        return beam_forms.acting(self.line, e, N, M)
 
     def internal(self, span: Interval, dq: Expr) -> Form:
         """Internal virtual work, compatibility, and the constraints of the frames."""
@@ -259,11 +281,10 @@ class BeamModel(FrameBody):
         e, formulation = step.bow_of(self.strain_measure), self.section.formulation
         return formulation.stored(e, formulation.forces(self.layout, bow)) * self.rules.reduced
 
-    def mean_resultants(self, step: Step) -> tuple[Expr, Expr]:
+    def mean_resultants(self, step: Step) -> Expr:
         """The same as means over a step that is quadratic in time."""
-        formulation = self.section.formulation
         e = self.strain_measure.moment(step.rows.stresses[0].moment, step.states)
-        return formulation.joined(e, formulation.forces(self.layout, step.path.end))
+        return self._twice(e, self.section.formulation.forces(self.layout, step.path.end))
 
     def strain_energy(self, q: Expr) -> Form | None:
         """Strain energy, J."""

@@ -41,6 +41,10 @@ class LinearBeam(BeamModel):
         """Strains (Gamma, K) of a state, shape (6,)."""
         return floating.linear_strains(self._moved(q), self.line)
 
+    def acting(self, e: Expr, N: Expr, M: Expr) -> tuple[Expr, Expr]:
+        """Forces and moments that balance loads: those conjugate to small strains."""
+        return N, M
+
     @property
     def strain_measure(self) -> Measure:
         """The same by their derivative."""

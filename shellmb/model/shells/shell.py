@@ -174,6 +174,10 @@ class ShellModel(BoundShell):
         """Membrane forces N/m, bending moments N, shear forces N/m of a state, shape (8,)."""
         return self.section.formulation.resultants(self.strains, self.layout, q)
 
+    def averaged_resultants(self, span: Interval) -> Expr:
+        """The same of the averaged stress of a sub-interval, the one that acts in its row."""
+        return self.section.formulation.averaged(self.strains, self.layout, span)
+
     def mean_resultants(self, step: Step) -> Expr:
         """The same as means over a step that is quadratic in time."""
         return shellpath.mean_resultants(self, step)

@@ -92,12 +92,15 @@ class ChosenFields:
             first, last = (0, 8) if name == "strains" else (8, 9)
             self._own[name] = partial(_columns, first, last)
         else:
-            if isinstance(body, BeamModel):
-                compliance = section.beam_compliance(body.beam)
-            else:
-                compliance = section.shell_compliance(body.shell, section.layup(body))
             make = section.strains_by if name == "strains" else section.energy_by
-            self._derived[name] = make(compliance)
+            if isinstance(body, BeamModel):
+                # of the resultants that are conjugate to strains
+                read = make(section.beam_compliance(body.beam))
+                self._derived[name] = lambda R: read(R[:, 6:])
+            else:
+                self._derived[name] = make(
+                    section.shell_compliance(body.shell, section.layup(body))
+                )
 
     def solved(self) -> None:
         """Keep what means over the step need of its start."""

@@ -21,7 +21,7 @@ from shellmb.model.frames.beam import BeamModel
 from shellmb.model.reduced.data import amplitudes
 from shellmb.model.shells.shell import ShellModel
 from shellmb.observers.fields.modal import ModalState, modal_members
-from shellmb.observers.fields.resultants import Resultants, joined
+from shellmb.observers.fields.resultants import Resultants
 from shellmb.simulate.simulation import Simulation
 
 Floats = npt.NDArray[np.float64]
@@ -96,8 +96,7 @@ class ModalResultants(Resultants):
 
     def _vector(self, body: ShellModel | BeamModel, q: fem.Function) -> Expr:
         """What is read of a state."""
-        found = body.resultants(q)
-        return joined(found) if isinstance(found, tuple) else found
+        return body.resultants(q)
 
     def solved(self) -> None:
         """Take the amplitudes of the step."""

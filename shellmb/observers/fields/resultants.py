@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -12,7 +12,7 @@ from ufl.algorithms.ad import expand_derivatives
 from ufl.core.expr import Expr
 
 from shellmb.expressions import compiled_expression
-from shellmb.forms.state import Layout
+from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
 from shellmb.forms.steps.path import Step
 from shellmb.meshes.spaces import MixedSpace
@@ -35,24 +35,26 @@ class Resulting(Protocol):
 
     name: str
     mixed: MixedSpace
-    layout: Layout
-    section: Any
 
-    def strains(self, q: Expr) -> Any:
-        """Its strains."""
+    def resultants(self, q: Expr) -> Expr:
+        """Its resultants as one vector."""
         ...
 
-    def resultants(self, q: Expr) -> Expr | tuple[Expr, Expr]:
-        """Its resultants as one vector, or as forces and moments."""
+    def averaged_resultants(self, span: Interval) -> Expr:
+        """The same of the averaged stress of a sub-interval."""
         ...
 
-    def mean_resultants(self, step: Step) -> Expr | tuple[Expr, Expr]:
+    def mean_resultants(self, step: Step) -> Expr:
         """The same as means over a step that is quadratic in time."""
         ...
 
 
 class Resultants:
     """Resultants of a beam along its directors, or of a shell along its material directions.
+
+    Those of a beam come twice, shape (12,): forces and moments that balance its loads, and those
+    that are conjugate to its strains, which differ by the strains. Of a shell, shape (8,), there
+    are the latter only.
 
     They are accurate at the Gauss points; those of an element are continued to its nodes by the
     polynomial through its points. Where elements meet, the mean of all is given: at a point
@@ -78,11 +80,11 @@ class Resultants:
         elif simulation.scheme.dynamic:
             dt = fem.Constant(body.mixed.space.mesh, 1.0)
             stage = simulation.scheme.expand(levels.reference or levels, dt)[problem.last]
-            averaged = body.section.formulation.averaged(body.strains, body.layout, stage.span)
+            averaged = body.averaged_resultants(stage.span)
             # looked at when the step is accepted, and its start is overwritten
             self._start = fem.Function(body.mixed.space, name="start")
-            found.append(_replaced(_linear(averaged, levels), {levels.q: self._start}))
-        self._prepare(body, [joined(each) if isinstance(each, tuple) else each for each in found])
+            found.append(ufl.replace(_linear(averaged, levels), {levels.q: self._start}))
+        self._prepare(body, found)
 
     def _prepare(self, body: Resulting, vectors: list[Expr]) -> None:
         """Compile what is read, of states and perhaps as means."""
@@ -149,26 +151,11 @@ class Strained(Resultants):
         self._prepare(body, [ufl.as_vector(parts)])
 
 
-def _linear(vectors: Any, levels: Levels) -> Any:
+def _linear(vector: Expr, levels: Levels) -> Expr:
     """Resultants of small displacements by their linear part."""
     if levels.reference is None:
-        return vectors
-    if isinstance(vectors, tuple):
-        return tuple(_linear(vector, levels) for vector in vectors)
-    return expand_derivatives(change(vectors, levels))
-
-
-def _replaced(vectors: Expr | tuple[Expr, Expr], by: dict[Expr, Expr]) -> Any:
-    """Expressions with other functions in them."""
-    if isinstance(vectors, tuple):
-        return tuple(ufl.replace(vector, by) for vector in vectors)
-    return ufl.replace(vectors, by)
-
-
-def joined(parts: tuple[Expr, Expr]) -> Expr:
-    """Forces and moments as one vector, shape (6,)."""
-    force, moment = parts
-    return ufl.as_vector([*(force[k] for k in range(3)), *(moment[k] for k in range(3))])
+        return vector
+    return expand_derivatives(change(vector, levels))
 
 
 def has_resultants(body: object, quantity: str) -> bool:
