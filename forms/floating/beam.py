@@ -10,15 +10,7 @@ from collections.abc import Sequence
 import ufl
 from ufl.core.expr import Expr
 
-from shellmb.forms.beam import (
-    Line,
-    LineTangents,
-    at_centre,
-    bilinear,
-    combined,
-    line_tangents,
-    rest_tangents,
-)
+from shellmb.forms.beam import Line, LineTangents, bilinear, combined, line_tangents, rest_tangents
 from shellmb.forms.floating.frame import Moved, Turned, carried
 from shellmb.forms.frame import Vectors, vectors
 from shellmb.forms.surface import along
@@ -76,23 +68,17 @@ def _three(some: Sequence[Expr]) -> Vectors:
     return some[0], some[1], some[2]
 
 
-def _leans(t: LineTangents, r: LineTangents) -> LineTangents:
-    return combined([(1, t), (-1, r)])
+def _leans(t: LineTangents, r: LineTangents) -> Vectors:
+    return _three([a - b for a, b in zip(t.d, r.d, strict=True)])
 
 
-def _kept(g: LineTangents, h: LineTangents, ref: Line) -> LineTangents:
-    """Changes `(g_k . h_m + h_k . g_m)/2 D_m` of the directors."""
+def _kept(g: Vectors, h: Vectors, ref: Line) -> LineTangents:
+    """Changes `(g_k . h_m + h_k . g_m)/2 D_m` of the directors; the tension centre does not move."""
     D, Ds = vectors(ref.D), vectors(along(ref.D, ref.t))
 
-    def put(k: int, pairs: Sequence[tuple[Vectors, Vectors]], V: Vectors) -> Expr:
-        """Sum of `(a_k . b_m + b_k . a_m)/2 V_m`."""
-        sizes = [sum(ufl.dot(a[k], b[m]) + ufl.dot(b[k], a[m]) for a, b in pairs) for m in range(3)]
-        return (sizes[0] * V[0] + sizes[1] * V[1] + sizes[2] * V[2]) / 2
+    def put(k: int, V: Vectors) -> Expr:
+        sizes = [(ufl.dot(g[k], h[m]) + ufl.dot(h[k], g[m])) / 2 for m in range(3)]
+        return sizes[0] * V[0] + sizes[1] * V[1] + sizes[2] * V[2]
 
-    d, turning = (_three([put(k, [(g.d, h.d)], V) for k in range(3)]) for V in (D, Ds))
-    if ref.centre is None:
-        # how the sizes change along the line is symmetric, and of no account in curvatures
-        return LineTangents(0 * ref.t, d, turning)
-    changing = [put(k, [(g.ds, h.d), (g.d, h.ds)], D) for k in range(3)]
-    ds = _three([a + b for a, b in zip(turning, changing, strict=True)])
-    return LineTangents(at_centre(ref, 0 * ref.t, ds), d, ds)
+    d, ds = (_three([put(k, V) for k in range(3)]) for V in (D, Ds))
+    return LineTangents(0 * ref.t, d, ds)
