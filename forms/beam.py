@@ -2,10 +2,10 @@
 
 At every node there are the displacement `u` and the changes `w1, w2, w3` of three directors, so
 that `x = X + u` and `d_k = D_k + w_k`; `d1` is the tangent of the reference line, `d2` and `d3` are
-the axes of the cross-section. Shear strains and curvatures are those of J. C. Simo (CMAME 49 (1985)
-55-70), the directors are interpolated, and so the strains do not depend on rigid motions (P. Betsch,
-P. Steinmann, Int. J. Numer. Meth. Engng 54 (2002) 1775-1788). The axial strain is that of the line
-itself, as in a shell (eq. 9):
+the axes of the cross-section. Shear strains and curvatures are those of J. C. Simo (CMAME 49
+(1985) 55-70), the directors are interpolated, and so the strains do not depend on rigid motions
+(P. Betsch, P. Steinmann, Int. J. Numer. Meth. Engng 54 (2002) 1775-1788). The axial strain is that
+of the line itself, as in a shell (eq. 9):
 
     Gamma_1 = (x' . x' - X' . X')/2
     Gamma_k = d_k . x' - D_k . X',  k = 2, 3
@@ -15,14 +15,14 @@ Simo's axial strain `d1 . x' - 1` differs from it by squares of strains. With in
 it holds no tension: these are of unit length at the nodes only, and where neighbours point in
 opposite directions, what is between them sees next to nothing of the stretch.
 
-Where forces are coupled to curvatures the line meant is the one that the axial force acts along
-without bending: `x + c_k d_k` with the tension centre `c = (-H_13, H_12)`. Its strains `g` are those
-above, with the reference length `r_1 = D_1 . X_c'` and what it leans by, `r_k = D_k . X_c'`,
+Where forces are coupled to curvatures the line meant is that along which an axial force does not
+bend: `x + c_k d_k` with the tension centre `c = (-H_13, H_12)`. Its strains `g` are those above,
+with the reference length `r_1 = D_1 . X_c'` and what it leans by, `r_k = D_k . X_c'`,
 
     g_1 = [(x_c' . x_c' - X_c' . X_c')/2 - r_2 g_2 - r_3 g_3]/r_1,  g_k = d_k . x_c' - r_k
 
-and `Gamma` is what is left when they are carried back to the reference line, `g - H_c K`. So `N` and
-`M` act on the reference line as ever, a beam does not depend on the line that describes it, and
+and `Gamma` is what is left when they are carried back to the reference line, `g - H_c K`. So `N`
+and `M` act on the reference line as ever, a beam does not depend on the line that describes it, and
 small strains are those of Simo for any curvature and twist at rest.
 
 ===========  ==============================================  =======

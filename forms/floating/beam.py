@@ -73,7 +73,7 @@ def _leans(t: LineTangents, r: LineTangents) -> Vectors:
 
 
 def _kept(g: Vectors, h: Vectors, ref: Line) -> LineTangents:
-    """Changes `(g_k . h_m + h_k . g_m)/2 D_m` of the directors; the tension centre does not move."""
+    """Changes `(g_k . h_m + h_k . g_m)/2 D_m` of the directors; the line stays."""
     D, Ds = vectors(ref.D), vectors(along(ref.D, ref.t))
 
     def put(k: int, V: Vectors) -> Expr:
