@@ -21,7 +21,8 @@ MODULES = (
     "large_displacements",
     "dynamics",
     "mechanisms",
-    "beams",
+    "beams.exact",
+    "beams.tension",
 )
 
 

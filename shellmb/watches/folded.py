@@ -3,10 +3,10 @@
 Directors are interpolated, and what is between two that are far apart is short. An element of
 degree 2 that is bent by 60, 90, 123 degrees resists further bending by 1.4 and 7 per cent too
 little, and not at all; from there on it folds by itself, and neighbours may stay in opposite
-directions, with next to no energy, whatever the account says. With degree 3 it is 0.2 and 0.9 per
-cent at 60 and 90 degrees, 3.3 at 135, and nothing is left at 247. So the bound is 45 degrees
-between neighbours, which are two or three to an element. What counts is what they turn apart by
-since the reference: a curve or a fold at rest is a matter of the mesh.
+directions, with next to no energy, whatever the account says. With degree 3 it is too stiff by 0.2,
+0.9 and 3.3 per cent at 60, 90 and 135 degrees, and nothing is left at 247. So the bound is 45
+degrees between neighbours, which are two or three to an element. What counts is what they turn
+apart by since the reference: a curve or a fold at rest is a matter of the mesh.
 """
 
 from __future__ import annotations
@@ -24,7 +24,6 @@ from shellmb.model.frames.beam import BeamModel
 from shellmb.model.shells.shell import ShellModel
 from shellmb.observers.fields.nodal import Nodes, state
 from shellmb.observers.summary import Sources
-from shellmb.scene.values.values import show
 from shellmb.simulate.simulation import Silent, Simulation
 from shellmb.watches.base import Caution, said_of
 
@@ -131,10 +130,11 @@ class Folded(Silent):
                     name,
                     angle,
                     BOUND,
-                    f"{said_of(simulation, name)} turns by {math.degrees(angle):.0f} degrees between "
-                    f"neighbouring nodes of an element, near {show(place)} at t = {when:g}; elements "
-                    f"are too soft from about {math.degrees(BOUND):.0f} degrees on, and fold beyond "
-                    "60 (degree 2) or 80 (degree 3): use a finer mesh there",
+                    f"{said_of(simulation, name)} turns by {math.degrees(angle):.0f} degrees "
+                    f"between neighbouring nodes of an element, near {_named(place)} at "
+                    f"t = {when:g}; from {math.degrees(BOUND):.0f} degrees on the stiffness of an "
+                    "element is off by several per cent, and beyond 60 (degree 2) or 80 (degree 3) "
+                    "it folds: use a finer mesh there",
                 )
 
     def state(self) -> dict[str, Any]:
@@ -145,3 +145,7 @@ class Folded(Silent):
         """Take them up."""
         self._steps = state["steps"]
         self._largest = {n: (a, t, tuple(x)) for n, (a, t, x) in state["largest"].items()}
+
+
+def _named(place: tuple[float, ...]) -> str:
+    return f"({', '.join(f'{x:.3g}' for x in place)})"

@@ -11,6 +11,7 @@ from shellmb.watches.damped_modes import DampedModes
 from shellmb.watches.dissipation import Dissipation
 from shellmb.watches.drift import Drift
 from shellmb.watches.energy_law import EnergyLaw
+from shellmb.watches.folded import Folded
 from shellmb.watches.forces.alternating import Alternating
 from shellmb.watches.forces.contacts import Contacts
 from shellmb.watches.forces.rolling import Lifting, Slipping
@@ -27,6 +28,7 @@ WATCHES: tuple[type[Watch], ...] = (
     LinearBodies,
     DampedModes,
     LargeTurns,
+    Folded,
     StepErrors,
     StiffSpin,
     Undetermined,

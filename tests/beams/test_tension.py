@@ -52,8 +52,8 @@ def thin(EI: float) -> GeneralSection:
 @pytest.mark.parametrize("degree", [2, 3])
 @pytest.mark.parametrize("scheme", list(SCHEMES))
 def test_a_pulled_bar_has_its_axial_stiffness(scheme: str, degree: int) -> None:
-    """`T h^2/EI` of 4, 400 and 4e4; pushed to the side."""
-    for EI in (0.1, 1e-3, 1e-5):
+    """`T h^2/EI` of 4 and 4e4; pushed to the side."""
+    for EI in (0.1, 1e-5):
         bar = Beam("bar", Line((0, 0, 0), (1, 0, 0)), thin(EI), elements=5, degree=degree)
         dynamic = make_scheme(scheme, 1.0).dynamic
         scene = Scene(
