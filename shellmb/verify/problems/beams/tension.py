@@ -2,6 +2,8 @@
 
 import math
 from collections.abc import Iterator
+from functools import partial
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +35,8 @@ from shellmb.scene import (
 from shellmb.verify.cases import Check, case
 
 Floats = NDArray[np.float64]
+Degree = Literal[2, 3]
+BOTH: tuple[Degree, ...] = (2, 3)
 
 GRAVITY, UP = 9.81, (0.0, 0.0, 1.0)
 
@@ -48,14 +52,15 @@ def thin(EA: float, EI: float, inertia: float = 1e-6, mass: float = 1.0) -> Gene
 def rope() -> Iterator[Check]:
     """Gravity at once and a small push to its side: it swings and stretches, and does not fall."""
     EA, EI = 1e4, 1e-4
-    for scheme, degree in (("ep", 2), ("ep", 3), ("ep4", 2)):
+    kinds: tuple[tuple[str, Degree], ...] = (("ep", 2), ("ep", 3), ("ep4", 2))
+    for scheme, degree in kinds:
         beam = Beam("rope", Line((0, 0, 0), (0, 0, -1)), thin(EA, EI, 1e-8), 12, degree=degree)
         scene = Scene(
             "rope",
-            beams=beam,
-            supports=Hinged("start"),
+            beams=(beam,),
+            supports=(Hinged("start"),),
             loads=(Gravity((0, 0, -GRAVITY)), PointForce("end", (0.01, 0, 0))),
-            probes=Probe("z", "end", component=2),
+            probes=(Probe("z", "end", component=2),),
             scheme=scheme,
             dt=1e-3,
             t_end=0.1,
@@ -87,6 +92,11 @@ def catenary(length: float, EA: float) -> float:
     return H / w * (math.hypot(1, V / H) - 1) + w * length**2 / 8 / EA
 
 
+def parabola(sag: float, xi: Floats) -> Floats:
+    """Points of a cable at rest, shape (3, n), m."""
+    return np.array([xi, 0 * xi, -4 * sag * xi * (1 - xi)])
+
+
 @case("beams/cable")
 def cable() -> Iterator[Check]:
     """Statics of a cable in one load step: straight at rest, and slack by a parabola."""
@@ -96,20 +106,18 @@ def cable() -> Iterator[Check]:
         for name, x in (("left", 0), ("right", 1))
     )
     for sag in (0.0, 0.1, 0.4):
-        curve = ParametricCurve(
-            lambda xi, sag=sag: np.array([xi, 0 * xi, -4 * sag * xi * (1 - xi)])
-        )
+        curve = ParametricCurve(partial(parabola, sag))
         xi = np.linspace(0, 1, 20001)
         length = float(np.hypot(np.diff(xi), np.diff(4 * sag * xi * (1 - xi))).sum())
         exact = catenary(length, EA)
-        for degree in (2, 3):
+        for degree in BOTH:
             scene = Scene(
                 "cable",
-                beams=Beam("cable", curve, thin(EA, EI), elements=16, degree=degree),
+                beams=(Beam("cable", curve, thin(EA, EI), elements=16, degree=degree),),
                 joints=joints,
                 redundant="drop",
-                loads=Gravity((0, 0, -GRAVITY)),
-                probes=Probe("z", (0.5, 0, -sag), component=2),
+                loads=(Gravity((0, 0, -GRAVITY)),),
+                probes=(Probe("z", (0.5, 0, -sag), component=2),),
                 scheme="static",
                 dt=1.0,
             )
@@ -131,13 +139,13 @@ def string() -> Iterator[Check]:
     unit = math.sqrt(T / m / (1 + T / EA)) / (2 * L) * (1 + math.sqrt(EI / T) / L)
     section = thin(EA, EI, 1e-11, m)
     held = (Clamped("start"), Fixed("end", displacement=(None, 0, 0)))
-    for degree in (2, 3):
+    for degree in BOTH:
         beam = Beam("string", Line((0, 0, 0), (L, 0, 0)), section, elements=10, degree=degree)
         taut = Scene(
             "string",
-            beams=beam,
+            beams=(beam,),
             supports=held,
-            loads=PointForce("end", (T, 0, 0)),
+            loads=(PointForce("end", (T, 0, 0)),),
             scheme="static",
             dt=1.0,
         )
@@ -152,7 +160,7 @@ def string() -> Iterator[Check]:
     for scheme in ("ep", "ep4"):
         scene = Scene(
             "string",
-            beams=beam,
+            beams=(beam,),
             supports=held,
             loads=(
                 PointForce("end", (T, 0, 0), time=lambda t: min(1.0, t / (2 * period))),
@@ -196,6 +204,7 @@ def ring() -> Iterator[Check]:
     EA, spin = 1e4, 10.0
     # its energy with the angular momentum kept: r^2 (r^2 - 1) = 4 m spin^2/EA
     exact = math.sqrt((1 + math.sqrt(1 + 16 * spin**2 / EA)) / 2) - 1
+    push = PointForce("start", (0.01, 0, 0), body="a", time=lambda t: float(t < 0.1) * t)
     for elements in (12, 16, 20, 32):
         halves = tuple(
             Beam(
@@ -214,10 +223,8 @@ def ring() -> Iterator[Check]:
                     Weld("one", "a", "b", at="end", second_at="start"),
                     Weld("other", "b", "a", at="end", second_at="start"),
                 ),
-                initial=InitialVelocity(spin=(0, 0, spin)),
-                loads=PointForce(
-                    "start", (0.01, 0, 0), body="a", time=lambda t: float(t < 0.1) * t
-                ),
+                initial=(InitialVelocity(spin=(0, 0, spin)),),
+                loads=(push,),
                 probes=tuple(
                     Probe(f"{body}{k}", "start", body=body, component=k)
                     for body in "ab"
@@ -242,10 +249,10 @@ def ring() -> Iterator[Check]:
 def thin_blade() -> Iterator[Check]:
     """Flapping of a cantilever that spins so fast that tension is nearly all of its stiffness."""
     EI, eta = 1e-2, 100.0
-    for degree in (2, 3):
+    for degree in BOTH:
         beam = Beam("blade", Line((0, 0, 0), (1, 0, 0)), thin(1e7, EI, 1e-9), 8, degree=degree)
         scene = Scene(
-            "blade", beams=beam, supports=Clamped("start"), scheme="ep4", dt=1.0, t_end=1.0
+            "blade", beams=(beam,), supports=(Clamped("start"),), scheme="ep4", dt=1.0, t_end=1.0
         )
         rate = eta * math.sqrt(EI)
         (found,) = campbell(scene, [rate], count=6, axis=UP).frequencies
