@@ -185,14 +185,14 @@ def test_elements_without_area_and_elements_that_are_twice(tmp_path: Path) -> No
 
     for flat_one in ([0, 3, 6], [0, 0, 3], [4, 4, 4]):
         write("triangle", [*triangles, flat_one])
-        with pytest.warns(ShellmbWarning, match="1 elements of its mesh have no area"):
+        with pytest.warns(ShellmbWarning, match="1 element of its mesh has no area"):
             assert built(file, "tri").mesh.topology.index_map(2).size_global == 8
     write("quad", [*quads, [0, 1, 0, 1]])
-    with pytest.warns(ShellmbWarning, match="1 elements of its mesh have no area"):
+    with pytest.warns(ShellmbWarning, match="1 element of its mesh has no area"):
         built(file)
     for again in (quads[1], quads[1][::-1]):
         write("quad", [*quads, again])
-        with pytest.raises(SceneError, match=r"1 elements .* there twice, at \(0\.25, 0\.75, 0\)"):
+        with pytest.raises(SceneError, match=r"1 element .* there twice, at \(0\.25, 0\.75, 0\)"):
             built(file)
     # two elements that are triangles among quadrilaterals are cut with them
     write("quad", [[0, 3, 4, 4], [0, 4, 1, 0], *quads[1:]])

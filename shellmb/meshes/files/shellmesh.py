@@ -83,6 +83,13 @@ def _warn(sentence: str) -> None:
     warnings.warn(sentence, ShellmbWarning, stacklevel=4)
 
 
+def _many(count: int, thing: str, one: str, several: str) -> str:
+    """A number of things of a mesh, with the verb that goes with it."""
+    return (
+        f"{count} {thing}{'' if count == 1 else 's'} of its mesh {one if count == 1 else several}"
+    )
+
+
 def _places(x: Floats, size: float) -> str:
     """Some positions in words."""
     more = f" and {len(x) - PLACES} more" if len(x) > PLACES else ""
@@ -159,8 +166,10 @@ def _joined(x: Floats, cells: dict[Cell, Ints], surface: Meshed, who: str) -> In
     gone = used[same[used] != used]
     # where no cells share nodes, as in STL, this is how they are joined
     if len(gone) and (uses.max() > 1 or far > 1e-9):
+        one, several = "lies on another and becomes one with it", "lie on others and become one"
+        joint = _many(len(gone), "node", one, f"{several} with them")
         _warn(
-            f"{who}: {len(gone)} nodes of its mesh lie on others and become one with them, up to "
+            f"{who}: {joint}, up to "
             f"{np.linalg.norm(x[gone] - x[same[gone]], axis=1).max():.2g} m away, at "
             f"{_places(x[gone], _size(x[used]))}; with merge=0 they stay apart"
         )
@@ -179,8 +188,8 @@ def _with_area(
         if none.any():
             at = x[rows[none, : vertex_count(cell)]].mean(axis=1)
             _warn(
-                f"{who}: {int(none.sum())} elements of its mesh have no area and are left out, at "
-                f"{_places(at, size)}"
+                f"{who}: {_many(len(at), 'element', 'has', 'have')} no area and no part in the "
+                f"shell, at {_places(at, size)}"
             )
         rows, parent = rows[~none], parents[cell][~none]
         ends = rows[:, np.array(FACETS[cell])]
@@ -191,14 +200,16 @@ def _with_area(
         if (twice & ~as_triangle).any():
             at = x[rows[twice & ~as_triangle, : vertex_count(cell)]].mean(axis=1)
             raise SceneError(
-                f"{who}: {len(at)} elements of its mesh have a node twice, at {_places(at, size)}; "
+                f"{who}: {_many(len(at), 'element', 'has', 'have')} a node twice, at "
+                f"{_places(at, size)}; "
                 "their nodes must be different ones"
             )
         again = doubles(rows, cell)
         if len(again):
             at = x[rows[again, : vertex_count(cell)]].mean(axis=1)
             raise SceneError(
-                f"{who}: {len(at)} elements of its mesh are there twice, at {_places(at, size)}; "
+                f"{who}: {_many(len(at), 'element', 'is', 'are')} there twice, at "
+                f"{_places(at, size)}; "
                 "each must be there once"
             )
         found.setdefault(cell, []).append(rows[~as_triangle])
@@ -349,7 +360,9 @@ def _say_pieces(raw: RawMesh, who: str) -> None:
             continue
         size = _size(raw.x)
         at = [shown(raw.x[corners[k]].mean(axis=0), size) for k in first]
-        listed = [f"{n} elements around {p}" for n, p in zip(counts, at, strict=True)]
+        listed = [
+            f"{n} element{'s' if n > 1 else ''} around {p}" for n, p in zip(counts, at, strict=True)
+        ]
         more = f" and {len(listed) - PLACES} more" if len(listed) > PLACES else ""
         _warn(
             f"{who}: its mesh is in {len(listed)} pieces that {how}: "
