@@ -136,7 +136,7 @@ def test_single_bodies_can_be_refined():
 @pytest.mark.parametrize("body", [None, "wing"])
 def test_a_mesh_from_a_file_is_no_choice(body, tmp_path):
     file = tmp_path / "wing.msh"
-    file.touch()
+    file.write_text("$MeshFormat")
     wing = Shell("wing", GmshFile(file), Isotropic(1.0, 0.3, 0.01, density=1.0))
     source = ModuleType("wing")
     source.scene = lambda: Scene("wing", wing, supports=Clamped("root"))
