@@ -12,6 +12,8 @@ lists them), `shellmb.scene` and `shellmb.forms` are usable without DOLFINx.
 import importlib
 from typing import Any
 
+from shellmb.surroundings import heed
+
 __version__ = "0.1.0"
 
 # what is called: three of them are packages of the same name, see `shellmb.calling`
@@ -39,6 +41,9 @@ _ERRORS = (
     "ShellmbError",
     "ShellmbWarning",
 )
+
+
+heed()
 
 
 def __getattr__(name: str) -> Any:

@@ -25,6 +25,8 @@ from ufl.algorithms.apply_derivatives import apply_derivatives
 from ufl.algorithms.map_integrands import map_integrands
 from ufl.classes import Variable, VariableDerivative
 
+from shellmb.compiling.store import writing
+
 Items = Sequence[Any]
 
 
@@ -248,10 +250,11 @@ def read(file: Path) -> Record | None:
     """
     try:
         found: dict[str, Any] = json.loads(file.read_text())
-    except (FileNotFoundError, ValueError):
+        places = [tuple(map(int, found[key])) for key in ("coefficients", "constants")]
+        return Record(str(found["kernel"]), *places)
+    except (OSError, ValueError, TypeError, KeyError):
+        # it is damaged, and is made anew
         return None
-    places = {key: tuple(found[key]) for key in ("coefficients", "constants")}
-    return Record(found["kernel"], **places)
 
 
 def write(file: Path, record: Record) -> None:
@@ -262,5 +265,6 @@ def write(file: Path, record: Record) -> None:
         record: The record.
     """
     part = file.with_name(f"{file.name}.{os.getpid()}")
-    part.write_text(json.dumps(asdict(record)))
-    part.replace(file)
+    with writing(file.parent):
+        part.write_text(json.dumps(asdict(record)))
+        part.replace(file)

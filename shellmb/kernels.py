@@ -24,6 +24,7 @@ from ufl.core.expr import Expr
 
 from shellmb.compiling.compiler import compile_new, library
 from shellmb.compiling.flags import KERNEL_FLAGS, Item, flags_for
+from shellmb.compiling.store import is_whole, loading, usable
 from shellmb.derivatives import Known, Record, read, write
 from shellmb.errors import RunError
 from shellmb.waiting import arrive
@@ -102,6 +103,7 @@ def compile_with_derivatives(
     if not forms:
         return []
     comm = comm_of(forms[0] if isinstance(forms[0], Form) else forms[0].of)
+    cache_folder()  # on all ranks, as it may be refused
     places, records = comm.bcast(_known(forms, flags) if comm.rank == 0 else None)
     # derivatives whose kernels are not known are taken, of those with one kernel the first
     taken: dict[Any, Form] = {}
@@ -179,7 +181,7 @@ def _known(
     ]
     for place in places:
         found = None if isinstance(place, int) else read(place)
-        if found is not None and (not found.kernel or library(folder, found.kernel).exists()):
+        if found is not None and (not found.kernel or is_whole(library(folder, found.kernel))):
             records[place] = found
     return places, records
 
@@ -248,9 +250,13 @@ def loaded(folder: Path, name: str, kind: str) -> Kernel:
         folder: The cache.
         name: Of its file.
         kind: What it is of, "form" or "expression".
+
+    Raises:
+        RunError: If it cannot be loaded.
     """
-    code = ctypes.CDLL(str(library(folder, name)))
-    pointer = ctypes.c_void_p.in_dll(code, f"{kind}_{name}_0").value
+    with loading(library(folder, name)) as file:
+        code = ctypes.CDLL(str(file))
+        pointer = ctypes.c_void_p.in_dll(code, f"{kind}_{name}_0").value
     return Kernel(name, _ffi().cast(f"ufcx_{kind} *", pointer), code)
 
 
@@ -292,14 +298,13 @@ def comm_of(of: Form | Expr) -> MPI.Comm:
     return comm
 
 
-def _options() -> dict[str, Any]:
-    options: dict[str, Any] = jit.get_options(JIT_OPTIONS)
-    return options
-
-
 def cache_folder() -> Path:
-    """Where kernels are kept."""
-    return Path(_options()["cache_dir"])
+    """Where kernels are kept.
+
+    Raises:
+        RunError: If there is no place for them.
+    """
+    return usable(Path(jit.get_options(JIT_OPTIONS)["cache_dir"]))
 
 
 def module_name(item: Item, flags: Sequence[str] = ()) -> str:

@@ -31,6 +31,7 @@ FLOW = (
 )
 FIRST = (
     "errors",
+    "surroundings",
     "calling",
     "collecting",
     "locks",

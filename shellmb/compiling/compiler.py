@@ -15,7 +15,7 @@ import shlex
 import shutil
 import subprocess
 import sysconfig
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack
 from pathlib import Path
@@ -27,6 +27,7 @@ from ufl import Form
 
 from shellmb.compiling.flags import Item
 from shellmb.compiling.generated import code, quickly
+from shellmb.compiling.store import SAY, is_library, is_whole, seal, writing
 from shellmb.errors import RunError
 from shellmb.locks import FileLock
 
@@ -50,10 +51,12 @@ def compile_new(items: Wanted, folder: Path, tell: Tell) -> None:
         tell: Called with the number of a kernel and how many there are, before each.
 
     Raises:
-        RunError: If the C compiler fails.
+        RunError: If the C compiler fails, or the cache cannot be written.
     """
-    folder.mkdir(parents=True, exist_ok=True)
-    new = [name for name in items if not library(folder, name).exists()]
+    with writing(folder):
+        folder.mkdir(parents=True, exist_ok=True)
+    # what is damaged is made anew
+    new = [name for name in items if not is_whole(library(folder, name))]
     # the largest first, so that its compiler is not the one that all wait for in the end
     new.sort(key=lambda name: -_size(items[name][0]))
     left = _compile({name: items[name] for name in new}, folder, tell, wait=False)
@@ -85,7 +88,7 @@ def _compile(items: Wanted, folder: Path, tell: Tell, wait: bool) -> list[str]:
                 tell(number, len(items))
                 if not locked(folder / f"{name}.lock", locks, wait):
                     left.append(name)
-                elif not library(folder, name).exists():
+                elif not is_whole(library(folder, name)):
                     group = groups.setdefault(tuple(flags), {})
                     group[name] = code(item, name, flags)
                     if sum(map(len, group.values())) > GROUP:
@@ -137,33 +140,36 @@ def _make_libraries(folder: Path, codes: Mapping[str, str], flags: Sequence[str]
     """Compile the codes of kernels together: one library that is there by the names of all."""
     first = next(iter(codes))
     source, made = folder / f"{first}.c", folder / f"{first}.so.{os.getpid()}"
-    source.write_text("\n".join(codes.values()))
     include = f"-I{ffcx.codegeneration.get_include_path()}"
-    run_compiler([*flags, include, str(source), "-o", str(made)])
-    for name in codes:
-        # at once: another process may look for it at any moment
-        link = made.with_name(f"{name}.link.{os.getpid()}")
-        try:
-            link.hardlink_to(made)
-        except OSError:
-            # a file system that has none
-            shutil.copyfile(made, link)
-        link.replace(library(folder, name))
-    made.unlink()
+    with writing(folder):
+        source.write_text("\n".join(codes.values()))
+        run_compiler([*flags, include, str(source)], made, codes)
+        for name in codes:
+            # at once: another process may look for it at any moment
+            link = made.with_name(f"{name}.link.{os.getpid()}")
+            try:
+                link.hardlink_to(made)
+            except OSError:
+                # a file system that has none
+                shutil.copyfile(made, link)
+            link.replace(library(folder, name))
+        made.unlink()
 
 
-def run_compiler(arguments: Sequence[str]) -> None:
+def run_compiler(arguments: Sequence[str], made: Path, symbols: Iterable[str]) -> None:
     """Make a shared library.
 
     Args:
         arguments: Of the C compiler, which is `$CC`, or the one of Python.
+        made: The library, a file that nobody looks for.
+        symbols: Names that it has to have.
 
     Raises:
-        RunError: If there is none, or it fails.
+        RunError: If there is no compiler, or it fails, or what it writes is no library.
     """
     compiler = os.environ.get("CC") or sysconfig.get_config_var("CC") or "cc"
     command = [*shlex.split(compiler), "-std=c17", "-shared", "-fPIC", "-fwrapv", "-DNDEBUG"]
-    command += arguments
+    command += [*arguments, "-o", str(made)]
     try:
         done = subprocess.run(command, capture_output=True, text=True, stdin=subprocess.DEVNULL)
     except OSError as error:
@@ -172,4 +178,15 @@ def run_compiler(arguments: Sequence[str]) -> None:
             "install gcc, or name another one by the environment variable CC"
         ) from error
     if done.returncode != 0:
-        raise RunError(f"the C compiler fails: {shlex.join(command)}\n{done.stderr}")
+        made.unlink(missing_ok=True)
+        full = f"; {SAY}, or make room" if "No space left" in done.stderr else ""
+        raise RunError(f"the C compiler fails{full}: {shlex.join(command)}\n{done.stderr}")
+    content = made.read_bytes() if made.is_file() else b""
+    if not is_library(content) or not all(name.encode() in content for name in symbols):
+        made.unlink(missing_ok=True)
+        raise RunError(
+            f"the C compiler '{compiler}' ends without an error, and what it writes is not the "
+            "library that was asked for; install gcc, or name another compiler by the environment "
+            "variable CC"
+        )
+    seal(made)

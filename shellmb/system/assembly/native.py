@@ -25,6 +25,7 @@ import numpy.typing as npt
 
 from shellmb.compiling.compiler import run_compiler
 from shellmb.compiling.flags import COMPILER_FLAGS, FORCED_LANES, FORCED_LEVEL
+from shellmb.compiling.store import is_whole, loading, writing
 from shellmb.errors import RunError
 from shellmb.kernels import cache_folder, raise_together
 
@@ -179,6 +180,8 @@ def begin(comm: MPI.Comm) -> None:
             f"level of the oldest by the environment variable {FORCED_LEVEL}, and the same "
             f"{FORCED_LANES}, if any"
         )
+    # a cache that cannot be used is told by all ranks
+    cache_folder()
     if comm.rank == 0:
         _compiled()
 
@@ -195,14 +198,14 @@ def _compiled() -> tuple[Path, Future[None] | None]:
     name = f"shellmb_cells_{hashlib.sha256(key.encode()).hexdigest()[:16]}"
     where = cache_folder()
     target = where / f"{name}.so"
-    if target.exists():
+    if is_whole(target):
         return target, None
-    where.mkdir(parents=True, exist_ok=True)
     ffi = cffi.FFI()
     ffi.cdef(header)
     ffi.set_source(name, "#include <stdint.h>\n" + header + source, compiler_verbose=False)
     scratch = where / f"{name}.{os.getpid()}.c"
-    ffi.emit_c_code(str(scratch))
+    with writing(where):
+        ffi.emit_c_code(str(scratch))
     pool = ThreadPoolExecutor(max_workers=1)
     done = pool.submit(_compile, scratch, target)
     pool.shutdown(wait=False)
@@ -213,9 +216,10 @@ def _compile(source: Path, target: Path) -> None:
     made = source.with_suffix(".so")
     try:
         include = f"-I{sysconfig.get_path('include')}"
-        run_compiler([*COMPILER_FLAGS, include, str(source), "-o", str(made)])
-        # at once: another process may look for it at any moment
-        made.replace(target)
+        with writing(target.parent):
+            run_compiler([*COMPILER_FLAGS, include, str(source)], made, [f"PyInit_{target.stem}"])
+            # at once: another process may look for it at any moment
+            made.replace(target)
     finally:
         source.unlink()
 
@@ -228,6 +232,7 @@ def _build() -> ModuleType:
     name = target.stem
     spec = importlib.util.spec_from_file_location(name, target)
     assert spec is not None and spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
+    with loading(target):
+        module = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(module)
     return module

@@ -1,0 +1,240 @@
+"""The cache of kernels: whose it must be, where it is if it cannot be used, and whole libraries.
+
+What is in it is executed, so it must be the user's own. Each library carries a checksum of itself
+at its end, which the system's loader does not look at: what was cut or spoilt is made anew.
+"""
+
+from __future__ import annotations
+
+import logging
+import os
+import shutil
+import stat
+import tempfile
+import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import cache
+from pathlib import Path
+
+from mpi4py import MPI
+
+from shellmb.errors import RunError
+
+_log = logging.getLogger(__name__)
+
+# what less room than this is taken for none [bytes]
+ROOM = 1_000_000
+# begins the end of a library
+MARK = b"shellmb crc32 "
+# bytes of the head of an ELF file that say for which machine it is: class, order, machine
+MACHINE = (slice(0, 6), slice(18, 20))
+SAY = "name another folder by the environment variable XDG_CACHE_HOME"
+
+
+@cache
+def usable(folder: Path) -> Path:
+    """The cache, or where it is instead.
+
+    Args:
+        folder: Where it should be.
+
+    Returns:
+        It; a private one in the temporary folder if it cannot be written or executed from.
+
+    Raises:
+        RunError: If others can write it, or the temporary one is no better.
+    """
+    wrong = _wrong(folder)
+    if wrong is None:
+        return folder
+    private = Path(tempfile.gettempdir()) / f"shellmb-{os.getuid()}" / "fenics"
+    try:
+        private.parent.mkdir(mode=0o700, exist_ok=True)
+        beside = _wrong(private)
+    except OSError as error:
+        beside = error.strerror
+    if beside is not None:
+        raise RunError(
+            f"the cache of kernels, {folder}, cannot be used ({wrong}), and neither can {private} "
+            f"({beside}); {SAY}",
+            alone=True,
+        )
+    if MPI.COMM_WORLD.rank == 0:
+        _log.warning(
+            "the cache of kernels, %s, cannot be used (%s), and %s is used instead; to choose, %s",
+            folder,
+            wrong,
+            private,
+            SAY,
+        )
+    _share(folder, private)
+    return private
+
+
+def _wrong(folder: Path) -> str | None:
+    """Why a folder cannot be used; it is made where it is not there.
+
+    Raises:
+        RunError: If others can write it.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        _refuse_shared(folder)
+        room = os.statvfs(folder)
+        if room.f_flag & os.ST_NOEXEC:
+            return "nothing may be executed there"
+        with tempfile.NamedTemporaryFile(dir=folder, prefix=".try-") as file:
+            file.write(b"0" * 4096)
+            file.flush()
+        if room.f_bavail * room.f_frsize < ROOM:
+            return "no room is left there"
+    except OSError as error:
+        return error.strerror or type(error).__name__
+    return None
+
+
+def _refuse_shared(folder: Path) -> None:
+    """What others may write they may let us execute.
+
+    Raises:
+        RunError: If it is such a folder.
+    """
+    for place in (folder, folder.parent):
+        found = place.stat()
+        if found.st_uid not in (os.getuid(), 0):
+            raise RunError(
+                f"the cache of kernels, {folder}, is not used: {place} belongs to another user "
+                f"(number {found.st_uid}), who could put programs there; {SAY}",
+                alone=True,
+            )
+        sticky = place is not folder and found.st_mode & stat.S_ISVTX
+        if found.st_mode & stat.S_IWOTH and not sticky:
+            raise RunError(
+                f"the cache of kernels, {folder}, is not used: everybody can write {place}, and "
+                f"put programs there; take that right away (chmod o-w), or {SAY}",
+                alone=True,
+            )
+
+
+def _share(folder: Path, private: Path) -> None:
+    """Take what is in a folder that can be read only."""
+    try:
+        names = {f.name for f in os.scandir(folder) if f.name.startswith("shellmb_")}
+        for name in names - set(os.listdir(private)):
+            shutil.copyfile(folder / name, private / name)
+    except OSError:
+        # then they are compiled
+        return
+
+
+@contextmanager
+def writing(folder: Path) -> Iterator[None]:
+    """What the system says when kernels cannot be written, as a sentence.
+
+    Args:
+        folder: The cache.
+
+    Raises:
+        RunError: If they cannot be.
+    """
+    try:
+        yield
+    except OSError as error:
+        raise RunError(
+            f"kernels cannot be written to {folder} ({error.strerror or error}); make room, or "
+            f"{SAY}"
+        ) from error
+
+
+@contextmanager
+def loading(library: Path) -> Iterator[Path]:
+    """What the system says when a library cannot be loaded, as a sentence.
+
+    Args:
+        library: Its file.
+
+    Raises:
+        RunError: If it cannot be.
+    """
+    try:
+        yield library
+    except (OSError, ValueError, ImportError) as error:
+        raise RunError(
+            f"{library} cannot be loaded ({error}); remove it and see that the C compiler is right "
+            f"and files may be executed there, or {SAY}",
+            alone=True,
+        ) from error
+
+
+def is_library(content: bytes) -> bool:
+    """Whether content is that of a library of this machine, and none of it is cut off.
+
+    Args:
+        content: Of a file.
+    """
+    own = _own_head()
+    if not own:
+        # a system that has other kinds
+        return len(content) >= 64
+    if len(content) < 64 or any(content[part] != own[part] for part in MACHINE):
+        return False
+    if content[4] != 2:
+        # offsets have other places where numbers have 32 bits
+        return True
+    # the table of its sections comes last
+    start, size, count = (
+        int.from_bytes(content[a:b], "little") for a, b in ((40, 48), (58, 60), (60, 62))
+    )
+    return start + size * count <= len(content)
+
+
+@cache
+def _own_head() -> bytes:
+    try:
+        with Path("/proc/self/exe").open("rb") as file:
+            return file.read(20)
+    except OSError:
+        return b""
+
+
+def seal(library: Path) -> None:
+    """Put a checksum behind a library.
+
+    Args:
+        library: Its file, which nobody else knows yet.
+    """
+    content = library.read_bytes()
+    with library.open("ab") as file:
+        file.write(MARK + b"%08x" % zlib.crc32(content))
+
+
+# files that are whole, by what would change with them
+_WHOLE: set[tuple[int, ...]] = set()
+
+
+def is_whole(library: Path) -> bool:
+    """Whether a library is there, ours, and as it was written; looked at once.
+
+    Args:
+        library: Its file.
+    """
+    try:
+        found = library.stat()
+        key = (found.st_dev, found.st_ino, found.st_size, found.st_mtime_ns)
+        if key in _WHOLE:
+            return True
+        if not stat.S_ISREG(found.st_mode) or found.st_uid not in (os.getuid(), 0):
+            return False
+        content = library.read_bytes()
+    except OSError:
+        return False
+    end = len(MARK) + 8
+    if content[-end:-8] == MARK:
+        whole = b"%08x" % zlib.crc32(memoryview(content)[:-end]) == content[-8:]
+    else:
+        # by a version before this one
+        whole = is_library(content)
+    if whole:
+        _WHOLE.add(key)
+    return whole

@@ -1,0 +1,123 @@
+"""What libraries take from the surroundings of a process: the user's own files, no stranger's.
+
+PETSc, DOLFINx and FFCx read options from the current folder, which may hold somebody else's run: a
+cache of kernels, whose code is executed, libraries to be loaded, files to be written. They get what
+is in the user's home, and in variables of the environment. matplotlib's file of the current folder
+changes pictures only, and is left out where we draw (`shellmb.observers.drawing`).
+"""
+
+from __future__ import annotations
+
+import importlib.abc
+import importlib.machinery
+import importlib.util
+import json
+import os
+import sys
+from collections.abc import Callable
+from functools import cache, partial
+from importlib.machinery import ModuleSpec
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+# longer files are no options [bytes]
+LONGEST = 1_000_000
+
+
+def heed() -> None:
+    """See to it for libraries that are imported from now on, and for those that were before."""
+    if not any(isinstance(finder, _Finder) for finder in sys.meta_path):
+        sys.meta_path.insert(0, _Finder())
+    for name, after in _AFTER.items():
+        if name in sys.modules:
+            after(sys.modules[name])
+
+
+def petsc_options() -> list[str]:
+    """Arguments of PETSc: no files but the user's, and signals are ours (`shellmb.stopping`)."""
+    options = ["shellmb", "-skip_petscrc", "-no_signal_handler"]
+    home = Path(os.path.expanduser("~"), ".petscrc")
+    return [*options, "-options_file", str(home)] if home.is_file() else options
+
+
+def cache_root() -> Path:
+    """Where the user's caches are: `$XDG_CACHE_HOME`, if that is a full path, or `~/.cache`."""
+    return _home("XDG_CACHE_HOME", ".cache")
+
+
+def _home(variable: str, otherwise: str) -> Path:
+    given = os.environ.get(variable, "")
+    # relative ones mean nothing, says the XDG Base Directory Specification
+    return Path(given) if os.path.isabs(given) else Path(os.path.expanduser("~"), otherwise)
+
+
+def _of_user(library: str, name: str) -> dict[str, Any]:
+    """Options of a library from the user's file."""
+    file = _home("XDG_CONFIG_HOME", ".config") / library / name
+    if not file.is_file() or file.stat().st_size > LONGEST:
+        return {}
+    found = json.loads(file.read_text())
+    return found if isinstance(found, dict) else {}
+
+
+def _only_users(library: str, name: str, module: ModuleType) -> None:
+    """Let a library of FEniCS read the user's options, and none of the current folder."""
+    module._load_options = cache(lambda: (_of_user(library, name), {}))  # type: ignore[attr-defined]
+
+
+def _dolfinx(module: ModuleType) -> None:
+    _only_users("dolfinx", "dolfinx_jit_options.json", module)
+    defaults = module.DOLFINX_DEFAULT_JIT_OPTIONS  # type: ignore[attr-defined]
+    defaults["cache_dir"] = (cache_root() / "fenics", defaults["cache_dir"][1])
+
+
+def _petsc(module: ModuleType) -> None:
+    """Start PETSc with our arguments, before its module does so without any."""
+    from petsc4py.lib import ImportPETSc
+
+    ImportPETSc()._initialize(petsc_options())
+
+
+_BEFORE: dict[str, Callable[[ModuleType], None]] = {"petsc4py.PETSc": _petsc}
+_AFTER: dict[str, Callable[[ModuleType], None]] = {
+    "dolfinx.jit": _dolfinx,
+    "ffcx.options": partial(_only_users, "ffcx", "ffcx_options.json"),
+}
+
+
+class _Finder(importlib.abc.MetaPathFinder):
+    """Finds the modules above where all are found, and sees to them when they are executed."""
+
+    def find_spec(self, fullname: str, path: Any, target: Any = None) -> ModuleSpec | None:
+        """The specification of one of them."""
+        if fullname not in _BEFORE and fullname not in _AFTER:
+            return None
+        spec = importlib.machinery.PathFinder.find_spec(fullname, path, target)
+        if spec is not None and spec.loader is not None:
+            spec.loader = _Loader(spec.loader)
+        return spec
+
+
+class _Loader(importlib.abc.Loader):
+    """Executes a module, and what comes before and behind it."""
+
+    def __init__(self, loader: Any) -> None:
+        self._loader = loader
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._loader, name)
+
+    def create_module(self, spec: ModuleSpec) -> ModuleType | None:
+        """As the module's own loader."""
+        made: ModuleType | None = self._loader.create_module(spec)
+        return made
+
+    def exec_module(self, module: ModuleType) -> None:
+        """As the module's own loader."""
+        name = module.__name__
+        if name in _BEFORE:
+            _BEFORE[name](module)
+        self._loader.exec_module(module)
+        if name in _AFTER:
+            _AFTER[name](module)

@@ -1,0 +1,195 @@
+"""Caches that cannot be used or must not be, libraries that are damaged, compilers that lie."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+from mpi4py import MPI
+
+import basix.ufl
+import pytest
+import ufl
+from dolfinx import fem, mesh
+
+from shellmb import derivatives
+from shellmb.compiling import store
+from shellmb.errors import RunError
+from shellmb.kernels import JIT_OPTIONS, cache_folder, compiled, loaded, module_name
+
+
+@pytest.fixture(autouse=True)
+def temporary(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The folder for what is temporary: a test's own."""
+    (tmp_path / "tmp").mkdir()
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "tmp"))
+    # what is known of other tests' folders
+    store.usable.cache_clear()
+    loaded.cache_clear()
+    return tmp_path / "tmp"
+
+
+@pytest.fixture(name="form", scope="module")
+def make_form():
+    line = mesh.create_unit_interval(MPI.COMM_SELF, 2)
+    space = fem.functionspace(line, basix.ufl.element("Lagrange", "interval", 1))
+    return fem.Function(space) ** 2 * ufl.dx
+
+
+@pytest.fixture(name="cache")
+def own_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setitem(JIT_OPTIONS, "cache_dir", str(tmp_path / "cache"))
+    return cache_folder()
+
+
+class Place:
+    """What a file system says of itself."""
+
+    f_flag, f_bavail, f_frsize = 0, 10**6, 4096
+
+
+# --- where it is ----------------------------------------------------------------------------------
+@pytest.mark.parametrize("where", ["/dev/null/fenics", "/proc/fenics", "file/fenics"])
+def test_an_impossible_cache_is_replaced_by_a_private_one(where, temporary, caplog) -> None:
+    (temporary / "file").touch()
+    found = store.usable(temporary / where)
+    assert found.is_relative_to(temporary) and found.name == "fenics"
+    assert found.parent.stat().st_mode & 0o777 == 0o700
+    assert f"{temporary / where}, cannot be used (" in caplog.text
+    assert "XDG_CACHE_HOME" in caplog.text
+
+
+@pytest.mark.parametrize(
+    ("place", "why"),
+    [({"f_flag": store.os.ST_NOEXEC}, "nothing may be executed"), ({"f_bavail": 3}, "no room")],
+)
+def test_noexec_and_full_ones_are_replaced(place, why, tmp_path, caplog, monkeypatch) -> None:
+    def statvfs(path):
+        found = Place()
+        if Path(path).name == "cache":
+            vars(found).update(place)
+        return found
+
+    monkeypatch.setattr(store.os, "statvfs", statvfs)
+    assert store.usable(tmp_path / "cache") != tmp_path / "cache"
+    assert why in caplog.text
+
+
+def test_kernels_that_can_only_be_read_are_used(tmp_path, monkeypatch, cache, form) -> None:
+    compiled(form)
+    real = store._wrong
+    monkeypatch.setattr(store, "_wrong", lambda f: "Read-only" if f == cache else real(f))
+    store.usable.cache_clear()
+    assert store.is_whole(cache_folder() / f"{module_name(form)}.so")
+
+
+def test_without_any_place_it_says_which_variable(temporary) -> None:
+    (temporary / f"shellmb-{store.os.getuid()}").touch()
+    with pytest.raises(RunError, match=r"neither can .*XDG_CACHE_HOME"):
+        store.usable(Path("/dev/null/fenics"))
+
+
+@pytest.mark.parametrize("open_", [".", "fenics"])
+def test_a_cache_that_everybody_can_write_is_refused(open_, tmp_path) -> None:
+    folder = tmp_path / "home" / "fenics"
+    folder.mkdir(parents=True)
+    (tmp_path / "home" / open_).chmod(0o777)
+    with pytest.raises(RunError, match=r"everybody can write .*XDG_CACHE_HOME"):
+        store.usable(folder)
+
+
+def test_a_cache_in_the_temporary_folder_is_the_user_s(tmp_path) -> None:
+    folder = tmp_path / "home" / "fenics"
+    folder.mkdir(parents=True)
+    folder.parent.chmod(0o1777)
+    assert store.usable(folder) == folder
+
+
+# --- what is in it --------------------------------------------------------------------------------
+DAMAGE = {
+    "emptied": lambda content: b"",
+    "cut": lambda content: content[: len(content) // 2],
+    "its end cut off": lambda content: content[:-100],
+    "zeros": lambda content: bytes(len(content)),
+    "garbage": lambda content: b"\xff\xfe" * (len(content) // 2),
+    "spoilt within": lambda content: content[:4000] + b"\xff" * 64 + content[4064:],
+    "text": lambda content: b"no library\n",
+}
+
+
+@pytest.mark.parametrize("how", DAMAGE)
+def test_a_damaged_library_is_made_anew(how, cache, form) -> None:
+    """The kind: whatever is not as it was written, before the system loads (or maps) any of it."""
+    compiled(form)
+    library = cache / f"{module_name(form)}.so"
+    content = library.read_bytes()
+    library.unlink()
+    library.write_bytes(DAMAGE[how](content))
+    loaded.cache_clear()
+    assert fem.assemble_scalar(compiled(form)) == 0.0
+    assert library.stat().st_size == len(content) and store.is_whole(library)
+
+
+@pytest.mark.parametrize("content", ["", "[]", "3", '{"kernel": 1}', '{"coefficients": 1}', "\0"])
+def test_a_damaged_record_of_a_derivative_is_none(content, tmp_path) -> None:
+    (tmp_path / "record").write_text(content)
+    assert derivatives.read(tmp_path / "record") is None
+
+
+# --- the compiler ---------------------------------------------------------------------------------
+OUT = "import sys; out = sys.argv[sys.argv.index('-o') + 1]; "
+LIARS = {
+    "nothing": "pass",
+    "an empty file": OUT + "open(out, 'w')",
+    "garbage": OUT + "open(out, 'wb').write(b'garbage' * 1000)",
+    "another library": OUT + "import mpi4py.MPI, shutil; shutil.copy(mpi4py.MPI.__file__, out)",
+    "half of one": OUT
+    + "import mpi4py.MPI as m; open(out, 'wb').write(open(m.__file__, 'rb').read()[:9999])",
+}
+
+
+@pytest.mark.parametrize("writes", LIARS)
+def test_a_compiler_that_writes_something_else_is_named(writes, cache, form, monkeypatch) -> None:
+    program = cache.parent / "liar.py"
+    program.write_text(LIARS[writes])
+    monkeypatch.setenv("CC", f"{sys.executable} {program}")
+    with pytest.raises(RunError, match=r"liar.py' ends without an error.* variable CC"):
+        compiled(form)
+    assert not list(cache.glob("*.so*"))
+
+
+# --- what stands in the current folder ------------------------------------------------------------
+SEEN = """
+import shellmb
+from shellmb import kernels
+import ffcx.options
+from petsc4py import PETSc
+print(kernels.cache_folder())
+print(ffcx.options.get_options()["epsilon"], PETSc.Options().getAll())
+"""
+
+
+def test_options_of_a_stranger_s_folder_mean_nothing(tmp_path, monkeypatch) -> None:
+    """Kernels would be loaded from where it says, and PETSc would write and load what it says."""
+    here, home = tmp_path / "here", tmp_path / "home"
+    for folder in (here, home / ".config" / "ffcx"):
+        folder.mkdir(parents=True)
+    (here / "dolfinx_jit_options.json").write_text(f'{{"cache_dir": "{here}/kernels"}}')
+    (here / "ffcx_options.json").write_text('{"epsilon": 1e-3}')
+    for name in (".petscrc", "petscrc"):
+        (here / name).write_text(f"-log_view :{here}/log\n-evil 1\n")
+    # the user's own count
+    (home / ".petscrc").write_text("-options_left no\n-mine 2\n")
+    (home / ".config" / "ffcx" / "ffcx_options.json").write_text('{"epsilon": 1e-13}')
+    monkeypatch.setenv("HOME", str(home))
+    monkeypatch.setenv("PETSC_OPTIONS", "-given 3")
+    # a relative one would be of this folder
+    monkeypatch.setenv("XDG_CACHE_HOME", "kernels")
+    monkeypatch.delenv("XDG_CONFIG_HOME", raising=False)
+    done = subprocess.run(
+        [sys.executable, "-c", SEEN], cwd=here, capture_output=True, text=True, check=True
+    )
+    folder, others = done.stdout.splitlines()[:2]
+    assert folder == str(home / ".cache" / "fenics")
+    assert others.startswith("1e-13 ")
+    assert "'mine': '2'" in others and "'given': '3'" in others and "evil" not in others
+    assert not (here / "log").exists() and not (here / "kernels").exists()
