@@ -12,7 +12,7 @@ lists them), `shellmb.scene` and `shellmb.forms` are usable without DOLFINx.
 import importlib
 from typing import Any
 
-from shellmb.surroundings import heed
+from shellmb.guarding.surroundings import heed
 
 __version__ = "0.1.0"
 

@@ -5,7 +5,10 @@ from __future__ import annotations
 import fcntl
 import os
 import platform
+from contextlib import suppress
 from pathlib import Path
+
+from shellmb.guarding.writing import clear, is_plain
 
 
 class FileLock:
@@ -31,7 +34,12 @@ class FileLock:
             OSError: If the file cannot be made, or the file system has no locks.
         """
         while True:
-            file = os.open(self._path, os.O_RDWR | os.O_CREAT, 0o644)
+            with suppress(FileNotFoundError):
+                if not is_plain(self._path):
+                    # a link, and what it points to is none of ours
+                    clear(self._path)
+            flags = os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_CLOEXEC
+            file = os.open(self._path, flags, 0o644)
             try:
                 fcntl.flock(file, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
                 if not self._is(file):
@@ -73,6 +81,7 @@ class FileLock:
     def owner(self) -> str:
         """Who holds it, as far as can be told."""
         try:
-            return self._path.read_text() or "another process"
+            with self._path.open("rb") as file:
+                return file.read(200).decode(errors="replace") or "another process"
         except OSError:
             return "another process"

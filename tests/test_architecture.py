@@ -31,7 +31,7 @@ FLOW = (
 )
 FIRST = (
     "errors",
-    "surroundings",
+    "guarding",
     "calling",
     "collecting",
     "locks",

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from shellmb.errors import SceneError, ShellmbError
+from shellmb.guarding.writing import write_text
 from shellmb.scene import Scene
 
 if TYPE_CHECKING:
@@ -129,7 +130,7 @@ def run_case(
         row["failed"] = str(error)
     if place is not None and place.is_dir():
         row["directory"] = str(place)
-        (place / CASE).write_text(json.dumps({"case": dict(case), "row": row}, default=_plain))
+        write_text(place / CASE, json.dumps({"case": dict(case), "row": row}, default=_plain))
     return row
 
 
@@ -211,7 +212,7 @@ def _claim(folder: Path, about: dict[str, Any]) -> None:
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise SceneError(f"sweep: out is {folder}, which holds something else; give another one")
     folder.mkdir(parents=True, exist_ok=True)
-    file.write_text(json.dumps(about, indent=1) + "\n")
+    write_text(file, json.dumps(about, indent=1) + "\n")
 
 
 def _finished(place: Path) -> dict[str, Any] | None:

@@ -42,6 +42,7 @@ def plot(
     from shellmb.api.modeshapes import ModeShapes
     from shellmb.api.rotating import TABLE, RotatingModes
     from shellmb.api.runs import load
+    from shellmb.show.pictures import save
 
     run = load(directory)
     folder = out or directory
@@ -53,7 +54,7 @@ def plot(
         return
     if isinstance(run, ModeShapes):
         folder.mkdir(parents=True, exist_ok=True)
-        run.picture().save(folder / "modes.png")
+        save(run.picture(), folder / "modes.png")
         say(f"written: {folder / 'modes.png'}")
         return
     if field is None and t is None and animation is None:
@@ -62,7 +63,7 @@ def plot(
         return
     folder.mkdir(parents=True, exist_ok=True)
     file = folder / f"{field or 'shape'}.png"
-    run.picture(t, field, component).save(file)
+    save(run.picture(t, field, component), file)
     say(f"written: {file}")
     if animation is not None:
         from shellmb.show.space.animation import animate

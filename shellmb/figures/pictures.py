@@ -13,6 +13,7 @@ from matplotlib.colors import Normalize
 from PIL import Image
 
 from shellmb.figures.example import Figure, Results
+from shellmb.guarding.writing import drafted
 from shellmb.measuring.pictures import picture
 from shellmb.observers.files.described import read_described
 from shellmb.show.fields import Fields
@@ -36,7 +37,9 @@ def draw_figure(wanted: Figure, results: Results, path: Path) -> None:
     with picture(path, 7.0, 5.0, {"savefig.dpi": RESOLUTION}) as made:
         wanted.draw(made, results)
     with Image.open(path) as image:
-        image.convert("RGB").quantize(COLOURS).save(path, optimize=True)
+        few = image.convert("RGB").quantize(COLOURS)
+    with drafted(path) as draft:
+        few.save(draft, optimize=True)
 
 
 def shapes(

@@ -10,6 +10,7 @@ from typing import Any
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
+from shellmb.guarding.writing import drafted
 from shellmb.observers.drawing import STYLE, figure
 
 
@@ -29,4 +30,5 @@ def picture(
         made = figure(width, height)
         yield made
         path.parent.mkdir(parents=True, exist_ok=True)
-        made.savefig(path)
+        with drafted(path) as draft:
+            made.savefig(draft)

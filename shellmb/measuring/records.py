@@ -9,6 +9,8 @@ from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import Any
 
+from shellmb.guarding.writing import write_text
+
 
 def plain(value: Any, **renamed: str) -> Any:
     """Values that JSON knows: no dataclasses, and null for what is not finite.
@@ -44,6 +46,6 @@ def write(name: str, text: str, draw: Callable[[Path], None] | None, folder: Pat
         folder: Where; made if it is not there.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    (folder / f"{name}.json").write_text(text + "\n")
+    write_text(folder / f"{name}.json", text + "\n")
     if draw is not None:
         draw(folder / f"{name}.png")

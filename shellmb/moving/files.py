@@ -11,6 +11,7 @@ from typing import Any
 from mpi4py import MPI
 
 from shellmb.errors import SceneError
+from shellmb.guarding.writing import write_text
 from shellmb.moving.axis import Axis
 from shellmb.moving.campbell import Campbell, campbell
 from shellmb.moving.modes import TurningModes, check_count, modes_of
@@ -92,7 +93,7 @@ def find_campbell(
         for number, modes in enumerate(found.modes, start=1):
             _write_rate(folder(directory, number), modes, head)
         if comm.rank == 0:
-            (directory / TABLE).write_text("\n".join(_table(found)) + "\n")
+            write_text(directory / TABLE, "\n".join(_table(found)) + "\n")
             write_json(directory / SUMMARY, summary)
         if results is not None:
             summary["results"] = measured(results, found, comm, "mode_results")

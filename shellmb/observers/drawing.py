@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
+import matplotlib as mpl
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+# a file of options that stands in the current folder may be a stranger's
+_FOREIGN = not Path(mpl.matplotlib_fname()).is_absolute()
+_DEFAULTS = {k: v for k, v in mpl.rcParamsDefault.items() if not k.startswith(("backend", "_"))}
 STYLE: dict[Any, Any] = {
+    **(_DEFAULTS if _FOREIGN else {}),
     "font.size": 10,
     "axes.grid": True,
     "grid.alpha": 0.3,

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from shellmb import __version__
+from shellmb.guarding.writing import write_text
 from shellmb.observers.account.constraints import Constraints
 from shellmb.observers.account.energy import EnergyAccount
 from shellmb.observers.account.jumps import jump_error
@@ -104,9 +105,7 @@ def write_json(path: Path, content: dict[str, Any]) -> None:
         path: The file.
         content: Its content.
     """
-    draft = path.with_suffix(".tmp")
-    draft.write_text(json.dumps(_plain(content), indent=2, allow_nan=False) + "\n")
-    draft.replace(path)
+    write_text(path, json.dumps(_plain(content), indent=2, allow_nan=False) + "\n")
 
 
 def _plain(value: Any) -> Any:

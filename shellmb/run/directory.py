@@ -45,6 +45,11 @@ def refuse_used(directory: Path, comm: MPI.Comm) -> None:
         )
 
 
+def _link(directory: Path) -> str | None:
+    """A folder in a run directory that is a link to another one."""
+    return next((p.name for p in directory.iterdir() if p.is_symlink() and p.is_dir()), None)
+
+
 def _is_used(directory: Path) -> bool:
     if not directory.is_dir():
         return directory.exists()
@@ -74,12 +79,18 @@ def claimed(directory: Path, comm: MPI.Comm, new: bool) -> Iterator[None]:
                     f"out is {directory}, in which another run is writing ({lock.owner}); wait "
                     "for its end, or give another directory"
                 )
+            elif (link := _link(directory)) is not None:
+                wrong = (
+                    f"out is {directory}, in which {link} is a link, and files would be written "
+                    "where it points to; put a folder there"
+                )
         except FileExistsError:
             wrong = f"out is {directory}, which is no directory; give another name"
         except OSError as error:
             wrong = f"out is {directory}, which cannot be written ({error.strerror}); give another"
     wrong = comm.bcast(wrong)
     if wrong is not None:
+        lock.release()
         raise SceneError(wrong)
     try:
         if new:

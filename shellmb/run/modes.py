@@ -9,6 +9,7 @@ from typing import Any
 
 from mpi4py import MPI
 
+from shellmb.guarding.writing import make_folder, write_text
 from shellmb.model.model import Model
 from shellmb.modes import Modes, Shape, natural_modes
 from shellmb.observers.files.described import describe
@@ -124,12 +125,12 @@ def write_shapes(
     if model.comm.rank != 0:
         return
     directory.mkdir(exist_ok=True)
-    (directory / "modes.csv").write_text("\n".join(table) + "\n")
+    write_text(directory / "modes.csv", "\n".join(table) + "\n")
     write_json(directory / SUMMARY, summary)
     describe(model.scene).write(directory)
     for body, part in drawn.items():
         if part.grid is not None:
-            (directory / FIELDS).mkdir(exist_ok=True)
+            make_folder(directory / FIELDS)
             files = GridFiles(directory / FIELDS, part.grid, part.cell_data())
             for k, found in enumerate(fields):
                 files.write(k, {n: v for n, v in found[body].items() if v is not None})

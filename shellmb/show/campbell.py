@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 from matplotlib.figure import Figure
 
+from shellmb.guarding.writing import drafted
 from shellmb.observers.drawing import STYLE, figure
 
 # lines of orders: 1P, 2P, ..., no more than these
@@ -81,7 +82,8 @@ def draw_campbell(table: Path, file: Path) -> Path:
     """
 
     def draw() -> None:
-        campbell_figure(table).savefig(file)
+        with drafted(file) as draft:
+            campbell_figure(table).savefig(draft)
 
     with ThreadPoolExecutor(max_workers=1) as thread:
         thread.submit(draw).result()

@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 from shellmb.collecting import seldom
 from shellmb.errors import RunError
+from shellmb.guarding.writing import drafted
 from shellmb.observers.files.described import Described, read_described
 from shellmb.show.fields import Fields
 
@@ -79,10 +80,10 @@ def _draw(directory: Path, out: Path, budget: float | None) -> list[Path]:
         if along == "mode":
             from shellmb.show.modes import modes_image
 
-            modes_image(fields, described, summary["frequencies_hz"], summary["rigid_modes"]).save(
-                out / "modes.png"
+            image = modes_image(
+                fields, described, summary["frequencies_hz"], summary["rigid_modes"]
             )
-            return [out / "modes.png"]
+            return [save(image, out / "modes.png")]
         made = _shape(fields, described, out / "shape.png")
     except RunError as error:
         _log.warning("pictures in space are left out: %s", error)
@@ -111,8 +112,19 @@ def _shape(fields: Fields, described: Described, file: Path) -> list[Path]:
             times.insert(0, largest)
     what = showing(fields, described, times)
     width = 960 if len(times) == 1 else 720
-    _side_by_side(list(images(what, width))).save(file)
-    return [file]
+    return [save(_side_by_side(list(images(what, width))), file)]
+
+
+def save(image: Image, file: Path) -> Path:
+    """Write an image.
+
+    Args:
+        image: It.
+        file: The file.
+    """
+    with drafted(file) as draft:
+        image.save(draft)
+    return file
 
 
 def _side_by_side(parts: Sequence[Image]) -> Image:

@@ -13,6 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from shellmb.errors import SceneError
+from shellmb.guarding.writing import drafted
 from shellmb.observers.curves import Table, draw_curves, joint_plots, legend
 from shellmb.observers.drawing import STYLE, figure
 from shellmb.observers.files.described import Described, ProbeLine
@@ -202,5 +203,6 @@ def save(made: Figure | None, file: Path) -> list[Path]:
     """Write a figure, if there is one."""
     if made is None:
         return []
-    made.savefig(file)
+    with drafted(file) as draft:
+        made.savefig(draft)
     return [file]

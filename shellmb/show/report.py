@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
 from shellmb.errors import RunError
+from shellmb.guarding.writing import write_text
 
 if TYPE_CHECKING:
     from shellmb.observers.files.described import Described
@@ -149,12 +150,13 @@ def write_report(run: Shown, file: Path) -> Path:
     said = ", ".join(f"{name} {number}" for name, number in versions.items())
     parts.append(f'<p class="quiet">{html.escape(said)}</p>')
     file.parent.mkdir(parents=True, exist_ok=True)
-    file.write_text(
+    write_text(
+        file,
         '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
         f"<title>{html.escape(run.name)}</title><style>{STYLE}</style></head><body>\n"
         + "\n".join(parts)
-        + "\n</body></html>\n"
+        + "\n</body></html>\n",
     )
     return file
 

@@ -11,6 +11,7 @@ from typing import Any
 from mpi4py import MPI
 
 from shellmb.errors import SceneError
+from shellmb.guarding.writing import write_text
 from shellmb.measuring.records import plain
 from shellmb.study.choice import Choice
 
@@ -116,9 +117,7 @@ class Store:
         if self._path is None:
             return
         self._path.parent.mkdir(parents=True, exist_ok=True)
-        draft = self._path.with_suffix(".tmp")
-        draft.write_text("\n".join(self._lines) + "\n")
-        draft.replace(self._path)
+        write_text(self._path, "\n".join(self._lines) + "\n")
 
 
 def _round(item: tuple[tuple[Choice, int], Record]) -> int:

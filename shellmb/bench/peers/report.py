@@ -21,6 +21,7 @@ from shellmb.bench.peers.words import fastest
 from shellmb.cli.failures import tell
 from shellmb.cli.report import say
 from shellmb.errors import SceneError
+from shellmb.guarding.writing import write_text
 from shellmb.measuring.records import to_json, write
 from shellmb.measuring.tables import Column, console, line, markdown, print_table
 
@@ -75,7 +76,7 @@ def run_peer(
         tables = {study.name: markdown(columns(found), best(found)) for study, found in moved}
         tables |= {static.name: markdown(problem.COLUMNS, some) for static, some in solved}
         for name, lines in tables.items():
-            (out / f"{name}.md").write_text("\n".join(lines) + "\n")
+            write_text(out / f"{name}.md", "\n".join(lines) + "\n")
     if as_json:
         say(to_json(moved[0][1].points))
     to = console(stderr=as_json)

@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from shellmb.errors import ControlError, ConvergenceError, Stopped
+from shellmb.guarding.writing import drafted, make_folder, write_text
 from shellmb.observers.files.seal import checksum, sealed
 from shellmb.scene.fingerprint import Fingerprint, fingerprint
 from shellmb.simulate.simulation import Observer, Silent, Simulation
@@ -82,7 +83,7 @@ class Checkpoint(Silent):
         """Take the initial state."""
         self._comm = simulation.model.comm
         if self._comm.rank == 0:
-            self._folder.mkdir(parents=True, exist_ok=True)
+            make_folder(self._folder)
         self._comm.Barrier()
         self._pending = False
         self._scene = fingerprint(simulation.scene)
@@ -119,7 +120,8 @@ class Checkpoint(Silent):
             written.write()
         stem = f"step-{simulation['step']:08d}"
         file = self._folder / f"{stem}-rank{self._comm.rank}.npz"
-        np.savez(file, allow_pickle=False, **arrays)
+        with drafted(file) as part:
+            np.savez(part, allow_pickle=False, **arrays)
         checksums = self._comm.gather(checksum(file.read_bytes()))
         if self._comm.rank == 0:
             counted = {name: w.sealed(observers[name]) for name, w in self._files.items()}
@@ -132,9 +134,7 @@ class Checkpoint(Silent):
                 "simulation": simulation,
                 "observers": observers | counted,
             }
-            draft = self._folder / "state.tmp"
-            draft.write_text(json.dumps(sealed(state), indent=1))
-            draft.replace(self._folder / STATE_FILE)
+            write_text(self._folder / STATE_FILE, json.dumps(sealed(state), indent=1))
             for old in self._folder.glob("step-*.npz"):
                 if not old.name.startswith(f"{stem}-"):
                     old.unlink()

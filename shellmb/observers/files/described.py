@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from shellmb.errors import SceneError
+from shellmb.guarding.writing import write_text
 from shellmb.scene import Beam, Scene, Shell
 from shellmb.scene.units import Units, parse_units
 
@@ -73,7 +74,7 @@ class Described:
         Args:
             directory: The run directory.
         """
-        (directory / DESCRIBED).write_text(json.dumps(asdict(self), indent=1) + "\n")
+        write_text(directory / DESCRIBED, json.dumps(asdict(self), indent=1) + "\n")
 
 
 def describe(scene: Scene) -> Described:

@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from shellmb.errors import ConvergenceError
+from shellmb.guarding.writing import make_folder
 from shellmb.observers.fields.asked import AskedFields
 from shellmb.observers.files.batches import Batches
 from shellmb.observers.files.collection import Collection
@@ -78,7 +79,7 @@ class Frames(Silent):
         self._asked = AskedFields(simulation, self._forces) if self.folder is not None else None
         self._all: Collection | None = None
         if self.folder is not None and self.grids:
-            self.folder.mkdir(parents=True, exist_ok=True)
+            make_folder(self.folder)
             assert self._asked is not None
             self._files = {
                 name: GridFiles(

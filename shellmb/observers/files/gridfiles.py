@@ -14,6 +14,7 @@ from vtkmodules.vtkCommonCore import vtkPoints, vtkStringArray
 from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkDataSetAttributes, vtkUnstructuredGrid
 from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader, vtkXMLUnstructuredGridWriter
 
+from shellmb.guarding.writing import write_bytes
 from shellmb.observers.files.grid import Grid
 from shellmb.observers.files.growingfile import GrowingFile
 from shellmb.observers.files.seal import checksum
@@ -81,7 +82,7 @@ class GridFiles:
         written: bytes | str = self._writer.GetOutputString()
         # text only where no number makes it anything else
         content = written.encode() if isinstance(written, str) else written
-        self.file(number).write_bytes(content)
+        write_bytes(self.file(number), content)
         self._sums[number] = checksum(content)
 
     def _begin(self, fields: Mapping[str, Floats]) -> None:

@@ -3,6 +3,8 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+from shellmb.guarding.writing import open_new
+
 
 class GrowingFile:
     """Items with something between them, behind a head and before an end.
@@ -15,7 +17,7 @@ class GrowingFile:
     """
 
     def __init__(self, path: Path, head: str, between: str, end: str) -> None:
-        self._file = path.open("wb")
+        self._file = open_new(path)
         self._head, self._between, self._end = head, between, end
         # items, and bytes before the end: noted together
         self._written = (0, 0)

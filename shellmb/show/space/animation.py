@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from shellmb.errors import RunError
+from shellmb.guarding.writing import drafted
 from shellmb.observers.files.described import Described
 from shellmb.show.fields import Fields
 from shellmb.show.space.scenery import images, showing
@@ -134,7 +135,8 @@ def write(pictures: Sequence[Image], file: Path, duration: float = DURATION) -> 
 
         # encoders want even sides
         even: list[Any] = [np.asarray(p)[: p.height // 2 * 2, : p.width // 2 * 2] for p in pictures]
-        imageio.mimwrite(file, even, fps=1 / delay, macro_block_size=2)
+        with drafted(file) as draft:
+            imageio.mimwrite(draft, even, fps=1 / delay, macro_block_size=2)
         return
     if file.suffix.lower() != ".gif":
         raise RunError(f"animation: the file is {file.name}; its name must end in .gif or .mp4")
@@ -148,6 +150,7 @@ def write(pictures: Sequence[Image], file: Path, duration: float = DURATION) -> 
     table[table.min(axis=1) >= NEARLY_WHITE] = 255
     palette.putpalette(table.ravel().tolist())
     small = [p.quantize(palette=palette, dither=Image.Dither.NONE) for p in pictures]
-    small[0].save(
-        file, save_all=True, append_images=small[1:], duration=1000 * delay, loop=0, disposal=1
-    )
+    with drafted(file) as draft:
+        small[0].save(
+            draft, save_all=True, append_images=small[1:], duration=1000 * delay, loop=0, disposal=1
+        )

@@ -63,7 +63,7 @@ def _of_user(library: str, name: str) -> dict[str, Any]:
 
 def _only_users(library: str, name: str, module: ModuleType) -> None:
     """Let a library of FEniCS read the user's options, and none of the current folder."""
-    module._load_options = cache(lambda: (_of_user(library, name), {}))  # type: ignore[attr-defined]
+    module._load_options = cache(lambda: (_of_user(library, name), {}))
 
 
 def _dolfinx(module: ModuleType) -> None:

@@ -1,0 +1,108 @@
+"""Files that are written whole or not at all, and never through a link.
+
+A run directory may come from somebody else, and what looks like a file in it may be a link to any
+file of the user's. So a file is written under a name of its own and takes its place in one go: what
+stood there, a file or a link, is replaced, and what a link points to is left alone.
+"""
+
+from __future__ import annotations
+
+import os
+import stat
+import uuid
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import BinaryIO
+
+from shellmb.errors import RunError
+
+NEW = os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC
+
+
+@contextmanager
+def drafted(file: Path) -> Iterator[Path]:
+    """A new empty file beside another one, whose place it takes at the end, unless that fails.
+
+    Args:
+        file: The file.
+    """
+    draft = file.with_name(f".{uuid.uuid4().hex[:12]}{file.suffix}")
+    os.close(os.open(draft, NEW, 0o666))
+    try:
+        yield draft
+        draft.replace(file)
+    except BaseException:
+        draft.unlink(missing_ok=True)
+        raise
+
+
+def write_bytes(file: Path, content: bytes) -> None:
+    """Write a file.
+
+    Args:
+        file: The file.
+        content: Its content.
+    """
+    with drafted(file) as draft:
+        draft.write_bytes(content)
+
+
+def write_text(file: Path, text: str) -> None:
+    """Write a file.
+
+    Args:
+        file: The file.
+        text: Its content.
+    """
+    write_bytes(file, text.encode())
+
+
+def open_new(file: Path) -> BinaryIO:
+    """A new file in the place of whatever stands there, to be written bit by bit.
+
+    Args:
+        file: The file.
+    """
+    clear(file)
+    return os.fdopen(os.open(file, NEW, 0o666), "r+b")
+
+
+def clear(file: Path) -> None:
+    """Remove a file, or a link to one.
+
+    Args:
+        file: Its name.
+    """
+    file.unlink(missing_ok=True)
+
+
+def is_plain(file: Path) -> bool:
+    """Whether something is a file that has no other name: no link, device or pipe.
+
+    Args:
+        file: Its name.
+
+    Raises:
+        FileNotFoundError: If there is nothing.
+    """
+    found = file.lstat()
+    return stat.S_ISREG(found.st_mode) and found.st_nlink == 1
+
+
+def make_folder(folder: Path) -> None:
+    """Make a folder to write to, which is no link to another one.
+
+    Args:
+        folder: The folder, within a directory of ours.
+
+    Raises:
+        RunError: If a link stands there.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    if folder.is_symlink():
+        raise RunError(
+            f"{folder} is a link, and files would be written where it points to; put a folder "
+            "there",
+            alone=True,
+        )
