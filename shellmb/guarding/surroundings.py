@@ -61,14 +61,14 @@ def _of_user(library: str, name: str) -> dict[str, Any]:
     return found if isinstance(found, dict) else {}
 
 
-def _only_users(library: str, name: str, module: ModuleType) -> None:
+def _only_users(library: str, name: str, module: Any) -> None:
     """Let a library of FEniCS read the user's options, and none of the current folder."""
     module._load_options = cache(lambda: (_of_user(library, name), {}))
 
 
-def _dolfinx(module: ModuleType) -> None:
+def _dolfinx(module: Any) -> None:
     _only_users("dolfinx", "dolfinx_jit_options.json", module)
-    defaults = module.DOLFINX_DEFAULT_JIT_OPTIONS  # type: ignore[attr-defined]
+    defaults = module.DOLFINX_DEFAULT_JIT_OPTIONS
     defaults["cache_dir"] = (cache_root() / "fenics", defaults["cache_dir"][1])
 
 

@@ -7,6 +7,7 @@ import os
 from mpi4py import MPI
 
 from shellmb.errors import SceneError
+from shellmb.model.alike import same_on_all
 from shellmb.scene import GmshFile, MeshFile, Scene, Shell
 
 # what an element of a shell takes at least, with its unknowns and rows of the matrix [bytes]: a
@@ -15,15 +16,16 @@ ELEMENT = 10e3
 
 
 def check_memory(scene: Scene, comm: MPI.Comm) -> None:
-    """Refuse meshes that cannot fit, whatever else is running.
+    """Refuse meshes that cannot fit, whatever else is running; and ranks with different scenes.
 
     Args:
         scene: The scene.
         comm: Communicator; each of its ranks may be on a machine of its own.
 
     Raises:
-        SceneError: Names the largest mesh.
+        SceneError: Names the largest mesh, or in what the ranks differ.
     """
+    same_on_all(scene, comm)
     counts = {body.name: _elements(body) for body in scene.meshed}
     total = sum(counts.values())
     memory = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")

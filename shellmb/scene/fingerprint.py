@@ -36,18 +36,32 @@ LONGEST = 200
 PYTHON, CODE = "python", "'s code"
 
 
-def fingerprint(scene: Scene) -> Fingerprint:
+def fingerprint(scene: Scene, whole: bool = False) -> Fingerprint:
     """Every field of a scene and of its parts, by a path as in ``shells['plate'].section.E``.
 
     Args:
         scene: The scene.
+        whole: Whether also of what moves no body.
     """
     walk = _Walk()
     for f in fields(scene):
-        if f.name not in WITHOUT:
+        if whole or f.name not in WITHOUT:
             walk.add(f.name, getattr(scene, f.name))
     # the code of functions is that of a version of Python
     return {PYTHON: ".".join(map(str, sys.version_info[:2])), **walk.found}
+
+
+def outside(function: types.FunctionType) -> Fingerprint:
+    """What a function reads from outside, by the names of the variables.
+
+    Args:
+        function: The function.
+    """
+    walk = _Walk()
+    for name, value in {**_used(function), **vars(function)}.items():
+        if not isinstance(value, types.ModuleType | types.FunctionType | type):
+            walk.add(name, value)
+    return walk.found
 
 
 def differences(then: Mapping[str, Any], now: Mapping[str, Any]) -> list[Difference]:

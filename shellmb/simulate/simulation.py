@@ -13,6 +13,7 @@ import numpy as np
 
 from shellmb.errors import ConvergenceError, petsc_in_words
 from shellmb.forms.steps.discrete import taken_once
+from shellmb.model.alike import same_on_all
 from shellmb.model.model import Model
 from shellmb.scene import Scene
 from shellmb.scene.checks.effect import check_begin
@@ -20,6 +21,7 @@ from shellmb.schemes.base import Scheme
 from shellmb.schemes.localerror import local_error
 from shellmb.schemes.registry import make_scheme
 from shellmb.simulate.control.control import Control
+from shellmb.simulate.own import OwnScene
 from shellmb.simulate.paths.arclength import ArcSize, PathSteps
 from shellmb.simulate.problem import Problem
 from shellmb.simulate.soundness.dropped import DroppedConstraints
@@ -126,8 +128,10 @@ class Simulation:
     @petsc_in_words()
     def __init__(self, scene: Scene, comm: MPI.Comm = MPI.COMM_WORLD) -> None:
         begin = clock.perf_counter()
+        same_on_all(scene, comm)
         check_begin(scene)
-        self.scene = scene
+        self._own = OwnScene(scene)
+        self.scene = scene = self._own.scene
         self.scheme: Scheme = make_scheme(scene.scheme, scene.alpha)
         assert scene.dt is not None and scene.t_end is not None
         self.t, self.t_end = 0.0, float(scene.t_end)
@@ -190,6 +194,7 @@ class Simulation:
         finally:
             # each of them, though one may fail: others have something to write
             with ExitStack() as last:
+                last.callback(self._own.finish)
                 for observer in reversed(observers):
                     last.callback(observer.finish, self, error)
 

@@ -73,7 +73,8 @@ class Controller(Law):
         law: ``law(t, readings, state, dt) -> outputs, state``: of the time [s], what the sensors
             read, shape (sensors,), its memory, and the time since it was asked last [s], 0 at
             first. The outputs are one number or as many as there are names. It must depend on
-            nothing else: what it remembers is the state, which ``shellmb resume`` goes on with.
+            nothing else: what it remembers is the state, which ``shellmb resume`` goes on with. A
+            run works with a copy of the state, and of a law that is an object.
         outputs: Names of its outputs.
         state: Its memory at first: numbers, texts, arrays, and lists, tuples and dicts of these.
         period: Time from sample to sample [s], the first at 0; None: before each step.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import math
 import traceback
 from collections.abc import Mapping
@@ -39,7 +40,7 @@ class Sampler:
         self.law = law
         self.readings = {sensor.name: math.nan for sensor in law.sensors}
         self.outputs = dict.fromkeys(law.outputs, 0.0)
-        self._memory: Any = law.state
+        self._memory: Any = copy.deepcopy(law.state)
         self._count, self._last = 0, math.nan
 
     @property

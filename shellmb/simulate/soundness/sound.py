@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from mpi4py import MPI
 
+from shellmb.model.alike import same_on_all
 from shellmb.model.model import Model, build_model
 from shellmb.scene import Scene
 from shellmb.simulate.reduction.reduce import reduce_bodies
@@ -25,6 +26,7 @@ def sound_model(scene: Scene, comm: MPI.Comm) -> tuple[Model, list[Redundant]]:
         SceneError: If something the scene names does not exist, constraints are redundant or
             contradict one another, or nothing holds a motion of a static scene.
     """
+    same_on_all(scene, comm)
     scene, modal = reduce_bodies(scene, comm)
     model = build_model(scene, comm, modal)
     redundant = look_through(model)
