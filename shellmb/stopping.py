@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM: taken up between two steps where a run goes on, at once elsewhere."""
+"""Signals that end a process: taken up between two steps where a run goes on, at once elsewhere."""
 
 from __future__ import annotations
 
@@ -7,13 +7,16 @@ import signal
 import sys
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from types import FrameType
 from typing import Any
 
 from shellmb.errors import Stopped
 
-SIGNALS: tuple[int, ...] = (signal.SIGINT, signal.SIGTERM)
+# Ctrl-C, batch systems, a terminal that is closed, Ctrl-\\, a pipe that nobody reads any more
+NAMES = ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT", "SIGPIPE", "SIGXCPU", "SIGUSR1", "SIGUSR2")
+SIGNALS: tuple[int, ...] = tuple(getattr(signal, n) for n in NAMES if hasattr(signal, n))
+_PIPE = getattr(signal, "SIGPIPE", None)
 # what a shell adds to the number of the signal that ended a process
 EXIT = 128
 
@@ -45,7 +48,10 @@ class Stopping:
         before: dict[int, Any] = {}
         if threading.current_thread() is threading.main_thread():
             for number in SIGNALS:
-                if signal.getsignal(number) in (signal.SIG_DFL, signal.default_int_handler):
+                # Python ignores SIGPIPE, as nobody asked it to
+                usual = [signal.SIG_DFL, signal.default_int_handler]
+                usual += [signal.SIG_IGN] if number == _PIPE else []
+                if signal.getsignal(number) in usual:
                     before[number] = signal.signal(number, self._come)
         self._ours |= before.keys()
         try:
@@ -76,13 +82,17 @@ class Stopping:
             self._deferred = outer
 
     def _come(self, number: int, frame: FrameType | None) -> None:
+        if number == _PIPE and self._deferred is None:
+            # whoever writes is told, too
+            return
         again, self.asked = self.asked is not None, number
         if self._deferred is not None and not again:
             self._deferred("stopping behind this step; once more stops at once")
         elif several_ranks():
             # one rank alone cannot end in order: mpiexec ends the others
             if sys.modules["mpi4py.MPI"].COMM_WORLD.rank == 0:
-                os.write(2, b"error: stopped at once; what was written before is left\n")
+                with suppress(OSError):
+                    os.write(2, b"error: stopped at once; what was written before is left\n")
             os._exit(EXIT + number)
         else:
             raise Stopped(number)

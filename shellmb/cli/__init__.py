@@ -8,6 +8,10 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 # plugins of pydantic are no part of it, and looking for them reads what is installed: 0.1 s
 os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
 
-from shellmb.cli.main import app
+from shellmb.guarding.streams import open_closed
+
+open_closed()
+
+from shellmb.cli.main import app  # noqa: E402
 
 __all__ = ["app"]

@@ -9,19 +9,25 @@ import sys
 import time
 import warnings
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, cast
 
 import typer
 
 from shellmb.errors import RunError, SceneError, ShellmbError, ShellmbWarning, Stopped
+from shellmb.guarding.streams import Stream, Unprinted
 from shellmb.run.blame import in_words, user_frame
 from shellmb.stopping import EXIT, STOPPING, several_ranks
 
 # how long a rank that fails waits for the first one to say so [s]
 PATIENCE = 2.0
+# how long it waits for the others to fail, too [s]
+MEETING = 8.0
+# tag of the message that a rank ends
+FAILED = 3011
 RANK_VARIABLES = ("PMI_RANK", "PMIX_RANK", "OMPI_COMM_WORLD_RANK")
+SIZE_VARIABLES = ("PMI_SIZE", "OMPI_COMM_WORLD_SIZE")
 
 
 def first_rank() -> bool:
@@ -104,6 +110,7 @@ def failures_reported[**P, T](command: Callable[P, T]) -> Callable[P, T]:
         with STOPPING.caught(), warnings_told():
             try:
                 made = command(*args, **kwargs)
+                sys.stdout.flush()
             except typer.Exit as exit_:
                 failure, code = exit_, exit_.exit_code
             except BaseException as error:
@@ -112,7 +119,7 @@ def failures_reported[**P, T](command: Callable[P, T]) -> Callable[P, T]:
                     _abort_others()
                     raise
                 failure = error
-                if _may_be_alone(error):
+                if _may_be_alone(error) or not met():
                     _end_alone(sentence, code)
                 tell(sentence)
         _end_together(code)
@@ -125,6 +132,9 @@ def failures_reported[**P, T](command: Callable[P, T]) -> Callable[P, T]:
 
 def _sentence(error: BaseException) -> tuple[str, int]:
     """What a user is told of an error, and the exit code; nothing of a bug."""
+    if isinstance(error, Unprinted):
+        said = f"error: what is printed cannot be written ({error}); all else is finished and saved"
+        return said, EXIT + signal.SIGPIPE if error.broken else 1
     if isinstance(error, KeyboardInterrupt) or STOPPING.asked is not None:
         # a compiler that gets the signal, too, fails in its own way
         number = getattr(error, "signal", STOPPING.asked) or signal.SIGINT
@@ -157,6 +167,49 @@ def _end_alone(sentence: str, code: int) -> None:
     MPI.COMM_WORLD.Abort(code)
 
 
+def met() -> bool:
+    """Whether all ranks have come here, where one ends with an error.
+
+    The others, which may have been asked for something else, would wait for it for ever.
+    """
+    sizes = [os.environ[name] for name in SIZE_VARIABLES if name in os.environ]
+    if not several_ranks() and (not sizes or sizes[0] == "1" or "mpi4py.MPI" in sys.modules):
+        return True
+    from mpi4py import MPI
+
+    # by messages: the others may be in any collective call, which must not be taken for this one
+    world, begin = MPI.COMM_WORLD, time.monotonic()
+    others = [rank for rank in range(world.size) if rank != world.rank]
+    sent = [world.isend(None, dest=rank, tag=FAILED) for rank in others]
+    while others and time.monotonic() - begin < MEETING:
+        others = [rank for rank in others if not world.iprobe(source=rank, tag=FAILED)]
+        time.sleep(0.01)
+    return not (others and sent)
+
+
+class App(typer.Typer):
+    """The commands, started by a user: streams may be full, and ranks asked for other things."""
+
+    def __call__(self, *args: Any, **kwargs: Any) -> Any:
+        """Run a command and end the process."""
+        sys.stdout = Stream(sys.stdout, 1, forgiving=False)  # type: ignore[assignment]
+        sys.stderr = Stream(sys.stderr, 2, forgiving=True)  # type: ignore[assignment]
+        code: Any = 0
+        try:
+            try:
+                super().__call__(*args, **kwargs)
+            except SystemExit as end:
+                code = end.code
+                if code and not met():
+                    sys.modules["mpi4py.MPI"].COMM_WORLD.Abort(int(code))
+            sys.stdout.flush()
+        except Unprinted as error:
+            sentence, failed = _sentence(error)
+            tell(sentence)
+            code = code or failed
+        raise SystemExit(code)
+
+
 def _end_together(code: int) -> None:
     """End the process where the others end, on several ranks.
 
@@ -170,7 +223,8 @@ def _end_together(code: int) -> None:
     if not several_ranks():
         return
     MPI = sys.modules["mpi4py.MPI"]
-    sys.stdout.flush()
+    with suppress(Unprinted):
+        sys.stdout.flush()
     sys.stderr.flush()
     MPI.COMM_WORLD.Barrier()
     MPI.Finalize()

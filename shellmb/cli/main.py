@@ -10,7 +10,7 @@ import typer
 from shellmb import __version__
 from shellmb.cli.bench import bench
 from shellmb.cli.effects import effects
-from shellmb.cli.failures import failures_reported, first_rank, run_check
+from shellmb.cli.failures import App, failures_reported, first_rank, run_check
 from shellmb.cli.options import (
     AlphaOption,
     Backend,
@@ -55,7 +55,7 @@ a function `scene() -> Scene`. Every run leaves a directory with summary.json, h
 for ParaView, pictures, and the last good state.
 
 Exit codes: 0 success; 1 no convergence, a failed check, a full disk, or a function of the scene
-that fails; 2 an impossible scene or option; 130 stopped by Ctrl-C, 143 by SIGTERM.
+that fails; 2 an impossible scene or option; 128 and its number: stopped by a signal, 130 by Ctrl-C.
 """
 
 EXAMPLES = """Examples:
@@ -67,7 +67,7 @@ EXAMPLES = """Examples:
 - `shellmb study sudden_load --dt 2e-2,1e-2,5e-3 --scheme ep,ep4`: what accuracy costs
 """
 
-app = typer.Typer(
+app = App(
     help=HELP,
     epilog=EXAMPLES,
     no_args_is_help=True,
@@ -93,6 +93,7 @@ def _main(
 
 
 @app.command(name="list")
+@failures_reported
 def list_scenes() -> None:
     """List the bundled scenes by their kinds, one line each."""
     from shellmb.run.loader import demos, kinds

@@ -199,7 +199,11 @@ class Signal(Silent):
                 os.kill(os.getpid(), self.number)
 
 
-@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+ENDING = [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)]
+ENDING += [(signal.SIGQUIT, 131), (signal.SIGPIPE, 141), (signal.SIGXCPU, 152)]
+
+
+@pytest.mark.parametrize(("number", "code"), ENDING)
 def test_a_signal_ends_a_run_behind_its_step(number, code, tmp_path, monkeypatch) -> None:
     monkeypatch.setattr("shellmb.cli.main._observers", lambda quiet: [Signal(number)])
     out = tmp_path / "run"
