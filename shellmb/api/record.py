@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypedDict
+
+from pydantic import TypeAdapter, ValidationError
 
 from shellmb.errors import SceneError
+from shellmb.guarding.reading import read_json
 from shellmb.observers.files.described import Described, read_described
+from shellmb.run.tables import first_error
 from shellmb.scene import Scene
 from shellmb.show.fields import Fields
 
@@ -19,6 +22,25 @@ if TYPE_CHECKING:
     import pyvista as pv
 
     from shellmb.run.execute import RunResult
+
+
+class _Said(TypedDict):
+    says: str
+
+
+class _Summary(TypedDict):
+    """What is read of a summary; it has more."""
+
+    scheme: str
+    steps: int
+    t: float | None
+    failed: str | None
+    warnings: list[_Said]
+    results: dict[str, float | None]
+    versions: dict[str, str]
+
+
+_SUMMARY = TypeAdapter(_Summary)
 
 
 class Run:
@@ -71,7 +93,13 @@ class Run:
         A run that is still going on, or was killed, has none: {}.
         """
         file = self.directory / "summary.json"
-        found: dict[str, Any] = json.loads(file.read_text()) if file.is_file() else {}
+        if not file.exists():
+            return {}
+        found = read_json(file)
+        try:
+            _SUMMARY.validate_python(found)
+        except ValidationError as error:
+            raise SceneError(f"{file} is damaged ({first_error(error)})") from None
         return found
 
     @property
@@ -177,7 +205,11 @@ class Run:
         """The numbers that say whether to trust the run, in words."""
         from shellmb.show.account import account
 
-        return account(self.summary)
+        try:
+            return account(self.summary)
+        except (TypeError, ValueError, KeyError, AttributeError) as error:
+            file = self.directory / "summary.json"
+            raise SceneError(f"{file} is damaged ({type(error).__name__}: {error})") from None
 
     def __repr__(self) -> str:
         s = self.summary

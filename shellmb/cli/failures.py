@@ -192,8 +192,8 @@ class App(typer.Typer):
 
     def __call__(self, *args: Any, **kwargs: Any) -> Any:
         """Run a command and end the process."""
-        sys.stdout = Stream(sys.stdout, 1, forgiving=False)  # type: ignore[assignment]
-        sys.stderr = Stream(sys.stderr, 2, forgiving=True)  # type: ignore[assignment]
+        sys.stdout = Stream(sys.stdout, 1, forgiving=False)
+        sys.stderr = Stream(sys.stderr, 2, forgiving=True)
         code: Any = 0
         try:
             try:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
 
 from shellmb.errors import SceneError
+from shellmb.guarding.reading import read_bytes
 from shellmb.observers.files.batches import Batches
 from shellmb.observers.files.growingfile import GrowingFile
 from shellmb.simulate.simulation import Silent, Simulation
@@ -177,9 +178,9 @@ def read_history(path: Path) -> list[dict[str, float]]:
         SceneError: If it is no history, or damaged.
     """
     try:
-        text = path.read_text()
+        text = read_bytes(path).decode()
         return read_rows(text, len(text.splitlines()) - 1)
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, SceneError) as error:
         raise SceneError(f"{path} is no history of a run: {error}") from None
 
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
+
+from shellmb.errors import SceneError
+from shellmb.guarding.reading import read_json
 
 
 class Damaged(Exception):
@@ -23,14 +25,9 @@ def read_table(file: Path) -> dict[str, Any]:
         Damaged: If it is none.
     """
     try:
-        values = json.loads(file.read_bytes())
-    except OSError as error:
-        raise Damaged(f"{file} cannot be read ({error.strerror})") from None
-    except ValueError as error:
-        raise Damaged(f"{file} is damaged ({error})") from None
-    if not isinstance(values, dict):
-        raise Damaged(f"{file} is damaged (it holds no table)")
-    return values
+        return read_json(file)
+    except SceneError as error:
+        raise Damaged(str(error)) from None
 
 
 def first_error(error: ValidationError) -> str:

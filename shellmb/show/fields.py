@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-import json
 import os
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
@@ -13,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from shellmb.errors import SceneError
+from shellmb.guarding.reading import read_json
 from shellmb.scene.fields import FIELDS
 from shellmb.scene.lookup import listed
 from shellmb.scene.units import Units
@@ -111,10 +111,13 @@ class Fields(Mapping[str, "xr.Dataset"]):
         written = series.stat().st_mtime_ns
         if name not in self._listed or self._listed[name][0] != written:
             there = {file.name for file in os.scandir(self.folder)}
-            entries = json.loads(series.read_text())["files"]
-            found = {
-                self.folder / e["name"]: float(e["time"]) for e in entries if e["name"] in there
-            }
+            try:
+                entries = read_json(series)["files"]
+                found = {
+                    self.folder / e["name"]: float(e["time"]) for e in entries if e["name"] in there
+                }
+            except (TypeError, KeyError, ValueError) as error:
+                raise SceneError(f"{series} is damaged ({error})") from None
             self._listed[name] = (written, found)
         return self._listed[name][1]
 
@@ -148,8 +151,10 @@ class Fields(Mapping[str, "xr.Dataset"]):
         """
         import pyvista as pv
 
+        from shellmb.observers.files.grids import read_grid
+
         at = self.nearest(t)
-        blocks = pv.MultiBlock({name: pv.read(self.file(name, at)) for name in self})
+        blocks = pv.MultiBlock({name: pv.wrap(read_grid(self.file(name, at))) for name in self})
         blocks.field_data[self.along] = [at]
         return blocks
 
@@ -158,13 +163,18 @@ class Fields(Mapping[str, "xr.Dataset"]):
         import xarray as xr
         from xarray.core import indexing
 
+        from shellmb.observers.files.grids import read_grid
         from shellmb.show.lazy import OnFiles
         from shellmb.show.values import POSITION
 
         name = next(n for n, s in self._stems.items() if s == stem)
         states = self.states(name)
         files = list(states)
-        grid = pv.read(files[0])
+        if not files:
+            raise SceneError(f"fields: the files of '{name}' in {self.folder} are lost")
+        grid = pv.wrap(read_grid(files[0]))
+        if REFERENCE not in grid.point_data:
+            raise SceneError(f"{files[0]} is damaged (it has no {REFERENCE})")
         variables: dict[str, Any] = {}
         coordinates: dict[str, Any] = {
             self.along: (self.along, list(states.values())),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import logging
 import time as clock
 from collections.abc import Sequence
@@ -15,6 +14,7 @@ import numpy.typing as npt
 
 from shellmb.collecting import seldom
 from shellmb.errors import RunError
+from shellmb.guarding.reading import read_json
 from shellmb.guarding.writing import drafted
 from shellmb.observers.files.described import Described, read_described
 from shellmb.show.fields import Fields
@@ -204,5 +204,4 @@ def read_table(file: Path) -> dict[str, npt.NDArray[np.float64]]:
 
 
 def _json(file: Path) -> dict[str, Any]:
-    found: dict[str, Any] = json.loads(file.read_text()) if file.is_file() else {}
-    return found
+    return read_json(file) if file.exists() else {}

@@ -10,7 +10,8 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
-from shellmb.errors import RunError
+from shellmb.errors import RunError, SceneError
+from shellmb.guarding.reading import read_bytes, read_json
 from shellmb.guarding.writing import write_text
 
 if TYPE_CHECKING:
@@ -28,6 +29,8 @@ img { max-width: 100%; display: block; margin: .5rem 0 } iframe { width: 100%; h
        border-left: 4px solid #e0a800; margin: .4rem 0 } .failed { background: #fde2e0;
        border-left-color: #c0392b } .quiet { color: #666 } details > table { font-size: .85rem }
 """
+# a picture of a page has at most so many bytes
+LARGEST = 100_000_000
 # what is shown of the curves, in this order
 CURVES = {
     "path.png": "Static path",
@@ -188,8 +191,10 @@ def _details(folder: Path) -> list[str]:
         file = folder / name
         if not file.is_file():
             continue
-        values: dict[str, Any] = json.loads(file.read_text())
+        values = read_json(file)
         values = values.get("scene", {}) if name.startswith("state") else values
+        if not isinstance(values, dict):
+            raise SceneError(f"{file} is damaged (it holds no scene)")
         shown = {k: v for k, v in values.items() if not k.endswith("sha256")}
         rows = _table((k, json.dumps(v)) for k, v in shown.items())
         found.append(f"<details><summary>{title}</summary>{rows}</details>")
@@ -210,7 +215,7 @@ def _first_picture(run: Shown) -> str:
 
 def _file_tag(file: Path, style: str = "") -> str:
     kind = "gif" if file.suffix == ".gif" else "png"
-    return image_tag(file.read_bytes(), file.stem, style, kind)
+    return image_tag(read_bytes(file, LARGEST), file.stem, style, kind)
 
 
 def image_tag(content: bytes, name: str, style: str = "", kind: str = "png") -> str:

@@ -9,6 +9,9 @@ import numpy.typing as npt
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
 
+from shellmb.errors import SceneError
+from shellmb.observers.files.grids import check_grid
+
 Floats = npt.NDArray[np.float64]
 
 # name of the positions, which are the points of the grid
@@ -21,7 +24,11 @@ def read_values(file: Path, name: str) -> Floats:
     Args:
         file: File of the state.
         name: Name of the array, or `POSITION`.
+
+    Raises:
+        SceneError: If the file is damaged.
     """
+    check_grid(file)
     reader = vtkXMLUnstructuredGridReader()
     reader.SetFileName(str(file))
     reader.UpdateInformation()
@@ -33,5 +40,7 @@ def read_values(file: Path, name: str) -> Floats:
     reader.Update()
     grid = reader.GetOutput()
     array = grid.GetPoints().GetData() if name == POSITION else grid.GetPointData().GetArray(name)
+    if array is None:
+        raise SceneError(f"{file} is damaged (it has no {name})")
     found: Floats = vtk_to_numpy(array)  # type: ignore[no-untyped-call]
     return found.astype(np.float64)

@@ -6,7 +6,10 @@ import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from pydantic import TypeAdapter, ValidationError
+
 from shellmb.errors import SceneError
+from shellmb.guarding.reading import read_json
 from shellmb.guarding.writing import write_text
 from shellmb.scene import Beam, Scene, Shell
 from shellmb.scene.units import Units, parse_units
@@ -109,15 +112,17 @@ def read_described(directory: Path) -> Described:
         SceneError: If it holds none, or not in a form that can be read.
     """
     file = directory / DESCRIBED
-    try:
-        values = json.loads(file.read_text())
-        values["probes"] = tuple(ProbeLine(**p) for p in values["probes"])
-        for key in ("joints", "drivers", "elements"):
-            values[key] = tuple(values[key])
-        return Described(**values)
-    except OSError:
+    if not file.exists():
         raise SceneError(
             f"{directory} holds no {DESCRIBED}; give the directory of a run or of modes"
-        ) from None
-    except (ValueError, TypeError, KeyError) as error:
-        raise SceneError(f"{file} is damaged ({error})") from None
+        )
+    values = read_json(file)
+    try:
+        found: Described = TypeAdapter(Described).validate_python(values)
+        # they are written as they are read
+        parse_units(found.units)
+        return found
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        where = ".".join(map(str, first["loc"]))
+        raise SceneError(f"{file} is damaged ({where}: {first['msg']})") from None

@@ -12,10 +12,13 @@ import numpy.typing as npt
 from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray, vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkPoints, vtkStringArray
 from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkDataSetAttributes, vtkUnstructuredGrid
-from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader, vtkXMLUnstructuredGridWriter
+from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
 
+from shellmb.errors import SceneError
+from shellmb.guarding.reading import read_bytes
 from shellmb.guarding.writing import write_bytes
 from shellmb.observers.files.grid import Grid
+from shellmb.observers.files.grids import read_grid
 from shellmb.observers.files.growingfile import GrowingFile
 from shellmb.observers.files.seal import checksum
 
@@ -139,16 +142,17 @@ class GridFiles:
         """
         file = self.file(number)
         try:
-            content = file.read_bytes()
-        except OSError:
+            content = read_bytes(file)
+        except SceneError:
             return None
         if checksum(content) != sums.get(file.name):
             return None
         self._sums[number] = sums[file.name]
-        reader = vtkXMLUnstructuredGridReader()
-        reader.SetFileName(str(file))
-        reader.Update()
-        return _numbers(reader.GetOutput().GetPointData().GetArray("displacement")).copy()
+        try:
+            array = read_grid(file).GetPointData().GetArray("displacement")
+        except SceneError:
+            return None
+        return None if array is None else _numbers(array).copy()
 
     def has(self, number: int) -> bool:
         """Whether a state was written and is not lost."""

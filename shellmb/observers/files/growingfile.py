@@ -1,5 +1,7 @@
 """A text file that grows by items and is complete after each addition."""
 
+import errno
+import os
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -17,7 +19,7 @@ class GrowingFile:
     """
 
     def __init__(self, path: Path, head: str, between: str, end: str) -> None:
-        self._file = open_new(path)
+        self._path, self._file = path, open_new(path)
         self._head, self._between, self._end = head, between, end
         # items, and bytes before the end: noted together
         self._written = (0, 0)
@@ -33,6 +35,7 @@ class GrowingFile:
         Args:
             items: At least one.
         """
+        self._check()
         count, size = self._written
         text = (self._between if count else self._head) + self._between.join(items)
         # at its place, over the end: Ctrl-C may come between this and the note of it
@@ -40,6 +43,14 @@ class GrowingFile:
         self._file.write((text + self._end).encode())
         self._file.flush()
         self._written = (count + len(items), size + len(text.encode()))
+
+    def _check(self) -> None:
+        """A file that is not there any more would take what nobody finds again."""
+        own = os.fstat(self._file.fileno())
+        if own.st_nlink == 0:
+            raise FileNotFoundError(
+                errno.ENOENT, "it was removed while the run goes on", str(self._path)
+            )
 
     def close(self) -> None:
         """Close the file."""

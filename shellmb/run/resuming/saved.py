@@ -13,6 +13,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, StringConstraints, ValidationError
 
 from shellmb.errors import SceneError
+from shellmb.guarding.reading import check_archive, read_bytes
 from shellmb.observers.files.checkpoint import FORMAT, STATE_FILE, Saved
 from shellmb.observers.files.seal import checksum, is_sealed
 from shellmb.observers.history import read_rows
@@ -159,13 +160,14 @@ def _read_state(file: Path, ranks: int) -> dict[str, Any]:
 def _read_arrays(folder: Path, state: dict[str, Any], rank: int) -> dict[str, Any]:
     file = folder / f"{state['arrays']}-rank{rank}.npz"
     try:
-        content = file.read_bytes()
-    except OSError as error:
-        raise Damaged(f"{file} cannot be read ({error.strerror})") from None
+        content = read_bytes(file)
+    except SceneError as error:
+        raise Damaged(str(error)) from None
     if checksum(content) != state["arrays_sha256"][rank]:
         raise Damaged(f"{file} is damaged (its checksum differs)")
     try:
         with np.load(io.BytesIO(content), allow_pickle=False) as archive:
+            check_archive(archive.zip, len(content))
             return {key: archive[key] for key in archive.files}
     except (ValueError, OSError, zipfile.BadZipFile) as error:
         raise Damaged(f"{file} is damaged ({error})") from None
@@ -176,10 +178,10 @@ def _check_history(file: Path, state: dict[str, Any]) -> None:
     history, now = state["observers"]["history"], state["simulation"]
     count = history["rows"]
     try:
-        lines = file.read_bytes().split(b"\n")[: count + 1]
+        lines = read_bytes(file).split(b"\n")[: count + 1]
         rows = read_rows(b"\n".join(lines).decode(), count)
-    except OSError as error:
-        raise Damaged(f"{file} cannot be read ({error.strerror})") from None
+    except SceneError as error:
+        raise Damaged(str(error)) from None
     except ValueError as error:
         raise Damaged(f"{file} is damaged ({error})") from None
     if checksum(b"\n".join([*lines, b""])) != history["sha256"]:

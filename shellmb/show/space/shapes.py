@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 from vtkmodules.util.numpy_support import vtk_to_numpy
-from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
 
+from shellmb.errors import SceneError
 from shellmb.observers.files.grid import lattice
+from shellmb.observers.files.grids import read_grid
 from shellmb.show.fields import NAMES, REFERENCE, Fields
 
 Floats = npt.NDArray[np.float64]
@@ -58,11 +59,11 @@ def shape_of(fields: Fields, name: str) -> Shape:
         fields: The fields.
         name: Name of the body.
     """
-    reader = vtkXMLUnstructuredGridReader()
-    reader.SetFileName(str(next(iter(fields.states(name)))))
-    reader.Update()
-    grid = reader.GetOutput()
+    first_file = next(iter(fields.states(name)))
+    grid = read_grid(first_file)
     point_data = grid.GetPointData()
+    if point_data.GetArray(REFERENCE) is None:
+        raise SceneError(f"{first_file} is damaged (it has no {REFERENCE})")
     reference = _numbers(point_data.GetArray(REFERENCE))
     types = [grid.GetCellType(k) for k in range(grid.GetNumberOfCells())]
     cells = grid.GetCells()
@@ -117,10 +118,7 @@ def read_state(file: Path, t: float) -> State:
         file: Its file.
         t: Its time.
     """
-    reader = vtkXMLUnstructuredGridReader()
-    reader.SetFileName(str(file))
-    reader.Update()
-    grid = reader.GetOutput()
+    grid = read_grid(file)
     data = grid.GetPointData()
     arrays: dict[str, Floats] = {}
     components: dict[str, tuple[str, ...]] = {}

@@ -1,0 +1,93 @@
+"""Files that are read only if they are files, and no larger than what can be held.
+
+What a directory calls a file may be a link to one without an end, or a pipe that nobody writes.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import stat
+import zipfile
+from pathlib import Path
+from typing import Any
+
+from shellmb.errors import SceneError
+
+# part of the memory that one file may take, and what a file of JSON may be long [bytes]
+SHARE, JSON = 0.25, 200_000_000
+
+
+def check_file(file: Path, most: float | None = None) -> None:
+    """Refuse what is no file, and what is too long.
+
+    Args:
+        file: The file.
+        most: How long it may be, bytes; None: a part of this machine's memory.
+
+    Raises:
+        SceneError: If it is no such file.
+        OSError: If it is not there.
+    """
+    found = file.stat()
+    if not stat.S_ISREG(found.st_mode):
+        raise SceneError(f"{file} is damaged (it is no file, but a folder, a device or a pipe)")
+    memory = SHARE * os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    limit = memory if most is None else min(most, memory)
+    if found.st_size > limit:
+        raise SceneError(
+            f"{file} is damaged (it has {found.st_size:.3g} bytes, and at most {limit:.3g} are "
+            "read)"
+        )
+
+
+def read_bytes(file: Path, most: float | None = None) -> bytes:
+    """The content of a file.
+
+    Args:
+        file: The file.
+        most: How long it may be, bytes; None: a part of this machine's memory.
+
+    Raises:
+        SceneError: If it is no file, too long, or cannot be read.
+    """
+    try:
+        check_file(file, most)
+        return file.read_bytes()
+    except OSError as error:
+        raise SceneError(f"{file} cannot be read ({error.strerror})") from None
+
+
+def read_json(file: Path) -> dict[str, Any]:
+    """The table in a file of JSON.
+
+    Args:
+        file: The file.
+
+    Raises:
+        SceneError: If it is no such file.
+    """
+    try:
+        values = json.loads(read_bytes(file, JSON))
+    except (ValueError, RecursionError) as error:
+        raise SceneError(f"{file} is damaged ({error})") from None
+    if not isinstance(values, dict):
+        raise SceneError(f"{file} is damaged (it holds no table)")
+    return values
+
+
+def check_archive(archive: zipfile.ZipFile, packed: int) -> None:
+    """Refuse an archive of arrays that are written as they are, whose sizes do not say so.
+
+    Args:
+        archive: It.
+        packed: Bytes of the whole of it.
+
+    Raises:
+        ValueError: If it would become larger than it is.
+    """
+    items = archive.infolist()
+    if any(i.compress_type != zipfile.ZIP_STORED for i in items) or (
+        sum(i.file_size for i in items) > packed
+    ):
+        raise ValueError("its arrays are not as long as it says")

@@ -1,0 +1,174 @@
+"""Runs read back whose files are cut, lie or have no end: a sentence each, and nothing crashes."""
+
+import io
+import json
+import os
+import re
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from shellmb.api.runs import load
+from shellmb.errors import RunError, SceneError
+from shellmb.guarding.reading import check_archive, read_bytes
+from shellmb.observers.files.grids import check_grid, read_grid
+from shellmb.run.execute import execute
+from shellmb.run.loader import load as load_scene
+from shellmb.simulate.simulation import Silent
+
+SCENE = str(Path(__file__).with_name("scene_pendulum.py"))
+GRID = "fields/rigid_bodies_0001.vtu"
+
+
+def replaced(old: str, new: str):
+    def change(content: bytes) -> bytes:
+        made, count = re.subn(old.encode(), new.encode(), content, count=1)
+        assert count == 1
+        return made
+
+    return change
+
+
+LIES = {
+    "more points": replaced('NumberOfPoints="[0-9]+"', 'NumberOfPoints="99"'),
+    "points without end": replaced('NumberOfPoints="[0-9]+"', 'NumberOfPoints="99999999999999"'),
+    "fewer than none": replaced('NumberOfPoints="[0-9]+"', 'NumberOfPoints="-1"'),
+    "fewer points": replaced('NumberOfPoints="[0-9]+"', 'NumberOfPoints="1"'),
+    "more cells": replaced('NumberOfCells="[0-9]+"', 'NumberOfCells="77"'),
+    "another offset": replaced('offset="[1-9][0-9]*"', 'offset="1000000"'),
+    "an offset before": replaced('offset="[1-9][0-9]*"', 'offset="-100"'),
+    "components": replaced('NumberOfComponents="3"', 'NumberOfComponents="4"'),
+    "no components": replaced('NumberOfComponents="3"', 'NumberOfComponents="0"'),
+    "another type": replaced('type="Float64"', 'type="Int8"'),
+    "no type": replaced('type="Float64"', 'type="Bit"'),
+    "written otherwise": replaced('format="appended"', 'format="ascii"'),
+    "another packing": replaced("vtkLZ4DataCompressor", "vtkZLibDataCompressor"),
+    "another header": replaced('header_type="UInt32"', 'header_type="UInt64"'),
+    "entities": replaced("<VTKFile", '<!DOCTYPE x [<!ENTITY a "b">]><VTKFile'),
+    "text": lambda content: b"no grid",
+    "nothing": lambda content: b"",
+}
+
+
+@pytest.mark.parametrize("lie", LIES)
+def test_a_lying_file_of_a_state_is_refused(lie: str, made: Path, tmp_path: Path) -> None:
+    content = (made / GRID).read_bytes()
+    file = tmp_path / "state.vtu"
+    file.write_bytes(LIES[lie](content))
+    with pytest.raises(SceneError, match=r"state.vtu is damaged \(.*; it must be as the run wrote"):
+        check_grid(file)
+
+
+def test_wherever_it_is_cut_or_spoilt_it_is_refused_or_harmless(made: Path, tmp_path: Path) -> None:
+    content = (made / GRID).read_bytes()
+    file = tmp_path / "state.vtu"
+    for size in range(0, len(content) - 12, 7):
+        file.write_bytes(content[:size])
+        with pytest.raises(SceneError):
+            check_grid(file)
+    for place in range(0, len(content), 5):
+        spoilt = bytearray(content)
+        spoilt[place] ^= 0x41
+        file.write_bytes(spoilt)
+        try:
+            grid = read_grid(file)
+        except SceneError:
+            continue
+        assert grid.GetNumberOfPoints() == 2
+
+
+def test_a_cell_of_points_that_are_none_is_refused(made: Path, tmp_path: Path, monkeypatch) -> None:
+    """VTK reads it, and whoever draws it reads anywhere."""
+    from shellmb.observers.files import grids
+
+    real = grids._Blocks.numbers
+
+    def spoilt(self, array, *others):
+        found = real(self, array, *others)
+        return found + 5 if array.get("Name") == "connectivity" else found
+
+    monkeypatch.setattr(grids._Blocks, "numbers", spoilt)
+    with pytest.raises(SceneError, match="a cell has a point that is none"):
+        check_grid(made / GRID)
+
+
+def wrong(key: str, value: object):
+    def change(file: Path) -> None:
+        values = json.loads(file.read_text())
+        values[key] = value
+        file.write_text(json.dumps(values))
+
+    return change
+
+
+TYPES = {
+    "scene.json": ["name", "units", "probes", "joints", "bodies", "dynamic"],
+    "summary.json": ["steps", "warnings", "t", "failed", "results", "versions"],
+}
+ENDLESS = ["scene.json", "summary.json", "history.csv", GRID, "fields/rigid_bodies.vtu.series"]
+
+
+@pytest.mark.parametrize("value", [3.5, [7], {"a": 1}])
+@pytest.mark.parametrize(("name", "key"), [(n, k) for n, keys in TYPES.items() for k in keys])
+def test_wrong_types_are_named(name: str, key: str, value: object, run: Path) -> None:
+    wrong(key, value)(run / name)
+    try:
+        found = load(run)
+        repr(found), found.account, found.warnings, found.results
+    except SceneError as error:
+        assert f"{name} is damaged" in str(error)
+    else:
+        # some of them are right by chance
+        assert (key, type(value)) in {("t", float), ("bodies", dict)} or key == "results"
+
+
+@pytest.mark.parametrize("points", ["/dev/zero", "pipe", "folder", "sparse"])
+@pytest.mark.parametrize("name", ENDLESS)
+def test_files_without_end_are_not_read(name: str, points: str, run: Path, tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    (tmp_path / "folder").mkdir()
+    with (tmp_path / "sparse").open("wb") as file:
+        file.truncate(10**13)
+    (run / name).unlink()
+    (run / name).symlink_to(tmp_path / points)
+    with pytest.raises(SceneError, match=rf"{Path(name).name}"):
+        found = load(run)
+        repr(found), found.history, found.fields["rigid bodies"]["displacement"].values
+
+
+def test_archives_that_unpack_to_more_than_they_are_are_refused() -> None:
+    packed = io.BytesIO()
+    np.savez_compressed(packed, a=np.zeros(10**6))
+    with (
+        zipfile.ZipFile(packed) as archive,
+        pytest.raises(ValueError, match="not as long as it says"),
+    ):
+        check_archive(archive, len(packed.getvalue()))
+
+
+def test_a_file_is_read_up_to_a_size(tmp_path: Path) -> None:
+    (tmp_path / "x").write_bytes(b"12345")
+    assert read_bytes(tmp_path / "x", 5) == b"12345"
+    with pytest.raises(SceneError, match="it has 5 bytes, and at most 4 are read"):
+        read_bytes(tmp_path / "x", 4)
+
+
+class Removes(Silent):
+    """Removes a file of the run after its second step."""
+
+    def __init__(self, file: Path) -> None:
+        self.file = file
+
+    def accepted(self, simulation) -> None:
+        if simulation.step == 2:
+            self.file.unlink()
+
+
+@pytest.mark.parametrize("name", ["history.csv", "fields/all.pvd"])
+def test_files_removed_meanwhile_are_noticed(name: str, tmp_path: Path) -> None:
+    out = tmp_path / "run"
+    scene = load_scene(SCENE).build()
+    with pytest.raises(RunError, match="removed while the run goes on"):
+        execute(scene, out, [Removes(out / name)], pictures=False)
