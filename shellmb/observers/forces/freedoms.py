@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from shellmb.model.joints.columns import COLUMN
 from shellmb.model.joints.joints import BoundJoint, JointGroup
-from shellmb.model.places.ends import End, EndGroup
+from shellmb.model.places.ends import EndGroup
 from shellmb.simulate.simulation import Simulation
 
 Floats = npt.NDArray[np.float64]
@@ -32,7 +32,7 @@ class Freedoms:
 
     def __init__(self) -> None:
         self.values: dict[str, float] = {}
-        self._read: list[tuple[int, str, JointGroup, BoundJoint, int]] = []
+        self._read: list[_Like] = []
 
     def start(self, simulation: Simulation) -> None:
         """Find the joints and take the values."""
@@ -50,11 +50,14 @@ class Freedoms:
         self._read = []
         for group in mechanism.groups if names else []:
             mine = group.nodes.mesh.topology.index_map(1).size_local
-            for row, item in enumerate(group.nodes.item[:mine]):
-                joint = group.joints[item]
-                for kind in joint.joint.freedoms:
-                    if (key := (joint.joint.name, kind)) in number:
-                        self._read.append((number[key], kind, group, joint, row))
+            for kind in ("rotation", "translation"):
+                here = [
+                    (number[key], row, group.joints[item])
+                    for row, item in enumerate(group.nodes.item[:mine])
+                    if (key := (group.joints[item].joint.name, kind)) in number
+                ]
+                if here:
+                    self._read.append(_Like(kind, group, *zip(*here, strict=True)))
         self.measure(simulation)
 
     def measure(self, simulation: Simulation) -> dict[str, float]:
@@ -66,16 +69,9 @@ class Freedoms:
         if not self.values:
             return self.values
         found = np.zeros(len(self.values))
-        for number, kind, group, joint, row in self._read:
-            q = simulation.problem.state(group.name).x.array
-            (x, first), (y, second) = (_place(group, joint, k, row, q) for k in range(2))
-            if kind == "translation":
-                ends = joint.ends
-                start = joint.axes[0][2] @ (ends[1].point - ends[0].point)
-                found[number] = first[2] @ (y - x) - start
-            else:
-                cosine, sine = first[:2] @ second[0]
-                found[number] = sine if self._linear else math.atan2(sine, cosine)
+        for like in self._read:
+            q = np.asarray(simulation.problem.state(like.group).x.array)
+            found[like.numbers] = like.values(q, self._linear)
         if self._comm.size > 1:
             self._comm.Allreduce(MPI.IN_PLACE, found)
         for (name, before), value in zip(list(self.values.items()), found.tolist(), strict=True):
@@ -93,16 +89,69 @@ class Freedoms:
         self.values = {name: float(value) for name, value in state.items()}
 
 
-def _place(
-    group: JointGroup, joint: BoundJoint, which: int, row: int, q: Floats
-) -> tuple[Floats, Floats]:
-    """Point and axes of a place at a state, shapes (3,) and (3, 3)."""
-    end: End = joint.ends[which]
-    place = group.ends[which]
+class _Like:
+    """Coordinates of one kind of joints of one group.
 
-    d = end.directors + q[rows(group, place, "w", row)].reshape(-1, 3)
-    x = end.node + q[rows(group, place, "u", row)]
-    return x + end.offset @ d, joint.axes[which] @ end.directors.T @ d
+    Args:
+        kind: "rotation" or "translation".
+        group: The group.
+        numbers: Places of their values.
+        cells: Local cells of the joints.
+        joints: The joints.
+    """
+
+    def __init__(
+        self,
+        kind: str,
+        group: JointGroup,
+        numbers: tuple[int, ...],
+        cells: tuple[int, ...],
+        joints: tuple[BoundJoint, ...],
+    ) -> None:
+        self.group, self.numbers, self._kind = group.name, list(numbers), kind
+        self._places = [_Places(group, k, cells, joints) for k in range(2)]
+        ends = np.array([[end.point for end in joint.ends] for joint in joints])
+        axes = np.array([joint.axes[0][2] for joint in joints])
+        self._start = np.einsum("ni,ni->n", axes, ends[:, 1] - ends[:, 0])
+
+    def values(self, q: Floats, linear: bool) -> Floats:
+        """Angles up to pi, rad, or translations, m, shape (n,), at a state of the group."""
+        first, second = self._places
+        e = first.axes(q)
+        if self._kind == "translation":
+            gap = second.points(q) - first.points(q)
+            return np.asarray(np.einsum("ni,ni->n", e[:, 2], gap) - self._start)
+        cosine, sine = np.einsum("nai,ni->an", e[:, :2], second.axes(q)[:, 0])
+        return np.asarray(sine if linear else np.arctan2(sine, cosine))
+
+
+class _Places:
+    """One end of each of some joints of a group, of bodies that have frames."""
+
+    def __init__(
+        self, group: JointGroup, which: int, cells: tuple[int, ...], joints: tuple[BoundJoint, ...]
+    ) -> None:
+        ends = [joint.ends[which] for joint in joints]
+        place = group.ends[which]
+        self._u, self._w = (
+            np.array([rows(group, place, part, cell) for cell in cells]) for part in ("u", "w")
+        )
+        self._nodes = np.array([end.node for end in ends])
+        self._directors = np.array([end.directors for end in ends])
+        self._offsets = np.array([end.offset for end in ends])
+        self._axes = np.array([j.axes[which] @ j.ends[which].directors.T for j in joints])
+
+    def _turned(self, q: Floats) -> Floats:
+        return np.asarray(self._directors + q[self._w].reshape(-1, 3, 3))
+
+    def axes(self, q: Floats) -> Floats:
+        """Axes as rows, shape (n, 3, 3)."""
+        return np.asarray(self._axes @ self._turned(q))
+
+    def points(self, q: Floats) -> Floats:
+        """Positions, shape (n, 3)."""
+        arms = np.einsum("nk,nki->ni", self._offsets, self._turned(q))
+        return np.asarray(self._nodes + q[self._u] + arms)
 
 
 def rows(group: JointGroup, place: EndGroup, part: str, row: int) -> npt.NDArray[np.int32]:
