@@ -51,7 +51,8 @@ MORE = {
     "driver": (2, 1, 5, 2),
     # one multiplier; the angle that it holds, with its equation
     "lock": (3, 2, 9, 4),
-    "motor": (2, 2, 9, 4),
+    # its law depends on time: it is there at three instants of a step
+    "motor": (2, 4, 14, 4),
     # a motor with its torque for a parameter, and no law
     "controller": (2, 2, 6, 3),
     # the angle that is watched, with its equation
