@@ -13,12 +13,14 @@ from shellmb.errors import SceneError, petsc_in_words
 from shellmb.model.model import Model
 from shellmb.observers.fields.modal import ModalNodes, modal_members
 from shellmb.scene import Scene
-from shellmb.scene.loads.loads import FollowerEdgeForce, FollowerSurfaceForce, Gravity, Pressure
+from shellmb.scene.loads.loads import Gravity
 from shellmb.simulate.reduction.tangent import Blocks, bending_scales, tangent
 from shellmb.simulate.simulation import Simulation
 from shellmb.simulate.soundness.sound import sound_model
+from shellmb.simulate.stability import Stability
 from shellmb.system.assembly.blocks import BlockSystem
-from shellmb.system.eigenvalues import eigenpairs
+from shellmb.system.direct.symmetry import SYMMETRIC_ENTRIES, unsymmetry
+from shellmb.system.eigenvalues import eigenpairs, quotients
 
 # shellmb.modes(scene)
 callable_module(__name__, "shellmb.api.modal:modes")
@@ -29,10 +31,14 @@ RIGID = 1e-5
 # the shift lies this many times D/(m L^4) below zero: near the lowest modes, and never on one
 SHIFT = 10.0
 
-# eigenvalues below this fraction of the shift are zero, where all modes are rigid
-ZERO = 1e-10
+# Eigenvalues below this fraction of the shift are zero, where all modes are rigid, and so are those
+# below this many times what round-off of the stiffness can make (six free plates and beams: 0.95 of
+# it at most). Where the matrix is not symmetric, that is known to less
+ZERO, ROUND_OFF, NEUTRAL = 1e-10, 10.0, 1e-6
 
-FOLLOWERS = (FollowerEdgeForce, FollowerSurfaceForce, Pressure)
+# imaginary parts beyond this of the square are no round-off: where loads follow the bodies, both
+# planes of a square column have the same square, which round-off splits by 1e-12
+COMPLEX = 1e-6
 
 
 @dataclass(frozen=True)
@@ -40,13 +46,16 @@ class Modes:
     """Natural modes, lowest first.
 
     Args:
-        omega2: Squares of the angular frequencies, rad^2/s^2; negative ones are unstable.
+        omega2: Squares of the angular frequencies, rad^2/s^2; negative ones are unstable. Of
+            complex ones, which come in pairs where loads follow the bodies, the real parts.
         shapes: For each mode, by the body's name in the system, the displacement of a shell or a
             beam at this rank's nodes, shape (n, 3), and of the rigid bodies of this rank the
             displacement of the centre and the changes of the three directors, shape (n, 12).
         model: The model, with the nodes' positions.
         unknowns: Number of unknowns of the eigenproblem.
-        rigid: Number of rigid-body modes among them.
+        rigid: Number of rigid-body modes, which are the first ones.
+        imaginary: Imaginary parts of the squares, zero where these are real.
+        unstable: Number of directions in which the state is unstable; None where it is not known.
     """
 
     omega2: npt.NDArray[np.float64]
@@ -54,15 +63,46 @@ class Modes:
     model: Model
     unknowns: int
     rigid: int
+    imaginary: npt.NDArray[np.float64]
+    unstable: int | None
 
     @property
     def omega(self) -> npt.NDArray[np.float64]:
-        """Angular frequencies, rad/s; an unstable mode has a negative one."""
-        return np.sign(self.omega2) * np.sqrt(np.abs(self.omega2))
+        """Angular frequencies, rad/s; a mode that grows without swinging has a negative one."""
+        root = np.sqrt(self.omega2 + 1j * self.imaginary)
+        return np.where(self.imaginary == 0.0, np.sign(self.omega2) * np.abs(root), root.real)
+
+    @property
+    def growth(self) -> npt.NDArray[np.float64]:
+        """Rates at which modes grow, `exp(growth t)`, 1/s; zero of those that do not."""
+        root = np.sqrt(self.omega2 + 1j * self.imaginary)
+        grows = np.arange(len(root)) >= self.rigid
+        return np.where(grows, np.abs(root.imag), 0.0)
+
+    @property
+    def warnings(self) -> list[str]:
+        """What says that the state is unstable."""
+        said, growth = [], self.growth
+        places = np.flatnonzero(growth > 0)
+        if len(places):
+            k = int(places[np.argmax(growth[places])])
+            numbers = ", ".join(str(n + 1) for n in places)
+            which = f"mode {numbers} grows" if len(places) == 1 else f"modes {numbers} grow"
+            kind = "divergence" if self.imaginary[k] == 0.0 else "flutter"
+            said.append(
+                f"the state is unstable: {which}, the fastest by {growth[k]:.4g}/s (mode {k + 1}, "
+                f"{kind})"
+            )
+        if self.unstable is not None and self.unstable > len(places):
+            said.append(
+                f"the state is unstable in {self.unstable} directions, {len(places)} of which are "
+                "among the modes; ask for more modes"
+            )
+        return said
 
     @property
     def frequencies(self) -> npt.NDArray[np.float64]:
-        """Frequencies, Hz; an unstable mode has a negative one."""
+        """Frequencies, Hz; a mode that grows without swinging has a negative one."""
         return self.omega / (2 * np.pi)
 
 
@@ -94,17 +134,48 @@ def natural_modes(
     system, stiffness, mass = _tangent_at(model, state)
     K = system.symmetric_matrix(stiffness, 1.0)
     M = system.symmetric_matrix(mass, 0.0)
-    follower = loaded and any(isinstance(load, FOLLOWERS) for load in scene.loads)
+    symmetric = unsymmetry(K) < SYMMETRIC_ENTRIES
     shift = shift_below(model, loaded)
-    values, vectors = eigenpairs(K, M, count, shift, symmetric=not follower)
-    shapes = [mode_shape(system, model, vector) for vector in vectors]
+    values, vectors = eigenpairs(K, M, count, shift, symmetric)
+    unstable = _unstable(model, system, K, M, RIGID * abs(shift)) if symmetric else None
+    missing = (unstable or 0) - int(np.sum(values.real < -RIGID * abs(shift)))
+    if missing > 0:
+        # far beyond a critical load the lowest ones are not those next to the shift
+        values, vectors = eigenpairs(K, M, count + missing, shift, symmetric)
+    values.imag *= np.abs(values.imag) > COMPLEX * np.abs(values)
+    zero = np.full(len(values), NEUTRAL * abs(shift))
+    if symmetric:
+        quotient, round_off = quotients(K, M, vectors)
+        values, zero = (
+            quotient.astype(np.complex128),
+            np.maximum(ZERO * abs(shift), ROUND_OFF * round_off),
+        )
     elastic = float(np.max(np.abs(values)))
     # rigid modes are told from the elastic ones by the largest gap, not by the highest mode asked
     # for
     positive = np.sort(np.abs(values))
     scale = next((v for v in positive if v > 1e-8 * elastic), elastic)
-    rigid = int(np.sum(np.abs(values) < max(RIGID * scale, ZERO * abs(shift))))
-    return Modes(values, shapes, model, system.size, rigid)
+    still = np.abs(values) < np.maximum(RIGID * scale, zero)
+    order = np.lexsort((values.real, ~still))[:count]
+    shapes = [mode_shape(system, model, vectors[k]) for k in order]
+    return Modes(
+        values[order].real,
+        shapes,
+        model,
+        system.size,
+        int(np.sum(still[order])),
+        values[order].imag,
+        unstable,
+    )
+
+
+def _unstable(
+    model: Model, system: BlockSystem, K: PETSc.Mat, M: PETSc.Mat, above: float
+) -> int | None:
+    """Number of squares below `-above`, which leaves out those that are zero up to round-off."""
+    shifted = K.copy()
+    shifted.axpy(above, M)
+    return Stability(model, system, lambda: shifted).look().unstable
 
 
 def _tangent_at(model: Model, state: Simulation | None) -> tuple[BlockSystem, Blocks, Blocks]:

@@ -48,8 +48,16 @@ class ModeShapes:
 
     @property
     def frequencies(self) -> list[float]:
-        """Frequencies in periods per unit of time; an unstable mode has a negative one."""
+        """Frequencies in periods per unit of time.
+
+        A mode that grows without swinging has a negative one: its rate of growth over 2 pi.
+        """
         return list(self.summary["frequencies_hz"])
+
+    @property
+    def warnings(self) -> list[str]:
+        """Sentences that say that the state is unstable, or that eigenvalues mean little."""
+        return list(self.summary.get("warnings", []))
 
     @property
     def rigid(self) -> int:
@@ -63,7 +71,7 @@ class ModeShapes:
 
     @cached_property
     def table(self) -> pd.DataFrame:
-        """Number, frequency and angular frequency of each mode."""
+        """Number, frequency, angular frequency and growth of each mode."""
         import pandas as pd
 
         return pd.read_csv(self.directory / TABLE).set_index("mode")

@@ -138,11 +138,6 @@ class StateModes(ModeShapes):
         """The same as a sentence, and whether the state is too far from a steady motion."""
         return str(self.summary["verdict"])
 
-    @property
-    def warnings(self) -> list[str]:
-        """What says that the eigenvalues mean little."""
-        return list(self.summary["warnings"])
-
     def __repr__(self) -> str:
         return f"<StateModes of '{self.described.name}' {self.verdict}, {self.directory}>"
 

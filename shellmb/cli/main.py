@@ -284,7 +284,7 @@ def modes(
     if not quiet and first_rank() and rates is not None:
         print_campbell(found, count, directory)
     elif not quiet and first_rank():
-        print_modes(found.frequencies.tolist(), found.rigid, directory)
+        print_modes(found, directory)
     if check and module.check is not None:
         run_check(module.check, results)
     return found

@@ -13,6 +13,7 @@ from shellmb.cli.failures import tell
 from shellmb.show.account import account
 
 if TYPE_CHECKING:
+    from shellmb.modes import Modes
     from shellmb.moving.campbell import Campbell
     from shellmb.moving.state import StateModes
     from shellmb.run.execute import RunResult
@@ -121,19 +122,25 @@ def print_state_modes(about: StateModes, directory: Path) -> None:
     say(f"written to {directory}")
 
 
-def print_modes(frequencies: Sequence[float], rigid: int, directory: Path) -> None:
-    """Natural frequencies.
+def print_modes(found: Modes, directory: Path) -> None:
+    """Natural frequencies, and whether modes grow.
 
     Args:
-        frequencies: Hz.
-        rigid: How many of them, the first ones, are rigid-body motions.
+        found: The modes.
         directory: Where everything about them is.
     """
+    grows = bool(found.growth.any())
     rows = [
-        (str(k), "rigid" if k <= rigid else f"{frequency:.6g}")
-        for k, frequency in enumerate(frequencies, start=1)
+        (
+            str(k + 1),
+            "rigid" if k < found.rigid else f"{frequency:.6g}",
+            *([f"{growth:.4g}"] if grows else []),
+        )
+        for k, (frequency, growth) in enumerate(zip(found.frequencies, found.growth, strict=True))
     ]
-    _print_columns(("mode", "frequency [Hz]"), rows)
+    _print_columns(("mode", "frequency [Hz]", *(["growth [1/s]"] if grows else [])), rows)
+    for warning in found.warnings:
+        say(f"warning: {warning}")
     say(f"written to {directory}")
 
 

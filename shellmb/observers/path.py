@@ -14,8 +14,7 @@ class PathRecord(Silent):
 
     Attributes:
         values: `load_factor`, its derivative `load_rate` by the arc length, and `unstable`, the
-            number of directions in which the state is unstable beyond those of the unloaded one:
-            NaN where that is not known.
+            number of directions in which the state is unstable: NaN where that is not known.
     """
 
     def __init__(self) -> None:

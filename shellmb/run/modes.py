@@ -65,7 +65,9 @@ def find_modes(
             "loaded": loaded,
             "frequencies_hz": modes.frequencies,
             "omega_rad_per_s": modes.omega,
+            "growth_per_s": modes.growth,
             "rigid_modes": modes.rigid,
+            "warnings": modes.warnings,
             "unknowns": modes.unknowns,
             "elements": modes.model.elements,
             "ranks": comm.size,
@@ -84,11 +86,12 @@ def find_modes(
 def _write(
     directory: Path, modes: Modes, summary: dict[str, Any], pictures: bool, comm: MPI.Comm
 ) -> None:
+    rows = zip(modes.frequencies, modes.omega, modes.growth, strict=True)
     lines = [
-        f"{k},{float(f)!r},{float(w)!r}"
-        for k, (f, w) in enumerate(zip(modes.frequencies, modes.omega, strict=True), start=1)
+        f"{k},{float(f)!r},{float(w)!r},{float(g)!r},{int(g == 0.0)}"
+        for k, (f, w, g) in enumerate(rows, start=1)
     ]
-    table = ["mode,frequency_hz,omega_rad_per_s", *lines]
+    table = ["mode,frequency_hz,omega_rad_per_s,growth_per_s,stable", *lines]
     shapes = [{"displacement": shape} for shape in modes.shapes]
     write_shapes(directory, modes.model, shapes, table, summary)
     if pictures and comm.rank == 0:

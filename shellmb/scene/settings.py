@@ -52,7 +52,9 @@ class StepControl:
     Args:
         min_dt: Smallest step before the run gives up [s]; None: 1/1024 of ``dt``, with a tolerance
             1e-5 of it.
-        max_dt: Largest step [s]; None: ``dt``, with a tolerance a twentieth of ``t_end``.
+        max_dt: Largest step [s]; None: ``dt``, with a tolerance a twentieth of ``t_end``; of paths
+            ten times ``dt``, or a displacement (root mean square) of a twentieth of the scene's
+            size, if that is more.
         shrink: Factor on the step when it is rejected.
         growth: Factor on the step after ``patience`` good steps, up to ``max_dt``.
         patience: Number of good steps before the step grows.

@@ -88,6 +88,10 @@ class ShownModes(Protocol):
     def frequencies(self) -> list[float]:
         """Frequencies, Hz."""
 
+    @property
+    def warnings(self) -> list[str]:
+        """What they say against the state."""
+
     def picture(self) -> Any:
         """All of them, as an image."""
 
@@ -115,7 +119,8 @@ def modes_card(modes: ShownModes) -> str:
         picture = image_tag(_png(modes.picture()), "modes")
     except RunError as error:
         picture = f'<p class="quiet">{html.escape(str(error))}</p>'
-    return f"<div><p><b>{html.escape(repr(modes)[1:-1])}</b></p>{picture}{rows}</div>"
+    said = "".join(_warning(each) for each in modes.warnings)
+    return f"<div><p><b>{html.escape(repr(modes)[1:-1])}</b></p>{said}{picture}{rows}</div>"
 
 
 def write_report(run: Shown, file: Path) -> Path:

@@ -1,4 +1,4 @@
-"""Eigenvalues nearest to a shift of symmetric pairs of matrices (SLEPc, shift and invert)."""
+"""Eigenvalues nearest to a shift of pairs of matrices (SLEPc, shift and invert)."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -23,8 +23,11 @@ LARGE, INFINITE = 1e6, 1e12
 
 def eigenpairs(
     K: PETSc.Mat, M: PETSc.Mat, count: int, shift: float, symmetric: bool
-) -> tuple[npt.NDArray[np.float64], list[PETSc.Vec]]:
-    """Eigenvalues nearest to the shift and their vectors, sorted.
+) -> tuple[npt.NDArray[np.complex128], list[PETSc.Vec]]:
+    """Eigenvalues nearest to the shift and their vectors, sorted by their real parts.
+
+    Of a complex pair the first one has the real part of the vector, the other one the imaginary
+    part.
 
     Args:
         K: Stiffness matrix, perhaps indefinite.
@@ -63,16 +66,16 @@ def eigenpairs(
         )
     pairs = []
     for k in range(solver.getConverged()):
-        vector = K.createVecRight()
-        value = float(np.real(solver.getEigenpair(k, vector)))
+        vector, imaginary = K.createVecRight(), K.createVecRight()
+        value = complex(solver.getEigenpair(k, vector, imaginary))
         size = abs(value / shift)
-        if size < LARGE or (size < INFINITE and _left(value, vector, K, M) < FALSE):
-            pairs.append((value, vector))
+        if size < LARGE or (size < INFINITE and _left(value.real, vector, K, M) < FALSE):
+            pairs.append((value, imaginary if value.imag < 0 else vector))
     if len(pairs) < count:
         raise ConvergenceError(
             f"modes: count is {count}; there are {len(pairs)} modes, ask for no more"
         )
-    pairs.sort(key=lambda pair: pair[0])
+    pairs.sort(key=lambda pair: (pair[0].real, -pair[0].imag))
     kept = pairs[:count]
     return np.array([value for value, _ in kept]), [vector for _, vector in kept]
 
@@ -89,6 +92,34 @@ def _left(value: float, vector: PETSc.Vec, K: PETSc.Mat, M: PETSc.Mat) -> float:
 def left(terms: Sequence[complex]) -> float:
     """What is left of terms that add up to zero, of the largest of them."""
     return abs(sum(terms)) / max(*map(abs, terms), 1e-300)
+
+
+def quotients(
+    K: PETSc.Mat, M: PETSc.Mat, vectors: Sequence[PETSc.Vec]
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """Rayleigh's quotients of vectors, and what round-off of the stiffness makes of them at most.
+
+    Of symmetric matrices their errors are the squares of those of the vectors: motions without
+    stiffness, which the inverse knows to 1e-9 of the shift, have quotients of round-off.
+
+    Args:
+        K: Stiffness matrix.
+        M: Mass matrix.
+        vectors: Eigenvectors of finite eigenvalues.
+    """
+    ends, columns, entries = K.getValuesCSR()
+    sizes = PETSc.Mat().createAIJ(K.getSizes(), csr=(ends, columns, np.abs(entries)), comm=K.comm)
+    found, y = [], K.createVecLeft()
+    for vector in vectors:
+        size = vector.copy()
+        size.abs()
+        terms = []
+        for A, v in ((K, vector), (sizes, size), (M, vector)):
+            A.mult(v, y)
+            terms.append(float(np.real(v.dot(y))))
+        found.append((terms[0] / terms[2], np.finfo(float).eps * terms[1] / terms[2]))
+    values, round_off = np.array(found).T
+    return values, round_off
 
 
 def shift_and_invert(solver: Any) -> None:

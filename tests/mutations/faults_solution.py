@@ -91,8 +91,8 @@ FAULTS: tuple[Fault, ...] = (
     Fault(
         "pivots of one sign only",
         "shellmb/system/direct/inertia.py",
-        "return int(self._pc.getFactorMatrix().getInertia()[0])",
-        "return int(self._pc.getFactorMatrix().getInertia()[2])",
+        "return int(self._symmetric.getFactorMatrix().getInertia()[0])",
+        "return int(self._symmetric.getFactorMatrix().getInertia()[2])",
         ("tests/system/test_inertia.py::test_negative_eigenvalues",),
     ),
     Fault(

@@ -50,7 +50,12 @@ def test_a_saddle_point() -> None:
     assert Inertia(matrix(full), "test_inertia_saddle_").negative() == 2
 
 
-def test_without_symmetry_there_is_no_answer() -> None:
+def test_without_symmetry_the_determinant_tells_odd_numbers() -> None:
+    """Of real negative eigenvalues; complex ones come in pairs."""
     full = symmetric(1)
+    assert Inertia(matrix(full), "test_inertia_symmetric_").symmetric
     full[0, 3] += 1e-3
-    assert Inertia(matrix(full), "test_inertia_none_").negative() is None
+    inertia = Inertia(matrix(full), "test_inertia_none_")
+    assert not inertia.symmetric
+    assert inertia.odd() == bool(np.sum(np.linalg.eigvals(full).real < 0) % 2)
+    assert Inertia(matrix(-full), "test_inertia_minus_").odd() == (np.linalg.det(-full) < 0)

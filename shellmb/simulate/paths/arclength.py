@@ -19,7 +19,7 @@ import numpy.typing as npt
 
 from shellmb.errors import ConvergenceError, SceneError
 from shellmb.scene import PathFollowing
-from shellmb.simulate.paths.branches import Branches, PathState, PointOnPath
+from shellmb.simulate.paths.branches import Branches, PathState, PointOnPath, sense
 from shellmb.simulate.paths.levels import crossings, land, reached
 from shellmb.simulate.problem import Problem
 from shellmb.simulate.stepping import Arrays, Attempt
@@ -28,8 +28,13 @@ from shellmb.system.newton.bordered import Bordered
 
 Floats = npt.NDArray[np.float64]
 
-# largest step relative to the first one, where the scene does not say
-LARGEST = 10.0
+# Largest step, where the scene does not say: relative to the first one; or, if that is more, the
+# displacement relative to the size of the scene. A column moves by `(thickness/length)^2` along its
+# axis before it buckles, and by its length behind that
+LARGEST, FARTHEST = 10.0, 0.05
+# The first step along another branch moves as far as this, relative to the size of the scene. Next
+# to the bifurcation the stiffness grows with the square of it, and is round-off to begin with
+AWAY = 0.005
 # a step that turns by this part of what is allowed is as long as it should be
 WANTED_TURN = 0.4
 
@@ -39,14 +44,16 @@ class ArcSize(StepSize):
 
     Attributes:
         factor: What the next step is to be, relative to the last one.
+        farthest: Arc length in which the structure moves as far as it may in a step.
     """
 
     factor: float = 1.0
+    farthest: float = 0.0
 
     @property
     def largest(self) -> float:
         """Largest step."""
-        return self.settings.max_dt or LARGEST * self.nominal
+        return self.settings.max_dt or max(LARGEST * self.nominal, self.farthest)
 
     def accept(self, measured: float | None, dt: float = 0.0) -> None:
         """Change the step by the factor that the last one suggests."""
@@ -99,8 +106,8 @@ class PathSteps:
     Attributes:
         factor: Load factor of the accepted state.
         rate: Its derivative by the arc length there.
-        unstable: Number of directions in which the accepted state is unstable, beyond those of the
-            unloaded one; None where the stiffness matrix is not symmetric, or nobody asked.
+        unstable: Number of directions in which the accepted state is unstable; None where the
+            stiffness matrix is not symmetric, or nobody asked.
         points: Limit points and bifurcations passed so far.
     """
 
@@ -115,8 +122,8 @@ class PathSteps:
         problem.load_factor = 0.0
         # the functions hold the unloaded state
         self._state = self._look(0.0, None, 0.0)
-        self.rate, self._base = self._state.rate, self._state.negative or 0
-        self.unstable = None if self._state.negative is None else 0
+        self.rate, self.unstable = self._state.rate, self._state.negative
+        size.farthest = FARTHEST * problem.model.length / self._scale
 
     @property
     def points(self) -> list[PointOnPath]:
@@ -179,7 +186,7 @@ class PathSteps:
             ConvergenceError: If the stiffness matrix is singular.
             SceneError: If the loads move nothing.
         """
-        derivative = self._bordered.derivative(factor)
+        derivative, negative = self._bordered.derivative(factor), self._branches.negative()
         sharp = math.radians(self._path.turn)
         if before is not None and self._angle(before, derivative) > sharp:
             # next to a bifurcation round-off along the null vector swamps the path's own direction;
@@ -187,7 +194,7 @@ class PathSteps:
             null = self._branches.null_vector()
             if self._angle(before, null) < sharp:
                 along = self._unit(null) * math.copysign(1.0, self._dot(null, before))
-                return PathState(t, factor, along, 0.0, self._branches.negative())
+                return PathState(t, factor, along, 0.0, negative, self._state.sense)
             derivative = derivative - self._moved(null, derivative) * null
         size = self._size_of(derivative)
         if not size > 0:
@@ -196,7 +203,8 @@ class PathSteps:
         rate = self._scale / size
         if before is not None and self._dot(derivative, before) < 0:
             rate = -rate
-        return PathState(t, factor, derivative * rate, rate, self._branches.negative())
+        grows = 1 if before is None else sense(factor, rate, t - self._state.t, self._state.sense)
+        return PathState(t, factor, derivative * rate, rate, negative, grows)
 
     def _arrive(self, t: float, dt: float) -> _Arrived:
         """Solve for the state at the arc length `dt` behind the accepted one.
@@ -261,6 +269,7 @@ class PathSteps:
 
         self._end_at_levels(shorter, shorter(dt))
         assert self._next is not None
+        self._next.state = self._branches.sure(self._state, self._next.state)
         if self._branches.passed(self._state, self._next.state):
             self._branches.locate(self._state, self._next.state, shorter)
         self._cut = self._next.dt < dt
@@ -279,9 +288,9 @@ class PathSteps:
         if direction is not None:
             # along the null vector the load does not change, to first order
             state = PathState(state.t, state.factor, self._unit(direction), 0.0, None)
+            self._size.factor = max(1.0, AWAY / FARTHEST * self._size.farthest / self._size.dt)
         self.factor, self.rate, self._state = state.factor, state.rate, state
-        negative = found.state.negative
-        self.unstable = None if negative is None else negative - self._base
+        self.unstable = found.state.negative
 
     def forget(self, velocities: bool) -> None:
         """Nothing of the past is used."""
@@ -297,8 +306,8 @@ class PathSteps:
             "factor": self.factor,
             "rate": self.rate,
             "negative": self._state.negative,
+            "sense": self._state.sense,
             "scale": self._scale,
-            "base": self._base,
             "unstable": self.unstable,
             "size_factor": self._size.factor,
             "branches": self._branches.state(),
@@ -307,12 +316,18 @@ class PathSteps:
     def restore(self, arrays: Arrays, state: Any) -> None:
         """Take them up."""
         self.factor, self.rate = float(state["factor"]), float(state["rate"])
-        self._scale, self._base = float(state["scale"]), int(state["base"])
+        self._scale = float(state["scale"])
+        self._size.farthest = FARTHEST * self._problem.model.length / self._scale
         self.unstable = state["unstable"]
         self._size.factor = float(state["size_factor"])
         tangent = arrays["tangent"]
         self._state = PathState(
-            float(state["t"]), self.factor, tangent, self.rate, state["negative"]
+            float(state["t"]),
+            self.factor,
+            tangent,
+            self.rate,
+            state["negative"],
+            int(state["sense"]),
         )
         self._branches.restore(state["branches"])
         self._problem.load_factor = self.factor

@@ -9,7 +9,7 @@ step control by curvature makes that rare, and nothing here proves it away.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -18,8 +18,7 @@ import numpy.typing as npt
 from shellmb.errors import ConvergenceError
 from shellmb.scene import PathFollowing
 from shellmb.simulate.problem import Problem
-from shellmb.system.condensation.reduction import Reduction
-from shellmb.system.direct.inertia import Inertia
+from shellmb.simulate.stability import Stability
 from shellmb.system.newton.bordered import Bordered
 
 Floats = npt.NDArray[np.float64]
@@ -34,6 +33,9 @@ NEAR = 3e-2
 TRIALS, MARGIN = 30, 0.02
 # cosine of the angle between a path and a null vector beyond which they are the same direction
 PARALLEL = 0.9
+# the load stands still where it changes by less than this part in a step: Newton's method knows it
+# to 1e-9 to 1e-8
+FLAT = 1e-7
 # inverse iteration: at most so many, until the eigenvalue changes by less than this part
 POWER, SETTLED = 60, 1e-8
 
@@ -47,7 +49,9 @@ class PathState:
         factor: Its load factor.
         tangent: Derivative of the unknowns by the arc length, of those that this rank owns.
         rate: Derivative of the load factor.
-        negative: Number of negative eigenvalues of the stiffness matrix; None if not known.
+        negative: Number of unstable directions; None if not known.
+        sense: Whether the load grows (1) or falls (-1) there; where it stands still up to
+            round-off, as it did before; zero of branches that have just been taken.
     """
 
     t: float
@@ -55,6 +59,7 @@ class PathState:
     tangent: Floats
     rate: float
     negative: int | None
+    sense: int = 0
 
 
 @dataclass(frozen=True)
@@ -65,7 +70,7 @@ class PointOnPath:
         kind: Which of them.
         t: Its arc length.
         load_factor: Its load factor.
-        before: Number of unstable directions before it, counted as negative eigenvalues.
+        before: Number of unstable directions before it.
         after: The same behind it.
         switched: Whether the path leaves it on another branch.
     """
@@ -110,15 +115,33 @@ class Branches:
         self._bordered, self._moving, self._path = bordered, moving, path
         self.points: list[PointOnPath] = []
         self._found: _Found | None = None
-        self._inertia: Inertia | None = None
-        linear = problem.iteration.linear
-        # rows of fixed unknowns make the unreduced matrix unsymmetric
-        if path.branches != "ignore" and isinstance(linear, Reduction):
-            self._inertia = Inertia(linear.A, f"{problem.iteration.prefix}inertia_")
+        self._apply_inverse = bordered.apply_inverse
+        self._stability: Stability | None = None
+        if path.branches != "ignore":
+            self._stability = Stability(problem.model, problem.system)
 
     def negative(self) -> int | None:
-        """Negative eigenvalues of the Jacobian last assembled; None if nobody asks, or knows."""
-        return None if self._inertia is None else self._inertia.negative()
+        """Unstable directions of the state that the functions hold; None if not asked or known."""
+        found = None if self._stability is None else self._stability.look()
+        known = found is not None and found.symmetric and found.unstable is not None
+        self._apply_inverse = self._bordered.apply_inverse
+        if known and self._stability is not None:
+            # thin bodies leave the reduced matrix with few digits
+            self._apply_inverse = self._stability.apply_inverse
+        return found.unstable if found is not None and known else None
+
+    def sure(self, a: PathState, b: PathState) -> PathState:
+        """The end of a step, with the count of its start where round-off may have changed it.
+
+        Args:
+            a: The start.
+            b: The end, the state last looked at.
+        """
+        if a.negative is None or b.negative in (None, a.negative) or self._stability is None:
+            return b
+        value, vector = self._smallest(None)
+        near = abs(value) <= self._round_off(vector)
+        return replace(b, negative=a.negative) if near else b
 
     def passed(self, a: PathState, b: PathState) -> bool:
         """Whether there is a bifurcation between two states, limit points apart."""
@@ -163,7 +186,7 @@ class Branches:
                 low, value_low = length, value
             else:
                 high, value_high, after = length, value, state.negative
-            if abs(value) < CLOSE * reference:
+            if abs(value) < CLOSE * reference or abs(value) <= self._round_off(vector):
                 break
             reference = max(reference, abs(value))
         else:
@@ -221,7 +244,7 @@ class Branches:
     def _smallest(self, guess: Floats | None) -> tuple[float, Floats]:
         """Eigenvalue next to zero of the stiffness, with the metric of displacements, and vector.
 
-        Inverse iteration with the Jacobian last factorised.
+        Inverse iteration with the stiffness matrix of the state last looked at.
         """
         n = self._bordered.system.numbering
         if guess is None:
@@ -230,7 +253,7 @@ class Branches:
             guess = every[n.start : n.start + n.owned]
         vector, last = guess / self._norm(guess), np.inf
         for _ in range(POWER):
-            new = self._bordered.apply_inverse(self._moving * vector)
+            new = self._apply_inverse(self._moving * vector)
             inverse = self._bordered.dot(self._moving * vector, new)
             vector = new / self._norm(new)
             if abs(inverse - last) <= SETTLED * abs(inverse):
@@ -238,8 +261,12 @@ class Branches:
             last = inverse
         return 1.0 / inverse, vector
 
+    def _round_off(self, vector: Floats) -> float:
+        """Size of an eigenvalue with a vector of `_smallest` that is round-off."""
+        return 0.0 if self._stability is None else self._stability.round_off(vector)
+
     def null_vector(self) -> Floats:
-        """Eigenvector next to zero of the Jacobian last factorised, of unit displacement."""
+        """Eigenvector next to zero of the state last looked at, of unit displacement."""
         return self._smallest(None)[1]
 
     def _norm(self, vector: Floats) -> float:
@@ -276,7 +303,7 @@ class Branches:
             return b, found.direction
         self.points.append(point)
         # counted as behind it, wherever the search ended: it must not be found again
-        return PathState(b.t, b.factor, b.tangent, b.rate, point.after), None
+        return replace(b, negative=point.after), None
 
     def state(self) -> list[dict[str, Any]]:
         """The points so far."""
@@ -298,7 +325,19 @@ def _not_located(b: PathState) -> ConvergenceError:
 
 def _turned(a: PathState, b: PathState) -> bool:
     """Whether the load turns round between two states; where it stands still nobody knows."""
-    return a.rate * b.rate < 0
+    return a.sense * b.sense < 0
+
+
+def sense(factor: float, rate: float, dt: float, before: int) -> int:
+    """Whether the load grows or falls, as of `PathState`.
+
+    Args:
+        factor: Load factor of the state.
+        rate: Its derivative by the arc length.
+        dt: Arc length of the step that leads there.
+        before: The sense before that step.
+    """
+    return before if abs(rate) * dt <= FLAT * abs(factor) else int(np.sign(rate))
 
 
 def _limit_point(a: PathState, b: PathState) -> PointOnPath:

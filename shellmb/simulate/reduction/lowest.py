@@ -36,6 +36,6 @@ def lowest_frequency(model: Model, name: str) -> float:
     alone = Alone(Scene(f"{name} alone", **parts), model.comm)
     shift = -SHIFT * alone.scale
     found, _ = eigenpairs(alone.K, alone.M, 7, shift, symmetric=True)
-    elastic = [value for value in found if value > 1e-3 * alone.scale]
+    elastic = [value for value in found.real if value > 1e-3 * alone.scale]
     held = not supports and any(name in (j.first, j.second) for j in scene.joints)
     return float(np.sqrt(elastic[0])) / (CLAMPED if held else 1.0)

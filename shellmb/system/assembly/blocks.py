@@ -270,6 +270,21 @@ class BlockSystem:
         A.setOption(PETSc.Mat.Option.NEW_NONZERO_ALLOCATION_ERR, False)
         return A
 
+    @cached_property
+    def _without_fixed(self) -> PETSc.Mat:
+        """Place for `symmetric_jacobian`."""
+        return self._new_matrix()
+
+    def symmetric_jacobian(self) -> PETSc.Mat:
+        """Jacobian without rows and columns of fixed dofs, whose diagonals are one.
+
+        It is that of the state that the functions hold, and the same matrix at each call.
+        """
+        A = self._without_fixed
+        self._assemble(A, self.jacobians, self.held)
+        A.setDiagonal(self._diagonal, PETSc.InsertMode.ADD)
+        return A
+
     def symmetric_matrix(
         self,
         forms: Mapping[tuple[int, int], Sequence[Form | Known]] | None,

@@ -1,4 +1,4 @@
-"""Number of negative eigenvalues of a symmetric matrix, by the signs of its pivots."""
+"""How many negative eigenvalues a matrix has, by the signs of its pivots."""
 
 from __future__ import annotations
 
@@ -6,22 +6,21 @@ from mpi4py import MPI as _MPI  # noqa: F401  (before petsc4py)
 from petsc4py import PETSc
 
 from shellmb.system.direct.mumps import MUMPS_OPTIONS, WORKSPACE, use_mumps
-from shellmb.system.direct.symmetry import asymmetry
+from shellmb.system.direct.symmetry import SYMMETRIC_ENTRIES, unsymmetry
 
 # icntl_13 = 1: the last block is factorised on one rank, else its pivots are not counted;
 # icntl_24 = 1: pivots that are zero are counted by themselves; the workspace as of other systems
 OPTIONS = {"mat_mumps_icntl_13": 1, "mat_mumps_icntl_24": 1, WORKSPACE: MUMPS_OPTIONS[WORKSPACE]}
-
-# what round-off can make of a small path's matrix, whose membrane is 1e7 times as stiff as it bends
-SYMMETRIC = 1e-7
+# icntl_33 = 1: the determinant, too
+DETERMINANT = {**OPTIONS, "mat_mumps_icntl_24": 0, "mat_mumps_icntl_33": 1}
 
 
 class Inertia:
     """Factorises `A = L D L^T` by MUMPS and counts the negative entries of `D`.
 
-    Sylvester's law of inertia: as many as there are negative eigenvalues. What was eliminated
-    before `A` was assembled is not counted: cells that are unstable by themselves, all around them
-    held.
+    Sylvester's law of inertia: as many as there are negative eigenvalues. Resultants and
+    multipliers have to be in the matrix: where they are eliminated, round-off of what they leave is
+    larger than forces of bending of thin bodies, and what is eliminated is not counted.
 
     Args:
         A: The matrix; its values may change, its pattern not.
@@ -29,22 +28,51 @@ class Inertia:
     """
 
     def __init__(self, A: PETSc.Mat, prefix: str) -> None:
-        self._A = A
-        self._pc = PETSc.PC().create(A.getComm())
-        use_mumps(self._pc, PETSc.PC.Type.CHOLESKY, prefix, OPTIONS)
+        self._A, self._prefix = A, prefix
+        self._symmetric: PETSc.PC | None = None
+        self._other: PETSc.PC | None = None
+
+    @property
+    def symmetric(self) -> bool:
+        """Whether the matrix is symmetric, as it is."""
+        return unsymmetry(self._A) < SYMMETRIC_ENTRIES
 
     def negative(self) -> int | None:
-        """Number of negative eigenvalues of the matrix as it is.
+        """Number of negative eigenvalues of the matrix, which is symmetric.
 
         Returns:
-            The number; None if the matrix is not symmetric (follower loads) or singular to the last
-            digit.
+            The number; None if the matrix has no factors.
         """
-        if asymmetry(self._A) > SYMMETRIC:
+        if self._symmetric is None:
+            self._symmetric = PETSc.PC().create(self._A.getComm())
+            use_mumps(self._symmetric, PETSc.PC.Type.CHOLESKY, f"{self._prefix}ldl_", OPTIONS)
+        if not self._factorised(self._symmetric):
             return None
-        self._pc.setOperators(self._A)
-        self._pc.setUp()
-        if self._pc.getFailedReason() != 0:
-            self._pc.reset()
+        return int(self._symmetric.getFactorMatrix().getInertia()[0])
+
+    def solve(self, b: PETSc.Vec, x: PETSc.Vec) -> None:
+        """Solve with the factors of the last `negative`."""
+        assert self._symmetric is not None
+        self._symmetric.apply(b, x)
+
+    def odd(self) -> bool | None:
+        """Whether a matrix has an odd number of negative real eigenvalues, by its determinant.
+
+        Returns:
+            Whether; None if the matrix has no factors.
+        """
+        if self._other is None:
+            self._other = PETSc.PC().create(self._A.getComm())
+            use_mumps(self._other, PETSc.PC.Type.LU, f"{self._prefix}lu_", DETERMINANT)
+        if not self._factorised(self._other):
             return None
-        return int(self._pc.getFactorMatrix().getInertia()[0])
+        return bool(self._other.getFactorMatrix().getMumpsRinfog(12) < 0.0)
+
+    def _factorised(self, pc: PETSc.PC) -> bool:
+        """Whether the matrix has factors, which are made."""
+        pc.setOperators(self._A)
+        pc.setUp()
+        if pc.getFailedReason() == 0:
+            return True
+        pc.reset()
+        return False
