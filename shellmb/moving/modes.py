@@ -10,6 +10,7 @@ import numpy.typing as npt
 from shellmb.errors import ConvergenceError, SceneError, petsc_in_words
 from shellmb.model.model import Model
 from shellmb.modes import Shape, nodal_shape, scaled
+from shellmb.moving.free import FreeMotions
 from shellmb.moving.linearised import Linearised
 from shellmb.moving.quadratic import Pair, product, solve_quadratic, turned
 from shellmb.moving.turning import Turning
@@ -124,7 +125,8 @@ def modes_of(turning: Linearised, count: int, spare: int = 0) -> TurningModes:
         ConvergenceError: If there are fewer modes, or they do not converge.
     """
     K, C, M = turning.matrices()
-    found = solve_quadratic(K, C, M, count + spare, turning.shift)
+    free = FreeMotions(turning, (K, C, M))
+    found = [free.exact(pair) for pair in solve_quadratic(K, C, M, count + spare, turning.shift)]
     zero = [pair for pair in found if abs(pair.value) < NEUTRAL * turning.shift]
     # a double zero is found as a complex pair, of which one is listed, or as two real numbers
     weight = sum(1.0 if pair.value.imag > 0 else 0.5 for pair in zero)

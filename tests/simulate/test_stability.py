@@ -77,7 +77,7 @@ def test_a_strip_says_how_many_of_its_critical_loads_are_passed(
 
 def test_what_is_passed_on_the_way_is_said() -> None:
     """Straight all the time, far beyond its load in the middle and unloaded at the end."""
-    scene = strip(1e-2, 2.0)
+    scene = strip(1e-2, 1.8)
     load = scene.loads[0]
     there = sm.EdgeForce(load.edge, load.force, time=lambda t: min(t, 1.0 - t) * 2)
     run = sm.run(replace(scene, loads=there))

@@ -187,6 +187,9 @@ class PathSteps:
             SceneError: If the loads move nothing.
         """
         derivative, negative = self._bordered.derivative(factor), self._branches.negative()
+        if negative is not None:
+            # of thin bodies the reduced matrix does not know where a flat branch goes
+            derivative = -self._branches.apply_inverse(self._bordered.load)
         sharp = math.radians(self._path.turn)
         if before is not None and self._angle(before, derivative) > sharp:
             # next to a bifurcation round-off along the null vector swamps the path's own direction;

@@ -107,6 +107,7 @@ class Branches:
 
     Attributes:
         points: What was passed so far.
+        apply_inverse: What forces move the state last looked at by, of owned unknowns.
     """
 
     def __init__(
@@ -115,7 +116,7 @@ class Branches:
         self._bordered, self._moving, self._path = bordered, moving, path
         self.points: list[PointOnPath] = []
         self._found: _Found | None = None
-        self._apply_inverse = bordered.apply_inverse
+        self.apply_inverse = bordered.apply_inverse
         self._stability: Stability | None = None
         if path.branches != "ignore":
             self._stability = Stability(problem.model, problem.system)
@@ -124,10 +125,10 @@ class Branches:
         """Unstable directions of the state that the functions hold; None if not asked or known."""
         found = None if self._stability is None else self._stability.look()
         known = found is not None and found.symmetric and found.unstable is not None
-        self._apply_inverse = self._bordered.apply_inverse
+        self.apply_inverse = self._bordered.apply_inverse
         if known and self._stability is not None:
             # thin bodies leave the reduced matrix with few digits
-            self._apply_inverse = self._stability.apply_inverse
+            self.apply_inverse = self._stability.apply_inverse
         return found.unstable if found is not None and known else None
 
     def sure(self, a: PathState, b: PathState) -> PathState:
@@ -253,7 +254,7 @@ class Branches:
             guess = every[n.start : n.start + n.owned]
         vector, last = guess / self._norm(guess), np.inf
         for _ in range(POWER):
-            new = self._apply_inverse(self._moving * vector)
+            new = self.apply_inverse(self._moving * vector)
             inverse = self._bordered.dot(self._moving * vector, new)
             vector = new / self._norm(new)
             if abs(inverse - last) <= SETTLED * abs(inverse):

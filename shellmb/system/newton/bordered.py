@@ -84,6 +84,11 @@ class Bordered:
         self._linearise(factor)
         return -self.apply_inverse(self._derivative.array_r)
 
+    @property
+    def load(self) -> Floats:
+        """Derivative of the residual by the factor, as of the last `derivative`."""
+        return np.asarray(self._derivative.array_r)
+
     def apply_inverse(self, b: Floats) -> Floats:
         """`J^-1 b` with the Jacobian last factorised, one number for each owned unknown."""
         given, none = self._residual.duplicate(), self._residual.duplicate()
