@@ -10,9 +10,9 @@ import numpy.typing as npt
 from shellmb.errors import ConvergenceError, SceneError, petsc_in_words
 from shellmb.model.model import Model
 from shellmb.modes import Shape, nodal_shape, scaled
-from shellmb.moving.free import FreeMotions
 from shellmb.moving.linearised import Linearised
 from shellmb.moving.quadratic import Pair, product, solve_quadratic, turned
+from shellmb.moving.rigid import FreeMotions
 from shellmb.moving.turning import Turning
 
 # eigenvalues below this part of the shift are zero: a double one, as of a free rotation, is found

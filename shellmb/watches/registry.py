@@ -18,7 +18,7 @@ from shellmb.watches.forces.rolling import Lifting, Slipping
 from shellmb.watches.forces.undetermined import Undetermined
 from shellmb.watches.large_turns import LargeTurns
 from shellmb.watches.small_displacements import LinearBodies, ReducedBodies, SmallDisplacements
-from shellmb.watches.stability import Unstable
+from shellmb.watches.statics.stability import Unstable
 from shellmb.watches.step_error import StepErrors
 from shellmb.watches.stiff_spin import StiffSpin
 
