@@ -184,7 +184,14 @@ def met() -> bool:
     while others and time.monotonic() - begin < MEETING:
         others = [rank for rank in others if not world.iprobe(source=rank, tag=FAILED)]
         time.sleep(0.01)
-    return not (others and sent)
+    if others:
+        return False
+    # nothing may be on its way when MPI ends
+    for rank in range(world.size):
+        if rank != world.rank:
+            world.recv(source=rank, tag=FAILED)
+    MPI.Request.waitall(sent)
+    return True
 
 
 class App(typer.Typer):
