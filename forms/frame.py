@@ -1,7 +1,7 @@
 """Frame nodes: a position and three orthonormal directors, for beams and rigid bodies alike.
 
 Unknowns are the displacement `u` and the changes `w = (w1, w2, w3)` of the directors, so that
-`x = X + u` and `d_k = D_k + w_k`. Everything is at most quadratic in them (design, section 1).
+`x = X + u` and `d_k = D_k + w_k`. Everything is at most quadratic in them.
 
 ===========  ==================================================  ==============  ==========
 symbol       name                                                unit            equation

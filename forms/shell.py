@@ -129,7 +129,7 @@ def strain_change(at: Tangents, du: Expr, dw: Expr, surf: Surface) -> ShellStrai
     """Change of the strains of eq. (9) for a change of displacement and director, eq. (20).
 
     It is linear in both: at the reference it is their linear part, at a displacement alone their
-    bilinear part (`forms.path`).
+    bilinear part (`forms.steps.path`).
 
     Args:
         at: Where.

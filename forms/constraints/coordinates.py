@@ -119,7 +119,7 @@ _TINY = 1e-16
 
 
 def angle_moments(start: Expr, end: Expr, bow: Expr) -> tuple[Expr, Expr]:
-    """Discrete gradient of the angle over a step that is quadratic in time (`forms.path`).
+    """Discrete gradient of the angle over a step that is quadratic in time (`forms.steps.path`).
 
     With the moments `T_0, T_1` of its gradient along the path of cosine and sine, projected on
     linear functions of time, `T_0 . (end - start) + T_1 . bow` is the increment of the angle, by a

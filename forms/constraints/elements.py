@@ -84,7 +84,7 @@ def spring_jump(U: Potential, a: Expr, b: Expr) -> Expr:
 
 
 class Stretch(NamedTuple):
-    """Extension of a spring over a step that is quadratic in time (`forms.path`).
+    """Extension of a spring over a step that is quadratic in time (`forms.steps.path`).
 
     Args:
         start: At the start.

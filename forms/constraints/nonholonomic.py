@@ -32,8 +32,8 @@ knife edge  `t_1 y_2' = t_2 y_1'`
 blade. The point of contact moves as fast over the one body as over the other: that is rolling.
 
 **Over a step.** Where the path is linear, `A(q_m)(q_b - q_a) = 0` with forces along `A(q_m)`, which
-work by the multipliers times what vanishes: not at all. Where it is quadratic (`forms.path`), the
-mean of the slip and the slip at the end vanish::
+work by the multipliers times what vanishes: not at all. Where it is quadratic
+(`forms.steps.path`), the mean of the slip and the slip at the end vanish::
 
     <A q'> = A(x) D + B(D, z) = 0,     A(q_f) v_f = 0
 

@@ -1,6 +1,6 @@
 """Work of stresses on strains that are not quadratic in the unknowns, exact over a step.
 
-Eq. (20), and (Q2) of `forms.path`, need strains that are at most quadratic: only then is the
+Eq. (20), and (Q2) of `forms.steps.path`, need strains that are at most quadratic: only then is the
 derivative at the middle times the chord the change of the strain. Strains of a user may be of any
 form (stretches, logarithms). What their derivatives lack of that change is of higher order in the
 step, and is made good; what is left of both is the same for quadratic strains.

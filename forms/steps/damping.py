@@ -10,8 +10,8 @@ as the stresses of the scheme do, and so takes of the energy
     work = -(1/h) [(e_f - e_i) . C^d (e_f - e_i) + 3 bow . C^d bow],                          (D2)
 
 exactly, and of what moves without strains nothing. Rows see moments of the strain with other
-weights, so the templates of `forms.pathwork` serve. EP has no bow. ED is linear in both of its
-sub-intervals; with `bow = e_i - e_j` its rows see
+weights, so the templates of `forms.steps.pathwork` serve. EP has no bow. ED is linear in both of
+its sub-intervals; with `bow = e_i - e_j` its rows see
 
     f:  e_f - e_i,          j:  (e_f - e_i) + 3 (e_j - e_i)
 
@@ -93,7 +93,7 @@ class _WithoutForces(_WithoutGap):
 
 @dataclass(frozen=True)
 class ViscousShell(_WithoutGap):
-    """Damping of a linear section in the two rules of `forms.mixed`.
+    """Damping of a linear section in the two rules of `forms.steps.mixed`.
 
     Args:
         elastic: Its elastic form.

@@ -58,7 +58,7 @@ class Interval(NamedTuple):
 
 
 class Formulation(Protocol):
-    """Strain energy of a section; its virtual work is in `forms.pathwork`."""
+    """Strain energy of a section; its virtual work is in `forms.steps.pathwork`."""
 
     def energy(self, strains: Measure, layout: Layout, q: Expr) -> Density:
         """Strain energy of the state `q` per area."""

@@ -1,6 +1,6 @@
 """Internal virtual work of shells of any strain energy density, with assumed strains, eq. (21).
 
-As in `forms.mixed`; the assumed strains stand for those of the reduced part.
+As in `forms.steps.mixed`; the assumed strains stand for those of the reduced part.
 """
 
 from collections.abc import Callable

@@ -7,9 +7,9 @@ linear functions of time::
 
 and `S_0 + S_1 P1` is the projection of `psi'(E(tau))` on linear functions by two Gauss points.
 There `E` is a moment of the strains as any other, `<s> -+ (e_f - e_i)/(2 sqrt(3))`, and both rows
-are sums of `stress at a point . slope`: the templates of `forms.pathwork`, with `psi'` and `psi''`
-at one strain in place of a stiffness. What two points leave is made good along the chord of the
-strains (per point in space, after O. Gonzalez, J. Nonlinear Sci. 6 (1996) 449-467)::
+are sums of `stress at a point . slope`: the templates of `forms.steps.pathwork`, with `psi'` and
+`psi''` at one strain in place of a stiffness. What two points leave is made good along the chord of
+the strains (per point in space, after O. Gonzalez, J. Nonlinear Sci. 6 (1996) 449-467)::
 
     r = psi(e_f) - psi(e_i) - S_0.(e_f - e_i) - S_1.bow,
     S_0 += r (e_f - e_i)/(|e_f - e_i|^2 + tiny),
@@ -18,8 +18,9 @@ which is of fourth order in the step, so that the energy law (Q5) is exact. Deri
 out: Newton's method then converges linearly with a factor of third order in the strains of a step.
 The dissipation adds `alpha/2 psi''(e_i) bow` to `S_1`; where `psi` is convex it takes energy only.
 
-Membrane and shear strains of the reduced rule are assumed ones `S` (see `forms.mixed_nonlinear`),
-which have a path of their own; the resultants `N` of both rows tie it to that of the displacements
+Membrane and shear strains of the reduced rule are assumed ones `S` (see
+`forms.steps.mixed_nonlinear`), which have a path of their own; the resultants `N` of both rows tie
+it to that of the displacements
 at the Gauss points.
 
 ===========  =====================================================================  ====

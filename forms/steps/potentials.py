@@ -2,7 +2,7 @@
 
 A potential `U(e)` of measures `e(q)` of the position (coordinates, squares of distances) is treated
 as a strain energy is. Over a sub-interval its stress `S` satisfies `S.(e_b - e_a) = U_b - U_a`;
-over a step that is quadratic in time (`forms.path`) `S_0 + S_1 P1` satisfies
+over a step that is quadratic in time (`forms.steps.path`) `S_0 + S_1 P1` satisfies
 `S_0.(e_f - e_i) + S_1.bow = U_f - U_i`. Both are means of the slopes along the path, by four Gauss
 points, and what those lack of the change of the energy, along chord and bow (after O. Gonzalez,
 J. Nonlinear Sci. 6 (1996) 449-467).

@@ -67,7 +67,7 @@ def true_at(function: Callable[[Any], Any], places: Floats, who: str) -> Bools:
     """
     try:
         return np.asarray(function(places.reshape(-1, 3).T), dtype=bool).reshape(places.shape[:2])
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise SceneError(
             f"{who} fails ({in_words(error)}); it must give (n,) truth values for positions (3, n)"
         ) from error

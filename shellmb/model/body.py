@@ -229,7 +229,7 @@ class Body(Protocol):
         ...
 
     def along(self, step: Step, k: int, dq: Expr) -> Form | None:
-        """Constraint forces over a step that is quadratic in time (`forms.path`), with others.
+        """Constraint forces over a step quadratic in time (`forms.steps.path`), with others.
 
         Args:
             step: The step.

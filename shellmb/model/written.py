@@ -33,7 +33,7 @@ def written(function: Callable[..., Any], arguments: Sequence[Any], who: str) ->
     """
     try:
         value = function(*arguments)
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise SceneError(
             f"{_place(function, error)}{who} {show(function)} fails ({in_words(error)}); it must "
             "be written with operators and functions of UFL"
@@ -50,7 +50,7 @@ def written(function: Callable[..., Any], arguments: Sequence[Any], who: str) ->
     return expression
 
 
-def _place(function: Callable[..., Any], error: Exception | None = None) -> str:
+def _place(function: Callable[..., Any], error: BaseException | None = None) -> str:
     """File and line of a user's function, or where in that file it failed: begins a sentence."""
     code = getattr(inspect.unwrap(function), "__code__", None)
     if code is None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -51,8 +52,9 @@ def _link(directory: Path) -> str | None:
 
 
 def _is_used(directory: Path) -> bool:
-    if not directory.is_dir():
-        return directory.exists()
+    # of a name that no directory can have Path asks in vain
+    if not os.path.isdir(directory):
+        return os.path.exists(directory)
     return any(path.name != LOCK for path in directory.iterdir())
 
 
@@ -69,7 +71,7 @@ def claimed(directory: Path, comm: MPI.Comm, new: bool) -> Iterator[None]:
         SceneError: If it cannot be written, is of another run, or another run is writing it.
     """
     lock = FileLock(directory / LOCK)
-    missing = [path for path in (directory, *directory.parents) if not path.exists()]
+    missing = [path for path in (directory, *directory.parents) if not os.path.exists(path)]
     wrong = None
     if comm.rank == 0:
         try:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import importlib
 import logging
 import time as clock
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import nullcontext
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -32,7 +32,7 @@ from shellmb.observers.files.checkpoint import Saved
 from shellmb.observers.files.described import describe
 from shellmb.observers.path import path_points
 from shellmb.observers.summary import summarise, write_json
-from shellmb.run.blame import user_frame
+from shellmb.run.blame import in_words, user_frame
 from shellmb.run.directory import claimed, written
 from shellmb.run.loader import is_file_name
 from shellmb.run.memory import check_memory
@@ -172,7 +172,11 @@ def carry_out(
     # a signal that comes to one of several ranks is taken up by all of them, behind a step
     check_memory(scene, comm)
     STOPPING.renew()
-    with STOPPING.deferred(_say) if comm.size > 1 else nullcontext(), heard(comm) as doubts:
+    with (
+        STOPPING.deferred(_say) if comm.size > 1 else nullcontext(),
+        heard(comm) as doubts,
+        _no_exit(),
+    ):
         simulation = Simulation(scene, comm)
     if directory is not None and request is not None and comm.rank == 0:
         with written(directory, comm):
@@ -186,7 +190,7 @@ def carry_out(
 
     failure: BaseException | None = None
     try:
-        with STOPPING.deferred(_say), written(directory, comm):
+        with STOPPING.deferred(_say), written(directory, comm), _no_exit():
             simulation.run(list(standard.named.values()))
     except BaseException as error:
         failure = error
@@ -210,6 +214,19 @@ def carry_out(
             with written(directory, comm):
                 write_json(directory / SUMMARY, result.summary)
     return result
+
+
+@contextmanager
+def _no_exit() -> Iterator[None]:
+    """Refuse that a function of the scene ends the program, which would look like success."""
+    try:
+        yield
+    except SystemExit as error:
+        raise RunError(
+            f"a function of the scene ends the program ({in_words(error)}); it must return a "
+            "value, or raise an error",
+            alone=True,
+        ) from error
 
 
 def _say(line: str) -> None:

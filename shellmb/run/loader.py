@@ -78,6 +78,11 @@ class SceneModule:
         Raises:
             SceneError: If the scene has no check, or no such results.
         """
+        if sys.flags.optimize:
+            raise SceneError(
+                f"scene '{self.name}': --check needs the assertions of its check(results), which "
+                "Python leaves out by PYTHONOPTIMIZE or -O; run it without"
+            )
         if self.check is None or measured is None:
             missing = "check(results)" if self.check is None else what
             raise SceneError(

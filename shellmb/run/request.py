@@ -212,11 +212,16 @@ def parse_parameters(items: list[str]) -> dict[str, str]:
     Raises:
         SceneError: If an item is not of that form.
     """
-    values = {}
+    values: dict[str, str] = {}
     for item in items:
         name, equals, text = item.partition("=")
         if not (equals and name.strip()):
             raise SceneError(f"--set is '{item}'; it must be of the form name=value")
+        if name.strip() in values:
+            raise SceneError(
+                f"--set gives {name.strip()} twice, {values[name.strip()]} and {text.strip()}; "
+                "one of them must be left out"
+            )
         values[name.strip()] = text.strip()
     return values
 

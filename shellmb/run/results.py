@@ -33,7 +33,7 @@ def measured(
         found = _numbers(results(made))
     except ShellmbError:
         raise
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         wrong = in_words(error)
     wrong = next((w for w in comm.allgather(wrong) if w is not None), None)
     if wrong is not None:

@@ -30,7 +30,10 @@ class QuadraticInTime:
     Unknown are the state and the velocity at the end of a step, `q_f` and `h v_f`. Energy is kept
     exactly for `alpha = 0`, and falls in every step for `alpha > 0` by
 
-        alpha [ 2 v_2.M v_2 + (e_i + e_f - 2<e>).C (e_i + e_f - 2<e>)/2 ]                    (Q5)
+        alpha [ 2 v_2.M v_2 + (e_i + e_f - 2<s>).C (e_i + e_f - 2<s>)/2 ]                    (Q5)
+
+    with the mean `<s>` of the path that a strain is assumed to take (`forms.steps.path`), which is
+    not the mean of the strain of the path of the state.
 
     Constraints hold at the end of a step for positions and velocities. For linear systems this is
     the family of the paper's energy decaying scheme (Gauss' method with two stages, Radau IIA); in

@@ -2,8 +2,8 @@
 
 Positions and directors tell an angle up to whole turns only. A driver that turns by half a turn or
 more in a step, or in one of its sub-intervals, would do another work than its torque does over the
-way that the bodies take (`forms.coordinates`), and they would turn the other way round. A joint
-whose rate is half a turn a step or more would lose whole turns.
+way that the bodies take (`forms.constraints.coordinates`), and they would turn the other way round.
+A joint whose rate is half a turn a step or more would lose whole turns.
 """
 
 from __future__ import annotations

@@ -5,6 +5,8 @@ here, what needs the meshes in `test_bound_inputs.py`.
 """
 
 import math
+import re
+import sys
 import warnings
 
 import numpy as np
@@ -310,5 +312,49 @@ def test_numbers_of_numpy_are_numbers():
     assert shell(mesh=[3, 2]).mesh == (3, 2)
     assert EdgeForce("left", np.array([0, 0, 1])).force == (0.0, 0.0, 1.0)
     assert Table([0, 1], np.array([1, 2])).values == (1.0, 2.0)
-    # a truth value switches a load
-    assert scene(loads=Gravity(time=lambda t: t > 0.5)).loads[0].time(1.0)
+
+
+# Kind: what Python can make a number of, and nobody means as one
+NO_NUMBERS = {
+    "truth value": (lambda t: t > 0.5, "gives False at t = 0"),
+    "text": (lambda t: "1", "gives '1' at t = 0"),
+    "complex": (lambda t: 1j, "gives 1j at t = 0"),
+    "array": (lambda t: np.array([t]), "gives [0.0] at t = 0"),
+    "nothing": (lambda t: None, "gives None at t = 0"),
+    "exit": (lambda t: sys.exit(), "fails at t = 0 (SystemExit"),
+    "exit with 0": (lambda t: sys.exit(0), "fails at t = 0 (SystemExit"),
+}
+
+
+@pytest.mark.parametrize("given", NO_NUMBERS)
+def test_factors_of_loads_are_numbers(given):
+    function, said = NO_NUMBERS[given]
+    with pytest.raises(SceneError, match=re.escape(f"gravity: time {said}")):
+        scene(loads=Gravity(time=function))
+
+
+@pytest.mark.parametrize(
+    ("force", "said"),
+    [
+        (lambda x: np.ones_like(x) * 1j, "gives complex numbers"),
+        (lambda x: x > 0, "gives truth values"),
+        (lambda x: (x[0], x[1], x[2] > 0), "gives truth values"),
+        (lambda x: sys.exit(), "fails (SystemExit"),
+    ],
+)
+def test_loads_over_positions_are_numbers(force, said):
+    with pytest.raises(SceneError, match=re.escape(f"surface force: force {said}")):
+        scene(loads=SurfaceForce(force))
+
+
+@pytest.mark.parametrize(
+    ("times", "said"),
+    [
+        ({"dt": 1e300, "t_end": 1e300}, "dt is 1e+300; it must be between 1e-100 and 1e+100"),
+        ({"dt": 1e-300, "t_end": 1e-299}, "dt is 1e-300; it must be between"),
+        ({"dt": 1e-12, "t_end": 1.0}, "which are 1e+12 steps; it must be at most 1e+08"),
+    ],
+)
+def test_steps_are_of_a_size_and_number(times, said):
+    with pytest.raises(SceneError, match=re.escape(said)):
+        scene(scheme="ep", **times)

@@ -94,22 +94,32 @@ LATER = {
     "a motor of numpy": (
         "PUSH = Motor('push', 'pin', law=lambda x, rate, t: np.sin(t))\n"
         "def scene(): return made(elements=PUSH)",
-        "bad.py, line 8: TypeError: loop of ufunc does not support",
+        "bad.py, line 8: motor 'push': law <lambda> fails (loop of ufunc does not support",
     ),
     "a motor that returns nothing": (
         "PUSH = Motor('push', 'pin', law=lambda x, rate, t: None)\n"
         "def scene(): return made(elements=PUSH)",
-        "law <lambda> (bad.py, line 8) returns None; it must return a scalar of UFL",
+        "bad.py, line 8: motor 'push': law <lambda> returns None; it must return a scalar of UFL",
     ),
     "an energy that returns a list": (
         "SOFT = JointSpring('soft', 'pin', potential=lambda x: [x])\n"
         "def scene(): return made(elements=SOFT)",
-        "law <lambda> (bad.py, line 8) returns",
+        "bad.py, line 8: joint spring 'soft': law <lambda> returns",
+    ),
+    "a load that ends the program": (
+        "import sys\n"
+        "def stop(t):\n    return sys.exit() if t == 1.5e-3 else 1.0\n"
+        "def scene(): return made(loads=Gravity(time=stop))",
+        "a function of the scene ends the program (bad.py, line 10: SystemExit); it must return",
+    ),
+    "results that end the program": (
+        "import sys\ndef scene(): return made()\ndef results(run): sys.exit()",
+        "all is computed and saved but the results: bad.py, line 10: SystemExit",
     ),
     "a damper that raises": (
         "def law(rate):\n    return rate.speed\n"
         "OIL = JointDamper('oil', 'pin', law=law)\ndef scene(): return made(elements=OIL)",
-        "bad.py, line 9: AttributeError",
+        "bad.py, line 9: joint damper 'oil': law law fails (AttributeError",
     ),
 }
 

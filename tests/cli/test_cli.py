@@ -174,6 +174,22 @@ def test_two_ranks_give_the_same_and_one_prints(tmp_path, mpirun):
     assert "the run was made on 2 ranks, not 1" in wrong.stderr
 
 
+def test_no_check_passes_without_its_assertions(tmp_path):
+    """Kind: PYTHONOPTIMIZE leaves out what would fail."""
+    (tmp_path / "pendulum.py").write_text(PENDULUM.replace("WANTED", "5"))
+    run = [sys.executable, "-O", "-m", "shellmb.cli", "run", "pendulum.py", "--check"]
+    failed = subprocess.run(run, cwd=tmp_path, capture_output=True, text=True)
+    assert failed.returncode == 2
+    assert "--check needs the assertions of its check(results)" in failed.stderr
+    assert not (tmp_path / "runs").exists()
+
+
+def test_no_directory_has_such_a_name(tmp_path):
+    failed = within("run", SMALL, "--out", "x" * 300, cwd=tmp_path)
+    assert failed.exit_code == 2
+    assert "cannot be written (File name too long)" in failed.stderr.splitlines()[-1]
+
+
 @pytest.mark.mpi
 def test_two_ranks_end_whatever_keeps_the_run_alive_on_one(tmp_path, mpirun):
     """Solvers are freed collectively: the other rank, which frees its own, would wait for ever."""

@@ -118,3 +118,5 @@ def test_texts_of_options():
         parse_mesh("8")
     with pytest.raises(SceneError, match="--set is 'a'; it must be of the form name=value"):
         parse_parameters(["a"])
+    with pytest.raises(SceneError, match="--set gives a twice, 1 and 2; one of them must be left"):
+        parse_parameters(["a=1", "b=3", "a=2"])

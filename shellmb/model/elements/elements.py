@@ -1,8 +1,7 @@
 """Springs, dampers and motors: forces on coordinates of the mechanism, which are unknowns."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import cached_property
-from pathlib import Path
 from typing import Any, cast
 
 from mpi4py import MPI
@@ -13,6 +12,7 @@ import ufl
 from dolfinx import fem
 from ufl import Form
 from ufl.algorithms import expand_derivatives
+from ufl.algorithms.analysis import extract_coefficients
 from ufl.core.expr import Expr
 
 from shellmb.errors import SceneError
@@ -28,9 +28,10 @@ from shellmb.model.joints.coordinates import gathered, scalar_links
 from shellmb.model.massless import Massless
 from shellmb.model.potentials.stops import StopForces
 from shellmb.model.signals import Signals
+from shellmb.model.written import written
 from shellmb.scene import Scene
+from shellmb.scene.lookup import said
 from shellmb.scene.multibody.elements import JointStop
-from shellmb.scene.values.validate import show
 
 Floats = npt.NDArray[np.float64]
 
@@ -79,6 +80,22 @@ class ElementGroup(Massless):
             row: Virtual work on the left-hand side of the row that balances the step, by local dof.
         """
         return self.resists * gathered(self.nodes, row[self.mixed.dofs["x"]]) + 0.0
+
+    def given(self, *arguments: Expr) -> Expr:
+        """What the law of the group gives.
+
+        Args:
+            arguments: What it is a function of.
+
+        Raises:
+            SceneError: If it fails, or gives something else than a scalar of UFL.
+        """
+        assert self.law is not None
+        value = written(self.law, arguments, f"{said(self.items[0].element)}: law")
+        if extract_coefficients(value):
+            return value
+        # a number has no mesh to be integrated on, and no slope
+        return value + fem.Constant(self.nodes.mesh, 0.0) * arguments[0] ** 2 / 2
 
     def force(self, x: Expr, rate: Expr, time: Expr) -> Expr:
         """What is reported: tension of springs, resistance of dampers, drive of motors."""
@@ -129,8 +146,7 @@ class Springs(ElementGroup):
     """Springs: linear ones, or all that share a potential."""
 
     def _potential(self, e: Expr) -> Expr:
-        law = self.law or forms.linear_potential(self.parameter)
-        return _scalar(law(e), law)
+        return self.given(e) if self.law else forms.linear_potential(self.parameter)(e)
 
     def holds(self, step: float) -> npt.NDArray[np.bool_]:
         """As of all; linear ones do always."""
@@ -199,7 +215,7 @@ class Dampers(ElementGroup):
     """
 
     def _resistance(self, rate: Expr) -> Expr:
-        return self.parameter * rate if self.law is None else _scalar(self.law(rate), self.law)
+        return self.given(rate) if self.law else self.parameter * rate
 
     def holds(self, step: float) -> npt.NDArray[np.bool_]:
         """None: they resist motion in time."""
@@ -238,7 +254,7 @@ class Motors(ElementGroup):
         """What the motor exerts."""
         if self.law is None:
             return self.parameter
-        return _scalar(self.law(x, rate, time), self.law)
+        return self.given(x, rate, time)
 
 
 class Stops(StopForces, ElementGroup):
@@ -256,22 +272,6 @@ class Stops(StopForces, ElementGroup):
     def x(self, q: Expr) -> Expr:
         """The coordinate at a state."""
         return self.layout.part(q, "x")
-
-
-def _scalar(value: Any, law: Callable[..., Any]) -> Expr:
-    """What a user's law gives, if that is a number or a scalar of UFL."""
-    try:
-        made = ufl.as_ufl(value)
-    except (TypeError, ValueError):
-        made = None
-    if made is None or made.ufl_shape:
-        code = getattr(law, "__code__", None)
-        where = "" if code is None else f"{Path(code.co_filename).name}, line {code.co_firstlineno}"
-        given = show(value) if made is None else f"an expression of shape {made.ufl_shape}"
-        raise SceneError(
-            f"law {show(law)} ({where}) returns {given}; it must return a scalar of UFL"
-        )
-    return made
 
 
 _KINDS: dict[str, type[ElementGroup]] = {

@@ -38,7 +38,7 @@ class BoundJoint:
 
     Args:
         joint: Description.
-        kind: Kind of its constraints, a key of `forms.joints.KINDS`.
+        kind: Kind of its constraints, a key of `forms.constraints.joints.KINDS`.
         ends: Its places on the first and the second body.
         axes: Vectors `e1, e2, e3` of both places as rows, shape (2, 3, 3).
         length: Length of a distance joint, m; 1 for others.

@@ -101,10 +101,11 @@ def finite_in_time(function: Any, t_end: float, who: str, size: int) -> None:
         try:
             given = function(t)
             value = np.asarray(given)
-        except Exception as error:
+        except (Exception, SystemExit) as error:
             raise SceneError(
                 f"{who} fails at t = {t:g} ({in_words(error)}); it must give {wanted}"
             ) from error
-        # a truth value may switch something, a text is no number
-        if not (value.dtype.kind in "biuf" and value.size == size and np.isfinite(value).all()):
+        # texts, complex numbers and truth values are no numbers, nor is an array that has one
+        shape = () if size == 1 else (size,)
+        if not (value.dtype.kind in "iuf" and value.shape == shape and np.isfinite(value).all()):
             raise SceneError(f"{who} gives {show(given)} at t = {t:g}; it must give {wanted}")

@@ -124,7 +124,7 @@ class Parametric(Surface):
         """
         try:
             x = np.asarray(self.map(xi, eta), dtype=float)
-        except Exception as error:
+        except (Exception, SystemExit) as error:
             raise SceneError(
                 f"parametric surface: map fails ({in_words(error)}); it must be written for arrays "
                 "xi and eta"

@@ -14,6 +14,9 @@ from shellmb.scene.values.validate import in_words
 __all__ = ["OfPosition", "check_sign", "values_at"]
 
 OfPosition = Callable[[Any], Any]
+Several = list | tuple
+# what could be made a float, and is not meant as one, by NumPy's kinds
+NO_NUMBERS = {"b": "truth values", "c": "complex numbers"}
 
 
 def values_at(
@@ -34,11 +37,18 @@ def values_at(
         SceneError: If it fails, or gives another shape or a number that is not finite.
     """
     try:
-        value = np.asarray(function(x), dtype=float)
-    except Exception as error:
+        given = function(x)
+        # components may be of several kinds, of which an array would make one
+        parts = [given, *given] if isinstance(given, Several) else [given]
+        kinds = {np.asarray(part).dtype.kind for part in parts} & NO_NUMBERS.keys()
+        value = np.zeros(0) if kinds else np.asarray(given, dtype=float)
+    except (Exception, SystemExit) as error:
         raise SceneError(
             f"{who} fails ({in_words(error)}); it must be written for an array of positions"
         ) from error
+    if kinds:
+        said = " and ".join(NO_NUMBERS[kind] for kind in sorted(kinds))
+        raise SceneError(f"{who} gives {said}; it must give real numbers")
     wanted = x.shape[1:] if size == 1 else (size, *x.shape[1:])
     if value.shape != wanted:
         raise SceneError(

@@ -21,7 +21,7 @@ def show(value: Any) -> str:
     return text if len(text) <= 60 else text[:57] + "..."
 
 
-def in_words(error: Exception) -> str:
+def in_words(error: BaseException) -> str:
     """What an error of a user's function says; some say little without their kind."""
     text = str(error)
     return text if isinstance(error, TypeError | ValueError) else f"{type(error).__name__}: {text}"

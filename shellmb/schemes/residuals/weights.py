@@ -1,7 +1,7 @@
 """Weights of a step: what the rows of each scheme are made of, as numbers.
 
-The moments and slopes of `forms.path` are combinations of mean, chord, bow and swing of a path,
-which are combinations of the states themselves, so that their derivatives by the unknowns
+The moments and slopes of `forms.steps.path` are combinations of mean, chord, bow and swing of a
+path, which are combinations of the states themselves, so that their derivatives by the unknowns
 follow from these tables. All states of a step that is quadratic in time are combinations of four:
 `q_i`, `h v_i`, and the unknown `q_f`, `h v_f`. A sub-interval of the paper's schemes, from `a` to
 `b`, is a path without bow, its stress the average of eqs. (22) and (32); a single state of statics
@@ -25,14 +25,14 @@ UNKNOWN = (END, RATE)
 
 
 class SlopeWeights(NamedTuple):
-    """Numbers of a `forms.path.Slope`."""
+    """Numbers of a `forms.steps.path.Slope`."""
 
     c: float
     weights: Floats
 
 
 class MomentWeights(NamedTuple):
-    """Numbers of a `forms.path.Moment`."""
+    """Numbers of a `forms.steps.path.Moment`."""
 
     linear: Floats
     products: Floats
@@ -47,7 +47,7 @@ class MomentWeights(NamedTuple):
 
 
 class ChangeWeights(NamedTuple):
-    """Numbers of a `forms.path.Change`.
+    """Numbers of a `forms.steps.path.Change`.
 
     Args:
         states: Shares of the unknown state in the states x, D, z, y.
@@ -63,7 +63,7 @@ class ChangeWeights(NamedTuple):
 
 
 class PairWeights(NamedTuple):
-    """Numbers of a `forms.path.Pair`.
+    """Numbers of a `forms.steps.path.Pair`.
 
     Args:
         moment: The moment.
@@ -187,7 +187,7 @@ POINTS = (-1 / np.sqrt(3), 1 / np.sqrt(3))
 
 
 def at_point(p: float) -> MomentWeights:
-    """Strain of `forms.pathwork_nonlinear` at a Gauss point, where `P1` is `p`."""
+    """Strain of `forms.steps.pathwork_nonlinear` at a Gauss point, where `P1` is `p`."""
     mean, half = moments(0.0)
     return combined((1, mean), (p, half))
 

@@ -73,7 +73,7 @@ class Sampler:
         if comm.rank == 0:
             try:
                 found = self._answer(t)
-            except Exception as error:
+            except (Exception, SystemExit) as error:
                 wrong = f"{said(self.law)} at t = {t:.9g}: {self._blame(error)}"
         if comm.size > 1:
             found, wrong = comm.bcast((found, wrong))
@@ -113,7 +113,7 @@ class Sampler:
         packed(memory)
         return outputs, memory
 
-    def _blame(self, error: Exception) -> str:
+    def _blame(self, error: BaseException) -> str:
         if isinstance(error, _Wrong):
             return str(error)
         frame = traceback.extract_tb(error.__traceback__)[-1]

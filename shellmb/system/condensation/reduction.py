@@ -1,6 +1,6 @@
 """The linear systems of Newton's method with as few unknowns as there are degrees of freedom.
 
-Between assembly and the linear solver, exact and invisible to the forms (design, section 6):
+Between assembly and the linear solver, exact and invisible to the forms:
 
 1. element-wise unknowns are eliminated cell by cell;
 2. unit directors and orthonormal triples with their multipliers are projected on their tangent

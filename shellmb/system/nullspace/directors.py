@@ -4,7 +4,7 @@ A node carries one director `d = D + w` (a shell) or three (a frame), and multip
 `d_k . d_l = delta_kl`. With `C(d)` the derivative of these constraints at the directors `d`:
 
 * forces are taken where constraint forces vanish: columns of `Y` span the null space of `C(d_m)`
-  at the mean directors `d_m` of the sub-interval (`Q_m` and its like in the paper, eqs. 18, 24);
+  at the mean directors `d_m` of the sub-interval (`Q_m` and its like in the paper, eqs. 27, B5);
 * increments are tangent at the directors themselves: columns of `Z` span the null space of `C(d)`;
 * the finite update rotates by the Rodrigues parameters `r = theta/2` (appendices A and B), so that
   lengths and angles are exact.
