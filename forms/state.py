@@ -11,7 +11,8 @@ part        name                                                             uni
 `u`         displacement                                                     m
 `bubble`    displacement bubble of triangles (added to `u`)                  m
 `w`         change of the director                                           -
-`N`         scaled resultants `(N11, N22, N12, Q1, Q2) / N0`                 -
+`N`         scaled resultants `(N11, N22, N12, Q1, Q2) / N0`; of triangles   -
+            shear forces are a vector, see `Layout.axes`
 `S`         assumed strains of a nonlinear material, conjugate to `N`        -
 `lam`       scaled multiplier of the unit director                           -
 ==========  ===============================================================  ==========
@@ -25,9 +26,16 @@ from ufl.core.expr import Expr
 
 
 class Layout(NamedTuple):
-    """Component ranges of the parts of a state, name to (first, size)."""
+    """Where the parts of a state are.
+
+    Args:
+        parts: Component ranges, name to (first, size).
+        axes: Vectors along which components of shear forces are taken, where a state has these as
+            tangential vectors in space (on triangles); None: it has the components.
+    """
 
     parts: Mapping[str, tuple[int, int]]
+    axes: tuple[Expr, Expr] | None = None
 
     def part(self, q: Expr, name: str) -> Expr:
         """Components of the part `name` of the state `q` (a scalar if its size is one)."""
@@ -40,6 +48,14 @@ class Layout(NamedTuple):
         """Displacement with its bubble, shape (3,), m."""
         u = self.part(q, "u")
         return u + self.part(q, "bubble") if "bubble" in self.parts else u
+
+    def resultants(self, q: Expr, name: str = "N") -> Expr:
+        """Membrane and shear components of scaled resultants, or of assumed strains, shape (5,)."""
+        found = self.part(q, name)
+        if self.axes is None:
+            return found
+        Q = ufl.as_vector([found[k] for k in (3, 4, 5)])
+        return ufl.as_vector([*(found[k] for k in range(3)), *(ufl.dot(Q, e) for e in self.axes)])
 
     def director_change(self, q: Expr) -> Expr:
         """Change of the director, shape (3,), dimensionless."""

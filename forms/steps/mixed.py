@@ -145,7 +145,7 @@ class LinearMixed:
 
     def forces(self, layout: Layout, q: Expr) -> Expr:
         """Membrane and shear forces that a state holds, shape (5,), N/m."""
-        return self.N0 * layout.part(q, "N")
+        return self.N0 * layout.resultants(q)
 
     def stress(self, e: Expr, N: Expr) -> tuple[Expr, ...]:
         """Generalised stresses for the full and the reduced rule, shape (8,) each."""
@@ -210,6 +210,6 @@ class LinearMixed:
     def jump(self, strains: Measure, layout: Layout, a: Expr, b: Expr) -> Density:
         """Elastic part of `c^2`, eq. (34)."""
         de = vector(strains(b)) - vector(strains(a))
-        dN = self.N0 * (layout.part(b, "N") - layout.part(a, "N"))
+        dN = self.forces(layout, b) - self.forces(layout, a)
         full, red = self._forces(de, self._at_state(de, dN))
         return ufl.dot(full, de) / 2, ufl.dot(red, de) / 2

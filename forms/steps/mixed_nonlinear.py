@@ -73,7 +73,7 @@ class NonlinearMixed:
 
     def _assumed(self, strains: Measure, layout: Layout, q: Expr) -> Expr:
         """Strain vector with (eps, gam) replaced by the assumed strains, shape (8,)."""
-        S, kap = layout.part(q, "S"), strains(q).kap
+        S, kap = layout.resultants(q, "S"), strains(q).kap
         return ufl.as_vector([S[0], S[1], S[2], *kap, S[3], S[4]])
 
     def _average(self, psi: Callable[[Expr], Expr], a: Expr, b: Expr, beta: Expr | float) -> Expr:
@@ -107,10 +107,10 @@ class NonlinearMixed:
         full = self._average(self._psi_full, e_a, e_b, span.beta)
         red = self._average(self._psi_red, s_a, s_b, span.beta)
         work = acting(e, span.a, span.b, span.mid, dq)
-        N = (1 - self.a) * self.N0 * layout.part(span.unknown, "N")
-        dN = (1 - self.a) * self.N0 * layout.part(dq, "N")
-        dS = layout.part(dq, "S")
-        gap = membrane_shear(e(span.at)) - layout.part(span.at, "S")
+        N = (1 - self.a) * self.N0 * layout.resultants(span.unknown)
+        dN = (1 - self.a) * self.N0 * layout.resultants(dq)
+        dS = layout.resultants(dq, "S")
+        gap = membrane_shear(e(span.at)) - layout.resultants(span.at, "S")
         n, Q = split(N)
         on_strains = ufl.as_vector([*n, *bending(red), *Q])
         reduced = work(on_strains) + ufl.dot(membrane_shear(red) - N, dS) + ufl.dot(dN, gap)

@@ -60,7 +60,7 @@ def assumed(strain: Measure, layout: Layout) -> Measure:
     """Strains with (eps, gam) replaced by the assumed ones, shape (8,)."""
 
     def slope(c: Expr | None, pairs: Sequence[tuple[Expr, Expr]], dq: Expr) -> Expr:
-        S, kap = layout.part(dq, "S"), bending(strain.slope(c, pairs, dq))
+        S, kap = layout.resultants(dq, "S"), bending(strain.slope(c, pairs, dq))
         own = [0 if c is None else c * S[k] for k in range(5)]
         return ufl.as_vector([*own[:3], kap[0], kap[1], kap[2], *own[3:]])
 
@@ -72,7 +72,7 @@ def gap(strain: Measure, layout: Layout) -> Measure:
 
     def slope(c: Expr | None, pairs: Sequence[tuple[Expr, Expr]], dq: Expr) -> Expr:
         found = membrane_shear(strain.slope(c, pairs, dq))
-        return found if c is None else found - c * layout.part(dq, "S")
+        return found if c is None else found - c * layout.resultants(dq, "S")
 
     return Measure(slope)
 
@@ -105,7 +105,7 @@ class NonlinearPath:
     def _forces(self, q: Expr) -> Expr:
         """Membrane and shear forces that a state holds, shape (5,)."""
         section = self._section
-        return (1 - section.a) * section.N0 * self._layout.part(q, "N")
+        return (1 - section.a) * section.N0 * self._layout.resultants(q)
 
     def work(self, tests: Sequence[Expr]) -> list[Expr]:
         """Densities of both rows for each quadrature rule, without the dissipation.

@@ -1,9 +1,10 @@
 """Mixed function spaces of shells and beams, with the places of their parts.
 
 Quadrilaterals: Q_k displacement and director, DQ_{k-1} resultants at the Gauss points. Triangles:
-P2 with a
-cubic bubble for the displacement, P2 director, element-wise constant resultants (design, section
-3). Lines: P_k displacement and directors, DP_{k-1} forces at the Gauss points.
+P2 with a cubic bubble for the displacement, P2 director, membrane forces that are linear on each
+element (were they constant, nothing would hold some motions in its plane), transverse shear forces
+of Nedelec's first kind there. Lines: P_k displacement and directors, DP_{k-1} forces at the Gauss
+points.
 """
 
 from collections.abc import Mapping
@@ -32,9 +33,8 @@ class MixedSpace:
     Args:
         space: The mixed space `W`.
         parts: Name to (first component, number of components) of the value.
-        dofs: Name to local dofs (owned and ghost) in `W`, unrolled, shape (n * size,). Parts on
-        the same
-            nodes list them in the same order.
+        dofs: Name to local dofs (owned and ghost) in `W`, unrolled; of nodal parts of shape
+            (n * size,). Parts on the same nodes list them in the same order.
         subspaces: Name to the collapsed space of the part; of the parts on the same nodes only the
             first one's order is that of `dofs`.
         elementwise: Names of the parts that are discontinuous between elements.
@@ -81,12 +81,15 @@ def mixed_space(
     subspaces: dict[str, fem.FunctionSpace] = {}
     first = 0
     for k, (name, element) in enumerate(elements.items()):
-        size = int(np.prod(element.reference_value_shape, dtype=int))
+        size = int(space.sub(k).value_size)
         parts[name] = (first, size)
         first += size
         subspaces[name], places = space.sub(k).collapse()
         dofs[name] = np.asarray(places, dtype=np.int32).ravel()
-        twin = next((n for n in list(elements)[:k] if _same_nodes(elements[n], element)), None)
+        if name in elementwise:
+            continue
+        before = [n for n in list(elements)[:k] if n not in elementwise]
+        twin = next((n for n in before if _same_nodes(elements[n], element)), None)
         if twin is not None:
             order = _order_like(subspaces[twin], subspaces[name])
             dofs[name] = dofs[name].reshape(-1, size)[order].ravel()
@@ -123,24 +126,41 @@ def shell_space(
     elements = {"u": nodal}
     if cell == basix.CellType.triangle:
         elements["bubble"] = basix.ufl.element("Bubble", cell, 3, shape=(3,))
-        local = basix.ufl.element("DG", cell, 0, shape=(5,))
-    else:
-        # nodes at the Gauss points: the compatibility equations decouple from point to point
-        local = basix.ufl.element(
-            "Lagrange",
-            cell,
-            degree - 1,
-            basix.LagrangeVariant.gl_warped,
-            shape=(5,),
-            discontinuous=True,
-        )
     elements["w"] = nodal
-    elements["N"] = local
+    elements["N"] = resultants = _resultants(cell, degree - 1)
     if assumed_strains:
-        elements["S"] = local
+        elements["S"] = resultants
     elements["lam"] = basix.ufl.element("Lagrange", cell, degree)
     elements |= _constants(cell, constant)
     return mixed_space(domain, elements, frozenset({"bubble", "N", "S"} & elements.keys()))
+
+
+def _local(cell: basix.CellType, degree: int, size: int) -> basix.ufl._ElementBase:
+    """Polynomials of each element by itself, with nodes inside it.
+
+    On quadrilaterals and lines these are the Gauss points: the compatibility equations decouple
+    from point to point.
+    """
+    variant = basix.LagrangeVariant.gl_warped
+    return basix.ufl.element("P", cell, degree, variant, shape=(size,), discontinuous=True)
+
+
+def _resultants(cell: basix.CellType, degree: int) -> basix.ufl._ElementBase:
+    """Membrane and transverse shear forces of shells; of triangles shear forces are vectors."""
+    if cell == basix.CellType.triangle:
+        shear = basix.ufl.element("N1curl", cell, degree, discontinuous=True)
+        return basix.ufl.mixed_element([_local(cell, degree, 3), shear])
+    return _local(cell, degree, 5)
+
+
+def reading_element(nodes: fem.FunctionSpace) -> basix.finite_element.FiniteElement:
+    """Polynomials through points of an element where resultants are accurate.
+
+    Args:
+        nodes: Space of displacements.
+    """
+    element = nodes.element.basix_element
+    return _local(element.cell_type, element.degree - 1, 1).basix_element
 
 
 def _constants(cell: Any, sizes: Mapping[str, int]) -> dict[str, basix.ufl._ElementBase]:
@@ -171,15 +191,7 @@ def beam_space(
     def nodal(size: int) -> basix.ufl._ElementBase:
         return basix.ufl.element("Lagrange", "interval", degree, shape=(size,))
 
-    # nodes at the Gauss points: the compatibility equations decouple from point to point
-    forces = basix.ufl.element(
-        "Lagrange",
-        "interval",
-        degree - 1,
-        basix.LagrangeVariant.gl_warped,
-        shape=(3,),
-        discontinuous=True,
-    )
+    forces = _local(basix.CellType.interval, degree - 1, 3)
     elements = {"u": nodal(3), "w": nodal(9), "N": forces, "lam": nodal(6)}
     elements |= _constants("interval", constant)
     return mixed_space(domain, elements, frozenset({"N"}))

@@ -18,6 +18,7 @@ MODULES = (
     "frequencies",
     "modes",
     "linear_shells",
+    "triangles",
     "large_displacements",
     "dynamics",
     "mechanisms",

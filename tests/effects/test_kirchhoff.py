@@ -21,7 +21,7 @@ from shellmb.scene import (
 )
 from shellmb.simulate.simulation import Simulation
 from shellmb.verify import tables
-from shellmb.verify.problems.setups import CENTRE, plate_section, square
+from shellmb.verify.setups import CENTRE, plate_section, square
 from shellmb.verify.solve import displacement, solved
 
 # Timoshenko & Woinowsky-Krieger: uniform load, w D / (q a^4); docs/reference/literature.md

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 
+import basix
 import numpy as np
 import numpy.typing as npt
 import ufl
@@ -70,6 +71,11 @@ class BoundShell:
         )
         direction = direction_1(shell, surface_mesh, self.mixed, self.director)
         self.surface: Surface = surface(ufl.Jacobian(domain), direction, self.director)
+        if domain.basix_cell() == basix.CellType.triangle:
+            # of unit size, so that numbers do not depend on the unit of length
+            size = ufl.sqrt(ufl.JacobianDeterminant(domain))
+            axes = size * self.surface.e1, size * self.surface.e2
+            self.layout = self.layout._replace(axes=axes)
         self.rules = quadrature_rules(domain, shell.degree)
         self._ds = self._edge_measure(domain)
         self.section = bind_section(shell, domain)

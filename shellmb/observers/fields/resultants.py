@@ -15,7 +15,7 @@ from shellmb.expressions import compiled_expression
 from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
 from shellmb.forms.steps.path import Step
-from shellmb.meshes.spaces import MixedSpace
+from shellmb.meshes.spaces import MixedSpace, reading_element
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.shells.shell import ShellModel
 from shellmb.schemes.base import Levels
@@ -88,14 +88,14 @@ class Resultants:
 
     def _prepare(self, body: Resulting, vectors: list[Expr]) -> None:
         """Compile what is read, of states and perhaps as means."""
-        nodes, inner = body.mixed.subspaces["u"], body.mixed.subspaces["N"]
-        points = np.asarray(inner.element.interpolation_points)
+        nodes = body.mixed.subspaces["u"]
+        inner = reading_element(nodes)
         self._mesh = nodes.mesh
         self._size = int(vectors[0].ufl_shape[0])
-        self._expressions = [compiled_expression(vector, points) for vector in vectors]
+        self._expressions = [compiled_expression(vector, inner.points) for vector in vectors]
         # values at the nodes of an element from those at its points
         at = np.asarray(nodes.element.interpolation_points)
-        table = np.asarray(inner.element.basix_element.tabulate(0, at))
+        table = np.asarray(inner.tabulate(0, at))
         self._continued: Floats = table[0, :, :, 0]
         local = self._mesh.topology.index_map(self._mesh.topology.dim).size_local
         self._cells = np.arange(local, dtype=np.int32)

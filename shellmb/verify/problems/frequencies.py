@@ -24,7 +24,7 @@ from shellmb.scene import (
 from shellmb.verify import tables
 from shellmb.verify.cases import Check, case
 from shellmb.verify.problems.laminates import laminate
-from shellmb.verify.problems.setups import ALL, SUPPORTS, Edges, plate_section
+from shellmb.verify.setups import ALL, SUPPORTS, Edges, plate_section
 
 Floats = NDArray[np.float64]
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from shellmb.scene import Laminate, PlyMaterial, SurfaceForce
 from shellmb.verify import tables
 from shellmb.verify.cases import Check, case
-from shellmb.verify.problems.setups import CENTRE, Cell, Edges, square
+from shellmb.verify.setups import CENTRE, Cell, Edges, square
 from shellmb.verify.solve import linear_displacement
 
 FSDT = "FSDT, kappa=5/6, exact for the sinusoidal load"

@@ -19,7 +19,7 @@ from shellmb.scene import (
 )
 from shellmb.verify import tables
 from shellmb.verify.cases import Check, case
-from shellmb.verify.problems.setups import CENTRE, NU, TIP, Cell, Edges, plate_section, square
+from shellmb.verify.setups import CENTRE, NU, TIP, Cell, Edges, plate_section, square
 from shellmb.verify.solve import linear_displacement
 
 NAVIER = "Navier series, Reissner-Mindlin"
@@ -53,8 +53,8 @@ def squares() -> Iterator[Check]:
             RITZ,
         )
         yield Check(
-            f"clamped, a/h=10, {cell} 8x8",
-            _deflection("clamped", 10, cell),
+            f"clamped, a/h=10, {cell} {n}x{n}",
+            _deflection("clamped", 10, cell, n),
             tables.plate_deflection("CCCC", 10),
             RITZ,
         )

@@ -1,0 +1,46 @@
+"""What holds triangles in their plane, however thin: all motions, if an edge is held."""
+
+from mpi4py import MPI
+
+import numpy as np
+import pytest
+import ufl
+from dolfinx import fem
+
+from shellmb.kernels import compiled
+from shellmb.meshes.mesh import build_surface
+from shellmb.model.shells.shell import ShellModel
+from shellmb.scene import Isotropic, Rectangle, Shell
+from shellmb.schemes.base import at_state
+
+E = 1e9
+
+
+def in_plane(thickness: float, mesh: tuple[int, int], held: bool) -> np.ndarray:
+    """Eigenvalues of the stiffness in the plane over `E t`; a side is held or none."""
+    shell = Shell("s", Rectangle(1.0, 0.7), Isotropic(E, 0.3, thickness), mesh=mesh, cell="tri")
+    body = ShellModel(shell, build_surface(shell, MPI.COMM_SELF), [], False)
+    q, space = fem.Function(body.mixed.space), body.mixed.space
+    work = body.internal(at_state(q), ufl.TestFunction(space))
+    form = compiled(ufl.derivative(work, q, ufl.TrialFunction(space)), flags=["-O0"])
+    K = fem.assemble_matrix(form).to_dense()
+    N = body.mixed.dofs["N"]
+    moved = [body.mixed.dofs[p].reshape(-1, 3)[:, :2].ravel() for p in ("u", "bubble")]
+    if held:
+        moved[0] = moved[0].reshape(-1, 2)[body.mixed.nodes("u")[:, 0] > 1e-9].ravel()
+    u = np.concatenate(moved)
+    S = K[np.ix_(u, u)] - K[np.ix_(u, N)] @ np.linalg.solve(K[np.ix_(N, N)], K[np.ix_(N, u)])
+    return np.linalg.eigvalsh((S + S.T) / 2) / (E * thickness)
+
+
+@pytest.mark.parametrize("mesh", [(1, 1), (2, 1)])
+def test_two_and_four_cells_are_as_stiff_however_thin(mesh) -> None:
+    thick, thin = in_plane(1e-2, mesh, held=True), in_plane(1e-5, mesh, held=True)
+    # with forces constant on a cell they fall with the square of the thickness, to 1e-10
+    assert thin[0] > 1e-3
+    # the share that is integrated fully is of the square of thickness over size
+    assert np.allclose(thick, thin, rtol=1e-2)
+    free = in_plane(1e-5, mesh, held=False)
+    # rigid motions to round-off, and two that only this share holds (docs/limits.md)
+    assert np.all(np.abs(free[:3]) < 1e-12)
+    assert np.sum(free < 1e-3) == 5
