@@ -90,9 +90,10 @@ class Resultants:
         """Compile what is read, of states and perhaps as means."""
         nodes = body.mixed.subspaces["u"]
         inner = reading_element(nodes)
+        points = np.asarray(inner.points, dtype=np.float64)
         self._mesh = nodes.mesh
         self._size = int(vectors[0].ufl_shape[0])
-        self._expressions = [compiled_expression(vector, inner.points) for vector in vectors]
+        self._expressions = [compiled_expression(vector, points) for vector in vectors]
         # values at the nodes of an element from those at its points
         at = np.asarray(nodes.element.interpolation_points)
         table = np.asarray(inner.tabulate(0, at))

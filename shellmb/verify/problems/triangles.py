@@ -175,7 +175,7 @@ def _growth(shell: Shell, supports: tuple[Support, ...], axis: int) -> list[tupl
     radial = np.sum(u * x, axis=1) / np.linalg.norm(x, axis=1)
     section = shell.section
     assert isinstance(section, Isotropic)
-    radial = radial * float(section.E) * float(section.thickness)  # type: ignore[arg-type]
+    radial = radial * float(section.E) * float(section.thickness)
     comm = body.mixed.space.mesh.comm
     counted = np.array([radial.sum(), len(radial)])
     comm.Allreduce(MPI.IN_PLACE, counted)
