@@ -8,6 +8,8 @@ __all__ = ["DEFAULT", "FIELDS", "FieldKind"]
 
 XYZ, PLANE, SHEAR = ("x", "y", "z"), ("11", "22", "12"), ("13", "23")
 FRAME = ("1", "2", "3")
+# in names of components of strains: these are changes of a direction by length
+CURVATURES = ("kap", "twist", "curvature")
 
 
 @dataclass(frozen=True)
@@ -27,6 +29,16 @@ class FieldKind:
     components: tuple[str, ...]
     bodies: frozenset[str]
     axis: str = ""
+
+    def quantity_of(self, component: str | None) -> str:
+        """What the unit of one component is of, where components have several.
+
+        Args:
+            component: Its name; None: all together.
+        """
+        if self.quantity != "strain or curvature" or component is None:
+            return self.quantity
+        return "curvature" if any(name in component for name in CURVATURES) else "number"
 
 
 def _kind(
@@ -48,7 +60,7 @@ FIELDS: dict[str, FieldKind] = {
     "principal_N": _kind(
         "principal membrane forces", "force per length", ("first", "second"), "principal", SHELL
     ),
-    "strains": _kind("strains", "number", (), "strain", "shell beam"),
+    "strains": _kind("strains", "strain or curvature", (), "strain", "shell beam"),
     "energy_density": _kind("strain energy density", "energy per area", (), "", "shell beam"),
     "surface_stress": _kind("stresses at both faces", "stress", LOWER_UPPER, "face", "linear"),
     "ply_stress": _kind("stresses along the fibres", "stress", LOWER_UPPER, "face", "laminate"),

@@ -18,6 +18,7 @@ POWERS = {
     "length": (1, 0, 0),
     "time": (0, 0, 1),
     "velocity": (1, 0, -1),
+    "curvature": (-1, 0, 0),
     "force": (1, 1, -2),
     "moment": (2, 1, -2),
     "energy": (2, 1, -2),
@@ -57,6 +58,7 @@ class Units:
         force = named.get("force")
         per = {
             "angular velocity": f"rad/{time}",
+            "strain or curvature": f"-, 1/{length}",
             "force per length": force and f"{force}/{length}",
             "moment per length": force,
             "energy per length": force,

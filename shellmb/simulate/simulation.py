@@ -64,7 +64,7 @@ class Observer(Protocol):
         ...
 
     def state(self) -> dict[str, Any]:
-        """What must survive a restart."""
+        """What must survive a restart; no step that follows may change it."""
         ...
 
     def restore(self, state: dict[str, Any]) -> None:

@@ -111,7 +111,7 @@ class Turning(Silent):
 
     def state(self) -> dict[str, Any]:
         """What was found so far."""
-        return {name: vars(turn) for name, turn in self.turns.items()}
+        return {name: dict(vars(turn)) for name, turn in self.turns.items()}
 
     def restore(self, state: dict[str, Any]) -> None:
         """Take it up."""

@@ -77,7 +77,8 @@ def colouring(
     text = kind.what if kind is not None else field.replace("_", " ")
     if named:
         text += "" if number is None else f", {named[number]}"
-    unit = described.labels.of("length" if kind is None else kind.quantity)
+    one = named[number] if named and number is not None else None
+    unit = described.labels.of("length" if kind is None else kind.quantity_of(one))
     # VTK takes strokes for the borders of columns
     sized = f"size of {text}" if named and number is None and field != "displacement" else text
     return Colouring(field, number, f"{sized} [{unit}]" if unit else sized)

@@ -98,7 +98,7 @@ class Contacts(Silent):
 
     def state(self) -> dict[str, Any]:
         """What was found so far."""
-        return {"deep": self._deep, "sudden": self._sudden}
+        return {"deep": dict(self._deep), "sudden": dict(self._sudden)}
 
     def restore(self, state: dict[str, Any]) -> None:
         """Take it up."""

@@ -72,7 +72,7 @@ class Lifting(Silent):
 
     def state(self) -> dict[str, Any]:
         """The forces so far."""
-        return {"last": self._last, "press": self._press, "pull": self._pull}
+        return {"last": dict(self._last), "press": dict(self._press), "pull": dict(self._pull)}
 
     def restore(self, state: dict[str, Any]) -> None:
         """Take them up."""
