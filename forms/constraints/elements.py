@@ -2,7 +2,7 @@
 
 All are written in the coordinate `x` itself, an unknown of the model, so that their virtual work is
 `force dx`. The average force of a spring over a sub-interval is an exact discrete gradient of its
-energy (eq. 21), with the jump of eq. (32).
+energy (eq. 21), with the jump of eq. (32) where the energy is convex: what is concave would gain.
 
 ==========  =====================================================  ============
 symbol      name                                                   unit
@@ -75,12 +75,18 @@ def mean_slope(U: Potential, a: Expr, b: Expr, size: Expr) -> Expr:
 
 def spring_force(U: Potential, a: Expr, b: Expr, beta: Expr | float, size: Expr) -> Expr:
     """Average force of a spring between the extensions `a` and `b`, eqs. (21), (32)."""
-    return mean_slope(U, a, b, size) + beta * (slope(U, b) - slope(U, a)) / 2
+    return mean_slope(U, a, b, size) + beta * force_jump(U, a, b) / 2
 
 
 def spring_jump(U: Potential, a: Expr, b: Expr) -> Expr:
     """Half the work of the force jump on the jump of the extension, eq. (34)."""
-    return (slope(U, b) - slope(U, a)) * (b - a) / 2
+    return force_jump(U, a, b) * (b - a) / 2
+
+
+def force_jump(U: Potential, a: Expr, b: Expr) -> Expr:
+    """Change of the force that dissipates; nothing where the energy is concave: it would give."""
+    change = slope(U, b) - slope(U, a)
+    return ufl.conditional(ufl.gt(change * (b - a), 0), change, 0 * change)
 
 
 class Stretch(NamedTuple):

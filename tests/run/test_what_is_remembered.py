@@ -91,14 +91,11 @@ def blade() -> Scene:
 SCENES: dict[str, tuple[Scene, int, set[str]]] = {
     "rigid": (rigid(), 10, {"contact", "angular momentum"}),
     "tolerance": (
-        rigid(
-            scheme="ed3", alpha=0.5, dt=0.01, t_end=0.2, control=StepControl(tolerance=1e-3)
-        ),
+        rigid(scheme="ed3", alpha=0.5, dt=0.01, t_end=0.2, control=StepControl(tolerance=1e-3)),
         12,
         {"contact"},
     ),
-    "linear scheme": (
-        strip("exact", scheme="linear-dynamics"), 12, {"small displacements"}),
+    "linear scheme": (strip("exact", scheme="linear-dynamics"), 12, {"small displacements"}),
     "linear body": (strip("linear"), 12, {"linear bodies"}),
     "bent": (strip("exact"), 12, {"folded"}),
     "stiff": (blade(), 6, {"stiff spin"}),

@@ -57,7 +57,12 @@ NAMES: dict[str, tuple[str, str, str, str]] = {
 # SI value of one unit: of a derived one the product of those of length, mass and time
 SIZES = {"m": 1.0, "mm": 1e-3, "N": 1.0, "kN": 1e3, "Pa": 1.0, "MPa": 1e6, "GPa": 1e9, "J": 1.0}
 SIZES |= {"mJ": 1e-3, "t": 1e3, "kg": 1.0, "s": 1.0, "ms": 1e-3}
-DIMENSIONS = {"force": (1, 1, -2), "moment": (2, 1, -2), "energy": (2, 1, -2), "stress": (-1, 1, -2)}
+DIMENSIONS = {
+    "force": (1, 1, -2),
+    "moment": (2, 1, -2),
+    "energy": (2, 1, -2),
+    "stress": (-1, 1, -2),
+}
 
 
 @pytest.mark.parametrize("system", SYSTEMS)
@@ -139,7 +144,9 @@ def test_axes_of_probes(moves: bool) -> None:
     probes = [Probe(k, (1.0, 0.5, 0.0), k, 0) for k in kinds]
     times = {"scheme": "ep", "dt": 1.0, "t_end": 1.0} if moves else {}
     scene = describe(plate(probes=probes, **times))
-    history = pd.DataFrame({"t": [0.0, 1.0], "load_factor": [0.0, 1.0], **{k: [0.0, 1.0] for k in kinds}})
+    history = pd.DataFrame(
+        {"t": [0.0, 1.0], "load_factor": [0.0, 1.0], **{k: [0.0, 1.0] for k in kinds}}
+    )
     labels = [axes.get_ylabel() for axes in plots.probes(history, scene).axes]
     mean = {"membrane", "bending", "shear"} if moves else set()
     assert labels == [f"{'mean ' if k in mean else ''}{k} [{PROBE_UNITS[k]}]" for k in kinds]
@@ -186,7 +193,10 @@ def test_axes_of_energies_steps_and_joints() -> None:
     above, below = plots.energies(history, scene).axes
     assert above.get_ylabel() == "energy, work [mJ]"
     assert below.get_ylabel().endswith("/ largest energy [-]")
-    assert [a.get_ylabel() for a in plots.steps(history, scene).axes] == ["Newton iterations", "step [s]"]
+    assert [a.get_ylabel() for a in plots.steps(history, scene).axes] == [
+        "Newton iterations",
+        "step [s]",
+    ]
 
 
 # a branch that grows with the rate, one that falls, and what is unstable [rad/s, Hz, -]
