@@ -22,7 +22,6 @@ from shellmb.scene import (
     Clamped,
     Contact,
     Event,
-    Gravity,
     InitialVelocity,
     Isotropic,
     JointDamper,

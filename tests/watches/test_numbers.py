@@ -130,7 +130,7 @@ MOVING = ["ep", "ed", "ep4", "ed3"]
 
 @pytest.mark.parametrize("name", MOVING)
 def test_from_the_bound_of_turns_on_the_angle_is_five_per_cent_off(name: str) -> None:
-    """A free rotor about a principal axis turns by `w t` exactly; that is measured over one step."""
+    """A free rotor about a principal axis turns by `w t` exactly; measured over one step."""
 
     def run(angle: float) -> tuple[float, list[Caution]]:
         """What is made of an angle, and what is said."""
@@ -293,7 +293,7 @@ def test_spins_of_a_linear_body(ratio: float) -> None:
 
 
 def test_a_contact_that_comes_in_one_step() -> None:
-    """An impact of three steps: of a half sine the energy changes by three quarters in one of them."""
+    """An impact of two steps is at its largest in the middle, where a step ends; four will do."""
     lasts = 0.3
     ball = RigidBody("ball", 1.0, (0.1, 0.1, 0.1), position=(0, 0, 1e-9))
     k = (math.pi / lasts) ** 2
@@ -311,6 +311,5 @@ def test_a_contact_that_comes_in_one_step() -> None:
         return of("contact", scene)
 
     (caution,) = said(2)
-    # all of it is there in the middle, where a step ends
     assert caution.value == pytest.approx(1.0, abs=0.02)
     assert said(4) == [] and said(8) == []
