@@ -44,7 +44,8 @@ class Probe:
             that stays) and ``"angular_velocity"``, of a beam the resultants ``"force"`` and
             ``"moment"``; of a shell the resultants ``"membrane"`` [N/m] and ``"bending"`` [N] (11,
             22, 12) and ``"shear"`` [N/m] (13, 23). In motion resultants are means over the step,
-            all others values at its end.
+            all others values at its end. Resultants at nodes are continued from inside elements,
+            at free edges, too, and converge with the square of the elements' size (degree 2).
         component: 0, 1, 2 for x, y, z (of resultants: along d1, d2, d3; 11, 22, 12; in a frame
             along its axes), or ``"norm"`` for the magnitude.
         body: Name of the body.

@@ -59,6 +59,8 @@ class Resultants:
     They are accurate at the Gauss points; those of an element are continued to its nodes by the
     polynomial through its points. Where elements meet, the mean of all is given: at a point
     load of a beam, of the values on both sides of it.
+    With degree 2 values at nodes are off by `N'' h^2/12` where the exact ones are curved, at free
+    edges as inside (docs/reference/python.md has it measured).
 
     They are means over the step: the averaged stress that acts in the row which balances the
     momentum of the step. Of ED that is the one from the state j to f, where eq. (29) has its
