@@ -179,11 +179,13 @@ class Mass(NamedTuple):
         m: Mass, kg/m^2.
         s: First moment about the reference surface, kg/m.
         I: Second moment, rotary inertia of the director, kg.
+        centred: Mass less what goes with the moments, `m - s^2/I`, where there is a first one.
     """
 
     m: Expr
     s: Expr | None
     I: Expr | None  # noqa: E741 (the paper's symbol)
+    centred: Expr | None = None
 
 
 def momenta(v: Expr, dw: Expr, mass: Mass) -> tuple[Expr, Expr]:

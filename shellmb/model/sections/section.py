@@ -175,9 +175,14 @@ def bind_mass(shell: Shell, domain: mesh.Mesh) -> Mass:
             return _constant(domain, float(section.mass[k]))
         return fields.of(lambda at: np.asarray(at.mass[k]), rule)
 
-    # with a first moment everything is taken at the nodes
-    m = moment(0, "nodes" if first else "full")
-    return Mass(m, moment(1, "nodes") if first else None, moment(2, "nodes") if second else None)
+    moments = moment(1, "nodes") if first else None, moment(2, "nodes") if second else None
+    if not first:
+        return Mass(moment(0, "full"), *moments)
+    if fields is None:
+        m, s, I = section.mass  # noqa: E741 (the paper's symbols)
+        return Mass(moment(0, "nodes"), *moments, _constant(domain, float(m - s**2 / I)))
+    centred = fields.of(lambda at: np.asarray(at.mass[0] - at.mass[1] ** 2 / at.mass[2]), "full")
+    return Mass(moment(0, "nodes"), *moments, centred)
 
 
 class Arm(NamedTuple):
@@ -208,7 +213,7 @@ def mass_arm(mass: Mass, nodal: fem.FunctionSpace, dx: ufl.Measure) -> Arm:
     if isinstance(mass.s, fem.Constant) and isinstance(mass.I, fem.Constant):
         return Arm(mass.s / mass.I, np.asarray(mass.s.value / mass.I.value).reshape(1))
     test, moments = ufl.TestFunction(nodal)[0], []
-    for moment in mass[1:]:
+    for moment in mass[1:3]:
         vector = fem.assemble_vector(fem.form(moment * test * dx))
         vector.scatter_reverse(la.InsertMode.add)
         vector.scatter_forward()

@@ -60,13 +60,17 @@ class ShellModel(BoundShell):
     def _integrate_mass(self, density: Callable[[Mass], Expr]) -> Form:
         """Mass by the full rule, moments of inertia of the director at the nodes.
 
-        With a first moment everything is taken at the nodes: with `m` by another rule than `s*` and
-        `I*` the kinetic energy would not be positive definite.
+        With a first moment `m v^2 + 2 s v.d' + I d'^2 = (m - s^2/I) v^2 + I (d' + s/I v)^2`, both
+        parts positive: the first by the full rule, the second one at the nodes. So the kinetic
+        energy is continuous in the offset of the mass, and positive definite.
         """
         mass = self.mass
         assert mass is not None
         if mass.s is not None:
-            return density(mass) * self.rules.nodes
+            assert mass.I is not None and mass.centred is not None
+            centred = Mass(mass.centred, None, None)
+            joined = mass._replace(m=mass.s**2 / mass.I)
+            return density(centred) * self.rules.full + density(joined) * self.rules.nodes
         form = density(shell_forms.without_director(mass)) * self.rules.full
         if mass.I is not None:
             form += density(shell_forms.director_inertia(mass)) * self.rules.nodes
