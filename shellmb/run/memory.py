@@ -1,4 +1,4 @@
-"""Whether a scene can fit the memory, told from its meshes before any of them is made."""
+"""Whether a run can fit the memory, told from its scene before anything of it is made."""
 
 from __future__ import annotations
 
@@ -9,23 +9,27 @@ from mpi4py import MPI
 from shellmb.errors import SceneError
 from shellmb.model.alike import same_on_all
 from shellmb.scene import GmshFile, MeshFile, Scene, Shell
+from shellmb.scene.values.validate import show
 
 # what an element of a shell takes at least, with its unknowns and rows of the matrix [bytes]: a
 # bound from below and no estimate, so that nothing is refused that might fit
 ELEMENT = 10e3
+# and steps, whose history is kept: more do not fit any memory
+STEPS = 1e8
 
 
 def check_memory(scene: Scene, comm: MPI.Comm) -> None:
-    """Refuse meshes that cannot fit, whatever else is running; and ranks with different scenes.
+    """Refuse meshes and steps that cannot fit, whatever else runs; and ranks with different scenes.
 
     Args:
         scene: The scene.
         comm: Communicator; each of its ranks may be on a machine of its own.
 
     Raises:
-        SceneError: Names the largest mesh, or in what the ranks differ.
+        SceneError: Names the largest mesh, the steps, or in what the ranks differ.
     """
     same_on_all(scene, comm)
+    _check_steps(scene)
     counts = {body.name: _elements(body) for body in scene.meshed}
     total = sum(counts.values())
     memory = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
@@ -36,6 +40,18 @@ def check_memory(scene: Scene, comm: MPI.Comm) -> None:
             f"scene '{scene.name}': its meshes have {total:.2g} elements, {counts[largest]:.2g} of "
             f"them in '{largest}'; the memory ({memory / 1e9:.3g} GB) holds less than "
             f"{fitting:.2g}, so mesh must be coarser"
+        )
+
+
+def _check_steps(scene: Scene) -> None:
+    """Refuse steps without end, of runs that nothing but their time ends."""
+    assert scene.dt is not None and scene.t_end is not None
+    free = scene.path is not None or scene.events or scene.control.tolerance is not None
+    if not free and scene.t_end / scene.dt > STEPS:
+        raise SceneError(
+            f"scene '{scene.name}': dt is {show(scene.dt)} and t_end {show(scene.t_end)}, which "
+            f"are {scene.t_end / scene.dt:.1g} steps; they must be at most {STEPS:.0e}, or their "
+            "history does not fit the memory"
         )
 
 

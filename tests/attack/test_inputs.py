@@ -9,10 +9,13 @@ import re
 import sys
 import warnings
 
+from mpi4py import MPI
+
 import numpy as np
 import pytest
 
 from shellmb.errors import SceneError, ShellmbWarning
+from shellmb.run.memory import check_memory
 from shellmb.scene import (
     Cylinder,
     Driven,
@@ -352,9 +355,14 @@ def test_loads_over_positions_are_numbers(force, said):
     [
         ({"dt": 1e300, "t_end": 1e300}, "dt is 1e+300; it must be between 1e-100 and 1e+100"),
         ({"dt": 1e-300, "t_end": 1e-299}, "dt is 1e-300; it must be between"),
-        ({"dt": 1e-12, "t_end": 1.0}, "which are 1e+12 steps; it must be at most 1e+08"),
     ],
 )
-def test_steps_are_of_a_size_and_number(times, said):
+def test_steps_are_of_a_size(times, said):
     with pytest.raises(SceneError, match=re.escape(said)):
         scene(scheme="ep", **times)
+
+
+def test_steps_without_end_are_refused_before_anything_is_built():
+    endless = scene(scheme="ep", dt=1e-12, t_end=1.0)
+    with pytest.raises(SceneError, match=r"which are 1e\+12 steps; they must be at most 1e\+08"):
+        check_memory(endless, MPI.COMM_SELF)

@@ -99,7 +99,7 @@ def mode(kind: str, what: str) -> tuple[float, Any]:
         state = system.local_values(vector)
         sizes = np.abs(state[dofs]).max(axis=0)
         if np.argmax(sizes) == MODES[what]:
-            return float(np.sqrt(value)), state / sizes.max()
+            return float(np.sqrt(value.real)), state / sizes.max()
     raise AssertionError(what)
 
 

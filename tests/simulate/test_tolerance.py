@@ -285,8 +285,8 @@ def test_a_run_says_what_its_control_did(tmp_path) -> None:
 def test_a_run_warns_where_it_cannot_keep_to_the_tolerance() -> None:
     scene = double_pendulum("ep", 0.0, 50, t_end=0.5)
     coarse = execute(replace(scene, control=StepControl(tolerance=1e-5, min_dt=5e-3)))
-    (warning,) = [w for w in coarse.warnings if w.watch == "step error"]
-    assert "no step may be below min_dt = 0.005 s" in warning.says
+    said = [w.says for w in coarse.warnings if w.watch == "step error"]
+    assert any("no step may be below min_dt = 0.005 s" in each for each in said)
     tiny = strip(loads=EdgeForce("right", (0, 0, 1e-7)), control=StepControl(tolerance=1e-2))
     (warning,) = [w for w in execute(tiny).warnings if w.watch == "step error"]
     assert "says little of their motion" in warning.says

@@ -7,6 +7,7 @@ from typer.testing import CliRunner
 
 import shellmb as sm
 from shellmb.cli.main import app
+from shellmb.errors import ConvergenceError
 from shellmb.run.execute import execute
 from shellmb.run.loader import load
 from shellmb.run.request import Options
@@ -137,9 +138,16 @@ def test_a_study_is_stopped_and_goes_on(tmp_path, monkeypatch):
     assert json.loads(result.stdout) == found
 
 
-def test_failures_are_shown_and_not_repeated(tmp_path):
+def test_failures_are_shown_and_not_repeated(tmp_path, monkeypatch):
     path, out = scene(tmp_path, steps=1), tmp_path / "out"
-    # no update is below round-off by so much
+    whole = runner.execute
+
+    def strict(scene, *arguments, **options):
+        if scene.solver.tolerance < 1e-30:
+            raise ConvergenceError("strip did not converge")
+        return whole(scene, *arguments, **options)
+
+    monkeypatch.setattr(runner, "execute", strict)
     sweep = (
         "--newton-tolerance",
         "1e-9,1e-40",

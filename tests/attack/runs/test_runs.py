@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
 from pathlib import Path
 from unittest.mock import Mock
 
@@ -203,6 +204,19 @@ ENDING = [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)]
 ENDING += [(signal.SIGQUIT, 131), (signal.SIGPIPE, 141), (signal.SIGXCPU, 152)]
 
 
+@pytest.fixture
+def heeded() -> Iterator[None]:
+    """Signals as a terminal has them: what starts tests in the background may ignore some."""
+    before = {number: signal.getsignal(number) for number, _ in ENDING}
+    ignored = [number for number, handler in before.items() if handler is signal.SIG_IGN]
+    for number in ignored:
+        signal.signal(number, signal.SIG_DFL)
+    yield
+    for number in ignored:
+        signal.signal(number, signal.SIG_IGN)
+
+
+@pytest.mark.usefixtures("heeded")
 @pytest.mark.parametrize(("number", "code"), ENDING)
 def test_a_signal_ends_a_run_behind_its_step(number, code, tmp_path, monkeypatch) -> None:
     monkeypatch.setattr("shellmb.cli.main._observers", lambda quiet: [Signal(number)])
