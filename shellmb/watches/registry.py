@@ -10,8 +10,9 @@ from shellmb.watches.base import Caution, Watch
 from shellmb.watches.damped_modes import DampedModes
 from shellmb.watches.dissipation import Dissipation
 from shellmb.watches.drift import Drift
+from shellmb.watches.elements.folded import Folded
+from shellmb.watches.elements.locked import Locked
 from shellmb.watches.energy_law import EnergyLaw
-from shellmb.watches.folded import Folded
 from shellmb.watches.forces.alternating import Alternating
 from shellmb.watches.forces.contacts import Contacts
 from shellmb.watches.forces.rolling import Lifting, Slipping
@@ -30,6 +31,7 @@ WATCHES: tuple[type[Watch], ...] = (
     DampedModes,
     LargeTurns,
     Folded,
+    Locked,
     Unstable,
     StepErrors,
     StiffSpin,

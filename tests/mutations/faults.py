@@ -341,4 +341,18 @@ FAULTS = (
         "line = unit(jacobian[:, 0])",
         ("tests/modes/test_natural_modes.py::test_point_support_does_not_wake_hourglass_modes",),
     ),
+    Fault(
+        "jumps of membrane forces taken with the means of their own element",
+        "shellmb/watches/elements/locked.py",
+        "found = mean[self._cells]",
+        "found = at.copy()",
+        ("tests/watches/test_locked.py::test_in_motion",),
+    ),
+    Fault(
+        "curved bodies whose mesh is distorted are not looked at",
+        "shellmb/watches/elements/locked.py",
+        "if prone < PRONE:",
+        "if prone > PRONE:",
+        ("tests/watches/test_locked.py::test_in_motion",),
+    ),
 )

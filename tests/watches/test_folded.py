@@ -24,7 +24,7 @@ from shellmb.scene import (
     Solver,
 )
 from shellmb.simulate.simulation import Simulation
-from shellmb.watches.folded import BOUND, Folded, _Neighbours
+from shellmb.watches.elements.folded import BOUND, Folded, _Neighbours
 
 SECTION = GeneralSection(
     (1e4, 1e4, 1e4, 1.0, 1.0, 1.0), mass_per_length=1.0, second_moments=(1e-3, 0.0, 1e-3)

@@ -1,0 +1,143 @@
+"""Distorted quadrilaterals that lock where thin curved bodies bend are told, and by how much."""
+
+import re
+from dataclasses import replace
+
+import pytest
+import ufl
+
+from shellmb.run.execute import execute
+from shellmb.scene import (
+    Clamped,
+    Cylinder,
+    EdgeMoment,
+    Hyperelastic,
+    Isotropic,
+    Pressure,
+    Probe,
+    Rectangle,
+    Scene,
+    Shell,
+    SurfaceForce,
+    SymmetryPlane,
+)
+from shellmb.verify.problems.triangles import hypar
+
+
+def hanging(thickness: float, mesh: int, distortion: float, **own) -> Scene:
+    """A hyperbolic paraboloid under a thousandth of its weight, which it bends under."""
+    scene = hypar(thickness, mesh, "quad", distortion)
+    load = SurfaceForce((0.0, 0.0, -8.0 * thickness))
+    scene = replace(scene, loads=load, probes=Probe("tip", (0.5, 0.0, 0.25), component=2))
+    return replace(scene, shells=(replace(scene.shells[0], **own),))
+
+
+def told(scene: Scene) -> tuple[float, float | None]:
+    """Deflection, and by how much the run says the body is too stiff."""
+    result = execute(scene)
+    found = [c for c in result.warnings if c.watch == "locking"]
+    assert len(found) <= 1
+    if found:
+        assert found[0].body == "hypar"
+        said = re.search(
+            r"shell 'hypar' is too stiff in bending, by .*about (\d+) %", found[0].says
+        )
+        assert said is not None and abs(float(said[1]) - 100 * found[0].value) <= 0.5
+    return -result.rows[-1]["tip"], found[0].value if found else None
+
+
+def _of_thick_and_thin(*rows):
+    return pytest.mark.parametrize(("thickness", "mesh", "distortion", "reference"), rows)
+
+
+@_of_thick_and_thin(
+    (1e-3, 8, 0.25, 6.3941e-6),
+    pytest.param(1e-3, 16, 0.25, 6.3941e-6, marks=pytest.mark.slow),
+    pytest.param(1e-4, 16, 0.1, 5.2988e-4, marks=pytest.mark.slow),
+    pytest.param(1e-4, 32, 0.25, 5.2988e-4, marks=pytest.mark.slow),
+)
+def test_by_how_much(thickness: float, mesh: int, distortion: float, reference: float) -> None:
+    """Beside the deflections of Bathe, Iosilevich and Chapelle."""
+    deflection, said = told(hanging(thickness, mesh, distortion))
+    assert said is not None
+    assert said == pytest.approx(reference / deflection - 1, rel=1 / 3)
+
+
+@pytest.mark.slow
+def test_where_it_is_more_than_can_be_told() -> None:
+    deflection, said = told(hanging(1e-4, 16, 0.25))
+    assert said is not None
+    assert 0.5 < said < 5.2988e-4 / deflection - 1
+    _, said = told(hanging(1e-4, 16, 0.25, degree=3))
+    assert said is None
+
+
+def _quadratic(strains, p):
+    """The energy of an isotropic plate, written out."""
+    E, nu, t = 2e11, 0.3, p["t"]
+    G = E / 2 / (1 + nu)
+
+    def plane(e):
+        return e[0] ** 2 + e[1] ** 2 + 2 * nu * e[0] * e[1] + (1 - nu) / 2 * e[2] ** 2
+
+    bent = plane(strains.eps) + t**2 / 12 * plane(strains.kap)
+    return E * t / (1 - nu**2) / 2 * bent + 5 / 12 * G * t * ufl.dot(strains.gam, strains.gam)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["energy", "offset", "varying"])
+def test_any_section(kind: str) -> None:
+    """The estimate of a section that is written, offset or varies, beside its regular mesh."""
+    t = 1e-3
+    section = {
+        "energy": Hyperelastic(_quadratic, {"t": t}, t, 8000.0, stiffness=2e11 * t),
+        "offset": Isotropic(2e11, 0.3, t, offset=2 * t),
+        "varying": Isotropic(2e11, 0.3, lambda x: t * (1 + 0.1 * x[1])),
+    }[kind]
+    own = {"section": section}
+    right, wrong = (hanging(t, 8, d, **own) for d in (0.0, 0.25))
+    scenes = [replace(s, scheme="static", dt=1.0, t_end=1.0) for s in (right, wrong)]
+    (right, none), (wrong, said) = (told(scene) for scene in scenes)
+    assert none is None
+    assert said == pytest.approx(right / wrong - 1, rel=1 / 3)
+
+
+def test_in_motion() -> None:
+    """The estimate is of the whole run, and the same as at rest."""
+    section = Isotropic(2e11, 0.3, 1e-3, 8000.0)
+    scene = hanging(1e-3, 8, 0.25, section=section)
+    _, said = told(replace(scene, scheme="ep", dt=0.02, t_end=0.4))
+    assert said == pytest.approx(0.33, rel=0.1)
+
+
+def _plate(distortion: float) -> Scene:
+    """A flat plate that bends far."""
+    plate = Shell("plate", Rectangle(1.0, 1.0), Isotropic(2e11, 0.3, 1e-2), (8, 8))
+    plate = replace(plate, distortion=distortion)
+    # D times a curvature of one
+    moment = EdgeMoment("right", (0.0, -2e11 * 1e-6 / 12, 0.0))
+    return Scene("far", plate, Clamped("left"), moment, scheme="static", dt=0.5, t_end=1.0)
+
+
+def _tube(distortion: float) -> Scene:
+    """A quarter of a cylinder under pressure, which stretches."""
+    surface = Cylinder(1.0, 1.0, angles=(0.0, 90.0))
+    tube = Shell("tube", surface, Isotropic(2e11, 0.3, 1e-4), (8, 4), distortion=distortion)
+    names = {"left": (0, 1, 0), "right": (1, 0, 0), "bottom": (0, 0, 1)}
+    symmetry = [SymmetryPlane(name, normal) for name, normal in names.items()]
+    return Scene("tube", tube, symmetry, Pressure(1.0), scheme="linear")
+
+
+@pytest.mark.parametrize(
+    "scene",
+    [
+        hanging(1e-3, 8, 0.0),
+        hanging(1e-2, 8, 0.25),
+        hanging(1e-3, 8, 0.25, cell="tri"),
+        _plate(0.25),
+        _tube(0.25),
+    ],
+    ids=["regular", "thick", "triangles", "flat", "stretched"],
+)
+def test_nothing_is_said(scene: Scene) -> None:
+    assert not [c for c in execute(scene).warnings if c.watch == "locking"]
