@@ -19,7 +19,7 @@ from shellmb.simulate.simulation import Simulation
 from shellmb.simulate.soundness.sound import sound_model
 from shellmb.simulate.stability import Stability
 from shellmb.system.assembly.blocks import BlockSystem
-from shellmb.system.direct.symmetry import SYMMETRIC_ENTRIES, unsymmetry
+from shellmb.system.direct.symmetry import is_symmetric
 from shellmb.system.eigenvalues import eigenpairs, quotients
 
 # shellmb.modes(scene)
@@ -134,7 +134,7 @@ def natural_modes(
     system, stiffness, mass = _tangent_at(model, state)
     K = system.symmetric_matrix(stiffness, 1.0)
     M = system.symmetric_matrix(mass, 0.0)
-    symmetric = unsymmetry(K) < SYMMETRIC_ENTRIES
+    symmetric = is_symmetric(K)
     shift = shift_below(model, loaded)
     values, vectors = eigenpairs(K, M, count, shift, symmetric)
     unstable = _unstable(model, system, K, M, RIGID * abs(shift)) if symmetric else None

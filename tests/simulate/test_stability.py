@@ -5,7 +5,9 @@ that follow the bodies, where a count means less; branches that are left, and fo
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -172,3 +174,38 @@ def test_the_branch_of_a_buckled_strip_takes_few_steps(thin: float) -> None:
     exact = 2 * k / (math.pi / 2 * math.sqrt(1.5))
     # eight elements, and shear of the thicker one
     assert abs(run.history["tip"].iloc[-1]) == pytest.approx(exact, rel=5e-3)
+
+
+# below and beyond critical loads; loads that follow; a path
+RANKED = """
+import sys
+sys.path.insert(0, {folder!r})
+from test_stability import *
+from mpi4py import MPI
+
+def say(*what):
+    if MPI.COMM_WORLD.rank == 0:
+        print(*what, flush=True)
+
+for name, scene in {{
+    "below": strip(1e-2, 0.9), "quad": strip(2e-4, 2.0), "tri": strip(1e-2, 15.0, cell="tri"),
+    "beam": column(lambda end: PointForce("end", (0, 0, -4.0))),
+    "follower": column(lambda end: FollowerForce("end", (-30.0, 0, 0))),
+}}.items():
+    say(name, *(s.split(" unstable in ")[1].split(" ")[0] for s in said(sm.run(scene))))
+path = PathFollowing(load_end=1.5, branches="detect")
+run = sm.run(strip(1e-2, 1.0, dt=0.2, t_end=5.0, path=path))
+say("path", *(f"{{p['load_factor']:.6f}}" for p in run.summary["path"]))
+"""
+
+
+@pytest.mark.mpi
+def test_several_ranks_count_and_say_what_one_does(
+    mpirun: Callable[..., str], tmp_path: Path
+) -> None:
+    """The matrix, its symmetry and its pivots are shared between them."""
+    source = RANKED.format(folder=str(Path(__file__).parent))
+    one, two = (mpirun(ranks, "-c", source).split("\n") for ranks in (1, 2))
+    assert one == two
+    assert one[:5] == ["below", "quad 1", "tri 2", "beam 2", "follower"]
+    assert one[5].startswith("path ")

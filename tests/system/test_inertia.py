@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from shellmb.system.direct.inertia import Inertia
+from shellmb.system.direct.symmetry import is_symmetric
 
 
 def matrix(values: np.ndarray) -> PETSc.Mat:
@@ -59,3 +60,17 @@ def test_without_symmetry_the_determinant_tells_odd_numbers() -> None:
     assert not inertia.symmetric
     assert inertia.odd() == bool(np.sum(np.linalg.eigvals(full).real < 0) % 2)
     assert Inertia(matrix(-full), "test_inertia_minus_").odd() == (np.linalg.det(-full) < 0)
+
+
+@pytest.mark.parametrize("size", [12, 400])
+def test_one_entry_in_a_matrix_shows_beside_its_round_off(size: int) -> None:
+    """Whatever units rows have; 3e-12 of its row and column, where round-off is 1e-16."""
+    units = 10.0 ** np.random.default_rng(2).uniform(-6, 6, size)
+    full = units[:, None] * symmetric(3, size) * units
+    # round-off that differs on both sides of the diagonal
+    full *= 1 + 1e-16 * np.random.default_rng(3).normal(size=full.shape)
+    assert is_symmetric(matrix(full))
+    for share, seen in ((1e-14, True), (3e-12, False), (1e-3, False)):
+        other = full.copy()
+        other[1, 5] += share * np.sqrt(np.abs(full[1]).max() * np.abs(full[5]).max())
+        assert is_symmetric(matrix(other)) is seen, share

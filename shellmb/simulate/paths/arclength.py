@@ -186,9 +186,13 @@ class PathSteps:
             ConvergenceError: If the stiffness matrix is singular.
             SceneError: If the loads move nothing.
         """
-        derivative, negative = self._bordered.derivative(factor), self._branches.negative()
-        if negative is not None:
-            # of thin bodies the reduced matrix does not know where a flat branch goes
+        self._bordered.take_load(factor)
+        negative = self._branches.negative()
+        if negative is None:
+            derivative = self._bordered.derivative()
+        else:
+            # of thin bodies the reduced matrix does not know where a flat branch goes, and the
+            # factors of the count are at hand
             derivative = -self._branches.apply_inverse(self._bordered.load)
         sharp = math.radians(self._path.turn)
         if before is not None and self._angle(before, derivative) > sharp:

@@ -335,8 +335,8 @@ class BlockSystem:
             self._add(A, forms, dropped_columns)
         # keep a full structural diagonal: fixed rows and zero blocks of multipliers need one
         n = self.numbering
-        for row in range(n.start, n.start + n.owned):
-            A.setValue(row, row, 0.0, addv=PETSc.InsertMode.ADD)
+        rows = np.arange(n.start, n.start + n.owned, dtype=PETSc.IntType)[:, None]
+        A.setValuesRCV(rows, rows, np.zeros(rows.shape), addv=PETSc.InsertMode.ADD)
         A.assemble()
 
     def _add(

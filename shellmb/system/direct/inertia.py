@@ -6,7 +6,7 @@ from mpi4py import MPI as _MPI  # noqa: F401  (before petsc4py)
 from petsc4py import PETSc
 
 from shellmb.system.direct.mumps import MUMPS_OPTIONS, WORKSPACE, use_mumps
-from shellmb.system.direct.symmetry import SYMMETRIC_ENTRIES, unsymmetry
+from shellmb.system.direct.symmetry import is_symmetric
 
 # icntl_13 = 1: the last block is factorised on one rank, else its pivots are not counted;
 # icntl_24 = 1: pivots that are zero are counted by themselves; the workspace as of other systems
@@ -35,7 +35,7 @@ class Inertia:
     @property
     def symmetric(self) -> bool:
         """Whether the matrix is symmetric, as it is."""
-        return unsymmetry(self._A) < SYMMETRIC_ENTRIES
+        return is_symmetric(self._A)
 
     def negative(self) -> int | None:
         """Number of negative eigenvalues of the matrix, which is symmetric.

@@ -44,12 +44,17 @@ class Bordered:
         """Scalar product over all ranks of arrays of owned unknowns."""
         return float(self.system.comm.allreduce(float(a @ b)))
 
-    def _linearise(self, factor: float) -> None:
-        """Residual and its derivative by the factor, Jacobian factorised, at the current state.
+    def take_load(self, factor: float) -> None:
+        """Take the residual and its derivative by the factor, `load`.
 
-        Raises:
-            ConvergenceError: If the matrix is singular.
+        Args:
+            factor: Load factor of the state that the fields hold.
         """
+        self.iteration.begin(None, True)
+        self._take(factor)
+
+    def _take(self, factor: float) -> None:
+        """Residual and its derivative by the factor at the current state."""
         x = self.system.x
         self._set_factor(factor + 1.0)
         self.iteration.residual(x, self._derivative)
@@ -57,6 +62,17 @@ class Bordered:
         self.iteration.residual(x, self._residual)
         # exact, the residual being linear in the factor
         self._derivative.axpy(-1.0, self._residual)
+
+    def _linearise(self, factor: float) -> None:
+        """Residual and its derivative by the factor, Jacobian factorised, at the current state.
+
+        Raises:
+            ConvergenceError: If the matrix is singular.
+        """
+        self._take(factor)
+        self._factorise()
+
+    def _factorise(self) -> None:
         reason = self.iteration.linear.factorise()
         if reason is not None:
             raise self.iteration.convergence.error(reason)
@@ -66,13 +82,10 @@ class Bordered:
         if reason is not None:
             raise self.iteration.convergence.error(reason)
 
-    def derivative(self, factor: float) -> Floats:
-        """Derivative of the solution by the factor at the state that the fields hold.
+    def derivative(self) -> Floats:
+        """Derivative of the solution by the factor at the state of the last `take_load`.
 
         It leaves the Jacobian there factorised.
-
-        Args:
-            factor: Load factor of that state.
 
         Returns:
             One number for each unknown that this rank owns.
@@ -80,13 +93,12 @@ class Bordered:
         Raises:
             ConvergenceError: If the Jacobian is singular.
         """
-        self.iteration.begin(None, True)
-        self._linearise(factor)
+        self._factorise()
         return -self.apply_inverse(self._derivative.array_r)
 
     @property
     def load(self) -> Floats:
-        """Derivative of the residual by the factor, as of the last `derivative`."""
+        """Derivative of the residual by the factor, as of the last `take_load`."""
         return np.asarray(self._derivative.array_r)
 
     def apply_inverse(self, b: Floats) -> Floats:
