@@ -72,7 +72,9 @@ class Linearised:
             inertia, moved = body.inertia(trial, test), frame.gyroscopic(q, test)
             if inertia is not None and moved is not None:
                 mass[k, k] = [inertia]
-                unit[k, k] = [Derivative(moved, q)]
+                # amplitudes of modes do not turn: they are refused where anything does
+                if q in moved.coefficients():
+                    unit[k, k] = [Derivative(moved, q)]
             rates, time = frame.rates(q), fem.Constant(space.mesh, self.relaxation.time)
             forces = [body.extra(q, rates, test, time)]
             if body.damping is not None:

@@ -154,3 +154,36 @@ def test_first_crossing_of_straight_margins_takes_two_points() -> None:
 
     first_crossing(margin, np.array([-0.3, -4.0]), np.array([0.7, 1.0]), 1.0, 1e-6)
     assert len(calls) <= 3
+
+
+@pytest.mark.parametrize("lag", [0.0, 0.2])
+def test_pid_follows_a_target_that_moves(lag: float) -> None:
+    """The rate of the error is that of the target less that of the sensor, each by itself.
+
+    A target that rises steadily and a sensor that stays: `kd` acts on the slope of the target from
+    the second sample on, through the filter; a sensor that keeps up leaves nothing at all.
+    """
+    dt, slope, kd = 0.01, 3.0, 0.5
+    pid = PID("p", X, lambda t: slope * t, 0.0, kd=kd, filter=lag)
+    still = np.array(held(pid, [[0.0, 0.0]] * 200, dt))
+    t = dt * np.arange(200)
+    comes = 1.0 if lag == 0 else 1 - (lag / (lag + dt)) ** np.arange(200)
+    assert np.allclose(still, np.where(t > 0, kd * slope * comes, 0.0), rtol=0, atol=1e-12)
+    follows = held(
+        PID("p", X, lambda t: slope * t, 2.0, 5.0, kd), [[x, slope] for x in slope * t], dt
+    )
+    # before there was a second sample the rate of the target is not known
+    assert follows[0] == pytest.approx(-kd * slope) and np.allclose(follows[1:], 0, atol=1e-12)
+
+
+def test_pid_of_a_target_on_a_sine() -> None:
+    """All terms of `e = sin 2t - sin t`; the rate of the target is half a sample late."""
+    wrong = []
+    for n in (400, 800):
+        t = np.linspace(0.0, 2.0, n + 1)
+        pid = PID("p", X, lambda s: np.sin(2 * s), 2.0, 3.0, 0.5)
+        exact = 2.0 * (np.sin(2 * t) - np.sin(t)) + 0.5 * (2 * np.cos(2 * t) - np.cos(t))
+        exact += 3.0 * ((1 - np.cos(2 * t)) / 2 - 1 + np.cos(t))
+        found = held(pid, np.column_stack([np.sin(t), np.cos(t)]).tolist(), t[1])
+        wrong.append(np.abs(found - exact)[1:].max())
+    assert wrong[1] < 6e-3 and wrong[0] / wrong[1] == pytest.approx(2.0, rel=0.02)
