@@ -29,8 +29,9 @@ from shellmb.scene import (
 SECTION = Isotropic(E=1e7, nu=0.3, thickness=0.02, density=1000.0)
 PANELS = {
     "cylinder": Cylinder(radius=0.5, length=0.8, angles=(10.0, 80.0)),
-    "sphere": Sphere(radius=0.5, angles=(0.0, 60.0), elevations=(20.0, 60.0)),
+    "sphere": Sphere(radius=0.5, polar=(30.0, 70.0), azimuth=(0.0, 60.0)),
 }
+MOMENT = (1e-6, 1e-6, 2e-6)
 SLOW = pytest.mark.slow
 CASES = [
     ("cylinder", "quad"),
@@ -72,14 +73,15 @@ def test_small_deflections_of_a_curved_panel(name: str, cell: str) -> None:
 def test_natural_frequencies_of_a_curved_panel(name: str, cell: str) -> None:
     """Free, with six rigid motions: linear strains have no energy in any of them."""
     found = [
-        natural_modes(Scene("panel", panel(name, cell, model)), count=9)
+        natural_modes(Scene("panel", panel(name, cell, model), scheme="ep", dt=1, t_end=1), count=9)
         for model in ("exact", "linear")
     ]
     assert [modes.rigid for modes in found] == [6, 6]
     np.testing.assert_allclose(found[1].omega[6:], found[0].omega[6:], rtol=1e-6)
 
 
-@pytest.mark.parametrize(("name", "cell"), CASES)
+@SLOW
+@pytest.mark.parametrize(("name", "cell"), [("cylinder", "quad"), ("cylinder", "tri")])
 def test_a_curved_panel_tumbles(name: str, cell: str) -> None:
     """So slowly that nothing bends: it stays what it is, through a turn and a half."""
     spin = InitialVelocity(linear=(1e-2, 0, 0), spin=(0.02, 0.03, 0.01))
