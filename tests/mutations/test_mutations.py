@@ -14,7 +14,14 @@ from pathlib import Path
 
 import pytest
 
-from . import faults, faults_control, faults_places, faults_solution
+from . import (
+    faults,
+    faults_control,
+    faults_places,
+    faults_recent,
+    faults_said,
+    faults_solution,
+)
 from .faults import Fault
 
 FAULTS = (
@@ -22,6 +29,8 @@ FAULTS = (
     *faults_solution.FAULTS,
     *faults_places.FAULTS,
     *faults_control.FAULTS,
+    *faults_said.FAULTS,
+    *faults_recent.FAULTS,
 )
 
 ROOT = Path(__file__).parents[2]
@@ -74,7 +83,7 @@ def test_fragment_is_there_once(fault: Fault) -> None:
 
 
 def test_names_are_different() -> None:
-    assert len({fault.name for fault in FAULTS}) == len(FAULTS) >= 40
+    assert len({fault.name for fault in FAULTS}) == len(FAULTS) >= 100
 
 
 def test_copies_are_what_is_run(tmp_path: Path) -> None:

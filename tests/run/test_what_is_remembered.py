@@ -43,6 +43,7 @@ BALL = RigidBody("ball", 1.0, INERTIA, position=(5, 0, 0.11))
 DOOR = RigidBody("door", 1.0, INERTIA, position=(0.5, 0, 0))
 FLOOR = Contact("floor", Plane(), 1e5, body="ball", radius=0.1)
 HINGE = Revolute("hinge", GROUND, "door", at=(0, 0, 0), axis=(0, 0, 1))
+OPEN = Event("open", Sensor("hinge.rotation") >= 0.2)
 STARTS = (
     InitialVelocity(linear=(0, 0, -1.0), spin=(0.5, 0, 0), about=(5, 0, 0.11), body="ball"),
     InitialVelocity(spin=(0, 0, 40.0), body="door"),
@@ -58,9 +59,8 @@ def rigid(**more: Any) -> Scene:
         elements=JointDamper("damper", "hinge", 10.0),
         contacts=FLOOR,
         initial=STARTS,
-        events=Event("open", Sensor("hinge.rotation") >= 0.2),
         solver=FULL,
-        **{"scheme": "ed", "alpha": 1.0, "dt": 0.02, "t_end": 0.4} | more,
+        **{"events": OPEN, "scheme": "ed", "alpha": 1.0, "dt": 0.02, "t_end": 0.4} | more,
     )
 
 
@@ -184,3 +184,22 @@ def test_a_run_that_went_on_says_what_the_whole_run_says(name, observed, tmp_pat
         if key.startswith("watch"):
             now, then = ({k: plain(v) for k, v in vars(o).items()} for o in (other, one))
             assert {k for k in then if now[k] != then[k]} <= NEWS, key
+
+
+def test_events_stay_as_they_were(tmp_path) -> None:
+    """One whose condition is true all the time, and that has gone off, does not do so once more."""
+    scene = rigid(
+        events=(
+            Event("once", Sensor("hinge.rotation") >= 0.2),
+            Event("back", Sensor("hinge.rotation") >= 0.3, until=Sensor("hinge.rotation") < 0.1),
+        )
+    )
+    whole = execute(scene, tmp_path / "whole", pictures=False)
+    events = whole.simulation.control.watches
+    assert [len(event.times) for event in events] == [1, 1]
+    with pytest.raises(Stopped):
+        execute(scene, tmp_path / "parts", [Stop(12)], pictures=False)
+    result = resume(tmp_path / "parts", scene=scene, pictures=False)
+    found = [(event.state(), event.windows) for event in result.simulation.control.watches]
+    assert found == [(event.state(), event.windows) for event in events]
+    assert result.summary["events"] == whole.summary["events"]
