@@ -25,6 +25,12 @@ from shellmb.simulate.simulation import Silent, Simulation
 ENERGY, CONSTRAINT = 1e-9, 1e-10
 
 # wave speed one, natural frequencies of a plate 1 x 0.5 from 0.2 to about 20 rad/s
+# every case runs in all schemes; those that are quadratic in time have larger systems, and stay
+# among the slow tests where bodies are flexible
+LATER = [pytest.param(*pair, marks=pytest.mark.slow) for pair in (("ep4", 0.0), ("ed3", 1.0))]
+EVERY = [("ep", 0.0), ("ed", 1.0), *LATER]
+RIGID = [("ep", 0.0), ("ed", 1.0), ("ep4", 0.0), ("ed3", 1.0)]
+
 SOFT = Isotropic(E=1.0, nu=0.3, thickness=0.2, density=1.0)
 
 Worst = Callable[[str, float, float], None]

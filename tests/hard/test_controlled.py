@@ -20,8 +20,9 @@ from shellmb.scene import (
     Scene,
     Sensor,
 )
+from tests.hard.conftest import LATER
 
-SCHEMES = [("ep", 0.0), pytest.param("ed", 1.0, marks=pytest.mark.slow)]
+SCHEMES = [("ep", 0.0), pytest.param("ed", 1.0, marks=pytest.mark.slow), *LATER]
 ANGLE = Sensor("pin.rotation")
 
 

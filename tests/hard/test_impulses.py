@@ -21,8 +21,7 @@ from shellmb.scene import (
     Table,
 )
 from shellmb.simulate.simulation import Silent, Simulation
-
-SCHEMES = [("ep", 0.0), ("ed", 1.0)]
+from tests.hard.conftest import EVERY, RIGID
 
 
 class Rows(Silent):
@@ -41,7 +40,7 @@ class Rows(Silent):
         return np.array([row[name] for row in self.rows])
 
 
-@pytest.mark.parametrize(("scheme", "alpha"), SCHEMES)
+@pytest.mark.parametrize(("scheme", "alpha"), EVERY)
 def test_blow_of_one_step(scheme, alpha, plate, watch, worst) -> None:
     """An edge of a free plate is hit: it flies off at a third of the wave speed, and trembles."""
     blow = Table((0.1, 0.15, 0.2), (0.0, 1.0, 0.0))
@@ -51,7 +50,7 @@ def test_blow_of_one_step(scheme, alpha, plate, watch, worst) -> None:
     assert watched.total[1] == 0.0 and watched.total[2] > 1e-3
 
 
-@pytest.mark.parametrize(("scheme", "alpha"), SCHEMES)
+@pytest.mark.parametrize(("scheme", "alpha"), RIGID)
 def test_lock_stops_a_knee_in_full_swing(scheme, alpha, watch, worst) -> None:
     """Velocities of two rods jump when their joint is locked; the lock holds, and lets go."""
     rods = [
@@ -83,7 +82,7 @@ def test_lock_stops_a_knee_in_full_swing(scheme, alpha, watch, worst) -> None:
     assert lost > 0.05 * watched.total[0]
 
 
-@pytest.mark.parametrize(("scheme", "alpha"), SCHEMES)
+@pytest.mark.parametrize(("scheme", "alpha"), RIGID)
 def test_release_of_a_joint_in_full_swing(scheme, alpha, watch, worst) -> None:
     """A spinning rod is let go at the time 0.7: its centre goes straight on, at constant speed."""
     spin = 3.0
@@ -140,7 +139,7 @@ def _high(scheme: str, alpha: float, plate: Any) -> dict[str, tuple[float, float
 
 def test_high_frequencies_after_an_impulsive_start(plate, worst) -> None:
     """All points but the clamp begin to move at once: waves far above the step, in EP for ever."""
-    ep, ed = (_high(*scheme, plate) for scheme in SCHEMES)
+    ep, ed = (_high(*scheme, plate) for scheme in EVERY)
     # means over a step, as resultants are, leave little of what alternates from step to step
     assert ep["membrane"][1] > 0.5 and ep["shear"][1] > 0.05
     for name in ep:

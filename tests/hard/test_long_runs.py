@@ -7,6 +7,7 @@ large rotations, joints, directors and deformations for ever.
 import pytest
 
 from shellmb.scene import GROUND, Gravity, Rectangle, RigidBody, Scene, Shell, Spherical
+from tests.hard.conftest import EVERY
 
 STEPS = [1_000, pytest.param(100_000, marks=pytest.mark.slow)]
 # of rounding errors of either sign, which the largest energy of a fall and the number of steps know
@@ -14,7 +15,7 @@ ENERGY = {1_000: 1e-11, 100_000: 1e-9}
 
 
 @pytest.mark.parametrize("steps", STEPS)
-@pytest.mark.parametrize(("scheme", "alpha"), [("ep", 0.0), ("ed", 1.0)])
+@pytest.mark.parametrize(("scheme", "alpha"), EVERY)
 def test_many_steps(scheme: str, alpha: float, steps: int, plate, watch, worst) -> None:
     dt = 0.2
     section = plate("ep", dt=1.0, t_end=1.0).shells[0].section

@@ -20,8 +20,7 @@ from shellmb.scene import (
     Universal,
 )
 from shellmb.simulate.simulation import Simulation
-
-SCHEMES = [("ep", 0.0), ("ed", 1.0)]
+from tests.hard.conftest import RIGID
 
 
 def rod(name: str, x: float, mass: float, inertia: float | None = None) -> RigidBody:
@@ -41,14 +40,14 @@ def pendulum(bodies: list[RigidBody], scheme: str, alpha: float, **more: Any) ->
     return Scene("row", rigid_bodies=bodies, joints=joints, scheme=scheme, alpha=alpha, **given)
 
 
-@pytest.mark.parametrize(("scheme", "alpha"), SCHEMES)
+@pytest.mark.parametrize(("scheme", "alpha"), RIGID)
 @pytest.mark.parametrize("masses", [(1e-6, 1.0), (1.0, 1e-6)], ids=["heavy end", "light end"])
 def test_mass_ratio_of_1e6(scheme, alpha, masses, watch, worst) -> None:
     watched = watch(pendulum([rod(f"rod{k}", k, m) for k, m in enumerate(masses)], scheme, alpha))
     watched.check(worst)
 
 
-@pytest.mark.parametrize(("scheme", "alpha"), SCHEMES)
+@pytest.mark.parametrize(("scheme", "alpha"), RIGID)
 @pytest.mark.parametrize("what", ["light link", "point mass"])
 def test_vanishing_inertia(scheme, alpha, what, watch, worst) -> None:
     """A link of 1e-12 of the mass of what it links; a point mass that a joint keeps straight."""
@@ -76,7 +75,7 @@ def test_no_mass_is_refused() -> None:
         pendulum([rod("a", 0, 1.0), rod("link", 1, 0.0)], "ep", 0.0)
 
 
-@pytest.mark.parametrize("scheme", ["static", "linear", "ep", "ed"])
+@pytest.mark.parametrize("scheme", ["static", "linear", "ep", "ed", "ep4", "ed3"])
 def test_zero_load(scheme, plate) -> None:
     """Nothing happens, at no cost: exactly zero, one iteration in each step."""
     simulation = Simulation(
@@ -90,7 +89,7 @@ def test_zero_load(scheme, plate) -> None:
     assert simulation.iterations <= 2 * simulation.step
 
 
-@pytest.mark.parametrize(("scheme", "alpha"), SCHEMES)
+@pytest.mark.parametrize(("scheme", "alpha"), RIGID)
 def test_rest_with_a_driver_that_runs_already(scheme, alpha, watch, worst) -> None:
     """All is given at rest, and the motor turns at 5 rad/s from the start: an impact."""
     bodies = [rod("a", 0, 1.0), rod("b", 1, 1.0)]

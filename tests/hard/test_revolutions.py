@@ -14,8 +14,8 @@ from shellmb.scene import (
     Scene,
 )
 from shellmb.simulate.simulation import Silent, Simulation
+from tests.hard.conftest import EVERY, RIGID
 
-SCHEMES = [("ep", 0.0), ("ed", 1.0)]
 TURN = 2 * np.pi
 
 
@@ -33,7 +33,7 @@ class Turned(Silent):
         self.angles.append(before + (angle - before + np.pi) % TURN - np.pi)
 
 
-@pytest.mark.parametrize(("scheme", "alpha"), SCHEMES)
+@pytest.mark.parametrize(("scheme", "alpha"), EVERY)
 def test_tumbling_plate_turns_many_times(scheme, alpha, plate, watch, worst) -> None:
     """Directors pass every direction, the opposite of the first one, too."""
     dt = 1.0
@@ -54,7 +54,7 @@ def test_tumbling_plate_turns_many_times(scheme, alpha, plate, watch, worst) -> 
     assert turned.angles[-1] > (5 if scheme == "ep" else 3) * TURN
 
 
-@pytest.mark.parametrize(("scheme", "alpha"), SCHEMES)
+@pytest.mark.parametrize(("scheme", "alpha"), EVERY)
 def test_driven_edge_carries_a_plate_round_five_times(scheme, alpha, plate, watch, worst) -> None:
     """The angle of the edge rises smoothly by five turns, in steps up to a radian, and stays."""
     end, angle = 60.0, 5 * TURN
@@ -77,7 +77,7 @@ def test_driven_edge_carries_a_plate_round_five_times(scheme, alpha, plate, watc
     assert max(np.diff(turned.angles)) > 0.8
 
 
-@pytest.mark.parametrize(("scheme", "alpha"), SCHEMES)
+@pytest.mark.parametrize(("scheme", "alpha"), RIGID)
 def test_torsion_spring_winds_up_by_three_turns(scheme, alpha, watch, worst) -> None:
     """A rotor on a spring of its joint's angle, three turns and not what is left of them."""
     inertia, stiffness, turns = 0.5, 0.02, 3

@@ -24,8 +24,8 @@ from shellmb.scene import (
 from shellmb.simulate.simulation import Silent, Simulation
 from shellmb.simulate.stepping import Attempt, TimeSteps
 from shellmb.simulate.stepsize.control import StepSize
+from tests.hard.conftest import RIGID
 
-SCHEMES = [("ep", 0.0), ("ed", 1.0)]
 Z = (0.0, 0.0, 1.0)
 RATE = 3.0
 # EP turns a body by `2 atan(RATE dt / 2)` in a step: the 40th ends at the change point
@@ -124,7 +124,7 @@ PROBES = [Probe(n, "b", "position", c, body="crank") for n, c in (("x", 0), ("y"
 RUN: dict[str, Any] = {"redundant": "drop", "probes": PROBES, "dt": 0.02}
 
 
-@pytest.mark.parametrize(("scheme", "alpha"), SCHEMES)
+@pytest.mark.parametrize(("scheme", "alpha"), RIGID)
 @pytest.mark.parametrize(
     ("coupler", "angle", "singular"),
     [(0.8, 0.0, np.pi), (0.301, 0.3, np.pi / 2), (0.3, 0.3, np.pi / 2)],
@@ -143,7 +143,7 @@ def test_dead_points_of_a_slider_crank(
 
 
 @pytest.mark.parametrize("dt", [0.021, AT_CHANGE_POINT], ids=["between", "at"])
-@pytest.mark.parametrize(("scheme", "alpha"), SCHEMES)
+@pytest.mark.parametrize(("scheme", "alpha"), RIGID)
 def test_change_points_of_a_parallelogram(scheme, alpha, dt, watch, worst) -> None:
     """It may go on as a parallelogram or as an antiparallelogram; one of the steps ends there."""
     crank = Crank()

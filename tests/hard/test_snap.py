@@ -20,8 +20,7 @@ from shellmb.scene import (
     Table,
 )
 from shellmb.simulate.simulation import Silent, Simulation
-
-SCHEMES = [("ep", 0.0), ("ed", 1.0)]
+from tests.hard.conftest import EVERY
 
 RADIUS = 5.1
 HALF = np.arcsin(1 / RADIUS)
@@ -50,7 +49,7 @@ def _arch(xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
     return np.array([RADIUS * np.sin(angle), WIDTH * eta, RADIUS * (np.cos(angle) - np.cos(HALF))])
 
 
-@pytest.mark.parametrize(("scheme", "alpha"), SCHEMES)
+@pytest.mark.parametrize(("scheme", "alpha"), EVERY)
 def test_snap_through_and_snap_back(scheme, alpha, watch, worst) -> None:
     """A force pushes the crown down and lets go; the arch jumps there, and swings back."""
     section = Isotropic(E=1.0, nu=0.0, thickness=THICKNESS, density=1.0)
@@ -100,7 +99,7 @@ def _growth(stiffness: float, force: float, mass: float, length: float) -> float
     return float(brentq(determinant, 1.01 * double, 2.0 * double))
 
 
-@pytest.mark.parametrize(("scheme", "alpha"), SCHEMES)
+@pytest.mark.parametrize(("scheme", "alpha"), EVERY)
 def test_buckling_from_round_off(scheme, alpha, watch, worst) -> None:
     """A column under 1.5 of Euler's load whose only imperfection is a velocity of 1e-16 m/s."""
     E, h, length, dt = 1.0, 0.02, 1.0, 8.0

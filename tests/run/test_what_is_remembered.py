@@ -187,11 +187,11 @@ def test_a_run_that_went_on_says_what_the_whole_run_says(name, observed, tmp_pat
 
 
 def test_events_stay_as_they_were(tmp_path) -> None:
-    """One whose condition is true all the time, and that has gone off, does not do so once more."""
+    """What has gone on, and would go off by what was true already then, waits for it to change."""
     scene = rigid(
         events=(
             Event("once", Sensor("hinge.rotation") >= 0.2),
-            Event("back", Sensor("hinge.rotation") >= 0.3, until=Sensor("hinge.rotation") < 0.1),
+            Event("back", Sensor("hinge.rotation") >= 0.3, until=Sensor("hinge.rotation") >= 0.1),
         )
     )
     whole = execute(scene, tmp_path / "whole", pictures=False)
