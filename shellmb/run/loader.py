@@ -22,7 +22,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from pydantic import TypeAdapter, ValidationError
+from pydantic import PydanticUserError, TypeAdapter, ValidationError
 
 from shellmb.errors import SceneError, ShellmbError
 from shellmb.run.blame import in_words, user_frame
@@ -155,6 +155,11 @@ class SceneModule:
             raise SceneError(
                 f"scene '{self.name}': {name} is '{text}'; it must be {_in_words(hint)}"
             ) from None
+        except PydanticUserError:
+            raise SceneError(
+                f"scene '{self.name}': {name} is '{text}', and no text can be {_in_words(hint)}; "
+                "give the parameter a type that text can be made of, or set it from Python"
+            ) from None
 
 
 def _in_words(hint: Any) -> str:
@@ -162,7 +167,7 @@ def _in_words(hint: Any) -> str:
     if typing.get_origin(hint) is typing.Literal:
         return " or ".join(f"'{choice}'" for choice in typing.get_args(hint))
     kinds = {float: "a number", int: "a whole number", bool: "true or false"}
-    return kinds.get(hint, f"of type {hint}")
+    return kinds.get(hint, f"of type {getattr(hint, '__name__', hint)}")
 
 
 def demos() -> dict[str, str]:

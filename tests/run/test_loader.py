@@ -1,11 +1,12 @@
 """Scenes by name and by file, parameters as text, and requests that survive storage."""
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 from shellmb.errors import SceneError
-from shellmb.run.loader import KINDS, demos, kinds, load
+from shellmb.run.loader import KINDS, SceneModule, demos, kinds, load
 from shellmb.run.request import Options, Request, parse_mesh, parse_parameters
 
 SMALL = str(Path(__file__).with_name("scene_small.py"))
@@ -120,3 +121,18 @@ def test_texts_of_options():
         parse_parameters(["a"])
     with pytest.raises(SceneError, match="--set gives a twice, 1 and 2; one of them must be left"):
         parse_parameters(["a=1", "b=3", "a=2"])
+
+
+class Thing:
+    """A type that no text is made of."""
+
+
+def test_types_that_no_text_is_made_of_are_named():
+    def scene(thing: Thing | None = None, plan: dict[str, float] | None = None):
+        raise AssertionError("not reached")
+
+    module = SceneModule("own", SimpleNamespace(scene=scene))
+    with pytest.raises(SceneError, match="thing is '1', and no text can be of type"):
+        module.build({"thing": "1"})
+    with pytest.raises(SceneError, match="plan is '1'; it must be of type"):
+        module.build({"plan": "1"})
