@@ -17,8 +17,9 @@ from shellmb.watches.base import Caution
 
 # a motion smaller than so many tolerances is not known to a tenth of it
 KNOWN = 10.0
-# errors that add up to more tolerances than these are said; the sum is a bound
-ADDED = 5.0
+# errors that add up to more tolerances than these are said: the error was found to be up to 1.6
+# times the sum, so that what is missed by more than three tolerances is
+ADDED = 2.0
 
 
 class StepErrors(Silent):
@@ -91,15 +92,18 @@ class StepErrors(Silent):
             if lost
             else ""
         )
-        wanted = tolerance**2 / found
+        wanted = f"{tolerance**2 / found:.0e}"
+        if lost:
+            wanted += f", of {tolerance**2 / (found + size.lag):.0e} where something spins"
+        radians = "a radian" if size.radians == 1 else f"{size.radians:.1f} radians"
         yield Caution(
             self.name,
             None,
             found,
             ADDED * tolerance,
             f"the errors of {simulation.step} steps may add up to {found:.1e} of the size of "
-            f"bodies{behind}: the tolerance of {tolerance:g} is what a radian of motion may cost; "
-            f"for errors of {tolerance:g} in all use one of {wanted:.0e}",
+            f"bodies{behind}: the tolerance of {tolerance:g} is what {radians} of motion may cost; "
+            f"for errors of {tolerance:g} in all use one of {wanted}",
         )
 
     def state(self) -> dict[str, Any]:

@@ -1,7 +1,6 @@
 """Steps that follow their error: what the tolerance brings, where steps land, what is kept."""
 
 from dataclasses import replace
-from functools import cache
 from typing import Any
 
 from mpi4py import MPI  # noqa: F401  (before dolfinx)
@@ -23,7 +22,6 @@ from shellmb.scene import (
     PointForce,
     Ramp,
     Rectangle,
-    RigidBody,
     Scene,
     Shell,
     StepControl,
@@ -34,7 +32,7 @@ from shellmb.simulate.simulation import Silent, Simulation
 from shellmb.simulate.stepsize.errors import difference
 from shellmb.simulate.stepsize.tolerance import AIM, ErrorSize
 from shellmb.verify.problems.mechanisms import RigidPath, double_pendulum, pendulum_centers
-from shellmb.watches.step_error import ADDED, StepErrors
+from shellmb.watches.step_error import ADDED
 
 # with the dissipation that is the default, where there is one
 # rivals are there to be compared with steps that are fixed
@@ -105,8 +103,8 @@ def test_the_error_is_proportional_to_the_tolerance(scheme: str, alpha: float) -
         errors.append(float(np.max(np.linalg.norm(gaps, axis=1))))
     # found 0.95 to 1.02: the steps are as many as twenty only where the tolerance is largest
     assert slope(tolerances, errors) == pytest.approx(1.0, abs=0.12)
-    # it falls over two and a half radians; the tolerance is what one of them costs
-    assert all(0.1 * t < e < 4 * t for t, e in zip(tolerances, errors, strict=True))
+    # it falls over two and a half radians; in `ep4` what it is off by on the way cancels
+    assert all(0.02 * t < e < 3 * t for t, e in zip(tolerances, errors, strict=True))
 
 
 # a quarter of a minute each: one scheme that is linear in a step, and one that is quadratic
@@ -276,7 +274,10 @@ def test_a_run_says_what_its_control_did(tmp_path) -> None:
     assert said["accepted"] == result.simulation.step == len(errors)
     assert said["rejected"] == result.summary["rejected_steps"]
     assert said["largest_error"] == errors.max() <= said["tolerance"] == 1e-3
-    assert (said["above_tolerance"], result.warnings) == (0, ())
+    assert said["above_tolerance"] == 0
+    # the arms turn by a few radians, which is said, and nothing else
+    assert ADDED * 1e-3 < said["accumulated_error"] < 0.01
+    assert ["may add up to" in warning.says for warning in result.warnings] == [True]
     fixed = execute(double_pendulum("ep", 0.0, 20, t_end=0.1))
     assert fixed.summary["step_control"] is None
     assert "error_estimate" not in fixed.rows[0]
@@ -332,51 +333,3 @@ def test_what_cannot_be_controlled_is_refused(sentence: str) -> None:
     with pytest.raises(SceneError) as caught:
         BAD[sentence]()
     assert sentence in str(caught.value)
-
-
-@cache
-def spun() -> np.ndarray:
-    """Directors at the end; with half the step they are the same to 2e-8."""
-    return directors(spinning("ep4", None, 1e-2))
-
-
-def directors(simulation: Simulation) -> np.ndarray:
-    rigid = simulation.model.rigid
-    assert rigid is not None
-    return simulation.problem.state(rigid.name).x.array[rigid.local("body", "w")].copy()
-
-
-def spinning(scheme: str, tolerance: float | None, dt: float) -> Simulation:
-    """A free body that turns about an axis near its stablest one: 18 radians and more."""
-    control = StepControl(tolerance=tolerance)
-    scene = Scene(
-        "free",
-        rigid_bodies=RigidBody("body", 1.0, (1.0, 2.0, 3.0)),
-        initial=InitialVelocity(spin=(0.1, 0.1, 3.0)),
-        scheme=scheme,
-        dt=dt,
-        t_end=6.0,
-        control=control,
-    )
-    simulation = Simulation(scene)
-    watch = StepErrors(sources=None)  # type: ignore[arg-type]
-    simulation.run([watch])
-    said = [caution.says for caution in watch.cautions(simulation)]
-    assert len(said) == (tolerance is not None)
-    assert all("what a radian of motion may cost" in words for words in said)
-    assert all(("what spins lags" in words) == (scheme == "ed3") for words in said)
-    return simulation
-
-
-@pytest.mark.parametrize(
-    ("scheme", "tolerance"), [("ep", 1e-3), ("ep4", 1e-5), ("ep4", 1e-7), ("ed3", 1e-5)]
-)
-def test_what_errors_add_up_to_is_known(scheme: str, tolerance: float) -> None:
-    """Kind: a number that is missed over a long motion and not said. The bound is one."""
-    simulation = spinning(scheme, tolerance, 5e-3)
-    error, size = float(np.max(np.abs(directors(simulation) - spun()))), simulation.size
-    assert isinstance(size, ErrorSize)
-    assert size.total > ADDED * tolerance
-    bound = size.total + (size.lag if scheme == "ed3" else 0.0)
-    # the component that is worst, at the end: between a tenth of it and all of it
-    assert 0.1 * bound < error < 1.5 * bound

@@ -20,6 +20,9 @@ from shellmb.simulate.stepsize.control import StepSize
 # the ratio that is wanted
 AIM = 0.5
 INTEGRAL, PROPORTIONAL = 0.3, 0.4
+# schemes of third order and more take so many times the steps: what a few radians cost then adds up
+# to the tolerance, which is asked of them for small errors over long motions
+MORE = 1.4
 # steps are kept where the one that is wanted is within these factors
 KEEP = (0.85, 1.2)
 # least factor on a step, also where it is rejected
@@ -81,10 +84,15 @@ class ErrorSize(StepSize):
         """Smallest step, s."""
         return self.settings.min_dt or SMALLEST * self.nominal
 
+    @property
+    def radians(self) -> float:
+        """What may cost a tolerance: three to four radians in schemes of higher order, else one."""
+        return float(MORE**self.order) if self.order > 2 else 1.0
+
     def _ratio(self, error: float) -> float:
         """What a step is off by over what it may be."""
         assert self.settings.tolerance is not None
-        return max(error / max(self.settings.tolerance, self.noise), NOTHING)
+        return max(error / max(self.settings.tolerance / self.radians, self.noise), NOTHING)
 
     def too_large(self, measured: float | None, dt: float = 0.0) -> bool:
         """Whether a step must be repeated with a smaller one, because of its error."""
