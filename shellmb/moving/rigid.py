@@ -30,14 +30,17 @@ from shellmb.moving.linearised import Linearised
 from shellmb.moving.quadratic import Pair, product
 from shellmb.observers.account.energy import scalar
 from shellmb.observers.fields.nodal import NodalBody, nodal_bodies, reference_nodes
-from shellmb.scene import GROUND, Scene
-from shellmb.scene.multibody.elements import PointElement
+from shellmb.scene import GROUND, Cylindrical, Planar, Prismatic, Scene
+from shellmb.scene.multibody.elements import JointElement, PointElement
 
 Floats = npt.NDArray[np.float64]
 Functions = Mapping[str, fem.Function]
 
 # directions that hold less than this part of the largest inertia turn nothing
 TURNS = 1e-10
+# directions that joints hold by less than this square of a cosine are free: axes are parallel to
+# the digits that are given
+SLIDES = 1e-12
 
 
 class Affine(NamedTuple):
@@ -208,13 +211,12 @@ def unsteady_part(
     """
     turn = spinning(rate * line.unit, np.asarray(line.about))
     inward = Affine(turn.matrix @ turn.matrix, turn.matrix @ turn.shift)
-    squares = []
+    squares, free = [], _free(scene)
     for of, frame in zip(motion, (turn, inward), strict=True):
         left = frame.minus()
-        if _free(scene):
-            # a uniform motion, or fall, of all changes nothing
-            mean = whole.translation(of) + left.matrix @ whole.centre + left.shift
-            left = Affine(left.matrix, left.shift - mean)
+        # a uniform motion, or fall, of all that is free to go on changes nothing
+        mean = whole.translation(of) + left.matrix @ whole.centre + left.shift
+        left = Affine(left.matrix, left.shift - free @ mean)
         squares.append((products.square(of, left), products.square(of)))
     (relative, moved), (pushed, pulled) = squares
     mass = max(whole.mass, 1e-300)
@@ -227,11 +229,28 @@ def unsteady_part(
     )
 
 
-def _free(scene: Scene) -> bool:
-    """Whether nothing holds on to space."""
-    ends = [(j.first, j.second) for j in scene.joints]
-    ends += [(e.first, e.second) for e in scene.elements if isinstance(e, PointElement)]
-    return not scene.supports and not any(GROUND in end for end in ends)
+def _free(scene: Scene) -> Floats:
+    """Projection on the directions in which all can go on without resistance, shape (3, 3)."""
+    elements = [e for e in scene.elements if isinstance(e, PointElement)]
+    in_space = any(GROUND in (e.first, e.second) for e in elements)
+    if scene.supports or scene.potentials or scene.contacts or in_space:
+        return np.zeros((3, 3))
+    acts = [e.joint for e in scene.elements if isinstance(e, JointElement)]
+    acts += [part.joint for parts in (scene.drivers, scene.locks) for part in parts]
+    held = np.zeros((3, 3))
+    for joint in scene.joints:
+        if GROUND not in (joint.first, joint.second):
+            continue
+        slides = np.zeros((3, 3))
+        if joint.name not in acts and isinstance(joint, Cylindrical | Prismatic | Planar):
+            along = np.asarray(joint.normal if isinstance(joint, Planar) else joint.axis, float)
+            slides = np.outer(along, along) / (along @ along)
+            if isinstance(joint, Planar):
+                slides = np.eye(3) - slides
+        held += np.eye(3) - slides
+    values, vectors = np.linalg.eigh(held)
+    directions = vectors[:, values < SLIDES]
+    return np.asarray(directions @ directions.T)
 
 
 # Eigenvalues nearer to `i Omega` than this part of it are looked at. Of a rigid shape all but
