@@ -139,7 +139,7 @@ def _high(scheme: str, alpha: float, plate: Any) -> dict[str, tuple[float, float
 
 def test_high_frequencies_after_an_impulsive_start(plate, worst) -> None:
     """All points but the clamp begin to move at once: waves far above the step, in EP for ever."""
-    ep, ed = (_high(*scheme, plate) for scheme in EVERY)
+    ep, ed = (_high(*scheme, plate) for scheme in (("ep", 0.0), ("ed", 1.0)))
     # means over a step, as resultants are, leave little of what alternates from step to step
     assert ep["membrane"][1] > 0.5 and ep["shear"][1] > 0.05
     for name in ep:
