@@ -29,6 +29,7 @@ from shellmb.model.reduced.data import ModalBody
 from shellmb.model.reduced.modal import modal_bodies, modal_points
 from shellmb.model.shells.joins import join_shells
 from shellmb.model.shells.linear import build_shell
+from shellmb.model.shells.middles import hold_middles
 from shellmb.model.shells.shell import ShellModel
 from shellmb.model.signals import Signals
 from shellmb.model.supports.idle import refuse_idle_loads
@@ -191,6 +192,8 @@ def build_model(scene: Scene, comm: MPI.Comm, modal: Sequence[ModalBody] = ()) -
         for body in model.bodies:
             body.coupled = bool(body.kinematic) or isinstance(body, ConstraintGroup)
             body.leaps = leaps
+    for shell_model in model.shells.values():
+        hold_middles(shell_model)
     _resolve_links(model.bodies, comm)
     check_probes(scene, model.meshed)
     return model

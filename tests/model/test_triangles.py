@@ -9,17 +9,26 @@ from dolfinx import fem
 
 from shellmb.kernels import compiled
 from shellmb.meshes.mesh import build_surface
+from shellmb.model.model import build_model
+from shellmb.model.shells.middles import hold_middles
 from shellmb.model.shells.shell import ShellModel
-from shellmb.scene import Isotropic, Rectangle, Shell
+from shellmb.scene import Clamped, Fixed, Isotropic, Rectangle, Scene, Shell
 from shellmb.schemes.base import at_state
 
 E = 1e9
 
 
-def in_plane(thickness: float, mesh: tuple[int, int], held: bool) -> np.ndarray:
-    """Eigenvalues of the stiffness in the plane over `E t`; a side is held or none."""
+def in_plane(
+    thickness: float, mesh: tuple[int, int], held: bool, middles: bool = False
+) -> np.ndarray:
+    """Eigenvalues of the stiffness in the plane over `E t`; a side is held or none.
+
+    Those of a scene's bodies where `middles` are held.
+    """
     shell = Shell("s", Rectangle(1.0, 0.7), Isotropic(E, 0.3, thickness), mesh=mesh, cell="tri")
     body = ShellModel(shell, build_surface(shell, MPI.COMM_SELF), [], False)
+    if middles:
+        hold_middles(body)
     q, space = fem.Function(body.mixed.space), body.mixed.space
     work = body.internal(at_state(q), ufl.TestFunction(space))
     form = compiled(ufl.derivative(work, q, ufl.TrialFunction(space)), flags=["-O0"])
@@ -41,6 +50,25 @@ def test_two_and_four_cells_are_as_stiff_however_thin(mesh) -> None:
     # the share that is integrated fully is of the square of thickness over size
     assert np.allclose(thick, thin, rtol=1e-2)
     free = in_plane(1e-5, mesh, held=False)
-    # rigid motions to round-off, and two that only this share holds (docs/limits.md)
+    # rigid motions to round-off, and two that only this share holds
     assert np.all(np.abs(free[:3]) < 1e-12)
     assert np.sum(free < 1e-3) == 5
+    # unless one element holds the others
+    alone = in_plane(1e-5, mesh, held=False, middles=True)
+    assert np.all(np.abs(alone[:3]) < 1e-12)
+    assert np.sum(alone < 1e-3) == 3
+
+
+def shares(*supports) -> np.ndarray:
+    """Fully integrated shares of the elements of a plate in a scene, without the common one."""
+    shell = Shell("s", Rectangle(1.0, 0.7), Isotropic(E, 0.3, 1e-3, 1e3), mesh=(2, 2), cell="tri")
+    scene = Scene("s", shell, supports, scheme="ep", dt=1.0, t_end=1.0)
+    share = build_model(scene, MPI.COMM_SELF).shells["s"].section.share.x.array
+    return share[share > 2 * share.min()]
+
+
+def test_one_element_at_a_corner_where_no_middle_of_a_side_is_held() -> None:
+    hinge = Fixed((0.0, 0.0, 0.0), displacement=(0.0, 0.0, 0.0))
+    for supports in ((), (hinge,)):
+        assert len(shares(*supports)) == 1
+    assert len(shares(Clamped("left"))) == 0

@@ -58,12 +58,14 @@ class BoundSection:
         force: Size of the shear stiffness, scale of the director's multiplier, N/m.
         hourglass: Stiffness of the hourglass control, N/m.
         sizes: How large things are.
+        share: Fully integrated share of the formulation, per element.
     """
 
     formulation: Formulation
     force: fem.Constant
     hourglass: Expr
     sizes: Sizes
+    share: fem.Function
 
 
 def bind_section(shell: Shell, domain: mesh.Mesh) -> BoundSection:
@@ -85,14 +87,15 @@ def bind_section(shell: Shell, domain: mesh.Mesh) -> BoundSection:
     strains = ShellStrains(*(_constant(domain, np.zeros(size)) for size in (3, 3, 2)))
     resists_all(section.energy, strains, parameters, who)
     a, b = _weights(domain, section.thickness)
+    share = _per_element(domain, a)
     nonlinear = NonlinearMixed(
         psi=lambda strains: written(section.energy, (strains, parameters), who),
         N0=N0,
-        a=_per_element(domain, a),
+        a=share,
         thickness=_constant(domain, section.thickness),
     )
     sizes = Sizes(section.thickness, section.stiffness, section.mass[0])
-    return BoundSection(nonlinear, N0, N0 * _per_element(domain, b), sizes)
+    return BoundSection(nonlinear, N0, N0 * _per_element(domain, b), sizes, share)
 
 
 def _bind_linear(shell: Shell, section: LinearSection, domain: mesh.Mesh) -> BoundSection:
@@ -104,6 +107,7 @@ def _bind_linear(shell: Shell, section: LinearSection, domain: mesh.Mesh) -> Bou
     N0 = _constant(domain, membrane)
     # without stretching there is nothing that bending could be coupled to
     couples = section.coupled and shell.coupling and shell.stretching
+    share = _per_element(domain, a)
     linear = LinearMixed(
         A=fields.of(lambda at: at.A),
         D=fields.of(lambda at: at.D),
@@ -113,14 +117,15 @@ def _bind_linear(shell: Shell, section: LinearSection, domain: mesh.Mesh) -> Bou
         if shell.transverse_shear
         else None,
         N0=N0,
-        a=_per_element(domain, a),
+        a=share,
         B=fields.of(lambda at: at.B) if couples else None,
         slack=_constant(domain, SLACK / shear) if shell.holds_strains else None,
     )
     sizes = Sizes(
         fields.mean(lambda at: at.thickness), membrane, fields.mean(lambda at: at.mass[0])
     )
-    return BoundSection(linear, _constant(domain, shear), N0 * _per_element(domain, b), sizes)
+    hourglass = N0 * _per_element(domain, b)
+    return BoundSection(linear, _constant(domain, shear), hourglass, sizes, share)
 
 
 def _membrane(at: Layup) -> Floats:
