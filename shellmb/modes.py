@@ -127,8 +127,9 @@ def natural_modes(
     if count < 1:
         raise SceneError(f"modes: count is {count}; it must be at least 1")
     moving = scene.with_options(scheme="ep", dt=scene.dt or 1.0, t_end=scene.t_end or 1.0)
-    model, _ = sound_model(moving, comm)
     state = Simulation(scene.with_options(scheme="static"), comm) if loaded else None
+    # forces of joints and supports are those of the equilibrium, in its unit
+    model, _ = sound_model(moving, comm, None if state is None else state.model.force)
     if state is not None:
         state.run()
     system, stiffness, mass = _tangent_at(model, state)

@@ -64,6 +64,7 @@ class Model:
         rigid: The rigid bodies, and ground; None without any.
         mechanism: Joints, and what drives and resists them.
         length: Characteristic length of the scene, m.
+        force: Unit of the multipliers of constraints, N.
         rigid_meshes: Meshes of the shells and beams that are rigid, by name: they have no unknowns.
         planes: Planes that are not axis-parallel and hold nodes; among `bodies`, too.
         potentials: Potentials and contacts; among `bodies`, too.
@@ -79,6 +80,7 @@ class Model:
     rigid: RigidBodies | None = None
     mechanism: Mechanism = field(default_factory=Mechanism)
     length: float = 1.0
+    force: float = 1.0
     rigid_meshes: RigidMeshes = field(default_factory=dict)
     planes: list[NodalConstraint] = field(default_factory=list)
     potentials: list[PotentialGroup] = field(default_factory=list)
@@ -123,13 +125,17 @@ class Model:
         return bool(self.scene.supports) or (self.rigid is not None and GROUND in self.rigid.index)
 
 
-def build_model(scene: Scene, comm: MPI.Comm, modal: Sequence[ModalBody] = ()) -> Model:
+def build_model(
+    scene: Scene, comm: MPI.Comm, modal: Sequence[ModalBody] = (), force: float | None = None
+) -> Model:
     """Mesh the bodies and bind supports, loads and joints to them.
 
     Args:
         scene: A validated scene.
         comm: Communicator of all meshes.
         modal: Bodies that are reduced to modes, with rigid bodies of the scene for their frames.
+        force: Unit of the multipliers of constraints, N; None: what forces are alike to. A model
+            that is to take the multipliers of another one has to have its unit.
 
     Raises:
         SceneError: If something the scene names does not exist on the meshes.
@@ -154,7 +160,7 @@ def build_model(scene: Scene, comm: MPI.Comm, modal: Sequence[ModalBody] = ()) -
         model.beams[beam.name] = build_beam(beam, comm, _loads_of(scene, beam), dynamic, line)
     doubt_thickness(comm, model.shells, model.beams)
     model.length = _length(scene, model)
-    force = _force(scene, model)
+    model.force = force = _force(scene, model) if force is None else force
     nodes = [rigid_node(body, model.length) for body in scene.rigid_bodies]
     if _uses_ground(scene):
         nodes.append(ground_node())

@@ -12,12 +12,15 @@ from shellmb.simulate.soundness.mobility import refuse_mechanisms
 from shellmb.simulate.soundness.redundancy import Redundant, look_through
 
 
-def sound_model(scene: Scene, comm: MPI.Comm) -> tuple[Model, list[Redundant]]:
+def sound_model(
+    scene: Scene, comm: MPI.Comm, force: float | None = None
+) -> tuple[Model, list[Redundant]]:
     """Build the model of a scene and look it through, before anything large is compiled.
 
     Args:
         scene: The scene.
         comm: Communicator.
+        force: Unit of the multipliers of constraints, N, as of `build_model`.
 
     Returns:
         The model, and the constraints that are left out of it because others imply them.
@@ -28,7 +31,7 @@ def sound_model(scene: Scene, comm: MPI.Comm) -> tuple[Model, list[Redundant]]:
     """
     same_on_all(scene, comm)
     scene, modal = reduce_bodies(scene, comm)
-    model = build_model(scene, comm, modal)
+    model = build_model(scene, comm, modal, force)
     redundant = look_through(model)
     if scene.static:
         refuse_mechanisms(model)
