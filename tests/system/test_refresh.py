@@ -60,14 +60,18 @@ def test_slow_contraction_asks_for_a_factorisation(rho: float) -> None:
     assert policy.wanted()
 
 
-@pytest.mark.parametrize(("cost", "anew"), [(8.0, True), (30.0, False)])
-def test_costly_factorisations_are_kept_for_longer(cost: float, anew: bool) -> None:
+@pytest.mark.parametrize(
+    ("cost", "rho", "anew"),
+    [(5.0, 0.1, True), (30.0, 0.1, False), (8.0, 0.3, True), (1000.0, 0.3, True)],
+)
+def test_costly_factorisations_are_kept_for_longer(cost: float, rho: float, anew: bool) -> None:
+    """But not for as many iterations as make a solution fail."""
     policy = REFRESH["auto"]()
     policy.begin("a")
     policy.factorised(cost)
-    for update in (1e-4, 3e-5):
+    for update in (1e-4, rho * 1e-4):
         assert not policy.converged(update, 0.0, TOLERANCE)
-    # 1e-15 is 20 iterations away
+    # 1e-15 is 10 and 20 iterations away
     assert policy.wanted() is anew
 
 

@@ -19,6 +19,9 @@ from shellmb.system.direct.solver import Purpose
 AFRESH = 3.0
 # contraction beyond which an old factorisation is not worth another iteration
 SLOW = 0.5
+# cost of a factorisation beyond which it does not keep an iteration from one: small systems whose
+# forces jump took up to 28 of the 30 iterations that a solution may take, 16 with this, as quickly
+PATIENCE = 12.0
 # motion in one update, relative to the size of bodies, after which the Jacobian is another one
 FAR = 0.02
 # error left behind relative to the tolerance for updates, were the next contraction as the last
@@ -198,7 +201,7 @@ class Modified:
             self._wanted = True
             return False
         left = math.log(ERROR * tolerance / update) / math.log(mean)
-        self._wanted = left > self._cost + AFRESH
+        self._wanted = left > min(self._cost, PATIENCE) + AFRESH
         return False
 
     def settled(self) -> None:
