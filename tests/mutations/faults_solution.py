@@ -98,8 +98,8 @@ FAULTS: tuple[Fault, ...] = (
     Fault(
         "factorisations kept when they do not pay",
         "shellmb/system/newton/refresh.py",
-        "self._wanted = left > self._cost + AFRESH",
-        "self._wanted = left < self._cost + AFRESH",
+        "self._wanted = left > min(self._cost, PATIENCE) + AFRESH",
+        "self._wanted = left < min(self._cost, PATIENCE) + AFRESH",
         ("tests/system/test_refresh.py::test_costly_factorisations_are_kept_for_longer",),
     ),
     Fault(
