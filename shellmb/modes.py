@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from shellmb.calling import callable_module
-from shellmb.errors import SceneError, petsc_in_words
+from shellmb.errors import ConvergenceError, SceneError, petsc_in_words
 from shellmb.model.model import Model
 from shellmb.observers.fields.modal import ModalNodes, modal_members
 from shellmb.scene import Scene
@@ -39,6 +39,11 @@ ZERO, ROUND_OFF, NEUTRAL = 1e-10, 10.0, 1e-6
 # imaginary parts beyond this of the square are no round-off: where loads follow the bodies, both
 # planes of a square column have the same square, which round-off splits by 1e-12
 COMPLEX = 1e-6
+
+# Where no count tells of what diverges, it is looked for at lower and lower shifts, down to so many
+# times the first one and the lowest that is found, a few at each; two squares that are as near as
+# the last number are one
+FARTHEST, FARTHER, AT_ONCE, SAME = 1e4, 20.0, 4, 1e-6
 
 
 @dataclass(frozen=True)
@@ -143,6 +148,9 @@ def natural_modes(
     if missing > 0:
         # far beyond a critical load the lowest ones are not those next to the shift
         values, vectors = eigenpairs(K, M, count + missing, shift, symmetric)
+    if not symmetric:
+        # nothing counts them there
+        values, vectors = _with_far_ones(K, M, values, vectors, shift)
     values.imag *= np.abs(values.imag) > COMPLEX * np.abs(values)
     zero = np.full(len(values), NEUTRAL * abs(shift))
     if symmetric:
@@ -168,6 +176,38 @@ def natural_modes(
         values[order].imag,
         unstable,
     )
+
+
+def _with_far_ones(
+    K: PETSc.Mat,
+    M: PETSc.Mat,
+    values: npt.NDArray[np.complex128],
+    vectors: list[PETSc.Vec],
+    shift: float,
+) -> tuple[npt.NDArray[np.complex128], list[PETSc.Vec]]:
+    """Add pairs that diverge far beyond the shift, next to lower and lower ones.
+
+    What diverges is nearer to a shift that is twice as low than all that swings.
+    """
+    target, few = shift, min(len(values), AT_ONCE)
+    while target > FARTHEST * shift or target > FARTHER * np.min(values.real):
+        target = 10.0 * target
+        try:
+            found, there = eigenpairs(K, M, few, target, False)
+        except ConvergenceError:
+            # of few unknowns multipliers are all that is there
+            break
+        lowest = float(np.min(values.real))
+        for value, vector, own in zip(found, there, quotients(K, M, there)[0], strict=True):
+            new = np.min(np.abs(values - value)) > SAME * abs(value)
+            # of multipliers the quotient is another number
+            diverges = value.imag == 0.0 and abs(own - value.real) < SAME * abs(value)
+            if diverges and new and value.real < -RIGID * abs(shift):
+                values, vectors = np.append(values, value), [*vectors, vector]
+        if np.min(values.real) < lowest:
+            # go on from there
+            target = max(target, float(np.min(values.real)) / 5.0)
+    return values, vectors
 
 
 def _unstable(

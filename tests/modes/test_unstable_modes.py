@@ -6,6 +6,7 @@ negative or complex never goes out without a sentence.
 
 import math
 import sys
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -165,3 +166,16 @@ def test_the_lowest_mode_is_found_far_beyond_the_critical_load() -> None:
     assert int(np.sum(many.omega2 < 0)) == many.unstable == 6
     assert len(many.warnings) == 1 and "modes 1, 2, 3, 4, 5, 6 grow" in many.warnings[0]
     assert "6 directions, 1 of which" in one.warnings[1]
+
+
+@pytest.mark.parametrize("force", [1e-3, 1.0])
+def test_the_lowest_mode_is_found_where_loads_follow(force: float) -> None:
+    """No inertia counts what diverges there: from 40 to 800 times Euler's load it is found."""
+    for P, elements in ((100.0, 8), (2000.0, 16)):
+        dead, follows = PointForce("end", (0, 0, -P)), FollowerForce("end", (force, 0, 0))
+        scene = column([dead, follows], 1e-2)
+        scene = replace(scene, beams=replace(scene.beams[0], elements=elements))
+        one, many = (natural_modes(scene, count=count, loaded=True) for count in (1, 40))
+        assert one.unstable is None
+        assert one.omega2[0] == pytest.approx(many.omega2[0], rel=1e-6)
+        assert "divergence" in one.warnings[0]
