@@ -54,6 +54,8 @@ LIMIT_TOLERANCE = 0.02
 # distance of a tabulated point from our curve, relative to the ranges of load and displacement: the
 # scatter of S4R on a 16x16 mesh (docs/reference/literature.md: 0.5 to 2 %)
 CURVE_TOLERANCE = 0.01
+# a path ends at its last load to the tolerance of Newton's method
+ENDED = 1e-9
 
 
 def section(thickness: float, plies: Plies) -> LinearSection:
@@ -188,7 +190,7 @@ def results(run: Any) -> dict[str, float]:
     history = run.history
     ours = np.column_stack([history["load_factor"], -history["w"]])
     curve = CubicSpline(history["t"], ours)(np.linspace(0.0, history["t"].iloc[-1], 20_000))
-    passed = table[table[:, 0] <= found["end"]]
+    passed = table[table[:, 0] <= found["end"] + ENDED]
     gaps = [np.linalg.norm((curve - point) / scale, axis=1).min() for point in passed]
     found["curve_error"] = float(max(gaps))
     wanted = turning_loads(table, scale)
@@ -206,7 +208,7 @@ def results(run: Any) -> dict[str, float]:
 
 def check(results: dict[str, float]) -> None:
     """The tabulated curve all along, its limit loads within 2 %, none missed, none invented."""
-    assert results["end"] >= 1.0
+    assert results["end"] >= 1.0 - ENDED
     # what became unstable on the way is stable again, else something was missed
     assert results["unstable_at_end"] == 0
     assert results["curve_error"] < CURVE_TOLERANCE
