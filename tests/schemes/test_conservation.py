@@ -7,14 +7,19 @@ import pytest
 
 from shellmb.scene import (
     Clamped,
+    Cylinder,
     Driven,
     EdgeForce,
     FollowerEdgeForce,
     Gravity,
+    InitialVelocity,
     Pressure,
+    Scene,
+    Shell,
 )
 from shellmb.schemes.base import has_energy_law
 from shellmb.simulate.simulation import Simulation
+from tests.schemes.conftest import SOFT
 
 # Newton leaves an error of the order of the square of its tolerance; what is seen is round-off
 ROUND_OFF = 1e-11
@@ -102,3 +107,17 @@ def test_static_schemes_keep_no_account(plate, account) -> None:
     Simulation(scene).run([account])
     assert account.values["strain_energy"] > 0
     assert account.values["energy_balance"] == 0
+
+
+@pytest.mark.parametrize(("name", "alpha"), [("ep4", 0.0), ("ed3", 1.0)])
+def test_curved_triangles_that_turn_far(name, alpha, account) -> None:
+    """Membrane forces that are linear on an element, shear forces that are vectors, and bubbles."""
+    panel = Shell("panel", Cylinder(1.0, 1.0, angles=(0.0, 60.0)), SOFT, mesh=(2, 2), cell="tri")
+    thrown = InitialVelocity(linear=(0.1, -0.2, 0.3), spin=(1.2, 1.6, -0.8))
+    simulation = Simulation(
+        Scene("thrown", panel, initial=thrown, scheme=name, alpha=alpha, dt=0.2, t_end=1.0)
+    )
+    simulation.run([account])
+    assert account.relative_error < ROUND_OFF
+    assert account.values["strain_energy"] > 1e-3 * account.values["total_energy"]
+    assert (account.values["dissipation"] > 0) == (alpha > 0)
