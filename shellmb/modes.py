@@ -197,9 +197,10 @@ def _with_far_ones(
         except ConvergenceError:
             # of few unknowns multipliers are all that is there
             break
-        lowest = float(np.min(values.real))
+        # of double ones, as of a square column, both
+        known, lowest = values, float(np.min(values.real))
         for value, vector, own in zip(found, there, quotients(K, M, there)[0], strict=True):
-            new = np.min(np.abs(values - value)) > SAME * abs(value)
+            new = np.min(np.abs(known - value)) > SAME * abs(value)
             # of multipliers the quotient is another number
             diverges = value.imag == 0.0 and abs(own - value.real) < SAME * abs(value)
             if diverges and new and value.real < -RIGID * abs(shift):
