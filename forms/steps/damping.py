@@ -145,8 +145,9 @@ class ViscousShell(_WithoutGap):
             n_full, n_red = n_full + coupled, n_red + coupled
             m_full = m_full + a * self.both * (elastic.B * eps)
             m_red = self.both * (elastic.B * (elastic.A_inv * n))
-        full = [*(a * n_full), *m_full, *(a * Q_full)]
-        red = [*((1 - a) * n_red), *((1 - a) * m_red), *((1 - a) * Q_red)]
+        shear = elastic.shear_share
+        full = [*(a * n_full), *m_full, *(shear * Q_full)]
+        red = [*((1 - a) * n_red), *((1 - a) * m_red), *((1 - shear) * Q_red)]
         return ufl.as_vector(full), ufl.as_vector(red)
 
 

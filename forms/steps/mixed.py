@@ -107,7 +107,8 @@ class LinearMixed:
     `eps` where `A_inv` is None. Multipliers are those of the sub-interval and not of its end: for
     them compatibility is that of the averaged strains. `slack`, m/N, is a compliance by which they
     are unique where constraints imply others, and with it the energy law is exact. What is left of
-    `A` and `G` is the share `a` that keeps hourglass modes down.
+    `A` and `G` is the share `a` that keeps hourglass modes down; `a_shear`, where `G` has one of its
+    own.
     """
 
     A: Expr
@@ -119,6 +120,12 @@ class LinearMixed:
     a: Expr
     B: Expr | None = None
     slack: Expr | None = None
+    a_shear: Expr | None = None
+
+    @property
+    def shear_share(self) -> Expr:
+        """Share of the transverse shear that is fully integrated."""
+        return self.a if self.a_shear is None else self.a_shear
 
     def _forces(self, e: Expr, N: Expr) -> tuple[Expr, Expr]:
         """Generalised stresses conjugate to the strains: full rule (8,) and reduced rule (8,)."""
@@ -130,8 +137,9 @@ class LinearMixed:
             n_full = n_full + self.B * kap
             m_full = m_full + self.a * self.B * eps
             m_red = self.B * (self.A_inv * (n - self.B * kap))
-        full = [*(self.a * n_full), *m_full, *(self.a * (self.G * gam))]
-        red = [*((1 - self.a) * n), *((1 - self.a) * m_red), *((1 - self.a) * Q)]
+        shear = self.shear_share
+        full = [*(self.a * n_full), *m_full, *(shear * (self.G * gam))]
+        red = [*((1 - self.a) * n), *((1 - self.a) * m_red), *((1 - shear) * Q)]
         return ufl.as_vector(full), ufl.as_vector(red)
 
     def _compliance(self, e: Expr, N: Expr) -> Expr:
@@ -157,7 +165,12 @@ class LinearMixed:
         Those of the end, where strains are held those of the mean.
         """
         s = self.where_held(membrane_shear(mean), membrane_shear(end))
-        return (1 - self.a) * (s - self._compliance(end, N))
+        return self._reduced(s - self._compliance(end, N))
+
+    def _reduced(self, found: Expr) -> Expr:
+        """Strains or forces, shape (5,), by what is left of them in the reduced rule."""
+        n, Q = split(found)
+        return ufl.as_vector([*((1 - self.a) * n), *((1 - self.shear_share) * Q)])
 
     def where_held(self, there: Expr, elsewhere: Expr) -> Expr:
         """Components of `there` where strains are held, of `elsewhere` where not, shape (5,)."""
@@ -184,8 +197,9 @@ class LinearMixed:
             n = n - self.B * bending(e)
         stretch = self.slack * n if self.A_inv is None else self.A_inv * n
         shear = self.slack * Q if self.G_inv is None else self.G_inv * Q
-        complementary = ufl.dot(n, stretch) + ufl.dot(Q, shear)
-        return ufl.dot(full, e) / 2, (1 - self.a) * (ufl.dot(N, s) - complementary / 2)
+        left = ufl.as_vector([*n, *Q]), ufl.as_vector([*stretch, *shear])
+        complementary = ufl.dot(self._reduced(left[0]), left[1])
+        return ufl.dot(full, e) / 2, ufl.dot(self._reduced(N), s) - complementary / 2
 
     def resultants(self, strains: Measure, layout: Layout, q: Expr) -> Expr:
         """Resultants N/m and moments N of a state, accurate at the points of the reduced rule."""
