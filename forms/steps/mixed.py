@@ -107,7 +107,7 @@ class LinearMixed:
     `eps` where `A_inv` is None. Multipliers are those of the sub-interval and not of its end: for
     them compatibility is that of the averaged strains. `slack`, m/N, is a compliance by which they
     are unique where constraints imply others, and with it the energy law is exact. What is left of
-    `A` and `G` is the share `a` that keeps hourglass modes down; `a_shear`, where `G` has one of its
+    `A` and `G` is the share `a` that keeps hourglass modes down; `a_shear`, where `G` has its
     own.
     """
 

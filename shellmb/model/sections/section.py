@@ -19,9 +19,7 @@ from shellmb.scene.shells.lamination import Layup
 
 Floats = npt.NDArray[np.float64]
 
-# weight of the fully integrated part, c of docs/theory/shells.md. Of triangles it holds bubbles:
-# with more, curved ones that bend are too stiff however small they are (a ring by 1.4 % in its
-# frequencies, by 4 % for 1); with less, bubbles swing by themselves at frequencies of the plate
+# weight of the fully integrated part, c of docs/theory/shells.md
 STABILISATION = {"quadrilateral": 0.1, "triangle": 0.3}
 
 
@@ -32,11 +30,10 @@ class Shares(NamedTuple):
     shear: float
 
 
-# Of linear triangles: bubbles that lean out of the surface are held by the shear share. Forces of
-# membranes make them buckle in their element where it is weaker than the plate there, whose own
-# load of buckling it has with 2.4; with 0.3 for both the pinched hemisphere found no way on. Along
-# the surface three linear forces hold them nearly, and more only makes what bends too stiff (a ring
-# by 0.9 % in its frequencies, by 3.8 % for 0.3)
+# of triangles with a linear section: bubbles that lean out of the surface are held by the shear
+# share, and buckle in their element where that is weaker than the plate there (2.4). Along the
+# surface linear forces hold them nearly, and more makes what bends too stiff (a ring of 32x2 by
+# 0.9 % in its frequencies, by 3.8 % for 0.3)
 SHARES = {"triangle": Shares(0.05, 2.0)}
 
 # weight of the hourglass control: per h/h_K it is stiff against the spurious in-plane modes, and
