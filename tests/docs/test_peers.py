@@ -15,11 +15,11 @@ def rows(text: str) -> list[list[str]]:
     return [line.split(" | ") for line in ROW.findall(text) if not line.startswith(("|", "---"))]
 
 
-TABLE = (ROOT / "README.md").read_text().partition("## Beside others\n")[2].partition("\n## ")[0]
+PAGE = (ROOT / "docs" / "evidence" / "peers.md").read_text()
+TABLE = PAGE.partition("## The table\n")[2].partition("\n## ")[0]
 HEAD = re.search(r"^\| \| (.+) \|$", TABLE, re.MULTILINE)
 PEERS = HEAD[1].split(" | ")[1:] if HEAD else []
 FEATURES = {name: marks for name, _, *marks in rows(TABLE)}
-PAGE = (ROOT / "docs" / "evidence" / "peers.md").read_text()
 
 
 @pytest.mark.parametrize("peer", PEERS)
