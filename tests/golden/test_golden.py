@@ -1,0 +1,52 @@
+"""Histories of small scenes of every scheme and kind of body are what they were: golden runs.
+
+`python -m tests.golden.runs` (in the checkout) says by how much each one differs from what is
+frozen in `runs.json`, and with `--freeze` writes that file anew.
+"""
+
+from pathlib import Path
+
+import pytest
+
+from tests.golden.runs import differences, frozen, history
+from tests.golden.scenes import SCENES, SHARED
+
+# round-off: the worst that was seen between kernels of level v2 with BLAS of Nehalem, the highest
+# level with BLAS of SkylakeX, and two ranks is 1.5e-12, a force of a joint; all others are 2e-13
+BOUND = 1e-10
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_history_is_as_frozen(name: str) -> None:
+    apart = differences(history(name), frozen()[name])
+    worst = max(apart, key=apart.__getitem__)
+    assert apart[worst] < BOUND, worst
+
+
+@pytest.mark.mpi
+def test_histories_of_two_ranks_are_those_of_one(mpirun) -> None:
+    source = (
+        "import sys; "
+        f"sys.path.insert(0, {str(Path(__file__).parents[2])!r}); "
+        f"from tests.golden.runs import main; main({list(SHARED)!r})"
+    )
+    said = mpirun(2, "-c", source).splitlines()
+    assert len(said) == len(SHARED)
+    for name, line in zip(SHARED, said, strict=True):
+        assert line.startswith(f"{name}: ")
+        assert float(line.removeprefix(f"{name}: ").split()[0]) < BOUND, line
+
+
+def test_all_that_is_frozen_is_run() -> None:
+    assert list(frozen()) == list(SCENES)
+
+
+@pytest.mark.parametrize(
+    "column", ["position_x", "total_energy", "momentum_z", "bearing.M2", "ball.F3", "drive.torque"]
+)
+def test_a_small_change_is_seen(column: str) -> None:
+    kept = frozen()["joint ed"]
+    changed = dict(kept) | {column: kept[column] * (1 + 1e-8)}
+    apart = differences(changed, kept)
+    assert apart.pop(column) > BOUND
+    assert max(apart.values()) == 0
