@@ -6,7 +6,7 @@ bends and twists, and becomes soft. The static load at which it may buckle is pa
 how far beyond it the force rises depends on how small the imperfection is from which the
 sideways motion has to grow.
 
-`shellmb figures 6.1` makes all runs and figures; the lines below are their beginnings.
+`python -m demos.paper 6.1` makes all runs and figures; the lines below are their beginnings.
 """
 
 # KIND: examples of the paper

@@ -7,7 +7,8 @@ pushes the inverted shell up until it snaps back.
 
 The scene is symmetric about the plane of the crown, and its motion stays so. The lever is slender:
 pushing, it carries more than its Euler load and bows by some decimetres, so that E leaves the curve
-that a rigid lever would prescribe by some centimetres. `shellmb figures 6.2` makes all figures.
+that a rigid lever would prescribe by some centimetres. All figures are
+made by `python -m demos.paper 6.2`.
 """
 
 # KIND: examples of the paper
@@ -329,7 +330,7 @@ def results(run: Any) -> dict[str, float]:
 
 
 def check(results: dict[str, float]) -> None:
-    """Energy law, where E is, and the first snap; the second one is for `shellmb figures`.
+    """Energy law, where E is, and the first snap; the second one is for `python -m demos.paper`.
 
     The mesh of the paper is as coarse as it may be: with two elements along the crown the
     shell snaps 0.15 s too early.

@@ -14,6 +14,10 @@ import pytest
 # before numpy is imported by any test: threads of BLAS would fight with the other worker
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
+# `tests.bench`, `tests.scenes` and `demos.paper` are of the checkout; last, since a copy of the
+# package may stand before it (`tests/mutations`)
+sys.path.append(str(Path(__file__).parents[1]))
+
 # byte code is kept, also where the environment says otherwise: workers and the processes that tests
 # start would each compile all of their Python anew, which takes longer than to import it
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)

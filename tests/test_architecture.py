@@ -16,6 +16,9 @@ ROOT = Path(__file__).parents[1]
 # where the package's modules stand in the checkout (package-dir of pyproject.toml)
 FOLDERS = {"shellmb.forms": ROOT / "forms", "shellmb.demos": ROOT / "demos"}
 FOLDERS["shellmb"] = ROOT / "shellmb"
+# evidence, which is run from a checkout and not installed
+BENCH, PAPER = "tests.bench", "demos.paper"
+FOLDERS |= {BENCH: ROOT / "tests/bench", PAPER: ROOT / "demos/paper"}
 
 # a layer imports only layers of a smaller rank, and itself
 FLOW = (
@@ -51,8 +54,6 @@ TOP = (
     "run",
     "api",
     "verify",
-    "figures",
-    "bench",
     "effects",
     "demos",
     "study",
@@ -75,6 +76,9 @@ def modules() -> dict[str, Path]:
     found = {}
     for package, folder in FOLDERS.items():
         for path in folder.rglob("*.py"):
+            of_paper = package != PAPER and path.is_relative_to(FOLDERS[PAPER])
+            if of_paper or path.name.startswith("test_"):
+                continue
             parts = [package, *path.relative_to(folder).with_suffix("").parts]
             found[".".join(parts).removesuffix(".__init__")] = path
     return found
@@ -104,6 +108,11 @@ def layer(module: str) -> str | None:
     return parts[1] if parts[0] == "shellmb" and len(parts) > 1 else None
 
 
+def evidence(module: str) -> bool:
+    """Whether a module is not installed."""
+    return module.startswith((BENCH, PAPER))
+
+
 def external(module: str) -> set[str]:
     """Top-level names of the other packages that a module imports."""
     return {name.split(".")[0] for name in imports(module)} - {"shellmb"}
@@ -112,6 +121,8 @@ def external(module: str) -> set[str]:
 @pytest.mark.parametrize("module", sorted(MODULES))
 def test_imports_follow_the_flow(module: str) -> None:
     own = layer(module)
+    if evidence(module):
+        pytest.skip("not in the package, see test_nothing_installed_needs_a_checkout")
     if own is None:
         pytest.skip("shellmb/__init__.py, see test_light_imports")
     assert own in RANK, f"say in RANK of this test where the new layer '{own}' stands"
@@ -143,7 +154,9 @@ def test_system_knows_no_shells(module: str) -> None:
     assert not {layer(name) for name in imports(module)} & shells
 
 
-@pytest.mark.parametrize("module", sorted(m for m in MODULES if layer(m) not in (*TOP, "watches")))
+@pytest.mark.parametrize(
+    "module", sorted(m for m in MODULES if layer(m) not in (*TOP, "watches") and not evidence(m))
+)
 def test_nobody_depends_on_observers(module: str) -> None:
     others = {layer(name) for name in imports(module)} - {layer(module)}
     assert "observers" not in others
@@ -169,16 +182,22 @@ def test_light_imports(module: str, allowed: set[str]) -> None:
 
 @pytest.mark.parametrize("module", sorted(m for m in MODULES if layer(m) == "measuring"))
 def test_measuring_knows_nobody_who_measures(module: str) -> None:
-    users = {"bench", "study", "effects", "verify", "figures", "api", "cli"}
+    users = {"study", "effects", "verify", "api", "cli"}
     assert not {layer(name) for name in imports(module)} & users
 
 
 def test_setuptools_lists_every_package() -> None:
     listed = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]["packages"]
-    in_tree = {name for name, path in MODULES.items() if path.name == "__init__.py"}
-    assert sorted(listed) == sorted(in_tree)
+    packages = {name for name, path in MODULES.items() if path.name == "__init__.py"}
+    assert sorted(listed) == sorted(name for name in packages if not evidence(name))
     with_code = {path.parent for path in MODULES.values()}
     assert with_code == {path.parent for path in MODULES.values() if path.name == "__init__.py"}
+
+
+@pytest.mark.parametrize("module", sorted(m for m in MODULES if not evidence(m)))
+def test_nothing_installed_needs_a_checkout(module: str) -> None:
+    """No benchmark, figure or test is in a wheel: nothing that is knows any of them."""
+    assert not {name.split(".")[0] for name in imports(module)} & {"demos", "tests"}
 
 
 def test_no_circles() -> None:

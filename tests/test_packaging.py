@@ -8,8 +8,10 @@ from importlib.metadata import distribution, entry_points
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
 
 import shellmb
+from shellmb.cli.main import OF_CHECKOUTS, app
 
 ROOT = Path(__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
@@ -30,6 +32,19 @@ def test_data_files_are_packaged() -> None:
     there = {path for path in (ROOT / "shellmb").rglob("*") if path.is_file()}
     modules = {path for path in there if path.suffix == ".py" or path.parent.name == "__pycache__"}
     assert there - modules == packaged
+
+
+def test_evidence_is_not_installed() -> None:
+    """What measures the package, and what makes the paper's figures, stays in the checkout."""
+    packages = PROJECT["tool"]["setuptools"]["packages"]
+    roots = {name.split(".")[0] for name in packages}
+    assert roots == {"shellmb"}
+    named = {part for name in packages for part in name.split(".")}
+    assert not named & {"bench", "figures", "paper", "peers", "tests"}
+    for command, module in OF_CHECKOUTS.items():
+        said = CliRunner().invoke(app, [command, "--json"])
+        assert said.exit_code == 2 and module in said.output, said.output
+        assert (ROOT / module.split()[-1].replace(".", "/") / "__main__.py").is_file()
 
 
 def test_command() -> None:

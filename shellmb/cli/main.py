@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+from typer.core import TyperGroup
 
 from shellmb import __version__
-from shellmb.cli.bench import bench
 from shellmb.cli.effects import effects
 from shellmb.cli.failures import App, failures_reported, first_rank, run_check
 from shellmb.cli.options import (
@@ -67,7 +67,22 @@ EXAMPLES = """Examples:
 - `shellmb study sudden_load --dt 2e-2,1e-2,5e-3 --scheme ep,ep4`: what accuracy costs
 """
 
+# what a checkout has and an installation has not
+OF_CHECKOUTS = {"bench": "python -m tests.bench", "figures": "python -m demos.paper"}
+
+
+class Commands(TyperGroup):
+    """The commands; an unknown one that a checkout has is told where it is."""
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """Find the command that arguments begin with."""
+        if instead := OF_CHECKOUTS.get(args[0]):
+            ctx.fail(f"'{args[0]}' is not installed; run `{instead}` in the folder of a checkout")
+        return super().resolve_command(ctx, args)
+
+
 app = App(
+    cls=Commands,
     help=HELP,
     epilog=EXAMPLES,
     no_args_is_help=True,
@@ -306,36 +321,6 @@ def verify(
         raise typer.Exit(1)
 
 
-@app.command()
-@failures_reported
-def figures(
-    section: Annotated[
-        str | None, typer.Argument(metavar="[6.1|6.2|6.3]", help="Section; all if left out.")
-    ] = None,
-    runs: Annotated[
-        Path, typer.Option("--from", help="Folder of the runs; finished ones in it are used.")
-    ] = Path("runs", "figures"),
-    out: Annotated[Path, typer.Option(help="Folder of the pictures.")] = Path("demos", "figures"),
-    only: Annotated[
-        list[str] | None, typer.Option(metavar="RUN", help="Only this run; may be repeated.")
-    ] = None,
-    check: Annotated[
-        bool, typer.Option("--check", help="Fail unless all statements hold.")
-    ] = False,
-    json: JsonOption = False,
-    no_pictures: PicturesOption = False,
-) -> None:
-    """Make the paper's figures and compare its statements with ours, from scratch or finished runs.
-
-    The runs of an example take minutes to hours; one that was stopped goes on where it was.
-    """
-    from shellmb.cli.figures import run_figures
-
-    if not run_figures(section, runs, out, only or [], json, not no_pictures) and check:
-        raise typer.Exit(1)
-
-
-app.command()(failures_reported(bench))
 app.command()(failures_reported(effects))
 app.command()(failures_reported(study))
 for shows in (plot, view, report):

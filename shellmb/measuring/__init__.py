@@ -1,1 +1,1 @@
-"""One way to measure, record, tabulate and draw, for bench, study, effects, verify and figures."""
+"""One way to measure, record, tabulate and draw, for all that compares and measures."""

@@ -175,7 +175,7 @@ def demos() -> dict[str, str]:
     folder = importlib.import_module(DEMOS).__path__
     found = {}
     for info in pkgutil.iter_modules(folder):
-        if not info.name.startswith("_"):
+        if not info.ispkg and not info.name.startswith("_"):
             source = Path(folder[0], f"{info.name}.py").read_text()
             text = ast.get_docstring(ast.parse(source)) or ""
             found[info.name] = text.partition("\n")[0]

@@ -1,4 +1,4 @@
-"""The rows of `shellmb bench --effects`: what is counted, how shares are made, what is refused."""
+"""The rows of `tests.bench --effects`: what is counted, how shares are made, what is refused."""
 
 import json
 from pathlib import Path
@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from shellmb.bench.effects.rows import CASES, EffectPlan
-from shellmb.cli.main import app
+from tests.bench.__main__ import app
+from tests.bench.effects.rows import CASES, EffectPlan
 
 SIDE = [
     "unknowns",
@@ -24,7 +24,7 @@ SOME = ("inertia", "dissipation", "joint_mass", "observe_energy")
 
 
 def bench(*arguments: str, code: int = 0):
-    result = CliRunner().invoke(app, ["bench", *arguments])
+    result = CliRunner().invoke(app, [*arguments])
     assert result.exit_code == code, (result.output, result.stderr)
     return result
 

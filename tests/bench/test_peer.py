@@ -6,17 +6,17 @@ import math
 import numpy as np
 import pytest
 
-from shellmb.bench.peers.codes import EXUDYN, OPENSEES, OURS
-from shellmb.bench.peers.compare import Comparison, Point, in_turn
-from shellmb.bench.peers.dynamics.exudyn_buckling import ExudynBuckling
-from shellmb.bench.peers.dynamics.exudyn_plate import ExudynPlate
-from shellmb.bench.peers.dynamics.history import TipHistory, difference
-from shellmb.bench.peers.dynamics.opensees_plate import OpenSeesPlate
-from shellmb.bench.peers.dynamics.our_buckling import OurBuckling
-from shellmb.bench.peers.dynamics.our_plate import OurPlate
-from shellmb.bench.peers.report import best, columns, sentence, times_ours
 from shellmb.errors import SceneError
 from shellmb.measuring.tables import markdown
+from tests.bench.peers.codes import EXUDYN, OPENSEES, OURS
+from tests.bench.peers.compare import Comparison, Point, in_turn
+from tests.bench.peers.dynamics.exudyn_buckling import ExudynBuckling
+from tests.bench.peers.dynamics.exudyn_plate import ExudynPlate
+from tests.bench.peers.dynamics.history import TipHistory, difference
+from tests.bench.peers.dynamics.opensees_plate import OpenSeesPlate
+from tests.bench.peers.dynamics.our_buckling import OurBuckling
+from tests.bench.peers.dynamics.our_plate import OurPlate
+from tests.bench.peers.report import best, columns, sentence, times_ours
 
 
 def history(u, steps, failed=""):

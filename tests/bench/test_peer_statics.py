@@ -5,11 +5,11 @@ import importlib.util
 import numpy as np
 import pytest
 
-from shellmb.bench.peers.codes import EXUDYN, OPENSEES, OURS
-from shellmb.bench.peers.statics import hemisphere, roll_up
-from shellmb.bench.peers.statics.problem import COLUMNS, Solved, Static, compared, sentence
 from shellmb.errors import SceneError
 from shellmb.measuring.tables import markdown
+from tests.bench.peers.codes import EXUDYN, OPENSEES, OURS
+from tests.bench.peers.statics import hemisphere, roll_up
+from tests.bench.peers.statics.problem import COLUMNS, Solved, Static, compared, sentence
 
 PEERS = {EXUDYN: "exudyn", OPENSEES: "openseespy"}
 

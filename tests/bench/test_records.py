@@ -1,14 +1,21 @@
-"""What `shellmb bench` measures: the records, their consistency, the bars."""
+"""What `python -m tests.bench` measures: the records, their consistency, the bars."""
 
 import json
 from dataclasses import fields, replace
+from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
 
-from shellmb.bench.bars import EXPONENT, Bar, bars, exponents
-from shellmb.bench.memory import peak_mib
-from shellmb.bench.record import (
+from shellmb.errors import SceneError
+from shellmb.measuring.stepping import observers_of_run
+from shellmb.run.execute import execute
+from shellmb.run.request import Request
+from shellmb.simulate.simulation import Simulation
+from tests.bench.__main__ import app
+from tests.bench.bars import EXPONENT, Bar, bars, exponents
+from tests.bench.memory import peak_mib
+from tests.bench.record import (
     AUTO,
     FULL,
     MODIFIED,
@@ -19,13 +26,7 @@ from shellmb.bench.record import (
     Round,
     typical,
 )
-from shellmb.bench.report import plan_of
-from shellmb.cli import app
-from shellmb.errors import SceneError
-from shellmb.measuring.stepping import observers_of_run
-from shellmb.run.execute import execute
-from shellmb.run.request import Request
-from shellmb.simulate.simulation import Simulation
+from tests.bench.report import plan_of
 
 FIELDS = [
     "scene",
@@ -53,7 +54,7 @@ FIELDS = [
 @pytest.fixture(scope="module")
 def records():
     """Of a quick run, by scene, scheme and way to solve; stdout is parsed whole."""
-    done = CliRunner().invoke(app, ["bench", "--quick", "--json"])
+    done = CliRunner().invoke(app, ["--quick", "--json"])
     assert done.exit_code == 0, done.stderr
     found = json.loads(done.stdout)
     return {(r["scene"], r["scheme"], r["path"], r["newton"]): r for r in found}
@@ -103,9 +104,10 @@ def test_numbers(records, case):
 
 
 @pytest.mark.mpi
-def test_ranks(mpirun):
+def test_ranks(mpirun, monkeypatch):
+    monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parents[2]))
     arguments = ["--scene", "static", "--mesh", "2x1", "--repeat", "1", "--json"]
-    found = json.loads(mpirun(2, "-m", "shellmb.cli", "bench", *arguments))
+    found = json.loads(mpirun(2, "-m", "tests.bench", *arguments))
     assert [r["ranks"] for r in found] == [2] * 4
 
 

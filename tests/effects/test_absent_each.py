@@ -1,4 +1,4 @@
-"""Off means absent, effect by effect, in the small scenes that `shellmb bench --effects` times."""
+"""Off means absent, effect by effect, in the small scenes that `tests.bench --effects` times."""
 
 import subprocess
 import sys
@@ -8,13 +8,13 @@ from mpi4py import MPI  # noqa: F401  (before dolfinx)
 
 import pytest
 
-from shellmb.bench.effects.rows import CASES, NO_ROW
 from shellmb.effects.catalogue.registry import EFFECTS, changed
 from shellmb.effects.count import count, kernels_of
 from shellmb.kernels import watched
 from shellmb.measuring.stepping import Stepping
 from shellmb.scene import Scene
 from shellmb.simulate.simulation import Simulation
+from tests.bench.effects.rows import CASES, NO_ROW
 
 MESH = (2, 1)
 # what a scene has more with an effect than without it: unknowns, integrals, coefficients, kernels

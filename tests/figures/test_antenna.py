@@ -6,6 +6,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from demos.paper.examples.antenna import EXAMPLE
+from demos.paper.make import find_examples
+from demos.paper.runs import request_of
 from shellmb.demos.antenna import (
     HINGES,
     LAWS,
@@ -17,9 +20,6 @@ from shellmb.demos.antenna import (
     rocking,
     scene,
 )
-from shellmb.figures.examples.antenna import EXAMPLE
-from shellmb.figures.make import find_examples
-from shellmb.figures.runs import request_of
 from shellmb.run.execute import execute
 from shellmb.scene import JointDamper, JointSpring, Revolute, RigidBody, Scene
 

@@ -1,4 +1,4 @@
-"""`shellmb figures`: what it refuses, and that its check decides the exit code."""
+"""`python -m demos.paper`: what it refuses, and that its check decides the exit code."""
 
 import json
 from pathlib import Path
@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from shellmb.cli.main import app
-from shellmb.figures import make
-from shellmb.figures.example import Example, Run, Statement, Verdict
+from demos.paper import make
+from demos.paper.__main__ import app
+from demos.paper.example import Example, Run, Statement, Verdict
 
 RUN = Run("only", "slider_crank", {}, {"t_end": 0.01})
 
@@ -20,22 +20,22 @@ def example(passed: bool) -> Example:
 
 @pytest.mark.parametrize(("passed", "code"), [(True, 0), (False, 1)])
 def test_check(passed: bool, code: int, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr("shellmb.cli.figures.find_examples", lambda section: [example(passed)])
+    monkeypatch.setattr("demos.paper.__main__.find_examples", lambda section: [example(passed)])
     folders = ["--from", str(tmp_path / "runs"), "--out", str(tmp_path / "out")]
-    done = CliRunner().invoke(app, ["figures", "6.1", "--check", "--json", *folders])
+    done = CliRunner().invoke(app, ["6.1", "--check", "--json", *folders])
     assert done.exit_code == code
     assert json.loads(done.stdout)[0]["pass"] is passed
     assert (tmp_path / "runs" / "6.1" / "only" / "summary.json").is_file()
     # without --check everything that was made is told, and that is a success
-    assert CliRunner().invoke(app, ["figures", "6.1", *folders]).exit_code == 0
+    assert CliRunner().invoke(app, ["6.1", *folders]).exit_code == 0
 
 
 def test_unknown_names() -> None:
-    done = CliRunner().invoke(app, ["figures", "6.1", "--only", "nothing"])
+    done = CliRunner().invoke(app, ["6.1", "--only", "nothing"])
     assert done.exit_code == 2
     assert "there is no run 'nothing'; give one of 'shell-ed'" in done.stderr
     # one that there is does not make up for it
-    done = CliRunner().invoke(app, ["figures", "6.1", "--only", "shell-ed", "--only", "nothing"])
+    done = CliRunner().invoke(app, ["6.1", "--only", "shell-ed", "--only", "nothing"])
     assert done.exit_code == 2 and "there is no run 'nothing'" in done.stderr
-    assert CliRunner().invoke(app, ["figures", "8"]).exit_code == 2
+    assert CliRunner().invoke(app, ["8"]).exit_code == 2
     assert list(make.EXAMPLES) == ["6.1", "6.2", "6.3"]

@@ -4,6 +4,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from demos.paper.ends import at_the_ends
+from demos.paper.examples.lateral_buckling import EXAMPLE
+from demos.paper.make import find_examples
+from demos.paper.runs import request_of
 from shellmb.demos.lateral_buckling import (
     STIFFNESS,
     fast,
@@ -13,10 +17,6 @@ from shellmb.demos.lateral_buckling import (
     scene,
     shear_force,
 )
-from shellmb.figures.ends import at_the_ends
-from shellmb.figures.examples.lateral_buckling import EXAMPLE
-from shellmb.figures.make import find_examples
-from shellmb.figures.runs import request_of
 from shellmb.scene import Scene
 
 

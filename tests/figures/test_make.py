@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from demos.paper.example import Example, Figure, Results, Run, Statement, Verdict
+from demos.paper.make import Made, find_examples, make
+from demos.paper.report import print_made
+from demos.paper.runs import finish, request_of
 from shellmb.errors import SceneError, Stopped
-from shellmb.figures.example import Example, Figure, Results, Run, Statement, Verdict
-from shellmb.figures.make import Made, find_examples, make
-from shellmb.figures.report import print_made
-from shellmb.figures.runs import finish, request_of
 from shellmb.measuring.records import to_json
 from shellmb.run.execute import execute
 from shellmb.simulate.simulation import Silent, Simulation

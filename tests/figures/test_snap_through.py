@@ -8,9 +8,9 @@ import pandas as pd
 import pytest
 from matplotlib.figure import Figure as Canvas
 
+from demos.paper.example import FinishedRun, Results
+from demos.paper.examples.snap_through import EXAMPLE
 from shellmb.demos import snap_through as demo
-from shellmb.figures.example import FinishedRun, Results
-from shellmb.figures.examples.snap_through import EXAMPLE
 
 # figures and statements that need the frames of a run too
 WITH_STATES = {"10", "10b", "At first a double-S: reversed in the middle only"}

@@ -7,9 +7,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from demos.paper.example import FinishedRun, Results, Statement
+from demos.paper.examples import antenna_statements, snap_statements
 from shellmb.demos import antenna, snap_through
-from shellmb.figures.example import FinishedRun, Results, Statement
-from shellmb.figures.examples import antenna_statements, snap_statements
 
 WIDTH = 2.0
 # what fails where panels do not act as plates

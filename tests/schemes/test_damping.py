@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 import ufl
 
-from shellmb.bench.effects.plates import _quadratic
 from shellmb.errors import SceneError
 from shellmb.forms import shell as shell_forms
 from shellmb.forms.shell import ShellStrains
@@ -41,6 +40,7 @@ from shellmb.scene import (
 from shellmb.simulate.reduction.tangent import tangent
 from shellmb.simulate.simulation import Silent, Simulation
 from shellmb.system.eigenvalues import eigenpairs
+from tests.bench.effects.plates import _quadratic
 
 E, RHO, LENGTH, SIDE = 2e11, 8000.0, 1.0, 0.1
 # bending and stretching lie within a decade, so that one damping time shows in both

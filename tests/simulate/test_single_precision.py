@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 from mpi4py import MPI  # noqa: F401  (before dolfinx)
 
 import pytest
 
-from shellmb.bench.record import Configuration
-from shellmb.bench.scenes import plate as bench_plate
 from shellmb.observers.account.energy import EnergyAccount
 from shellmb.scene import (
     Clamped,
@@ -30,6 +29,8 @@ from shellmb.system.condensation.reduction import Reduction
 from shellmb.system.direct import solver as direct
 from shellmb.system.direct.mumps import SCALING, mumps_options
 from shellmb.system.direct.solver import DirectSolver, Factors
+from tests.bench.record import Configuration
+from tests.bench.scenes import plate as bench_plate
 
 RUBBER = Isotropic(E=2e6, nu=0.3, thickness=0.02, density=500.0)
 
@@ -115,8 +116,8 @@ def test_large_plates(monkeypatch: pytest.MonkeyPatch, newton: str) -> None:
 
 PROGRAM = """
 from mpi4py import MPI
-from shellmb.bench.record import AUTO
-from shellmb.bench.scenes import plate
+from tests.bench.record import AUTO
+from tests.bench.scenes import plate
 from shellmb.scene.loads.loads import Load
 from shellmb.simulate.simulation import Simulation
 
@@ -132,8 +133,9 @@ assert solver.contraction < 0.01, solver.contraction
 
 @pytest.mark.slow
 @pytest.mark.mpi
-def test_large_plates_on_two_ranks(mpirun: Any) -> None:
+def test_large_plates_on_two_ranks(mpirun: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     """MUMPS scales what several ranks have in other ways than what one has."""
+    monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parents[2]))
     mpirun(2, "-c", PROGRAM)
 
 

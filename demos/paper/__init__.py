@@ -1,0 +1,1 @@
+"""The paper's three examples: their runs, figures and statements (`python -m demos.paper`)."""

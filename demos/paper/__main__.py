@@ -1,0 +1,73 @@
+"""The command `python -m demos.paper`, from the folder of the checkout."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from demos.paper.example import Example
+from demos.paper.make import find_examples, make
+from demos.paper.report import print_made
+from shellmb.cli.failures import App, failures_reported, first_rank, tell
+from shellmb.cli.options import JsonOption, PicturesOption
+from shellmb.cli.report import say
+from shellmb.errors import SceneError
+from shellmb.measuring.records import to_json
+
+app = App(pretty_exceptions_enable=False)
+
+
+@app.command()
+@failures_reported
+def figures(
+    section: Annotated[
+        str | None, typer.Argument(metavar="[6.1|6.2|6.3]", help="Section; all if left out.")
+    ] = None,
+    runs: Annotated[
+        Path, typer.Option("--from", help="Folder of the runs; finished ones in it are used.")
+    ] = Path("runs", "figures"),
+    out: Annotated[Path, typer.Option(help="Folder of the pictures.")] = Path("demos", "figures"),
+    only: Annotated[
+        list[str] | None, typer.Option(metavar="RUN", help="Only this run; may be repeated.")
+    ] = None,
+    check: Annotated[
+        bool, typer.Option("--check", help="Fail unless all statements hold.")
+    ] = False,
+    json: JsonOption = False,
+    no_pictures: PicturesOption = False,
+) -> None:
+    """Make the paper's figures and compare its statements with ours, from scratch or finished runs.
+
+    The runs of an example take minutes to hours; one that was stopped goes on where it was.
+    """
+    examples = find_examples(section)
+    if only:
+        examples = _with_runs(examples, only)
+
+    judged = []
+    for example in examples:
+        pictures = None if no_pictures else out / example.section
+        made = make(example, runs / example.section, pictures, only or [], tell)
+        judged += made.judged
+        if first_rank() and not json:
+            print_made(made)
+    if first_rank() and json:
+        say(to_json(judged, passed="pass"))
+    if check and not all(j.passed for j in judged):
+        raise typer.Exit(1)
+
+
+def _with_runs(examples: list[Example], names: Sequence[str]) -> list[Example]:
+    there = {run.name for e in examples for run in e.runs}
+    for name in names:
+        if name not in there:
+            known = ", ".join(f"'{run.name}'" for e in examples for run in e.runs)
+            raise SceneError(f"figures: there is no run '{name}'; give one of {known}")
+    return [e for e in examples if not {run.name for run in e.runs}.isdisjoint(names)]
+
+
+if __name__ == "__main__":
+    app()

@@ -1,0 +1,1 @@
+"""The three examples, each with its runs, figures and statements."""

@@ -1,0 +1,122 @@
+"""The command `python -m tests.bench`, from the folder of the checkout."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from shellmb.cli.failures import App, failures_reported
+from shellmb.cli.options import Clock
+
+app = App(pretty_exceptions_enable=False)
+
+
+class BenchScene(StrEnum):
+    """Plates that are measured."""
+
+    dynamic = "dynamic"
+    static = "static"
+
+
+class BenchScheme(StrEnum):
+    """Time schemes of the dynamic ones."""
+
+    ep = "ep"
+    ed = "ed"
+    ep4 = "ep4"
+    ed3 = "ed3"
+
+
+class Peer(StrEnum):
+    """Codes to compare with."""
+
+    exudyn = "exudyn"
+    opensees = "opensees"
+
+
+@app.command()
+@failures_reported
+def bench(
+    scene: Annotated[
+        list[BenchScene] | None, typer.Option(help="Plate; may be repeated; all if left out.")
+    ] = None,
+    scheme: Annotated[
+        list[BenchScheme] | None, typer.Option(help="Time scheme; may be repeated.")
+    ] = None,
+    mesh: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NxM", help="Mesh; may be repeated; 6x2 ... 64x64 if left out."),
+    ] = None,
+    steps: Annotated[int | None, typer.Option(min=1, help="Steps of a round.")] = None,
+    repeat: Annotated[int | None, typer.Option(min=1, help="Number of rounds.")] = None,
+    limit: Annotated[
+        int | None,
+        typer.Option(min=1, help="Unknowns beyond which the unreduced path is left out."),
+    ] = None,
+    memory: Annotated[bool, typer.Option("--memory", help="Peak memory of all.")] = False,
+    clock: Annotated[Clock, typer.Option(help="Processor or wall times.")] = Clock.wall,
+    peer: Annotated[
+        list[Peer] | None, typer.Option(help="Compare with another code; may be repeated.")
+    ] = None,
+    effects: Annotated[
+        bool, typer.Option("--effects", help="A step with each effect and without it.")
+    ] = False,
+    effect: Annotated[
+        list[str] | None, typer.Option(metavar="NAME", help="Of --effects; may be repeated.")
+    ] = None,
+    out: Annotated[Path | None, typer.Option(help="Folder for picture and numbers.")] = None,
+    quick: Annotated[bool, typer.Option("--quick", help="A small mesh, few steps.")] = False,
+    check: Annotated[bool, typer.Option("--check", help="Fail if a bar is missed.")] = False,
+    json: Annotated[bool, typer.Option("--json", help="Print a JSON list.")] = False,
+) -> None:
+    """Measure what a step costs on this machine, part by part, by effects, or against another code.
+
+    Wall times, or with `--clock cpu` processor times: these compare on a busy machine, too, but
+    reading that clock takes a good part of a millisecond in some sandboxes. `--effects` and
+    `--peer` read it once a round, and always take it.
+    """
+    from shellmb.run.request import parse_mesh
+
+    if effects or effect:
+        from tests.bench.effects.report import effect_plan_of, run_effects
+
+        refused = {"scene": scene, "limit": limit, "memory": memory, "peer": peer, "check": check}
+        by_effect = effect_plan_of(
+            quick,
+            [name for name, value in refused.items() if value],
+            effects=effect,
+            schemes=[s.value for s in scheme or []],
+            meshes=[parse_mesh(m) for m in mesh or []],
+            steps=steps,
+            rounds=repeat,
+        )
+        run_effects(by_effect, out, json)
+        return
+    if peer:
+        from tests.bench.peers.report import run_peer
+
+        passed = run_peer([p.value for p in peer], out, json, quick, check)
+    else:
+        from tests.bench.report import plan_of, run_bench
+
+        plan = plan_of(
+            quick,
+            scenes=[s.value for s in scene or []],
+            schemes=[s.value for s in scheme or []],
+            meshes=[parse_mesh(m) for m in mesh or []],
+            steps=steps,
+            rounds=repeat,
+            limit=limit,
+            memory=memory,
+            clock=clock.value,
+        )
+        passed = run_bench(plan, out, json, check)
+    if not passed:
+        raise typer.Exit(1)
+
+
+if __name__ == "__main__":
+    app()
