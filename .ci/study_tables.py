@@ -16,8 +16,8 @@ from pathlib import Path
 from typing import Any
 
 from shellmb.measuring.tables import Column, markdown, replaced
-from shellmb.study.advice import TARGETS
-from shellmb.study.cases.bundled import BUNDLED
+from shellmb.studies.advice import TARGETS
+from shellmb.studies.cases.bundled import BUNDLED
 
 ROOT = Path(__file__).resolve().parents[1]
 STORED = ROOT / "demos" / "studies"

@@ -219,7 +219,7 @@ def main() -> None:
     """Run all six roofs and draw them over the tabulated points."""
     from matplotlib.figure import Figure
 
-    from shellmb.run.execute import execute
+    from shellmb.running.execute import execute
 
     made = Figure(figsize=(7.0, 6.4), layout="constrained")
     kinds: tuple[Plies, ...] = ("isotropic", "0/90/0", "90/0/90")

@@ -177,7 +177,7 @@ def main() -> None:
     """Run both models and draw their branches over those of the rod."""
     from matplotlib.figure import Figure
 
-    from shellmb.run.execute import execute
+    from shellmb.running.execute import execute
 
     made = Figure(figsize=(7.0, 3.4), layout="constrained")
     axes = made.add_subplot()

@@ -14,8 +14,7 @@ stiffness, is kept. Deflections under a uniform load and frequencies of both app
 import math
 from typing import Any, Literal
 
-from shellmb.modes import natural_modes
-from shellmb.run.execute import execute
+from shellmb.running.execute import execute
 from shellmb.scene import (
     AlongLine,
     Beam,
@@ -30,6 +29,7 @@ from shellmb.scene import (
     Shell,
     SurfaceForce,
 )
+from shellmb.vibration import natural_modes
 
 LENGTH, WIDTH, THICKNESS = 1.0, 1.0, 0.005  # [m]
 E, NU, RHO, SHEAR = 70e9, 0.3, 2700.0, 5 / 6

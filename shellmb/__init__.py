@@ -16,11 +16,11 @@ from shellmb.guarding.surroundings import heed
 
 __version__ = "0.1.0"
 
-# what is called: three of them are packages of the same name, see `shellmb.calling`
+# functions and classes of the Python interface, by the modules that they are in
 _API = {
-    "run": "shellmb.run",
-    "modes": "shellmb.modes",
-    "study": "shellmb.study",
+    "run": "shellmb.api.runs",
+    "modes": "shellmb.api.modal",
+    "study": "shellmb.api.studies",
     "load": "shellmb.api.runs",
     "resume": "shellmb.api.runs",
     "scenes": "shellmb.api.runs",
@@ -52,8 +52,7 @@ def __getattr__(name: str) -> Any:
     if name in _PACKAGES:
         return importlib.import_module(f"shellmb.{name}")
     if name in _API:
-        module = importlib.import_module(_API[name])
-        return module if _API[name] == f"shellmb.{name}" else getattr(module, name)
+        return getattr(importlib.import_module(_API[name]), name)
     scene = importlib.import_module("shellmb.errors" if name in _ERRORS else "shellmb.scene")
     if name in scene.__all__:
         return getattr(scene, name)

@@ -12,7 +12,7 @@ import matplotlib.figure
 import pandas as pd
 
 from shellmb.observers.files.described import read_described
-from shellmb.run.standard import FIELDS
+from shellmb.running.standard import FIELDS
 from shellmb.scene import Scene
 from shellmb.show.fields import Fields
 

@@ -15,11 +15,11 @@ from shellmb.errors import ConvergenceError, SceneError
 from shellmb.measuring.stepping import free
 from shellmb.observers.history import read_history
 from shellmb.observers.progress import ProgressReport
-from shellmb.run.execute import INTERRUPTED, execute
-from shellmb.run.request import REQUEST, Options, Request, read_request
-from shellmb.run.resuming.resume import resume
-from shellmb.run.standard import HISTORY, SUMMARY
-from shellmb.run.tables import Damaged, read_table
+from shellmb.running.execute import INTERRUPTED, execute
+from shellmb.running.request import REQUEST, Options, Request, read_request
+from shellmb.running.resuming.resume import resume
+from shellmb.running.standard import HISTORY, SUMMARY
+from shellmb.running.tables import Damaged, read_table
 from shellmb.scene import Scene
 
 State = Literal["new", "stopped", "finished"]

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from shellmb.errors import SceneError
-from shellmb.run.loader import SceneModule
-from shellmb.run.request import Options, Request, parse_mesh
+from shellmb.running.loader import SceneModule
+from shellmb.running.request import Options, Request, parse_mesh
 from shellmb.scene import Scene
 from shellmb.scene.checks.effect import check_alpha
 

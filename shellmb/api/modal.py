@@ -155,8 +155,8 @@ def modes(
     from mpi4py import MPI
 
     from shellmb.api.folders import gone_with, place
-    from shellmb.run.modes import find_modes
-    from shellmb.run.request import scene_of_run
+    from shellmb.running.modes import find_modes
+    from shellmb.running.request import scene_of_run
 
     if isinstance(scene, Run):
         if state is not None:

@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     import pandas as pd
     import pyvista as pv
 
-    from shellmb.modes import Modes
     from shellmb.moving.state import StateModes as AboutState
+    from shellmb.vibration import Modes
 
 TABLE = "modes.csv"
 

@@ -12,7 +12,7 @@ from pydantic import TypeAdapter, ValidationError
 from shellmb.errors import SceneError
 from shellmb.guarding.reading import read_json
 from shellmb.observers.files.described import Described, read_described
-from shellmb.run.tables import first_error
+from shellmb.running.tables import first_error
 from shellmb.scene import Scene
 from shellmb.show.fields import Fields
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     import pandas as pd
     import pyvista as pv
 
-    from shellmb.run.execute import RunResult
+    from shellmb.running.execute import RunResult
 
 
 class _Said(TypedDict):
@@ -82,7 +82,7 @@ class Run:
         """
         if self.computed is not None:
             return self.computed.scene
-        from shellmb.run.request import read_request
+        from shellmb.running.request import read_request
 
         return read_request(self.directory).trusted(None, False).build()[0]
 

@@ -87,7 +87,7 @@ def run(
     )
     from mpi4py import MPI
 
-    from shellmb.run.execute import execute
+    from shellmb.running.execute import execute
 
     world = MPI.COMM_WORLD if comm is None else comm
     directory, temporary = place(out, world)
@@ -139,7 +139,7 @@ def resume(
     """
     from mpi4py import MPI
 
-    from shellmb.run.resuming.resume import resume as go_on
+    from shellmb.running.resuming.resume import resume as go_on
 
     world = MPI.COMM_WORLD if comm is None else comm
     named = isinstance(scene, str)
@@ -176,7 +176,7 @@ def load(directory: Path | str) -> Run | ModeShapes | RotatingModes:
 
 def scenes() -> dict[str, str]:
     """Names of the bundled scenes, each with a line on it."""
-    from shellmb.run.loader import demos
+    from shellmb.running.loader import demos
 
     return demos()
 

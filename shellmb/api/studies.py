@@ -14,7 +14,7 @@ from shellmb.scene import Scene
 if TYPE_CHECKING:
     import pandas as pd
 
-    from shellmb.study.report import Finding
+    from shellmb.studies.report import Finding
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ class Study:
         Args:
             file: The picture.
         """
-        from shellmb.study.picture import draw
+        from shellmb.studies.picture import draw
 
         draw([(f.title, f.judged) for f in self.findings], Path(file))
         return Path(file)
@@ -137,13 +137,13 @@ def study(
         SceneError: If the scene, a value or a quantity is impossible.
         ConvergenceError: If the reference fails.
     """
-    from shellmb.run.loader import SceneModule, given
-    from shellmb.run.request import parse_mesh
-    from shellmb.study.choice import Base
-    from shellmb.study.quantity import parse_quantity
-    from shellmb.study.report import evaluate
-    from shellmb.study.runner import measure
-    from shellmb.study.sweep import Sweep
+    from shellmb.running.loader import SceneModule, given
+    from shellmb.running.request import parse_mesh
+    from shellmb.studies.choice import Base
+    from shellmb.studies.quantity import parse_quantity
+    from shellmb.studies.report import evaluate
+    from shellmb.studies.runner import measure
+    from shellmb.studies.sweep import Sweep
 
     if clock not in ("wall", "cpu"):
         raise SceneError(f"study: clock is '{clock}'; it must be 'wall' or 'cpu'")

@@ -148,7 +148,7 @@ def _cases(scene: SceneFunction, parameters: Any) -> list[dict[str, Any]]:
             "{'force': [1, 2]}, or the cases themselves"
         )
     if isinstance(scene, str):
-        from shellmb.run.loader import load
+        from shellmb.running.loader import load
 
         known = load(scene).parameters
     else:
@@ -184,7 +184,7 @@ def _about(
 def _checksum(made: Callable[..., Any] | str) -> str:
     """Name and source of a scene or function: other code gives other numbers."""
     if isinstance(made, str):
-        from shellmb.run.loader import load
+        from shellmb.running.loader import load
 
         source = Path(str(load(made).module.__file__)).read_text()
         name = made

@@ -111,7 +111,7 @@ def _main(
 @failures_reported
 def list_scenes() -> None:
     """List the bundled scenes by their kinds, one line each."""
-    from shellmb.run.loader import demos, kinds
+    from shellmb.running.loader import demos, kinds
 
     if first_rank():
         print_list(demos(), kinds())
@@ -162,7 +162,7 @@ def run(
 
     from mpi4py import MPI
 
-    from shellmb.run.execute import execute
+    from shellmb.running.execute import execute
 
     name = f"{module.name}-{built.scheme_name}"
     with announced(built.name, quiet):
@@ -199,13 +199,13 @@ def resume(
     The scene is built again with the same options, on the same number of ranks; it has to be the
     same scene. A file is executed only if it is named here, or trusted.
     """
-    from shellmb.run.request import read_request
+    from shellmb.running.request import read_request
 
     # a bad scene says so before anything heavy is loaded
     request = read_request(directory).trusted(scene, trust)
     built, _ = request.build()
 
-    from shellmb.run.resuming.resume import resume as go_on
+    from shellmb.running.resuming.resume import resume as go_on
 
     with announced(built.name, quiet):
         result = go_on(
@@ -272,7 +272,7 @@ def modes(
 
     from mpi4py import MPI
 
-    from shellmb.run.modes import find_modes
+    from shellmb.running.modes import find_modes
 
     directory = MPI.COMM_WORLD.bcast(out or default_directory(f"{module.name}-modes"))
     options: Any = {"results": module.mode_results, "pictures": not no_pictures}

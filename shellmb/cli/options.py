@@ -12,8 +12,8 @@ import typer
 from shellmb.errors import SceneError
 
 if TYPE_CHECKING:
-    from shellmb.run.loader import SceneModule
-    from shellmb.run.request import Request
+    from shellmb.running.loader import SceneModule
+    from shellmb.running.request import Request
     from shellmb.scene import Scene
 
 
@@ -113,7 +113,7 @@ def asked(scene: str, parameters: list[str] | None, **options: Any) -> Request:
     Raises:
         SceneError: If a mesh or a parameter is not of its form.
     """
-    from shellmb.run.request import Options, Request, parse_mesh, parse_parameters
+    from shellmb.running.request import Options, Request, parse_mesh, parse_parameters
 
     if options.get("mesh") is not None:
         options["mesh"] = parse_mesh(options["mesh"])
@@ -147,7 +147,7 @@ def asked_of_run(
     given = run or (state if again else None)
     if given is None:
         return *asked(scene, parameters, **elements).build(), state
-    from shellmb.run.request import scene_of_run
+    from shellmb.running.request import scene_of_run
 
     if parameters or any(elements.values()):
         raise SceneError(f"modes: {given} holds a run, which has its own mesh and parameters")

@@ -13,10 +13,10 @@ from shellmb.cli.failures import tell
 from shellmb.show.account import account
 
 if TYPE_CHECKING:
-    from shellmb.modes import Modes
     from shellmb.moving.campbell import Campbell
     from shellmb.moving.state import StateModes
-    from shellmb.run.execute import RunResult
+    from shellmb.running.execute import RunResult
+    from shellmb.vibration import Modes
 
 
 # a line about kernels at most that often [s]

@@ -24,8 +24,8 @@ from shellmb.cli.report import print_list, say
 from shellmb.errors import SceneError
 
 if TYPE_CHECKING:
-    from shellmb.study.report import Finding
-    from shellmb.study.sweep import Sweep
+    from shellmb.studies.report import Finding
+    from shellmb.studies.sweep import Sweep
 
     # name of its files, folder, what was found
     type Done = tuple[str, Path, list[Finding]]
@@ -94,10 +94,10 @@ def study(
     run by run; a study that was stopped goes on there. Times are of the steps, set-up and
     compiling excluded, the median of several rounds in turn.
     """
-    from shellmb.run.request import parse_mesh, parse_parameters
-    from shellmb.study.choice import Base
-    from shellmb.study.quantity import parse_quantity
-    from shellmb.study.sweep import Sweep
+    from shellmb.running.request import parse_mesh, parse_parameters
+    from shellmb.studies.choice import Base
+    from shellmb.studies.quantity import parse_quantity
+    from shellmb.studies.sweep import Sweep
 
     axes: dict[str, Any] = {
         "dt": _values("dt", dt, _positive),
@@ -148,7 +148,7 @@ def _refuse(scene: str | None, bundled: str | None, given: list[str]) -> None:
 def _run_bundled(
     name: str, repeat: int | None, clock: str, out: Path | None, quiet: bool
 ) -> list[Done]:
-    from shellmb.study.cases.bundled import BUNDLED, find_bundled
+    from shellmb.studies.cases.bundled import BUNDLED, find_bundled
 
     if name == "list":
         if first_rank():
@@ -167,8 +167,8 @@ def _run_bundled(
 
 
 def _run(title: str, sweep: Sweep, folder: Path, clock: str, quiet: bool) -> list[Finding]:
-    from shellmb.study.report import evaluate
-    from shellmb.study.runner import measure
+    from shellmb.studies.report import evaluate
+    from shellmb.studies.runner import measure
 
     def report(text: str) -> None:
         if not quiet:
@@ -188,8 +188,8 @@ def _finish(done: list[Done], as_json: bool, pictures: bool) -> None:
         return
     from shellmb.measuring.records import to_json, write
     from shellmb.measuring.tables import console
-    from shellmb.study.picture import draw
-    from shellmb.study.report import print_finding
+    from shellmb.studies.picture import draw
+    from shellmb.studies.report import print_finding
 
     to = console(160)
     for name, folder, findings in done:

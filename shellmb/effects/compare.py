@@ -11,8 +11,8 @@ from statistics import median
 
 from shellmb.errors import ShellmbError
 from shellmb.measuring.times import in_turn
-from shellmb.run.execute import RunResult, execute
-from shellmb.run.results import Results
+from shellmb.running.execute import RunResult, execute
+from shellmb.running.results import Results
 from shellmb.scene import Scene
 
 

@@ -17,8 +17,8 @@ from rich.console import Console
 from shellmb.kernels import watched
 from shellmb.measuring.times import Stopwatch, slowest
 from shellmb.observers.progress import ProgressReport
-from shellmb.run.directory import make_directory
-from shellmb.run.standard import StandardObservers
+from shellmb.running.directory import make_directory
+from shellmb.running.standard import StandardObservers
 from shellmb.scene import Scene
 from shellmb.simulate.simulation import Observer, Silent, Simulation
 from shellmb.simulate.stepsize.landing import ROUND_OFF

@@ -17,12 +17,12 @@ from shellmb.moving.campbell import Campbell, campbell
 from shellmb.moving.modes import TurningModes, check_count, modes_of
 from shellmb.moving.state import MovingState, StateModes, check_state
 from shellmb.observers.summary import versions, write_json
-from shellmb.run.directory import claimed, written
-from shellmb.run.memory import check_memory
-from shellmb.run.modes import write_shapes
-from shellmb.run.results import measured
-from shellmb.run.resuming.reached import state_of_run
-from shellmb.run.standard import SUMMARY
+from shellmb.running.directory import claimed, written
+from shellmb.running.memory import check_memory
+from shellmb.running.modes import write_shapes
+from shellmb.running.results import measured
+from shellmb.running.resuming.reached import state_of_run
+from shellmb.running.standard import SUMMARY
 from shellmb.scene import Scene
 from shellmb.scene.values.validate import show
 from shellmb.stopping import STOPPING
@@ -120,7 +120,7 @@ def find_state_modes(
     comm: MPI.Comm = MPI.COMM_WORLD,
     pictures: bool = True,
 ) -> StateModes:
-    """Find modes about a state of a run and write them as `shellmb.run.modes` does.
+    """Find modes about a state of a run and write them as `shellmb.running.modes` does.
 
     Args:
         scene: The scene of the run; for its last state the scheme, steps and end in time do not

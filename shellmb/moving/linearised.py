@@ -13,12 +13,12 @@ from dolfinx import fem
 from shellmb.derivatives import Derivative
 from shellmb.model.model import Model
 from shellmb.model.sections.damping import together
-from shellmb.modes import shift_below
 from shellmb.moving.axis import Axis
 from shellmb.moving.frame import TurningFrame
 from shellmb.schemes.base import Levels
 from shellmb.simulate.reduction.tangent import Blocks
 from shellmb.simulate.start.relaxation import Relaxation
+from shellmb.vibration import shift_below
 
 
 class Linearised:

@@ -9,11 +9,11 @@ import numpy.typing as npt
 
 from shellmb.errors import ConvergenceError, SceneError, petsc_in_words
 from shellmb.model.model import Model
-from shellmb.modes import Shape, nodal_shape, scaled
 from shellmb.moving.linearised import Linearised
 from shellmb.moving.quadratic import Pair, product, solve_quadratic, turned
 from shellmb.moving.rigid import FreeMotions
 from shellmb.moving.turning import Turning
+from shellmb.vibration import Shape, nodal_shape, scaled
 
 # eigenvalues below this part of the shift are zero: a double one, as of a free rotation, is found
 # to the square root of round-off
@@ -41,8 +41,8 @@ class TurningModes:
         values: Eigenvalues, 1/s.
         whirl: How much each of them whirls about the axis, from -1 (a backward circle of all
             points) to 1 (a forward one).
-        shapes: Real and imaginary part of each mode, as those of `shellmb.modes.Modes`; the real
-            part is the larger one.
+        shapes: Real and imaginary part of each mode, as those of `shellmb.vibration.Modes`; the
+            real part is the larger one.
         model: The model, with the nodes' positions.
         unknowns: Number of unknowns of the eigenproblem.
         rigid: Number of modes with the eigenvalue zero, which are the first ones.

@@ -1,6 +1,8 @@
 """`import shellmb` is light, and what it offers is what editors and mypy are told."""
 
 import ast
+import importlib.util
+import inspect
 import subprocess
 import sys
 import time
@@ -36,15 +38,15 @@ def test_the_stub_lists_what_is_found() -> None:
         assert getattr(sm, name) is not None
 
 
-def test_packages_of_the_same_name_are_called_and_stay_packages() -> None:
-    import inspect
+def test_functions_stay_functions_whatever_modules_are_imported() -> None:
+    """A package `shellmb.run` would take the place of the function once something imports it."""
+    import shellmb.running.execute
+    import shellmb.studies.sweep
+    import shellmb.vibration  # noqa: F401
 
-    import shellmb.run.execute
-    from shellmb.api.runs import run
-
-    assert sm.run is sys.modules["shellmb.run"]
-    assert inspect.signature(sm.run) == inspect.signature(run)
-    assert shellmb.run.execute.execute.__name__ == "execute"
+    for name in ("run", "modes", "study"):
+        assert inspect.isfunction(getattr(sm, name))
+        assert importlib.util.find_spec(f"shellmb.{name}") is None
 
 
 def test_what_is_not_there_is_an_attribute_error() -> None:

@@ -10,10 +10,10 @@ import pytest
 
 from shellmb.demos import tumbling_plate
 from shellmb.errors import SceneError, ShellmbError
-from shellmb.run.execute import execute
-from shellmb.run.loader import demos, load
-from shellmb.run.request import Options
-from shellmb.run.results import measured
+from shellmb.running.execute import execute
+from shellmb.running.loader import demos, load
+from shellmb.running.request import Options
+from shellmb.running.results import measured
 from shellmb.schemes.registry import SCHEMES
 
 # kernels of rigid bodies and beams compile in seconds, those of shells in up to a minute

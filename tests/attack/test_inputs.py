@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from shellmb.errors import SceneError, ShellmbWarning
-from shellmb.run.memory import check_memory
+from shellmb.running.memory import check_memory
 from shellmb.scene import (
     Cylinder,
     Driven,

@@ -11,7 +11,6 @@ import pytest
 import ufl
 
 from shellmb.errors import SceneError
-from shellmb.modes import natural_modes
 from shellmb.scene import (
     GROUND,
     Beam,
@@ -48,6 +47,7 @@ from shellmb.scene import (
 )
 from shellmb.simulate.simulation import Simulation
 from shellmb.simulate.soundness.sound import sound_model
+from shellmb.vibration import natural_modes
 
 SECTION = Isotropic(E=1e5, nu=0.3, thickness=0.05, density=1.0)
 PLATE = Shell("plate", Rectangle(1.0, 0.5), SECTION, mesh=(2, 1))

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from shellmb.errors import ShellmbWarning
-from shellmb.run.execute import execute
+from shellmb.running.execute import execute
 from shellmb.scene import (
     Command,
     Controller,
@@ -162,7 +162,7 @@ import sys
 from mpi4py import MPI
 import numpy as np
 import shellmb as sm
-from shellmb.modes import natural_modes
+from shellmb.vibration import natural_modes
 from shellmb.simulate.simulation import Simulation
 rank = MPI.COMM_WORLD.rank
 steel = sm.Isotropic(E=2e11, nu=0.3, thickness=0.01, density=7800)

@@ -8,7 +8,7 @@ from typer.testing import CliRunner
 
 from shellmb.cli.main import app
 from shellmb.errors import ShellmbWarning
-from shellmb.run.execute import execute
+from shellmb.running.execute import execute
 from shellmb.scene import (
     Beam,
     Clamped,

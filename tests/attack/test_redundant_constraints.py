@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from shellmb.errors import SceneError
-from shellmb.modes import natural_modes
 from shellmb.scene import (
     GROUND,
     Clamped,
@@ -32,6 +31,7 @@ from shellmb.scene import (
 )
 from shellmb.simulate.simulation import Simulation
 from shellmb.simulate.soundness.sound import sound_model
+from shellmb.vibration import natural_modes
 
 SECTION = Isotropic(E=1e5, nu=0.0, thickness=0.05, density=1.0)
 LYING = Shell("lying", Rectangle(1.0, 0.5), SECTION, mesh=(2, 1))

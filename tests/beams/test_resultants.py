@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from shellmb.analytic.cantilever import exact_cantilever
-from shellmb.run.execute import execute
+from shellmb.running.execute import execute
 from shellmb.scene import (
     Beam,
     Clamped,

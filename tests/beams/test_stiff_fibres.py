@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from shellmb.demos import spin_up_beam
-from shellmb.run.execute import execute
+from shellmb.running.execute import execute
 from shellmb.scene import Beam, InitialVelocity, Line, Scene
 from shellmb.simulate.simulation import Simulation
 

@@ -17,7 +17,7 @@ import pytest
 from scipy.optimize import brentq
 
 from shellmb.analytic.cantilever import exact_cantilever
-from shellmb.run.execute import execute
+from shellmb.running.execute import execute
 from shellmb.scene import (
     GROUND,
     Beam,

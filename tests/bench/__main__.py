@@ -78,7 +78,7 @@ def bench(
     reading that clock takes a good part of a millisecond in some sandboxes. `--effects` and
     `--peer` read it once a round, and always take it.
     """
-    from shellmb.run.request import parse_mesh
+    from shellmb.running.request import parse_mesh
 
     if effects or effect:
         from tests.bench.effects.report import effect_plan_of, run_effects

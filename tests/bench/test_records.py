@@ -9,8 +9,8 @@ from typer.testing import CliRunner
 
 from shellmb.errors import SceneError
 from shellmb.measuring.stepping import observers_of_run
-from shellmb.run.execute import execute
-from shellmb.run.request import Request
+from shellmb.running.execute import execute
+from shellmb.running.request import Request
 from shellmb.simulate.simulation import Simulation
 from tests.bench.__main__ import app
 from tests.bench.bars import EXPONENT, Bar, bars, exponents

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from shellmb.run.execute import execute
+from shellmb.running.execute import execute
 from shellmb.scene import Contact, InitialVelocity, Plane, RigidBody, Scene
 
 # mass, stiffness and speed of the ball: the contact takes pi sqrt(m/k) = 31.4 ms

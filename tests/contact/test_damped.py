@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from shellmb.run.execute import execute
+from shellmb.running.execute import execute
 from shellmb.scene import (
     GROUND,
     Ball,

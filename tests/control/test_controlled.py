@@ -8,8 +8,8 @@ from mpi4py import MPI  # noqa: F401  (before dolfinx)
 import numpy as np
 import pytest
 
-from shellmb.run.execute import execute
-from shellmb.run.loader import load
+from shellmb.running.execute import execute
+from shellmb.running.loader import load
 from shellmb.scene import (
     PID,
     Acceleration,

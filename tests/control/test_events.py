@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from shellmb.errors import ControlError, SceneError
-from shellmb.run.execute import execute
+from shellmb.running.execute import execute
 from shellmb.scene import (
     Event,
     Gravity,

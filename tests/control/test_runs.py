@@ -11,8 +11,8 @@ import pytest
 from shellmb.api.runs import load
 from shellmb.errors import ControlError, Stopped
 from shellmb.observers.history import read_history
-from shellmb.run.execute import execute
-from shellmb.run.resuming.resume import resume
+from shellmb.running.execute import execute
+from shellmb.running.resuming.resume import resume
 from shellmb.scene import (
     PID,
     Acceleration,
@@ -189,7 +189,7 @@ sys.path.insert(0, sys.argv[1])
 from mpi4py import MPI
 from conftest import make_arm
 from test_runs import busy
-from shellmb.run.execute import execute
+from shellmb.running.execute import execute
 run = execute(busy(make_arm), sys.argv[2], pictures=False)
 found = {name: list(run.column(name)) for name in ("t", "hinge.rotation", "pid.u", "law.u")}
 every = MPI.COMM_WORLD.gather(found)

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 import shellmb.scene
-from shellmb.run.execute import execute
+from shellmb.running.execute import execute
 
 ROOT = Path(__file__).parents[2]
 BLOCK = re.compile(r"^```python\n(.*?)^```$", re.DOTALL | re.MULTILINE)

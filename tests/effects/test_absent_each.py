@@ -256,7 +256,7 @@ def test_observers_compile_what_they_look_at(plate, tmp_path) -> None:
 
 def test_modes_beside_runs_are_not_even_loaded() -> None:
     """Their terms and kernels are those of modules that a run does not know."""
-    code = "import sys, shellmb.run.execute as e; e.Simulation; print(*sys.modules)"
+    code = "import sys, shellmb.running.execute as e; e.Simulation; print(*sys.modules)"
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, check=True).stdout
-    assert b"shellmb.run.execute" in loaded
+    assert b"shellmb.running.execute" in loaded
     assert b"shellmb.moving" not in loaded

@@ -6,7 +6,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from shellmb.modes import natural_modes
 from shellmb.scene import (
     Beam,
     Clamped,
@@ -23,6 +22,7 @@ from shellmb.simulate.simulation import Simulation
 from shellmb.verify import tables
 from shellmb.verify.setups import CENTRE, plate_section, square
 from shellmb.verify.solve import displacement, solved
+from shellmb.vibration import natural_modes
 
 # Timoshenko & Woinowsky-Krieger: uniform load, w D / (q a^4); docs/reference/literature.md
 THIN = {"hard": 4.062353e-3, "clamped": 1.265319087e-3}

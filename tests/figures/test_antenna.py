@@ -20,7 +20,7 @@ from shellmb.demos.antenna import (
     rocking,
     scene,
 )
-from shellmb.run.execute import execute
+from shellmb.running.execute import execute
 from shellmb.scene import JointDamper, JointSpring, Revolute, RigidBody, Scene
 
 # table 1 integrated for a hinge alone without inertia, mu theta' = M_0 [1 - (theta/theta_0)^n]:

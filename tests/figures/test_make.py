@@ -15,7 +15,7 @@ from demos.paper.report import print_made
 from demos.paper.runs import finish, request_of
 from shellmb.errors import SceneError, Stopped
 from shellmb.measuring.records import to_json
-from shellmb.run.execute import execute
+from shellmb.running.execute import execute
 from shellmb.simulate.simulation import Silent, Simulation
 
 SHORT = {"t_end": 0.02}

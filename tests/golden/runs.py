@@ -21,7 +21,7 @@ from mpi4py import MPI
 import numpy as np
 import numpy.typing as npt
 
-from shellmb.run.execute import execute
+from shellmb.running.execute import execute
 from tests.golden.scenes import SCENES
 
 FROZEN = Path(__file__).with_name("runs.json")

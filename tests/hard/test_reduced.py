@@ -7,7 +7,7 @@ at a third of its lowest frequency: a linear theory about a frame knows no centr
 
 import pytest
 
-from shellmb.run.execute import RunResult, execute
+from shellmb.running.execute import RunResult, execute
 from shellmb.scene import InitialVelocity, Isotropic, Modal, Rectangle, Scene, Shell
 
 STIFF = Isotropic(E=40e9, nu=0.0, thickness=0.02, density=1900.0)

@@ -8,7 +8,7 @@ round-off in both, and is wrong by 27 per cent after three turns (`Rotations.sti
 import numpy as np
 import pytest
 
-from shellmb.run.execute import RunResult, execute
+from shellmb.running.execute import RunResult, execute
 from shellmb.scene import (
     Driven,
     InitialVelocity,

@@ -19,10 +19,10 @@ from mpi4py import MPI  # noqa: F401  (before dolfinx)
 
 import numpy as np
 
-import shellmb.run.standard as standard
+import shellmb.running.standard as standard
 from shellmb.observers.files.checkpoint import Checkpoint
-from shellmb.run.execute import execute
-from shellmb.run.request import Options, Request
+from shellmb.running.execute import execute
+from shellmb.running.request import Options, Request
 from shellmb.simulate.simulation import Silent, Simulation
 
 EVENTS = {"open": "open", "os.rename": "rename", "os.remove": "remove"}

@@ -37,7 +37,7 @@ def test_who_waits_does_nothing(mpirun) -> None:
 RUN = """
 import time
 from mpi4py import MPI
-from shellmb.run import execute as run
+from shellmb.running import execute as run
 from shellmb.scene import Gravity, Revolute, RigidBody, Scene
 from shellmb.show import pictures
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from shellmb.run.execute import execute
+from shellmb.running.execute import execute
 from shellmb.scene import GROUND, Gravity, Lock, Output, Revolute, RigidBody, Scene
 
 from .test_joints_chain import _everything

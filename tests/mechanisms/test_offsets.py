@@ -10,7 +10,7 @@ import pytest
 
 from shellmb.errors import SceneError
 from shellmb.model.model import build_model
-from shellmb.run.execute import execute
+from shellmb.running.execute import execute
 from shellmb.scene import (
     GROUND,
     Beam,

@@ -14,7 +14,7 @@ from shellmb.demos import slider_crank
 from shellmb.kernels import watched
 from shellmb.observers.account.energy import EnergyAccount
 from shellmb.observers.account.momentum import Momentum
-from shellmb.run.execute import execute
+from shellmb.running.execute import execute
 from shellmb.scene import (
     GROUND,
     Driver,

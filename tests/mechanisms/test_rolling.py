@@ -9,7 +9,7 @@ import pytest
 
 from shellmb.analytic.rolling import Disc, Sleigh, ball_on_turntable, rolling_disc
 from shellmb.observers.forces.joints import JointForces
-from shellmb.run.execute import execute
+from shellmb.running.execute import execute
 from shellmb.scene import (
     GROUND,
     Driver,

@@ -11,7 +11,7 @@ import pytest
 
 from shellmb.errors import SceneError
 from shellmb.meshes.mesh import SurfaceMesh, build_surface
-from shellmb.run.execute import execute
+from shellmb.running.execute import execute
 from shellmb.scene import (
     Clamped,
     EdgeForce,

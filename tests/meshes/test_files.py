@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from shellmb.errors import SceneError, ShellmbWarning
-from shellmb.run.execute import execute
+from shellmb.running.execute import execute
 from shellmb.scene import (
     Clamped,
     EdgeForce,

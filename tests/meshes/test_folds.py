@@ -13,7 +13,7 @@ from shellmb.errors import ConvergenceError, SceneError, petsc_in_words
 from shellmb.meshes.directors import reference_director
 from shellmb.meshes.mesh import build_surface
 from shellmb.meshes.spaces import shell_space
-from shellmb.run.execute import execute
+from shellmb.running.execute import execute
 from shellmb.scene import (
     Clamped,
     EdgeForce,

@@ -11,7 +11,7 @@ import pytest
 from shellmb.errors import SceneError, ShellmbWarning
 from shellmb.meshes.mesh import build_surface
 from shellmb.model.model import build_model
-from shellmb.run.execute import execute
+from shellmb.running.execute import execute
 from shellmb.scene import (
     GROUND,
     Beam,

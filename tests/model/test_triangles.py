@@ -12,12 +12,12 @@ from shellmb.meshes.mesh import build_surface
 from shellmb.model.model import build_model
 from shellmb.model.shells.middles import hold_middles
 from shellmb.model.shells.shell import ShellModel
-from shellmb.modes import natural_modes
-from shellmb.run.execute import execute
-from shellmb.run.loader import load
-from shellmb.run.request import Options
+from shellmb.running.execute import execute
+from shellmb.running.loader import load
+from shellmb.running.request import Options
 from shellmb.scene import Clamped, Fixed, HardSupport, Isotropic, Rectangle, Scene, Shell
 from shellmb.schemes.base import at_state
+from shellmb.vibration import natural_modes
 
 E = 1e9
 

@@ -11,9 +11,8 @@ from scipy.integrate import quad
 import shellmb as sm
 from shellmb.errors import SceneError, ShellmbWarning
 from shellmb.model.model import build_model
-from shellmb.modes import natural_modes
 from shellmb.observers.files.drawn import DrawnMesh
-from shellmb.run.execute import execute
+from shellmb.running.execute import execute
 from shellmb.scene import (
     Clamped,
     EdgeForce,
@@ -28,6 +27,7 @@ from shellmb.scene import (
     Scene,
     Shell,
 )
+from shellmb.vibration import natural_modes
 
 L, B, E, RHO, P = 1.0, 0.2, 1e9, 1000.0, 0.002
 THICK, THIN = 0.02, 0.01

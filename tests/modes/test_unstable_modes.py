@@ -14,7 +14,6 @@ import pytest
 from scipy.optimize import brentq
 
 import shellmb as sm
-from shellmb.modes import natural_modes
 from shellmb.scene import (
     Beam,
     Clamped,
@@ -35,6 +34,7 @@ from shellmb.scene import (
     Scene,
     Shell,
 )
+from shellmb.vibration import natural_modes
 
 
 def column(load: Any, thin: float = 3e-3, length: float = 1.0, axis: int = 2) -> Scene:
@@ -91,7 +91,7 @@ def test_beyond_becks_load_modes_flutter_and_it_is_said() -> None:
 
 def solved_as(monkeypatch: pytest.MonkeyPatch, scene: Scene) -> bool:
     """Whether the eigenproblem of a scene is solved as a symmetric one."""
-    module, seen = sys.modules["shellmb.modes"], []
+    module, seen = sys.modules["shellmb.vibration"], []
     original = module.eigenpairs
 
     def watched(*given: Any) -> Any:

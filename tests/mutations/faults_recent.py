@@ -106,14 +106,14 @@ FAULTS: tuple[Fault, ...] = (
     # studies and tables
     Fault(
         "means over steps stand at the ends of steps",
-        "shellmb/study/quantity.py",
+        "shellmb/studies/quantity.py",
         "t = (t[1:] + t[:-1]) / 2\n",
         "t = t[1:]\n",
         (f"{QUANTITY}::test_means_over_steps_stand_at_their_middles",),
     ),
     Fault(
         "a mesh that all runs have is refined",
-        "shellmb/study/sweep.py",
+        "shellmb/studies/sweep.py",
         "elif first.degree is not None and len(counts) == 1:",
         "elif first.degree is not None and len(counts) == 0:",
         ("tests/study/test_sweep.py::test_what_is_not_refined_is_named",),
@@ -127,7 +127,7 @@ FAULTS: tuple[Fault, ...] = (
     ),
     Fault(
         "doubts about a scene are on stderr only",
-        "shellmb/run/execute.py",
+        "shellmb/running/execute.py",
         "before = doubted([*effect.doubts(scene), *doubts])",
         "before = doubted(doubts)",
         (
@@ -155,7 +155,7 @@ FAULTS: tuple[Fault, ...] = (
     ),
     Fault(
         "forces of joints in the unit of statics, taken by a model of motions",
-        "shellmb/modes.py",
+        "shellmb/vibration.py",
         "model, _ = sound_model(moving, comm, None if state is None else state.model.force)",
         "model, _ = sound_model(moving, comm)",
         (

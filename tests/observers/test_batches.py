@@ -9,9 +9,9 @@ import pytest
 from shellmb.observers.files import batches
 from shellmb.observers.files.checkpoint import Checkpoint
 from shellmb.observers.history import read_history
-from shellmb.run import standard
-from shellmb.run.execute import execute
-from shellmb.run.standard import HISTORY
+from shellmb.running import standard
+from shellmb.running.execute import execute
+from shellmb.running.standard import HISTORY
 from shellmb.scene import Clamped, EdgeForce, Isotropic, Output, Rectangle, Scene, Shell
 from shellmb.simulate.simulation import Silent, Simulation
 

@@ -8,7 +8,7 @@ import pytest
 
 import shellmb as sm
 from shellmb.observers.fields import by_section as section
-from shellmb.run.execute import execute
+from shellmb.running.execute import execute
 from shellmb.show.fields import Fields
 
 LENGTH, WIDTH, THICKNESS, YOUNG, FORCE = 1.0, 0.08, 2e-3, 210e9, 1.0

@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from shellmb.errors import SceneError
-from shellmb.run.execute import execute
+from shellmb.running.execute import execute
 from shellmb.scene import (
     GROUND,
     Beam,

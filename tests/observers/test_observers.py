@@ -8,7 +8,7 @@ import pytest
 from shellmb.errors import SceneError
 from shellmb.observers.files.grid import lattice
 from shellmb.observers.history import History
-from shellmb.run.execute import execute
+from shellmb.running.execute import execute
 from shellmb.scene import (
     Clamped,
     EdgeForce,

@@ -16,7 +16,7 @@ from shellmb.show.plots import ENERGIES, energies
 FREED = """
 import gc, weakref
 gc.disable()
-from shellmb.run.execute import execute
+from shellmb.running.execute import execute
 from shellmb.scene import *
 arm = RigidBody("arm", 2.0, (0.01, 0.2, 0.2), com=(0.5, 0, 0))
 pin = Revolute("pin", "ground", "arm", at=(0, 0, 0), axis=(0, 1, 0))

@@ -2,7 +2,7 @@
 
 import pytest
 
-from shellmb.run.execute import execute
+from shellmb.running.execute import execute
 from shellmb.scene import Clamped, EdgeForce, EdgeMoment, Isotropic, Probe, Rectangle, Scene, Shell
 
 LENGTH, WIDTH, FORCE, MOMENT, PULL = 1.0, 0.5, 3.0, 2.0, 40.0

@@ -8,8 +8,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from shellmb.observers.wholeturns import WholeTurns
-from shellmb.run.execute import execute
-from shellmb.run.resuming.resume import resume
+from shellmb.running.execute import execute
+from shellmb.running.resuming.resume import resume
 from shellmb.scene import (
     GROUND,
     Beam,

@@ -4,7 +4,7 @@ from typing import Any, NamedTuple
 
 from mpi4py import MPI  # noqa: F401  (before dolfinx)
 
-from shellmb.run.execute import execute
+from shellmb.running.execute import execute
 from shellmb.scene import Scene
 
 

@@ -8,9 +8,9 @@ from mpi4py import MPI  # noqa: F401  (before dolfinx)
 import numpy as np
 import numpy.typing as npt
 
-from shellmb.modes import natural_modes
 from shellmb.moving.campbell import campbell
 from shellmb.scene import Isotropic, Modal, Rectangle, Scene, Shell, ShellDamping
+from shellmb.vibration import natural_modes
 
 Floats = npt.NDArray[np.float64]
 

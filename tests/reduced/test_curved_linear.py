@@ -11,8 +11,7 @@ from mpi4py import MPI  # noqa: F401  (before dolfinx)
 import numpy as np
 import pytest
 
-from shellmb.modes import natural_modes
-from shellmb.run.execute import execute
+from shellmb.running.execute import execute
 from shellmb.scene import (
     Clamped,
     Cylinder,
@@ -25,6 +24,7 @@ from shellmb.scene import (
     Shell,
     Sphere,
 )
+from shellmb.vibration import natural_modes
 
 SECTION = Isotropic(E=1e7, nu=0.3, thickness=0.02, density=1000.0)
 PANELS = {

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from shellmb.errors import SceneError
-from shellmb.modes import natural_modes
-from shellmb.run.execute import RunResult, execute
+from shellmb.running.execute import RunResult, execute
 from shellmb.scene import (
     Clamped,
     InitialVelocity,
@@ -25,6 +24,7 @@ from shellmb.scene import (
     ShellDamping,
     SurfaceForce,
 )
+from shellmb.vibration import natural_modes
 
 PLATE = Isotropic(E=70e9, nu=0.3, thickness=5e-3, density=2700.0)
 CORNER = (1.0, 0.4, 0.0)

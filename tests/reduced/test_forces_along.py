@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from shellmb.run.execute import execute
+from shellmb.running.execute import execute
 from shellmb.scene import Beam, Clamped, GeneralSection, Line, Modal, PointForce, Probe, Scene
 
 BENDING = 200.0

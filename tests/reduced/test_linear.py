@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 
 from shellmb.errors import SceneError
-from shellmb.modes import natural_modes
-from shellmb.run.execute import RunResult, execute
-from shellmb.run.resuming.resume import resume
+from shellmb.running.execute import RunResult, execute
+from shellmb.running.resuming.resume import resume
 from shellmb.scene import (
     Beam,
     Clamped,
@@ -29,6 +28,7 @@ from shellmb.scene import (
     Shell,
 )
 from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.vibration import natural_modes
 from tests.reduced.conftest import Kept, kept
 
 PLATE = Isotropic(E=70e9, nu=0.3, thickness=5e-3, density=2700.0)

@@ -8,8 +8,7 @@ from mpi4py import MPI  # noqa: F401  (before dolfinx)
 import numpy as np
 import pytest
 
-from shellmb.modes import natural_modes
-from shellmb.run.execute import RunResult, execute
+from shellmb.running.execute import RunResult, execute
 from shellmb.scene import (
     Beam,
     Clamped,
@@ -38,6 +37,7 @@ from shellmb.scene import (
     SurfaceForce,
     Weld,
 )
+from shellmb.vibration import natural_modes
 
 PLATE = Isotropic(E=70e9, nu=0.3, thickness=5e-3, density=2700.0)
 BAR = RectangularSection(E=70e9, nu=0.3, width=0.01, height=0.02, density=2700.0)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import shellmb as sm
-from shellmb.run.execute import RunResult, execute
+from shellmb.running.execute import RunResult, execute
 from shellmb.scene import (
     Beam,
     Clamped,

@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 from shellmb.errors import SceneError
-from shellmb.modes import natural_modes
-from shellmb.run.execute import execute
+from shellmb.running.execute import execute
 from shellmb.scene import (
     AlongEdge,
     Beam,
@@ -32,6 +31,7 @@ from shellmb.scene import (
     Weld,
 )
 from shellmb.simulate.reduction.reduce import reduce_bodies
+from shellmb.vibration import natural_modes
 from tests.reduced.conftest import Kept, kept
 
 PLATE = Isotropic(E=70e9, nu=0.3, thickness=5e-3, density=2700.0)

@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from shellmb.run.execute import execute
+from shellmb.running.execute import execute
 from shellmb.scene import (
     GROUND,
     Beam,

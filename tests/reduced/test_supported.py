@@ -8,8 +8,7 @@ import pytest
 from shellmb.analytic.plates import Plate, rectangle_frequencies
 from shellmb.errors import SceneError
 from shellmb.kernels import watched
-from shellmb.modes import natural_modes
-from shellmb.run.execute import RunResult, execute
+from shellmb.running.execute import RunResult, execute
 from shellmb.scene import (
     Beam,
     Clamped,
@@ -33,6 +32,7 @@ from shellmb.scene import (
     SymmetryPlane,
     Weld,
 )
+from shellmb.vibration import natural_modes
 
 PLATE = Isotropic(E=70e9, nu=0.3, thickness=5e-3, density=2700.0)
 MODAL = Modal(modes=8)

@@ -9,7 +9,7 @@ import pytest
 import ufl
 
 from shellmb.errors import SceneError
-from shellmb.run.execute import execute
+from shellmb.running.execute import execute
 from shellmb.scene import (
     Beam,
     Cylinder,

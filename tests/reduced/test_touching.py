@@ -8,7 +8,7 @@ from mpi4py import MPI  # noqa: F401  (before dolfinx)
 import numpy as np
 import pytest
 
-from shellmb.run.execute import execute
+from shellmb.running.execute import execute
 from shellmb.scene import (
     Ball,
     Beam,

@@ -10,10 +10,10 @@ import pytest
 import pyvista
 
 from shellmb.errors import ConvergenceError, SceneError
-from shellmb.run.execute import execute
-from shellmb.run.loader import load
-from shellmb.run.request import Options, Request
-from shellmb.run.resuming.resume import resume
+from shellmb.running.execute import execute
+from shellmb.running.loader import load
+from shellmb.running.request import Options, Request
+from shellmb.running.resuming.resume import resume
 from shellmb.scene import Solver, StepControl
 from shellmb.simulate.simulation import Silent
 

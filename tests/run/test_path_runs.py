@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 
-from shellmb.run.execute import execute
-from shellmb.run.request import Options, Request
-from shellmb.run.resuming.resume import resume
+from shellmb.running.execute import execute
+from shellmb.running.request import Options, Request
+from shellmb.running.resuming.resume import resume
 from shellmb.simulate.simulation import Silent
 
 REQUEST = Request("hinged_roof", {"load_end": "0.745"}, Options(mesh=(2, 2)))

@@ -12,11 +12,11 @@ from mpi4py import MPI  # noqa: F401  (before dolfinx)
 import numpy as np
 import pytest
 
-import shellmb.run.execute as executing
+import shellmb.running.execute as executing
 from shellmb.errors import Stopped
-from shellmb.run.execute import RunResult, execute
-from shellmb.run.resuming.resume import resume
-from shellmb.run.standard import StandardObservers
+from shellmb.running.execute import RunResult, execute
+from shellmb.running.resuming.resume import resume
+from shellmb.running.standard import StandardObservers
 from shellmb.scene import (
     GROUND,
     Clamped,

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from shellmb.errors import SceneError
-from shellmb.modes import natural_modes
 from shellmb.scene import (
     GROUND,
     Beam,
@@ -25,6 +24,7 @@ from shellmb.scene import (
     Spring,
 )
 from shellmb.simulate.simulation import Simulation
+from shellmb.vibration import natural_modes
 
 Z = (0.0, 0.0, 1.0)
 R = 0.3

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import ufl
 
-from shellmb.run.execute import execute
+from shellmb.running.execute import execute
 from shellmb.scene import (
     GROUND,
     InitialVelocity,

@@ -15,7 +15,6 @@ from shellmb.forms import shell as shell_forms
 from shellmb.forms.shell import ShellStrains
 from shellmb.model.model import build_model
 from shellmb.model.shells.viscous import stiffness_at_rest
-from shellmb.modes import shift_below
 from shellmb.observers.account.energy import EnergyAccount
 from shellmb.scene import (
     Beam,
@@ -40,6 +39,7 @@ from shellmb.scene import (
 from shellmb.simulate.reduction.tangent import tangent
 from shellmb.simulate.simulation import Silent, Simulation
 from shellmb.system.eigenvalues import eigenpairs
+from shellmb.vibration import shift_below
 from tests.bench.effects.plates import _quadratic
 
 E, RHO, LENGTH, SIDE = 2e11, 8000.0, 1.0, 0.1

@@ -9,8 +9,8 @@ import pytest
 from shellmb.analytic.chains import chain
 from shellmb.demos import slider_crank
 from shellmb.errors import SceneError
-from shellmb.run.execute import RunResult, execute
-from shellmb.run.request import Options
+from shellmb.running.execute import RunResult, execute
+from shellmb.running.request import Options
 from shellmb.scene import Clamped, Gravity, Output, Scene
 from shellmb.schemes.base import end_acceleration
 from shellmb.verify.problems.mechanisms import ANGLES, LINKS, double_pendulum

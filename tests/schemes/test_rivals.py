@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from shellmb.demos import slider_crank
-from shellmb.run.execute import execute
+from shellmb.running.execute import execute
 from shellmb.scene import Driver, Gravity, InitialVelocity, Revolute, RigidBody, Scene
 from shellmb.schemes.rivals.generalized_alpha import GeneralizedAlpha
 from shellmb.simulate.simulation import Simulation

@@ -13,7 +13,7 @@ from rich.console import Console
 from shellmb.demos import hinged_roof, lateral_plate
 from shellmb.errors import ConvergenceError
 from shellmb.observers.progress import ProgressReport
-from shellmb.run.execute import execute
+from shellmb.running.execute import execute
 from shellmb.scene import (
     GROUND,
     Clamped,
@@ -276,7 +276,7 @@ def test_a_branch_comes_back_and_is_left_again() -> None:
 def test_two_ranks_follow_the_same_path(mpirun: Any) -> None:
     source = (
         "from shellmb.demos.hinged_roof import scene\n"
-        "from shellmb.run.execute import execute\n"
+        "from shellmb.running.execute import execute\n"
         "run = execute(scene(load_end=0.7).with_options(mesh=(2, 2)))\n"
         "path = run.simulation.path\n"
         "if run.simulation.model.comm.rank == 0:\n"

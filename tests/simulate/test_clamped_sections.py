@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from shellmb.analytic.beams import timoshenko_frequencies
-from shellmb.modes import natural_modes
 from shellmb.observers.account.energy import EnergyAccount
 from shellmb.scene import Clamped, EdgeForce, Isotropic, Join, Rectangle, Scene, Shell
 from shellmb.simulate.simulation import Simulation
 from shellmb.simulate.soundness.sound import sound_model
+from shellmb.vibration import natural_modes
 
 L, B, T, E, RHO = 2.0, 0.2, 0.01, 7e10, 2700.0
 SECTION = Isotropic(E=E, nu=0.0, thickness=T, density=RHO)

@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 
 from shellmb.errors import SceneError
-from shellmb.run.execute import execute
+from shellmb.running.execute import execute
 from shellmb.scene import (
     Clamped,
     EdgeForce,

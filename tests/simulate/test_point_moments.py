@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from shellmb.run.execute import execute
+from shellmb.running.execute import execute
 from shellmb.scene import (
     Clamped,
     EdgeMoment,

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from shellmb.errors import SceneError
-from shellmb.run.execute import execute
-from shellmb.run.request import Options
+from shellmb.running.execute import execute
+from shellmb.running.request import Options
 from shellmb.scene import (
     Beam,
     CircularSection,

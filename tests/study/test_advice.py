@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import pytest
 
-from shellmb.study.advice import find_targets, sentence
-from shellmb.study.choice import Choice
-from shellmb.study.points import Point, credited, front
-from shellmb.study.quantity import Quantity
+from shellmb.studies.advice import find_targets, sentence
+from shellmb.studies.choice import Choice
+from shellmb.studies.points import Point, credited, front
+from shellmb.studies.quantity import Quantity
 
 from .conftest import judged, point
 

@@ -2,8 +2,8 @@
 
 import pytest
 
-from shellmb.study.orders import find_orders
-from shellmb.study.reference import judge
+from shellmb.studies.orders import find_orders
+from shellmb.studies.reference import judge
 
 from .conftest import judged, point
 

@@ -6,7 +6,7 @@ import pytest
 
 from shellmb.errors import SceneError
 from shellmb.scene import Scene
-from shellmb.study.quantity import Quantity, curve, default_quantity, parse_quantity
+from shellmb.studies.quantity import Quantity, curve, default_quantity, parse_quantity
 
 
 def history(steps, function=np.sin, end=2.0):

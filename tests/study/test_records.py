@@ -7,8 +7,8 @@ from mpi4py import MPI
 import pytest
 
 from shellmb.errors import SceneError
-from shellmb.study.choice import Choice
-from shellmb.study.records import RECORDS, Record, Store
+from shellmb.studies.choice import Choice
+from shellmb.studies.records import RECORDS, Record, Store
 
 ABOUT = {"scene": "small", "quantities": ["tip_z:l2"]}
 COMM = MPI.COMM_SELF

@@ -7,14 +7,14 @@ from typing import Any
 import pytest
 
 from shellmb.measuring.tables import replaced
-from shellmb.run.loader import load
-from shellmb.study.cases.bundled import BUNDLED
-from shellmb.study.cases.solutions import crank_torque, top_center
-from shellmb.study.choice import Base
-from shellmb.study.quantity import parse_quantity
-from shellmb.study.report import evaluate
-from shellmb.study.runner import measure
-from shellmb.study.sweep import Sweep, make_grid
+from shellmb.running.loader import load
+from shellmb.studies.cases.bundled import BUNDLED
+from shellmb.studies.cases.solutions import crank_torque, top_center
+from shellmb.studies.choice import Base
+from shellmb.studies.quantity import parse_quantity
+from shellmb.studies.report import evaluate
+from shellmb.studies.runner import measure
+from shellmb.studies.sweep import Sweep, make_grid
 
 ROOT = Path(__file__).parents[2]
 

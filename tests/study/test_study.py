@@ -8,11 +8,11 @@ from typer.testing import CliRunner
 import shellmb as sm
 from shellmb.cli.main import app
 from shellmb.errors import ConvergenceError
-from shellmb.run.execute import execute
-from shellmb.run.loader import load
-from shellmb.run.request import Options
-from shellmb.study import runner
-from shellmb.study.records import RECORDS
+from shellmb.running.execute import execute
+from shellmb.running.loader import load
+from shellmb.running.request import Options
+from shellmb.studies import runner
+from shellmb.studies.records import RECORDS
 
 from .conftest import SMALL
 

@@ -5,12 +5,12 @@ from types import ModuleType
 import pytest
 
 from shellmb.errors import SceneError
-from shellmb.run.loader import SceneModule, load
+from shellmb.running.loader import SceneModule, load
 from shellmb.scene import Clamped, GmshFile, Isotropic, Scene, Shell
-from shellmb.study.cases.bundled import BUNDLED, find_bundled
-from shellmb.study.choice import Base, Choice
-from shellmb.study.quantity import parse_quantity
-from shellmb.study.sweep import Sweep, chain, make_grid, not_refined
+from shellmb.studies.cases.bundled import BUNDLED, find_bundled
+from shellmb.studies.choice import Base, Choice
+from shellmb.studies.quantity import parse_quantity
+from shellmb.studies.sweep import Sweep, chain, make_grid, not_refined
 
 from .conftest import SMALL
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from shellmb.observers.summary import Sources
-from shellmb.run.execute import execute
+from shellmb.running.execute import execute
 from shellmb.scene import (
     GROUND,
     Driver,

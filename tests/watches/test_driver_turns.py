@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from shellmb.errors import ConvergenceError
-from shellmb.run.execute import execute
+from shellmb.running.execute import execute
 from shellmb.scene import (
     GROUND,
     Driven,

@@ -7,7 +7,7 @@ from typing import Any, cast
 
 import pytest
 
-from shellmb.run.execute import execute
+from shellmb.running.execute import execute
 from shellmb.scene import (
     Beam,
     CircularArc,

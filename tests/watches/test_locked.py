@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 import ufl
 
-from shellmb.run.execute import execute
+from shellmb.running.execute import execute
 from shellmb.scene import (
     Clamped,
     Cylinder,

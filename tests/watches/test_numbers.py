@@ -11,7 +11,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from shellmb.run.execute import execute
+from shellmb.running.execute import execute
 from shellmb.scene import (
     Ball,
     Clamped,

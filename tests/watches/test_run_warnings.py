@@ -12,7 +12,7 @@ from shellmb.api.runs import load
 from shellmb.cli.report import print_run
 from shellmb.errors import ShellmbWarning
 from shellmb.observers.summary import Sources
-from shellmb.run.execute import execute
+from shellmb.running.execute import execute
 from shellmb.scene import (
     GROUND,
     Clamped,

@@ -8,7 +8,6 @@ from mpi4py import MPI
 import numpy as np
 from numpy.typing import NDArray
 
-from shellmb.modes import Modes, natural_modes
 from shellmb.scene import (
     Clamped,
     Fixed,
@@ -25,6 +24,7 @@ from shellmb.verify import tables
 from shellmb.verify.cases import Check, case
 from shellmb.verify.problems.laminates import laminate
 from shellmb.verify.setups import ALL, SUPPORTS, Edges, plate_section
+from shellmb.vibration import Modes, natural_modes
 
 Floats = NDArray[np.float64]
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from shellmb.analytic.chains import Link, chain
 from shellmb.analytic.rigid import free_top
 from shellmb.demos import heavy_top, slider_crank
-from shellmb.run.execute import execute
+from shellmb.running.execute import execute
 from shellmb.scene import (
     GROUND,
     Gravity,

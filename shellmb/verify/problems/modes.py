@@ -12,7 +12,7 @@ from shellmb.analytic.rotating import flapping, lagging, sleeping_top, spinning_
 from shellmb.moving.campbell import campbell
 from shellmb.moving.modes import TurningModes, modes_of
 from shellmb.moving.state import MovingState
-from shellmb.run.resuming.reached import StateOfRun
+from shellmb.running.resuming.reached import StateOfRun
 from shellmb.scene import (
     Beam,
     Clamped,

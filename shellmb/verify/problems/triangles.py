@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shellmb.analytic.beams import cantilever_end_force
-from shellmb.modes import Modes, natural_modes
 from shellmb.scene import (
     Clamped,
     Cylinder,
@@ -36,6 +35,7 @@ from shellmb.verify.problems.linear_shells import QUADRANT, X, Y, Z, hemisphere,
 from shellmb.verify.problems.plates import CELLS
 from shellmb.verify.setups import Cell, plate_section
 from shellmb.verify.solve import linear_displacement, solved
+from shellmb.vibration import Modes, natural_modes
 
 Floats = NDArray[np.float64]
 

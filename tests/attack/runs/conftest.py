@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from shellmb.errors import Stopped
-from shellmb.run.execute import execute
-from shellmb.run.request import Request
+from shellmb.running.execute import execute
+from shellmb.running.request import Request
 from shellmb.simulate.simulation import Silent
 
 SCENE = Path(__file__).with_name("scene_pendulum.py")

@@ -12,7 +12,7 @@ from shellmb.errors import SceneError
 from shellmb.observers.files.checkpoint import FORMAT
 from shellmb.observers.files.seal import sealed
 from shellmb.observers.history import read_history
-from shellmb.run.resuming.resume import resume
+from shellmb.running.resuming.resume import resume
 
 SCENE = str(Path(__file__).with_name("scene_pendulum.py"))
 

@@ -10,7 +10,7 @@ from shellmb.errors import RunError, SceneError
 from shellmb.guarding.writing import drafted, make_folder
 from shellmb.locks import FileLock
 from shellmb.observers.files.growingfile import GrowingFile
-from shellmb.run.resuming.resume import resume
+from shellmb.running.resuming.resume import resume
 
 SCENE = str(Path(__file__).with_name("scene_pendulum.py"))
 PRECIOUS = "precious\n"

@@ -14,8 +14,8 @@ from shellmb.api.runs import load
 from shellmb.errors import RunError, SceneError
 from shellmb.guarding.reading import check_archive, read_bytes
 from shellmb.observers.files.grids import check_grid, read_grid
-from shellmb.run.execute import execute
-from shellmb.run.loader import load as load_scene
+from shellmb.running.execute import execute
+from shellmb.running.loader import load as load_scene
 from shellmb.simulate.simulation import Silent
 
 SCENE = str(Path(__file__).with_name("scene_pendulum.py"))

@@ -20,10 +20,10 @@ from shellmb.errors import RunError, SceneError, Stopped
 from shellmb.locks import FileLock
 from shellmb.observers.files.gridfiles import GridFiles
 from shellmb.observers.files.growingfile import GrowingFile
-from shellmb.run import execute as executing
-from shellmb.run.execute import execute
-from shellmb.run.loader import load
-from shellmb.run.resuming.resume import resume
+from shellmb.running import execute as executing
+from shellmb.running.execute import execute
+from shellmb.running.loader import load
+from shellmb.running.resuming.resume import resume
 from shellmb.simulate.simulation import Silent
 from shellmb.stopping import STOPPING
 

@@ -11,8 +11,7 @@ from scipy.optimize import brentq
 from shellmb.analytic.beams import Ends, lateral_buckling, roll_up, timoshenko_frequencies
 from shellmb.analytic.cantilever import exact_cantilever, section_stiffness
 from shellmb.demos import right_angle_frame, spin_up_beam
-from shellmb.modes import natural_modes
-from shellmb.run.execute import RunResult, execute
+from shellmb.running.execute import RunResult, execute
 from shellmb.scene import (
     Beam,
     CircularArc,
@@ -29,6 +28,7 @@ from shellmb.scene import (
 )
 from shellmb.verify import tables
 from shellmb.verify.cases import Check, case
+from shellmb.vibration import natural_modes
 
 Floats = NDArray[np.float64]
 Degree = Literal[2, 3]

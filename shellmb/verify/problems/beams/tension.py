@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from shellmb.analytic.rotating import flapping
-from shellmb.modes import natural_modes
 from shellmb.moving.campbell import campbell
-from shellmb.run.execute import execute
+from shellmb.running.execute import execute
 from shellmb.scene import (
     GROUND,
     Beam,
@@ -33,6 +32,7 @@ from shellmb.scene import (
     Weld,
 )
 from shellmb.verify.cases import Check, case
+from shellmb.vibration import natural_modes
 
 Floats = NDArray[np.float64]
 Degree = Literal[2, 3]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from math import exp, log
 from typing import Any
 
-from shellmb.study.points import Judged, Point, front
+from shellmb.studies.points import Judged, Point, front
 
 # errors that are asked for
 TARGETS = (1e-2, 1e-3, 1e-4)

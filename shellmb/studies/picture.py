@@ -9,8 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
 from shellmb.measuring.pictures import picture
-from shellmb.study.advice import TARGETS
-from shellmb.study.points import Judged, front
+from shellmb.studies.advice import TARGETS
+from shellmb.studies.points import Judged, front
 
 # an error of nothing is drawn here
 LEAST = 1e-14

@@ -10,11 +10,11 @@ from typing import Any
 from mpi4py import MPI
 
 from shellmb.errors import SceneError
-from shellmb.run.directory import claimed
-from shellmb.run.execute import RunResult, carry_out
-from shellmb.run.loader import SceneModule
-from shellmb.run.request import REQUEST, Request, StoredRequest, read_request
-from shellmb.run.resuming.saved import has_begun, read_saved
+from shellmb.running.directory import claimed
+from shellmb.running.execute import RunResult, carry_out
+from shellmb.running.loader import SceneModule
+from shellmb.running.request import REQUEST, Request, StoredRequest, read_request
+from shellmb.running.resuming.saved import has_begun, read_saved
 from shellmb.scene import Scene
 from shellmb.scene.fingerprint import Difference, differences, fingerprint
 from shellmb.simulate.simulation import Observer

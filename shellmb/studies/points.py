@@ -8,12 +8,12 @@ from dataclasses import dataclass, replace
 from statistics import median
 
 from shellmb.measuring.times import spread, unbeaten
-from shellmb.study.choice import REFINED, Choice
-from shellmb.study.quantity import Quantity
-from shellmb.study.records import Record
-from shellmb.study.reference import Reference
-from shellmb.study.runner import Measured, known_quantity
-from shellmb.study.sweep import not_refined
+from shellmb.studies.choice import REFINED, Choice
+from shellmb.studies.quantity import Quantity
+from shellmb.studies.records import Record
+from shellmb.studies.reference import Reference
+from shellmb.studies.runner import Measured, known_quantity
+from shellmb.studies.sweep import not_refined
 
 
 @dataclass(frozen=True)

@@ -11,17 +11,17 @@ from mpi4py import MPI
 
 from shellmb.guarding.writing import make_folder, write_text
 from shellmb.model.model import Model
-from shellmb.modes import Modes, Shape, natural_modes
 from shellmb.observers.files.described import describe
 from shellmb.observers.files.drawn import drawn_bodies
 from shellmb.observers.files.gridfiles import GridFiles
 from shellmb.observers.summary import versions, write_json
-from shellmb.run.directory import claimed, written
-from shellmb.run.memory import check_memory
-from shellmb.run.results import measured
-from shellmb.run.standard import FIELDS, SUMMARY
+from shellmb.running.directory import claimed, written
+from shellmb.running.memory import check_memory
+from shellmb.running.results import measured
+from shellmb.running.standard import FIELDS, SUMMARY
 from shellmb.scene import Scene
 from shellmb.stopping import STOPPING
+from shellmb.vibration import Modes, Shape, natural_modes
 from shellmb.waiting import arrive
 
 
@@ -113,7 +113,7 @@ def write_shapes(
     Args:
         directory: The directory.
         model: The model.
-        modes: Fields of each mode by name, each as the shapes of `shellmb.modes.Modes`.
+        modes: Fields of each mode by name, each as the shapes of `shellmb.vibration.Modes`.
         table: Lines of `modes.csv`.
         summary: The summary.
     """

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from shellmb.demos import heavy_top, slider_crank
-from shellmb.study.sweep import Solution
+from shellmb.studies.sweep import Solution
 
 Floats = npt.NDArray[np.float64]
 

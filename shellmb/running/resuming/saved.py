@@ -17,8 +17,8 @@ from shellmb.guarding.reading import check_archive, read_bytes
 from shellmb.observers.files.checkpoint import FORMAT, STATE_FILE, Saved
 from shellmb.observers.files.seal import checksum, is_sealed
 from shellmb.observers.history import read_rows
-from shellmb.run.standard import HISTORY, STATE, SUMMARY
-from shellmb.run.tables import Damaged, first_error, read_table
+from shellmb.running.standard import HISTORY, STATE, SUMMARY
+from shellmb.running.tables import Damaged, first_error, read_table
 
 Count = Annotated[int, Field(ge=0)]
 Seconds = Annotated[float, Field(ge=0, allow_inf_nan=False)]

@@ -9,11 +9,11 @@ from typing import Any
 from rich.console import Console
 
 from shellmb.measuring.tables import Column, line, print_table
-from shellmb.study.advice import Target, find_targets, sentence
-from shellmb.study.orders import Order, find_orders
-from shellmb.study.points import Judged, Point, judge_points
-from shellmb.study.reference import find_reference
-from shellmb.study.runner import Measured
+from shellmb.studies.advice import Target, find_targets, sentence
+from shellmb.studies.orders import Order, find_orders
+from shellmb.studies.points import Judged, Point, judge_points
+from shellmb.studies.reference import find_reference
+from shellmb.studies.runner import Measured
 
 # version of the JSON
 SCHEMA = 1

@@ -13,7 +13,7 @@ from mpi4py import MPI
 from shellmb.errors import SceneError
 from shellmb.guarding.writing import write_text
 from shellmb.measuring.records import plain
-from shellmb.study.choice import Choice
+from shellmb.studies.choice import Choice
 
 RECORDS = "records.jsonl"
 

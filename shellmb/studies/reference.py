@@ -8,10 +8,10 @@ from math import log
 from typing import Any
 
 from shellmb.errors import ConvergenceError
-from shellmb.study.choice import REFINED
-from shellmb.study.quantity import Quantity
-from shellmb.study.records import Record
-from shellmb.study.runner import Measured, known_quantity
+from shellmb.studies.choice import REFINED
+from shellmb.studies.quantity import Quantity
+from shellmb.studies.records import Record
+from shellmb.studies.runner import Measured, known_quantity
 
 # safety factor on the extrapolated error of three runs: P. J. Roache, J. Fluids Eng. 116 (1994)
 # 405-413, grid convergence index; with two runs the order is taken to be 2 and the factor is 3

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
-from shellmb.run.loader import SceneModule, load
-from shellmb.run.request import Options
+from shellmb.running.loader import SceneModule, load
+from shellmb.running.request import Options
 from shellmb.scene import GmshFile, MeshFile, Scene, Shell
 from shellmb.scene.schemes import DISSIPATIVE
 

@@ -12,9 +12,9 @@ import numpy as np
 import numpy.typing as npt
 
 from shellmb.errors import SceneError
-from shellmb.run.loader import SceneModule
-from shellmb.study.choice import AXES, REFINED, Base, Choice
-from shellmb.study.quantity import Quantity
+from shellmb.running.loader import SceneModule
+from shellmb.studies.choice import AXES, REFINED, Base, Choice
+from shellmb.studies.quantity import Quantity
 
 # what a study without a word about it does
 REPEAT, REFINE = 3, 2

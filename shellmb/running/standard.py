@@ -20,7 +20,7 @@ from shellmb.observers.history import History, Measuring
 from shellmb.observers.path import PathRecord
 from shellmb.observers.probes import Probes
 from shellmb.observers.summary import Sources
-from shellmb.run.stop import Stop
+from shellmb.running.stop import Stop
 from shellmb.simulate.simulation import Observer
 from shellmb.watches.registry import watches
 

@@ -15,15 +15,15 @@ from mpi4py import MPI
 from shellmb.errors import SceneError, ShellmbError
 from shellmb.measuring.stepping import free
 from shellmb.measuring.times import Stopwatch
-from shellmb.run.execute import RunResult, execute
-from shellmb.run.loader import SceneModule
+from shellmb.running.execute import RunResult, execute
+from shellmb.running.loader import SceneModule
 from shellmb.scene.fingerprint import fingerprint
 from shellmb.scene.probes import RESULTANTS
 from shellmb.simulate.simulation import Silent, Simulation
-from shellmb.study.choice import Choice
-from shellmb.study.quantity import Quantity, default_quantity
-from shellmb.study.records import Record, Store
-from shellmb.study.sweep import Grid, Sweep, chain, make_grid
+from shellmb.studies.choice import Choice
+from shellmb.studies.quantity import Quantity, default_quantity
+from shellmb.studies.records import Record, Store
+from shellmb.studies.sweep import Grid, Sweep, chain, make_grid
 
 type Tell = Callable[[str], None]
 

@@ -8,10 +8,10 @@ from typing import Any
 from shellmb.analytic.plates import Plate, rectangle_uniform_deflection
 from shellmb.demos import loaded_plate
 from shellmb.errors import SceneError
-from shellmb.study.cases.solutions import crank_torque, top_center
-from shellmb.study.choice import Base
-from shellmb.study.quantity import Quantity, parse_quantity
-from shellmb.study.sweep import Sweep
+from shellmb.studies.cases.solutions import crank_torque, top_center
+from shellmb.studies.choice import Base
+from shellmb.studies.quantity import Quantity, parse_quantity
+from shellmb.studies.sweep import Sweep
 
 
 @dataclass(frozen=True)

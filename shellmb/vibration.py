@@ -8,7 +8,6 @@ from petsc4py import PETSc
 import numpy as np
 import numpy.typing as npt
 
-from shellmb.calling import callable_module
 from shellmb.errors import ConvergenceError, SceneError, petsc_in_words
 from shellmb.model.model import Model
 from shellmb.observers.fields.modal import ModalNodes, modal_members
@@ -21,9 +20,6 @@ from shellmb.simulate.stability import Stability
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.direct.symmetry import is_symmetric
 from shellmb.system.eigenvalues import eigenpairs, quotients
-
-# shellmb.modes(scene)
-callable_module(__name__, "shellmb.api.modal:modes")
 
 # a mode below this fraction of the first elastic eigenvalue is a rigid-body motion
 RIGID = 1e-5

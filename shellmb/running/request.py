@@ -11,8 +11,8 @@ from pydantic import ConfigDict, TypeAdapter, ValidationError
 
 from shellmb.errors import SceneError
 from shellmb.observers.files.seal import checksum, is_sealed, sealed
-from shellmb.run.loader import SceneModule, demos, is_file_name, load
-from shellmb.run.tables import Damaged, first_error, read_table
+from shellmb.running.loader import SceneModule, demos, is_file_name, load
+from shellmb.running.tables import Damaged, first_error, read_table
 from shellmb.scene import Scene
 from shellmb.scene.checks.effect import check_alpha
 
@@ -282,7 +282,7 @@ def scene_of_run(
 def _lost(what: str) -> str:
     return (
         f"resume: {what}; the state may be whole: go on from Python with "
-        "`shellmb.run.resuming.resume.resume(directory, scene=...)`"
+        "`shellmb.running.resuming.resume.resume(directory, scene=...)`"
     )
 
 

@@ -11,9 +11,9 @@ from mpi4py import MPI
 
 from shellmb.errors import SceneError
 from shellmb.observers.files.checkpoint import Arrays, Saved
-from shellmb.run.execute import take_up
-from shellmb.run.resuming.saved import read_saved
-from shellmb.run.standard import StandardObservers
+from shellmb.running.execute import take_up
+from shellmb.running.resuming.saved import read_saved
+from shellmb.running.standard import StandardObservers
 from shellmb.scene import Scene
 from shellmb.scene.fingerprint import differences, fingerprint
 from shellmb.simulate.simulation import Simulation

@@ -8,7 +8,7 @@ from math import prod
 
 import numpy as np
 
-from shellmb.study.points import Judged, Point
+from shellmb.studies.points import Judged, Point
 
 # beyond this error nothing is asymptotic; below so many uncertainties the reference is seen
 COARSE, CLEAR = 0.3, 3.0

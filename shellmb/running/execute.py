@@ -32,13 +32,13 @@ from shellmb.observers.files.checkpoint import Saved
 from shellmb.observers.files.described import describe
 from shellmb.observers.path import path_points
 from shellmb.observers.summary import summarise, write_json
-from shellmb.run.blame import in_words, user_frame
-from shellmb.run.directory import claimed, written
-from shellmb.run.loader import is_file_name
-from shellmb.run.memory import check_memory
-from shellmb.run.request import REQUEST, Request
-from shellmb.run.results import Results, measured
-from shellmb.run.standard import STATE, SUMMARY, StandardObservers
+from shellmb.running.blame import in_words, user_frame
+from shellmb.running.directory import claimed, written
+from shellmb.running.loader import is_file_name
+from shellmb.running.memory import check_memory
+from shellmb.running.request import REQUEST, Request
+from shellmb.running.results import Results, measured
+from shellmb.running.standard import STATE, SUMMARY, StandardObservers
 from shellmb.scene import Scene
 from shellmb.scene.checks import effect
 from shellmb.simulate.simulation import PAST, Observer, Simulation
