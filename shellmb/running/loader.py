@@ -171,14 +171,16 @@ def _in_words(hint: Any) -> str:
 
 
 def demos() -> dict[str, str]:
-    """Names of the bundled demos, each with its line of description; imports none of them."""
+    """Names of the bundled scenes, each with its line of description; imports none of them."""
     folder = importlib.import_module(DEMOS).__path__
     found = {}
     for info in pkgutil.iter_modules(folder):
-        if not info.ispkg and not info.name.startswith("_"):
-            source = Path(folder[0], f"{info.name}.py").read_text()
-            text = ast.get_docstring(ast.parse(source)) or ""
-            found[info.name] = text.partition("\n")[0]
+        if info.ispkg or info.name.startswith("_"):
+            continue
+        source = ast.parse(Path(folder[0], f"{info.name}.py").read_text())
+        # without a scene it is a program, to be read and run by itself
+        if any(isinstance(n, ast.FunctionDef) and n.name == "scene" for n in source.body):
+            found[info.name] = (ast.get_docstring(source) or "").partition("\n")[0]
     return found
 
 
