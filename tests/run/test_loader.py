@@ -17,6 +17,7 @@ def test_demos_have_descriptions():
     assert sorted(n for names in kinds().values() for n in names) == sorted(known)
     assert list(kinds()) == list(KINDS), "each demo says its kind, and none another one"
     assert {"sudden_load", "tumbling_plate"} <= known.keys()
+    assert "weak_form_by_hand" not in known, "a program without a scene"
     assert all(len(text) > 10 and "\n" not in text for text in known.values())
 
 
