@@ -1,4 +1,10 @@
 # what `shellmb.__getattr__` finds when it is used, for editors and type checkers
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, Literal
+
+from mpi4py import MPI
+
 from shellmb import errors as errors
 from shellmb import forms as forms
 from shellmb import scene as scene
@@ -10,10 +16,8 @@ from shellmb.api.rotating import StateModes as StateModes
 from shellmb.api.runs import load as load
 from shellmb.api.runs import load_scene as load_scene
 from shellmb.api.runs import resume as resume
-from shellmb.api.runs import run as run
 from shellmb.api.runs import scenes as scenes
 from shellmb.api.studies import Study as Study
-from shellmb.api.studies import study as study
 from shellmb.api.sweeps import sweep as sweep
 from shellmb.errors import ControlError as ControlError
 from shellmb.errors import ConvergenceError as ConvergenceError
@@ -22,5 +26,59 @@ from shellmb.errors import SceneError as SceneError
 from shellmb.errors import ShellmbError as ShellmbError
 from shellmb.errors import ShellmbWarning as ShellmbWarning
 from shellmb.scene import *
+from shellmb.scene import Scene
+from shellmb.simulate.simulation import Observer
 
 __version__: str
+
+# as their options are described (`shellmb/options`); a test says what to write here
+def run(
+    scene: Scene | str,
+    out: Path | str | None = None,
+    *,
+    parameters: Mapping[str, Any] | None = None,
+    observers: Sequence[Observer] = (),
+    pictures: bool | None = None,
+    progress: bool = False,
+    comm: MPI.Comm | None = None,
+    scheme: str | None = None,
+    alpha: float | None = None,
+    dt: float | None = None,
+    t_end: float | None = None,
+    mesh: tuple[int, int] | str | None = None,
+    degree: Literal[2, 3] | None = None,
+    cell: Literal["quad", "tri"] | None = None,
+    body: str | None = None,
+    model: str | None = None,
+    solve: Literal["reduced", "full"] | None = None,
+    newton: Literal["auto", "modified", "full"] | None = None,
+    backend: Literal["newton", "snes"] | None = None,
+    tolerance: float | None = None,
+    end_forces: bool | None = None,
+    step_tolerance: float | None = None,
+) -> Run: ...
+def study(
+    scene: Scene | Callable[..., Scene] | str,
+    *,
+    quantity: str | Sequence[str] = (),
+    parameters: Mapping[str, Any] | None = None,
+    repeat: int = 1,
+    out: Path | str | None = None,
+    clock: str = "wall",
+    tell: Callable[[str], None] | None = None,
+    dt: Sequence[float] = (),
+    mesh: Sequence[tuple[int, int] | str] = (),
+    scheme: Sequence[str] = (),
+    alpha: Sequence[float] = (),
+    degree: Sequence[int] = (),
+    cell: Sequence[str] = (),
+    model: Sequence[str] = (),
+    solve: Sequence[str] = (),
+    step_tolerance: Sequence[float] = (),
+    tolerance: Sequence[float] = (),
+    exact: float | None = None,
+    reference: str | None = None,
+    refine: int = 2,
+    body: str | None = None,
+    t_end: float | None = None,
+) -> Study: ...

@@ -50,6 +50,7 @@ TOP = (
     "show",
     "vibration",
     "moving",
+    "options",
     "running",
     "api",
     "verify",

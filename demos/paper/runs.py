@@ -15,8 +15,9 @@ from shellmb.errors import ConvergenceError, SceneError
 from shellmb.measuring.stepping import free
 from shellmb.observers.history import read_history
 from shellmb.observers.progress import ProgressReport
+from shellmb.options.run import Options
 from shellmb.running.execute import INTERRUPTED, execute
-from shellmb.running.request import REQUEST, Options, Request, read_request
+from shellmb.running.request import REQUEST, Request, read_request
 from shellmb.running.resuming.resume import resume
 from shellmb.running.standard import HISTORY, SUMMARY
 from shellmb.running.tables import Damaged, read_table

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, overload
+from typing import TYPE_CHECKING, Any, overload
 
-from shellmb.api.asked import ask
 from shellmb.api.modeshapes import ModeShapes
 from shellmb.api.record import Run
+from shellmb.api.requested import requested
 from shellmb.api.rotating import RotatingModes, StateModes
 from shellmb.errors import SceneError
+from shellmb.options.described import options_of, takes
+from shellmb.options.run import ELEMENTS, Options
 from shellmb.scene import Scene
 
 if TYPE_CHECKING:
@@ -26,11 +28,9 @@ def modes(
     *,
     rates: None = None,
     parameters: Mapping[str, Any] | None = None,
-    mesh: tuple[int, int] | str | None = None,
-    degree: Literal[2, 3] | None = None,
-    cell: Literal["quad", "tri"] | None = None,
     pictures: bool | None = None,
     comm: MPI.Comm | None = None,
+    **elements: Any,
 ) -> ModeShapes: ...
 
 
@@ -45,11 +45,9 @@ def modes(
     axis: Sequence[float] | None = None,
     about: Sequence[float] | None = None,
     parameters: Mapping[str, Any] | None = None,
-    mesh: tuple[int, int] | str | None = None,
-    degree: Literal[2, 3] | None = None,
-    cell: Literal["quad", "tri"] | None = None,
     pictures: bool | None = None,
     comm: MPI.Comm | None = None,
+    **elements: Any,
 ) -> RotatingModes: ...
 
 
@@ -65,11 +63,9 @@ def modes(
     axis: Sequence[float] | None = None,
     about: Sequence[float] | None = None,
     parameters: Mapping[str, Any] | None = None,
-    mesh: tuple[int, int] | str | None = None,
-    degree: Literal[2, 3] | None = None,
-    cell: Literal["quad", "tri"] | None = None,
     pictures: bool | None = None,
     comm: MPI.Comm | None = None,
+    **elements: Any,
 ) -> StateModes: ...
 
 
@@ -84,11 +80,9 @@ def modes(
     axis: Sequence[float] | None = None,
     about: Sequence[float] | None = None,
     parameters: Mapping[str, Any] | None = None,
-    mesh: tuple[int, int] | str | None = None,
-    degree: Literal[2, 3] | None = None,
-    cell: Literal["quad", "tri"] | None = None,
     pictures: bool | None = None,
     comm: MPI.Comm | None = None,
+    **elements: Any,
 ) -> StateModes: ...
 
 
@@ -107,6 +101,7 @@ def modes(
 ) -> StateModes: ...
 
 
+@takes(*options_of(Options, *ELEMENTS))
 def modes(
     scene: Scene | Run | str,
     out: Path | str | None = None,
@@ -119,11 +114,9 @@ def modes(
     state: Run | Path | str | None = None,
     at: float | None = None,
     parameters: Mapping[str, Any] | None = None,
-    mesh: tuple[int, int] | str | None = None,
-    degree: Literal[2, 3] | None = None,
-    cell: Literal["quad", "tri"] | None = None,
     pictures: bool | None = None,
     comm: MPI.Comm | None = None,
+    **elements: Any,
 ) -> ModeShapes | RotatingModes | StateModes:
     """Natural frequencies and modes of a scene, rigid-body modes included.
 
@@ -142,11 +135,9 @@ def modes(
         at: Time of that state, s, up to which the scene is run as it is, from where the run is or
             from the start; without a run the scene itself.
         parameters: Values of the parameters of a scene that is named.
-        mesh: Counts of elements of every shell, as (8, 4) or "8x4"; of beams the first one.
-        degree: Degree of every shell and beam.
-        cell: Cell type of every shell.
         pictures: Whether the modes are drawn; None: where `out` is given.
         comm: Communicator; None: all ranks.
+        **elements: Choices that replace the scene's, as `shellmb modes` has them.
 
     Raises:
         SceneError: If a body has no mass, or the scene is impossible.
@@ -163,20 +154,20 @@ def modes(
             raise SceneError("modes: the scene is a run, and a state is given, too; give one")
         state, made_here = scene, scene.computed is not None
         scene = scene.scene if made_here else scene_of_run(scene.directory, "modes")[0]
-    asked = ask(scene, parameters, mesh=mesh, degree=degree, cell=cell)
+    wanted = requested(scene, parameters, **elements)
     world = MPI.COMM_WORLD if comm is None else comm
     directory, temporary = place(out, world)
-    measure = asked.module.mode_results if asked.module is not None else None
+    measure = wanted.module.mode_results if wanted.module is not None else None
     draw = out is not None if pictures is None else pictures
     made: ModeShapes | RotatingModes | StateModes
     if state is not None or at is not None:
         frame = (rates, axis, about)
-        made = _about(asked.scene, directory, state, at, count, loaded, frame, draw, world)
+        made = _about(wanted.scene, directory, state, at, count, loaded, frame, draw, world)
     elif rates is None:
         if axis is not None or about is not None:
             raise SceneError("modes: axis and about are given without rates; give rates, too")
         found, _ = find_modes(
-            asked.scene, directory, count, loaded, results=measure, comm=world, pictures=draw
+            wanted.scene, directory, count, loaded, results=measure, comm=world, pictures=draw
         )
         made = ModeShapes(directory, found)
     else:
@@ -184,7 +175,7 @@ def modes(
 
         turning = (rates, count, loaded, axis, about)
         over, _ = find_campbell(
-            asked.scene, directory, *turning, results=measure, comm=world, pictures=draw
+            wanted.scene, directory, *turning, results=measure, comm=world, pictures=draw
         )
         made = RotatingModes(directory, over)
     world.Barrier()

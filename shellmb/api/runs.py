@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
-from shellmb.api.asked import ask
 from shellmb.api.folders import gone_with, place
 from shellmb.api.modeshapes import ModeShapes, is_modes
 from shellmb.api.record import Run
+from shellmb.api.requested import requested
 from shellmb.api.rotating import RotatingModes, StateModes, is_of_state, is_rotating
+from shellmb.options.described import options_of, takes
+from shellmb.options.run import Options
 from shellmb.scene import Scene
 
 if TYPE_CHECKING:
@@ -19,26 +21,17 @@ if TYPE_CHECKING:
     from shellmb.simulate.simulation import Observer
 
 
+@takes(*options_of(Options))
 def run(
     scene: Scene | str,
     out: Path | str | None = None,
     *,
     parameters: Mapping[str, Any] | None = None,
-    scheme: str | None = None,
-    alpha: float | None = None,
-    dt: float | None = None,
-    t_end: float | None = None,
-    mesh: tuple[int, int] | str | None = None,
-    degree: Literal[2, 3] | None = None,
-    cell: Literal["quad", "tri"] | None = None,
-    solve: Literal["reduced", "full"] | None = None,
-    newton: Literal["auto", "modified", "full"] | None = None,
-    backend: Literal["newton", "snes"] | None = None,
-    tolerance: float | None = None,
     observers: Sequence[Observer] = (),
     pictures: bool | None = None,
     progress: bool = False,
     comm: MPI.Comm | None = None,
+    **options: Any,
 ) -> Run:
     """Run a scene.
 
@@ -46,21 +39,11 @@ def run(
         scene: A scene, the name of a bundled one (`scenes()`), or the path of a Python file.
         out: Directory to write, new or empty; None: a temporary one, which is gone with the run.
         parameters: Values of the parameters of a scene that is named.
-        scheme: Replaces the scene's, as all that follow: name of the scheme.
-        alpha: Dissipation of "ed" and "ed3".
-        dt: Time or load step.
-        t_end: Time at the end.
-        mesh: Counts of elements of every shell, as (8, 4) or "8x4"; of beams the first one.
-        degree: Degree of every shell and beam.
-        cell: Cell type of every shell.
-        solve: Unknowns of the linear systems.
-        newton: When Newton's method factorises.
-        backend: Whose Newton solver.
-        tolerance: Relative tolerance of Newton's method.
         observers: More observers; the numbers of those that measure enter the history.
         pictures: Whether pictures are drawn at the end; None: where `out` is given.
         progress: Whether progress is told on stderr.
         comm: Communicator; None: all ranks.
+        **options: Choices that replace the scene's, as `shellmb run` has them.
 
     Returns:
         The run, the same on all ranks.
@@ -70,21 +53,7 @@ def run(
         ConvergenceError: If a step fails at the smallest step size; what was computed is in `out`.
         RunError: If the disk is full, or the scene's function of results raises.
     """
-    asked = ask(
-        scene,
-        parameters,
-        scheme=scheme,
-        alpha=alpha,
-        dt=dt,
-        t_end=t_end,
-        mesh=mesh,
-        degree=degree,
-        cell=cell,
-        solve=solve,
-        newton=newton,
-        backend=backend,
-        tolerance=tolerance,
-    )
+    wanted = requested(scene, parameters, **options)
     from mpi4py import MPI
 
     from shellmb.running.execute import execute
@@ -96,13 +65,13 @@ def run(
 
         observers = [*observers, ProgressReport()]
     computed = execute(
-        asked.scene,
+        wanted.scene,
         directory,
         observers,
         comm=world,
         pictures=out is not None if pictures is None else pictures,
-        request=asked.request,
-        results=asked.results,
+        request=wanted.request,
+        results=wanted.results,
     )
     world.Barrier()
     found = Run(computed.out or directory, computed)
@@ -191,4 +160,4 @@ def load_scene(scene: str, **parameters: Any) -> Scene:
     Raises:
         SceneError: If there is no such scene, or it is impossible.
     """
-    return ask(scene, parameters).scene
+    return requested(scene, parameters).scene

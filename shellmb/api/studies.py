@@ -7,8 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from shellmb.api.asked import as_text
+from shellmb.api.requested import as_text
 from shellmb.errors import SceneError
+from shellmb.options.described import options_of, takes
+from shellmb.options.run import Options
+from shellmb.options.study import StudyOptions
 from shellmb.scene import Scene
 
 if TYPE_CHECKING:
@@ -82,29 +85,17 @@ class Study:
         return f"<p>{self.advice}</p>{table}"
 
 
+@takes(*options_of(StudyOptions), *options_of(Options, "body", "t_end"))
 def study(
     scene: Scene | Callable[..., Scene] | str,
     *,
     quantity: str | Sequence[str] = (),
     parameters: Mapping[str, Any] | None = None,
-    scheme: Sequence[str] = (),
-    alpha: Sequence[float] = (),
-    dt: Sequence[float] = (),
-    mesh: Sequence[tuple[int, int] | str] = (),
-    degree: Sequence[int] = (),
-    cell: Sequence[str] = (),
-    model: Sequence[str] = (),
-    solve: Sequence[str] = (),
-    tolerance: Sequence[float] = (),
-    exact: float | None = None,
-    reference: str | None = None,
-    refine: int = 2,
     repeat: int = 1,
-    body: str | None = None,
-    t_end: float | None = None,
     out: Path | str | None = None,
     clock: str = "wall",
     tell: Callable[[str], None] | None = None,
+    **options: Any,
 ) -> Study:
     """Error against time of all combinations of what is named, by a finer run or an exact value.
 
@@ -114,36 +105,20 @@ def study(
         quantity: Names of results, or "COLUMN:NORM" of the history with the norm end, max, min,
             mean, l2 or sup; none: the first probe.
         parameters: Values of the scene's parameters.
-        scheme: Schemes to compare; as all that follow, none keeps the scene's.
-        alpha: Dissipations.
-        dt: Time or load steps.
-        mesh: Counts of elements of shells, as (8, 4) or "8x4".
-        degree: Degrees.
-        cell: Cell types.
-        model: How bodies deform: "exact", "linear", "modal:10", "rigid".
-        solve: Unknowns of linear systems.
-        tolerance: Tolerances of Newton's method.
-        exact: The exact value; None: a finer run is the reference.
-        reference: Scheme of the finer run.
-        refine: How much finer it is than the finest run.
-        repeat: Rounds of all, for the times.
-        body: The only body that gets mesh, degree, cell.
-        t_end: Time at the end.
+        repeat: Rounds of all, in turn, for the times.
         out: Directory of the records; a study in it goes on. None: nothing is kept.
         clock: "wall" or "cpu".
         tell: Is told what is going on.
+        **options: Choices and references, as `shellmb study` has them.
 
     Raises:
         SceneError: If the scene, a value or a quantity is impossible.
         ConvergenceError: If the reference fails.
     """
     from shellmb.running.loader import SceneModule, given
-    from shellmb.running.request import parse_mesh
-    from shellmb.studies.choice import Base
-    from shellmb.studies.quantity import parse_quantity
     from shellmb.studies.report import evaluate
     from shellmb.studies.runner import measure
-    from shellmb.studies.sweep import Sweep
+    from shellmb.studies.sweep import sweep_of
 
     if clock not in ("wall", "cpu"):
         raise SceneError(f"study: clock is '{clock}'; it must be 'wall' or 'cpu'")
@@ -152,29 +127,10 @@ def study(
             f"study: scene is a {type(scene).__name__}; it must be a Scene, a function that makes "
             "one, the name of a bundled scene, or the path of a Python file"
         )
-    source: str | SceneModule
-    if isinstance(scene, str):
-        source, text = scene, tuple(as_text(parameters or {}).items())
-    else:
-        source, text = given(scene, parameters or {}), ()
+    source: str | SceneModule = scene if isinstance(scene, str) else given(scene, parameters or {})
+    text = as_text(parameters or {}) if isinstance(scene, str) else {}
     quantities = [quantity] if isinstance(quantity, str) else quantity
-    sweep = Sweep(
-        Base(source, text, t_end, body),
-        tuple(parse_quantity(q) for q in quantities),
-        scheme=tuple(scheme),
-        alpha=tuple(alpha),
-        cell=tuple(cell),
-        model=tuple(model),
-        degree=tuple(degree),
-        solve=tuple(solve),
-        tolerance=tuple(tolerance),
-        mesh=tuple(parse_mesh(m) if isinstance(m, str) else (m[0], m[1]) for m in mesh),
-        dt=tuple(dt),
-        exact=exact,
-        reference=reference,
-        refine=refine,
-        repeat=repeat,
-    )
+    sweep = sweep_of(source, text, quantities, repeat=repeat, **options)
     folder = None if out is None else Path(out)
     measured = measure(sweep, folder, tell or (lambda text: None))
     return Study(tuple(evaluate(measured, clock)))

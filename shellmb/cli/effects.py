@@ -2,23 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from shellmb.cli.failures import first_rank, tell
-from shellmb.cli.options import (
-    AlphaOption,
-    DegreeOption,
-    EndOption,
-    MeshOption,
-    SceneArgument,
-    SetOption,
-    StepOption,
-    asked,
-)
+from shellmb.cli.options import SceneArgument, SetOption, offers, requested
+from shellmb.options.described import options_of
+from shellmb.options.run import ELEMENTS, Options
 
 
+@offers(*options_of(Options, "scheme", "alpha", "dt", "t_end", *ELEMENTS))
 def effects(
     scene: SceneArgument,
     without: Annotated[
@@ -29,14 +23,6 @@ def effects(
         list[str] | None,
         typer.Option("--with", metavar="EFFECT[:PART]", help="Run again with it."),
     ] = None,
-    # scheme and cell are text: what is wrong with them the scene says, in a sentence of its own
-    scheme: Annotated[str | None, typer.Option(help="Time scheme, or statics.")] = None,
-    alpha: AlphaOption = None,
-    dt: StepOption = None,
-    t_end: EndOption = None,
-    mesh: MeshOption = None,
-    degree: DegreeOption = None,
-    cell: Annotated[str | None, typer.Option(help="quad or tri.")] = None,
     parameters: SetOption = None,
     steps: Annotated[int, typer.Option(min=1, help="Steps of a round of the table.")] = 10,
     repeat: Annotated[
@@ -46,6 +32,7 @@ def effects(
         bool, typer.Option("--quick", help="Only what is there and why: nothing is built.")
     ] = False,
     json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+    **options: Any,
 ) -> None:
     """Show what a scene simulates and what it leaves out, why, and what each effect costs.
 
@@ -53,9 +40,7 @@ def effects(
     results beside that of its time. PART is one body, joint or element: `--without stretching:arm`.
     Costs are differences to the scene without the effect; times are medians of rounds in turn.
     """
-    times = {"scheme": scheme, "alpha": alpha, "dt": dt, "t_end": t_end}
-    elements = {"mesh": mesh, "degree": degree, "cell": cell}
-    built, module = asked(scene, parameters, **times, **elements).build()
+    built, module = requested(scene, parameters, **options).build()
     said = {"without": without or [], "with": with_ or []}
 
     from shellmb.effects.catalogue.registry import changed

@@ -12,28 +12,18 @@ from shellmb import __version__
 from shellmb.cli.effects import effects
 from shellmb.cli.failures import App, failures_reported, first_rank, run_check
 from shellmb.cli.options import (
-    AlphaOption,
-    Backend,
-    CellOption,
     CheckOption,
-    DegreeOption,
-    EndOption,
     JsonOption,
-    MeshOption,
-    Newton,
     OutOption,
     PicturesOption,
     QuietOption,
     SceneArgument,
-    Scheme,
     SetOption,
-    Solve,
-    StepOption,
-    ToleranceOption,
-    asked,
-    asked_of_run,
     default_directory,
     numbers,
+    offers,
+    requested,
+    requested_run,
 )
 from shellmb.cli.pictures import plot, report, view
 from shellmb.cli.report import (
@@ -47,6 +37,8 @@ from shellmb.cli.report import (
 )
 from shellmb.cli.study import study
 from shellmb.errors import SceneError
+from shellmb.options.described import options_of
+from shellmb.options.run import ELEMENTS, Options
 
 HELP = """Geometrically exact shells in flexible multibody dynamics.
 
@@ -119,43 +111,23 @@ def list_scenes() -> None:
 
 @app.command()
 @failures_reported
+@offers(*options_of(Options))
 def run(
     scene: SceneArgument,
-    scheme: Annotated[Scheme | None, typer.Option(help="Time scheme, or statics.")] = None,
-    alpha: AlphaOption = None,
-    dt: StepOption = None,
-    tolerance: ToleranceOption = None,
-    t_end: EndOption = None,
-    mesh: MeshOption = None,
-    degree: DegreeOption = None,
-    cell: CellOption = None,
-    solve: Annotated[
-        Solve | None, typer.Option(help="Linear systems with as few unknowns as possible, or all.")
-    ] = None,
-    newton: Annotated[
-        Newton | None, typer.Option(help="Factorise as rarely as pays, or in each step, iteration.")
-    ] = None,
-    backend: Annotated[Backend | None, typer.Option(help="DOLFINx's solver or PETSc's.")] = None,
-    end_forces: Annotated[
-        bool, typer.Option("--end-forces", help="Record forces at the end of steps, too.")
-    ] = False,
     parameters: SetOption = None,
     out: OutOption = None,
     no_pictures: PicturesOption = False,
     quiet: QuietOption = False,
     check: CheckOption = False,
+    **options: Any,
 ) -> Any:
     """Run a scene and leave its results in a directory.
 
     Works under mpiexec: `mpiexec -n 2 shellmb run SCENE`.
     """
-    times = {"scheme": scheme, "alpha": alpha, "dt": dt, "t_end": t_end}
-    times["step_tolerance"] = tolerance
-    elements = {"mesh": mesh, "degree": degree, "cell": cell}
-    solver = {"solve": solve, "newton": newton, "backend": backend}
     # a scene that has them keeps them
-    output = {"end_forces": end_forces or None}
-    request = asked(scene, parameters, **times, **elements, **solver, **output)
+    options["end_forces"] = options["end_forces"] or None
+    request = requested(scene, parameters, **options)
     built, module = request.build()
     if check:
         module.require_check(module.results or built.results, "results(run)")
@@ -222,6 +194,7 @@ def resume(
 
 @app.command()
 @failures_reported
+@offers(*options_of(Options, *ELEMENTS))
 def modes(
     scene: SceneArgument,
     count: Annotated[int, typer.Option(min=1, help="Number of modes.")] = 6,
@@ -244,14 +217,12 @@ def modes(
         float | None,
         typer.Option(metavar="TIME", help="About the state at a time [s], by running up to it."),
     ] = None,
-    mesh: MeshOption = None,
-    degree: DegreeOption = None,
-    cell: CellOption = None,
     parameters: SetOption = None,
     out: OutOption = None,
     no_pictures: PicturesOption = False,
     quiet: QuietOption = False,
     check: CheckOption = False,
+    **elements: Any,
 ) -> Any:
     """Natural frequencies and modes of a scene, rigid-body modes included.
 
@@ -261,9 +232,8 @@ def modes(
     With --state complex modes about the state of a run, frozen in time, with --at that of a time:
     `shellmb modes sudden_load --state runs/first --at 0.1`
     """
-    elements = {"mesh": mesh, "degree": degree, "cell": cell}
     again = at is not None
-    built, module, state = asked_of_run(scene, state, again, parameters, elements)
+    built, module, state = requested_run(scene, state, again, parameters, elements)
     moving = state is not None or again
     if moving and (check or loaded):
         raise SceneError("modes: --check or --loaded is given with a state of a run; leave it out")

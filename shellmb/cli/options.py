@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import inspect
+from collections.abc import Callable
 from datetime import datetime
 from enum import StrEnum
 from pathlib import Path
@@ -10,6 +12,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from shellmb.errors import SceneError
+from shellmb.options.described import Option, options_of
+from shellmb.options.run import Options
 
 if TYPE_CHECKING:
     from shellmb.running.loader import SceneModule
@@ -17,54 +21,11 @@ if TYPE_CHECKING:
     from shellmb.scene import Scene
 
 
-class Scheme(StrEnum):
-    """Time schemes that the command line knows."""
-
-    static = "static"
-    linear = "linear"
-    linear_dynamics = "linear-dynamics"
-    ep = "ep"
-    ed = "ed"
-    ep4 = "ep4"
-    ed3 = "ed3"
-    generalized_alpha = "generalized-alpha"
-    ed_printed = "ed-printed"
-
-
-class Cell(StrEnum):
-    """Cell types."""
-
-    quad = "quad"
-    tri = "tri"
-
-
-class Solve(StrEnum):
-    """Which unknowns the linear systems have."""
-
-    reduced = "reduced"
-    full = "full"
-
-
 class Clock(StrEnum):
     """What is measured in."""
 
     cpu = "cpu"
     wall = "wall"
-
-
-class Newton(StrEnum):
-    """When Newton's method factorises."""
-
-    auto = "auto"
-    modified = "modified"
-    full = "full"
-
-
-class Backend(StrEnum):
-    """Whose Newton solver."""
-
-    newton = "newton"
-    snes = "snes"
 
 
 SceneArgument = Annotated[
@@ -77,23 +38,6 @@ CheckOption = Annotated[
     bool, typer.Option("--check", help="Fail unless the scene's reference values are met.")
 ]
 QuietOption = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")]
-AlphaOption = Annotated[
-    float | None, typer.Option(help="Dissipation of schemes that have one, from 0 to 1.")
-]
-StepOption = Annotated[float | None, typer.Option(help="Time or load step [s].")]
-ToleranceOption = Annotated[
-    float | None,
-    typer.Option(
-        help="Error of a step, relative to the size of bodies, by which steps are chosen; the "
-        "step is the first one then. A step without it is fixed."
-    ),
-]
-EndOption = Annotated[float | None, typer.Option(help="Time at the end [s].")]
-MeshOption = Annotated[
-    str | None, typer.Option(metavar="NxM", help="Elements of every shell along its two sides.")
-]
-DegreeOption = Annotated[int | None, typer.Option(min=2, max=3, help="Degree of the elements.")]
-CellOption = Annotated[Cell | None, typer.Option(help="Quadrilaterals or triangles.")]
 SetOption = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="NAME=VALUE", help="Parameter of the scene; may be repeated."),
@@ -102,42 +46,89 @@ PicturesOption = Annotated[bool, typer.Option("--no-pictures", help="Draw no pic
 JsonOption = Annotated[bool, typer.Option("--json", help="Print a JSON list.")]
 
 
-def asked(scene: str, parameters: list[str] | None, **options: Any) -> Request:
-    """What a command line asks for.
+def offers[F: Callable[..., Any]](*options: Option) -> Callable[[F], F]:
+    """Let a command with `**options` have them on the command line, behind its first parameter.
+
+    Args:
+        options: The options; one of several values is a text with commas.
+    """
+
+    def decorate(command: F) -> F:
+        signature = inspect.signature(command, eval_str=True)
+        own = [
+            p.replace(kind=p.KEYWORD_ONLY)
+            for p in signature.parameters.values()
+            if p.kind is not p.VAR_KEYWORD
+        ]
+        more = [
+            inspect.Parameter(
+                o.name, inspect.Parameter.KEYWORD_ONLY, default=None, annotation=_annotated(o)
+            )
+            for o in options
+        ]
+        made: Any = command
+        made.__signature__ = signature.replace(parameters=[*own[:1], *more, *own[1:]])
+        made.__annotations__ = {p.name: p.annotation for p in (*own, *more)}
+        return command
+
+    return decorate
+
+
+def _annotated(option: Option) -> Any:
+    """The annotation of an option for typer."""
+    about = option.about
+    usual = f" {option.default} if left out." if option.default else ""
+    shown: dict[str, Any] = {"help": about.help + usual, "metavar": about.metavar}
+    type_: Any = option.type
+    if about.many or about.parse is not None:
+        type_ = str
+    elif option.choices and isinstance(option.choices[0], str):
+        names = {str(choice): str(choice) for choice in option.choices}
+        made: Any = StrEnum
+        type_ = made(option.name.title(), names)
+    elif option.choices:
+        type_ = int
+        shown |= {"min": min(option.choices), "max": max(option.choices)}
+    return Annotated[type_ | None, typer.Option(option.flag, **shown)]
+
+
+def requested(scene: str, parameters: list[str] | None, **options: Any) -> Request:
+    """The request of a command line.
 
     Args:
         scene: Name of a bundled scene, or path of a Python file.
         parameters: Values of the scene's parameters, each as "name=value".
-        options: Of `Options`, as they were given, the mesh as "NxM"; None: not given.
+        options: Of `Options`, as they were given; None: not given.
 
     Raises:
         SceneError: If a mesh or a parameter is not of its form.
     """
-    from shellmb.running.request import Options, Request, parse_mesh, parse_parameters
+    from shellmb.running.request import Request, parse_parameters
 
-    if options.get("mesh") is not None:
-        options["mesh"] = parse_mesh(options["mesh"])
-    # as they are stored: plain values
-    plain: dict[str, Any] = {
-        k: v.value if isinstance(v, StrEnum) else v for k, v in options.items()
-    }
+    plain: dict[str, Any] = {}
+    for one in options_of(Options, *options):
+        value = options[one.name]
+        if value is not None and one.about.parse is not None:
+            value = one.value(value)
+        # as it is stored: a plain value
+        plain[one.name] = value.value if isinstance(value, StrEnum) else value
     return Request(scene, parse_parameters(parameters or []), Options(**plain))
 
 
-def asked_of_run(
+def requested_run(
     scene: str,
     state: Path | None,
     again: bool,
     parameters: list[str] | None,
     elements: dict[str, Any],
 ) -> tuple[Scene, SceneModule, Path | None]:
-    """A scene that may be that of a run, and the run's directory.
+    """The request of a scene that may be that of a run, and the run's directory.
 
     Args:
         scene: Name of a scene or its file, or the run directory of a bundled scene.
         state: Run directory of the scene.
         again: Whether the run's steps are taken again, for which the scene is the run's own.
-        parameters: As of `asked`.
+        parameters: As of `requested`.
         elements: Options of the mesh.
 
     Raises:
@@ -146,7 +137,7 @@ def asked_of_run(
     run = Path(scene) if state is None and Path(scene).is_dir() else None
     given = run or (state if again else None)
     if given is None:
-        return *asked(scene, parameters, **elements).build(), state
+        return *requested(scene, parameters, **elements).build(), state
     from shellmb.running.request import scene_of_run
 
     if parameters or any(elements.values()):

@@ -1,96 +1,35 @@
-"""What a user asked to run, in words that can be stored: scene, parameters, options."""
+"""The request for a run in words that can be stored: scene, parameters, options."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
-from typing import Any, ClassVar, Literal
+from typing import Any
 
-from pydantic import ConfigDict, TypeAdapter, ValidationError
+from pydantic import TypeAdapter, ValidationError
 
 from shellmb.errors import SceneError
 from shellmb.observers.files.seal import checksum, is_sealed, sealed
+from shellmb.options.described import parse_mesh
+from shellmb.options.run import Options
 from shellmb.running.loader import SceneModule, demos, is_file_name, load
 from shellmb.running.tables import Damaged, first_error, read_table
 from shellmb.scene import Scene
 from shellmb.scene.checks.effect import check_alpha
 
+__all__ = [
+    "Options",
+    "Request",
+    "StoredRequest",
+    "parse_mesh",
+    "parse_parameters",
+    "read_request",
+    "scene_of_run",
+]
+
 # name in a run directory
 REQUEST = "request.json"
-# options that are of the scene's solver
-_SOLVER = ("solve", "newton", "backend", "tolerance")
-
-
-@dataclass(frozen=True)
-class Options:
-    """Choices that replace those of a scene; None keeps the scene's.
-
-    Args:
-        scheme: Name of the scheme.
-        alpha: Dissipation of the energy-decaying scheme.
-        dt: Time step, s.
-        t_end: Time at the end, s.
-        mesh: Counts of elements of every shell; the first of them also of every beam.
-        degree: Degree of every shell and beam.
-        cell: Cell type of every shell.
-        body: The only shell or beam that gets mesh, degree, cell and model; None: all of them.
-        model: How every shell and beam deforms: "exact", "linear", "modal:10", "rigid".
-        solve: Unknowns of the linear systems.
-        newton: When Newton's method factorises.
-        backend: Whose Newton solver.
-        tolerance: Relative tolerance of Newton's method.
-        end_forces: Whether forces at the end of each step are in the history, too.
-        step_tolerance: Tolerance of the step control; with a `dt` and without it steps are fixed.
-    """
-
-    # where one is read from a file
-    __pydantic_config__: ClassVar = ConfigDict(extra="forbid")
-
-    scheme: str | None = None
-    alpha: float | None = None
-    dt: float | None = None
-    t_end: float | None = None
-    mesh: tuple[int, int] | None = None
-    degree: Literal[2, 3] | None = None
-    cell: Literal["quad", "tri"] | None = None
-    body: str | None = None
-    model: str | None = None
-    solve: Literal["reduced", "full"] | None = None
-    newton: Literal["auto", "modified", "full"] | None = None
-    backend: Literal["newton", "snes"] | None = None
-    tolerance: float | None = None
-    end_forces: bool | None = None
-    step_tolerance: float | None = None
-
-    def apply(self, scene: Scene) -> Scene:
-        """The scene with these choices.
-
-        Raises:
-            SceneError: If it is impossible.
-        """
-        chosen = asdict(self)
-        solver: dict[str, Any] = {name: chosen.pop(name) for name in _SOLVER}
-        solver = {name: choice for name, choice in solver.items() if choice is not None}
-        step_tolerance = chosen.pop("step_tolerance")
-        if step_tolerance is None and self.dt is not None:
-            scene = replace(scene, control=replace(scene.control, tolerance=None))
-        if solver:
-            scene = replace(scene, solver=replace(scene.solver, **solver))
-        end_forces = chosen.pop("end_forces")
-        if self.scheme in ("static", "linear") and not scene.static and self.dt is None:
-            # a time step is no load step: take the default one
-            end = scene.t_end if self.t_end is None else self.t_end
-            lost: dict[str, Any] = {"dt": None, "start": "given", "alpha": 1.0}
-            lost["control"] = replace(scene.control, tolerance=None)
-            scene = replace(scene, scheme=self.scheme, t_end=end, **lost)
-            chosen["scheme"] = None
-        if end_forces is not None:
-            scene = replace(scene, output=replace(scene.output, end_forces=end_forces))
-        scene = scene.with_options(**chosen)
-        if step_tolerance is None:
-            return scene
-        return replace(scene, control=replace(scene.control, tolerance=step_tolerance))
 
 
 @dataclass(frozen=True)
@@ -105,7 +44,7 @@ class Request:
 
     scene: str
     parameters: Mapping[str, str] = field(default_factory=dict)
-    options: Options = Options()
+    options: Options = field(default_factory=Options)
 
     def build(self) -> tuple[Scene, SceneModule]:
         """The scene, and the module that defines it.
@@ -192,18 +131,6 @@ class StoredRequest:
             return self.scene_sha256 is None
         file = Path(request.scene)
         return file.is_file() and checksum(file.read_bytes()) == self.scene_sha256
-
-
-def parse_mesh(text: str) -> tuple[int, int]:
-    """Counts of elements from "NxM".
-
-    Raises:
-        SceneError: If the text is not of that form.
-    """
-    first, x, second = text.lower().partition("x")
-    if not (x and first.isdecimal() and second.isdecimal()):
-        raise SceneError(f"mesh is '{text}'; it must be two counts as in 8x4")
-    return int(first), int(second)
 
 
 def parse_parameters(items: list[str]) -> dict[str, str]:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
+from shellmb.options.run import Options
 from shellmb.running.loader import SceneModule, load
-from shellmb.running.request import Options
 from shellmb.scene import GmshFile, MeshFile, Scene, Shell
 from shellmb.scene.schemes import DISSIPATIVE
 
@@ -23,36 +23,15 @@ SHORT = ("ep", "ed", "ep4", "ed3")
 
 
 @dataclass(frozen=True)
-class Choice:
-    """A configuration, complete: what is None does not apply to the scene.
+class Choice(Options):
+    """A configuration, complete: of its axes what is None does not apply to the scene.
 
-    Args:
-        scheme: Name of the scheme.
-        alpha: Dissipation; of "ed" and "ed3" only.
-        cell: Cell type of the shells.
-        degree: Degree of shells and beams.
-        solve: Unknowns of the linear systems.
-        tolerance: Relative tolerance of Newton's method.
-        mesh: Elements of the shells along both sides; without shells of the beams, and 1.
-        dt: Time or load step, s; the first one where steps follow their error.
-        step_tolerance: Tolerance of the step control; None: steps are fixed.
-        model: How shells and beams deform, where that is chosen.
+    The mesh is that of shells; without shells that of beams, and 1.
     """
-
-    scheme: str | None = None
-    alpha: float | None = None
-    cell: str | None = None
-    degree: int | None = None
-    solve: str | None = None
-    tolerance: float | None = None
-    mesh: tuple[int, int] | None = None
-    dt: float | None = None
-    step_tolerance: float | None = None
-    model: str | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values, those that apply."""
-        return {k: v for k, v in asdict(self).items() if v is not None}
+        return {k: getattr(self, k) for k in AXES if getattr(self, k) is not None}
 
     @classmethod
     def from_dict(cls, values: Mapping[str, Any]) -> Choice:
@@ -61,7 +40,7 @@ class Choice:
         return cls(**{**values, "mesh": None if mesh is None else tuple(mesh)})
 
     def without(self, *names: str) -> Choice:
-        """The same with some choices left out."""
+        """A copy with some choices left out."""
         return replace(self, **dict.fromkeys(names))
 
     def label(self, names: tuple[str, ...] = AXES) -> str:
@@ -124,7 +103,7 @@ class Base:
             SceneError: If it is impossible.
         """
         scene = module.build(dict(self.parameters))
-        options = Options(t_end=self.t_end, body=self.body, **choice.to_dict())
+        options = replace(choice, t_end=self.t_end, body=self.body)
         if options.scheme == scene.scheme_name:
             # the scene's own stays as it is: it may be an object that no name stands for
             options = replace(options, scheme=None)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import prod
 from typing import Any
@@ -12,12 +12,12 @@ import numpy as np
 import numpy.typing as npt
 
 from shellmb.errors import SceneError
+from shellmb.options.described import options_of
+from shellmb.options.study import StudyOptions
 from shellmb.running.loader import SceneModule
 from shellmb.studies.choice import AXES, REFINED, Base, Choice
-from shellmb.studies.quantity import Quantity
+from shellmb.studies.quantity import Quantity, parse_quantity
 
-# what a study without a word about it does
-REPEAT, REFINE = 3, 2
 # schemes of references, the best first
 PREFERRED = ("ep4", "ed")
 # points of a curve that is known
@@ -49,29 +49,14 @@ class Solution:
 
 
 @dataclass(frozen=True)
-class Sweep:
-    """A study as it is asked for; an empty axis keeps the scene's choice.
+class Sweep(StudyOptions):
+    """A study as it is requested; an empty axis keeps the scene's choice.
 
     Args:
         base: The scene.
         quantities: What is judged; none: see `default_quantity`.
-        model: How shells and beams deform: "exact", "linear", "modal:10", "rigid".
-        scheme: Names of schemes.
-        alpha: Dissipations, of schemes that have one.
+        solution: A solution that is not ours, of the columns that are judged; None: as for `exact`.
         dissipations: Those of single schemes in place of `alpha`.
-        cell: Cell types.
-        degree: Degrees.
-        solve: "full", "reduced".
-        tolerance: Tolerances of Newton's method.
-        mesh: Elements along both sides.
-        dt: Time or load steps, s.
-        step_tolerance: Tolerances of the step control, each run from the scene's first step on;
-            they stand beside the steps, not for each of them.
-        exact: The exact value of the (only) quantity; None: a finer run is the reference.
-        solution: One that is not ours, of the columns that are judged; None: as for `exact`.
-        reference: Scheme of the finer run; None: EP4, or ED with the least alpha, if there is one.
-        refine: How much finer than the finest of the grid it is, in steps and elements per side.
-        repeat: How often each configuration is run, in turn with the others.
 
     Raises:
         SceneError: If a number is not possible.
@@ -79,22 +64,8 @@ class Sweep:
 
     base: Base
     quantities: tuple[Quantity, ...] = ()
-    model: tuple[str, ...] = ()
-    scheme: tuple[str, ...] = ()
-    alpha: tuple[float, ...] = ()
-    cell: tuple[str, ...] = ()
-    degree: tuple[int, ...] = ()
-    solve: tuple[str, ...] = ()
-    tolerance: tuple[float, ...] = ()
-    mesh: tuple[tuple[int, int], ...] = ()
-    dt: tuple[float, ...] = ()
-    step_tolerance: tuple[float, ...] = ()
-    exact: float | None = None
     solution: Solution | None = None
     dissipations: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
-    reference: str | None = None
-    refine: int = REFINE
-    repeat: int = REPEAT
 
     @property
     def known(self) -> bool:
@@ -118,6 +89,36 @@ class Sweep:
                 f"study: exact is {self.exact:g}; it must be left out, or be the value of the one "
                 "quantity that is named, which must be a number"
             )
+
+
+def sweep_of(
+    scene: str | SceneModule,
+    parameters: Mapping[str, str],
+    quantity: Iterable[str] = (),
+    t_end: float | None = None,
+    body: str | None = None,
+    **options: Any,
+) -> Sweep:
+    """The study that options request.
+
+    Args:
+        scene: Name of a scene or its file, or what defines it.
+        parameters: Values of parameters of a scene that is named.
+        quantity: What is judged, each as `parse_quantity` takes it.
+        t_end: Time at the end [s].
+        body: The only body that gets mesh, degree, cell.
+        options: Of `StudyOptions`; values may be texts; None: not given.
+
+    Raises:
+        SceneError: If one is impossible.
+    """
+    base = Base(scene, tuple(parameters.items()), t_end, body)
+    given = {name: value for name, value in options.items() if value is not None}
+    for one in options_of(StudyOptions):
+        if one.about.many and one.name in given:
+            values = (one.value(v) if isinstance(v, str) else v for v in given[one.name])
+            given[one.name] = tuple(tuple(v) if isinstance(v, list) else v for v in values)
+    return Sweep(base, tuple(map(parse_quantity, quantity)), **given)
 
 
 @dataclass(frozen=True)

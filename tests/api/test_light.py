@@ -8,7 +8,11 @@ import sys
 import time
 from pathlib import Path
 
+import pytest
+
 import shellmb as sm
+from shellmb.api.runs import run
+from shellmb.api.studies import study
 
 STUB = Path(sm.__file__).with_name("__init__.pyi")
 
@@ -27,15 +31,38 @@ def test_import_takes_no_time() -> None:
 
 
 def test_the_stub_lists_what_is_found() -> None:
+    body = ast.parse(STUB.read_text()).body
     told = {
-        alias.asname or alias.name
-        for node in ast.parse(STUB.read_text()).body
+        alias.name
+        for node in body
         if isinstance(node, ast.ImportFrom)
         for alias in node.names
+        # others are for annotations
+        if alias.name in ("*", alias.asname)
     }
+    told |= {node.name for node in body if isinstance(node, ast.FunctionDef)}
     assert told - {"*"} | set(sm.scene.__all__) | {"__version__"} == set(dir(sm))
     for name in dir(sm):
         assert getattr(sm, name) is not None
+
+
+@pytest.mark.parametrize("function", [run, study], ids=lambda f: f.__name__)
+def test_the_stub_has_the_options_as_they_are_described(function) -> None:
+    """Options are fields of dataclasses, which a type checker would not see in `**options`."""
+    parts: list[str] = []
+    for p in inspect.signature(function).parameters.values():
+        if p.kind is p.KEYWORD_ONLY and "*" not in parts:
+            parts.append("*")
+        default = "" if p.default is p.empty else f" = {p.default!r}"
+        parts.append(f"{p.name}: {p.annotation}{default}")
+    returned = inspect.signature(function).return_annotation
+    wanted = f"def {function.__name__}({', '.join(parts)}) -> {returned}: ..."
+    (found,) = (
+        node
+        for node in ast.parse(STUB.read_text()).body
+        if isinstance(node, ast.FunctionDef) and node.name == function.__name__
+    )
+    assert ast.unparse(found) == ast.unparse(ast.parse(wanted)), f"write into {STUB}:\n{wanted}"
 
 
 def test_functions_stay_functions_whatever_modules_are_imported() -> None:

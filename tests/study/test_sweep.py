@@ -35,7 +35,9 @@ def test_alpha_belongs_to_ed_only():
 def test_what_the_scene_chooses_is_known():
     _, found = grid()
     (only,) = found.choices
-    assert only == Choice("ep", None, "quad", 2, "reduced", 1e-9, (6, 2), 1e-3)
+    assert only == Choice(
+        scheme="ep", cell="quad", degree=2, solve="reduced", tolerance=1e-9, mesh=(6, 2), dt=1e-3
+    )
     assert Choice.from_dict(only.to_dict()) == only
 
 

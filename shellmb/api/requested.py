@@ -1,4 +1,4 @@
-"""What may stand for a scene in a call: a scene, the name of a bundled one, or a Python file."""
+"""A scene that a call requests: a scene, the name of a bundled one, or a Python file."""
 
 from __future__ import annotations
 
@@ -7,14 +7,16 @@ from dataclasses import dataclass
 from typing import Any
 
 from shellmb.errors import SceneError
+from shellmb.options.described import options_of
+from shellmb.options.run import Options
 from shellmb.running.loader import SceneModule
-from shellmb.running.request import Options, Request, parse_mesh
+from shellmb.running.request import Request
 from shellmb.scene import Scene
 from shellmb.scene.checks.effect import check_alpha
 
 
 @dataclass(frozen=True)
-class Asked:
+class Requested:
     """A scene as it is to be run.
 
     Args:
@@ -35,8 +37,10 @@ class Asked:
         return self.scene.results if self.module is None else self.module.results
 
 
-def ask(scene: Scene | str, parameters: Mapping[str, Any] | None, **options: Any) -> Asked:
-    """The scene that a call means.
+def requested(
+    scene: Scene | str, parameters: Mapping[str, Any] | None, **options: Any
+) -> Requested:
+    """The scene that a call requests.
 
     Args:
         scene: A scene, or its name or file.
@@ -46,8 +50,10 @@ def ask(scene: Scene | str, parameters: Mapping[str, Any] | None, **options: Any
     Raises:
         SceneError: If anything about it is wrong.
     """
-    if isinstance(options.get("mesh"), str):
-        options["mesh"] = parse_mesh(options["mesh"])
+    texts = {one.name: one for one in options_of(Options) if one.about.parse is not None}
+    for name in texts.keys() & options.keys():
+        if isinstance(options[name], str):
+            options[name] = texts[name].value(options[name])
     chosen = Options(**options)
     if isinstance(scene, Scene):
         if parameters:
@@ -58,7 +64,7 @@ def ask(scene: Scene | str, parameters: Mapping[str, Any] | None, **options: Any
         made = chosen.apply(scene)
         if chosen.alpha is not None:
             check_alpha(made, chosen.alpha)
-        return Asked(made, scene.name.replace("/", "-"))
+        return Requested(made, scene.name.replace("/", "-"))
     if not isinstance(scene, str):
         raise SceneError(
             f"scene is a {type(scene).__name__}; it must be a Scene, the name of a bundled one, or "
@@ -66,7 +72,7 @@ def ask(scene: Scene | str, parameters: Mapping[str, Any] | None, **options: Any
         )
     request = Request(scene, as_text(parameters or {}), chosen)
     made, module = request.build()
-    return Asked(made, module.name, request, module)
+    return Requested(made, module.name, request, module)
 
 
 def as_text(parameters: Mapping[str, Any]) -> dict[str, str]:

@@ -1,0 +1,87 @@
+"""Options of a run: what replaces choices of a scene, for the command line and Python alike."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, replace
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
+
+from shellmb.options.described import option, parse_mesh
+
+if TYPE_CHECKING:
+    from shellmb.scene import Scene
+
+# options that are of meshes, and of the scene's solver
+ELEMENTS = ("mesh", "degree", "cell")
+_SOLVER = ("solve", "newton", "backend", "tolerance")
+
+
+@dataclass(frozen=True)
+class Options:
+    """Choices that replace those of a scene; None keeps the scene's."""
+
+    # where one is read from a file
+    __pydantic_config__: ClassVar = {"extra": "forbid"}
+
+    scheme: str | None = option(
+        "Time scheme (ep, ed, ep4, ed3, generalized-alpha, ed-printed, linear-dynamics), or "
+        "statics (static, linear)."
+    )
+    alpha: float | None = option("Dissipation of schemes that have one, from 0 to 1.")
+    dt: float | None = option("Time or load step [s].")
+    t_end: float | None = option("Time at the end [s].")
+    mesh: tuple[int, int] | None = option(
+        "Counts of elements of every shell along its two sides, as 8x4; of beams the first one.",
+        metavar="NxM",
+        parse=parse_mesh,
+    )
+    degree: Literal[2, 3] | None = option("Degree of every shell and beam.")
+    cell: Literal["quad", "tri"] | None = option("Quadrilaterals or triangles of every shell.")
+    body: str | None = option("The only shell or beam that gets mesh, degree, cell and model.")
+    model: str | None = option(
+        "How every shell and beam deforms: exact, linear, modal:K, rigid.", metavar="MODEL"
+    )
+    solve: Literal["reduced", "full"] | None = option(
+        "Linear systems with as few unknowns as possible, or all."
+    )
+    newton: Literal["auto", "modified", "full"] | None = option(
+        "Factorise as rarely as pays, or in each step, iteration."
+    )
+    backend: Literal["newton", "snes"] | None = option("DOLFINx's Newton solver or PETSc's.")
+    tolerance: float | None = option(
+        "Relative tolerance of Newton's method.", flag="--newton-tolerance"
+    )
+    end_forces: bool | None = option("Record forces at the end of steps, too.")
+    step_tolerance: float | None = option(
+        "Error of a step, relative to the size of bodies, by which steps are chosen; the step is "
+        "the first one then. A step without it is fixed.",
+        flag="--tolerance",
+    )
+
+    def apply(self, scene: Scene) -> Scene:
+        """The scene with these choices.
+
+        Raises:
+            SceneError: If it is impossible.
+        """
+        chosen = asdict(self)
+        solver: dict[str, Any] = {name: chosen.pop(name) for name in _SOLVER}
+        solver = {name: choice for name, choice in solver.items() if choice is not None}
+        step_tolerance = chosen.pop("step_tolerance")
+        if step_tolerance is None and self.dt is not None:
+            scene = replace(scene, control=replace(scene.control, tolerance=None))
+        if solver:
+            scene = replace(scene, solver=replace(scene.solver, **solver))
+        end_forces = chosen.pop("end_forces")
+        if self.scheme in ("static", "linear") and not scene.static and self.dt is None:
+            # a time step is no load step: take the default one
+            end = scene.t_end if self.t_end is None else self.t_end
+            lost: dict[str, Any] = {"dt": None, "start": "given", "alpha": 1.0}
+            lost["control"] = replace(scene.control, tolerance=None)
+            scene = replace(scene, scheme=self.scheme, t_end=end, **lost)
+            chosen["scheme"] = None
+        if end_forces is not None:
+            scene = replace(scene, output=replace(scene.output, end_forces=end_forces))
+        scene = scene.with_options(**chosen)
+        if step_tolerance is None:
+            return scene
+        return replace(scene, control=replace(scene.control, tolerance=step_tolerance))

@@ -1,0 +1,37 @@
+"""Options of a study, for the command line and Python alike."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from shellmb.options.described import option, positive, several
+from shellmb.options.run import Options
+
+# what a study without a word about it does
+REPEAT, REFINE = 3, 2
+
+
+@dataclass(frozen=True, kw_only=True)
+class StudyOptions:
+    """What a study combines and compares with; an empty axis keeps the scene's choice."""
+
+    dt: tuple[float, ...] = several(Options, "dt", "S,S,...", positive)
+    mesh: tuple[tuple[int, int], ...] = several(Options, "mesh", "NxM,...")
+    scheme: tuple[str, ...] = several(Options, "scheme", "ep,ed,...")
+    alpha: tuple[float, ...] = several(Options, "alpha", "A,A,...")
+    degree: tuple[int, ...] = several(Options, "degree", "2,3", int)
+    cell: tuple[str, ...] = several(Options, "cell", "quad,tri")
+    model: tuple[str, ...] = several(Options, "model", "exact,linear,...")
+    solve: tuple[str, ...] = several(Options, "solve", "reduced,full")
+    step_tolerance: tuple[float, ...] = several(Options, "step_tolerance", "T,T,...", positive)
+    tolerance: tuple[float, ...] = several(Options, "tolerance", "T,T,...", positive)
+    exact: float | None = option(
+        "The exact value of the (only) quantity; else a finer run is the reference."
+    )
+    reference: str | None = option(
+        "Scheme of the finer run; EP4, or ED with the least alpha, where there is one."
+    )
+    refine: int = option(
+        "How much finer it is than the finest run, in steps and elements per side.", REFINE
+    )
+    repeat: int = option("Rounds of all, in turn, for the times.", REPEAT)
