@@ -9,6 +9,7 @@ from docstrings, and tutorials that are text files which run.
 import re
 import subprocess
 import sys
+import types
 from importlib.metadata import version as version_of
 from pathlib import Path
 from typing import Any
@@ -22,6 +23,9 @@ extensions = [
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
     "sphinx.ext.viewcode",
+    "sphinx_design",
+    # formulas without a network
+    "sphinx-mathjax-offline",
 ]
 exclude_patterns = ["_build", "jupyter_execute"]
 html_theme = "furo"
@@ -51,6 +55,22 @@ napoleon_use_ivar = True
 # what a dataclass's `Args` describe are its attributes: say them once
 python_use_unqualified_type_names = True
 suppress_warnings = ["ref.python"]
+
+# the names under which users call these functions (three packages have the same names)
+sys.modules["sm"] = sm = types.ModuleType("sm")
+
+
+def _called(name: str) -> Any:
+    """A function of the Python interface."""
+    from shellmb.api import modal, modeshapes, record, rotating, runs, studies, sweeps
+
+    for module in (runs, modal, studies, sweeps, record, modeshapes, rotating):
+        if hasattr(module, name):
+            return getattr(module, name)
+    raise AttributeError(name)
+
+
+sm.__getattr__ = _called  # type: ignore[method-assign]
 
 linkcheck_timeout = 20
 linkcheck_anchors = False

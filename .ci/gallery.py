@@ -1,0 +1,155 @@
+"""Gallery of the demos: pictures, and the cards in docs/gallery.md.
+
+    python .ci/gallery.py                   # the cards anew, from pictures and times that are there
+    python .ci/gallery.py --run latch_stop  # runs these scenes first; `--run all`: ten minutes
+    python .ci/gallery.py --check           # fails if the page has other cards
+
+A card has the first state of a run's `shape.png`, the first line of the demo, and the processor
+time of the command with cached kernels. The paper's examples and demos that draw a figure of their
+own show that figure.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import re
+import resource
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from PIL import Image, ImageChops
+
+from shellmb.measuring.tables import replaced
+
+ROOT = Path(__file__).resolve().parents[1]
+PAGE, PICTURES = ROOT / "docs" / "gallery.md", ROOT / "docs" / "gallery"
+TIMES = PICTURES / "times.json"
+BEGIN, END = "<!-- gallery: begin -->", "<!-- gallery: end -->"
+WIDTH = 420  # pixels
+PAPER = {"lateral_buckling": "6.1", "snap_through": "6.2", "antenna": "6.3"}
+# figures that are there already, beside docs
+FIGURES = {name: f"../demos/figures/{n}/animation.gif" for name, n in PAPER.items()} | {
+    "hinged_roof": "../demos/figures/hinged_roofs.png",
+    "lateral_plate": "../demos/figures/lateral_plate.png",
+}
+# other commands than `shellmb run NAME`, and other pictures than `shape.png`
+COMMANDS = {
+    "plate_modes": "modes plate_modes --count 8",
+    "campbell": "modes campbell --rate 0,5,10,15,20",
+}
+DRAWN = {"campbell": "campbell.png", "plate_modes": "mode_8.png"}
+KINDS = (
+    "examples of the paper",
+    "start here",
+    "mechanisms",
+    "vibrations and motion",
+    "statics and paths",
+    "forms of your own",
+)
+
+
+def demos() -> dict[str, Path]:
+    """Files of all demos by name."""
+    return {p.stem: p for p in sorted((ROOT / "demos").glob("*.py")) if not p.stem.startswith("_")}
+
+
+def cropped(picture: Image.Image, halves: bool) -> Image.Image:
+    """The first state without white around it, in the width of a card."""
+    if halves and picture.width > 1.8 * picture.height:
+        picture = picture.crop((0, 0, picture.width // 2, picture.height))
+    picture = picture.convert("RGB")
+    box = ImageChops.difference(picture, Image.new("RGB", picture.size, "white")).getbbox()
+    picture = picture.crop(box) if box else picture
+    picture.thumbnail((WIDTH, WIDTH))
+    card = Image.new("RGB", (WIDTH, round(0.75 * WIDTH)), "white")
+    picture.thumbnail(card.size)
+    card.paste(picture, ((card.width - picture.width) // 2, (card.height - picture.height) // 2))
+    return card
+
+
+def run(name: str) -> float:
+    """Run a demo, keep its picture, and return the processor time in seconds."""
+    with tempfile.TemporaryDirectory() as folder:
+        words = COMMANDS.get(name, f"run {name}").split()
+        shellmb = str(Path(sys.executable).parent / "shellmb")
+        command = [shellmb, *words, "--out", f"{folder}/run", "--quiet"]
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        environment = {**os.environ, "OMP_NUM_THREADS": "1"}
+        subprocess.run(command, check=True, env=environment, cwd=folder, capture_output=True)
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        if name not in FIGURES:
+            drawn = Image.open(Path(folder) / "run" / DRAWN.get(name, "shape.png"))
+            card = cropped(drawn, halves=name not in DRAWN)
+            card.quantize(128).save(PICTURES / f"{name}.png", optimize=True)
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+
+def card(name: str, text: str, seconds: float | None) -> str:
+    """One card, as a directive of sphinx-design."""
+    line = re.search(r'"""(.+)', text)
+    assert line, name
+    command = COMMANDS.get(name, f"run {name}")
+    picture = FIGURES.get(name, f"gallery/{name}.png")
+    time = "" if seconds is None else f"{seconds:.2g} s · "
+    return "\n".join(
+        (
+            f"```{{grid-item-card}} {name}",
+            f":img-top: {picture}",
+            "",
+            line[1].strip().removesuffix('"""'),
+            ":::{card-footer}",
+            f"{time}`shellmb {command}` · [source](../demos/{name}.py)",
+            ":::",
+            "```",
+        )
+    )
+
+
+def cards() -> str:
+    """All cards, by kind, the paper's examples first."""
+    times = json.loads(TIMES.read_text()) if TIMES.is_file() else {}
+    groups: dict[str, list[str]] = {name: [] for name in KINDS}
+    for name, file in demos().items():
+        text = file.read_text()
+        if name in PAPER or name in FIGURES or (PICTURES / f"{name}.png").is_file():
+            kind = re.search(r"^# KIND: (.+)$", text, re.MULTILINE)
+            assert kind, name
+            groups[kind[1]].append(card(name, text, times.get(name)))
+    return "\n\n".join(
+        f"## {title[0].upper()}{title[1:]}\n\n````{{grid}} 1 2 3 3\n:gutter: 2\n\n"
+        + "\n\n".join(made)
+        + "\n````"
+        for title, made in groups.items()
+        if made
+    )
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--run", nargs="*", default=(), help="names of demos, or all")
+    parser.add_argument("--check", action="store_true")
+    asked = parser.parse_args()
+    names = list(demos()) if asked.run == ["all"] else list(asked.run)
+    for name in names:
+        try:
+            seconds = run(name)
+        except subprocess.CalledProcessError as error:
+            print(f"{name}: {error.stderr.decode()[-400:]}", file=sys.stderr)
+            continue
+        times = json.loads(TIMES.read_text()) if TIMES.is_file() else {}
+        times[name] = round(seconds, 1)
+        TIMES.write_text(json.dumps(dict(sorted(times.items())), indent=1) + "\n")
+        print(f"{name}: {seconds:.1f} s", flush=True)
+    text = PAGE.read_text()
+    page = replaced(text, BEGIN, END, cards())
+    if asked.check:
+        sys.exit(0 if page == text else "docs/gallery.md: run .ci/gallery.py")
+    PAGE.write_text(page)
+
+
+if __name__ == "__main__":
+    main()
