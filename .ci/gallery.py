@@ -41,7 +41,7 @@ COMMANDS = {
     "plate_modes": "modes plate_modes --count 8",
     "campbell": "modes campbell --rate 0,5,10,15,20",
 }
-DRAWN = {"campbell": "campbell.png", "plate_modes": "mode_8.png"}
+DRAWN = {"campbell": "campbell.png", "plate_modes": "modes.png"}
 KINDS = (
     "examples of the paper",
     "start here",
@@ -57,11 +57,22 @@ def demos() -> dict[str, Path]:
     return {p.stem: p for p in sorted((ROOT / "demos").glob("*.py")) if not p.stem.startswith("_")}
 
 
-def cropped(picture: Image.Image, halves: bool) -> Image.Image:
-    """The first state without white around it, in the width of a card."""
-    if halves and picture.width > 1.8 * picture.height:
-        picture = picture.crop((0, 0, picture.width // 2, picture.height))
+def cropped(picture: Image.Image, shape: bool) -> Image.Image:
+    """A picture without white around it, in the size of a card; of a shape the first state alone.
+
+    Args:
+        picture: The picture.
+        shape: Whether it shows states side by side, below a caption and above a scale.
+    """
     picture = picture.convert("RGB")
+    if shape:
+        width = picture.width // 2 if picture.width > 2 * picture.height else picture.width
+        picture = picture.crop((0, round(0.07 * picture.height), width, picture.height))
+        # the scale, and the axes beside it
+        below = round(0.88 * picture.height)
+        picture = picture.crop((0, 0, picture.width, below))
+        corner = (0, round(0.88 * below), round(0.12 * picture.width), below)
+        picture.paste("white", corner)
     box = ImageChops.difference(picture, Image.new("RGB", picture.size, "white")).getbbox()
     picture = picture.crop(box) if box else picture
     picture.thumbnail((WIDTH, WIDTH))
@@ -83,8 +94,8 @@ def run(name: str) -> float:
         after = resource.getrusage(resource.RUSAGE_CHILDREN)
         if name not in FIGURES:
             drawn = Image.open(Path(folder) / "run" / DRAWN.get(name, "shape.png"))
-            card = cropped(drawn, halves=name not in DRAWN)
-            card.quantize(128).save(PICTURES / f"{name}.png", optimize=True)
+            card = cropped(drawn, shape=name not in DRAWN)
+            card.quantize(64).save(PICTURES / f"{name}.png", optimize=True)
     return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
 
