@@ -29,7 +29,8 @@ ROOT = Path(__file__).resolve().parents[1]
 PAGE, PICTURES = ROOT / "docs" / "gallery.md", ROOT / "docs" / "gallery"
 TIMES = PICTURES / "times.json"
 BEGIN, END = "<!-- gallery: begin -->", "<!-- gallery: end -->"
-WIDTH = 420  # pixels
+# pixels: of a card; of a picture of one state; of the caption above it, and the scale below
+WIDTH, ONE, TOP, BOTTOM = 420, 960, 28, 76
 PAPER = {"lateral_buckling": "6.1", "snap_through": "6.2", "antenna": "6.3"}
 # figures that are there already, beside docs
 FIGURES = {name: f"../demos/figures/{n}/animation.gif" for name, n in PAPER.items()} | {
@@ -53,8 +54,9 @@ KINDS = (
 
 
 def demos() -> dict[str, Path]:
-    """Files of all demos by name."""
-    return {p.stem: p for p in sorted((ROOT / "demos").glob("*.py")) if not p.stem.startswith("_")}
+    """Files of all demos that are scenes, by name."""
+    files = sorted((ROOT / "demos").glob("*.py"))
+    return {p.stem: p for p in files if re.search(r"^def scene\(", p.read_text(), re.MULTILINE)}
 
 
 def cropped(picture: Image.Image, shape: bool) -> Image.Image:
@@ -66,13 +68,11 @@ def cropped(picture: Image.Image, shape: bool) -> Image.Image:
     """
     picture = picture.convert("RGB")
     if shape:
-        width = picture.width // 2 if picture.width > 2 * picture.height else picture.width
-        picture = picture.crop((0, round(0.07 * picture.height), width, picture.height))
-        # the scale, and the axes beside it
-        below = round(0.88 * picture.height)
-        picture = picture.crop((0, 0, picture.width, below))
-        corner = (0, round(0.88 * below), round(0.12 * picture.width), below)
-        picture.paste("white", corner)
+        # one state is 960 pixels wide, two are 720 each; sizes of captions do not depend on that
+        width = picture.width if picture.width == ONE else picture.width // 2
+        picture = picture.crop((0, TOP, width, picture.height - BOTTOM))
+        axes = (0, picture.height - 40, 90, picture.height)
+        picture.paste("white", axes)
     box = ImageChops.difference(picture, Image.new("RGB", picture.size, "white")).getbbox()
     picture = picture.crop(box) if box else picture
     picture.thumbnail((WIDTH, WIDTH))
@@ -140,6 +140,7 @@ def cards() -> str:
 
 
 def main() -> None:
+    """Run what is asked for, and write or check the page."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--run", nargs="*", default=(), help="names of demos, or all")
     parser.add_argument("--check", action="store_true")

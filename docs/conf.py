@@ -6,10 +6,10 @@ Sphinx, as FEniCSx itself uses it: equations, cross references that are checked,
 from docstrings, and tutorials that are text files which run.
 """
 
+import importlib
 import re
 import subprocess
 import sys
-import types
 from importlib.metadata import version as version_of
 from pathlib import Path
 from typing import Any
@@ -56,21 +56,8 @@ napoleon_use_ivar = True
 python_use_unqualified_type_names = True
 suppress_warnings = ["ref.python"]
 
-# the names under which users call these functions (three packages have the same names)
-sys.modules["sm"] = sm = types.ModuleType("sm")
-
-
-def _called(name: str) -> Any:
-    """A function of the Python interface."""
-    from shellmb.api import modal, modeshapes, record, rotating, runs, studies, sweeps
-
-    for module in (runs, modal, studies, sweeps, record, modeshapes, rotating):
-        if hasattr(module, name):
-            return getattr(module, name)
-    raise AttributeError(name)
-
-
-sm.__getattr__ = _called  # type: ignore[method-assign]
+# users write `import shellmb as sm`; the reference names functions as they do
+sys.modules["sm"] = importlib.import_module("shellmb")
 
 linkcheck_timeout = 20
 linkcheck_anchors = False
