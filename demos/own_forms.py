@@ -74,7 +74,7 @@ def linear_membrane_strains(u: Any, w: Any, surf: Any) -> Any:
     """The strains of the paper, with the linear membrane strain in place of Green-Lagrange's."""
     import ufl
 
-    from shellmb.forms.shell import ShellStrains, bending_strain, shear_strain
+    from shellmb.forms.shell import shell_strains
     from shellmb.forms.surface import along
 
     u1, u2 = along(u, surf.e1), along(u, surf.e2)
@@ -85,7 +85,7 @@ def linear_membrane_strains(u: Any, w: Any, surf: Any) -> Any:
             ufl.dot(surf.e1, u2) + ufl.dot(surf.e2, u1),
         ]
     )
-    return ShellStrains(eps, bending_strain(u, w, surf), shear_strain(u, w, surf))
+    return shell_strains(u, w, surf)._replace(eps=eps)
 
 
 # --- a force in the weak form ----------------------------------------------------------------

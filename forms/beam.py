@@ -48,7 +48,7 @@ That neither locks nor, in one dimension, leaves any spurious mode. With indepen
 the energy is the same, but Newton's method no longer rolls a beam up in one load step.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -56,12 +56,11 @@ import ufl
 from ufl.core.expr import Expr
 
 from shellmb.forms.frame import ACROSS, Vectors, vectors
+from shellmb.forms.measure import Measure, quadratic
 from shellmb.forms.state import Layout
 from shellmb.forms.steps.discrete import stress_average
 from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.surface import along, unit
-
-Strains = Callable[[Expr], Expr]
 
 
 class Line(NamedTuple):
@@ -125,18 +124,6 @@ def line(jacobian: Expr, D: Expr, centre: Expr | None = None) -> Line:
     return Line(unit(jacobian[:, 0]), D, centre)
 
 
-def beam_strains(u: Expr, w: Expr, ref: Line) -> Expr:
-    """All strains (Gamma, K), shape (6,).
-
-    Args:
-        u: Displacement, shape (3,), m.
-        w: Changes of the directors, shape (9,).
-        ref: Reference line.
-    """
-    change = line_tangents(u, w, ref)
-    return bilinear(ref, combined([(1, rest_tangents(ref)), (0.5, change)]), change)
-
-
 class LineTangents(NamedTuple):
     """What strains are taken along: the derivative of the position, the directors and theirs.
 
@@ -152,13 +139,13 @@ class LineTangents(NamedTuple):
 
 
 def rest_tangents(ref: Line) -> LineTangents:
-    """Those of the reference configuration."""
+    """Tangent and directors of the reference configuration."""
     ds = vectors(along(ref.D, ref.t))
     return LineTangents(at_centre(ref, ref.t, ds), vectors(ref.D), ds)
 
 
 def line_tangents(u: Expr, w: Expr, ref: Line) -> LineTangents:
-    """Those of a displacement and changes of directors, without the reference."""
+    """Changes of tangent and directors by a displacement and changes of the directors."""
     ds = vectors(along(w, ref.t))
     return LineTangents(at_centre(ref, along(u, ref.t), ds), vectors(w), ds)
 
@@ -174,32 +161,29 @@ def at_centre(ref: Line, x1: Expr, ds: Vectors) -> Expr:
     return x1 if ref.centre is None else x1 + ref.centre[0] * ds[1] + ref.centre[1] * ds[2]
 
 
-def combined(parts: Sequence[tuple[Expr | float, LineTangents]]) -> LineTangents:
-    """Weighted sum."""
-
-    def total(vectors: Sequence[Expr]) -> Expr:
-        weighed = [weight * v for (weight, _), v in zip(parts, vectors, strict=True)]
-        return sum(weighed[1:], weighed[0])
-
-    def three(some: Sequence[Vectors]) -> Vectors:
-        first, second, third = (total([v[k] for v in some]) for k in range(3))
-        return first, second, third
-
-    tangents = [t for _, t in parts]
-    d, ds = three([t.d for t in tangents]), three([t.ds for t in tangents])
-    return LineTangents(total([t.x1 for t in tangents]), d, ds)
+def axial_strain(a: LineTangents, b: LineTangents) -> Expr:
+    """Axial strain `(x' . x' - X' . X')/2` as a bilinear form; see `forms.measure`."""
+    return ufl.dot(a.x1, b.x1)
 
 
-def bilinear(ref: Line, at: LineTangents, change: LineTangents) -> Expr:
-    """Change of the strains for a change of the tangents, shape (6,); symmetric in both."""
+def shear_strains(a: LineTangents, b: LineTangents) -> list[Expr]:
+    """Shear strains `d_k . x' - D_k . X'` along `d2` and `d3` as bilinear forms."""
+    return [ufl.dot(a.d[k], b.x1) + ufl.dot(b.d[k], a.x1) for k in (1, 2)]
 
-    def half(a: int, b: int) -> Expr:
-        """Change of `d_a' . d_b / 2`."""
-        return (ufl.dot(at.ds[a], change.d[b]) + ufl.dot(change.ds[a], at.d[b])) / 2
 
-    stretch = ufl.dot(at.x1, change.x1)
-    shear = [ufl.dot(at.d[k], change.x1) + ufl.dot(change.d[k], at.x1) for k in (1, 2)]
-    turns = [half(a, b) - half(b, a) for a, b in ACROSS]
+def curvatures(a: LineTangents, b: LineTangents) -> list[Expr]:
+    """Twist and curvatures `(d2' . d3 - d3' . d2)/2` and cyclic, as bilinear forms, 1/m."""
+
+    def half(k: int, m: int) -> Expr:
+        """Of `d_k' . d_m / 2`."""
+        return (ufl.dot(a.ds[k], b.d[m]) + ufl.dot(b.ds[k], a.d[m])) / 2
+
+    return [half(k, m) - half(m, k) for k, m in ACROSS]
+
+
+def strain_form(ref: Line, a: LineTangents, b: LineTangents) -> Expr:
+    """All strains (Gamma, K) as a symmetric bilinear form, shape (6,)."""
+    stretch, shear, turns = axial_strain(a, b), shear_strains(a, b), curvatures(a, b)
     if ref.centre is None:
         return ufl.as_vector([stretch, *shear, *turns])
     rest, (c2, c3) = rest_tangents(ref), ref.centre
@@ -210,21 +194,18 @@ def bilinear(ref: Line, at: LineTangents, change: LineTangents) -> Expr:
     return ufl.as_vector([*at_line, *turns])
 
 
-def beam_slope(
-    ref: Line, c: Expr | None, states: Sequence[tuple[Expr, Expr, Expr]], du: Expr, dw: Expr
-) -> Expr:
-    """Change of the strains, taken at `c` times the reference and weighted states, shape (6,).
+def strain_measure(ref: Line, moved: Callable[[Expr], tuple[Expr, Expr]]) -> Measure:
+    """Strains (Gamma, K), which are quadratic, shape (6,).
 
     Args:
         ref: Reference line.
-        c: Share of the reference; None: none.
-        states: Weight, displacement and changes of directors of each state.
-        du: Change of the displacement.
-        dw: Changes of the directors.
+        moved: Displacement and changes of the directors in a state.
     """
-    parts = [] if c is None else [(c, rest_tangents(ref))]
-    parts += [(weight, line_tangents(u, w, ref)) for weight, u, w in states]
-    return bilinear(ref, combined(parts), line_tangents(du, dw, ref))
+
+    def form(a: LineTangents, b: LineTangents) -> Expr:
+        return strain_form(ref, a, b)
+
+    return quadratic(form, rest_tangents(ref), lambda q: line_tangents(*moved(q), ref))
 
 
 def halves(e: Expr) -> tuple[Expr, Expr]:
@@ -324,26 +305,26 @@ class BeamMixed:
         """Forces and moments that do work on the strains, shapes (3,), N and N m."""
         return N, self._moments(N, halves(e)[1])
 
-    def averaged(self, strains: Strains, layout: Layout, span: Interval) -> tuple[Expr, Expr]:
+    def averaged(self, strain: Measure, layout: Layout, span: Interval) -> tuple[Expr, Expr]:
         """Strains and forces of the averaged stress of a sub-interval, which acts in its row."""
         last = self.forces(layout, span.b)
         N = self.where_held(last, stress_average(self.forces(layout, span.a), last, span.beta))
-        return stress_average(strains(span.a), strains(span.b), span.beta), N
+        return stress_average(strain.value(span.a), strain.value(span.b), span.beta), N
 
-    def energy(self, strains: Strains, layout: Layout, q: Expr) -> Expr:
+    def energy(self, strain: Measure, layout: Layout, q: Expr) -> Expr:
         """Mixed strain energy; equal to the strain energy where compatibility holds, J/m."""
-        return self.stored(strains(q), self.forces(layout, q))
+        return self.stored(strain.value(q), self.forces(layout, q))
 
     def stored(self, e: Expr, N: Expr) -> Expr:
-        """The same of any strains and forces."""
+        """Mixed strain energy of any strains and forces, J/m."""
         Gamma, K = halves(e)
         N = self._at_state(self._elastic(Gamma, K), N)
         forces = ufl.dot(N, self._elastic(Gamma, K)) - ufl.dot(N, self._give(N)) / 2
         return forces + ufl.dot(K, self.D0 * K) / 2
 
-    def jump(self, strains: Strains, layout: Layout, a: Expr, b: Expr) -> Expr:
+    def jump(self, strain: Measure, layout: Layout, a: Expr, b: Expr) -> Expr:
         """Half the work of the stress jump on the strain jump, elastic part of eq. (34), J/m."""
         N = self.forces(layout, b) - self.forces(layout, a)
-        Gamma, K = halves(strains(b) - strains(a))
+        Gamma, K = halves(strain.value(b) - strain.value(a))
         N = self._at_state(self._elastic(Gamma, K), N)
         return (ufl.dot(N, Gamma) + ufl.dot(self._moments(N, K), K)) / 2

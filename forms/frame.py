@@ -67,16 +67,6 @@ def orthonormality(w: Expr, D: Expr) -> Expr:
     return ufl.as_vector(rows)
 
 
-def orthonormality_change(d: Vectors, dw: Expr) -> Expr:
-    """Variation of `orthonormality` at the directors `d` in the direction `dw`, shape (6,)."""
-    W = vectors(dw)
-    rows = [
-        ufl.dot(d[k], W[k]) if k == m else ufl.dot(d[k], W[m]) + ufl.dot(d[m], W[k])
-        for k, m in PAIRS
-    ]
-    return ufl.as_vector(rows)
-
-
 class FrameMass(NamedTuple):
     """Mass of a frame node; None where an effect is left out.
 

@@ -23,31 +23,24 @@ symbol       name                                                    unit
 ===========  ======================================================  =====
 """
 
-from collections.abc import Callable
-
 import ufl
 from ufl.core.expr import Expr
 
+from shellmb.forms.measure import Measure
 from shellmb.forms.state import Layout
-from shellmb.forms.steps.mixed import Measure
 from shellmb.forms.surface import Surface, unit
 
 Pair = tuple[Expr, Expr]
 
 
-def line_strains(strains: Measure, surf: Surface, jacobian: Expr) -> Callable[[Expr], Expr]:
-    """Membrane strains along the two coordinate lines of the element, as a function of the state.
+def lines(eps: Expr, surf: Surface, jacobian: Expr) -> Expr:
+    """Components of a membrane strain along the two coordinate lines, shape (2,).
 
     Args:
-        strains: Strain measure of the shell.
+        eps: Membrane strain, perhaps with others behind it.
         surf: Local basis in which its components are.
         jacobian: Jacobian of the reference surface, shape (3, 2).
     """
-    return lambda q: lines(strains(q).eps, surf, jacobian)
-
-
-def lines(eps: Expr, surf: Surface, jacobian: Expr) -> Expr:
-    """Components of a membrane strain along the two coordinate lines, shape (2,)."""
     found = []
     for k in range(2):
         line = unit(jacobian[:, k])
@@ -80,13 +73,13 @@ class LineSection:
         return ufl.as_vector([0, 0])
 
 
-def energy(measure: Callable[[Expr], Expr], q: Expr) -> Pair:
+def energy(strain: Measure, q: Expr) -> Pair:
     """Energy per unit stiffness of the two line strains."""
-    e = measure(q)
+    e = strain.value(q)
     return e[0] ** 2 / 2, e[1] ** 2 / 2
 
 
-def jump(measure: Callable[[Expr], Expr], a: Expr, b: Expr) -> Pair:
+def jump(strain: Measure, a: Expr, b: Expr) -> Pair:
     """Share of the line strains in eq. (34), per unit stiffness."""
-    e = measure(b) - measure(a)
+    e = strain.value(b) - strain.value(a)
     return e[0] ** 2 / 2, e[1] ** 2 / 2

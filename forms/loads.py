@@ -8,7 +8,7 @@ import ufl
 from ufl.core.expr import Expr
 
 from shellmb.forms.frame import Vectors, spin, vectors
-from shellmb.forms.shell import Mass
+from shellmb.forms.shell import Mass, momenta
 from shellmb.forms.surface import Surface, along
 
 
@@ -26,7 +26,7 @@ def gravity(acceleration: Expr, mass: Mass, du: Expr, dw: Expr) -> Expr:
         du: Variation of the displacement.
         dw: Variation of the director.
     """
-    moved = mass.m * du if mass.s is None else mass.m * du + mass.s * dw
+    moved, _ = momenta(du, dw, mass)
     return ufl.dot(acceleration, moved)
 
 

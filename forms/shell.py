@@ -16,12 +16,13 @@ symbol       name                                           unit      equation
 ===========  =============================================  ========  ==========
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable
 from typing import NamedTuple
 
 import ufl
 from ufl.core.expr import Expr
 
+from shellmb.forms.measure import Measure, quadratic, value
 from shellmb.forms.surface import Surface, along, unit
 
 
@@ -39,62 +40,15 @@ class ShellStrains(NamedTuple):
     gam: Expr
 
 
-def membrane_strain(u: Expr, surf: Surface) -> Expr:
-    """Green-Lagrange strain of the reference surface, `(E^T E - I)/2` of eq. (9), shape (3,)."""
-    e1, e2 = surf.e1, surf.e2
-    u1, u2 = along(u, e1), along(u, e2)
-    return ufl.as_vector(
-        [
-            ufl.dot(e1, u1) + ufl.dot(u1, u1) / 2,
-            ufl.dot(e2, u2) + ufl.dot(u2, u2) / 2,
-            ufl.dot(e1, u2) + ufl.dot(e2, u1) + ufl.dot(u1, u2),
-        ]
-    )
-
-
-def bending_strain(u: Expr, w: Expr, surf: Surface) -> Expr:
-    """Change of curvature, `(E^T H + H^T E + kappa)/2` of eq. (9), shape (3,), 1/m."""
-    e1, e2 = surf.e1, surf.e2
-    u1, u2 = along(u, e1), along(u, e2)
-    w1, w2 = along(w, e1), along(w, e2)
-    D1, D2 = along(surf.D, e1), along(surf.D, e2)
-    return ufl.as_vector(
-        [
-            ufl.dot(e1 + u1, w1) + ufl.dot(u1, D1),
-            ufl.dot(e2 + u2, w2) + ufl.dot(u2, D2),
-            ufl.dot(e1 + u1, w2) + ufl.dot(e2 + u2, w1) + ufl.dot(u1, D2) + ufl.dot(u2, D1),
-        ]
-    )
-
-
-def shear_strain(u: Expr, w: Expr, surf: Surface) -> Expr:
-    """Transverse shear strain, components 13 and 23 of `E^T E` in eq. (9), shape (2,)."""
-    e1, e2 = surf.e1, surf.e2
-    u1, u2 = along(u, e1), along(u, e2)
-    return ufl.as_vector(
-        [
-            ufl.dot(e1 + u1, w) + ufl.dot(u1, surf.D),
-            ufl.dot(e2 + u2, w) + ufl.dot(u2, surf.D),
-        ]
-    )
-
-
-def shell_strains(u: Expr, w: Expr, surf: Surface) -> ShellStrains:
-    """All strains of eq. (9). Each is quadratic in `(u, w)`, which is what eq. (20) needs."""
-    return ShellStrains(
-        membrane_strain(u, surf), bending_strain(u, w, surf), shear_strain(u, w, surf)
-    )
-
-
 class Tangents(NamedTuple):
-    """What strains of the next order are taken along: derivatives of position and director.
+    """Vectors that strains are made of, of the reference, of a state or changes of either.
 
     Args:
-        x1: Derivative of the position along `e1`, shape (3,).
-        x2: The same along `e2`.
-        d: Director, shape (3,).
-        d1: Its derivative along `e1`, 1/m.
-        d2: The same along `e2`.
+        x1: Derivative of the position along `e1`, `E_1` of eq. (7), shape (3,).
+        x2: Derivative of the position along `e2`, `E_2`.
+        d: Director, `E_3`, shape (3,).
+        d1: Derivative of the director along `e1`, 1/m.
+        d2: Derivative of the director along `e2`, 1/m.
     """
 
     x1: Expr
@@ -104,61 +58,79 @@ class Tangents(NamedTuple):
     d2: Expr
 
 
+def membrane_strain(a: Tangents, b: Tangents) -> Expr:
+    """Membrane strain `(E^T E - I)/2` of eq. (9) as a bilinear form, 11, 22 and 2*12, shape (3,).
+
+    With `a = b` half of it, less that of the reference, is the strain; see `forms.measure`.
+    """
+    return ufl.as_vector(
+        [
+            ufl.dot(a.x1, b.x1),
+            ufl.dot(a.x2, b.x2),
+            ufl.dot(a.x1, b.x2) + ufl.dot(a.x2, b.x1),
+        ]
+    )
+
+
+def bending_strain(a: Tangents, b: Tangents) -> Expr:
+    """Change of curvature `(E^T H + H^T E + kappa)/2` of eq. (9), as `membrane_strain`, 1/m."""
+    return ufl.as_vector(
+        [
+            ufl.dot(a.x1, b.d1) + ufl.dot(a.d1, b.x1),
+            ufl.dot(a.x2, b.d2) + ufl.dot(a.d2, b.x2),
+            ufl.dot(a.x1, b.d2) + ufl.dot(a.x2, b.d1) + ufl.dot(a.d1, b.x2) + ufl.dot(a.d2, b.x1),
+        ]
+    )
+
+
+def shear_strain(a: Tangents, b: Tangents) -> Expr:
+    """Transverse shear strain, 13 and 23 of `E^T E` in eq. (9), as `membrane_strain`, (2,)."""
+    return ufl.as_vector(
+        [
+            ufl.dot(a.x1, b.d) + ufl.dot(a.d, b.x1),
+            ufl.dot(a.x2, b.d) + ufl.dot(a.d, b.x2),
+        ]
+    )
+
+
+def strain_form(a: Tangents, b: Tangents) -> Expr:
+    """All strains of eq. (9) as a symmetric bilinear form, (eps, kap, gam), shape (8,)."""
+    return ufl.as_vector([*membrane_strain(a, b), *bending_strain(a, b), *shear_strain(a, b)])
+
+
 def reference_tangents(surf: Surface) -> Tangents:
-    """Those of the reference configuration."""
+    """Tangents of the reference configuration."""
     e1, e2 = surf.e1, surf.e2
     return Tangents(e1, e2, surf.D, along(surf.D, e1), along(surf.D, e2))
 
 
 def tangents(u: Expr, w: Expr, surf: Surface) -> Tangents:
-    """Those of a displacement and a director change, without the reference."""
+    """Changes of the tangents by a displacement and a change of the director."""
     e1, e2 = surf.e1, surf.e2
     return Tangents(along(u, e1), along(u, e2), w, along(w, e1), along(w, e2))
 
 
-def combined(parts: Sequence[tuple[Expr | float, Tangents]]) -> Tangents:
-    """Weighted sum."""
-    (weight, first), *others = parts
-    total = [weight * part for part in first]
-    for weight, tangent in others:
-        total = [a + weight * b for a, b in zip(total, tangent, strict=True)]
-    return Tangents(*total)
-
-
-def strain_change(at: Tangents, du: Expr, dw: Expr, surf: Surface) -> ShellStrains:
-    """Change of the strains of eq. (9) for a change of displacement and director, eq. (20).
-
-    It is linear in both: at the reference it is their linear part, at a displacement alone their
-    bilinear part (`forms.steps.path`).
+def strain_measure(surf: Surface, moved: Callable[[Expr], tuple[Expr, Expr]]) -> Measure:
+    """Strains of eq. (9), which are quadratic, as eq. (20) needs, shape (8,).
 
     Args:
-        at: Where.
-        du: Change of the displacement.
-        dw: Change of the director.
         surf: Reference surface.
+        moved: Displacement and change of the director in a state.
     """
-    return bilinear(at, tangents(du, dw, surf))
+    rest = reference_tangents(surf)
+    return quadratic(strain_form, rest, lambda q: tangents(*moved(q), surf))
 
 
-def bilinear(at: Tangents, change: Tangents) -> ShellStrains:
-    """The same for a change of the tangents; symmetric in both."""
-    u1, u2, w, w1, w2 = change
-    x1, x2, d, d1, d2 = at
+def shell_strains(u: Expr, w: Expr, surf: Surface) -> ShellStrains:
+    """Strains of eq. (9) of a displacement and a change of the director."""
+    rest, change = reference_tangents(surf), tangents(u, w, surf)
+    return named(value(strain_form, rest, change))
 
-    def dot(a: Expr, b: Expr) -> Expr:
-        return ufl.dot(a, b)
 
-    return ShellStrains(
-        ufl.as_vector([dot(x1, u1), dot(x2, u2), dot(x1, u2) + dot(x2, u1)]),
-        ufl.as_vector(
-            [
-                dot(x1, w1) + dot(d1, u1),
-                dot(x2, w2) + dot(d2, u2),
-                dot(x1, w2) + dot(x2, w1) + dot(d1, u2) + dot(d2, u1),
-            ]
-        ),
-        ufl.as_vector([dot(x1, w) + dot(d, u1), dot(x2, w) + dot(d, u2)]),
-    )
+def named(e: Expr) -> ShellStrains:
+    """Strains by their names from a vector of all of them, shape (8,)."""
+    eps, kap, gam = (ufl.as_vector([e[k] for k in part]) for part in ((0, 1, 2), (3, 4, 5), (6, 7)))
+    return ShellStrains(eps, kap, gam)
 
 
 def normal(u: Expr, surf: Surface) -> Expr:
@@ -235,7 +207,15 @@ def tangent_jump(b: Expr, db: Expr, d: Expr, arm: Expr | None) -> Expr:
     return db - ufl.dot(momentum, d) / ufl.dot(d, d) * d
 
 
-def kinetic_density(v: Expr, dw: Expr, mass: Mass) -> Expr:
-    """Kinetic energy per reference area, eq. (14) integrated through the thickness, J/m^2."""
+def momentum_work(v: Expr, dw: Expr, mass: Mass, dv: Expr, ddw: Expr) -> Expr:
+    """`h.dv + g.dd`: work of momenta per area, or twice the kinetic energy, eqs. (14), (26), (27).
+
+    Args:
+        v: Velocity of the reference surface, shape (3,), m/s; in virtual work its rate.
+        dw: Velocity of the director, shape (3,), 1/s.
+        mass: Mass coefficients.
+        dv: What the linear momentum works on.
+        ddw: What that of the director works on.
+    """
     h, g = momenta(v, dw, mass)
-    return (ufl.dot(h, v) + ufl.dot(g, dw)) / 2
+    return ufl.dot(h, dv) + ufl.dot(g, ddw)

@@ -200,6 +200,37 @@ def test_nothing_installed_needs_a_checkout(module: str) -> None:
     assert not {name.split(".")[0] for name in imports(module)} & {"demos", "tests"}
 
 
+# what strains of eq. (9) and of beams are made of; each in the one function that is its writing
+WRITINGS = {
+    "shellmb.forms.shell": ("membrane_strain", "bending_strain", "shear_strain"),
+    "shellmb.forms.beam": ("axial_strain", "shear_strains", "curvatures"),
+}
+TANGENTS = {"x1", "x2", "d1", "d2", "ds"}
+
+
+def strain_products(node: ast.AST) -> Iterator[ast.Call]:
+    """Products of two vectors that strains are made of, such as `ufl.dot(a.x1, b.x2)`."""
+    for call in ast.walk(node):
+        if isinstance(call, ast.Call) and len(call.args) == 2:
+            bare = [a.value if isinstance(a, ast.Subscript) else a for a in call.args]
+            named = [a.attr for a in bare if isinstance(a, ast.Attribute)]
+            if len(named) == 2 and set(named) & TANGENTS and set(named) <= TANGENTS | {"d"}:
+                yield call
+
+
+def test_one_definition_of_each_strain() -> None:
+    for module, path in MODULES.items():
+        if layer(module) not in ("forms", "model"):
+            continue
+        tree = ast.parse(path.read_text())
+        functions = {f.name: f for f in tree.body if isinstance(f, ast.FunctionDef)}
+        within = 0
+        for name in WRITINGS.get(module, ()):
+            assert any(strain_products(functions[name])), f"{name} is not written in {module}"
+            within += len(list(strain_products(functions[name])))
+        assert len(list(strain_products(tree))) == within, f"{module} writes a strain of its own"
+
+
 def test_no_circles() -> None:
     arrows = {m: {n for n in imports(m) if n in MODULES and n != m} for m in MODULES}
     # raises CycleError, which names the modules

@@ -27,8 +27,8 @@ from typing import NamedTuple
 
 from ufl.core.expr import Expr
 
+from shellmb.forms.measure import measure
 from shellmb.forms.steps.discrete import mean, variation
-from shellmb.forms.steps.path import measure
 
 # what a state and its change violate, `A(q) dq`, shape (n,)
 Slip = Callable[[Expr, Expr], Expr]

@@ -24,8 +24,9 @@ from typing import NamedTuple
 
 from ufl.core.expr import Expr
 
+from shellmb.forms.measure import measure
 from shellmb.forms.steps.discrete import variation
-from shellmb.forms.steps.path import Path, measure
+from shellmb.forms.steps.path import Path
 
 
 class ConstraintRow(NamedTuple):

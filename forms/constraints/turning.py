@@ -10,8 +10,9 @@ import ufl
 from ufl.core.expr import Expr
 
 from shellmb.forms.constraints.coordinates import angle_moments, perpendicular, swing_moment
+from shellmb.forms.measure import measure
 from shellmb.forms.steps.discrete import variation
-from shellmb.forms.steps.path import Path, measure
+from shellmb.forms.steps.path import Path
 
 
 def turned(

@@ -5,14 +5,16 @@ As those of a shell (`floating.shell`). Directors stay orthonormal, and so the c
 no rotation; it is put back.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
 import ufl
 from ufl.core.expr import Expr
 
-from shellmb.forms.beam import Line, LineTangents, bilinear, combined, line_tangents, rest_tangents
+from shellmb.forms.beam import Line, LineTangents, line_tangents, rest_tangents, strain_form
 from shellmb.forms.floating.frame import Moved, Turned, carried
 from shellmb.forms.frame import Vectors, vectors
+from shellmb.forms.measure import Measure, quadratic
 from shellmb.forms.surface import along
 
 
@@ -28,48 +30,44 @@ def turned(w: Expr, ref: Line) -> list[Turned]:
     return list(zip(vectors(ref.D), vectors(w), strict=True))
 
 
-def linear_strains(moved: Moved, ref: Line) -> Expr:
-    """Strains (Gamma, K) of a state, shape (6,).
+class Apart(NamedTuple):
+    """What the strains are made of.
 
     Args:
-        moved: Displacement, changes of the directors, changes of the frame's directors.
-        ref: Reference line.
+        here: Tangent and directors, or their changes.
+        frame: The same of the reference as the frame carries it.
+        lean: Directors of the beam less those of the frame.
     """
-    u, w, frame = moved
-    t, r, rest = line_tangents(u, w, ref), carried_tangents(frame, ref), rest_tangents(ref)
-    leans = _leans(t, r)
-    kept = bilinear(ref, rest, _kept(leans, leans, ref)) / 2
-    return bilinear(ref, rest, combined([(1, t), (1, r)])) + bilinear(ref, r, t) + kept
+
+    here: LineTangents
+    frame: LineTangents
+    lean: Vectors
 
 
-def linear_slope(
-    ref: Line, c: Expr | None, states: Sequence[tuple[Expr, Moved]], change: Moved
-) -> Expr:
-    """Change of these strains, taken at `c` times the reference and weighted states, shape (6,).
+def strain_measure(ref: Line, moved: Callable[[Expr], Moved]) -> Measure:
+    """Small strains (Gamma, K) relative to the frame, shape (6,).
 
     Args:
         ref: Reference line.
-        c: Share of the reference; None: none.
-        states: Weights with states.
-        change: Change of the state.
+        moved: Displacement, changes of the directors and of the frame's directors in a state.
     """
-    rest = [] if c is None else [(c, rest_tangents(ref))]
-    t = [(weight, line_tangents(u, w, ref)) for weight, (u, w, _) in states]
-    r = [(weight, carried_tangents(frame, ref)) for weight, (_, _, frame) in states]
-    dt, dr = line_tangents(change[0], change[1], ref), carried_tangents(change[2], ref)
-    found = bilinear(ref, combined([*r, *rest]), dt) + bilinear(ref, combined([*t, *rest]), dr)
-    if not states:
-        return found
-    leans = _leans(combined(t), combined(r))
-    return found + bilinear(ref, rest_tangents(ref), _kept(leans, _leans(dt, dr), ref))
+    rest = rest_tangents(ref)
+
+    def form(a: Apart, b: Apart) -> Expr:
+        kept = strain_form(ref, rest, _kept(a.lean, b.lean, ref))
+        return strain_form(ref, a.frame, b.here) + strain_form(ref, a.here, b.frame) + kept
+
+    def apart(q: Expr) -> Apart:
+        u, w, frame = moved(q)
+        t, r = line_tangents(u, w, ref), carried_tangents(frame, ref)
+        return Apart(t, r, _three([x - y for x, y in zip(t.d, r.d, strict=True)]))
+
+    none = 0 * ref.t
+    return quadratic(form, Apart(rest, rest, (none, none, none)), apart)
 
 
 def _three(some: Sequence[Expr]) -> Vectors:
     return some[0], some[1], some[2]
-
-
-def _leans(t: LineTangents, r: LineTangents) -> Vectors:
-    return _three([a - b for a, b in zip(t.d, r.d, strict=True)])
 
 
 def _kept(g: Vectors, h: Vectors, ref: Line) -> LineTangents:

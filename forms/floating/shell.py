@@ -1,7 +1,7 @@
 """Strains of a shell that are linear in what it moves by relative to a floating frame.
 
 With the tangents `T = (x_,a, d, d_,a)` the strains of eq. (9) are `C(T, T)/2 - C(T_0, T_0)/2`, `C`
-being bilinear (`shell.bilinear`). Relative to a frame that turns by `R` their linear part is
+being bilinear (`shell.strain_form`). Relative to a frame that turns by `R` their linear part is
 
     C(R T_0, T - R T_0) = C(R T_0, T) - C(T_0, T_0)
 
@@ -11,21 +11,16 @@ bends does not shorten. A director keeps its length, and so its component along 
 director falls by `|d - R D|^2/2`; linear theory has none of that, and it is put back.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable
+from typing import NamedTuple
 
 import ufl
 from ufl.core.expr import Expr
 
 from shellmb.forms.floating.frame import Moved, Turned, carried
 from shellmb.forms.frame import vectors
-from shellmb.forms.shell import (
-    ShellStrains,
-    Tangents,
-    bilinear,
-    combined,
-    reference_tangents,
-    tangents,
-)
+from shellmb.forms.measure import Measure, quadratic
+from shellmb.forms.shell import Tangents, reference_tangents, strain_form, tangents
 from shellmb.forms.surface import Surface
 
 
@@ -41,47 +36,38 @@ def turned(u: Expr, w: Expr, surf: Surface) -> list[Turned]:
     return list(zip((surf.e1, surf.e2, surf.D), (x1, x2, d), strict=True))
 
 
-def linear_strains(moved: Moved, surf: Surface) -> ShellStrains:
-    """Strains of a state.
+class Apart(NamedTuple):
+    """What the strains are made of.
 
     Args:
-        moved: Displacement, change of the director, changes of the frame's directors.
-        surf: Reference surface.
+        here: Tangents and director, or their changes.
+        frame: The same of the reference as the frame carries it.
+        lean: Director of the shell less that of the frame, shape (3,).
     """
-    u, w, frame = moved
-    t, r, rest = tangents(u, w, surf), carried_tangents(frame, surf), reference_tangents(surf)
-    both = combined([(1, t), (1, r)])
-    lean = t.d - r.d
-    kept = ufl.dot(lean, lean) / 2
-    parts = (bilinear(rest, both), bilinear(r, t), _lengths(surf))
-    return ShellStrains(*(a + b + kept * c for a, b, c in zip(*parts, strict=True)))
+
+    here: Tangents
+    frame: Tangents
+    lean: Expr
 
 
-def linear_slope(
-    surf: Surface, c: Expr | None, states: Sequence[tuple[Expr, Moved]], change: Moved
-) -> ShellStrains:
-    """Change of these strains, taken at `c` times the reference and weighted states.
+def strain_measure(surf: Surface, moved: Callable[[Expr], Moved]) -> Measure:
+    """Small strains (eps, kap, gam) relative to the frame, shape (8,).
 
     Args:
         surf: Reference surface.
-        c: Share of the reference; None: none.
-        states: Weights with states.
-        change: Change of the state.
+        moved: Displacement, change of the director and changes of the frame's directors in a state.
     """
-    rest = [] if c is None else [(c, reference_tangents(surf))]
-    t = [(weight, tangents(u, w, surf)) for weight, (u, w, _) in states]
-    r = [(weight, carried_tangents(frame, surf)) for weight, (_, _, frame) in states]
-    dt, dr = tangents(change[0], change[1], surf), carried_tangents(change[2], surf)
-    found = [bilinear(combined([*r, *rest]), dt), bilinear(combined([*t, *rest]), dr)]
-    if not states:
-        return ShellStrains(*(a + b for a, b in zip(*found, strict=True)))
-    leans = [weight * (a.d - b.d) for (weight, a), (_, b) in zip(t, r, strict=True)]
-    kept = ufl.dot(sum(leans[1:], leans[0]), dt.d - dr.d)
-    parts = zip(*found, _lengths(surf), strict=True)
-    return ShellStrains(*(a + b + kept * c for a, b, c in parts))
-
-
-def _lengths(surf: Surface) -> ShellStrains:
-    """What a director that is longer by one has in the strains."""
     rest = reference_tangents(surf)
-    return bilinear(rest, Tangents(0 * rest.x1, 0 * rest.x2, *rest[2:]))
+    # what a director that is longer by one has in the strains
+    lengths = strain_form(rest, rest._replace(x1=0 * rest.x1, x2=0 * rest.x2))
+
+    def form(a: Apart, b: Apart) -> Expr:
+        kept = ufl.dot(a.lean, b.lean)
+        return strain_form(a.frame, b.here) + strain_form(a.here, b.frame) + kept * lengths
+
+    def apart(q: Expr) -> Apart:
+        u, w, frame = moved(q)
+        t, r = tangents(u, w, surf), carried_tangents(frame, surf)
+        return Apart(t, r, t.d - r.d)
+
+    return quadratic(form, Apart(rest, rest, 0 * surf.D), apart)

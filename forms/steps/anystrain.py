@@ -45,7 +45,8 @@ from typing import Any, NamedTuple
 import ufl
 from ufl.core.expr import Expr
 
-from shellmb.forms.steps.discrete import Strain, Works, second_variation, variation
+from shellmb.forms.measure import Measure, Works
+from shellmb.forms.steps.discrete import second_variation
 
 # squares of changes, of strains and of gradients, below which round-off of strains, 1e-16, over
 # them would be more than 1e-8 of a stress
@@ -53,7 +54,7 @@ TINY_STRAIN, TINY_CHORD = 1e-16, 1e-18
 
 
 class ExactInterval:
-    """What stresses act on over a sub-interval, in place of `discrete.at_middle`.
+    """What stresses act on over a sub-interval, in place of `measure.at_middle`.
 
     Args:
         weight: Scales of the strains' squares, by which unlike units become comparable.
@@ -62,12 +63,12 @@ class ExactInterval:
     def __init__(self, weight: Sequence[Any]) -> None:
         self._weight = weight
 
-    def __call__(self, strain: Strain, a: Expr, b: Expr, mid: Expr, dq: Expr) -> Works:
+    def __call__(self, strain: Measure, a: Expr, b: Expr, mid: Expr, dq: Expr) -> Works:
         """Work of a stress from `a` to `b` on a virtual displacement."""
-        de = variation(strain, mid, dq)
+        de = strain.change(mid, dq)
         if a is b:
             return lambda stress: ufl.dot(stress, de)
-        change, seen = strain(b) - strain(a), variation(strain, mid, b - a)
+        change, seen = strain.value(b) - strain.value(a), strain.change(mid, b - a)
         scaled = ufl.as_vector([w * s for w, s in zip(self._weight, seen, strict=True)])
         square = ufl.dot(scaled, seen)
         # falls off fast, so that it is not seen in the energy at steps that are small and no more
@@ -110,25 +111,25 @@ class AnyStrain:
     """A strain of any form over a step that is quadratic in time.
 
     Args:
-        strain: The strain as a function of the state.
+        strain: The strain.
         states: Mean, chord, bow and swing of the path.
         places: `P1` at Gauss' points.
     """
 
-    def __init__(self, strain: Strain, states: Sequence[Expr], places: tuple[Expr, Expr]) -> None:
+    def __init__(self, strain: Measure, states: Sequence[Expr], places: tuple[Expr, Expr]) -> None:
         self._strain, (x, D, z, y) = strain, states
         self._chord, self._swing = D, y
         self._middle = m = x + z
         self._points = [x + p / 2 * D for p in places]
         self._rates = [D + 6 * p * z for p in places]
-        first, last = strain(m - D / 2), strain(m + D / 2)
+        first, last = strain.value(m - D / 2), strain.value(m + D / 2)
         self.change = last - first
-        self.bow = (variation(strain, m, 6 * z) + self._second(D)) / 3
+        self.bow = (strain.change(m, 6 * z) + self._second(D)) / 3
         self.mean = (first + last - self.bow) / 2
 
     def _second(self, dq: Expr) -> Expr:
         """`H(y, dq)`."""
-        return second_variation(self._strain, self._middle, self._swing, dq)
+        return second_variation(self._strain.value, self._middle, self._swing, dq)
 
     def moments(self, alpha: Expr) -> tuple[Expr, Expr]:
         """Strains of which `S_0` and `S_1` are the stresses."""
@@ -138,8 +139,8 @@ class AnyStrain:
         """What `S_0` and `S_1` have in a row, without `delta`."""
         first, second = stresses
         strain, parts = self._strain, zip(row.points, self._points, strict=True)
-        seen = sum(w * variation(strain, q, dq) for w, q in parts)
-        turned = row.middle * variation(strain, self._middle, dq) + row.turning * self._second(dq)
+        seen = sum(w * strain.change(q, dq) for w, q in parts)
+        turned = row.middle * strain.change(self._middle, dq) + row.turning * self._second(dq)
         return ufl.dot(first, seen) + ufl.dot(second, turned)
 
     def rest(self, stress: Expr, product: Callable[[Expr, Expr], Expr], dq: Expr) -> Expr:
@@ -151,6 +152,6 @@ class AnyStrain:
             dq: Virtual displacement.
         """
         pairs, D = zip(self._points, self._rates, strict=True), self._chord
-        seen = [variation(self._strain, q, rate) for q, rate in pairs]
+        seen = [self._strain.change(q, rate) for q, rate in pairs]
         lacking = ufl.dot(stress, self.change - (seen[0] + seen[1]) / 2)
         return lacking * product(D, dq) / (product(D, D) + TINY_CHORD)

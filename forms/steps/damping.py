@@ -35,9 +35,10 @@ import ufl
 from ufl.core.expr import Expr
 
 from shellmb.forms.beam import BeamMixed, halves
+from shellmb.forms.measure import Measure
 from shellmb.forms.state import Layout
 from shellmb.forms.steps.mixed import LinearMixed, bending, membrane_shear, split
-from shellmb.forms.steps.path import Measure, Moment, Rows
+from shellmb.forms.steps.path import Moment, Rows, moment_of
 from shellmb.forms.steps.pathwork import MixedSection
 
 
@@ -248,7 +249,7 @@ def taken(section: MixedSection, layout: Layout, strain: Measure, along: Straini
     states = along.rows.states[: along.rows.moving]
     found: list[Expr] = []
     for weight, moment in zip((1, 3), along.change, strict=False):
-        e, N = strain.moment(moment, states), section.forces(layout, moment.held)
+        e, N = moment_of(strain, moment, states), section.forces(layout, moment.held)
         works = [weight * ufl.dot(s, e) for s in section.stress(e, N)]
         found = [a + b for a, b in zip(found, works, strict=True)] if found else works
     return found
@@ -256,5 +257,5 @@ def taken(section: MixedSection, layout: Layout, strain: Measure, along: Straini
 
 def at_state(section: Resistance, strain: Measure, q: Expr, v: Expr, dq: Expr) -> list[Expr]:
     """Densities of the virtual work at a state with a velocity, one for each rule."""
-    rate, de = (strain.slope(1, ((1, q),), d) for d in (v, dq))
+    rate, de = (strain.change(q, d) for d in (v, dq))
     return [ufl.dot(s, de) for s in section.stress(rate, section.of_strains(rate))]

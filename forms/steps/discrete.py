@@ -17,11 +17,6 @@ from ufl.core.expr import Expr
 from ufl.core.terminal import FormArgument
 from ufl.corealg.traversal import unique_pre_traversal
 
-Strain = Callable[[Expr], Expr]
-# what a stress has in a row, and how that follows from a strain, two states and their middle
-Works = Callable[[Expr], Expr]
-Acting = Callable[[Strain, Expr, Expr, Expr, Expr], Works]
-
 # below this strain increment (squared, relative to strains of order one) the correction of the
 # two-point average is smaller than round-off (it is of fifth order), and dividing by it is not safe
 TINY_INCREMENT = 1e-8
@@ -114,15 +109,6 @@ def derivatives(
     if taken is not None:
         taken[key] = found
     return found
-
-
-def at_middle(strain: Strain, a: Expr, b: Expr, mid: Expr, dq: Expr) -> Works:
-    """Work of a stress over a sub-interval from `a` to `b`, on the strain at its middle, eq. (20).
-
-    On the motion it is that on the change of the strain if that is at most quadratic.
-    """
-    de = variation(strain, mid, dq)
-    return lambda stress: ufl.dot(stress, de)
 
 
 def gradient(psi: Callable[[Expr], Expr], e: Expr) -> Expr:

@@ -22,18 +22,17 @@ symbol        name                                                   unit
 ============  =====================================================  =============
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
 import ufl
 from ufl.core.expr import Expr
 
+from shellmb.forms.measure import Measure
 from shellmb.forms.shell import ShellStrains
 from shellmb.forms.state import Layout
 from shellmb.forms.steps.discrete import stress_average
 
-Measure = Callable[[Expr], ShellStrains]
 Density = tuple[Expr, Expr]
 
 
@@ -60,19 +59,19 @@ class Interval(NamedTuple):
 class Formulation(Protocol):
     """Strain energy of a section; its virtual work is in `forms.steps.pathwork`."""
 
-    def energy(self, strains: Measure, layout: Layout, q: Expr) -> Density:
+    def energy(self, strain: Measure, layout: Layout, q: Expr) -> Density:
         """Strain energy of the state `q` per area."""
         ...
 
-    def jump(self, strains: Measure, layout: Layout, a: Expr, b: Expr) -> Density:
+    def jump(self, strain: Measure, layout: Layout, a: Expr, b: Expr) -> Density:
         """Half the work of the stress jump on the strain jump, elastic part of eq. (34)."""
         ...
 
-    def resultants(self, strains: Measure, layout: Layout, q: Expr) -> Expr:
+    def resultants(self, strain: Measure, layout: Layout, q: Expr) -> Expr:
         """Membrane forces, bending moments and shear forces (11, 22, 12; 13, 23), shape (8,)."""
         ...
 
-    def averaged(self, strains: Measure, layout: Layout, span: Interval) -> Expr:
+    def averaged(self, strain: Measure, layout: Layout, span: Interval) -> Expr:
         """The same of the averaged stress of a sub-interval."""
         ...
 
@@ -183,9 +182,9 @@ class LinearMixed:
         """Resultants of a state: multipliers from its strains, shape (5,)."""
         return N if self.slack is None else self.where_held(membrane_shear(e) / self.slack, N)
 
-    def energy(self, strains: Measure, layout: Layout, q: Expr) -> Density:
+    def energy(self, strain: Measure, layout: Layout, q: Expr) -> Density:
         """Mixed strain energy `W(q, N)`; equal to the strain energy where compatibility holds."""
-        return self.stored(vector(strains(q)), self.forces(layout, q))
+        return self.stored(strain.value(q), self.forces(layout, q))
 
     def stored(self, e: Expr, N: Expr) -> Density:
         """The same of any strains, shape (8,), and resultants, shape (5,)."""
@@ -201,13 +200,13 @@ class LinearMixed:
         complementary = ufl.dot(self._reduced(left[0]), left[1])
         return ufl.dot(full, e) / 2, ufl.dot(self._reduced(N), s) - complementary / 2
 
-    def resultants(self, strains: Measure, layout: Layout, q: Expr) -> Expr:
+    def resultants(self, strain: Measure, layout: Layout, q: Expr) -> Expr:
         """Resultants N/m and moments N of a state, accurate at the points of the reduced rule."""
-        return self.joined(vector(strains(q)), self.forces(layout, q))
+        return self.joined(strain.value(q), self.forces(layout, q))
 
-    def averaged(self, strains: Measure, layout: Layout, span: Interval) -> Expr:
+    def averaged(self, strain: Measure, layout: Layout, span: Interval) -> Expr:
         """The same of the averaged stress of a sub-interval, the one that acts in its row."""
-        e = stress_average(vector(strains(span.a)), vector(strains(span.b)), span.beta)
+        e = stress_average(strain.value(span.a), strain.value(span.b), span.beta)
         last = self.forces(layout, span.b)
         N = self.where_held(last, stress_average(self.forces(layout, span.a), last, span.beta))
         return self.joined(e, N)
@@ -221,9 +220,9 @@ class LinearMixed:
             m = m + self.B * (self.A_inv * (n - self.B * kap))
         return ufl.as_vector([*n, *m, *Q])
 
-    def jump(self, strains: Measure, layout: Layout, a: Expr, b: Expr) -> Density:
+    def jump(self, strain: Measure, layout: Layout, a: Expr, b: Expr) -> Density:
         """Elastic part of `c^2`, eq. (34)."""
-        de = vector(strains(b)) - vector(strains(a))
+        de = strain.value(b) - strain.value(a)
         dN = self.forces(layout, b) - self.forces(layout, a)
         full, red = self._forces(de, self._at_state(de, dN))
         return ufl.dot(full, de) / 2, ufl.dot(red, de) / 2

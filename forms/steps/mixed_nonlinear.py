@@ -9,18 +9,21 @@ from dataclasses import dataclass
 import ufl
 from ufl.core.expr import Expr
 
+from shellmb.forms.measure import Acting, Measure, at_middle
 from shellmb.forms.shell import ShellStrains
 from shellmb.forms.state import Layout
-from shellmb.forms.steps.discrete import Acting, at_middle, discrete_gradient, gradient
-from shellmb.forms.steps.mixed import (
-    Density,
-    Interval,
-    Measure,
-    bending,
-    membrane_shear,
-    split,
-    vector,
-)
+from shellmb.forms.steps.discrete import discrete_gradient, gradient
+from shellmb.forms.steps.mixed import Density, Interval, bending, membrane_shear, split
+
+
+def assumed(strain: Measure, layout: Layout) -> Measure:
+    """Strains with (eps, gam) replaced by the assumed ones, shape (8,)."""
+
+    def join(S: Expr, e: Expr) -> Expr:
+        kap = bending(e)
+        return ufl.as_vector([S[0], S[1], S[2], kap[0], kap[1], kap[2], S[3], S[4]])
+
+    return strain.beside(lambda q: layout.resultants(q, "S"), join)
 
 
 @dataclass(frozen=True)
@@ -71,11 +74,6 @@ class NonlinearMixed:
     def _psi_red(self, e: Expr) -> Expr:
         return (1 - self.a) * (self._psi(e) - self._pure_bending(e))
 
-    def _assumed(self, strains: Measure, layout: Layout, q: Expr) -> Expr:
-        """Strain vector with (eps, gam) replaced by the assumed strains, shape (8,)."""
-        S, kap = layout.resultants(q, "S"), strains(q).kap
-        return ufl.as_vector([S[0], S[1], S[2], *kap, S[3], S[4]])
-
     def _average(self, psi: Callable[[Expr], Expr], a: Expr, b: Expr, beta: Expr | float) -> Expr:
         if a is b:
             return gradient(psi, a)
@@ -87,26 +85,20 @@ class NonlinearMixed:
 
     def virtual_work(
         self,
-        strains: Measure,
+        strain: Measure,
         layout: Layout,
         span: Interval,
         dq: Expr,
         acting: Acting = at_middle,
     ) -> Density:
         """Virtual work, stress equation (test `S`) and compatibility `s(q) = S` (test `N`)."""
-
-        def e(q: Expr) -> Expr:
-            return vector(strains(q))
-
-        def s(q: Expr) -> Expr:
-            return self._assumed(strains, layout, q)
-
+        e, s = strain.value, assumed(strain, layout).value
         static = span.a is span.b
         e_a, s_a = e(span.a), s(span.a)
         e_b, s_b = (e_a, s_a) if static else (e(span.b), s(span.b))
         full = self._average(self._psi_full, e_a, e_b, span.beta)
         red = self._average(self._psi_red, s_a, s_b, span.beta)
-        work = acting(e, span.a, span.b, span.mid, dq)
+        work = acting(strain, span.a, span.b, span.mid, dq)
         N = (1 - self.a) * self.N0 * layout.resultants(span.unknown)
         dN = (1 - self.a) * self.N0 * layout.resultants(dq)
         dS = layout.resultants(dq, "S")
@@ -116,30 +108,29 @@ class NonlinearMixed:
         reduced = work(on_strains) + ufl.dot(membrane_shear(red) - N, dS) + ufl.dot(dN, gap)
         return work(full), reduced
 
-    def energy(self, strains: Measure, layout: Layout, q: Expr) -> Density:
+    def energy(self, strain: Measure, layout: Layout, q: Expr) -> Density:
         """Strain energy, its reduced part at the assumed strains."""
         return (
-            self._psi_full(vector(strains(q))),
-            self._psi_red(self._assumed(strains, layout, q)),
+            self._psi_full(strain.value(q)),
+            self._psi_red(assumed(strain, layout).value(q)),
         )
 
-    def jump(self, strains: Measure, layout: Layout, a: Expr, b: Expr) -> Density:
+    def jump(self, strain: Measure, layout: Layout, a: Expr, b: Expr) -> Density:
         """Half the work of the stress jump on the strain jump (eq. 34 for any material)."""
-        pairs = (
-            (self._psi_full, vector(strains(a)), vector(strains(b))),
-            (self._psi_red, self._assumed(strains, layout, a), self._assumed(strains, layout, b)),
-        )
+        parts = ((self._psi_full, strain), (self._psi_red, assumed(strain, layout)))
+        pairs = [(psi, measure.value(a), measure.value(b)) for psi, measure in parts]
         full, red = (
             ufl.dot(gradient(psi, q1) - gradient(psi, q0), q1 - q0) / 2 for psi, q0, q1 in pairs
         )
         return full, red
 
-    def resultants(self, strains: Measure, layout: Layout, q: Expr) -> Expr:
+    def resultants(self, strain: Measure, layout: Layout, q: Expr) -> Expr:
         """Resultants N/m and moments N of a state, accurate at the points of the reduced rule."""
-        return self.stress(self._assumed(strains, layout, q))
+        return self.stress(assumed(strain, layout).value(q))
 
-    def averaged(self, strains: Measure, layout: Layout, span: Interval) -> Expr:
+    def averaged(self, strain: Measure, layout: Layout, span: Interval) -> Expr:
         """The same of the averaged stress of a sub-interval, the discrete gradient."""
-        first = self._assumed(strains, layout, span.a)
-        last = first if span.a is span.b else self._assumed(strains, layout, span.b)
+        s = assumed(strain, layout).value
+        first = s(span.a)
+        last = first if span.a is span.b else s(span.b)
         return self._average(self._psi, first, last, span.beta)

@@ -57,8 +57,9 @@ from typing import Any, NamedTuple
 import ufl
 from ufl.core.expr import Expr
 
+from shellmb.forms.measure import Measure
 from shellmb.forms.steps.anystrain import AnyStep
-from shellmb.forms.steps.discrete import derivatives, second_variation, variation
+from shellmb.forms.steps.discrete import derivatives
 
 # pairs of the states x, D, z, y in the order of a moment's weights
 PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2), (1, 3))
@@ -223,56 +224,29 @@ def path_of(start: Expr, end: Expr, push: Expr, rate: Expr, alpha: Expr) -> Path
     return Path(start, end, push, rate, alpha, mean, chord, bow, swing)
 
 
-class Measure(NamedTuple):
-    """A measure of the state that is at most quadratic, by its derivative.
-
-    Args:
-        slope: `c lin(dq) + sum_a w_a quad(s_a, dq)` from `c`, pairs `(w_a, s_a)` and `dq`; `c` is
-            None where there is no linear part.
-    """
-
-    slope: Callable[[Any, Sequence[tuple[Any, Expr]], Expr], Expr]
-
-    def at(self, slope: Slope, states: Sequence[Expr], dq: Expr) -> Expr:
-        """Derivative at the weighted states, or at the first few of them."""
-        weighed = zip(slope.weights, states, strict=False)
-        return self.slope(slope.c, [(w, s) for w, s in weighed if w is not None], dq)
-
-    def across(
-        self, slopes: Sequence[Slope], states: Sequence[Expr], tests: Sequence[Expr]
-    ) -> Expr:
-        """What a stress acts on in all rows, with the virtual displacement of each."""
-        rows = [self.at(slope, states, dq) for slope, dq in zip(slopes, tests, strict=True)]
-        return sum(rows[1:], rows[0])
-
-    def moment(self, m: Moment, states: Sequence[Expr]) -> Expr:
-        """Moment over the step."""
-        parts = []
-        for b, state in enumerate(states):
-            weighed = zip(PAIRS, m.products, strict=True)
-            pairs = [(w, states[a]) for (a, c), w in weighed if c == b and w is not None]
-            if pairs or m.linear[b] is not None:
-                parts.append(self.slope(m.linear[b], pairs, state))
-        return sum(parts[1:], parts[0])
-
-    def quad(self, a: Expr, b: Expr) -> Expr:
-        """Bilinear part."""
-        return self.slope(None, ((1, a),), b)
+def slope_at(measure: Measure, slope: Slope, states: Sequence[Expr], dq: Expr) -> Expr:
+    """Derivative of a measure at the weighted states, or at the first few of them."""
+    weighed = zip(slope.weights, states, strict=False)
+    return measure.slope(slope.c, [(w, s) for w, s in weighed if w is not None], dq)
 
 
-def measure(function: Callable[[Expr], Expr]) -> Measure:
-    """A quadratic measure from its value as a function of the state."""
+def across(
+    measure: Measure, slopes: Sequence[Slope], states: Sequence[Expr], tests: Sequence[Expr]
+) -> Expr:
+    """What a stress acts on in all rows, with the virtual displacement of each."""
+    rows = [slope_at(measure, slope, states, dq) for slope, dq in zip(slopes, tests, strict=True)]
+    return sum(rows[1:], rows[0])
 
-    def slope(c: Expr | None, pairs: Sequence[tuple[Expr, Expr]], dq: Expr) -> Expr:
-        found, states = [], [state for _, state in pairs]
-        if c is not None:
-            found.append(c * variation(function, 0 * dq, dq, *states))
-        if pairs:
-            y = sum((w * s for w, s in pairs[1:]), pairs[0][0] * pairs[0][1])
-            found.append(second_variation(function, 0 * dq, dq, y))
-        return sum(found[1:], found[0])
 
-    return Measure(slope)
+def moment_of(measure: Measure, m: Moment, states: Sequence[Expr]) -> Expr:
+    """Moment of a measure over the step."""
+    parts = []
+    for b, state in enumerate(states):
+        weighed = zip(PAIRS, m.products, strict=True)
+        pairs = [(w, states[a]) for (a, c), w in weighed if c == b and w is not None]
+        if pairs or m.linear[b] is not None:
+            parts.append(measure.slope(m.linear[b], pairs, state))
+    return sum(parts[1:], parts[0])
 
 
 def is_quadratic(function: Callable[[Expr], Expr], state: Any) -> bool:
@@ -335,4 +309,4 @@ class Step(NamedTuple):
     def bow_of(self, strain: Measure) -> Expr:
         """Bow of a strain's own path, of which the dissipation takes the energy (Q5)."""
         p = self.path
-        return strain.moment(self.points.bow, (p.mean, p.chord, p.bow, p.swing))
+        return moment_of(strain, self.points.bow, (p.mean, p.chord, p.bow, p.swing))

@@ -1,16 +1,17 @@
 """Virtual work of a linear section in mixed form, eqs. (20)-(22), (32) and (Q2), (Q3)."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Protocol
 
 import ufl
 from ufl.core.expr import Expr
 
+from shellmb.forms.measure import Acting, Measure, at_middle
 from shellmb.forms.state import Layout
 from shellmb.forms.steps.anystrain import AnyRow, AnyStrain
-from shellmb.forms.steps.discrete import Acting, at_middle, stress_average
+from shellmb.forms.steps.discrete import stress_average
 from shellmb.forms.steps.mixed import Interval
-from shellmb.forms.steps.path import Change, Measure, Pair, Stress
+from shellmb.forms.steps.path import Change, Pair, Stress, across, moment_of, slope_at
 
 
 class MixedSection(Protocol):
@@ -54,14 +55,14 @@ def stress_work(
         stress: The stress.
         tests: Virtual displacement of each row.
     """
-    e, N = strain.moment(stress.moment, states), section.forces(layout, stress.moment.held)
-    de = strain.across(stress.slopes, states, tests)
+    e, N = moment_of(strain, stress.moment, states), section.forces(layout, stress.moment.held)
+    de = across(strain, stress.slopes, states, tests)
     mean = _mean(section, layout, states, N, stress.ahead)
     found = [ufl.dot(s, de) for s in section.stress(e, mean)]
     if stress.own is not None:
         end = e
         if stress.ahead is not None:
-            end = e + stress.ahead * strain.at(stress.slopes[stress.own], states, states[1])
+            end = e + stress.ahead * slope_at(strain, stress.slopes[stress.own], states, states[1])
         dN = section.forces(layout, tests[stress.own])
         found[-1] += ufl.dot(dN, section.gap(e, end, N))
     return found
@@ -78,12 +79,12 @@ def pair_change(
     trial: Expr,
 ) -> list[Expr]:
     """Derivative of a row's part of it in the direction `trial` of an unknown state."""
-    e, held = strain.moment(pair.moment, states), section.forces(layout, pair.moment.held)
+    e, held = moment_of(strain, pair.moment, states), section.forces(layout, pair.moment.held)
     N = _mean(section, layout, states, held, pair.ahead)
-    moved = strain.at(change.moment, states, trial)
+    moved = slope_at(strain, change.moment, states, trial)
     new = section.forces(layout, trial)
     added = section.where_held(change.held * new, change.share * new)
-    de, turned = strain.at(pair.slope, states, dq), strain.quad(trial, dq)
+    de, turned = slope_at(strain, pair.slope, states, dq), strain.quad(trial, dq)
     found = [
         ufl.dot(s, de) + change.turn * ufl.dot(old, turned)
         for s, old in zip(section.stress(moved, added), section.stress(e, N), strict=True)
@@ -105,7 +106,7 @@ def _mean(
 def interval_work(
     section: MixedSection,
     layout: Layout,
-    strains: Callable[[Expr], Expr],
+    strain: Measure,
     span: Interval,
     dq: Expr,
     acting: Acting = at_middle,
@@ -114,14 +115,14 @@ def interval_work(
 
     Stresses are averaged such that the work is the change of the energy, eqs. (20)-(22), (32).
     """
-    e = end = strains(span.at)
+    e = end = strain.value(span.at)
     N = last = section.forces(layout, span.unknown)
     if span.a is not span.b:
         # linear: the average of the stresses is the stress of the averages
-        e = stress_average(strains(span.a), strains(span.b), span.beta)
+        e = stress_average(strain.value(span.a), strain.value(span.b), span.beta)
         mean = stress_average(section.forces(layout, span.a), last, span.beta)
         N = section.where_held(last, mean)
-    work = acting(strains, span.a, span.b, span.mid, dq)
+    work = acting(strain, span.a, span.b, span.mid, dq)
     found = [work(s) for s in section.stress(e, N)]
     found[-1] += ufl.dot(section.forces(layout, dq), section.gap(e, end, last))
     return found

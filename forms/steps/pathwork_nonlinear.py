@@ -37,11 +37,12 @@ from collections.abc import Callable, Sequence
 import ufl
 from ufl.core.expr import Expr
 
+from shellmb.forms.measure import Measure
 from shellmb.forms.state import Layout
 from shellmb.forms.steps.discrete import gradient
-from shellmb.forms.steps.mixed import bending, membrane_shear
-from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
-from shellmb.forms.steps.path import Change, Measure, Pair, Points, Stress
+from shellmb.forms.steps.mixed import membrane_shear
+from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed, assumed
+from shellmb.forms.steps.path import Change, Pair, Points, Stress, across, moment_of, slope_at
 
 # At chords of 1e-6 the correction, of their first and the bow's fourth power, is round-off for bows
 # of a hundredth; and round-off of psi over such a chord is not more than 1e-10 of the stress yet.
@@ -56,25 +57,9 @@ def tangent(psi: Density, e: Expr) -> Expr:
     return ufl.diff(ufl.diff(psi(variable), variable), variable)
 
 
-def assumed(strain: Measure, layout: Layout) -> Measure:
-    """Strains with (eps, gam) replaced by the assumed ones, shape (8,)."""
-
-    def slope(c: Expr | None, pairs: Sequence[tuple[Expr, Expr]], dq: Expr) -> Expr:
-        S, kap = layout.resultants(dq, "S"), bending(strain.slope(c, pairs, dq))
-        own = [0 if c is None else c * S[k] for k in range(5)]
-        return ufl.as_vector([*own[:3], kap[0], kap[1], kap[2], *own[3:]])
-
-    return Measure(slope)
-
-
 def gap(strain: Measure, layout: Layout) -> Measure:
     """Strains (eps, gam) of the displacements less the assumed ones, shape (5,)."""
-
-    def slope(c: Expr | None, pairs: Sequence[tuple[Expr, Expr]], dq: Expr) -> Expr:
-        found = membrane_shear(strain.slope(c, pairs, dq))
-        return found if c is None else found - c * layout.resultants(dq, "S")
-
-    return Measure(slope)
+    return strain.beside(lambda q: layout.resultants(q, "S"), lambda S, e: membrane_shear(e) - S)
 
 
 class NonlinearPath:
@@ -117,19 +102,19 @@ class NonlinearPath:
         found = []
         for psi, measure in self._parts:
             chord, first, last = (
-                measure.moment(m, states) for m in (points.chord, points.start, points.end)
+                moment_of(measure, m, states) for m in (points.chord, points.start, points.end)
             )
             work, rest = 0, psi(last) - psi(first)
             for point, rate in zip(points.rows.stresses, points.rates, strict=True):
-                stress = gradient(psi, measure.moment(point.moment, states))
-                work += ufl.dot(stress, measure.across(point.slopes, states, tests))
-                rest -= ufl.dot(stress, measure.moment(rate, states))
+                stress = gradient(psi, moment_of(measure, point.moment, states))
+                work += ufl.dot(stress, across(measure, point.slopes, states, tests))
+                rest -= ufl.dot(stress, moment_of(measure, rate, states))
             h = self._section.thickness
             scales = (1, 1, 1, h**2, h**2, h**2, 1, 1)
             weighed = ufl.as_vector([s * chord[i] for i, s in enumerate(scales)])
             share = rest / (ufl.dot(weighed, chord) + TINY)
             found.append(
-                work + share * ufl.dot(weighed, measure.across(points.mean, states, tests))
+                work + share * ufl.dot(weighed, across(measure, points.mean, states, tests))
             )
         found[-1] += sum(self._tie(point, tests) for point in points.rows.stresses)
         return found
@@ -137,8 +122,8 @@ class NonlinearPath:
     def _tie(self, point: Stress, tests: Sequence[Expr]) -> Expr:
         """Work of the forces that hold assumed strains to those of the displacements."""
         held, states = self._forces(point.moment.held), self._states
-        left = self._gap.moment(point.moment, states)
-        acting = ufl.dot(held, self._gap.across(point.slopes, states, tests))
+        left = moment_of(self._gap, point.moment, states)
+        acting = ufl.dot(held, across(self._gap, point.slopes, states, tests))
         rows = zip(point.slopes, tests, strict=True)
         return acting + sum(slope.c * ufl.dot(self._forces(dq), left) for slope, dq in rows)
 
@@ -146,17 +131,17 @@ class NonlinearPath:
         """Derivative of what acts at one of the points by an unknown state."""
         states, found = self._states, []
         for psi, measure in self._parts:
-            e = measure.moment(pair.moment, states)
-            moved = measure.at(change.moment, states, trial)
+            e = moment_of(measure, pair.moment, states)
+            moved = slope_at(measure, change.moment, states, trial)
             new = ufl.dot(tangent(psi, e), moved)
             found.append(
-                ufl.dot(new, measure.at(pair.slope, states, dq))
+                ufl.dot(new, slope_at(measure, pair.slope, states, dq))
                 + change.turn * ufl.dot(gradient(psi, e), measure.quad(trial, dq))
             )
         tie = self._gap
         found[-1] += (
-            pair.slope.c * ufl.dot(self._forces(dq), tie.at(change.moment, states, trial))
-            + change.share * ufl.dot(self._forces(trial), tie.at(pair.slope, states, dq))
+            pair.slope.c * ufl.dot(self._forces(dq), slope_at(tie, change.moment, states, trial))
+            + change.share * ufl.dot(self._forces(trial), slope_at(tie, pair.slope, states, dq))
             + change.turn * ufl.dot(self._forces(pair.moment.held), tie.quad(trial, dq))
         )
         return found
@@ -166,20 +151,20 @@ class NonlinearPath:
         points, states, found = self._points, self._states, []
         (bow,) = points.damping.stresses
         for psi, measure in self._parts:
-            stiffness = tangent(psi, measure.moment(points.start, states))
-            stress = ufl.dot(stiffness, measure.moment(bow.moment, states))
-            found.append(ufl.dot(stress, measure.across(bow.slopes, states, tests)))
+            stiffness = tangent(psi, moment_of(measure, points.start, states))
+            stress = ufl.dot(stiffness, moment_of(measure, bow.moment, states))
+            found.append(ufl.dot(stress, across(measure, bow.slopes, states, tests)))
         return found
 
     def damping_change(self, pair: Pair, change: Change, dq: Expr, trial: Expr) -> list[Expr]:
         """Its derivative by an unknown state: the stiffness is that at the start."""
         points, states, found = self._points, self._states, []
         for psi, measure in self._parts:
-            stiffness = tangent(psi, measure.moment(points.start, states))
-            moved = ufl.dot(stiffness, measure.at(change.moment, states, trial))
-            stress = ufl.dot(stiffness, measure.moment(pair.moment, states))
+            stiffness = tangent(psi, moment_of(measure, points.start, states))
+            moved = ufl.dot(stiffness, slope_at(measure, change.moment, states, trial))
+            stress = ufl.dot(stiffness, moment_of(measure, pair.moment, states))
             found.append(
-                ufl.dot(moved, measure.at(pair.slope, states, dq))
+                ufl.dot(moved, slope_at(measure, pair.slope, states, dq))
                 + change.turn * ufl.dot(stress, measure.quad(trial, dq))
             )
         return found
@@ -188,8 +173,8 @@ class NonlinearPath:
         """Energy of the bow of the strains, with the stiffness at the start."""
         points, states, found = self._points, self._states, []
         for psi, measure in self._parts:
-            bow = measure.moment(points.bow, states)
-            stiffness = tangent(psi, measure.moment(points.start, states))
+            bow = moment_of(measure, points.bow, states)
+            stiffness = tangent(psi, moment_of(measure, points.start, states))
             found.append(ufl.dot(bow, ufl.dot(stiffness, bow)) / 2)
         return found
 
@@ -197,7 +182,7 @@ class NonlinearPath:
         """Mean of the resultants over the step, shape (8,)."""
         measure = self._parts[1][1]
         stresses = [
-            self._section.stress(measure.moment(point.moment, self._states))
+            self._section.stress(moment_of(measure, point.moment, self._states))
             for point in self._points.rows.stresses
         ]
         return sum(stresses[1:], stresses[0]) / len(stresses)

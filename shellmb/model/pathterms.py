@@ -11,9 +11,10 @@ from ufl.core.expr import Expr
 
 import shellmb.forms
 from shellmb.derivatives import Written, by_shares, written_as
+from shellmb.forms.measure import Measure
 from shellmb.forms.state import Layout
 from shellmb.forms.steps.anystrain import AnyStrain
-from shellmb.forms.steps.path import Change, Measure, Pair, Points, Rows, Step
+from shellmb.forms.steps.path import Change, Pair, Points, Rows, Step
 from shellmb.forms.steps.pathwork import (
     MixedSection,
     any_stresses,
@@ -134,7 +135,7 @@ def point_terms(
 def any_terms(
     section: MixedSection,
     layout: Layout,
-    strain: Callable[[Expr], Expr],
+    strain: Measure,
     product: Callable[[Expr, Expr], Expr],
     step: Step,
     tests: Sequence[Expr],
@@ -146,7 +147,7 @@ def any_terms(
     Args:
         section: Its mixed form.
         layout: Parts of the state.
-        strain: Its strains as a function of the state.
+        strain: Its strains.
         product: Product of two states, as of `AnyStrain.rest`.
         step: The step.
         tests: Virtual displacement of each row.

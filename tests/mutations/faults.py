@@ -49,24 +49,24 @@ FREEDOMS = f"{JOINTS}::test_a_joint_leaves_its_freedoms_and_no_others"
 FAULTS = (
     # strains and kinematics of shells
     Fault(
-        "membrane shear strain without its quadratic part",
+        "membrane shear strain by one of its two products",
         "forms/shell.py",
-        "ufl.dot(e1, u2) + ufl.dot(e2, u1) + ufl.dot(u1, u2)",
-        "ufl.dot(e1, u2) + ufl.dot(e2, u1)",
+        "ufl.dot(a.x1, b.x2) + ufl.dot(a.x2, b.x1),",
+        "2 * ufl.dot(a.x1, b.x2),",
         (f"{INTERNAL}::test_a_rigid_motion_of_the_reference_has_no_strain[quad-isotropic]",),
     ),
     Fault(
         "curvature of the reference left out of the bending strain",
         "forms/shell.py",
-        "ufl.dot(e2 + u2, w2) + ufl.dot(u2, D2),",
-        "ufl.dot(e2 + u2, w2),",
+        "ufl.dot(a.x2, b.d2) + ufl.dot(a.d2, b.x2),",
+        "ufl.dot(a.x2, b.d2),",
         (f"{INTERNAL}::test_a_rigid_motion_of_the_reference_has_no_strain[quad-isotropic]",),
     ),
     Fault(
         "shear strain 23 with the wrong tangent",
         "forms/shell.py",
-        "ufl.dot(e2 + u2, w) + ufl.dot(u2, surf.D)",
-        "ufl.dot(e2 + u1, w) + ufl.dot(u2, surf.D)",
+        "ufl.dot(a.x2, b.d) + ufl.dot(a.d, b.x2)",
+        "ufl.dot(a.x1, b.d) + ufl.dot(a.d, b.x2)",
         (f"{INTERNAL}::test_a_rigid_motion_of_the_reference_has_no_strain[quad-isotropic]",),
     ),
     Fault(
@@ -114,8 +114,8 @@ FAULTS = (
     Fault(
         "weight of an eccentric section on its reference surface",
         "forms/loads.py",
-        "else mass.m * du + mass.s * dw",
-        "else mass.m * du",
+        "moved, _ = momenta(du, dw, mass)",
+        "moved, _ = momenta(du, 0 * dw, mass)",
         (f"{DESCRIPTION}[ep-0-1]",),
     ),
     Fault(
@@ -330,8 +330,8 @@ FAULTS = (
     Fault(
         "twist of beams with the wrong sign",
         "forms/beam.py",
-        "turns = [half(a, b) - half(b, a) for a, b in ACROSS]",
-        "turns = [half(b, a) - half(a, b) for a, b in ACROSS]",
+        "return [half(k, m) - half(m, k) for k, m in ACROSS]",
+        "return [half(m, k) - half(k, m) for k, m in ACROSS]",
         (f"{BEAM}::test_strains_of_a_helix_in_closed_form",),
     ),
     Fault(

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -14,9 +15,10 @@ from shellmb.forms import beam as beam_forms
 from shellmb.forms import loads as load_forms
 from shellmb.forms.beam import BeamMixed, Line, LinePoint
 from shellmb.forms.frame import FrameMass, momenta
+from shellmb.forms.measure import Measure
 from shellmb.forms.steps.damping import ViscousBeam
 from shellmb.forms.steps.mixed import Interval
-from shellmb.forms.steps.path import Measure, Rows, Step
+from shellmb.forms.steps.path import Rows, Step, moment_of
 from shellmb.forms.steps.pathwork import interval_work
 from shellmb.meshes.curve_mesh import LineMesh
 from shellmb.meshes.spaces import NO_PARTS, beam_space
@@ -185,7 +187,7 @@ class BeamModel(FrameBody):
         self._slowing = slowing(beam.section, line)
         viscous = bind_beam_damping(beam, self.section.formulation, line)
         if viscous is not None:
-            on = Resisting(viscous, self.strain_measure, lambda d: d[0] * self.rules.reduced)
+            on = Resisting(viscous, self.strain, lambda d: d[0] * self.rules.reduced)
             self.damping = StrainDamping(self.layout, (on,))
         self._loads = loads
         self.slenderness = slenderness = beam.section.size / domain.length
@@ -212,8 +214,7 @@ class BeamModel(FrameBody):
 
     def strains(self, q: Expr) -> Expr:
         """Strains (Gamma, K) of a state, shape (6,)."""
-        layout = self.layout
-        return beam_forms.beam_strains(layout.part(q, "u"), layout.part(q, "w"), self.line)
+        return self.strain.value(q)
 
     def resultants(self, q: Expr) -> Expr:
         """Forces and moments that balance loads, and those conjugate to the strains, shape (12,).
@@ -225,7 +226,7 @@ class BeamModel(FrameBody):
 
     def averaged_resultants(self, span: Interval) -> Expr:
         """The same of the averaged stress of a sub-interval, the one that acts in its row."""
-        found = self.section.formulation.averaged(self.strains, self.layout, span)
+        found = self.section.formulation.averaged(self.strain, self.layout, span)
         return self._twice(*found)
 
     def _twice(self, e: Expr, N: Expr) -> Expr:
@@ -240,7 +241,7 @@ class BeamModel(FrameBody):
     def internal(self, span: Interval, dq: Expr) -> Form:
         """Internal virtual work, compatibility, and the constraints of the frames."""
         section, layout = self.section.formulation, self.layout
-        (work,) = interval_work(section, layout, self.strains, span, dq)
+        (work,) = interval_work(section, layout, self.strain, span, dq)
         return work * self.rules.reduced + self.constraint_work(span, dq)
 
     def within(self, sub: SubInterval, dq: Expr, trial: Expr) -> tuple[Form | None, list[Term]]:
@@ -251,22 +252,15 @@ class BeamModel(FrameBody):
 
     def _term(self, rows: Rows, tests: Sequence[Expr], trial: Expr) -> Term:
         """Internal forces of some rows."""
-        section, layout, strain = self.section.formulation, self.layout, self.strain_measure
+        section, layout, strain = self.section.formulation, self.layout, self.strain
         return path_terms(
             section, layout, strain, rows, tests, trial, lambda d: d[0] * self.rules.reduced
         )
 
-    @property
-    def strain_measure(self) -> Measure:
-        """Strains by their derivative."""
-        layout = self.layout
-
-        def slope(c: Expr | None, pairs: Sequence[tuple[Expr, Expr]], dq: Expr) -> Expr:
-            states = [(w, layout.part(q, "u"), layout.part(q, "w")) for w, q in pairs]
-            du, dw = layout.part(dq, "u"), layout.part(dq, "w")
-            return beam_forms.beam_slope(self.line, c, states, du, dw)
-
-        return Measure(slope)
+    @cached_property
+    def strain(self) -> Measure:
+        """Strains (Gamma, K), shape (6,)."""
+        return beam_forms.strain_measure(self.line, self._motion)
 
     def along(self, step: Step, k: int, dq: Expr) -> Form | None:
         """Constraints of the frames over a step."""
@@ -278,22 +272,22 @@ class BeamModel(FrameBody):
 
     def lost(self, step: Step, bow: Expr) -> Form | None:
         """Elastic energy of the bow of the strains, J."""
-        e, formulation = step.bow_of(self.strain_measure), self.section.formulation
+        e, formulation = step.bow_of(self.strain), self.section.formulation
         return formulation.stored(e, formulation.forces(self.layout, bow)) * self.rules.reduced
 
     def mean_resultants(self, step: Step) -> Expr:
         """The same as means over a step that is quadratic in time."""
-        e = self.strain_measure.moment(step.rows.stresses[0].moment, step.states)
+        e = moment_of(self.strain, step.rows.stresses[0].moment, step.states)
         return self._twice(e, self.section.formulation.forces(self.layout, step.path.end))
 
     def strain_energy(self, q: Expr) -> Form | None:
         """Strain energy, J."""
-        density = self.section.formulation.energy(self.strains, self.layout, q)
+        density = self.section.formulation.energy(self.strain, self.layout, q)
         return density * self.rules.reduced
 
     def jump(self, a: Expr, b: Expr) -> Form | None:
         """Elastic part of `c^2` in eq. (34), J."""
-        density = self.section.formulation.jump(self.strains, self.layout, a, b)
+        density = self.section.formulation.jump(self.strain, self.layout, a, b)
         return density * self.rules.reduced
 
     def loads(self) -> LoadFactors | None:
@@ -305,9 +299,6 @@ class BeamModel(FrameBody):
         forms = [self.added(mid, rates, dq, time), mass_damping(self, self._slowing, rates, dq)]
         return together(forms)
 
-    def _strain_change(self, q: Expr, dq: Expr) -> Expr:
-        return self.strain_measure.slope(1.0, ((1.0, q),), dq)
-
     def added(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
         """The user's terms; None without any."""
         if not self.beam.terms:
@@ -315,8 +306,8 @@ class BeamModel(FrameBody):
         u, w = self._motion(mid)
         v, dw_dt = (None, None) if rates is None else self._motion(rates.now)
         du, dw = self._motion(dq)
-        rate = None if rates is None else self._strain_change(mid, rates.now)
-        x, d, de = self.position(mid), self.frames + w, self._strain_change(mid, dq)
+        rate = None if rates is None else self.strain.change(mid, rates.now)
+        x, d, de = self.position(mid), self.frames + w, self.strain.change(mid, dq)
         point = LinePoint(u, w, v, dw_dt, du, dw, self.line, time, x, d, rate, de)
         work = virtual_work(self.beam.terms, point, dq, f"beam '{self.name}'")
         return work * self.rules.full

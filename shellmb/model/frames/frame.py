@@ -1,5 +1,7 @@
 """What beams and rigid bodies have in common: frames at nodes, their inertia and constraints."""
 
+from functools import cached_property
+
 from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
 
 import numpy as np
@@ -13,12 +15,14 @@ from shellmb.forms import frame
 from shellmb.forms.constraints.leap import Leap, leap_row
 from shellmb.forms.constraints.pathconstraints import held_row
 from shellmb.forms.frame import FrameMass, Vectors
+from shellmb.forms.measure import Measure, measure
 from shellmb.forms.state import Layout
 from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.path import Path
 from shellmb.meshes.spaces import MixedSpace
 from shellmb.model.body import Damped, FixedDofs, Leaping, NodeLink, PartScale
 from shellmb.model.frames.floating import EVERYWHERE, FloatingFrame, leaping
+from shellmb.model.frames.unit import DirectorConstraint
 from shellmb.model.sections.damping import together
 
 Values = npt.NDArray[np.float64]
@@ -84,9 +88,8 @@ class FrameBody:
 
         Quadratic, so that the forces do no work (eq. 20).
         """
-        layout = self.layout
-        change = frame.orthonormality_change(self.directors(span.mid), layout.part(dq, "w"))
-        violation = frame.orthonormality(layout.part(span.at, "w"), self.frames)
+        layout, held = self.layout, self.orthonormality
+        change, violation = held.change(span.mid, dq), held.value(span.at)
         work = ufl.dot(layout.part(span.unknown, "lam"), change)
         form = self.force * (work + ufl.dot(layout.part(dq, "lam"), violation)) * self.nodes
         return sum((tie.work(span, dq) for tie in self.ties), form)
@@ -94,7 +97,7 @@ class FrameBody:
     def frame_row(self, path: Path, k: int, dq: Expr) -> Form:
         """Orthonormality and its rate at the end of a step, eq. (Q4), or twice of it (Q6)."""
         layout = self.layout
-        row = held_row(self._orthonormality, path, k, dq, self.inertialess)
+        row = held_row(self.orthonormality.value, path, k, dq, self.inertialess)
         own, other = (layout.part(q, "lam") for q in row.multipliers)
         work = ufl.dot(own, row.own) + ufl.dot(other, row.other)
         form = self.force * (work + ufl.dot(layout.part(dq, "lam"), row.value)) * self.nodes
@@ -108,9 +111,8 @@ class FrameBody:
     def _orthonormality_kept(self, v: Expr, mid: Expr, dv: Expr) -> Form | None:
         if "lam" not in self.jump_parts:
             return None
-        layout, d = self.layout, self.directors(mid)
-        change = frame.orthonormality_change(d, layout.part(dv, "w"))
-        violation = frame.orthonormality_change(d, layout.part(v, "w"))
+        layout, held = self.layout, self.orthonormality
+        change, violation = held.change(mid, dv), held.change(mid, v)
         impulse = ufl.dot(layout.part(v, "lam"), change)
         return self.force * (impulse + ufl.dot(layout.part(dv, "lam"), violation)) * self.nodes
 
@@ -121,14 +123,16 @@ class FrameBody:
     def _orthonormality_leaps(self, leap: Leap, dq: Expr) -> Leaping:
         if "lam" not in self.jump_parts:
             return None
-        row = leap_row(self._orthonormality, leap, dq)
+        row = leap_row(self.orthonormality.value, leap, dq)
         lam, dlam = (self.layout.part(q, "lam") for q in (leap.jump, dq))
         impulses = ufl.dot(lam, row.impulse) + ufl.dot(dlam, row.value)
         pulls = ufl.dot(lam, row.force)
         return self.force * impulses * self.nodes, self.force * pulls * self.nodes
 
-    def _orthonormality(self, q: Expr) -> Expr:
-        return frame.orthonormality(self.layout.part(q, "w"), self.frames)
+    @cached_property
+    def orthonormality(self) -> Measure:
+        """Constraints of the frames, shape (6,)."""
+        return measure(lambda q: frame.orthonormality(self.layout.part(q, "w"), self.frames))
 
     def inertia(self, rate: Expr, dq: Expr) -> Form | None:
         """Virtual work of the inertia forces for the acceleration `rate`."""
@@ -174,17 +178,28 @@ class FrameBody:
         """The jump is an unknown and tangent already."""
         return b
 
-    def reference_directors(self) -> Values:
+    @cached_property
+    def held(self) -> DirectorConstraint:
+        """The constraints of the directors as numbers."""
+        return DirectorConstraint(frame.orthonormality, 3)
+
+    def reference_directors(self) -> Values | None:
         """Reference directors of the local nodes of "w", one after the other, shape (n, 9)."""
+        return self._rest if self.held.unit else None
+
+    @property
+    def _rest(self) -> Values:
         return np.asarray(self.frames.x.array.reshape(-1, 9)[self._order])
 
     def frames_at(self, q: Values) -> Values:
         """Directors of a state's local array as rows, node after node of "w", shape (n, 3, 3)."""
-        D = self.reference_directors()
-        return np.asarray((D + q[self.mixed.dofs["w"]].reshape(-1, 9)).reshape(-1, 3, 3))
+        return np.asarray((self._rest + q[self.mixed.dofs["w"]].reshape(-1, 9)).reshape(-1, 3, 3))
 
     def constraint_error(self, q: fem.Function) -> float:
         """Largest deviation of a frame from orthonormality on this rank."""
+        if not self.held.unit:
+            w = q.x.array[self.mixed.dofs["w"]].reshape(-1, 9)
+            return float(np.abs(self.held.values(w, self._rest)).max(initial=0.0))
         d = self.frames_at(q.x.array)
         if not len(d):
             return 0.0

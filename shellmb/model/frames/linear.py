@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from functools import cached_property
 
 from mpi4py import MPI
 
@@ -10,7 +10,7 @@ from ufl.core.expr import Expr
 
 from shellmb.forms.floating import beam as floating
 from shellmb.forms.floating.frame import frame_constraints
-from shellmb.forms.steps.path import Measure
+from shellmb.forms.measure import Measure
 from shellmb.meshes.curve_mesh import LineMesh, build_line
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.frames.floating import EVERYWHERE, FRAME, FloatingFrame, identified
@@ -37,23 +37,14 @@ class LinearBeam(BeamModel):
     def _moved(self, q: Expr) -> tuple[Expr, Expr, Expr]:
         return (*self._motion(q), self.layout.part(q, FRAME))
 
-    def strains(self, q: Expr) -> Expr:
-        """Strains (Gamma, K) of a state, shape (6,)."""
-        return floating.linear_strains(self._moved(q), self.line)
+    @cached_property
+    def strain(self) -> Measure:
+        """Strains relative to the frame, shape (6,)."""
+        return floating.strain_measure(self.line, self._moved)
 
     def acting(self, e: Expr, N: Expr, M: Expr) -> tuple[Expr, Expr]:
         """Forces and moments that balance loads: those conjugate to small strains."""
         return N, M
-
-    @property
-    def strain_measure(self) -> Measure:
-        """The same by their derivative."""
-
-        def slope(c: Expr | None, pairs: Sequence[tuple[Expr, Expr]], dq: Expr) -> Expr:
-            states = [(weight, self._moved(q)) for weight, q in pairs]
-            return floating.linear_slope(self.line, c, states, self._moved(dq))
-
-        return Measure(slope)
 
 
 def build_beam(

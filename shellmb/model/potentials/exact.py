@@ -7,10 +7,11 @@ from ufl import Form
 from ufl.core.expr import Expr
 
 from shellmb.forms.constraints.elements import Stretch
+from shellmb.forms.measure import Measure, measure
 from shellmb.forms.steps import potentials as forms
 from shellmb.forms.steps.discrete import gradient, variation
 from shellmb.forms.steps.mixed import Interval
-from shellmb.forms.steps.path import Measure, Step, measure
+from shellmb.forms.steps.path import Step, slope_at
 
 # a penetration and a rate beyond all others, for the pattern of matrices
 FAR = 1e3
@@ -59,7 +60,7 @@ class ExactEnergy:
         stresses = forms.path_stresses(self.potential, e, p.alpha)
         states = p.mean, p.chord, p.bow, p.swing
         work = sum(
-            ufl.dot(stress, measured.at(on.slopes[k], states, dq))
+            ufl.dot(stress, slope_at(measured, on.slopes[k], states, dq))
             for stress, on in zip(stresses, step.rows.stresses, strict=True)
         )
         return self.weight * work * self.dx

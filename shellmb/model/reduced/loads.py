@@ -24,7 +24,7 @@ import ufl
 from ufl import Form
 from ufl.core.expr import Expr
 
-from shellmb.forms import modal as forms
+from shellmb.forms.floating import modal as forms
 from shellmb.forms.frame import vectors
 from shellmb.forms.loads import dead_force
 from shellmb.forms.state import Layout

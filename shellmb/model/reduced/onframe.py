@@ -13,7 +13,7 @@ from dolfinx import fem
 from ufl import Form
 from ufl.core.expr import Expr
 
-from shellmb.forms import modal as forms
+from shellmb.forms.floating import modal as forms
 from shellmb.forms.frame import Vectors, vectors
 from shellmb.meshes.nodes import NodeMesh, constant_vector, node_mesh, node_space
 from shellmb.meshes.spaces import MixedSpace

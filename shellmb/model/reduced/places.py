@@ -18,8 +18,8 @@ import numpy as np
 import ufl
 from ufl.core.expr import Expr
 
-from shellmb.forms import modal as forms
 from shellmb.forms.constraints.joints import Place
+from shellmb.forms.floating import modal as forms
 from shellmb.forms.frame import vectors
 from shellmb.forms.state import Layout
 from shellmb.meshes.nodes import NodeMesh, constant_vector

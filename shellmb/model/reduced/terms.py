@@ -17,7 +17,7 @@ from dolfinx import fem
 from ufl import Form
 from ufl.core.expr import Expr
 
-from shellmb.forms import modal as forms
+from shellmb.forms.floating import modal as forms
 from shellmb.forms.frame import vectors
 from shellmb.forms.state import Layout
 from shellmb.forms.steps.discrete import variation

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 import ufl
 from ufl.core.expr import Expr
 
+from shellmb.forms.measure import linear
 from shellmb.forms.state import Layout
 from shellmb.forms.steps.damping import ViscousModes
-from shellmb.forms.steps.path import Measure
 from shellmb.meshes.nodes import NodeMesh, constant_vector
 from shellmb.model.reduced.data import Floats, amplitudes
 from shellmb.model.sections.damping import Resisting, StrainDamping
@@ -38,10 +36,6 @@ def modal_damping(layout: Layout, nodes: NodeMesh, matrix: Floats | None) -> Str
     for (i, k), number in zip(pairs, numbers, strict=True):
         D[i][k] = number
 
-    def slope(c: Expr | None, pairs: Sequence[tuple[Expr, Expr]], dq: Expr) -> Expr:
-        """Amplitudes are linear."""
-        eta = ufl.as_vector(amplitudes(layout, dq))
-        return 0 * eta if c is None else c * eta
-
+    strain = linear(lambda q: ufl.as_vector(amplitudes(layout, q)))
     dx = ufl.dx(nodes.mesh)
-    return StrainDamping(layout, [Resisting(ViscousModes(D), Measure(slope), lambda d: d[0] * dx)])
+    return StrainDamping(layout, [Resisting(ViscousModes(D), strain, lambda d: d[0] * dx)])

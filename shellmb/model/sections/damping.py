@@ -8,9 +8,9 @@ from dolfinx import fem
 from ufl import Form
 from ufl.core.expr import Expr
 
+from shellmb.forms.measure import Measure
 from shellmb.forms.state import Layout
 from shellmb.forms.steps.damping import Resistance, Straining, at_state, taken
-from shellmb.forms.steps.path import Measure
 from shellmb.model.body import Rates, Term
 from shellmb.model.pathterms import path_terms
 from shellmb.model.pathterms import together as joined

@@ -1,6 +1,6 @@
 """What a shell is bound to: mesh, space, section, rules of its integrals, and its kinematics."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import cached_property
 
@@ -14,10 +14,10 @@ from ufl.core.expr import Expr
 
 from shellmb.forms import hourglass
 from shellmb.forms import shell as shell_forms
+from shellmb.forms.measure import Measure, measure
 from shellmb.forms.shell import ShellStrains
 from shellmb.forms.state import Layout
 from shellmb.forms.steps.mixed import Density, vector
-from shellmb.forms.steps.path import Measure, measure
 from shellmb.forms.surface import Surface, surface
 from shellmb.meshes.directors import reference_director
 from shellmb.meshes.mesh import SurfaceMesh
@@ -28,6 +28,7 @@ from shellmb.model.body import (
     PartScale,
 )
 from shellmb.model.frames.floating import FloatingFrame
+from shellmb.model.frames.unit import DirectorConstraint
 from shellmb.model.rules import quadrature_rules
 from shellmb.model.sections.section import bind_mass, bind_section
 from shellmb.model.shells.direction import direction_1
@@ -79,8 +80,6 @@ class BoundShell:
         self.rules = quadrature_rules(domain, shell.degree)
         self._ds = self._edge_measure(domain)
         self.section = bind_section(shell, domain)
-        jacobian = ufl.Jacobian(domain)
-        self.line_strains = hourglass.line_strains(self.strains, self.surface, jacobian)
         weighed = any(isinstance(load, Gravity) for load in loads)
         # an eccentric weight turns the director whether or not its rotation has inertia
         every = replace(shell, rotary_inertia=True, eccentric_inertia=True)
@@ -157,27 +156,32 @@ class BoundShell:
         dx1, dx2 = self.rules.lines
         return first * dx1 + second * dx2 - (first + second) * self.rules.reduced
 
+    @cached_property
+    def strain(self) -> Measure:
+        """Strains (eps, kap, gam), shape (8,): those of eq. (9), or of the user's measure."""
+        own = self.shell.strains
+        if own is None:
+            return shell_forms.strain_measure(self.surface, self.velocities)
+        return measure(lambda q: vector(own(*self.velocities(q), self.surface)))
+
+    @cached_property
+    def line_strain(self) -> Measure:
+        """Membrane strains along the coordinate lines of the element, for the hourglass control."""
+        jacobian = ufl.Jacobian(self.mixed.space.mesh)
+        return self.strain.mapped(lambda e: hourglass.lines(e, self.surface, jacobian))
+
+    @cached_property
+    def length(self) -> Measure:
+        """The constraint of the director, shape (1,)."""
+
+        def value(q: Expr) -> Expr:
+            return shell_forms.director_constraint(self.layout.part(q, "w"), self.director)
+
+        return measure(lambda q: ufl.as_vector([value(q)]))
+
     def strains(self, q: Expr) -> ShellStrains:
-        """Strains of a state, by the user's measure where there is one."""
-        measure = self.shell.strains or shell_forms.shell_strains
-        u, w = self.layout.displacement(q), self.layout.director_change(q)
-        return measure(u, w, self.surface)
-
-    @property
-    def strain_measure(self) -> Measure:
-        """The same, shape (8,), by their derivative."""
-        if self.shell.strains is not None:
-            return measure(lambda q: vector(self.strains(q)))
-        surf = self.surface
-
-        def slope(c: Expr | None, pairs: Sequence[tuple[Expr, Expr]], dq: Expr) -> Expr:
-            states = [(w, shell_forms.tangents(*self.velocities(q), surf)) for w, q in pairs]
-            if c is not None:
-                states.append((c, shell_forms.reference_tangents(surf)))
-            at = shell_forms.combined(states)
-            return vector(shell_forms.strain_change(at, *self.velocities(dq), surf))
-
-        return Measure(slope)
+        """Strains of a state by their names."""
+        return shell_forms.named(self.strain.value(q))
 
     def integrate(self, density: Density) -> Form:
         """Integral of densities for the full and the reduced rule."""
@@ -201,6 +205,11 @@ class BoundShell:
         """Position of the deformed surface, shape (3,), m."""
         return ufl.SpatialCoordinate(self.mixed.space.mesh) + self.layout.displacement(q)
 
-    def reference_directors(self) -> npt.NDArray[np.float64]:
+    @cached_property
+    def held(self) -> DirectorConstraint:
+        """The constraint of the director as numbers."""
+        return DirectorConstraint(shell_forms.director_constraint, 1)
+
+    def reference_directors(self) -> npt.NDArray[np.float64] | None:
         """Reference directors of the local nodes, shape (n, 3)."""
-        return np.asarray(self.director.x.array.reshape(-1, 3))
+        return self.node_directors()[:, 0] if self.held.unit else None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from functools import cached_property
 
 from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
 
@@ -10,9 +10,7 @@ from ufl.core.expr import Expr
 
 from shellmb.forms.floating import shell as floating
 from shellmb.forms.floating.frame import frame_constraints
-from shellmb.forms.shell import ShellStrains
-from shellmb.forms.steps.mixed import vector
-from shellmb.forms.steps.path import Measure
+from shellmb.forms.measure import Measure
 from shellmb.meshes.mesh import SurfaceMesh
 from shellmb.model.frames.floating import EVERYWHERE, FRAME, FloatingFrame, identified
 from shellmb.model.shells.shell import ShellModel
@@ -44,19 +42,10 @@ class LinearShell(ShellModel):
     def _moved(self, q: Expr) -> tuple[Expr, Expr, Expr]:
         return (*self.velocities(q), self._frame(q))
 
-    def strains(self, q: Expr) -> ShellStrains:
-        """Strains of a state."""
-        return floating.linear_strains(self._moved(q), self.surface)
-
-    @property
-    def strain_measure(self) -> Measure:
-        """The same, shape (8,), by their derivative."""
-
-        def slope(c: Expr | None, pairs: Sequence[tuple[Expr, Expr]], dq: Expr) -> Expr:
-            states = [(weight, self._moved(q)) for weight, q in pairs]
-            return vector(floating.linear_slope(self.surface, c, states, self._moved(dq)))
-
-        return Measure(slope)
+    @cached_property
+    def strain(self) -> Measure:
+        """Strains relative to the frame, shape (8,)."""
+        return floating.strain_measure(self.surface, self._moved)
 
 
 def build_shell(

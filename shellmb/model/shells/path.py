@@ -14,12 +14,11 @@ from shellmb.forms import hourglass
 from shellmb.forms import shell as shell_forms
 from shellmb.forms.constraints.leap import Leap, leap_row
 from shellmb.forms.constraints.pathconstraints import held_row
-from shellmb.forms.shell import ShellStrains
+from shellmb.forms.measure import Measure, at_middle
 from shellmb.forms.steps.anystrain import AnyStrain, ExactInterval
-from shellmb.forms.steps.discrete import Strain, at_middle, variation
-from shellmb.forms.steps.mixed import Interval, LinearMixed, vector
+from shellmb.forms.steps.mixed import Interval, LinearMixed
 from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
-from shellmb.forms.steps.path import Measure, Path, Rows, Step, is_quadratic
+from shellmb.forms.steps.path import Path, Rows, Step, is_quadratic, moment_of
 from shellmb.forms.steps.pathwork import interval_work
 from shellmb.forms.steps.pathwork_nonlinear import NonlinearPath
 from shellmb.model.body import Leaping, SubInterval, Term
@@ -27,31 +26,19 @@ from shellmb.model.pathterms import any_terms, path_terms, point_terms, together
 from shellmb.model.shells.bound import BoundShell
 
 
-def _vector_of(shell: BoundShell) -> Strain:
-    """Strains of shape (8,) as a function of the state."""
-    return lambda q: vector(shell.strains(q))
-
-
-def strain_change(shell: BoundShell, q: Expr, dq: Expr) -> ShellStrains:
-    """Change of the strains at a state with a change of it."""
-    e = variation(_vector_of(shell), q, dq)
-    eps, kap, gam = (ufl.as_vector([e[k] for k in part]) for part in ((0, 1, 2), (3, 4, 5), (6, 7)))
-    return ShellStrains(eps, kap, gam)
-
-
 def general(shell: BoundShell, span: Interval, dq: Expr) -> Form:
     """Internal forces over a sub-interval, whatever the strains and the section."""
-    section, layout, strains = shell.section.formulation, shell.layout, _vector_of(shell)
+    section, layout, strain = shell.section.formulation, shell.layout, shell.strain
     quadratic, h = quadratic_strains(shell), shell.thickness
     acting = at_middle if quadratic else ExactInterval((1, 1, 1, h**2, h**2, h**2, 1, 1))
     if isinstance(section, LinearMixed):
-        full, red = interval_work(section, layout, strains, span, dq, acting)
+        full, red = interval_work(section, layout, strain, span, dq, acting)
     else:
         assert isinstance(section, NonlinearMixed)
-        full, red = section.virtual_work(shell.strains, layout, span, dq, acting)
+        full, red = section.virtual_work(strain, layout, span, dq, acting)
     form = shell.integrate((full, red))
     if shell.rules.lines is not None:
-        lines = hourglass.LineSection(), layout, shell.line_strains
+        lines = hourglass.LineSection(), layout, shell.line_strain
         acting = at_middle if quadratic else ExactInterval((1, 1))
         first, second = interval_work(*lines, span, dq, acting)
         form += shell.hourglass((first, second))
@@ -60,30 +47,23 @@ def general(shell: BoundShell, span: Interval, dq: Expr) -> Form:
 
 def directors(shell: BoundShell, span: Interval, dq: Expr) -> Form:
     """Constraints of directors and frame at the end of a sub-interval, with their forces."""
-    layout, D = shell.layout, shell.director
+    layout = shell.layout
     lam, dlam = layout.part(span.unknown, "lam"), layout.part(dq, "lam")
-    work = lam * ufl.dot(D + layout.part(span.mid, "w"), layout.part(dq, "w"))
-    violation = shell_forms.director_constraint(layout.part(span.at, "w"), D)
-    form = shell.section.force * (work + dlam * violation) * shell.rules.nodes
+    work, violation = shell.length.change(span.mid, dq), shell.length.value(span.at)
+    form = shell.section.force * (lam * work[0] + dlam * violation[0]) * shell.rules.nodes
     return sum((tie.work(span, dq) for tie in shell.ties), form)
-
-
-def _length(shell: BoundShell, q: Expr) -> Expr:
-    """The constraint of the director, shape (1,)."""
-    w = shell.layout.part(q, "w")
-    return ufl.as_vector([shell_forms.director_constraint(w, shell.director)])
 
 
 def lengths_kept(shell: BoundShell, v: Expr, mid: Expr, dv: Expr) -> Form:
     """Velocities do not change the directors' length; as of `Body.velocity_constraint`."""
     lam, dlam = (shell.layout.part(q, "lam") for q in (v, dv))
-    rate, work = (variation(partial(_length, shell), mid, q)[0] for q in (v, dv))
+    rate, work = (shell.length.change(mid, q)[0] for q in (v, dv))
     return shell.section.force * (lam * work + dlam * rate) * shell.rules.nodes
 
 
 def leaping(shell: BoundShell, leap: Leap, dq: Expr) -> Leaping:
     """Directors' velocities at the end of a step with a jump; as of `Body.leaping`."""
-    row = leap_row(partial(_length, shell), leap, dq)
+    row = leap_row(shell.length.value, leap, dq)
     lam, dlam = (shell.layout.part(q, "lam") for q in (leap.jump, dq))
     force, nodes = shell.section.force, shell.rules.nodes
     impulses = lam * row.impulse[0] + dlam * row.value[0]
@@ -109,12 +89,12 @@ def quadratic_strains(shell: BoundShell) -> bool:
     if shell.shell.strains is None:
         return True
     state = ufl.Coefficient(shell.mixed.space)
-    return is_quadratic(_vector_of(shell), state)
+    return is_quadratic(shell.strain.value, state)
 
 
 def work(shell: BoundShell, rows: Rows, tests: Sequence[Expr], trial: Expr) -> Term:
     """Internal forces of some rows, the hourglass control with them."""
-    section, layout, strain = shell.section.formulation, shell.layout, shell.strain_measure
+    section, layout, strain = shell.section.formulation, shell.layout, shell.strain
     assert isinstance(section, LinearMixed)
     integrate = partial(_integrate, shell)
     found = path_terms(section, layout, strain, rows, tests, trial, integrate)
@@ -129,7 +109,7 @@ def _controlled(
         return term
     lines = path_terms(
         hourglass.LineSection(),
-        *(shell.layout, lines_of(shell, shell.strain_measure), rows, tests, trial),
+        *(shell.layout, shell.line_strain, rows, tests, trial),
         lambda d: shell.hourglass((d[0], d[1])),
     )
     return together(term, lines)
@@ -137,7 +117,7 @@ def _controlled(
 
 def directors_row(shell: BoundShell, path: Path, k: int, dq: Expr) -> Form:
     """Constraints of directors and frame in a row of a step; arguments as of `Body.along`."""
-    row = held_row(partial(_length, shell), path, k, dq, shell.inertialess)
+    row = held_row(shell.length.value, path, k, dq, shell.inertialess)
     first, second, dlam = (shell.layout.part(q, "lam") for q in (*row.multipliers, dq))
     acting = first * row.own[0] + second * row.other[0] + dlam * row.value[0]
     form = shell.section.force * acting * shell.rules.nodes
@@ -180,17 +160,17 @@ def _of_any_form(shell: BoundShell, step: Step) -> Term:
     tests, trial = shell.mixed.arguments
     make = partial(any_terms, product=product, step=step, tests=tests, trial=trial)
     integrate = partial(_integrate, shell)
-    found = make(section, layout, _vector_of(shell), integrate=integrate)
+    found = make(section, layout, shell.strain, integrate=integrate)
     if shell.rules.lines is None:
         return found
-    lines = hourglass.LineSection(), layout, shell.line_strains
+    lines = hourglass.LineSection(), layout, shell.line_strain
     return together(found, make(*lines, integrate=lambda d: shell.hourglass((d[0], d[1]))))
 
 
-def _any_strain(strain: Strain, step: Step) -> AnyStrain:
-    """A strain of any form over a step, in terms of the unknown states."""
+def _bow_of_any(step: Step, strain: Measure) -> Expr:
+    """Bow of a strain of any form over a step."""
     p = step.path
-    return AnyStrain(strain, (p.mean, p.chord, p.bow, p.swing), step.whole.places)
+    return AnyStrain(strain, (p.mean, p.chord, p.bow, p.swing), step.whole.places).bow
 
 
 def _integrate(shell: BoundShell, densities: Sequence[Expr]) -> Form:
@@ -200,28 +180,15 @@ def _integrate(shell: BoundShell, densities: Sequence[Expr]) -> Form:
 def _nonlinear(shell: BoundShell, step: Step) -> NonlinearPath:
     section = shell.section.formulation
     assert isinstance(section, NonlinearMixed)
-    strain = shell.strain_measure
+    strain = shell.strain
     return NonlinearPath(section, shell.layout, strain, step.states, step.points)
-
-
-def lines_of(shell: BoundShell, strain: Measure) -> Measure:
-    """Membrane strains along the coordinate lines of the element, for the hourglass control."""
-    jacobian = ufl.Jacobian(shell.mixed.space.mesh)
-    return Measure(
-        lambda c, pairs, dq: hourglass.lines(strain.slope(c, pairs, dq), shell.surface, jacobian)
-    )
 
 
 def lost(shell: BoundShell, step: Step, bow: Expr) -> Form | None:
     """Elastic energy of the bow of the strains, J; arguments as of `Body.lost`."""
-    section, strain = shell.section.formulation, shell.strain_measure
-    lines = shell.rules.lines is not None
-    if quadratic_strains(shell):
-        e = step.bow_of(strain)
-        along_lines = step.bow_of(lines_of(shell, strain)) if lines else None
-    else:
-        e = _any_strain(_vector_of(shell), step).bow
-        along_lines = _any_strain(shell.line_strains, step).bow if lines else None
+    section, lines = shell.section.formulation, shell.rules.lines is not None
+    bow_of = step.bow_of if quadratic_strains(shell) else partial(_bow_of_any, step)
+    e, along_lines = bow_of(shell.strain), bow_of(shell.line_strain) if lines else None
     if isinstance(section, LinearMixed):
         form = shell.integrate(section.stored(e, section.forces(shell.layout, bow)))
     else:
@@ -237,7 +204,7 @@ def mean_resultants(shell: BoundShell, step: Step) -> Expr:
     if not isinstance(section, LinearMixed):
         return _nonlinear(shell, step).mean_stress()
     if quadratic_strains(shell):
-        e = shell.strain_measure.moment(step.rows.stresses[0].moment, step.states)
+        e = moment_of(shell.strain, step.rows.stresses[0].moment, step.states)
     else:
-        e = AnyStrain(_vector_of(shell), step.states, step.whole.places).mean
+        e = AnyStrain(shell.strain, step.states, step.whole.places).mean
     return section.joined(e, section.forces(layout, step.path.end))

@@ -13,7 +13,7 @@ from ufl.core.expr import Expr
 from shellmb.forms import hourglass
 from shellmb.forms import shell as shell_forms
 from shellmb.forms.constraints.leap import Leap
-from shellmb.forms.shell import Mass
+from shellmb.forms.shell import Mass, ShellStrains
 from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.path import Step
 from shellmb.forms.terms import Point
@@ -103,7 +103,7 @@ class ShellModel(BoundShell):
         if self.mass is None or self.mass.I is None:
             return b
         first, size = self.mixed.parts["w"]
-        d = self.director + self.layout.director_change(mid)
+        d = self.held.normal(self.layout.director_change(mid), self.director)
         db = shell_forms.tangent_jump(*self.velocities(b), d, self._arm.coefficient)
         components = [b[k] for k in range(b.ufl_shape[0])]
         components[first : first + size] = [db[k] for k in range(size)]
@@ -116,7 +116,7 @@ class ShellModel(BoundShell):
         if self.mass is None or self.mass.I is None:
             return b
         place = self.mixed.dofs["w"]
-        d = self.director.x.array.reshape(-1, 3) + mid[place].reshape(-1, 3)
+        d = self.held.normals(mid[place].reshape(-1, 3), self.node_directors()[:, 0])
         db = b[place].reshape(-1, 3)
         surface = b[self.mixed.dofs["u"]].reshape(-1, 3)
         momentum = db if self.mass.s is None else db + self._arm.values * surface
@@ -131,11 +131,8 @@ class ShellModel(BoundShell):
             return None
         du, dw = self.velocities(dq)
 
-        def density(mass: Mass) -> Expr:
-            h, g = shell_forms.momenta(*self.velocities(rate), mass)
-            return ufl.dot(h, du) + ufl.dot(g, dw)
-
-        return self._integrate_mass(density)
+        motion = self.velocities(rate)
+        return self._integrate_mass(lambda m: shell_forms.momentum_work(*motion, m, du, dw))
 
     def loads(self) -> LoadFactors | None:
         """A set of the shell's loads with time factors of their own."""
@@ -162,25 +159,28 @@ class ShellModel(BoundShell):
         u, w = self.layout.displacement(mid), self.layout.director_change(mid)
         v, dw_dt = (None, None) if rates is None else self.velocities(rates.now)
         du, dw = self.velocities(dq)
-        rate = None if rates is None else shellpath.strain_change(self, mid, rates.now)
+
+        def change(d: Expr) -> ShellStrains:
+            return shell_forms.named(self.strain.change(mid, d))
+
         point = Point(
             *(u, w, v, dw_dt, du, dw, self.surface, self.mass, time),
             x=self.position(mid),
             d=self.director + w,
             normal=shell_forms.normal(u, self.surface),
-            strain_rate=rate,
-            dstrain=shellpath.strain_change(self, mid, dq),
+            strain_rate=None if rates is None else change(rates.now),
+            dstrain=change(dq),
         )
         work = virtual_work(self.shell.terms, point, dq, f"shell '{self.name}'")
         return work * self.rules.full
 
     def resultants(self, q: Expr) -> Expr:
         """Membrane forces N/m, bending moments N, shear forces N/m of a state, shape (8,)."""
-        return self.section.formulation.resultants(self.strains, self.layout, q)
+        return self.section.formulation.resultants(self.strain, self.layout, q)
 
     def averaged_resultants(self, span: Interval) -> Expr:
         """The same of the averaged stress of a sub-interval, the one that acts in its row."""
-        return self.section.formulation.averaged(self.strains, self.layout, span)
+        return self.section.formulation.averaged(self.strain, self.layout, span)
 
     def mean_resultants(self, step: Step) -> Expr:
         """The same as means over a step that is quadratic in time."""
@@ -188,23 +188,23 @@ class ShellModel(BoundShell):
 
     def strain_energy(self, q: Expr) -> Form:
         """Strain energy, J."""
-        form = self.integrate(self.section.formulation.energy(self.strains, self.layout, q))
+        form = self.integrate(self.section.formulation.energy(self.strain, self.layout, q))
         if self.rules.lines is not None:
-            form += self.hourglass(hourglass.energy(self.line_strains, q))
+            form += self.hourglass(hourglass.energy(self.line_strain, q))
         return form
 
     def kinetic_energy(self, v: Expr) -> Form | None:
         """Kinetic energy, J."""
         if self.mass is None:
             return None
-        velocities = self.velocities(v)
-        return self._integrate_mass(lambda mass: shell_forms.kinetic_density(*velocities, mass))
+        moving = self.velocities(v)
+        return 0.5 * self._integrate_mass(lambda m: shell_forms.momentum_work(*moving, m, *moving))
 
     def jump(self, a: Expr, b: Expr) -> Form:
         """Elastic part of `c^2` in eq. (34), J."""
-        form = self.integrate(self.section.formulation.jump(self.strains, self.layout, a, b))
+        form = self.integrate(self.section.formulation.jump(self.strain, self.layout, a, b))
         if self.rules.lines is not None:
-            form += self.hourglass(hourglass.jump(self.line_strains, a, b))
+            form += self.hourglass(hourglass.jump(self.line_strain, a, b))
         return form
 
     def momentum(self, v: Expr, axis: Expr) -> Form | None:
@@ -232,6 +232,8 @@ class ShellModel(BoundShell):
         """Largest deviation of a director's length from one, or of the frame, on this rank."""
         reference, places = self._directors_in_state
         d = q.x.array[places]
+        if not self.held.unit:
+            return float(np.abs(self.held.values(d, reference)).max(initial=0.0))
         d += reference
         lengths = np.sqrt(np.vecdot(d, d))
         lengths -= 1
@@ -244,4 +246,4 @@ class ShellModel(BoundShell):
         self,
     ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.intp]]:
         """Reference directors and where their changes are in a state, both of shape (n, 3)."""
-        return self.reference_directors(), self.mixed.dofs["w"].reshape(-1, 3).astype(np.intp)
+        return self.node_directors()[:, 0], self.mixed.dofs["w"].reshape(-1, 3).astype(np.intp)

@@ -14,11 +14,11 @@ from ufl.corealg.traversal import traverse_unique_terminals
 
 from shellmb.errors import SceneError
 from shellmb.forms import hourglass
+from shellmb.forms.measure import Measure
 from shellmb.forms.steps.damping import ViscousRule, ViscousShell
 from shellmb.forms.steps.mixed import LinearMixed
-from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
-from shellmb.forms.steps.path import Measure
-from shellmb.forms.steps.pathwork_nonlinear import assumed, tangent
+from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed, assumed
+from shellmb.forms.steps.pathwork_nonlinear import tangent
 from shellmb.model.sections.damping import Resisting, StrainDamping
 from shellmb.model.shells import path
 from shellmb.model.shells.bound import BoundShell
@@ -50,7 +50,7 @@ def strain_damping(shell: BoundShell) -> StrainDamping | None:
             "quadratic in displacement and director; with damping of the section it must be, or "
             "the damping a term of the shell"
         )
-    formulation, strain = shell.section.formulation, shell.strain_measure
+    formulation, strain = shell.section.formulation, shell.strain
     if isinstance(formulation, LinearMixed):
         parts = _linear(shell, formulation, strain)
     else:
@@ -58,7 +58,7 @@ def strain_damping(shell: BoundShell) -> StrainDamping | None:
         parts = _of_rest(shell, formulation, strain)
     stretched = times[0] > 0 and shell.shell.stretching
     if shell.rules.lines is not None and stretched:
-        time, lines = fem.Constant(shell.mixed.space.mesh, times[0]), path.lines_of(shell, strain)
+        time, lines = fem.Constant(shell.mixed.space.mesh, times[0]), shell.line_strain
         parts.append(
             Resisting(
                 hourglass.LineSection(),
