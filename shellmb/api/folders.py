@@ -13,6 +13,10 @@ if TYPE_CHECKING:
     from mpi4py import MPI
 
 
+# a file for each rank that has not let go of a temporary directory, beside it
+HELD = "held-{rank}"
+
+
 def place(out: Path | str | None, comm: MPI.Comm) -> tuple[Path, bool]:
     """Directory of a run, and whether it is a temporary one; collective.
 
@@ -22,21 +26,32 @@ def place(out: Path | str | None, comm: MPI.Comm) -> tuple[Path, bool]:
     """
     if out is not None:
         return Path(out), False
-    made = tempfile.mkdtemp(prefix="shellmb-") if comm.rank == 0 else None
-    directory = Path(comm.bcast(made))
-    # also where the run fails, and nobody holds it
+    made = None
     if comm.rank == 0:
-        atexit.register(shutil.rmtree, directory, ignore_errors=True)
+        made = Path(tempfile.mkdtemp(prefix="shellmb-"))
+        for rank in range(comm.size):
+            (made / HELD.format(rank=rank)).touch()
+    directory = Path(comm.bcast(made), "run")
+    # also where the run fails, and nobody holds it
+    atexit.register(_let_go, directory, comm.rank)
     return directory, True
 
 
 def gone_with(owner: object, directory: Path, rank: int) -> None:
-    """Remove a directory when its run is not used any more.
+    """Remove a temporary directory when no rank uses its run any more.
+
+    A run is read when it is asked for, on each rank by itself: the last one removes it.
 
     Args:
         owner: The run.
         directory: Its directory.
-        rank: That of this process; the first one removes.
+        rank: That of this process.
     """
-    if rank == 0:
-        weakref.finalize(owner, shutil.rmtree, directory, ignore_errors=True)
+    weakref.finalize(owner, _let_go, directory, rank)
+
+
+def _let_go(directory: Path, rank: int) -> None:
+    """Let go of a temporary directory; without any rank that holds it, it is removed."""
+    (directory.parent / HELD.format(rank=rank)).unlink(missing_ok=True)
+    if not any(directory.parent.glob(HELD.format(rank="*"))):
+        shutil.rmtree(directory.parent, ignore_errors=True)

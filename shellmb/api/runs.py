@@ -76,8 +76,6 @@ def run(
     world.Barrier()
     found = Run(computed.out or directory, computed)
     if temporary:
-        # the directory goes with the run of the first rank: not before all have read it
-        world.Barrier()
         gone_with(found, directory, world.rank)
     return found
 

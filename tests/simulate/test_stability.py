@@ -196,8 +196,6 @@ for name, scene in {{
 path = PathFollowing(load_end=1.5, branches="detect")
 run = sm.run(strip(1e-2, 1.0, dt=0.2, t_end=5.0, path=path))
 say("path", *(f"{{p['load_factor']:.6f}}" for p in run.summary["path"]))
-# the first rank's run takes its directory along
-MPI.COMM_WORLD.Barrier()
 """
 
 
