@@ -22,7 +22,7 @@ from shellmb.forms.steps.path import Path
 from shellmb.meshes.spaces import MixedSpace
 from shellmb.model.body import Damped, FixedDofs, Leaping, NodeLink, PartScale
 from shellmb.model.frames.floating import EVERYWHERE, FloatingFrame, leaping
-from shellmb.model.frames.unit import DirectorConstraint
+from shellmb.model.frames.unit import DirectorConstraint, directors_held
 from shellmb.model.sections.damping import together
 
 Values = npt.NDArray[np.float64]
@@ -178,10 +178,10 @@ class FrameBody:
         """The jump is an unknown and tangent already."""
         return b
 
-    @cached_property
+    @property
     def held(self) -> DirectorConstraint:
         """The constraints of the directors as numbers."""
-        return DirectorConstraint(frame.orthonormality, 3)
+        return directors_held(frame.orthonormality, 3)
 
     def reference_directors(self) -> Values | None:
         """Reference directors of the local nodes of "w", one after the other, shape (n, 9)."""
@@ -197,11 +197,11 @@ class FrameBody:
 
     def constraint_error(self, q: fem.Function) -> float:
         """Largest deviation of a frame from orthonormality on this rank."""
-        if not self.held.unit:
+        if self.held.unit:
+            d = self.frames_at(q.x.array)
+            found = d @ d.transpose(0, 2, 1) - np.eye(3)
+        else:
             w = q.x.array[self.mixed.dofs["w"]].reshape(-1, 9)
-            return float(np.abs(self.held.values(w, self._rest)).max(initial=0.0))
-        d = self.frames_at(q.x.array)
-        if not len(d):
-            return 0.0
-        largest = float(np.max(np.abs(d @ d.transpose(0, 2, 1) - np.eye(3))))
+            found = self.held.values(w, self._rest)
+        largest = float(np.abs(found).max(initial=0.0))
         return max([largest, *(tie.error(q.x.array) for tie in self.ties)])

@@ -6,7 +6,7 @@ vectors and orthonormal triples (`system.nullspace`). The constraints themselves
 """
 
 from collections.abc import Callable
-from functools import cached_property
+from functools import cache, cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -15,8 +15,8 @@ from ufl.core.expr import Expr
 
 Floats = npt.NDArray[np.float64]
 
-# round-off of the values of constraints of directors of length one
-ROUND_OFF = 1e-13
+# round-off of the values of constraints of random directors, whose squares are up to a hundred
+ROUND_OFF = 1e-11
 
 
 class DirectorConstraint:
@@ -42,7 +42,7 @@ class DirectorConstraint:
             found = self._at(w, D)
             if found.shape != (len(pairs),):
                 return False
-            if np.abs(found - np.multiply(halves, known)).max() > ROUND_OFF * 100:
+            if np.abs(found - np.multiply(halves, known)).max() > ROUND_OFF:
                 return False
         return True
 
@@ -81,3 +81,14 @@ class DirectorConstraint:
         square = pairs - own[:, None] - own[None]
         by_rest = np.array([[self._at(a, D) for a in axes] for D in axes]) - own[None]
         return by_rest.transpose(2, 0, 1), square.transpose(2, 0, 1)
+
+
+@cache
+def directors_held(written: Callable[[Expr, Expr], Expr], count: int) -> DirectorConstraint:
+    """Constraints of directors as numbers, found once for all bodies that have them.
+
+    Args:
+        written: The constraints, see `DirectorConstraint`.
+        count: Number of directors.
+    """
+    return DirectorConstraint(written, count)

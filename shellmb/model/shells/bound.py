@@ -28,7 +28,7 @@ from shellmb.model.body import (
     PartScale,
 )
 from shellmb.model.frames.floating import FloatingFrame
-from shellmb.model.frames.unit import DirectorConstraint
+from shellmb.model.frames.unit import DirectorConstraint, directors_held
 from shellmb.model.rules import quadrature_rules
 from shellmb.model.sections.section import bind_mass, bind_section
 from shellmb.model.shells.direction import direction_1
@@ -205,10 +205,10 @@ class BoundShell:
         """Position of the deformed surface, shape (3,), m."""
         return ufl.SpatialCoordinate(self.mixed.space.mesh) + self.layout.displacement(q)
 
-    @cached_property
+    @property
     def held(self) -> DirectorConstraint:
         """The constraint of the director as numbers."""
-        return DirectorConstraint(shell_forms.director_constraint, 1)
+        return directors_held(shell_forms.director_constraint, 1)
 
     def reference_directors(self) -> npt.NDArray[np.float64] | None:
         """Reference directors of the local nodes, shape (n, 3)."""

@@ -232,13 +232,14 @@ class ShellModel(BoundShell):
         """Largest deviation of a director's length from one, or of the frame, on this rank."""
         reference, places = self._directors_in_state
         d = q.x.array[places]
-        if not self.held.unit:
-            return float(np.abs(self.held.values(d, reference)).max(initial=0.0))
-        d += reference
-        lengths = np.sqrt(np.vecdot(d, d))
-        lengths -= 1
+        if self.held.unit:
+            d += reference
+            found = np.sqrt(np.vecdot(d, d))
+            found -= 1
+        else:
+            found = self.held.values(d, reference)[:, 0]
         # `reduce` and not `max`: Python around it takes longer than the numbers
-        largest = float(np.maximum.reduce(np.abs(lengths), initial=0.0))
+        largest = float(np.maximum.reduce(np.abs(found), initial=0.0))
         return max([largest, *(tie.error(q.x.array) for tie in self.ties)])
 
     @cached_property
