@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from shellmb.errors import SceneError
-from shellmb.options.described import options_of
+from shellmb.options.described import read
 from shellmb.options.run import Options
 from shellmb.running.loader import SceneModule
 from shellmb.running.request import Request
@@ -50,11 +50,7 @@ def requested(
     Raises:
         SceneError: If anything about it is wrong.
     """
-    texts = {one.name: one for one in options_of(Options) if one.about.parse is not None}
-    for name in texts.keys() & options.keys():
-        if isinstance(options[name], str):
-            options[name] = texts[name].value(options[name])
-    chosen = Options(**options)
+    chosen = Options(**read(Options, options))
     if isinstance(scene, Scene):
         if parameters:
             raise SceneError(

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from shellmb.errors import SceneError
-from shellmb.options.described import Option, options_of
+from shellmb.options.described import Option, read
 from shellmb.options.run import Options
 
 if TYPE_CHECKING:
@@ -105,14 +105,9 @@ def requested(scene: str, parameters: list[str] | None, **options: Any) -> Reque
     """
     from shellmb.running.request import Request, parse_parameters
 
-    plain: dict[str, Any] = {}
-    for one in options_of(Options, *options):
-        value = options[one.name]
-        if value is not None and one.about.parse is not None:
-            value = one.value(value)
-        # as it is stored: a plain value
-        plain[one.name] = value.value if isinstance(value, StrEnum) else value
-    return Request(scene, parse_parameters(parameters or []), Options(**plain))
+    # as they are stored: plain values
+    plain = {k: v.value if isinstance(v, StrEnum) else v for k, v in options.items()}
+    return Request(scene, parse_parameters(parameters or []), Options(**read(Options, plain)))
 
 
 def requested_run(

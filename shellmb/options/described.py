@@ -6,7 +6,7 @@ import functools
 import inspect
 import re
 import textwrap
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import MISSING, dataclass, field, fields, replace
 from typing import Any, Literal, cast, get_args, get_origin, get_type_hints
 
@@ -76,7 +76,7 @@ class Option:
             return self.type(text)
         if text not in map(str, self.choices):
             listed = " or ".join(f"'{choice}'" for choice in self.choices)
-            raise SceneError(f"'{text}' is not possible here; it must be {listed}")
+            raise SceneError(f"{self.name}: '{text}' is not possible here; it must be {listed}")
         return type(self.choices[0])(text)
 
 
@@ -133,6 +133,30 @@ def options_of(kind: Any, *names: str) -> list[Option]:
     return [found[name] for name in names or found]
 
 
+def read(kind: Any, given: Mapping[str, Any]) -> dict[str, Any]:
+    """Values of options, where texts stand for them, too.
+
+    Args:
+        kind: The dataclass.
+        given: Values by the names of its options.
+
+    Raises:
+        SceneError: If a text means no value.
+        ValueError: The same.
+    """
+    found = dict(given)
+    for one in options_of(kind):
+        value = given.get(one.name)
+        if value is None:
+            continue
+        if one.about.many:
+            values = (one.value(v) if isinstance(v, str) else v for v in value)
+            found[one.name] = tuple(tuple(v) if isinstance(v, list) else v for v in values)
+        elif isinstance(value, str) and one.about.parse is not None:
+            found[one.name] = one.value(value)
+    return found
+
+
 def takes[F: Callable[..., Any]](*options: Option) -> Callable[[F], F]:
     """Let a function with `**options` list them in its signature and its docstring.
 
@@ -165,8 +189,11 @@ def takes[F: Callable[..., Any]](*options: Option) -> Callable[[F], F]:
 
         @functools.wraps(function)
         def named_ones(*args: Any, **kwargs: Any) -> Any:
-            # any other name is the usual TypeError
-            shown.bind(*args, **kwargs)
+            try:
+                shown.bind(*args, **kwargs)
+            except TypeError as error:
+                # as Python says it of any function
+                raise TypeError(f"{function.__name__}() {error}") from None
             return function(*args, **kwargs)
 
         made: Any = named_ones

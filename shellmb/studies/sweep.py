@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from shellmb.errors import SceneError
-from shellmb.options.described import options_of
+from shellmb.options.described import read
 from shellmb.options.study import StudyOptions
 from shellmb.running.loader import SceneModule
 from shellmb.studies.choice import AXES, REFINED, Base, Choice
@@ -114,11 +114,7 @@ def sweep_of(
     """
     base = Base(scene, tuple(parameters.items()), t_end, body)
     given = {name: value for name, value in options.items() if value is not None}
-    for one in options_of(StudyOptions):
-        if one.about.many and one.name in given:
-            values = (one.value(v) if isinstance(v, str) else v for v in given[one.name])
-            given[one.name] = tuple(tuple(v) if isinstance(v, list) else v for v in values)
-    return Sweep(base, tuple(map(parse_quantity, quantity)), **given)
+    return Sweep(base, tuple(map(parse_quantity, quantity)), **read(StudyOptions, given))
 
 
 @dataclass(frozen=True)
