@@ -146,11 +146,15 @@ def main() -> None:
     parser.add_argument("--check", action="store_true")
     asked = parser.parse_args()
     names = list(demos()) if asked.run == ["all"] else list(asked.run)
+    if unknown := [name for name in names if name not in demos()]:
+        sys.exit(f"there is no demo '{unknown[0]}'; give all, or some of {', '.join(demos())}")
+    failed = []
     for name in names:
         try:
             seconds = run(name)
         except subprocess.CalledProcessError as error:
             print(f"{name}: {error.stderr.decode()[-400:]}", file=sys.stderr)
+            failed.append(name)
             continue
         times = json.loads(TIMES.read_text()) if TIMES.is_file() else {}
         times[name] = round(seconds, 1)
@@ -161,6 +165,8 @@ def main() -> None:
     if asked.check:
         sys.exit(0 if page == text else "docs/gallery.md: run .ci/gallery.py")
     PAGE.write_text(page)
+    if failed:
+        sys.exit(f"failed: {', '.join(failed)}")
 
 
 if __name__ == "__main__":

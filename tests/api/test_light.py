@@ -73,7 +73,9 @@ def test_functions_stay_functions_whatever_modules_are_imported() -> None:
 
     for name in ("run", "modes", "study"):
         assert inspect.isfunction(getattr(sm, name))
-        assert importlib.util.find_spec(f"shellmb.{name}") is None
+        spec = importlib.util.find_spec(f"shellmb.{name}")
+        # git leaves an empty folder of a package that it has moved; there is no code in it
+        assert spec is None or spec.loader is None
 
 
 def test_what_is_not_there_is_an_attribute_error() -> None:

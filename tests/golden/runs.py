@@ -95,6 +95,8 @@ def main(arguments: list[str]) -> None:
             )
             FROZEN.write_text(f"{{\n{lines}\n}}\n")
         return
+    if unknown := [name for name in arguments if name not in SCENES]:
+        sys.exit(f"there is no scene '{unknown[0]}'; give some of {', '.join(SCENES)}")
     kept = frozen()
     for name in arguments or SCENES:
         found = differences(history(name), kept[name])

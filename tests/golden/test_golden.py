@@ -11,8 +11,8 @@ import pytest
 from tests.golden.runs import differences, frozen, history
 from tests.golden.scenes import SCENES, SHARED
 
-# round-off: the worst that was seen between kernels of level v2 with BLAS of Nehalem, the highest
-# level with BLAS of SkylakeX, and two ranks is 1.5e-12, a force of a joint; all others are 2e-13
+# round-off: the worst that was seen with kernels of level v2 and BLAS of Nehalem (all scenes), with
+# one lane and BLAS of Haswell (four), and on two ranks (four) is 1.5e-12, a force of a joint
 BOUND = 1e-10
 
 
