@@ -14,7 +14,6 @@ from __future__ import annotations
 import argparse
 import json
 import os
-import re
 import resource
 import subprocess
 import sys
@@ -24,6 +23,7 @@ from pathlib import Path
 from PIL import Image, ImageChops
 
 from shellmb.measuring.tables import replaced
+from shellmb.running.loader import demos, kinds
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE, PICTURES = ROOT / "docs" / "gallery.md", ROOT / "docs" / "gallery"
@@ -43,20 +43,7 @@ COMMANDS = {
     "campbell": "modes campbell --rate 0,5,10,15,20",
 }
 DRAWN = {"campbell": "campbell.png", "plate_modes": "modes.png"}
-KINDS = (
-    "examples of the paper",
-    "start here",
-    "mechanisms",
-    "vibrations and motion",
-    "statics and paths",
-    "forms of your own",
-)
-
-
-def demos() -> dict[str, Path]:
-    """Files of all demos that are scenes, by name."""
-    files = sorted((ROOT / "demos").glob("*.py"))
-    return {p.stem: p for p in files if re.search(r"^def scene\(", p.read_text(), re.MULTILINE)}
+FIRST = "examples of the paper"
 
 
 def cropped(picture: Image.Image, shape: bool) -> Image.Image:
@@ -99,10 +86,8 @@ def run(name: str) -> float:
     return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
 
-def card(name: str, text: str, seconds: float | None) -> str:
+def card(name: str, what: str, seconds: float | None) -> str:
     """One card, as a directive of sphinx-design."""
-    line = re.search(r'"""(.+)', text)
-    assert line, name
     command = COMMANDS.get(name, f"run {name}")
     picture = FIGURES.get(name, f"gallery/{name}.png")
     time = "" if seconds is None else f"{seconds:.2g} s · "
@@ -111,7 +96,7 @@ def card(name: str, text: str, seconds: float | None) -> str:
             f"```{{grid-item-card}} {name}",
             f":img-top: {picture}",
             "",
-            line[1].strip().removesuffix('"""'),
+            what,
             ":::{card-footer}",
             f"{time}`shellmb {command}` · [source](../demos/{name}.py)",
             ":::",
@@ -123,13 +108,15 @@ def card(name: str, text: str, seconds: float | None) -> str:
 def cards() -> str:
     """All cards, by kind, the paper's examples first."""
     times = json.loads(TIMES.read_text()) if TIMES.is_file() else {}
-    groups: dict[str, list[str]] = {name: [] for name in KINDS}
-    for name, file in demos().items():
-        text = file.read_text()
-        if name in PAPER or name in FIGURES or (PICTURES / f"{name}.png").is_file():
-            kind = re.search(r"^# KIND: (.+)$", text, re.MULTILINE)
-            assert kind, name
-            groups[kind[1]].append(card(name, text, times.get(name)))
+    lines = demos()
+    groups = {
+        kind: [
+            card(name, lines[name], times.get(name))
+            for name in names
+            if name in FIGURES or (PICTURES / f"{name}.png").is_file()
+        ]
+        for kind, names in ({FIRST: []} | kinds()).items()
+    }
     return "\n\n".join(
         f"## {title[0].upper()}{title[1:]}\n\n````{{grid}} 1 2 3 3\n:gutter: 2\n\n"
         + "\n\n".join(made)
