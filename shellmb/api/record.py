@@ -166,7 +166,7 @@ class Run:
     def view(
         self, t: float | None = None, field: str | None = None, component: str | int | None = None
     ) -> None:
-        """Turn the deformed shape about in a window (or in a notebook).
+        """Show the deformed shape in an interactive 3-D window, or in a notebook.
 
         Args:
             t: As in `picture`.

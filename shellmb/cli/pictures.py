@@ -78,7 +78,7 @@ def view(
     component: ComponentOption = None,
     t: TimeOption = None,
 ) -> None:
-    """Turn the deformed shape of a run about in a window."""
+    """Show the deformed shape in an interactive 3-D window."""
     if not first_rank():
         return
     _run(directory, "view").view(t, field, component)

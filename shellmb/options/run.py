@@ -44,7 +44,7 @@ class Options:
         "Linear systems with as few unknowns as possible, or all."
     )
     newton: Literal["auto", "modified", "full"] | None = option(
-        "Factorise as rarely as pays, or in each step, iteration."
+        "When to refactorise: auto, once per step (modified), or every iteration (full)."
     )
     backend: Literal["newton", "snes"] | None = option("DOLFINx's Newton solver or PETSc's.")
     tolerance: float | None = option(

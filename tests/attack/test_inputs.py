@@ -192,10 +192,14 @@ NO_EFFECT = {
     "equilibrium must support every shell or join it to one that is supported": lambda: scene(
         supports=(), start="equilibrium", **MOVING
     ),
-    "scene 's': alpha is 0.5; it must be left out, because scheme 'ep' does not take a dissipation "
-    "from the scene as 'ed' does": lambda: scene(alpha=0.5, **MOVING),
-    "scene 's': alpha is 0.5; it must be left out, because scheme 'static' does not take a "
-    "dissipation from the scene as 'ed' does": lambda: scene(alpha=0.5),
+    "scene 's': alpha=0.5 has no effect: 'ep' "
+    "takes no numerical dissipation from the scene; remove alpha, or use 'ed' or 'ed3'": lambda: (
+        scene(alpha=0.5, **MOVING)
+    ),
+    "scene 's': alpha=0.5 has no effect: 'static' "
+    "takes no numerical dissipation from the scene; remove alpha, or use 'ed' or 'ed3'": lambda: (
+        scene(alpha=0.5)
+    ),
     "scene 's': dt is 2.0; it must be at most t_end, which is 0.5": lambda: scene(
         scheme="ep", dt=2.0, t_end=0.5
     ),

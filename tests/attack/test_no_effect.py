@@ -121,14 +121,14 @@ NOTHING = "there is nothing to check, because it defines no"
         (
             ("run", "--alpha", "1.0"),
             "",
-            "scene 'soft': alpha is 1.0; it must be left out, because scheme 'ep' does not take a "
-            "dissipation from the scene as 'ed' does",
+            "scene 'soft': alpha=1.0 has no effect: 'ep' "
+            "takes no numerical dissipation from the scene; remove alpha, or use 'ed' or 'ed3'",
         ),
         (
             ("run", "--alpha", "0.5", "--scheme", "static"),
             "",
-            "scene 'soft': alpha is 0.5; it must be left out, because scheme 'static' does not "
-            "take a dissipation from the scene as 'ed' does",
+            "scene 'soft': alpha=0.5 has no effect: 'static' "
+            "takes no numerical dissipation from the scene; remove alpha, or use 'ed' or 'ed3'",
         ),
         (
             ("run", "--t-end", "0.05"),

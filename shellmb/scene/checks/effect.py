@@ -60,8 +60,8 @@ def check_alpha(scene: Description, alpha: float) -> None:
     """
     if not dissipates(scene):
         raise SceneError(
-            f"scene '{scene.name}': alpha is {show(alpha)}; it must be left out, because scheme "
-            f"{show(scene.scheme_name)} does not take a dissipation from the scene as 'ed' does"
+            f"scene '{scene.name}': alpha={show(alpha)} has no effect: {show(scene.scheme_name)} "
+            "takes no numerical dissipation from the scene; remove alpha, or use 'ed' or 'ed3'"
         )
 
 
