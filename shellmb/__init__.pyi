@@ -40,6 +40,7 @@ def run(
     observers: Sequence[Observer] = (),
     pictures: bool | None = None,
     progress: bool = False,
+    errors: bool = False,
     comm: MPI.Comm | None = None,
     scheme: str | None = None,
     alpha: float | None = None,

@@ -57,6 +57,7 @@ TOP = (
     "effects",
     "demos",
     "studies",
+    "accuracy",
     "measuring",
     "cli",
 )

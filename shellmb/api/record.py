@@ -12,6 +12,7 @@ from pydantic import TypeAdapter, ValidationError
 from shellmb.errors import SceneError
 from shellmb.guarding.reading import read_json
 from shellmb.observers.files.described import Described, read_described
+from shellmb.running.results import plain_results
 from shellmb.running.tables import first_error
 from shellmb.scene import Scene
 from shellmb.show.fields import Fields
@@ -36,7 +37,7 @@ class _Summary(TypedDict):
     t: float | None
     failed: str | None
     warnings: list[_Said]
-    results: dict[str, float | None]
+    results: dict[str, float | dict[str, float | None] | None]
     versions: dict[str, str]
 
 
@@ -105,7 +106,20 @@ class Run:
     @property
     def results(self) -> dict[str, float]:
         """What the scene measures."""
-        return self.summary.get("results", {})
+        return plain_results(self.summary)
+
+    @property
+    def errors(self) -> pd.DataFrame:
+        """Estimated errors, a row for each result and each probe's history in a norm.
+
+        Columns: value, error, error_mesh, error_step, order_mesh, order_step; empty without
+        ``errors=True``. What the errors leave out is in ``summary["errors"]["remarks"]``.
+        """
+        import pandas as pd
+
+        results = {k: v for k, v in self.summary.get("results", {}).items() if isinstance(v, dict)}
+        probes = self.summary.get("errors", {}).get("probes", {})
+        return pd.DataFrame.from_dict({**results, **probes}, orient="index")
 
     @property
     def warnings(self) -> tuple[str, ...]:

@@ -30,6 +30,7 @@ def run(
     observers: Sequence[Observer] = (),
     pictures: bool | None = None,
     progress: bool = False,
+    errors: bool = False,
     comm: MPI.Comm | None = None,
     **options: Any,
 ) -> Run:
@@ -42,6 +43,8 @@ def run(
         observers: More observers; the numbers of those that measure enter the history.
         pictures: Whether pictures are drawn at the end; None: where `out` is given.
         progress: Whether progress is told on stderr.
+        errors: Whether errors are estimated beside the results and the histories of probes, from
+            runs with larger steps and elements of the other degree (`Run.errors`).
         comm: Communicator; None: all ranks.
         **options: Choices that replace the scene's, as `shellmb run` has them.
 
@@ -74,6 +77,10 @@ def run(
         results=wanted.results,
     )
     world.Barrier()
+    if errors:
+        from shellmb.accuracy.errors import add_errors
+
+        add_errors(computed, wanted.results, comm=world)
     found = Run(computed.out or directory, computed)
     if temporary:
         gone_with(found, directory, world.rank)

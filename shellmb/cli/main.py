@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -10,7 +11,7 @@ from typer.core import TyperGroup
 
 from shellmb import __version__
 from shellmb.cli.effects import effects
-from shellmb.cli.failures import App, failures_reported, first_rank, run_check
+from shellmb.cli.failures import App, failures_reported, first_rank, run_check, tell
 from shellmb.cli.options import (
     CheckOption,
     JsonOption,
@@ -117,6 +118,9 @@ def run(
     parameters: SetOption = None,
     out: OutOption = None,
     no_pictures: PicturesOption = False,
+    errors: Annotated[
+        bool, typer.Option("--errors", help="Estimate the errors of results and probes.")
+    ] = False,
     quiet: QuietOption = False,
     check: CheckOption = False,
     **options: Any,
@@ -146,11 +150,23 @@ def run(
             request=request,
             results=module.results,
         )
+    if errors:
+        from shellmb.accuracy.errors import add_errors
+
+        add_errors(result, module.results, _tell_errors(quiet))
     if not quiet and first_rank():
         print_run(result)
     if check and module.check is not None:
         run_check(module.check, result.results)
     return result
+
+
+def _tell_errors(quiet: bool) -> Callable[[str], None]:
+    def say_which(name: str) -> None:
+        if not quiet and first_rank():
+            tell(f"errors: a run with {name}")
+
+    return say_which
 
 
 @app.command()

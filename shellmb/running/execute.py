@@ -37,7 +37,7 @@ from shellmb.running.directory import claimed, written
 from shellmb.running.loader import is_file_name
 from shellmb.running.memory import check_memory
 from shellmb.running.request import REQUEST, Request
-from shellmb.running.results import Results, measured
+from shellmb.running.results import Results, measured, plain_results
 from shellmb.running.standard import STATE, SUMMARY, StandardObservers
 from shellmb.scene import Scene
 from shellmb.scene.checks import effect
@@ -98,7 +98,7 @@ class RunResult:
     @property
     def results(self) -> dict[str, float]:
         """What the scene measured."""
-        return self.summary["results"]
+        return plain_results(self.summary)
 
 
 def execute(

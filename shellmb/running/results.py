@@ -44,6 +44,18 @@ def measured(
     return found
 
 
+def plain_results(summary: Mapping[str, Any]) -> dict[str, float]:
+    """The results of a summary as numbers, without the errors that may stand beside them.
+
+    Args:
+        summary: The summary of a run.
+    """
+    return {
+        name: entry["value"] if isinstance(entry, Mapping) else entry
+        for name, entry in summary.get("results", {}).items()
+    }
+
+
 def _numbers(given: Any) -> dict[str, float]:
     if not isinstance(given, Mapping):
         raise TypeError(f"it returns {given!r:.60}; it must return a dict of numbers")

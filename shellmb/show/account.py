@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -39,8 +40,42 @@ def account(summary: Mapping[str, Any]) -> dict[str, str]:
     add("wall time", f"{summary['wall_s']:.1f} s")
     for name, value in summary["results"].items():
         # what is no finite number is null in the file
-        add(name, "nan" if value is None else f"{value:.6g}")
+        add(name, with_error(value) if isinstance(value, Mapping) else _number(value))
+    errors = summary.get("errors", {})
+    for name, value in errors.get("probes", {}).items():
+        add(name, with_error(value))
+    for k, remark in enumerate(errors.get("remarks", ())):
+        add(f"not in the errors ({k + 1})", remark)
     return found
+
+
+def with_error(found: Mapping[str, float | None]) -> str:
+    """A number to the digits that hold, with its error and what that is due to.
+
+    Args:
+        found: Value, error, error_mesh, error_step; None: not known.
+    """
+    value, error = found["value"], found["error"]
+    if value is None or error is None:
+        unknown = " and ".join(k for k in ("mesh", "step") if found[f"error_{k}"] is None)
+        return f"{_number(value)} (error of the {unknown or 'value'} not known)"
+    if error <= 0.0:
+        return _number(value)
+    # two digits of the error, and no more of the value
+    last = math.floor(math.log10(error)) - 1
+    digits = max(0, -last)
+    shown = f"{value:.{digits}f}" if digits < 7 else f"{value:.{_significant(value, last)}e}"
+    parts = [f"{k} {found[f'error_{k}']:.1e}" for k in ("mesh", "step") if found[f"error_{k}"]]
+    return f"{shown} +- {error:.1e} ({', '.join(parts)})"
+
+
+def _significant(value: float, last: int) -> int:
+    """Decimals of the mantissa that end at a power of ten."""
+    return max(0, (math.floor(math.log10(abs(value))) if value else last) - last)
+
+
+def _number(value: float | None) -> str:
+    return "nan" if value is None else f"{value:.6g}"
 
 
 def _power(value: float | None) -> str | None:

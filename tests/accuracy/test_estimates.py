@@ -1,0 +1,38 @@
+"""Estimates from companions: their formulas on errors that are known."""
+
+import math
+
+import pytest
+
+from shellmb.accuracy.estimates import SAFETY, Estimate, mesh_error, step_error
+
+
+def differences(order: float, constant: float = 1e-3) -> list[float]:
+    """Of runs with errors `constant h^order`, with 1, 2 and 4 times the step."""
+    errors = [constant * h**order for h in (1, 2, 4)]
+    return [errors[1] - errors[0], errors[2] - errors[1]]
+
+
+@pytest.mark.parametrize("order", [0.5, 0.7, 1.0, 1.5, 2.0, 3.0, 4.0])
+def test_power_laws_are_covered(order: float) -> None:
+    """The kind: whatever the order is, the error is covered, and not by far too much."""
+    found = step_error(differences(order), highest=4)
+    assert found.order == pytest.approx(order)
+    assert 1 <= found.error / 1e-3 <= 5
+
+
+def test_a_difference_that_vanishes_by_chance_is_not_believed() -> None:
+    """Histories cross: numbers of two runs agree without being right."""
+    by_chance = step_error([1e-12, 3e-3], highest=2)
+    assert by_chance.error > 0.1 * 3e-3 / 2**2
+
+
+def test_growing_differences_are_errors() -> None:
+    found = step_error([2e-3, 1e-3], highest=2)
+    assert found == Estimate(SAFETY * 2e-3, -1.0)
+
+
+def test_nothing_known_is_not_zero() -> None:
+    assert math.isinf(step_error([], highest=2).error)
+    assert math.isinf(mesh_error(None, better=True).error)
+    assert step_error([1e-3], highest=2) == Estimate(SAFETY * 1e-3)
