@@ -17,7 +17,7 @@ import ffcx.naming
 import ffcx.options
 import numpy as np
 import ufl
-from dolfinx import default_scalar_type, fem, jit
+from dolfinx import default_scalar_type, fem
 from dolfinx.fem.forms import form_cpp_class, get_integration_domains
 from ufl import Form
 from ufl.core.expr import Expr
@@ -27,6 +27,7 @@ from shellmb.compiling.flags import KERNEL_FLAGS, Item, flags_for
 from shellmb.compiling.store import is_whole, loading, usable
 from shellmb.derivatives import Known, Record, read, write
 from shellmb.errors import RunError
+from shellmb.guarding.surroundings import cache_root, user_options
 from shellmb.waiting import arrive
 
 JIT_OPTIONS = {"cffi_extra_compile_args": KERNEL_FLAGS}
@@ -304,7 +305,8 @@ def cache_folder() -> Path:
     Raises:
         RunError: If there is no place for them.
     """
-    return usable(Path(jit.get_options(JIT_OPTIONS)["cache_dir"]))
+    given = user_options("dolfinx", "dolfinx_jit_options.json") | JIT_OPTIONS
+    return usable(Path(given.get("cache_dir", cache_root() / "fenics")).expanduser())
 
 
 def module_name(item: Item, flags: Sequence[str] = ()) -> str:

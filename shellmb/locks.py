@@ -1,12 +1,13 @@
-"""Locks between processes that end with the process, however it ends."""
+"""Locks between processes that end with the process, however it ends, and say who holds them."""
 
 from __future__ import annotations
 
-import fcntl
 import os
 import platform
 from contextlib import suppress
 from pathlib import Path
+
+import filelock
 
 from shellmb.guarding.writing import clear, is_plain
 
@@ -22,7 +23,16 @@ class FileLock:
 
     def __init__(self, path: Path) -> None:
         self._path = path
-        self._held: int | None = None
+        self._file: os.stat_result | None = None
+        self._lock = filelock.FileLock(
+            path, mode=0o644, fallback_to_soft=False, on_acquired=self._sign
+        )
+
+    def _sign(self, file: int) -> None:
+        """Write into the locked file whose it is."""
+        self._file = os.fstat(file)
+        os.ftruncate(file, 0)
+        os.pwrite(file, f"process {os.getpid()} on {platform.node()}".encode(), 0)
 
     def acquire(self, wait: bool = False) -> bool:
         """Take the lock; whether it is ours now.
@@ -33,49 +43,26 @@ class FileLock:
         Raises:
             OSError: If the file cannot be made, or the file system has no locks.
         """
-        while True:
-            with suppress(FileNotFoundError):
-                if not is_plain(self._path):
-                    # a link, and what it points to is none of ours
-                    clear(self._path)
-            flags = os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_CLOEXEC
-            file = os.open(self._path, flags, 0o644)
-            try:
-                fcntl.flock(file, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
-                if not self._is(file):
-                    # who had it removed the file: the lock on it is nobody's
-                    os.close(file)
-                    continue
-                os.ftruncate(file, 0)
-                os.pwrite(file, f"process {os.getpid()} on {platform.node()}".encode(), 0)
-            except BlockingIOError:
-                os.close(file)
-                return False
-            except BaseException:
-                os.close(file)
-                raise
-            self._held = file
-            return True
-
-    def _is(self, file: int) -> bool:
+        with suppress(FileNotFoundError):
+            if not is_plain(self._path):
+                # a link, and what it points to is none of ours
+                clear(self._path)
         try:
-            return os.path.samestat(os.fstat(file), self._path.stat())
-        except FileNotFoundError:
+            self._lock.acquire(blocking=wait)
+        except filelock.Timeout:
             return False
+        return True
 
     def release(self) -> None:
         """Give the lock free and remove its file; nothing if it is not held."""
-        if self._held is None:
+        if self._file is None:
             return
-        file, self._held = self._held, None
-        try:
-            if self._is(file):
+        file, self._file = self._file, None
+        # a lock that nobody holds does no harm
+        with suppress(OSError):
+            if os.path.samestat(file, self._path.stat()):
                 self._path.unlink()
-        except OSError:
-            # a lock that nobody holds does no harm
-            pass
-        finally:
-            os.close(file)
+        self._lock.release()
 
     @property
     def owner(self) -> str:

@@ -1,6 +1,7 @@
 """The arrows of the design do not turn back, and the installed package is the tree."""
 
 import ast
+import itertools
 import re
 import subprocess
 import sys
@@ -35,7 +36,7 @@ FLOW = (
 FIRST = (
     "errors",
     "guarding",
-    "collecting",
+    "clock",
     "locks",
     "stopping",
     "waiting",
@@ -66,6 +67,16 @@ RANK |= dict.fromkeys(TOP, len(RANK))
 # beside UFL what Python's own library has
 FORMS_MAY_IMPORT = {"ufl", "__future__", "collections", "contextlib", "contextvars", "dataclasses"}
 FORMS_MAY_IMPORT |= {"math", "typing"}
+# rooms of machine code, where what FFCx, UFL, DOLFINx and PETSc do not promise is used
+NATIVE = ("shellmb.compiling", "shellmb.kernels", "shellmb.expressions", "shellmb.system.assembly")
+# names with an underscore that Python documents
+DOCUMENTED = {"_asdict", "_exit", "_replace"}
+# what is put in the place of others': streams and warnings as Python's documentation allows it, and
+# a search of FFCx's, where it is as expected (docs/theory/built.md)
+REPLACED = {
+    "shellmb.cli.failures": {"sys.stdout", "sys.stderr", "warnings.showwarning"},
+    "shellmb.compiling.generated": {"ValueNumberer.get_node_symbols"},
+}
 HEAVY = {"dolfinx", "basix", "ffcx", "ufl", "petsc4py", "slepc4py", "mpi4py", "gmsh"}
 MAX_LINES = 400
 # modules of one folder; scenes that a user starts by name stay beside one another
@@ -179,6 +190,69 @@ def test_light_imports(module: str, allowed: set[str]) -> None:
         [sys.executable, "-c", code], capture_output=True, text=True, check=True
     )
     assert set(result.stdout.split()) & HEAVY <= allowed
+
+
+def parsed(module: str) -> list[ast.AST]:
+    return list(ast.walk(ast.parse(MODULES[module].read_text())))
+
+
+def own_names() -> set[str]:
+    """All names that the package gives to anything: attributes of these names are its own."""
+    found: set[str] = set()
+    for node in itertools.chain.from_iterable(map(parsed, MODULES)):
+        match node:
+            case ast.FunctionDef(name=name) | ast.ClassDef(name=name) | ast.arg(arg=name):
+                found.add(name)
+            case ast.Name(id=name, ctx=ast.Store()):
+                found.add(name)
+            case ast.Attribute(attr=name, value=ast.Name(id="self" | "cls"), ctx=ast.Store()):
+                found.add(name)
+    return found
+
+
+def test_private_names_of_others_are_used_in_native_rooms_only() -> None:
+    own, found = own_names() | DOCUMENTED, set()
+    for module in MODULES:
+        if module.startswith(NATIVE):
+            continue
+        for node in parsed(module):
+            names = []
+            if isinstance(node, ast.Attribute):
+                names = [node.attr]
+            elif isinstance(node, ast.ImportFrom) and layer(node.module or "") is None:
+                names = [alias.name for alias in node.names]
+            found |= {(module, n) for n in names if re.match("_[^_]", n) and n not in own}
+    assert not found
+
+
+def replacements(module: str) -> set[str]:
+    """Attributes of what a module imports from others that it assigns, deletes or sets."""
+    nodes, imported, found = parsed(module), set(), set()
+    for node in nodes:
+        if isinstance(node, ast.Import):
+            imported |= {(alias.asname or alias.name).split(".")[0] for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            imported |= {alias.asname or alias.name for alias in node.names}
+    for node in nodes:
+        if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store | ast.Del):
+            root = node.value
+            while isinstance(root, ast.Attribute | ast.Subscript):
+                root = root.value
+            if isinstance(root, ast.Name) and root.id in imported:
+                found.add(ast.unparse(node))
+        elif isinstance(node, ast.Call) and ast.unparse(node.func) in ("setattr", "delattr"):
+            if ast.unparse(node.args[0]) in imported:
+                found.add(ast.unparse(node))
+    return found
+
+
+def test_nothing_of_others_is_replaced() -> None:
+    """Python's library, UFL, DOLFINx and PETSc run as they were written; FFCx but for a search."""
+    ours = [module for module in MODULES if module.startswith("shellmb")]
+    found = {module: names for module in ours if (names := replacements(module))}
+    streams = found.pop("shellmb.guarding.streams", set())
+    assert streams <= {"setattr(sys, name, open(os.devnull, mode))"}
+    assert found == REPLACED
 
 
 @pytest.mark.parametrize("module", sorted(m for m in MODULES if layer(m) == "measuring"))

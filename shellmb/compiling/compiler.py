@@ -26,7 +26,7 @@ import ffcx.codegeneration
 from ufl import Form
 
 from shellmb.compiling.flags import Item
-from shellmb.compiling.generated import code, quickly
+from shellmb.compiling.generated import code
 from shellmb.compiling.store import SAY, is_library, is_whole, seal, writing
 from shellmb.errors import RunError
 from shellmb.locks import FileLock
@@ -78,7 +78,7 @@ def _compile(items: Wanted, folder: Path, tell: Tell, wait: bool) -> list[str]:
     started: list[Future[None]] = []
     left: list[str] = []
     groups: dict[tuple[str, ...], dict[str, str]] = {}
-    with ExitStack() as locks, ThreadPoolExecutor(max_workers=cores) as pool, quickly():
+    with ExitStack() as locks, ThreadPoolExecutor(max_workers=cores) as pool:
 
         def start(flags: tuple[str, ...]) -> None:
             started.append(pool.submit(_make_libraries, folder, groups.pop(flags), flags))

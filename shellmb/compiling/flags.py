@@ -93,7 +93,7 @@ _STRAIGHT = ["-O1", "-fira-region=one", "-fno-tree-ccp", *_COMMON]
 KERNEL_FLAGS = [*_STRAIGHT, "-ftree-loop-vectorize", "-funroll-loops"]
 # Kernels of several cells are vectors as they are. Their code has a name, too, for the cache
 _HERE = Path(__file__).parent
-_OURS = "".join((_HERE / f"lanes.{end}").read_text() for end in ("py", "h"))
+_OURS = "".join((_HERE / name).read_text() for name in ("language.py", "lanes.py", "lanes.h"))
 LANES_FLAGS = [*_STRAIGHT, f"-DLANES={LANES}", "-Wno-psabi"]
 LANES_FLAGS += [f"-DLANES_CODE=0x{hashlib.sha256(_OURS.encode()).hexdigest()[:12]}"]
 # Jacobians are seldom called: what pointers point to matters less there than gcc's time

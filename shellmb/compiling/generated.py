@@ -1,26 +1,21 @@
 """C code of forms and expressions by FFCx, in less time, and with fewer loops."""
 
-import importlib
-from collections.abc import Callable, Iterator, Sequence
+import gc
+import inspect
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from functools import partial, singledispatchmethod
 from typing import Any
 
 from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
 
 from dolfinx import default_scalar_type
 from ufl import Form
-from ufl.classes import ComplexValue, Conj, CoordinateDerivative, Imag, Real
-from ufl.corealg.traversal import unique_pre_traversal
 
-from shellmb.collecting import seldom
 from shellmb.compiling.flags import Item, has_lanes
 
-# Steps of UFL that rebuild a form without some nodes, and these nodes
-REBUILDING: dict[str, tuple[type, ...]] = {
-    "remove_complex_nodes": (Conj, Real, Imag, ComplexValue),
-    "apply_coordinate_derivatives": (CoordinateDerivative,),
-}
+# Lines of FFCx's that the replacement below stands for, by what has them
+SEARCH = 'idx = [i for i, v in self.G.nodes.items() if v["expression"] == expr][0]'
+INDEX = "G.e2i = _count_nodes_with_unique_post_traversal(expressions, skip_terminal_modifiers)"
 
 
 def code(item: Item, name: str, flags: Sequence[str]) -> str:
@@ -32,89 +27,70 @@ def code(item: Item, name: str, flags: Sequence[str]) -> str:
         flags: The C compiler's, which tell whether kernels are of several cells.
     """
     # needed for new kernels only
-    import ffcx.codegeneration.integral_generator as generator
     import ffcx.compiler
-    from ffcx.ir.analysis.valuenumbering import ValueNumberer
 
-    from shellmb.compiling import lanes
+    from shellmb.compiling import language
 
-    ValueNumberer.get_node_symbols = _node_symbols  # type: ignore[method-assign]
-    generator.optimize = _fused  # type: ignore[assignment,attr-defined]
-    chosen: dict[str, Any] = {"scalar_type": default_scalar_type}
+    chosen: dict[str, Any] = {"scalar_type": default_scalar_type, "language": language.__name__}
     if has_lanes(flags):
-        chosen["language"] = lanes.__name__
         assert isinstance(item, Form)
         (cell,) = {domain.ufl_coordinate_element() for domain in item.ufl_domains()}
-        chosen[lanes.NODES] = cell.dim // cell.block_size
+        chosen[language.CELL_NODES] = cell.dim // cell.block_size
     options = ffcx.options.get_options(chosen)
-    made, _ = ffcx.compiler.compile_ufl_objects([item], namespace=name, options=options)
+    with _collector_at_rest(), _indexed():
+        made, _ = ffcx.compiler.compile_ufl_objects([item], namespace=name, options=options)
     return str(made[1])
 
 
-def _fused(sections: Any, rule: Any) -> Any:
-    """Code with one loop over the nodes of a cell for all values of unknowns, and for all entries.
+@contextmanager
+def _collector_at_rest() -> Iterator[None]:
+    """Python's garbage collector looks at nothing meanwhile.
 
-    FFCx fuses such loops only of what it calls a coefficient, and DOLFINx's are called functions.
-    It saves gcc's time.
+    FFCx makes objects by the million, few of them in circles; to look at them takes a quarter of
+    its time (docs/theory/built.md).
     """
-    from ffcx.codegeneration import optimizer
-    from ffcx.codegeneration.lnodes import Section
-
-    fused = optimizer.optimize(optimizer.fuse_sections(sections, "Function"), rule)
-    return [
-        optimizer.fuse_loops(part)
-        if isinstance(part, Section) and part.name == "Tensor Computation"
-        else part
-        for part in fused
-    ]
-
-
-def _node_symbols(numberer: Any, expression: Any) -> Any:
-    """Symbols of a node of FFCx's graph, by the graph's own index in place of a search.
-
-    FFCx 0.11 compares with all nodes: that took 50 s of the 58 s for the residual of a hyperelastic
-    shell in `ed3`. The code that comes out is the same.
-    """
-    return numberer.V_symbols[numberer.G.e2i[expression]]
+    works = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if works:
+            gc.enable()
 
 
 @contextmanager
-def quickly() -> Iterator[None]:
-    """FFCx takes two thirds of its time meanwhile (docs/theory/built.md).
+def _indexed() -> Iterator[None]:
+    """FFCx finds the symbols of a node by its graph's own index meanwhile, and not by a search.
 
-    It makes objects by the million, few of them in circles: the collector looks at them in vain.
-    UFL and FFCx choose methods by type half a million times for 40 kernels; Python 3.12 makes a
-    function with a name and a docstring of its own each time. And every form is rebuilt three times
-    without nodes that hardly any has.
+    FFCx 0.11 compares a node with all others: 50 s of the 58 s for the residual of a hyperelastic
+    shell in `ed3`. An FFCx that has other lines there is left as it is; the code that comes out is
+    the same either way.
     """
-    # by its name: the package has a function of the same one
-    steps = importlib.import_module("ufl.algorithms.compute_form_data")
-    named = singledispatchmethod.__get__
-    rebuilding = {name: getattr(steps, name) for name in REBUILDING}
-    singledispatchmethod.__get__ = _chosen  # type: ignore[method-assign,assignment]
-    for name, kinds in REBUILDING.items():
-        setattr(steps, name, partial(_rebuilt, rebuilding[name], kinds))
+    from ffcx.ir.analysis.valuenumbering import ValueNumberer
+
+    if not searches():
+        yield
+        return
+    searching = ValueNumberer.get_node_symbols
+    ValueNumberer.get_node_symbols = _node_symbols  # type: ignore[method-assign]
     try:
-        with seldom():
-            yield
+        yield
     finally:
-        for name, function in rebuilding.items():
-            setattr(steps, name, function)
-        singledispatchmethod.__get__ = named  # type: ignore[method-assign]
+        ValueNumberer.get_node_symbols = searching  # type: ignore[method-assign]
 
 
-def _rebuilt(rebuild: Callable[[Form], Form], kinds: tuple[type, ...], form: Form) -> Form:
-    """A form without nodes of some kinds."""
-    nodes: Any = unique_pre_traversal
-    parts = (part.integrand() for part in form.integrals())
-    return rebuild(form) if any(isinstance(n, kinds) for p in parts for n in nodes(p)) else form
+def searches() -> bool:
+    """Whether FFCx has the lines that `_indexed` replaces."""
+    from ffcx.ir.analysis import graph, valuenumbering
+
+    try:
+        search = inspect.getsource(valuenumbering.ValueNumberer.get_node_symbols)
+        return SEARCH in search and INDEX in inspect.getsource(graph)
+    except (AttributeError, OSError, TypeError):
+        # no such method, or none with a source
+        return False
 
 
-def _chosen(method: Any, obj: Any, cls: Any = None) -> Callable[..., Any]:
-    """A method chosen by the type of its first argument, without a name."""
-    dispatch = method.dispatcher.dispatch
-
-    def call(*args: Any, **kwargs: Any) -> Any:
-        return dispatch(args[0].__class__).__get__(obj, cls)(*args, **kwargs)
-
-    return call
+def _node_symbols(numberer: Any, expression: Any) -> Any:
+    """Symbols of a node of FFCx's graph."""
+    return numberer.V_symbols[numberer.G.e2i[expression]]

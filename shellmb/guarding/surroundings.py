@@ -14,8 +14,8 @@ import importlib.util
 import json
 import os
 import sys
-from collections.abc import Callable
-from functools import cache, partial
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from importlib.machinery import ModuleSpec
 from pathlib import Path
 from types import ModuleType
@@ -52,8 +52,13 @@ def _home(variable: str, otherwise: str) -> Path:
     return Path(given) if os.path.isabs(given) else Path(os.path.expanduser("~"), otherwise)
 
 
-def _of_user(library: str, name: str) -> dict[str, Any]:
-    """Options of a library from the user's file."""
+def user_options(library: str, name: str) -> dict[str, Any]:
+    """Options of a library of FEniCS from the user's file.
+
+    Args:
+        library: The library.
+        name: Name of the file.
+    """
     file = _home("XDG_CONFIG_HOME", ".config") / library / name
     if not file.is_file() or file.stat().st_size > LONGEST:
         return {}
@@ -61,28 +66,35 @@ def _of_user(library: str, name: str) -> dict[str, Any]:
     return found if isinstance(found, dict) else {}
 
 
-def _only_users(library: str, name: str, module: Any) -> None:
-    """Let a library of FEniCS read the user's options, and none of the current folder."""
-    module._load_options = cache(lambda: (_of_user(library, name), {}))
+@contextmanager
+def _elsewhere() -> Iterator[None]:
+    """The current folder is one where only the system's owner writes."""
+    here = os.open(".", os.O_PATH | os.O_DIRECTORY | os.O_CLOEXEC)
+    os.chdir("/")
+    try:
+        yield
+    finally:
+        os.fchdir(here)
+        os.close(here)
 
 
-def _dolfinx(module: Any) -> None:
-    _only_users("dolfinx", "dolfinx_jit_options.json", module)
-    defaults = module.DOLFINX_DEFAULT_JIT_OPTIONS
-    defaults["cache_dir"] = (cache_root() / "fenics", defaults["cache_dir"][1])
+def _read_options(module: Any) -> None:
+    """Let a library of FEniCS read its files of options: it reads them once and remembers them."""
+    with _elsewhere():
+        module.get_options()
 
 
-def _petsc(module: ModuleType) -> None:
+def _initialise(module: ModuleType) -> None:
     """Start PETSc with our arguments, before its module does so without any."""
-    from petsc4py.lib import ImportPETSc
+    import petsc4py
 
-    ImportPETSc()._initialize(petsc_options())
+    petsc4py.init(petsc_options())
 
 
-_BEFORE: dict[str, Callable[[ModuleType], None]] = {"petsc4py.PETSc": _petsc}
+_BEFORE: dict[str, Callable[[ModuleType], None]] = {"petsc4py.PETSc": _initialise}
 _AFTER: dict[str, Callable[[ModuleType], None]] = {
-    "dolfinx.jit": _dolfinx,
-    "ffcx.options": partial(_only_users, "ffcx", "ffcx_options.json"),
+    "dolfinx.jit": _read_options,
+    "ffcx.options": _read_options,
 }
 
 

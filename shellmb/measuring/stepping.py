@@ -5,7 +5,6 @@ from __future__ import annotations
 import gc
 import io
 import tempfile
-import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -14,6 +13,7 @@ from mpi4py import MPI
 
 from rich.console import Console
 
+from shellmb.clock import now
 from shellmb.kernels import watched
 from shellmb.measuring.times import Stopwatch, slowest
 from shellmb.observers.progress import ProgressReport
@@ -92,10 +92,10 @@ class Timed(Silent):
             observer.finish(simulation, error)
 
     def _each(self, call: Callable[[Observer], None]) -> None:
-        begin = time.perf_counter()
+        begin = now()
         for observer in self.inner:
             call(observer)
-        self.seconds += time.perf_counter() - begin
+        self.seconds += now() - begin
 
 
 def one_by_one(observers: Mapping[str, Observer]) -> dict[str, Timed]:
@@ -162,9 +162,9 @@ class Stepping:
         for _ in range(steps):
             if self.over:
                 break
-            begin = time.perf_counter()
+            begin = now()
             self.simulation.advance(observers)
-            total += time.perf_counter() - begin
+            total += now() - begin
             assert self.simulation.last is not None
             self.steps += 1
             self.iterations += self.simulation.last.iterations

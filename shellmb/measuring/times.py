@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import AbstractContextManager
 from statistics import quantiles
 
 from mpi4py import MPI
+
+from shellmb.clock import timed_by
 
 CLOCKS: dict[str, Callable[[], float]] = {"cpu": time.process_time, "wall": time.perf_counter}
 
@@ -33,9 +35,8 @@ class Stopwatch:
         return time.perf_counter() - self._wall
 
 
-@contextmanager
-def measured_in(clock: str) -> Iterator[None]:
-    """For a moment, all clocks of the process tell that time.
+def measured_in(clock: str) -> AbstractContextManager[None]:
+    """Parts of steps are timed by a clock meanwhile.
 
     On a machine that others use, too, a step is interrupted and a kernel timed alone is not:
     only processor times can be compared there. On an idle machine they are the wall times, the
@@ -44,12 +45,7 @@ def measured_in(clock: str) -> Iterator[None]:
     Args:
         clock: "cpu" or "wall".
     """
-    kept = time.perf_counter
-    time.perf_counter = CLOCKS[clock]
-    try:
-        yield
-    finally:
-        time.perf_counter = kept
+    return timed_by(CLOCKS[clock])
 
 
 def slowest(comm: MPI.Comm, seconds: float) -> float:

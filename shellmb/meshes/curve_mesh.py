@@ -12,8 +12,7 @@ import basix.ufl
 import dolfinx.mesh
 import numpy as np
 import ufl
-from dolfinx import fem
-from dolfinx.graph import adjacencylist
+from dolfinx import cpp, fem  # type: ignore[attr-defined]
 
 from shellmb.errors import SceneError
 from shellmb.meshes.extent import check_extent
@@ -220,7 +219,7 @@ def _line_mesh(
 
     def stay(comm: Any, nparts: Any, cell_types: Any, cells_in: Any) -> Any:
         own = np.full(len(mine), comm.rank, dtype=np.int32)
-        return adjacencylist(own, np.arange(len(mine) + 1, dtype=np.int32))._cpp_object
+        return cpp.graph.AdjacencyList_int32(own, np.arange(len(mine) + 1, dtype=np.int32))
 
     mesh = dolfinx.mesh.create_mesh(
         comm, mine, ufl.Mesh(element), x if comm.rank == 0 else x[:0], partitioner=stay

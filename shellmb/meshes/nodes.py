@@ -19,8 +19,7 @@ import basix.ufl
 import numpy as np
 import numpy.typing as npt
 import ufl
-from dolfinx import fem, mesh
-from dolfinx.graph import adjacencylist
+from dolfinx import cpp, fem, mesh  # type: ignore[attr-defined]
 
 from shellmb.meshes.living import count_in
 from shellmb.meshes.spaces import MixedSpace, mixed_space
@@ -56,7 +55,7 @@ def node_mesh(comm: MPI.Comm, count: int) -> NodeMesh:
 
     def keep(comm, nparts, cell_types, cells_in):  # type: ignore[no-untyped-def]
         own = np.full(len(mine), comm.rank, dtype=np.int32)
-        return adjacencylist(own, np.arange(len(mine) + 1, dtype=np.int32))._cpp_object
+        return cpp.graph.AdjacencyList_int32(own, np.arange(len(mine) + 1, dtype=np.int32))
 
     domain = mesh.create_mesh(comm, cells, ufl.Mesh(element), x, partitioner=keep)
     count_in(domain)

@@ -22,6 +22,8 @@ from dolfinx import fem, mesh
 from ufl.core.expr import Expr
 
 Dofs = npt.NDArray[np.int32]
+# An element of Basix, whose class has no public name
+Element = Any
 
 NO_PARTS: Mapping[str, int] = MappingProxyType({})
 
@@ -66,7 +68,7 @@ class MixedSpace:
 
 
 def mixed_space(
-    domain: mesh.Mesh, elements: dict[str, basix.ufl._ElementBase], elementwise: frozenset[str]
+    domain: mesh.Mesh, elements: dict[str, Element], elementwise: frozenset[str]
 ) -> MixedSpace:
     """Mixed space with one named part per element.
 
@@ -96,7 +98,7 @@ def mixed_space(
     return MixedSpace(space, parts, dofs, subspaces, elementwise)
 
 
-def _same_nodes(a: basix.ufl._ElementBase, b: basix.ufl._ElementBase) -> bool:
+def _same_nodes(a: Element, b: Element) -> bool:
     """Whether two elements are continuous, of Lagrange type, and have the same nodes."""
     one, two = a.basix_element, b.basix_element
     return bool(one == two) and not one.discontinuous and one.family == basix.ElementFamily.P
@@ -135,7 +137,7 @@ def shell_space(
     return mixed_space(domain, elements, frozenset({"bubble", "N", "S"} & elements.keys()))
 
 
-def _local(cell: basix.CellType, degree: int, size: int) -> basix.ufl._ElementBase:
+def _local(cell: basix.CellType, degree: int, size: int) -> Element:
     """Polynomials of each element by itself, with nodes inside it.
 
     On quadrilaterals and lines these are the Gauss points: the compatibility equations decouple
@@ -145,7 +147,7 @@ def _local(cell: basix.CellType, degree: int, size: int) -> basix.ufl._ElementBa
     return basix.ufl.element("P", cell, degree, variant, shape=(size,), discontinuous=True)
 
 
-def _resultants(cell: basix.CellType, degree: int) -> basix.ufl._ElementBase:
+def _resultants(cell: basix.CellType, degree: int) -> Element:
     """Membrane and transverse shear forces of shells; of triangles shear forces are vectors."""
     if cell == basix.CellType.triangle:
         shear = basix.ufl.element("N1curl", cell, degree, discontinuous=True)
@@ -163,7 +165,7 @@ def reading_element(nodes: fem.FunctionSpace) -> basix.finite_element.FiniteElem
     return _local(element.cell_type, element.degree - 1, 1).basix_element
 
 
-def _constants(cell: Any, sizes: Mapping[str, int]) -> dict[str, basix.ufl._ElementBase]:
+def _constants(cell: Any, sizes: Mapping[str, int]) -> dict[str, Element]:
     return {p: basix.ufl.element("DG", cell, 0, shape=(size,)) for p, size in sizes.items()}
 
 
@@ -188,7 +190,7 @@ def beam_space(
         constant: More parts with their sizes, which are constant on each cell.
     """
 
-    def nodal(size: int) -> basix.ufl._ElementBase:
+    def nodal(size: int) -> Element:
         return basix.ufl.element("Lagrange", "interval", degree, shape=(size,))
 
     forces = _local(basix.CellType.interval, degree - 1, 3)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import logging
 import time as clock
 from collections.abc import Sequence
@@ -12,7 +13,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from shellmb.collecting import seldom
 from shellmb.errors import RunError
 from shellmb.guarding.reading import read_json
 from shellmb.guarding.writing import drafted
@@ -56,8 +56,12 @@ def draw_directory(
         SceneError: If the directory holds no run.
     """
     # what a run leaves is not looked through again and again while libraries are loaded
-    with seldom(), ThreadPoolExecutor(max_workers=1) as thread:
-        return thread.submit(_draw, directory, out or directory, budget).result()
+    gc.freeze()
+    try:
+        with ThreadPoolExecutor(max_workers=1) as thread:
+            return thread.submit(_draw, directory, out or directory, budget).result()
+    finally:
+        gc.unfreeze()
 
 
 def budget_of(wall: float) -> float:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time as clock
 from collections.abc import Sequence
 from contextlib import ExitStack
 from typing import Any, Protocol
@@ -11,6 +10,7 @@ from mpi4py import MPI
 
 import numpy as np
 
+from shellmb.clock import now
 from shellmb.errors import ConvergenceError, petsc_in_words
 from shellmb.forms.steps.discrete import taken_once
 from shellmb.model.alike import same_on_all
@@ -127,7 +127,7 @@ class Simulation:
     @taken_once()
     @petsc_in_words()
     def __init__(self, scene: Scene, comm: MPI.Comm = MPI.COMM_WORLD) -> None:
-        begin = clock.perf_counter()
+        begin = now()
         same_on_all(scene, comm)
         check_begin(scene)
         self._own = OwnScene(scene)
@@ -155,7 +155,7 @@ class Simulation:
         self.dropped = DroppedConstraints(self.problem)
         self.landing = Landing(scene, self.model.mechanism.events)
         self.control = Control(scene, self.model.signals)
-        self.setup_seconds = clock.perf_counter() - begin - self.problem.system.jit_seconds
+        self.setup_seconds = now() - begin - self.problem.system.jit_seconds
         self.step_seconds = 0.0
 
     def _size(self) -> StepSize:
@@ -182,12 +182,12 @@ class Simulation:
         error: BaseException | None = None
         for observer in observers:
             observer.start(self)
-        begin = clock.perf_counter()
+        begin = now()
         before = self.step_seconds
         try:
             while self.t_end - self.t > ROUND_OFF * self.size.dt and not self.finished:
                 self.advance(observers)
-                self.step_seconds = before + clock.perf_counter() - begin
+                self.step_seconds = before + now() - begin
         except BaseException as failure:
             error = failure
             raise

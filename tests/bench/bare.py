@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from statistics import median
@@ -11,6 +10,7 @@ from mpi4py import MPI
 
 import numpy as np
 
+from shellmb.clock import now
 from shellmb.measuring.times import slowest
 from shellmb.simulate.problem import Problem
 from shellmb.system.assembly import native
@@ -127,9 +127,9 @@ def _alone(comm: MPI.Comm, work: Callable[[], object]) -> float:
     times: list[float] = []
 
     def once() -> None:
-        begin = time.perf_counter()
+        begin = now()
         work()
-        times.append(time.perf_counter() - begin)
+        times.append(now() - begin)
 
     once()
     first = slowest(comm, times[0])

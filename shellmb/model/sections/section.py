@@ -12,6 +12,7 @@ from ufl.core.expr import Expr
 from shellmb.forms.shell import Mass, ShellStrains
 from shellmb.forms.steps.mixed import Formulation, LinearMixed
 from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
+from shellmb.kernels import compiled
 from shellmb.model.shells.varying import Rule, SectionFields
 from shellmb.model.written import resists_all, written
 from shellmb.scene import Hyperelastic, LinearSection, Shell
@@ -244,7 +245,7 @@ def mass_arm(mass: Mass, nodal: fem.FunctionSpace, dx: ufl.Measure) -> Arm:
         return Arm(mass.s / mass.I, np.asarray(mass.s.value / mass.I.value).reshape(1))
     test, moments = ufl.TestFunction(nodal)[0], []
     for moment in mass[1:3]:
-        vector = fem.assemble_vector(fem.form(moment * test * dx))
+        vector = fem.assemble_vector(compiled(moment * test * dx))
         vector.scatter_reverse(la.InsertMode.add)
         vector.scatter_forward()
         moments.append(vector.array.reshape(-1, 3)[:, :1].copy())

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cached_property
-from typing import Literal
+from typing import Any, Literal
 
 from mpi4py import MPI
 
@@ -94,7 +94,7 @@ class SectionFields:
     def _quads(self) -> bool:
         return bool(self._domain.basix_cell() == basix.CellType.quadrilateral)
 
-    def _element(self, rule: Rule, size: int) -> basix.ufl._ElementBase:
+    def _element(self, rule: Rule, size: int) -> Any:
         cell, shape = self._domain.basix_cell(), (size,) if size > 1 else ()
         if not self._quads:
             return basix.ufl.element("DG", cell, 0, shape=shape)

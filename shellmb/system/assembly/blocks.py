@@ -6,7 +6,6 @@ left out of the assembly and replaced by `x - value`; their columns stay, so tha
 motion reaches its neighbours within the same Newton step.
 """
 
-import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property
 
@@ -18,6 +17,7 @@ import numpy.typing as npt
 from dolfinx import cpp, fem  # type: ignore[attr-defined]
 from ufl import Form
 
+from shellmb.clock import now
 from shellmb.derivatives import Derivative, Known
 from shellmb.kernels import compile_with_derivatives
 from shellmb.system.assembly import native
@@ -75,11 +75,11 @@ class BlockSystem:
         sizes = (n.owned, PETSc.DETERMINE)
         self.x = PETSc.Vec().createMPI(sizes, comm=comm)
         self.b = self.x.duplicate()
-        start = time.perf_counter()
+        start = now()
         native.begin(comm)
         self._compile()
         self.follow = Following(followers)
-        self.jit_seconds = time.perf_counter() - start
+        self.jit_seconds = now() - start
         self.residuals: Residuals = DolfinxResiduals(self.residual_forms, fields, n)
         self._rows = [
             PETSc.IS().createStride(f.size_all, int(n.offsets[k]), 1, comm=PETSc.COMM_SELF)

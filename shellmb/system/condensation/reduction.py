@@ -13,14 +13,13 @@ what they are for. The solution is that of the unreduced system, multipliers inc
 
 from __future__ import annotations
 
-import time
-
 from mpi4py import MPI
 from petsc4py import PETSc
 
 import numpy as np
 import numpy.typing as npt
 
+from shellmb.clock import now
 from shellmb.system.assembly.general import general_position
 from shellmb.system.assembly.loops import LoopResiduals
 from shellmb.system.assembly.meshgroups import MeshGroup, mesh_groups
@@ -152,16 +151,16 @@ class Reduction:
 
     def factorise(self, purpose: Purpose = Purpose.EXACT) -> str | None:
         """Assemble and factorise at the state that the fields hold."""
-        start = time.perf_counter()
+        start = now()
         try:
             self._assemble()
         except SingularCell as failure:
             return str(failure)
         self.jacobians += 1
-        middle = time.perf_counter()
+        middle = now()
         reason = self.solver.factorise(purpose)
         self.seconds["jacobian"] += middle - start
-        self.seconds["factor"] += time.perf_counter() - middle
+        self.seconds["factor"] += now() - middle
         return reason
 
     def solve(self, b: PETSc.Vec, dx: PETSc.Vec, fresh: bool) -> str | None:
@@ -172,7 +171,7 @@ class Reduction:
             dx: What is to be subtracted from the unknowns.
             fresh: Whether the Jacobian was assembled at this very state.
         """
-        start = time.perf_counter()
+        start = now()
         if not fresh:
             self._given = self.numbers.correction()
         rough, load, passes = self.solver.rough, self._load if fresh else None, self._passes
@@ -187,12 +186,12 @@ class Reduction:
                 reason = f"the direct solver failed (PETSc's error {error})"
         else:
             passes.before(rough, b.array_r, load, self._rhs.array)
-            before = time.perf_counter()
+            before = now()
             reason = self.solver.solve(self._rhs, self._solution)
-            inside = time.perf_counter() - before
+            inside = now() - before
             passes.after(rough, self._solution.array_r, self._given, dx.array)
         self.seconds["solve"] += inside
-        self.seconds["reduction"] += time.perf_counter() - start - inside
+        self.seconds["reduction"] += now() - start - inside
         return reason
 
 
