@@ -209,9 +209,14 @@ class ContactGroup(JointGroup):
         slips = np.zeros((len(self.nodes.item), self._made.slips))
         return np.hstack([np.max(np.abs(found), axis=0), slips])
 
-    def heading(self, row: int, q: Floats) -> Floats | None:
+    @property
+    def heads(self) -> bool:
+        """Whether they roll in a direction, or point to one."""
+        return "t" in self._start
+
+    def heading(self, row: int, q: Floats) -> Floats:
         """Direction in the plane that a wheel rolls in, or a blade points to, shape (2,)."""
-        return self.coordinate("t", row, q) if "t" in self._start else None
+        return self.coordinate("t", row, q)
 
     def pressure(self, row: int, q: Floats) -> float:
         """Normal force of the last step on the second body of a local cell, N."""

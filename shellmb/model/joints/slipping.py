@@ -40,8 +40,8 @@ def sliding(group: ContactGroup, q: Floats, v: Floats) -> Floats:
         under = va + group.coordinate("y", row, q) @ de[:2]
         rolled = _arm(group, row, q, contact.length) @ dd
         slip = (contact.axes[0] + e)[:2] @ (vb + rolled - under)
-        t = group.heading(row, q)
-        if t is not None and group.kind == "knife edge":
+        if group.kind == "knife edge":
+            t = group.heading(row, q)
             slip = np.array([t[0] * slip[1] - t[1] * slip[0]]) / np.linalg.norm(t)
         speeds = (np.linalg.norm(part) for part in (vb, rolled, under))
         found[row] = np.linalg.norm(slip), sum(speeds)

@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from shellmb.model.joints.columns import COLUMN
 from shellmb.model.joints.joints import BoundJoint, JointGroup
-from shellmb.model.places.ends import EndGroup
+from shellmb.observers.forces.places import Places
 from shellmb.simulate.simulation import Simulation
 
 Floats = npt.NDArray[np.float64]
@@ -109,7 +109,11 @@ class _Like:
         joints: tuple[BoundJoint, ...],
     ) -> None:
         self.group, self.numbers, self._kind = group.name, list(numbers), kind
-        self._places = [_Places(group, k, cells, joints) for k in range(2)]
+        self._places = [Places(group, k, cells, joints) for k in range(2)]
+        self._axes = [
+            np.array([joint.axes[k] @ joint.ends[k].directors.T for joint in joints])
+            for k in range(2)
+        ]
         ends = np.array([[end.point for end in joint.ends] for joint in joints])
         axes = np.array([joint.axes[0][2] for joint in joints])
         self._start = np.einsum("ni,ni->n", axes, ends[:, 1] - ends[:, 0])
@@ -117,51 +121,10 @@ class _Like:
     def values(self, q: Floats, linear: bool) -> Floats:
         """Angles up to pi, rad, or translations, m, shape (n,), at a state of the group."""
         first, second = self._places
-        e = first.axes(q)
+        e = self._axes[0] @ first.directors(q)
         if self._kind == "translation":
             gap = second.points(q) - first.points(q)
             return np.asarray(np.einsum("ni,ni->n", e[:, 2], gap) - self._start)
-        cosine, sine = np.einsum("nai,ni->an", e[:, :2], second.axes(q)[:, 0])
+        turned = self._axes[1][:, :1] @ second.directors(q)
+        cosine, sine = np.einsum("nai,ni->an", e[:, :2], turned[:, 0])
         return np.asarray(sine if linear else np.arctan2(sine, cosine))
-
-
-class _Places:
-    """One end of each of some joints of a group, of bodies that have frames."""
-
-    def __init__(
-        self, group: JointGroup, which: int, cells: tuple[int, ...], joints: tuple[BoundJoint, ...]
-    ) -> None:
-        ends = [joint.ends[which] for joint in joints]
-        place = group.ends[which]
-        self._u, self._w = (
-            np.array([rows(group, place, part, cell) for cell in cells]) for part in ("u", "w")
-        )
-        self._nodes = np.array([end.node for end in ends])
-        self._directors = np.array([end.directors for end in ends])
-        self._offsets = np.array([end.offset for end in ends])
-        self._axes = np.array([j.axes[which] @ j.ends[which].directors.T for j in joints])
-
-    def _turned(self, q: Floats) -> Floats:
-        return np.asarray(self._directors + q[self._w].reshape(-1, 3, 3))
-
-    def axes(self, q: Floats) -> Floats:
-        """Axes as rows, shape (n, 3, 3)."""
-        return np.asarray(self._axes @ self._turned(q))
-
-    def points(self, q: Floats) -> Floats:
-        """Positions, shape (n, 3)."""
-        arms = np.einsum("nk,nki->ni", self._offsets, self._turned(q))
-        return np.asarray(self._nodes + q[self._u] + arms)
-
-
-def rows(group: JointGroup, place: EndGroup, part: str, row: int) -> npt.NDArray[np.int32]:
-    """Local dofs of a part ("u" or "w") of one end of a joint.
-
-    Args:
-        group: Group of the joint.
-        place: Its end.
-        part: Name of the part.
-        row: Local cell of the joint.
-    """
-    name = f"{part}{place.tag}"
-    return group.mixed.dofs[name].reshape(-1, group.mixed.parts[name][1])[row]

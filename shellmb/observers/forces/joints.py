@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any
 
@@ -15,17 +15,14 @@ from shellmb.model.joints.columns import element_columns
 from shellmb.model.joints.joints import BoundJoint, JointGroup
 from shellmb.model.joints.mechanism import Mechanism
 from shellmb.model.model import Model
-from shellmb.observers.forces.freedoms import Freedoms, rows
+from shellmb.observers.forces.freedoms import Freedoms
 from shellmb.observers.forces.holding import Assembled, resistance
 from shellmb.observers.forces.impulse import last_middle
+from shellmb.observers.forces.places import Places
 from shellmb.schemes.base import END
 from shellmb.simulate.simulation import Silent, Simulation
-from shellmb.system.assembly.loops import LoopResiduals
 
 Floats = npt.NDArray[np.float64]
-
-# a group of joints, what assembles the virtual work of its forces, and place for it
-type GroupLoop = tuple[JointGroup, LoopResiduals, Floats]
 
 COMPONENTS = ("F1", "F2", "F3", "M1", "M2", "M3")
 
@@ -106,41 +103,36 @@ class JointForces(Silent):
         self._freedoms.restore(state)
 
 
-def group_loops(problem: Assembled, mechanism: Mechanism) -> list[GroupLoop]:
-    """What assembles the forces of all joints.
+def group_loops(problem: Assembled, mechanism: Mechanism) -> list[GroupForces]:
+    """What finds the forces of all joints.
 
     Args:
         problem: The system that has their multipliers.
         mechanism: The joints.
     """
-    return [(g, *resistance(problem, g.name)) for g in mechanism.groups]
+    number = {name: k for k, name in enumerate(mechanism.joints)}
+    return [GroupForces(problem, group, number) for group in mechanism.groups]
 
 
 def joint_forces(
-    model: Model, loops: list[GroupLoop], state: Callable[[str], Floats]
+    model: Model, groups: list[GroupForces], state: Callable[[str], Floats]
 ) -> dict[str, Floats]:
     """Force and moment of each joint in its frame and in the scene's, shape (4, 3); collective.
 
     Args:
         model: The bodies.
-        loops: What assembles them.
+        groups: What finds them.
         state: State of a group at which they act, by its name.
     """
-    number = {name: k for k, name in enumerate(model.mechanism.joints)}
-    if not number:
+    names = list(model.mechanism.joints)
+    if not names:
         return {}
-    found = np.zeros((len(number), 4, 3))
-    for group, residuals, r in loops:
-        r[:] = 0.0
-        residuals.refresh()
-        residuals.add(r)
-        q = state(group.name)
-        for row, item in enumerate(group.nodes.item):
-            joint = group.joints[item]
-            # a weld along a region has an item for each of its nodes
-            found[number[joint.joint.name]] += _force(group, joint, row, q, r)
-    model.comm.Allreduce(MPI.IN_PLACE, found)
-    return {name: found[k] for name, k in number.items()}
+    found = np.zeros((len(names), 4, 3))
+    for group in groups:
+        group.add(found, state(group.name))
+    if model.comm.size > 1:
+        model.comm.Allreduce(MPI.IN_PLACE, found)
+    return dict(zip(names, found, strict=True))
 
 
 def columns(forces: dict[str, Floats], ending: str = "") -> dict[str, float]:
@@ -157,50 +149,94 @@ def columns(forces: dict[str, Floats], ending: str = "") -> dict[str, float]:
     }
 
 
-def _force(group: JointGroup, joint: BoundJoint, row: int, q: Floats, r: Floats) -> Floats:
-    """Force and moment on the second body in the joint's frame and in the scene's, shape (4, 3).
+class GroupForces:
+    """Forces and moments of the joints of a group on this rank.
+
+    Args:
+        problem: The system that has their multipliers.
+        group: The group.
+        number: Place of each joint in what is found, by its name.
+    """
+
+    def __init__(self, problem: Assembled, group: JointGroup, number: Mapping[str, int]) -> None:
+        self.name = group.name
+        self._residuals, self._work = resistance(problem, group.name)
+        items: dict[tuple[int, bool], list[tuple[int, BoundJoint]]] = {}
+        for row, item in enumerate(group.nodes.item.tolist()):
+            joint = group.joints[item]
+            # a weld to a shell has its ends the other way round
+            second = 0 if joint.ends[0].owner == joint.joint.second else 1
+            items.setdefault((second, joint.about is not None), []).append((row, joint))
+        self._parts = [
+            _Forces(group, second, [*zip(*some, strict=True)], number)
+            for (second, _), some in items.items()
+        ]
+
+    def add(self, found: Floats, q: Floats) -> None:
+        """Add forces and moments in the joints' frames and in the scene's.
+
+        Args:
+            found: Shape (joints, 4, 3).
+            q: State of the group at which its forces act.
+        """
+        self._work[:] = 0.0
+        self._residuals.refresh()
+        self._residuals.add(self._work)
+        for part in self._parts:
+            # a weld along a region has an item for each of its nodes
+            np.add.at(found, part.numbers, part.values(q, self._work))
+
+
+class _Forces:
+    """Forces of joints of a group whose second bodies are at the same end.
 
     Args:
         group: The group.
-        joint: The joint.
-        row: Its local cell.
-        q: State of the group at which its forces act.
-        r: Virtual work of its forces for each dof, positive on the left-hand side.
+        second: Which end is on the second body.
+        items: Local cells of the joints, and the joints.
+        number: Place of each joint in what is found, by its name.
     """
-    # a weld to a shell has its ends the other way round
-    second = 0 if joint.ends[0].owner == joint.joint.second else 1
-    end = group.ends[second]
-    x, d, force, couples = _end(group, joint, second, row, q, r)
-    point = x + joint.ends[second].offset @ d if end.turns else x
-    if joint.about is not None:
-        first, axes, _, _ = _end(group, joint, 0, row, q, r)
-        point = first + (joint.ends[0].directors @ (joint.about - joint.ends[0].node)) @ axes
-    moment = np.cross(x - point, force) + np.cross(d, couples).sum(axis=0)
-    axes = _axes(group, joint, row, q)
-    # what the left-hand side resists with is the opposite of what acts; without a sign of zero
-    return 0.0 - np.stack([axes @ force, axes @ moment, force, moment])
 
+    def __init__(
+        self, group: JointGroup, second: int, items: Sequence[Any], number: Mapping[str, int]
+    ) -> None:
+        self._group, (self._cells, joints) = group, items
+        self.numbers = [number[joint.joint.name] for joint in joints]
+        self._second = Places(group, second, self._cells, joints)
+        self._first = Places(group, 0, self._cells, joints)
+        self._about: Floats | None = None
+        self._axes: Floats | None = None
+        if joints[0].about is not None:
+            ends = [joint.ends[0] for joint in joints]
+            arms = [e.directors @ (j.about - e.node) for e, j in zip(ends, joints, strict=True)]
+            self._about = np.array(arms)
+        if joints[0].vectors[0] > 0:
+            axes = [joint.shown @ joint.ends[0].directors.T for joint in joints]
+            self._axes = np.array(axes)
 
-def _end(
-    group: JointGroup, joint: BoundJoint, which: int, row: int, q: Floats, r: Floats
-) -> tuple[Floats, Floats, Floats, Floats]:
-    """Position and directors of a node, and the virtual work on them."""
-    place, end = group.ends[which], joint.ends[which]
-    at = rows(group, place, "u", row)
-    x, force = end.node + q[at], r[at]
-    if not place.turns:
-        return x, np.zeros((0, 3)), force, np.zeros((0, 3))
-    at = rows(group, place, "w", row)
-    return x, end.directors + q[at].reshape(-1, 3), force, r[at].reshape(-1, 3)
+    def values(self, q: Floats, work: Floats) -> Floats:
+        """Force and moment on the second bodies in joint's and scene's frames, shape (n, 4, 3).
 
+        Args:
+            q: State of the group at which its forces act.
+            work: Virtual work of its forces for each dof, positive on the left-hand side.
+        """
+        if self._about is None:
+            about = self._second.points(q)
+        else:
+            arms = np.einsum("nk,nki->ni", self._about, self._first.directors(q))
+            about = self._first.nodes(q) + arms
+        scene = np.stack(self._second.moments(q, work, about), axis=1)
+        own = scene
+        if self._axes is not None:
+            axes = self._turned(self._axes @ self._first.directors(q), q)
+            own = np.einsum("nai,nfi->nfa", axes, scene)
+        # what the left-hand side resists with is the opposite of what acts; without a sign of zero
+        return 0.0 - np.concatenate([own, scene], axis=1)
 
-def _axes(group: JointGroup, joint: BoundJoint, row: int, q: Floats) -> Floats:
-    """The joint's axes as rows: those that turn with its first place, if its kind has them."""
-    if joint.vectors[0] == 0:
-        return np.eye(3)
-    _, d, _, _ = _end(group, joint, 0, row, q, q)
-    axes, heading = joint.shown @ joint.ends[0].directors.T @ d, group.heading(row, q)
-    if heading is not None:
-        (c, s), axes = heading / np.linalg.norm(heading), np.array(axes)
-        axes[:2] = c * axes[0] + s * axes[1], c * axes[1] - s * axes[0]
-    return np.asarray(axes)
+    def _turned(self, axes: Floats, q: Floats) -> Floats:
+        """Axes as rows, turned about their third ones where joints head somewhere."""
+        for k, row in enumerate(self._cells if self._group.heads else ()):
+            c, s = (heading := self._group.heading(row, q)) / np.linalg.norm(heading)
+            axes[k, :2] = [c * axes[k, 0] + s * axes[k, 1], c * axes[k, 1] - s * axes[k, 0]]
+        return axes

@@ -1,0 +1,77 @@
+"""One end of each of some joints, read from the state of their group."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from shellmb.model.joints.joints import BoundJoint, JointGroup
+
+Floats = npt.NDArray[np.float64]
+
+
+class Places:
+    """One end of each of some joints of a group, in the state of the group.
+
+    Args:
+        group: The group.
+        which: 0 for the first, 1 for the second end.
+        cells: Local cells of the joints.
+        joints: The joints.
+
+    Attributes:
+        turn: Whether directors matter at this end; if not, it has none here.
+    """
+
+    def __init__(
+        self, group: JointGroup, which: int, cells: Sequence[int], joints: Sequence[BoundJoint]
+    ) -> None:
+        place, ends = group.ends[which], [joint.ends[which] for joint in joints]
+        self.turn = place.turns
+        self._u = _dofs(group, f"u{place.tag}", cells)
+        self._nodes = np.array([end.node for end in ends])
+        if not self.turn:
+            return
+        self._w = _dofs(group, f"w{place.tag}", cells).reshape(len(ends), -1, 3)
+        self._directors = np.array([end.directors for end in ends])
+        self._offsets = np.array([end.offset for end in ends])
+
+    def nodes(self, q: Floats) -> Floats:
+        """Positions of the nodes, shape (n, 3), m."""
+        return np.asarray(self._nodes + q[self._u])
+
+    def directors(self, q: Floats) -> Floats:
+        """Directors of the nodes, shape (n, m, 3)."""
+        return np.asarray(self._directors + q[self._w])
+
+    def points(self, q: Floats) -> Floats:
+        """Positions of the ends themselves, shape (n, 3), m."""
+        x = self.nodes(q)
+        return x + np.einsum("nk,nki->ni", self._offsets, self.directors(q)) if self.turn else x
+
+    def moments(self, q: Floats, work: Floats, about: Floats) -> tuple[Floats, Floats]:
+        """Forces and their moments, each of shape (n, 3).
+
+        Args:
+            q: State of the group.
+            work: Virtual work for each of its dofs.
+            about: Points that moments are about, shape (n, 3), m.
+        """
+        force = work[self._u]
+        moment = cross(self.nodes(q) - about, force)
+        if self.turn:
+            moment += cross(self.directors(q), work[self._w]).sum(axis=1)
+        return force, moment
+
+
+def _dofs(group: JointGroup, part: str, cells: Sequence[int]) -> npt.NDArray[np.intp]:
+    dofs = group.mixed.dofs[part].reshape(-1, group.mixed.parts[part][1])
+    return np.asarray(dofs[list(cells)], dtype=np.intp)
+
+
+def cross(a: Floats, b: Floats) -> Floats:
+    """Cross products of vectors along the last axis, of few at a third of `np.cross`'s time."""
+    first, second = [1, 2, 0], [2, 0, 1]
+    return np.asarray(a[..., first] * b[..., second] - a[..., second] * b[..., first])
