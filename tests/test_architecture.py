@@ -255,6 +255,18 @@ def test_nothing_of_others_is_replaced() -> None:
     assert found == REPLACED
 
 
+def test_descriptors_of_the_process_stay_open() -> None:
+    """Only streams that were closed when shellmb began are opened, under the numbers they have."""
+    taking = {"os.dup", "os.dup2", "os.closerange"}
+    found = {
+        m
+        for m in MODULES
+        for n in parsed(m)
+        if isinstance(n, ast.Attribute | ast.Name) and ast.unparse(n) in taking
+    }
+    assert found == {"shellmb.guarding.streams"}
+
+
 @pytest.mark.parametrize("module", sorted(m for m in MODULES if layer(m) == "measuring"))
 def test_measuring_knows_nobody_who_measures(module: str) -> None:
     users = {"studies", "effects", "verify", "api", "cli"}

@@ -1,15 +1,12 @@
 """Newton's method with a convergence test per field; DOLFINx's solver, or PETSc's SNES.
 
-Both hold the loop around `Iteration`. They are kept in this one module because DOLFINx's
-`NewtonSolver` is deprecated.
+Both hold the loop around `Iteration`. DOLFINx's `NewtonSolver` is deprecated: where it is gone,
+the same loop is in this module.
 """
 
 from __future__ import annotations
 
-import os
-import sys
-from collections.abc import Callable, Hashable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Hashable
 from typing import Any, Protocol
 
 from petsc4py import PETSc
@@ -18,6 +15,7 @@ from dolfinx import cpp, log  # type: ignore[attr-defined]
 
 from shellmb.errors import ConvergenceError
 from shellmb.system.newton.iteration import Iteration
+from shellmb.system.newton.messages import without_messages
 
 # DOLFINx logs a warning where Newton fails; here that is an error with words of its own, or a
 # smaller step
@@ -104,22 +102,8 @@ def _shell(ksp: PETSc.KSP, iteration: Iteration, running: Running[Any]) -> PETSc
     return none
 
 
-@contextmanager
-def _silent_stderr() -> Iterator[None]:
-    """Close stderr for a moment, also to C++: DOLFINx says there that its solver is deprecated."""
-    sys.stderr.flush()
-    kept, nowhere = os.dup(2), os.open(os.devnull, os.O_WRONLY)
-    os.dup2(nowhere, 2)
-    try:
-        yield
-    finally:
-        os.dup2(kept, 2)
-        os.close(kept)
-        os.close(nowhere)
-
-
-class DolfinxNewton:
-    """DOLFINx's `NewtonSolver` on a block system.
+class LoopNewton:
+    """The loop of DOLFINx's `NewtonSolver`: DOLFINx's own or, where that is gone, `_loop`.
 
     Args:
         iteration: What it iterates.
@@ -127,21 +111,44 @@ class DolfinxNewton:
 
     def __init__(self, iteration: Iteration) -> None:
         self.iteration, self.system = iteration, iteration.system
-        with _silent_stderr():
-            solver = cpp.nls.petsc.NewtonSolver(self.system.comm)
-        running = self._running = Running[DolfinxNewton]()
         self._converged = False
+        self._solve = self._dolfinx() if has_newton_solver() else self._loop
+        self._dx = self.system.x.duplicate()
+
+    def _dolfinx(self) -> Callable[[PETSc.Vec], tuple[int, bool]]:
+        """DOLFINx's solver, which says at each call of its constructor that it is deprecated."""
+        with without_messages():
+            solver = cpp.nls.petsc.NewtonSolver(self.system.comm)
+        running = self._running = Running[LoopNewton]()
         solver.setF(lambda x, b: running.now.iteration.residual(x, b), self.system.b)
-        self._matrix = _shell(solver.krylov_solver, iteration, running)
+        self._matrix = _shell(solver.krylov_solver, self.iteration, running)
         # what is assembled, and when, is up to the linear solution
         solver.setJ(lambda x, A: None, self._matrix)
         solver.set_update(lambda solver, dx, x: running.now._update(dx, x))
         solver.set_convergence_check(lambda solver, dx: (1.0, running.now._converged))
         solver.convergence_criterion = "incremental"
-        solver.max_it = iteration.settings.max_iterations
+        solver.max_it = self.iteration.settings.max_iterations
         solver.error_on_nonconvergence = False
         solver.report = False
-        self._solver = solver
+
+        def solve(x: PETSc.Vec) -> tuple[int, bool]:
+            with running(self):
+                return solver.solve(x)
+
+        return solve
+
+    def _loop(self, x: PETSc.Vec) -> tuple[int, bool]:
+        """Do what DOLFINx's solver does: number of iterations, and whether they converged."""
+        iteration, b, dx = self.iteration, self.system.b, self._dx
+        iteration.residual(x, b)
+        for k in range(iteration.settings.max_iterations):
+            iteration.solve_linear(b, dx)
+            self._update(dx, x)
+            iteration.residual(x, b)
+            # the first update is always followed by another
+            if k > 0 and self._converged:
+                return k + 1, True
+        return iteration.settings.max_iterations, False
 
     def _update(self, dx: PETSc.Vec, x: PETSc.Vec) -> None:
         if self.iteration.failure is not None:
@@ -166,11 +173,15 @@ class DolfinxNewton:
             self.iteration.update()
             return 1
         self._converged = False
-        with self._running(self):
-            iterations, converged = self._solver.solve(self.system.x)
+        iterations, converged = self._solve(self.system.x)
         if not converged:
             raise self.iteration.unfinished()
         return int(iterations)
+
+
+def has_newton_solver() -> bool:
+    """Whether this DOLFINx has a `NewtonSolver`; its main branch has none since August 2026."""
+    return hasattr(getattr(getattr(cpp, "nls", None), "petsc", None), "NewtonSolver")
 
 
 class SnesNewton:
@@ -230,4 +241,4 @@ class SnesNewton:
         return int(self._snes.getIterationNumber())
 
 
-NEWTON: dict[str, Callable[[Iteration], Nonlinear]] = {"newton": DolfinxNewton, "snes": SnesNewton}
+NEWTON: dict[str, Callable[[Iteration], Nonlinear]] = {"newton": LoopNewton, "snes": SnesNewton}
