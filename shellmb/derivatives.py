@@ -45,7 +45,7 @@ class Record:
     constants: tuple[int, ...] = ()
 
 
-class Known:
+class CachedDerivative:
     """A derivative whose kernel can be known without it.
 
     Args:
@@ -91,7 +91,7 @@ class Known:
         return folder / f"{name}.{self.label}"
 
 
-class Derivative(Known):
+class Derivative(CachedDerivative):
     """The derivative of a form by functions that are among its coefficients.
 
     Args:
@@ -183,7 +183,7 @@ def through(form: Form, take: Callable[[Any], Any]) -> Form:
     return map_integrands(whole, form)
 
 
-class Written(Known):
+class Written(CachedDerivative):
     """A derivative that is written by hand, with a form that is always written.
 
     Args:

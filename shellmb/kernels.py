@@ -22,13 +22,13 @@ from dolfinx.fem.forms import form_cpp_class, get_integration_domains
 from ufl import Form
 from ufl.core.expr import Expr
 
+from shellmb.barrier import arrive
 from shellmb.compiling.compiler import compile_new, library
 from shellmb.compiling.flags import KERNEL_FLAGS, Item, flags_for
 from shellmb.compiling.store import is_whole, loading, usable
-from shellmb.derivatives import Known, Record, read, write
+from shellmb.derivatives import CachedDerivative, Record, read, write
 from shellmb.errors import RunError
 from shellmb.guarding.surroundings import cache_root, user_options
-from shellmb.waiting import arrive
 
 JIT_OPTIONS = {"cffi_extra_compile_args": KERNEL_FLAGS}
 
@@ -87,7 +87,7 @@ def compile_all(forms: Sequence[Form], flags: Sequence[str] = ()) -> list[fem.Fo
 
 
 def compile_with_derivatives(
-    forms: Sequence[Form | Known], flags: Sequence[str] = ()
+    forms: Sequence[Form | CachedDerivative], flags: Sequence[str] = ()
 ) -> list[fem.Form | None]:
     """Forms and derivatives of forms compiled side by side; see `compile_all`.
 
@@ -172,7 +172,7 @@ def _compiled(form: Form, flags: Sequence[str]) -> fem.Form:
 
 
 def _known(
-    forms: Sequence[Form | Known], flags: Sequence[str]
+    forms: Sequence[Form | CachedDerivative], flags: Sequence[str]
 ) -> tuple[list[Any], dict[Any, Record]]:
     """Where records of derivatives are kept, numbers of forms; and records with kernels."""
     folder, records = cache_folder(), {}
@@ -187,7 +187,7 @@ def _known(
     return places, records
 
 
-def _differentiated(derivative: Known, known: Record) -> fem.Form | None:
+def _differentiated(derivative: CachedDerivative, known: Record) -> fem.Form | None:
     """The derivative of a form with a kernel that is known, without taking it."""
     if not known.kernel:
         return None

@@ -8,14 +8,14 @@ from petsc4py import PETSc
 import numpy as np
 import numpy.typing as npt
 
+from shellmb.checked_model import checked_model
 from shellmb.errors import ConvergenceError, SceneError, petsc_in_words
+from shellmb.modal.tangent import Blocks, bending_scales, tangent
 from shellmb.model.model import Model
 from shellmb.observers.fields.modal import ModalNodes, modal_members
 from shellmb.scene import Scene
 from shellmb.scene.loads.loads import Gravity
-from shellmb.simulate.reduction.tangent import Blocks, bending_scales, tangent
 from shellmb.simulate.simulation import Simulation
-from shellmb.simulate.soundness.sound import sound_model
 from shellmb.simulate.stability import Stability
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.direct.symmetry import is_symmetric
@@ -130,7 +130,7 @@ def natural_modes(
     moving = scene.with_options(scheme="ep", dt=scene.dt or 1.0, t_end=scene.t_end or 1.0)
     state = Simulation(scene.with_options(scheme="static"), comm) if loaded else None
     # forces of joints and supports are those of the equilibrium, in its unit
-    model, _ = sound_model(moving, comm, None if state is None else state.model.force)
+    model, _ = checked_model(moving, comm, None if state is None else state.model.force)
     if state is not None:
         state.run()
     system, stiffness, mass = _tangent_at(model, state)

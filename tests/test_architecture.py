@@ -29,9 +29,13 @@ FLOW = (
     "model",
     "schemes",
     "system",
+    "bodyfields",
+    "constraint_analysis",
+    "modal",
+    "checked_model",
     "simulate",
     "observers",
-    "watches",
+    "diagnostics",
 )
 FIRST = (
     "errors",
@@ -39,7 +43,7 @@ FIRST = (
     "clock",
     "locks",
     "stopping",
-    "waiting",
+    "barrier",
     "compiling",
     "derivatives",
     "kernels",
@@ -50,7 +54,7 @@ RANK = {name: rank for rank, name in enumerate((*FIRST, *FLOW))}
 TOP = (
     "show",
     "vibration",
-    "moving",
+    "rotating",
     "options",
     "running",
     "api",
@@ -167,7 +171,8 @@ def test_system_knows_no_shells(module: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "module", sorted(m for m in MODULES if layer(m) not in (*TOP, "watches") and not evidence(m))
+    "module",
+    sorted(m for m in MODULES if layer(m) not in (*TOP, "diagnostics") and not evidence(m)),
 )
 def test_nobody_depends_on_observers(module: str) -> None:
     others = {layer(name) for name in imports(module)} - {layer(module)}

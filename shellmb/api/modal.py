@@ -171,7 +171,7 @@ def modes(
         )
         made = ModeShapes(directory, found)
     else:
-        from shellmb.moving.files import find_campbell
+        from shellmb.rotating.files import find_campbell
 
         turning = (rates, count, loaded, axis, about)
         over, _ = find_campbell(
@@ -196,7 +196,7 @@ def _about(
     comm: MPI.Comm,
 ) -> StateModes:
     """Modes about a state of a run."""
-    from shellmb.moving.files import find_state_modes
+    from shellmb.rotating.files import find_state_modes
 
     if loaded:
         raise SceneError("modes: loaded is given with a state, whose loads act; leave it out")

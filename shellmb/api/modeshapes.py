@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     import pandas as pd
     import pyvista as pv
 
-    from shellmb.moving.state import StateModes as AboutState
+    from shellmb.rotating.state import StateModes as AboutState
     from shellmb.vibration import Modes
 
 TABLE = "modes.csv"

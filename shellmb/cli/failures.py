@@ -17,7 +17,7 @@ import typer
 
 from shellmb.errors import RunError, SceneError, ShellmbError, ShellmbWarning, Stopped
 from shellmb.guarding.streams import Stream, Unprinted
-from shellmb.running.blame import in_words, user_frame
+from shellmb.running.error_origin import in_words, user_frame
 from shellmb.stopping import EXIT, STOPPING, several_ranks
 
 # how long a rank that fails waits for the first one to say so [s]

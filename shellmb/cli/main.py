@@ -265,7 +265,7 @@ def modes(
     rates, line, point = numbers("rate", rate), numbers("axis", axis), numbers("about", about)
     found: Any
     if moving:
-        from shellmb.moving.files import find_state_modes
+        from shellmb.rotating.files import find_state_modes
 
         del options["results"]
         frame = (rates, line, point)
@@ -274,7 +274,7 @@ def modes(
             print_state_modes(found, directory)
         return found
     if rates is not None:
-        from shellmb.moving.files import find_campbell
+        from shellmb.rotating.files import find_campbell
 
         turning = (rates, count, loaded, line, point)
         found, results = find_campbell(built, directory, *turning, **options)

@@ -13,8 +13,8 @@ from shellmb.cli.failures import tell
 from shellmb.show.account import account
 
 if TYPE_CHECKING:
-    from shellmb.moving.campbell import Campbell
-    from shellmb.moving.state import StateModes
+    from shellmb.rotating.campbell import Campbell
+    from shellmb.rotating.state import StateModes
     from shellmb.running.execute import RunResult
     from shellmb.vibration import Modes
 
@@ -72,8 +72,8 @@ def print_run(result: RunResult) -> None:
     """The numbers of a run that say whether to trust it, and its results."""
     from rich.markup import escape
 
+    from shellmb.diagnostics.base import SETUP
     from shellmb.measuring.tables import console
-    from shellmb.watches.base import SETUP
 
     _print_columns(("", ""), account(result.summary).items(), show_header=False)
     to = console()

@@ -16,7 +16,7 @@ from dolfinx import cpp, fem  # type: ignore[attr-defined]
 
 from shellmb.errors import SceneError
 from shellmb.meshes.extent import check_extent
-from shellmb.meshes.living import count_in
+from shellmb.meshes.lifetime import count_in
 from shellmb.meshes.raw import Floats, Ints
 from shellmb.scene.beams.curves import Curve
 

@@ -19,7 +19,7 @@ from shellmb.errors import SceneError, ShellmbError
 from shellmb.meshes.areas import with_areas
 from shellmb.meshes.edges_where import with_edges
 from shellmb.meshes.extent import check_extent
-from shellmb.meshes.living import count_in
+from shellmb.meshes.lifetime import count_in
 from shellmb.meshes.raw import Floats, RawMesh, cell_cross, vertex_count
 from shellmb.meshes.surfaces.structured import structured_mesh
 from shellmb.scene import MeshFile, Shell, Surface

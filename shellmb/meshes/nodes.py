@@ -21,7 +21,7 @@ import numpy.typing as npt
 import ufl
 from dolfinx import cpp, fem, mesh  # type: ignore[attr-defined]
 
-from shellmb.meshes.living import count_in
+from shellmb.meshes.lifetime import count_in
 from shellmb.meshes.spaces import MixedSpace, mixed_space
 
 

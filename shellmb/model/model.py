@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from shellmb.errors import SceneError
-from shellmb.meshes.living import make_room
+from shellmb.meshes.lifetime import make_room
 from shellmb.meshes.mesh import build_surface
 from shellmb.model.body import Body, NodeLink
 from shellmb.model.frames.beam import BeamModel
@@ -21,7 +21,7 @@ from shellmb.model.frames.rigid import GROUND, RigidBodies, ground_node, rigid_n
 from shellmb.model.frames.rigidify import RigidMeshes, rigidified
 from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.joints.mechanism import Mechanism, build_mechanism
-from shellmb.model.places.finder import Finder, RigidPlaces
+from shellmb.model.locations.finder import Finder, RigidPlaces
 from shellmb.model.plausible import check_probes, doubt_thickness
 from shellmb.model.potentials.build import potential_groups
 from shellmb.model.potentials.group import PotentialGroup

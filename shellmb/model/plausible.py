@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from mpi4py import MPI
 
 from shellmb.errors import ShellmbWarning
-from shellmb.model.places.nodes import local_point
+from shellmb.model.locations.nodes import local_point
 from shellmb.scene.lookup import said
 
 if TYPE_CHECKING:

@@ -13,12 +13,12 @@ from mpi4py import MPI
 import numpy as np
 import numpy.typing as npt
 
-from shellmb.model.places.nodes import local_nodes, local_point
+from shellmb.model.locations.nodes import local_nodes, local_point
 from shellmb.observers.fields.modal import ModalNodes, modal_members
 from shellmb.observers.fields.modalresultants import ModalResultants
 from shellmb.observers.fields.nodal import Nodes
 from shellmb.observers.fields.resultants import Resultants, has_resultants
-from shellmb.observers.inframe import packed, seen, unpacked
+from shellmb.observers.relative_motion import packed, seen, unpacked
 from shellmb.observers.wholeturns import WholeTurns
 from shellmb.scene import Probe, RigidBody
 from shellmb.simulate.simulation import Silent, Simulation

@@ -18,8 +18,8 @@ from shellmb.observers.account.constraints import Constraints
 from shellmb.observers.account.energy import EnergyAccount
 from shellmb.observers.account.jumps import jump_error
 from shellmb.observers.account.momentum import Momentum
+from shellmb.observers.account.rotations import BodyRotations
 from shellmb.observers.account.step_error import controlled
-from shellmb.observers.account.turning import Turning
 from shellmb.observers.history import History
 from shellmb.simulate.simulation import Simulation
 
@@ -34,7 +34,7 @@ class Sources:
     momentum: Momentum
     constraints: Constraints
     history: History
-    turning: Turning
+    turning: BodyRotations
 
 
 def summarise(

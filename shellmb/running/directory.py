@@ -12,7 +12,7 @@ from mpi4py import MPI
 
 from shellmb.errors import RunError, SceneError
 from shellmb.locks import FileLock
-from shellmb.running.blame import user_frame
+from shellmb.running.error_origin import user_frame
 
 # name in a run directory
 LOCK = "lock"

@@ -18,6 +18,9 @@ from mpi4py import MPI
 import numpy as np
 import numpy.typing as npt
 
+from shellmb.barrier import arrive
+from shellmb.diagnostics.base import Caution, doubted, heard
+from shellmb.diagnostics.registry import cautions
 from shellmb.errors import (
     ControlError,
     ConvergenceError,
@@ -32,8 +35,8 @@ from shellmb.observers.files.checkpoint import Saved
 from shellmb.observers.files.described import describe
 from shellmb.observers.path import path_points
 from shellmb.observers.summary import summarise, write_json
-from shellmb.running.blame import in_words, user_frame
 from shellmb.running.directory import claimed, written
+from shellmb.running.error_origin import in_words, user_frame
 from shellmb.running.loader import is_file_name
 from shellmb.running.memory import check_memory
 from shellmb.running.request import REQUEST, Request
@@ -43,9 +46,6 @@ from shellmb.scene import Scene
 from shellmb.scene.checks import effect
 from shellmb.simulate.simulation import PAST, Observer, Simulation
 from shellmb.stopping import STOPPING
-from shellmb.waiting import arrive
-from shellmb.watches.base import Caution, doubted, heard
-from shellmb.watches.registry import cautions
 
 if TYPE_CHECKING:
     import pandas as pd

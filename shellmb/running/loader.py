@@ -25,7 +25,7 @@ from typing import Any
 from pydantic import PydanticUserError, TypeAdapter, ValidationError
 
 from shellmb.errors import SceneError, ShellmbError
-from shellmb.running.blame import in_words, user_frame
+from shellmb.running.error_origin import in_words, user_frame
 from shellmb.scene import Scene
 
 DEMOS = "shellmb.demos"

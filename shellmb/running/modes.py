@@ -9,6 +9,7 @@ from typing import Any
 
 from mpi4py import MPI
 
+from shellmb.barrier import arrive
 from shellmb.guarding.writing import make_folder, write_text
 from shellmb.model.model import Model
 from shellmb.observers.files.described import describe
@@ -22,7 +23,6 @@ from shellmb.running.standard import FIELDS, SUMMARY
 from shellmb.scene import Scene
 from shellmb.stopping import STOPPING
 from shellmb.vibration import Modes, Shape, natural_modes
-from shellmb.waiting import arrive
 
 
 def find_modes(

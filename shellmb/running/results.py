@@ -8,7 +8,7 @@ from typing import Any
 from mpi4py import MPI
 
 from shellmb.errors import RunError, ShellmbError
-from shellmb.running.blame import in_words
+from shellmb.running.error_origin import in_words
 
 type Results = Callable[..., dict[str, float]]
 

@@ -6,11 +6,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from shellmb.diagnostics.registry import watches
 from shellmb.observers.account.constraints import Constraints
 from shellmb.observers.account.energy import EnergyAccount
 from shellmb.observers.account.momentum import Momentum
+from shellmb.observers.account.rotations import BodyRotations
 from shellmb.observers.account.step_error import StepError
-from shellmb.observers.account.turning import Turning
 from shellmb.observers.control import ControlColumns
 from shellmb.observers.files.checkpoint import Checkpoint
 from shellmb.observers.forces.contacts import ContactForces
@@ -22,7 +23,6 @@ from shellmb.observers.probes import Probes
 from shellmb.observers.summary import Sources
 from shellmb.running.stop import Stop
 from shellmb.simulate.simulation import Observer
-from shellmb.watches.registry import watches
 
 if TYPE_CHECKING:
     from shellmb.observers.files.frames import Frames
@@ -47,7 +47,7 @@ class StandardObservers:
 
     def __init__(self, directory: Path | None, others: Sequence[Observer] = ()) -> None:
         energy, constraints = EnergyAccount(), Constraints()
-        momentum, turning, joints = Momentum(energy), Turning(), JointForces()
+        momentum, turning, joints = Momentum(energy), BodyRotations(), JointForces()
         self.named: dict[str, Observer] = {
             "energy": energy,
             "constraints": constraints,

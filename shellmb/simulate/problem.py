@@ -11,15 +11,7 @@ import numpy as np
 import numpy.typing as npt
 from dolfinx import fem
 
-from shellmb.errors import ConvergenceError
-from shellmb.model.body import Body, TimeFunction
-from shellmb.model.model import Model
-from shellmb.schemes.base import END, Levels, Scheme
-from shellmb.schemes.linearised import at_reference
-from shellmb.schemes.quadratic import RATE, QuadraticInTime
-from shellmb.schemes.residuals.pathforms import PathForms
-from shellmb.schemes.residuals.residual import StageForms, stage_forms
-from shellmb.simulate.fields import (
+from shellmb.bodyfields import (
     body_directors,
     body_field,
     kinematic_dofs,
@@ -28,6 +20,14 @@ from shellmb.simulate.fields import (
     resultant_dofs,
     without_impulse,
 )
+from shellmb.errors import ConvergenceError
+from shellmb.model.body import Body, TimeFunction
+from shellmb.model.model import Model
+from shellmb.schemes.base import END, Levels, Scheme
+from shellmb.schemes.linearised import at_reference
+from shellmb.schemes.quadratic import RATE, QuadraticInTime
+from shellmb.schemes.residuals.pathforms import PathForms
+from shellmb.schemes.residuals.residual import StageForms, stage_forms
 from shellmb.simulate.predictor import Predictor
 from shellmb.simulate.pushes import Pushes
 from shellmb.simulate.start.consistent import VelocityProjection

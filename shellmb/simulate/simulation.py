@@ -10,6 +10,7 @@ from mpi4py import MPI
 
 import numpy as np
 
+from shellmb.checked_model import checked_model
 from shellmb.clock import now
 from shellmb.errors import ConvergenceError, petsc_in_words
 from shellmb.forms.steps.discrete import taken_once
@@ -21,11 +22,10 @@ from shellmb.schemes.base import Scheme
 from shellmb.schemes.localerror import local_error
 from shellmb.schemes.registry import make_scheme
 from shellmb.simulate.control.control import Control
+from shellmb.simulate.dropped import DroppedConstraints
 from shellmb.simulate.own import OwnScene
 from shellmb.simulate.paths.arclength import ArcSize, PathSteps
 from shellmb.simulate.problem import Problem
-from shellmb.simulate.soundness.dropped import DroppedConstraints
-from shellmb.simulate.soundness.sound import sound_model
 from shellmb.simulate.start.start import Start
 from shellmb.simulate.stepping import Arrays, Attempt, StepInfo, Stepping, TimeSteps
 from shellmb.simulate.stepsize.control import StepSize
@@ -139,7 +139,7 @@ class Simulation:
         self.size = self._size()
         self.last: StepInfo | None = None
         self.model: Model
-        self.model, self.redundant = sound_model(scene, comm)
+        self.model, self.redundant = checked_model(scene, comm)
         self.problem = Problem(self.model, self.scheme)
         self._start = start = Start(self.problem, self.size.dt)
         start.positions()

@@ -18,8 +18,8 @@ from petsc4py import PETSc
 import numpy as np
 import numpy.typing as npt
 
+from shellmb.bodyfields import NONE
 from shellmb.model.model import Model
-from shellmb.simulate.fields import NONE
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.direct.inertia import Inertia
 from shellmb.system.direct.mumps import new_prefix

@@ -8,7 +8,7 @@ from dolfinx import fem, geometry
 from numpy.typing import NDArray
 
 from shellmb.kernels import compiled
-from shellmb.model.places.nodes import Place, local_nodes
+from shellmb.model.locations.nodes import Place, local_nodes
 from shellmb.scene import Scene
 from shellmb.simulate.simulation import Silent, Simulation
 

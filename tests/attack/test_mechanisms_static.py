@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import ufl
 
+from shellmb.checked_model import checked_model
 from shellmb.errors import SceneError
 from shellmb.scene import (
     GROUND,
@@ -46,7 +47,6 @@ from shellmb.scene import (
     Weld,
 )
 from shellmb.simulate.simulation import Simulation
-from shellmb.simulate.soundness.sound import sound_model
 from shellmb.vibration import natural_modes
 
 SECTION = Isotropic(E=1e5, nu=0.3, thickness=0.05, density=1.0)
@@ -246,7 +246,7 @@ FREE: dict[str, tuple[dict[str, Any], str]] = {
 def test_what_nothing_holds_is_named(case: str) -> None:
     options, said = FREE[case]
     with pytest.raises(SceneError) as error:
-        sound_model(Scene("s", **options), MPI.COMM_WORLD)
+        checked_model(Scene("s", **options), MPI.COMM_WORLD)
     assert str(error.value).startswith("statics: nothing holds these motions: ")
     assert said in str(error.value)
 
@@ -293,12 +293,12 @@ HELD: dict[str, dict[str, Any]] = {
 
 @pytest.mark.parametrize("case", HELD)
 def test_what_is_held_is_accepted(case: str) -> None:
-    sound_model(Scene("s", **HELD[case]), MPI.COMM_WORLD)
+    checked_model(Scene("s", **HELD[case]), MPI.COMM_WORLD)
 
 
 def test_in_time_everything_may_move() -> None:
     options = plate(HALF) | {"scheme": "ep", "dt": 0.1, "t_end": 0.1}
-    sound_model(Scene("s", **options), MPI.COMM_WORLD)
+    checked_model(Scene("s", **options), MPI.COMM_WORLD)
 
 
 def test_the_size_of_a_scene_does_not_matter() -> None:
@@ -306,9 +306,9 @@ def test_the_size_of_a_scene_does_not_matter() -> None:
     for size in (1e-3, 1e3):
         section = replace(SECTION, thickness=0.05 * size)
         small = replace(PLATE, surface=Rectangle(size, 0.5 * size), section=section)
-        sound_model(Scene("s", **plate(Clamped("left"), shells=small)), MPI.COMM_WORLD)
+        checked_model(Scene("s", **plate(Clamped("left"), shells=small)), MPI.COMM_WORLD)
         with pytest.raises(SceneError, match=r"'plate' can turn about y through \(0, "):
-            sound_model(Scene("s", **plate(Hinged("left"), shells=small)), MPI.COMM_WORLD)
+            checked_model(Scene("s", **plate(Hinged("left"), shells=small)), MPI.COMM_WORLD)
 
 
 def test_a_motion_is_refused_before_anything_is_compiled(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -329,12 +329,12 @@ def test_the_tangent_is_singular_along_what_is_named_and_nothing_else() -> None:
 
 
 TWO_RANKS = """
-from test_mechanisms_static import FREE, MPI, Scene, SceneError, sound_model
+from test_mechanisms_static import FREE, MPI, Scene, SceneError, checked_model
 
 for case in ("a kinked join", "a rod about a shell's director", "a foundation along z"):
     options, said = FREE[case]
     try:
-        sound_model(Scene("s", **options), MPI.COMM_WORLD)
+        checked_model(Scene("s", **options), MPI.COMM_WORLD)
     except SceneError as error:
         found = MPI.COMM_WORLD.gather(said in str(error))
         print(*(found or []), end=" ")

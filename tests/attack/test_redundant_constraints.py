@@ -8,6 +8,7 @@ from mpi4py import MPI
 import numpy as np
 import pytest
 
+from shellmb.checked_model import checked_model
 from shellmb.errors import SceneError
 from shellmb.scene import (
     GROUND,
@@ -30,7 +31,6 @@ from shellmb.scene import (
     Weld,
 )
 from shellmb.simulate.simulation import Simulation
-from shellmb.simulate.soundness.sound import sound_model
 from shellmb.vibration import natural_modes
 
 SECTION = Isotropic(E=1e5, nu=0.0, thickness=0.05, density=1.0)
@@ -168,7 +168,7 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
 def test_what_is_wrong_is_named(case: str, scheme: str) -> None:
     options, said = WRONG[case]
     with pytest.raises(SceneError) as error:
-        sound_model(Scene("s", scheme=scheme, **options, **TIMES[scheme]), MPI.COMM_WORLD)
+        checked_model(Scene("s", scheme=scheme, **options, **TIMES[scheme]), MPI.COMM_WORLD)
     assert said in str(error.value)
 
 
@@ -226,7 +226,7 @@ CONSISTENT: dict[str, tuple[dict[str, Any], int]] = {
 @pytest.mark.parametrize("case", CONSISTENT)
 def test_what_is_consistent_is_left_out(case: str) -> None:
     options, count = CONSISTENT[case]
-    _, redundant = sound_model(Scene("s", **options), MPI.COMM_WORLD)
+    _, redundant = checked_model(Scene("s", **options), MPI.COMM_WORLD)
     assert len(redundant) == count
 
 

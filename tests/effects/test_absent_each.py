@@ -259,4 +259,4 @@ def test_modes_beside_runs_are_not_even_loaded() -> None:
     code = "import sys, shellmb.running.execute as e; e.Simulation; print(*sys.modules)"
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, check=True).stdout
     assert b"shellmb.running.execute" in loaded
-    assert b"shellmb.moving" not in loaded
+    assert b"shellmb.rotating" not in loaded

@@ -10,7 +10,7 @@ from dolfinx import fem
 from shellmb.forms.constraints.joints import KINDS
 from shellmb.forms.steps.mixed import Interval
 from shellmb.model.joints.joints import BoundJoint, JointGroup
-from shellmb.model.places.ends import End, frame_about
+from shellmb.model.locations.ends import End, frame_about
 from shellmb.scene import Spherical
 from tests.forms.conftest import compiled
 

@@ -11,6 +11,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import shellmb as sm
+from shellmb.diagnostics.forces import undetermined
+from shellmb.diagnostics.forces.undetermined import Undetermined
 from shellmb.errors import ConvergenceError
 from shellmb.scene import (
     GROUND,
@@ -25,8 +27,6 @@ from shellmb.scene import (
 )
 from shellmb.simulate.simulation import Simulation
 from shellmb.system.newton import roundoff
-from shellmb.watches.forces import undetermined
-from shellmb.watches.forces.undetermined import Undetermined
 
 CELLS, G, Z = 5, 9.81, (0.0, 0.0, 1.0)
 # angle of the cranks to the base at the start, rad, and how fast they come down, rad/s

@@ -131,7 +131,7 @@ FAULTS: tuple[Fault, ...] = (
         "before = doubted([*effect.doubts(scene), *doubts])",
         "before = doubted(doubts)",
         (
-            "tests/watches/test_run_warnings.py::"
+            "tests/diagnostics/test_run_warnings.py::"
             "test_doubts_about_a_scene_are_in_the_record_of_its_run",
         ),
     ),
@@ -156,8 +156,8 @@ FAULTS: tuple[Fault, ...] = (
     Fault(
         "forces of joints in the unit of statics, taken by a model of motions",
         "shellmb/vibration.py",
-        "model, _ = sound_model(moving, comm, None if state is None else state.model.force)",
-        "model, _ = sound_model(moving, comm)",
+        "model, _ = checked_model(moving, comm, None if state is None else state.model.force)",
+        "model, _ = checked_model(moving, comm)",
         (
             "tests/modes/test_loaded_mechanisms.py::test_a_pendulum_swings_by_its_weight[0.2]",
             "tests/modes/test_loaded_mechanisms.py::test_a_force_that_keeps_its_direction"

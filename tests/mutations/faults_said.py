@@ -2,16 +2,16 @@
 
 from .faults import Fault
 
-NUMBERS = "tests/watches/test_numbers.py"
+NUMBERS = "tests/diagnostics/test_numbers.py"
 BOUNDS = f"{NUMBERS}::test_bounds_are_where_they_are_said_to_be"
 SENTENCES = f"{NUMBERS}::test_sentences_of_numbers_that_are_given"
 UNITS = "tests/show/test_units.py"
 CAMPBELL = f"{UNITS}::test_a_campbell_diagram_has_its_data"
-HERTZ = "tests/moving/test_hertz.py"
+HERTZ = "tests/rotating/test_hertz.py"
 REMEMBERED = (
     "tests/run/test_what_is_remembered.py::test_a_run_that_went_on_says_what_the_whole_run_says"
 )
-WATCHES = "shellmb/watches"
+WATCHES = "shellmb/diagnostics"
 ACCOUNT = "shellmb/observers/account"
 
 FAULTS: tuple[Fault, ...] = (
@@ -161,21 +161,21 @@ FAULTS: tuple[Fault, ...] = (
     # frequencies and their picture
     Fault(
         "complex modes in radians under the name of hertz",
-        "shellmb/moving/modes.py",
+        "shellmb/rotating/modes.py",
         "return self.omega / (2 * np.pi)",
         "return self.omega",
         (f"{HERTZ}::test_modes_at_rates", f"{HERTZ}::test_modes_about_a_state_of_a_run"),
     ),
     Fault(
         "frequencies without damping",
-        "shellmb/moving/modes.py",
+        "shellmb/rotating/modes.py",
         "return np.asarray(self.values.imag)",
         "return np.abs(self.values)",
         (f"{HERTZ}::test_modes_at_rates",),
     ),
     Fault(
         "growth and frequency change places in the table",
-        "shellmb/moving/files.py",
+        "shellmb/rotating/files.py",
         "(modes.frequencies[k], value.imag, value.real,",
         "(modes.frequencies[k], value.real, value.imag,",
         (f"{HERTZ}::test_modes_at_rates",),

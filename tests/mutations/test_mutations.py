@@ -17,7 +17,7 @@ import pytest
 from . import (
     faults,
     faults_control,
-    faults_places,
+    faults_locations,
     faults_recent,
     faults_said,
     faults_solution,
@@ -27,7 +27,7 @@ from .faults import Fault
 FAULTS = (
     *faults.FAULTS,
     *faults_solution.FAULTS,
-    *faults_places.FAULTS,
+    *faults_locations.FAULTS,
     *faults_control.FAULTS,
     *faults_said.FAULTS,
     *faults_recent.FAULTS,

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from shellmb.observers.account.turning import _Flexible
+from shellmb.observers.account.rotations import _Flexible
 from shellmb.observers.fields.nodal import Nodes
-from shellmb.observers.forces.holding import Arms, Carrier
+from shellmb.observers.forces.reactions import Arms, Carrier
 from shellmb.scene import Beam, Isotropic, Line, Rectangle, RectangularSection, Scene, Shell
 from shellmb.simulate.simulation import Simulation
 

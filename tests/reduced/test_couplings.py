@@ -8,7 +8,7 @@ from mpi4py import MPI  # noqa: F401  (before dolfinx)
 import numpy as np
 import numpy.typing as npt
 
-from shellmb.moving.campbell import campbell
+from shellmb.rotating.campbell import campbell
 from shellmb.scene import Isotropic, Modal, Rectangle, Scene, Shell, ShellDamping
 from shellmb.vibration import natural_modes
 

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from shellmb.errors import SceneError
+from shellmb.modal.reduce import reduce_bodies
 from shellmb.running.execute import execute
 from shellmb.scene import (
     AlongEdge,
@@ -30,7 +31,6 @@ from shellmb.scene import (
     Shell,
     Weld,
 )
-from shellmb.simulate.reduction.reduce import reduce_bodies
 from shellmb.vibration import natural_modes
 from tests.reduced.conftest import Kept, kept
 

@@ -13,6 +13,7 @@ import ufl
 from shellmb.errors import SceneError
 from shellmb.forms import shell as shell_forms
 from shellmb.forms.shell import ShellStrains
+from shellmb.modal.tangent import tangent
 from shellmb.model.model import build_model
 from shellmb.model.shells.viscous import stiffness_at_rest
 from shellmb.observers.account.energy import EnergyAccount
@@ -36,7 +37,6 @@ from shellmb.scene import (
     Solver,
     StepControl,
 )
-from shellmb.simulate.reduction.tangent import tangent
 from shellmb.simulate.simulation import Silent, Simulation
 from shellmb.system.eigenvalues import eigenpairs
 from shellmb.vibration import shift_below

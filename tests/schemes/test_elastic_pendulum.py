@@ -13,7 +13,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from shellmb.analytic.chains import Link, chain
-from shellmb.observers.forces.holding import resistance
+from shellmb.observers.forces.reactions import resistance
 from shellmb.scene import GROUND, Gravity, RigidBody, Scene, Solver, Spring
 from shellmb.simulate.simulation import Silent, Simulation
 

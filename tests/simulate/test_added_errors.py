@@ -8,11 +8,11 @@ from mpi4py import MPI  # noqa: F401  (before dolfinx)
 import numpy as np
 import pytest
 
+from shellmb.diagnostics.step_error import ADDED, StepErrors
 from shellmb.scene import InitialVelocity, RigidBody, Scene, StepControl
 from shellmb.simulate.simulation import Simulation
 from shellmb.simulate.stepsize.tolerance import ErrorSize
 from shellmb.verify.problems.mechanisms import RigidPath, double_pendulum
-from shellmb.watches.step_error import ADDED, StepErrors
 
 
 @pytest.mark.parametrize("scheme", ["ep4", "ed3"])

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from shellmb.analytic.beams import timoshenko_frequencies
+from shellmb.checked_model import checked_model
 from shellmb.observers.account.energy import EnergyAccount
 from shellmb.scene import Clamped, EdgeForce, Isotropic, Join, Rectangle, Scene, Shell
 from shellmb.simulate.simulation import Simulation
-from shellmb.simulate.soundness.sound import sound_model
 from shellmb.vibration import natural_modes
 
 L, B, T, E, RHO = 2.0, 0.2, 0.01, 7e10, 2700.0
@@ -174,7 +174,7 @@ def test_joining_each_wall_to_both_others_changes_nothing() -> None:
 
 
 def test_the_last_kink_is_the_one_that_is_left_out() -> None:
-    _, redundant = sound_model(star(("ab", "ac", "bc"), scheme="linear"), MPI.COMM_WORLD)
+    _, redundant = checked_model(star(("ab", "ac", "bc"), scheme="linear"), MPI.COMM_WORLD)
     last = [item for item in redundant if item.with_]
     assert len(last) == 8
     assert all(item.row.body == "kink between 'b' and 'c'" for item in last)

@@ -8,6 +8,7 @@ from mpi4py import MPI  # noqa: F401  (before dolfinx)
 import numpy as np
 import pytest
 
+from shellmb.diagnostics.step_error import ADDED
 from shellmb.errors import SceneError
 from shellmb.running.execute import execute
 from shellmb.running.request import Options
@@ -32,7 +33,6 @@ from shellmb.simulate.simulation import Silent, Simulation
 from shellmb.simulate.stepsize.errors import difference
 from shellmb.simulate.stepsize.tolerance import AIM, ErrorSize
 from shellmb.verify.problems.mechanisms import RigidPath, double_pendulum, pendulum_centers
-from shellmb.watches.step_error import ADDED
 
 # with the dissipation that is the default, where there is one
 # rivals are there to be compared with steps that are fixed

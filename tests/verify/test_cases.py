@@ -25,7 +25,7 @@ LONG = {
     "triangles/free plate",
     "triangles/free ring",
     "triangles/hypar",
-    # of which `tests/moving` has what is short
+    # of which `tests/rotating` has what is short
     "modes/arm",
     "modes/blade",
     "modes/disc",

@@ -28,7 +28,7 @@ from shellmb.model.joints.coordinates import gathered, scalar_links
 from shellmb.model.massless import Massless
 from shellmb.model.potentials.stops import StopForces
 from shellmb.model.signals import Signals
-from shellmb.model.written import written
+from shellmb.model.user_forms import written
 from shellmb.scene import Scene
 from shellmb.scene.lookup import said
 from shellmb.scene.multibody.elements import JointStop

@@ -29,7 +29,7 @@ from shellmb.model.rules import line_rules
 from shellmb.model.sections.damping import Resisting, StrainDamping, mass_damping, slowing, together
 from shellmb.model.sections.section import SLACK
 from shellmb.model.shells.loads import DistributedLoads
-from shellmb.model.written import virtual_work
+from shellmb.model.user_forms import virtual_work
 from shellmb.scene import Beam, BeamSection, FollowerLineForce, LineForce, LineMoment
 from shellmb.scene.loads.loads import Gravity, Load
 

@@ -28,7 +28,7 @@ from shellmb.model.body import FixedDofs, Leaping, NodeLink
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.identification import node_links
 from shellmb.model.joints.constraints import ConstraintGroup
-from shellmb.model.places.nodes import shared_nodes
+from shellmb.model.locations.nodes import shared_nodes
 from shellmb.model.shells.shell import ShellModel
 from shellmb.scene import Beam, Glue, Scene
 from shellmb.scene.loads.supports import Driven

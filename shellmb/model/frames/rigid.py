@@ -29,7 +29,7 @@ from shellmb.model.body import (
     TimeFunction,
 )
 from shellmb.model.frames.frame import FrameBody
-from shellmb.model.places.ends import End
+from shellmb.model.locations.ends import End
 from shellmb.scene.loads.loads import Gravity
 from shellmb.scene.multibody.rigid import FloatingFrame, RigidBody
 

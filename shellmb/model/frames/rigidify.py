@@ -24,7 +24,7 @@ from shellmb.model.frames.beam import BeamModel
 from shellmb.model.frames.glue import line_along
 from shellmb.model.frames.linear import build_beam
 from shellmb.model.frames.rigidpoints import RigidMeshes, ended, pointed
-from shellmb.model.places.nodes import shared_nodes
+from shellmb.model.locations.nodes import shared_nodes
 from shellmb.model.shells.shell import ShellModel
 from shellmb.scene import Beam, Gravity, RigidBody, Scene
 from shellmb.scene.loads.body_loads import FollowerForce, FollowerMoment, PointMoment

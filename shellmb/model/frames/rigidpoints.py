@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 from shellmb.model.frames.beam import BeamModel
-from shellmb.model.places.nodes import shared_nodes
+from shellmb.model.locations.nodes import shared_nodes
 from shellmb.model.shells.shell import ShellModel
 from shellmb.scene import Scene
 from shellmb.scene.lookup import said

@@ -16,9 +16,9 @@ from ufl.core.expr import Expr
 from shellmb.errors import SceneError
 from shellmb.expressions import compiled_expression
 from shellmb.forms.constraints import coordinates as forms
+from shellmb.forms.constraints.angle_work import turned, turning_rate
 from shellmb.forms.constraints.joints import Place
 from shellmb.forms.constraints.leap import Leap
-from shellmb.forms.constraints.turning import turned, turning_rate
 from shellmb.forms.steps.discrete import variation
 from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.path import Step
@@ -28,7 +28,7 @@ from shellmb.model.body import Dofs, Leaping, NodeLink, PartScale
 from shellmb.model.identification import node_links
 from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.joints.joints import BoundJoint
-from shellmb.model.places.ends import End, end_pair
+from shellmb.model.locations.ends import End, end_pair
 
 Floats = npt.NDArray[np.float64]
 # name of a joint or a force element, and "rotation", "translation" or "distance"

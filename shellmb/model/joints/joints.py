@@ -21,8 +21,8 @@ from shellmb.forms.steps.discrete import variation
 from shellmb.meshes.nodes import constant_vector, node_mesh, node_space
 from shellmb.model.body import LoadFactors, TimeFunction
 from shellmb.model.joints.constraints import ConstraintGroup
+from shellmb.model.locations.ends import End, EndGroup, end_pair, frame_about
 from shellmb.model.massless import Massless
-from shellmb.model.places.ends import End, EndGroup, end_pair, frame_about
 from shellmb.scene import Scene
 from shellmb.scene.loads.loads import Gravity
 from shellmb.scene.multibody import joints as scene_joints

@@ -44,7 +44,7 @@ from shellmb.model.joints.regions import bind
 from shellmb.model.joints.rolling import BoundContact, bind_contact, contact_groups
 from shellmb.model.joints.slipping import read_contacts
 from shellmb.model.joints.switches import Locks, State, Switched, Switches, Windows
-from shellmb.model.places.finder import Finder
+from shellmb.model.locations.finder import Finder
 from shellmb.model.shells.shell import ShellModel
 from shellmb.model.signals import Signals
 from shellmb.scene import Scene

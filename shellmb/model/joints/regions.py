@@ -14,8 +14,8 @@ import numpy.typing as npt
 
 from shellmb.errors import SceneError
 from shellmb.model.joints.joints import BoundJoint, FindEnd, bind_joint
-from shellmb.model.places.ends import End, frame_about
-from shellmb.model.places.nodes import shared_nodes
+from shellmb.model.locations.ends import End, frame_about
+from shellmb.model.locations.nodes import shared_nodes
 from shellmb.model.shells.shell import ShellModel
 from shellmb.scene.multibody.joints import Joint, Weld
 

@@ -22,7 +22,7 @@ from shellmb.forms.steps.path import Step
 from shellmb.meshes.nodes import constant_vector
 from shellmb.model.body import Leaping, PartScale
 from shellmb.model.joints.joints import BoundJoint, JointGroup
-from shellmb.model.places.ends import End, frame_about
+from shellmb.model.locations.ends import End, frame_about
 from shellmb.scene.multibody.rolling import Contact, KnifeEdge, Rolling
 
 Floats = npt.NDArray[np.float64]

@@ -15,11 +15,11 @@ from ufl.corealg.traversal import traverse_unique_terminals
 
 from shellmb.errors import SceneError
 from shellmb.meshes.nodes import node_mesh
-from shellmb.model.places.finder import Finder
+from shellmb.model.locations.finder import Finder
 from shellmb.model.potentials.contact import ContactGroup
 from shellmb.model.potentials.group import PotentialGroup
 from shellmb.model.potentials.points import MeshedBody, Points, acting_points
-from shellmb.model.written import written
+from shellmb.model.user_forms import written
 from shellmb.scene import Scene
 from shellmb.scene.loads.potentials import Potential
 from shellmb.scene.lookup import said

@@ -16,7 +16,7 @@ from ufl.core.expr import Expr
 from shellmb.errors import SceneError
 from shellmb.forms import contact as forms
 from shellmb.model.body import Rates
-from shellmb.model.places.nodes import said_point
+from shellmb.model.locations.nodes import said_point
 from shellmb.model.potentials.exact import FAR
 from shellmb.model.potentials.group import PotentialGroup
 from shellmb.model.potentials.points import Points

@@ -19,9 +19,9 @@ from shellmb.meshes.nodes import NodeMesh
 from shellmb.meshes.spaces import MixedSpace
 from shellmb.model.body import NodeLink
 from shellmb.model.frames.beam import BeamModel
-from shellmb.model.places.ends import End, EndGroup
-from shellmb.model.places.finder import Finder
-from shellmb.model.places.nodes import part_dofs, shared_nodes
+from shellmb.model.locations.ends import End, EndGroup
+from shellmb.model.locations.finder import Finder
+from shellmb.model.locations.nodes import part_dofs, shared_nodes
 from shellmb.model.shells.shell import ShellModel
 from shellmb.scene.values.validate import edge_names
 

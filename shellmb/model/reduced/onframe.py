@@ -20,7 +20,7 @@ from shellmb.meshes.spaces import MixedSpace
 from shellmb.model.body import NodeLink, PartScale, Rates
 from shellmb.model.identification import node_links
 from shellmb.model.joints.constraints import ConstraintGroup
-from shellmb.model.places.ends import End
+from shellmb.model.locations.ends import End
 from shellmb.model.reduced.data import Floats, ModalBody, amplitudes
 from shellmb.model.reduced.modes import ADVICE, Modes
 from shellmb.model.sections.damping import mass_damping

@@ -14,7 +14,7 @@ from shellmb.forms.steps.mixed import Formulation, LinearMixed
 from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
 from shellmb.kernels import compiled
 from shellmb.model.shells.varying import Rule, SectionFields
-from shellmb.model.written import resists_all, written
+from shellmb.model.user_forms import resists_all, written
 from shellmb.scene import Hyperelastic, LinearSection, Shell
 from shellmb.scene.shells.lamination import Layup
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from shellmb.errors import SceneError
 from shellmb.model.body import NodeLink
-from shellmb.model.places.nodes import ON_NODE, Nodes, shared_nodes
+from shellmb.model.locations.nodes import ON_NODE, Nodes, shared_nodes
 from shellmb.model.shells.shell import ShellModel
 from shellmb.model.supports.nodal import NodalConstraint, kink
 from shellmb.scene import Join

@@ -31,7 +31,7 @@ from shellmb.model.shells import path as shellpath
 from shellmb.model.shells.bound import BoundShell
 from shellmb.model.shells.loads import ShellLoads
 from shellmb.model.shells.viscous import strain_damping
-from shellmb.model.written import virtual_work
+from shellmb.model.user_forms import virtual_work
 
 
 class ShellModel(BoundShell):

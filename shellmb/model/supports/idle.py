@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from shellmb.errors import SceneError
-from shellmb.model.places.nodes import Meshed, shared_nodes
+from shellmb.model.locations.nodes import Meshed, shared_nodes
 from shellmb.model.supports.prescribed import Prescribed
 from shellmb.scene import Scene
 from shellmb.scene.loads.body_loads import FollowerForce, FollowerMoment, PointMoment

@@ -14,7 +14,7 @@ from shellmb.forms.state import Layout
 from shellmb.meshes.nodes import constant_vector, node_mesh, node_space
 from shellmb.model.identification import node_links
 from shellmb.model.joints.constraints import ConstraintGroup
-from shellmb.model.places.nodes import said_point
+from shellmb.model.locations.nodes import said_point
 
 Ints = npt.NDArray[np.int64]
 Floats = npt.NDArray[np.float64]

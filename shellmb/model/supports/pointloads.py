@@ -21,9 +21,9 @@ from shellmb.forms.state import Layout
 from shellmb.forms.steps.discrete import variation
 from shellmb.meshes.nodes import constant_vector, node_mesh, node_space, set_constants
 from shellmb.model.body import LoadFactors, TimeFunction
+from shellmb.model.locations.ends import End, EndGroup
+from shellmb.model.locations.finder import Finder
 from shellmb.model.massless import Massless
-from shellmb.model.places.ends import End, EndGroup
-from shellmb.model.places.finder import Finder
 from shellmb.scene import FollowerForce, FollowerMoment, PointForce, PointMoment, Scene
 
 # part of a moment about the director of a shell that counts as none

@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from shellmb.errors import SceneError
 from shellmb.model.body import FixedDofs, PrescribedTurn
-from shellmb.model.places.nodes import Meshed, shown
+from shellmb.model.locations.nodes import Meshed, shown
 from shellmb.model.supports.nodal import NodalConstraint, plane
 from shellmb.scene.lookup import said
 

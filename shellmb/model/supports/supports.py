@@ -10,8 +10,8 @@ from dolfinx import fem, mesh
 
 from shellmb.errors import SceneError
 from shellmb.model.body import FixedDofs, PrescribedTurn
-from shellmb.model.places.ends import frame_about
-from shellmb.model.places.nodes import ON_NODE, Nodes, Place, said_point, shared_nodes
+from shellmb.model.locations.ends import frame_about
+from shellmb.model.locations.nodes import ON_NODE, Nodes, Place, said_point, shared_nodes
 from shellmb.model.shells.shell import ShellModel
 from shellmb.model.supports.nodal import NodalConstraint, arm_plane
 from shellmb.model.supports.prescribed import PARALLEL, Prescribed, Rows, Supportable

@@ -11,8 +11,8 @@ import numpy.typing as npt
 
 from shellmb.model.potentials.contact import ContactGroup
 from shellmb.model.potentials.group import PotentialGroup
-from shellmb.observers.forces.holding import resistance
 from shellmb.observers.forces.impulse import last_middle
+from shellmb.observers.forces.reactions import resistance
 from shellmb.simulate.simulation import Silent, Simulation
 from shellmb.system.assembly.loops import LoopResiduals
 

@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from shellmb.model.joints.columns import COLUMN
 from shellmb.model.joints.joints import BoundJoint, JointGroup
-from shellmb.observers.forces.places import Places
+from shellmb.observers.forces.locations import Places
 from shellmb.simulate.simulation import Simulation
 
 Floats = npt.NDArray[np.float64]

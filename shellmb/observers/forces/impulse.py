@@ -24,7 +24,7 @@ from ufl import Form
 
 from shellmb.kernels import compiled
 from shellmb.model.body import Body
-from shellmb.observers.forces.holding import Arms, HeldForces, NodalForces, cells_of
+from shellmb.observers.forces.reactions import Arms, HeldForces, NodalForces, cells_of
 from shellmb.schemes.quadratic import RATE, QuadraticInTime
 from shellmb.schemes.residuals.residual import StageForms
 from shellmb.simulate.simulation import Simulation

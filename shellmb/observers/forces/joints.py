@@ -16,9 +16,9 @@ from shellmb.model.joints.joints import BoundJoint, JointGroup
 from shellmb.model.joints.mechanism import Mechanism
 from shellmb.model.model import Model
 from shellmb.observers.forces.freedoms import Freedoms
-from shellmb.observers.forces.holding import Assembled, resistance
 from shellmb.observers.forces.impulse import last_middle
-from shellmb.observers.forces.places import Places
+from shellmb.observers.forces.locations import Places
+from shellmb.observers.forces.reactions import Assembled, resistance
 from shellmb.schemes.base import END
 from shellmb.simulate.simulation import Silent, Simulation
 

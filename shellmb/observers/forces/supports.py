@@ -10,9 +10,9 @@ from mpi4py import MPI
 import numpy as np
 import numpy.typing as npt
 
+from shellmb.model.locations.nodes import local_nodes
 from shellmb.model.model import Model
-from shellmb.model.places.nodes import local_nodes
-from shellmb.observers.forces.holding import Arms, Assembled, HeldForces
+from shellmb.observers.forces.reactions import Arms, Assembled, HeldForces
 from shellmb.scene.lookup import said
 
 Floats = npt.NDArray[np.float64]

@@ -8,7 +8,13 @@ from typing import TYPE_CHECKING, Any
 from shellmb.errors import SceneError
 from shellmb.scene.beams.beam import Beam
 from shellmb.scene.beams.curves import AlongEdge, AlongLine
-from shellmb.scene.checks.places import areas_of, check_edges, check_point, edges_of, finite_in_time
+from shellmb.scene.checks.locations import (
+    areas_of,
+    check_edges,
+    check_point,
+    edges_of,
+    finite_in_time,
+)
 from shellmb.scene.loads.supports import Fixed
 from shellmb.scene.lookup import (
     bodies_of,

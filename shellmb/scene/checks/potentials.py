@@ -6,7 +6,7 @@ from collections import Counter
 from typing import TYPE_CHECKING, Any
 
 from shellmb.errors import SceneError
-from shellmb.scene.checks.places import areas_of, check_point, edges_of, points_of
+from shellmb.scene.checks.locations import areas_of, check_point, edges_of, points_of
 from shellmb.scene.lookup import bodies_of, listed, said
 from shellmb.scene.multibody.elements import JointStop
 from shellmb.scene.values.validate import show

@@ -13,8 +13,7 @@ from shellmb.scene.checks import linear as checks_linear
 from shellmb.scene.checks import multibody as checks_multibody
 from shellmb.scene.checks import reduced as checks_reduced
 from shellmb.scene.checks.control import check_control
-from shellmb.scene.checks.names import check_names
-from shellmb.scene.checks.places import (
+from shellmb.scene.checks.locations import (
     areas_of,
     check_edges,
     check_point,
@@ -22,6 +21,7 @@ from shellmb.scene.checks.places import (
     finite_in_time,
     points_of,
 )
+from shellmb.scene.checks.names import check_names
 from shellmb.scene.checks.potentials import check_potentials
 from shellmb.scene.checks.signals import check_signals
 from shellmb.scene.loads.supports import Driven, Fixed, HardSupport, Support

@@ -14,10 +14,10 @@ import numpy.typing as npt
 import ufl
 from dolfinx import fem
 
+from shellmb.bodyfields import NONE, body_field, kinematic_dofs, without_jump
 from shellmb.model.body import FixedDofs
 from shellmb.model.model import Model
 from shellmb.schemes.base import Levels
-from shellmb.simulate.fields import NONE, body_field, kinematic_dofs, without_jump
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.assembly.fields import Part
 from shellmb.system.direct.linear import Unreduced

@@ -21,12 +21,12 @@ from dolfinx import fem
 from ufl import Form
 from ufl.core.expr import Expr
 
+from shellmb.bodyfields import body_field, without_jump
 from shellmb.forms.steps.mixed import Interval
 from shellmb.model.body import Body, Rates
 from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.schemes.base import END, end_acceleration, end_velocity
 from shellmb.schemes.residuals.residual import Sample
-from shellmb.simulate.fields import body_field, without_jump
 from shellmb.simulate.problem import Problem
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.assembly.fields import Field, Part

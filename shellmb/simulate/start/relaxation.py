@@ -21,12 +21,12 @@ from dolfinx import fem
 from ufl import Form
 from ufl.core.expr import Expr
 
+from shellmb.bodyfields import body_field, residual_terms
 from shellmb.errors import ConvergenceError
 from shellmb.model.body import LoadFactors, Rates, TimeFunction
 from shellmb.model.model import Model
 from shellmb.schemes.base import Levels, at_state
 from shellmb.schemes.residuals.rows import Span
-from shellmb.simulate.fields import body_field, residual_terms
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.assembly.fields import Field, Followers, Part
 from shellmb.system.direct.mumps import new_prefix

@@ -6,12 +6,12 @@ from functools import cached_property
 
 import numpy as np
 
+from shellmb.bodyfields import kinematic_dofs
+from shellmb.constraint_analysis.redundancy import RATE_STEP, largest_gap
 from shellmb.errors import ConvergenceError, SceneError
 from shellmb.model.joints.rolling import ContactGroup
 from shellmb.model.joints.slipping import refuse_slip
-from shellmb.simulate.fields import kinematic_dofs
 from shellmb.simulate.problem import Problem
-from shellmb.simulate.soundness.redundancy import RATE_STEP, largest_gap
 from shellmb.simulate.start.endforces import EndForces
 from shellmb.simulate.start.relaxation import Relaxation
 

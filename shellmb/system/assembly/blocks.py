@@ -18,7 +18,7 @@ from dolfinx import cpp, fem  # type: ignore[attr-defined]
 from ufl import Form
 
 from shellmb.clock import now
-from shellmb.derivatives import Derivative, Known
+from shellmb.derivatives import CachedDerivative, Derivative
 from shellmb.kernels import compile_with_derivatives
 from shellmb.system.assembly import native
 from shellmb.system.assembly.fields import Field, Followers
@@ -106,7 +106,7 @@ class BlockSystem:
 
     def _compile(self) -> None:
         fields = self.fields
-        derivatives: list[tuple[tuple[int, int], Form | Known]] = [
+        derivatives: list[tuple[tuple[int, int], Form | CachedDerivative]] = [
             (place, form)
             for f in fields
             for term in f.terms
@@ -287,7 +287,7 @@ class BlockSystem:
 
     def symmetric_matrix(
         self,
-        forms: Mapping[tuple[int, int], Sequence[Form | Known]] | None,
+        forms: Mapping[tuple[int, int], Sequence[Form | CachedDerivative]] | None,
         diagonal: float,
     ) -> PETSc.Mat:
         """A matrix of its own without the rows and columns of fixed dofs, as eigenproblems need.

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from dolfinx import fem
 from ufl import Form
 
-from shellmb.derivatives import Known
+from shellmb.derivatives import CachedDerivative
 
 Dofs = npt.NDArray[np.int32]
 
@@ -134,7 +134,7 @@ class ResidualTerm(NamedTuple):
 
     residual: Form
     rows: tuple[int, ...]
-    derivatives: Mapping[tuple[int, int], tuple[Form | Known, ...]]
+    derivatives: Mapping[tuple[int, int], tuple[Form | CachedDerivative, ...]]
 
 
 @dataclass

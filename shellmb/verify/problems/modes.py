@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shellmb.analytic.rotating import flapping, lagging, sleeping_top, spinning_membrane
-from shellmb.moving.campbell import campbell
-from shellmb.moving.modes import TurningModes, modes_of
-from shellmb.moving.state import MovingState
+from shellmb.rotating.campbell import campbell
+from shellmb.rotating.modes import TurningModes, modes_of
+from shellmb.rotating.state import MovingState
 from shellmb.running.resuming.reached import StateOfRun
 from shellmb.scene import (
     Beam,

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from shellmb.analytic.rotating import flapping
-from shellmb.moving.campbell import campbell
+from shellmb.rotating.campbell import campbell
 from shellmb.running.execute import execute
 from shellmb.scene import (
     GROUND,

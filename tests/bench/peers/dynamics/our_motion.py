@@ -9,7 +9,7 @@ import numpy as np
 
 from shellmb.errors import ConvergenceError
 from shellmb.measuring.times import Stopwatch
-from shellmb.model.places.nodes import local_nodes
+from shellmb.model.locations.nodes import local_nodes
 from shellmb.scene import Scene, StepControl
 from shellmb.simulate.simulation import Simulation
 from tests.bench.peers.codes import OURS

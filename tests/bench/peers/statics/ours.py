@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from shellmb.errors import ConvergenceError
 from shellmb.measuring.times import Stopwatch
-from shellmb.model.places.nodes import local_nodes
+from shellmb.model.locations.nodes import local_nodes
 from shellmb.scene import Scene, StepControl
 from shellmb.simulate.simulation import Simulation
 from tests.bench.peers.statics.problem import TOLERANCE, Answer, Static

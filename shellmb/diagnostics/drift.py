@@ -1,0 +1,49 @@
+"""Linear or angular momentum changes by more than loads and supports explain."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from shellmb.diagnostics.base import Caution, remedies, said_of
+from shellmb.observers.account.momentum import KINDS
+from shellmb.observers.summary import Sources
+from shellmb.simulate.simulation import Silent, Simulation
+
+# what a scheme conserves it keeps as well as Newton's method solves, which over 100 000 steps adds
+# up to some 1e-9; of what it does not conserve, one per cent is an error that shows in results
+CONSERVED, OTHERS = 1e-6, 1e-2
+
+
+class Drift(Silent):
+    """Watches the balances of both momenta.
+
+    Args:
+        sources: The observers of the run.
+    """
+
+    name = "drift"
+
+    def __init__(self, sources: Sources) -> None:
+        self._momentum, self._turning = sources.momentum, sources.turning
+
+    def cautions(self, simulation: Simulation) -> Iterator[Caution]:
+        """Whether they are out of proportion; the body named is the one that turns most."""
+        turns = self._turning.turns
+        fastest = max(turns, key=lambda name: turns[name].largest, default=None)
+        for kind, which in KINDS.items():
+            drift = self._momentum.relative_drift(kind)
+            bound = CONSERVED if kind in simulation.scheme.conserves else OTHERS
+            if drift is None or drift <= bound:
+                continue
+            says = (
+                f"{which} momentum drifts by {drift:.1e} of what was there or was exchanged, which "
+                "loads and supports do not explain"
+            )
+            if fastest is not None:
+                largest = turns[fastest].largest
+                says += (
+                    f"; {said_of(simulation, fastest)} turns most, by up to {largest:.2g} rad in a "
+                    "step"
+                )
+            says += f": use {remedies(simulation.scheme, 'a smaller step')}"
+            yield Caution(f"{which} momentum", fastest, drift, bound, says)

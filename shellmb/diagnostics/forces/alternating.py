@@ -1,0 +1,133 @@
+"""Forces that alternate from step to step, which have less to do with those in between."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+import numpy as np
+import numpy.typing as npt
+
+from shellmb.diagnostics.base import Caution
+from shellmb.observers.summary import Sources
+from shellmb.simulate.simulation import Silent, Simulation
+
+Floats = npt.NDArray[np.float64]
+
+# what alternates, as a part of what does not
+SHARE = 0.1
+# part of the steps whose change is against that of the step before: two thirds, in noise
+TURNS = 0.8
+# steps from which on that can be told
+STEPS = 50
+# part of the largest force, or torque: below is round-off
+NOTHING = 1e-9
+
+
+class Alternating(Silent):
+    """Looks at the end of a run at forces of joints and efforts of drivers and force elements.
+
+    They are means over a step; velocities of EP violate constraints a little, by what changes its
+    sign from step to step, and with them the means of joints and drivers. With `end_forces` there
+    are means without that, and values at the ends of steps. These alternate where anything vibrates
+    faster than the steps resolve and is not damped.
+
+    Args:
+        sources: The observers of the run.
+    """
+
+    name = "alternation"
+
+    def __init__(self, sources: Sources) -> None:
+        self._history = sources.history
+
+    def cautions(self, simulation: Simulation) -> Iterator[Caution]:
+        """What alternates most, of means and of values at the ends of steps."""
+        scheme, rows = simulation.scheme, self._history.rows
+        if not scheme.dynamic or len(rows) <= STEPS:
+            return
+        # one that dissipates already has nothing more to damp it with
+        damped = scheme.dissipation()[0] > 0
+        ways = "a smaller step" if damped else "--scheme ed3 or a smaller step"
+        if not simulation.scene.output.end_forces:
+            yield from self._caution(
+                _units(rows, ""),
+                "alternates from step to step, by {share:.2g} times its mean over two: velocities "
+                "violate constraints a little, or something vibrates faster than steps resolve; "
+                f"use {ways}, or --end-forces for means without alternation",
+            )
+            return
+        yield from self._caution(
+            _units(rows, "_mean"),
+            "alternates from step to step, by {share:.2g} times its mean over two: something "
+            f"vibrates faster than steps resolve; use {ways}",
+        )
+        yield from self._caution(
+            _units(rows, "_end"),
+            "at the ends of steps alternates, by {share:.2g} times its mean over two: something "
+            f"vibrates faster than steps resolve; use means over steps, or {ways}",
+        )
+
+    def _caution(self, units: list[list[list[str]]], says: str) -> Iterator[Caution]:
+        """A sentence about the columns that alternate.
+
+        Args:
+            units: Columns of forces and of torques, those together that are one vector.
+            says: What is wrong, and what to do.
+        """
+        rows, found = self._history.rows, []
+        for unit in units:
+            series = {names[0]: _series(rows, names) for names in unit}
+            sizes = {name: _size(f) for name, f in series.items()}
+            least = NOTHING * max(sizes.values(), default=0.0)
+            found += [(_share(f), name) for name, f in series.items() if sizes[name] > least]
+        alternate = [(share, name) for share, name in found if share > SHARE]
+        if not alternate:
+            return
+        share, column = max(alternate)
+        what = re.sub(r"\.F[1x](_mean|_end)?$", "", column)
+        others = f", and {len(alternate) - 1} more" if len(alternate) > 1 else ""
+        said = f"the force of '{what}'{others} {says.format(share=share)}"
+        yield Caution(self.name, None, share, SHARE, said)
+
+
+def _units(rows: list[dict[str, float]], ending: str) -> list[list[list[str]]]:
+    """Columns of forces and of torques, with an ending; those of joints and supports as vectors."""
+    known = rows[0]
+    names = [n.removesuffix(ending) for n in known if n.endswith(ending)]
+    if ending == "_mean":
+        # of force elements and supports there is one mean only
+        names += [n for n in known if f"{n}_end" in known and f"{n}_mean" not in known]
+
+    def column(name: str) -> str:
+        return f"{name}{ending}" if f"{name}{ending}" in known else name
+
+    axes = ("F1", "F2", "F3"), ("Fx", "Fy", "Fz")
+    owners = dict.fromkeys(n[:-3] for n in names if n.endswith((".F1", ".Fx")))
+    vectors = [
+        [column(f"{owner}.{part}") for part in parts]
+        for owner in owners
+        for parts in axes
+        if column(f"{owner}.{parts[0]}") in known
+    ]
+    forces = [[column(n)] for n in names if n.endswith("force")]
+    return [vectors + forces, [[column(n)] for n in names if n.endswith("torque")]]
+
+
+def _series(rows: list[dict[str, float]], names: list[str]) -> Floats:
+    """Columns over the steps, shape (n, number of names); from where on all are known."""
+    values = np.array([[row[name] for name in names] for row in rows])
+    return values[np.all(np.isfinite(values), axis=1)]
+
+
+def _size(f: Floats) -> float:
+    return float(np.sqrt(np.mean(np.sum(f**2, axis=1)))) if len(f) else 0.0
+
+
+def _share(f: Floats) -> float:
+    """What alternates over what does not; 0 where too few steps turn back what those before did."""
+    change = np.diff(f, axis=0)
+    if len(f) <= STEPS or np.mean(np.sum(change[1:] * change[:-1], axis=1) < 0) < TURNS:
+        return 0.0
+    mean = _size(f[2:] + 2 * f[1:-1] + f[:-2])
+    return _size(f[2:] - 2 * f[1:-1] + f[:-2]) / max(mean, 1e-300)

@@ -1,0 +1,110 @@
+"""Steps that pass through obstacles, or are too long for the impacts in them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from shellmb.diagnostics.base import Caution
+from shellmb.model.potentials.contact import ContactGroup
+from shellmb.observers.summary import Sources
+from shellmb.scene.lookup import said
+from shellmb.simulate.simulation import Silent, Simulation
+
+Floats = npt.NDArray[np.float64]
+
+# part of the radius of a ball or rod: deeper, or through it within a step, a point soon leaves on
+# the other side
+DEEP = 0.5
+# part of the largest energy of a contact that comes or goes in one step: of an impact that takes
+# n steps it is 3/n
+SUDDEN = 0.8
+
+
+class Contacts(Silent):
+    """Watches how points move in a step, against the obstacles that they touch.
+
+    Args:
+        sources: The observers of the run.
+    """
+
+    name = "contact"
+
+    def __init__(self, sources: Sources) -> None:
+        self._energy = sources.energy
+        self._before: dict[str, tuple[Floats, float]] = {}
+        # part of the radius, time; largest energy, largest change in a step, time
+        self._deep: dict[str, tuple[float, float]] = {}
+        self._sudden: dict[str, list[float]] = {}
+
+    def start(self, simulation: Simulation) -> None:
+        """Where the points are."""
+        for group in _contacts(simulation):
+            self._before[group.item.name] = self._now(simulation, group)
+
+    def _now(self, simulation: Simulation, group: ContactGroup) -> tuple[Floats, float]:
+        x = group.positions(simulation.problem.levels[group.name].q.x.array)
+        return x, self._energy.values.get(f"{group.item.name}.energy", 0.0)
+
+    def accepted(self, simulation: Simulation) -> None:
+        """Take the step."""
+        for group in _contacts(simulation):
+            name = group.item.name
+            (start, before), (end, energy) = self._before[name], self._now(simulation, group)
+            self._before[name] = end, energy
+            largest, change, when = self._sudden.get(name, [0.0, 0.0, 0.0])
+            if abs(energy - before) > change:
+                change, when = abs(energy - before), simulation.t
+            self._sudden[name] = [max(largest, energy), change, when]
+            if group.radius > 0 and group.sign > 0:
+                _, depth = group.normals(group.nearest(start, end))
+                deepest = float(np.max(depth, initial=0.0)) / group.radius
+                self._deep[name] = max(self._deep.get(name, (0.0, 0.0)), (deepest, simulation.t))
+
+    def cautions(self, simulation: Simulation) -> Iterator[Caution]:
+        """The contacts that the steps are too long for."""
+        for group in _contacts(simulation):
+            item, name = group.item, group.item.name
+            found = self._deep.get(name, (0.0, 0.0))
+            deep, when = max(simulation.model.comm.allgather(found))
+            kind = item.obstacle.label
+            if deep > DEEP:
+                yield Caution(
+                    self.name,
+                    group.owner,
+                    deep,
+                    DEEP,
+                    f"{said(item)}: a point of '{group.owner}' comes, or goes in one step, as deep "
+                    f"as {deep:.0%} of the radius of the {kind} (at t = {when:.4g} s), and leaves "
+                    "on the wrong side if it passes the middle: use a smaller step or a larger "
+                    "stiffness",
+                )
+            largest, change, when = self._sudden.get(name, [0.0, 0.0, 0.0])
+            share = change / largest if largest > 0 else 0.0
+            if share > SUDDEN and simulation.scheme.dynamic:
+                yield Caution(
+                    self.name,
+                    group.owner,
+                    share,
+                    SUDDEN,
+                    f"{said(item)}: {share:.0%} of the largest energy of the contact comes or goes "
+                    f"in one step (at t = {when:.4g} s): impacts are shorter than four steps, and "
+                    "when and where the body rebounds is coarse; use a smaller step or a smaller "
+                    "stiffness",
+                )
+
+    def state(self) -> dict[str, Any]:
+        """What was found so far."""
+        return {"deep": dict(self._deep), "sudden": dict(self._sudden)}
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Take it up."""
+        self._deep = {name: (a, b) for name, (a, b) in state["deep"].items()}
+        self._sudden = {name: list(row) for name, row in state["sudden"].items()}
+
+
+def _contacts(simulation: Simulation) -> list[ContactGroup]:
+    return [g for g in simulation.model.potentials if isinstance(g, ContactGroup)]

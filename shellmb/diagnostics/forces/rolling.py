@@ -1,0 +1,116 @@
+"""Joints that roll: one pulls where a real wheel or blade would lift off, or slips."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from mpi4py import MPI
+
+import numpy as np
+
+from shellmb.diagnostics.base import Caution
+from shellmb.model.joints.rolling import ContactGroup
+from shellmb.model.joints.slipping import sliding
+from shellmb.observers.summary import Sources
+from shellmb.simulate.simulation import Silent, Simulation
+
+# part of the largest pressure of a run; the mean of two steps is looked at, since forces of EP
+# alternate
+PULL = 1e-3
+# part of the speeds that it is the difference of: with 0.1 rad in a step it is 4e-3 in EP
+SLIP = 2e-2
+
+
+class Lifting(Silent):
+    """Watches the normal forces of rolling and knife-edge joints.
+
+    Args:
+        sources: The observers of the run.
+    """
+
+    name = "lifting"
+
+    def __init__(self, sources: Sources) -> None:
+        self._last: dict[str, float] = {}
+        # the largest pressure; the largest pull, and when
+        self._press: dict[str, float] = {}
+        self._pull: dict[str, list[float]] = {}
+
+    def accepted(self, simulation: Simulation) -> None:
+        """Take the forces of the step."""
+        for group in simulation.model.mechanism.groups:
+            if not isinstance(group, ContactGroup):
+                continue
+            found = np.zeros(len(group.joints))
+            q = simulation.problem.levels[group.name].q.x.array
+            for row in range(group.nodes.mesh.topology.index_map(1).size_local):
+                found[group.nodes.item[row]] = group.pressure(row, q)
+            group.nodes.mesh.comm.Allreduce(MPI.IN_PLACE, found)
+            for name, force in zip(group.labels, found.tolist(), strict=True):
+                mean = (force + self._last.get(name, force)) / 2
+                self._last[name] = force
+                self._press[name] = max(self._press.get(name, 0.0), abs(mean))
+                if -mean > self._pull.get(name, [0.0])[0]:
+                    self._pull[name] = [-mean, simulation.t]
+
+    def cautions(self, simulation: Simulation) -> Iterator[Caution]:
+        """The contacts that pull."""
+        for name, (pull, when) in self._pull.items():
+            share = pull / self._press[name]
+            if share > PULL:
+                bound = simulation.model.mechanism.joints[name]
+                yield Caution(
+                    self.name,
+                    bound.joint.second,
+                    share,
+                    PULL,
+                    f"{bound.joint.said} pulls at '{bound.joint.second}' by up to {pull:.3g} N (at "
+                    f"t = {when:.4g} s): it would lift off, and the joint holds it down; load it "
+                    "more, or move it more slowly",
+                )
+
+    def state(self) -> dict[str, Any]:
+        """The forces so far."""
+        return {"last": dict(self._last), "press": dict(self._press), "pull": dict(self._pull)}
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Take them up."""
+        self._last, self._press = dict(state["last"]), dict(state["press"])
+        self._pull = dict(state["pull"])
+
+
+class Slipping(Silent):
+    """Looks at the end of a run at the slip of contacts, which EP leaves.
+
+    Args:
+        sources: The observers of the run.
+    """
+
+    name = "slipping"
+
+    def __init__(self, sources: Sources) -> None:
+        pass
+
+    def cautions(self, simulation: Simulation) -> Iterator[Caution]:
+        """The contacts that slip by more than that."""
+        for group in simulation.model.mechanism.groups:
+            if not isinstance(group, ContactGroup):
+                continue
+            levels = simulation.problem.levels[group.name]
+            slips = sliding(group, levels.q.x.array, levels.rates["v"].x.array)
+            shares = slips[:, 0] / np.maximum(slips[:, 1], 1e-300)
+            mine = [(int(k), float(s)) for k, s in zip(group.nodes.item, shares, strict=True)]
+            for item, share in sorted(
+                {p for part in group.nodes.mesh.comm.allgather(mine) for p in part}
+            ):
+                if share > SLIP:
+                    joint = group.joints[item].joint
+                    yield Caution(
+                        self.name,
+                        joint.second,
+                        share,
+                        SLIP,
+                        f"{joint.said} slips by {share:.1%} of its speeds at the end of the run: "
+                        "use --scheme ep4, --scheme ed3 or a smaller step",
+                    )

@@ -1,0 +1,55 @@
+"""Forces that the equations hardly determine, so that round-off changes them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from shellmb.diagnostics.base import Caution
+from shellmb.observers.summary import Sources
+from shellmb.simulate.simulation import Silent, Simulation
+
+# relative change of an unknown by round-off alone that is said: six digits are enough
+KNOWN = 1e-6
+
+
+class Undetermined(Silent):
+    """Watches what round-off alone changes in solutions.
+
+    Args:
+        sources: The observers of the run.
+    """
+
+    name = "round-off"
+
+    def __init__(self, sources: Sources) -> None:
+        self._worst, self._what, self._time = 0.0, "", 0.0
+
+    def accepted(self, simulation: Simulation) -> None:
+        """Take what changed most in the last update, if that was round-off."""
+        what, change = simulation.problem.iteration.roundoff.found
+        if change > self._worst:
+            self._worst, self._what, self._time = change, what, simulation.t
+
+    def cautions(self, simulation: Simulation) -> Iterator[Caution]:
+        """A sentence if it is much."""
+        if self._worst > KNOWN:
+            yield Caution(
+                self.name,
+                None,
+                self._worst,
+                KNOWN,
+                f"the {self._what} is known to {self._worst:.1e} of its largest value only at "
+                f"t = {self._time:g}: constraints nearly depend on one another there, and "
+                "round-off decides how they share forces; use joints with fewer constraints, or do "
+                "not rely on their forces near such positions",
+            )
+
+    def state(self) -> dict[str, Any]:
+        """What was found so far."""
+        return {"worst": self._worst, "what": self._what, "time": self._time}
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Take it up."""
+        self._worst, self._what = float(state["worst"]), str(state["what"])
+        self._time = float(state["time"])

@@ -1,0 +1,65 @@
+"""All watches. Every run has each of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from shellmb.diagnostics.base import Caution, Watch
+from shellmb.diagnostics.damped_modes import DampedModes
+from shellmb.diagnostics.dissipation import Dissipation
+from shellmb.diagnostics.drift import Drift
+from shellmb.diagnostics.elements.folded import Folded
+from shellmb.diagnostics.elements.locked import Locked
+from shellmb.diagnostics.energy_law import EnergyLaw
+from shellmb.diagnostics.forces.alternating import Alternating
+from shellmb.diagnostics.forces.contacts import Contacts
+from shellmb.diagnostics.forces.rolling import Lifting, Slipping
+from shellmb.diagnostics.forces.undetermined import Undetermined
+from shellmb.diagnostics.large_turns import LargeTurns
+from shellmb.diagnostics.small_displacements import LinearBodies, ReducedBodies, SmallDisplacements
+from shellmb.diagnostics.statics.stability import Unstable
+from shellmb.diagnostics.step_error import StepErrors
+from shellmb.diagnostics.stiff_spin import StiffSpin
+from shellmb.observers.summary import Sources
+from shellmb.simulate.simulation import Simulation
+
+# what is nearest to the cause comes first
+WATCHES: tuple[type[Watch], ...] = (
+    SmallDisplacements,
+    ReducedBodies,
+    LinearBodies,
+    DampedModes,
+    LargeTurns,
+    Folded,
+    Locked,
+    Unstable,
+    StepErrors,
+    StiffSpin,
+    Undetermined,
+    Lifting,
+    Slipping,
+    Contacts,
+    Alternating,
+    Drift,
+    Dissipation,
+    EnergyLaw,
+)
+
+
+def watches(sources: Sources) -> list[Watch]:
+    """One of each.
+
+    Args:
+        sources: The observers of the run.
+    """
+    return [kind(sources) for kind in WATCHES]
+
+
+def cautions(watching: Sequence[Watch], simulation: Simulation) -> list[Caution]:
+    """What they have to say.
+
+    Args:
+        watching: The watches of a run.
+        simulation: The simulation, at its end.
+    """
+    return [caution for watch in watching for caution in watch.cautions(simulation)]

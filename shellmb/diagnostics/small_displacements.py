@@ -1,0 +1,339 @@
+"""Displacements that are taken as small are not: of all bodies, or of some about their frames."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from mpi4py import MPI
+
+import numpy as np
+import numpy.typing as npt
+
+from shellmb.diagnostics.base import STIFFENED, Caution, said_of
+from shellmb.modal.geometric_stiffness import GeometricStiffness
+from shellmb.modal.lowest import lowest_frequency
+from shellmb.modal.stretched import Parts, stiffening
+from shellmb.modal.tangent import bending_scale
+from shellmb.model.frames.rigid import RigidBodies
+from shellmb.observers.account.energy import present
+from shellmb.observers.fields.modal import ModalState
+from shellmb.observers.fields.nodal import nodal_bodies
+from shellmb.observers.summary import Sources
+from shellmb.scene.checks.linear import SMALL_ANGLE
+from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.system.assembly.functionals import Functionals
+
+Floats = npt.NDArray[np.float64]
+
+# energy of bending below this share of all of it is round-off
+STRAIGHT = 1e-12
+# lowest frequency of a beam with one end clamped, over sqrt(D/(m L^4))
+CANTILEVER = 3.516
+
+
+class SmallDisplacements(Silent):
+    """Watches the directors of all bodies where forms are linearised.
+
+    Args:
+        sources: The observers of the run.
+    """
+
+    name = "small displacements"
+
+    def __init__(self, sources: Sources) -> None:
+        # by body of the system the largest change of a director on this rank, and when
+        self._largest: dict[str, tuple[float, float]] = {}
+
+    def accepted(self, simulation: Simulation) -> None:
+        """Take the rotations of the step."""
+        if not simulation.scheme.linear:
+            return
+        for body in nodal_bodies(simulation.model).values():
+            change = simulation.problem.state(body.name).x.array[body.mixed.dofs["w"]]
+            size = float(np.sqrt(np.max(np.sum(change.reshape(-1, 3) ** 2, axis=1), initial=0.0)))
+            if size > self._largest.get(body.name, (0.0, 0.0))[0]:
+                self._largest[body.name] = size, simulation.t
+
+    def cautions(self, simulation: Simulation) -> Iterator[Caution]:
+        """A sentence for each body that turns too far; collective."""
+        if not simulation.scheme.linear:
+            return
+        for body in nodal_bodies(simulation.model).values():
+            here = self._largest.get(body.name, (0.0, 0.0))
+            largest, when = simulation.model.comm.allreduce(here, op=MPI.MAX)
+            if largest > SMALL_ANGLE:
+                rigid = isinstance(body, RigidBodies)
+                name = None if rigid else body.name
+                yield Caution(
+                    self.name,
+                    name,
+                    largest,
+                    SMALL_ANGLE,
+                    f"{said_of(simulation, body.name)} {'turn' if rigid else 'turns'} by "
+                    f"{largest:.2g} rad, at t = {when:g}; with scheme "
+                    f"'{simulation.scheme.name}' displacements are small, up to {SMALL_ANGLE:g} "
+                    "rad: its results are of the size of the square of that off; use --scheme "
+                    f"{'ep' if simulation.scheme.dynamic else 'static'}",
+                )
+
+    def state(self) -> dict[str, Any]:
+        """The largest so far."""
+        return {"largest": {name: list(found) for name, found in self._largest.items()}}
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Take them up."""
+        self._largest = {name: (size, t) for name, (size, t) in state["largest"].items()}
+
+
+class _AboutFrames(Silent):
+    """Watches bodies whose displacements are small about a frame: what these do not know.
+
+    That is how far directors turn there, and stiffness by forces that act already: what forces
+    along the body would do on squares of rotations, beside its energy of bending. In a body that
+    spins at a rate `w` fibres under tension are stiffer, and what is off the axis is drawn
+    outwards: by about `m w^2` either way, beside the stiffness `m w_1^2` of the lowest mode.
+
+    Args:
+        sources: The observers of the run.
+    """
+
+    # what is said of such a body, and who does not know of forces
+    name, said, blind = "", "", ""
+
+    def __init__(self, sources: Sources) -> None:
+        # largest rotation about the frame on this rank [rad], largest spin [rad/s], energy that is
+        # left out, energy of bending and strain energy [J]; by name of the body, with the time
+        kinds = "turns", "spins", "left out", "bending", "energy"
+        self._largest: dict[str, dict[str, tuple[float, float]]] = {k: {} for k in kinds}
+        # the state with the largest energy since the run went on, with that and the energy of
+        # stretching if edges did not follow [J]
+        self._shapes: dict[str, tuple[float, float, Floats]] = {}
+
+    def _note(self, kind: str, name: str, size: float, t: float) -> None:
+        if size > self._largest[kind].get(name, (0.0, 0.0))[0]:
+            self._largest[kind][name] = size, t
+
+    def _spins(self, name: str, d: Floats, rates: Floats, t: float) -> None:
+        """Note the rate at which a frame turns, where that is no vibration.
+
+        A body that vibrates has rates of its mean rotation, too: as large as its frequency times
+        the angle, while what they do to its stiffness is of the size of the square of that angle.
+        So a rate counts from where the frame has turned farther than what is small.
+
+        Args:
+            name: Name of the body.
+            d: Directors of its frame, as rows, shape (3, 3); at the reference the unit matrix.
+            rates: Their rates, 1/s.
+            t: Time, s.
+        """
+        turned = np.linalg.norm(np.cross(np.eye(3), d).sum(axis=0) / 2)
+        if turned > SMALL_ANGLE or np.trace(d) < 1:
+            spin = float(np.linalg.norm(np.cross(d, rates).sum(axis=0) / 2))
+            self._note("spins", name, spin, t)
+
+    def _parts(self, simulation: Simulation, name: str, shape: Floats) -> Parts:
+        """Displacements and resultants of a state of a body, relative to its frame."""
+        raise NotImplementedError
+
+    def _energies(self, name: str, found: Floats, energy: float, shape: Floats, t: float) -> None:
+        """Note what is left out, the energy of stretching, the strain energy and its state."""
+        left, stretching, squares = map(float, found)
+        for kind, size in (
+            ("left out", left),
+            ("bending", energy - stretching),
+            ("energy", energy),
+        ):
+            self._note(kind, name, size, t)
+        if energy > self._shapes.get(name, (0.0,))[0]:
+            self._shapes[name] = energy, squares, np.array(shape)
+
+    def _worst(self, simulation: Simulation, kind: str, name: str) -> tuple[float, float]:
+        here = self._largest[kind].get(name, (0.0, 0.0))
+        return simulation.model.comm.allreduce(here, op=MPI.MAX)
+
+    def _bent(self, simulation: Simulation, name: str) -> Iterator[Caution]:
+        """Cautions of a body that bends too far, or by forces along it; collective."""
+        turn, when = self._worst(simulation, "turns", name)
+        if turn > SMALL_ANGLE:
+            yield Caution(
+                self.name,
+                name,
+                turn,
+                SMALL_ANGLE,
+                f"{said_of(simulation, name)} {self.said} and turns by {turn:.2g} rad relative to "
+                f"its frame, at t = {when:g}; rotations there are small, up to {SMALL_ANGLE:g} "
+                "rad: its results are of the size of the square of that off; use model='exact'",
+            )
+        left, when = self._worst(simulation, "left out", name)
+        energy, _ = self._worst(simulation, "energy", name)
+        bending = max(self._worst(simulation, "bending", name)[0], STRAIGHT * energy)
+        if left > STIFFENED * bending:
+            yield self._stiffer(
+                simulation,
+                name,
+                left / bending,
+                f"forces along it would do {left:.2g} J on squares of its rotations, at "
+                f"t = {when:g}, {left / bending:.1%} of its largest energy of bending: they would "
+                "change its stiffness by about as much",
+            )
+        share, when = self._stretched(simulation, name)
+        if share > STIFFENED:
+            yield self._stiffer(
+                simulation,
+                name,
+                share,
+                "squares of its displacements would make it stiffer by about "
+                f"{share:.1%}, at t = {when:g}, as they stretch it between what holds it or where "
+                "it bends two ways",
+            )
+
+    def _stiffer(self, simulation: Simulation, name: str, share: float, how: str) -> Caution:
+        """That a body's stiffness is off by a share, which small strains do not know."""
+        who = f"{said_of(simulation, name)} {self.said}"
+        says = f"{who} and {how}, and {self.blind} not know that; use model='exact'"
+        return Caution(self.name, name, share, STIFFENED, says)
+
+    def _stretched(self, simulation: Simulation, name: str) -> tuple[float, float]:
+        """By what share a body is stiffer as it is stretched, and when; collective."""
+        energy, when = self._worst(simulation, "energy", name)
+        here, squares, shape = self._shapes.get(name, (0.0, 0.0, np.zeros(0)))
+        # of a run that went on the largest state may be an earlier one
+        if 2 * squares * energy <= STIFFENED * here**2:
+            return 0.0, when
+        size = np.sqrt(energy / here)
+        parts = {
+            member: {part: size * values for part, values in found.items()}
+            for member, found in self._parts(simulation, name, shape).items()
+        }
+        return stiffening(simulation.scene, simulation.model.comm, parts), when
+
+    def _spun(self, simulation: Simulation, name: str, lowest: float, of: str) -> Iterator[Caution]:
+        """The caution of a body that spins too fast; collective."""
+        spin, when = self._worst(simulation, "spins", name)
+        share = (spin / lowest) ** 2
+        if share > STIFFENED:
+            yield self._stiffer(
+                simulation,
+                name,
+                share,
+                f"spins at {spin:.3g} rad/s, at t = {when:g}, {spin / lowest:.2g} of its lowest "
+                f"frequency {of}, {lowest:.3g} rad/s: centrifugal forces would change its "
+                f"stiffness by about {share:.0%}",
+            )
+
+    def state(self) -> dict[str, Any]:
+        """The largest so far."""
+        return {kind: dict(found) for kind, found in self._largest.items()}
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Take them up."""
+        self._largest = {
+            kind: {name: (size, t) for name, (size, t) in found.items()}
+            for kind, found in state.items()
+        }
+
+
+class ReducedBodies(_AboutFrames):
+    """Watches bodies in modes."""
+
+    name, said, blind = "reduced bodies", "is reduced to modes", "its modes do"
+
+    def start(self, simulation: Simulation) -> None:
+        """Find the bodies, how much each mode turns their directors at most, and its forces."""
+        model = simulation.model
+        self._bodies = [(data, ModalState(model, data)) for data in model.modal]
+        self._most = {
+            data.name: np.sqrt(np.max(np.sum(data.slopes**2, axis=1), axis=0, initial=0.0))
+            for data in model.modal
+        }
+        self._forces = {
+            data.name: [(GeometricStiffness(m.body), m.states) for m in data.members.values()]
+            for data in model.modal
+        }
+
+    def _parts(self, simulation: Simulation, name: str, shape: Floats) -> Parts:
+        (data,) = (data for data in simulation.model.modal if data.name == name)
+        found = {}
+        for member, kept in data.members.items():
+            dofs, state = kept.body.mixed.dofs, kept.states @ shape
+            found[member] = {part: state[where] for part, where in dofs.items()}
+        return found
+
+    def accepted(self, simulation: Simulation) -> None:
+        """Take the step."""
+        t = simulation.t
+        for data, state in self._bodies:
+            frame, eta = state.now(simulation)
+            found = [force.of(states @ eta) for force, states in self._forces[data.name]]
+            energy = float(data.stiffness @ eta**2) / 2
+            self._energies(data.name, np.sum(found, axis=0), energy, eta, t)
+            largest = self._largest["turns"].get(data.name, (0.0, 0.0))[0]
+            # only what may be larger is looked at node by node
+            if float(np.abs(eta) @ self._most[data.name]) > max(largest, SMALL_ANGLE):
+                turned = np.sum((data.slopes @ eta) ** 2, axis=1)
+                self._note("turns", data.name, float(np.sqrt(np.max(turned, initial=0.0))), t)
+            if "v" in simulation.scheme.rates:
+                d = np.eye(3) + frame[3:].reshape(3, 3)
+                rates = state.now(simulation, "v")[0][3:].reshape(3, 3)
+                self._spins(data.name, d, rates, t)
+
+    def cautions(self, simulation: Simulation) -> Iterator[Caution]:
+        """A sentence for each body that bends, is pressed or spins too much; collective."""
+        for data in simulation.model.modal:
+            yield from self._bent(simulation, data.name)
+            yield from self._spun(simulation, data.name, data.clamped, "with one joint held")
+
+
+class LinearBodies(_AboutFrames):
+    """Watches bodies with linear strains, which know no more than modes do."""
+
+    name, said, blind = "linear bodies", "has linear strains", "linear strains do"
+
+    def start(self, simulation: Simulation) -> None:
+        """Find the bodies and their directors."""
+        meshed, state = simulation.model.meshed.values(), simulation.problem.state
+        comm = simulation.model.comm
+        self._bodies = [(body, body.node_directors()) for body in meshed if body.ties]
+        self._forces = [
+            (
+                GeometricStiffness(body),
+                Functionals([present([body.strain_energy(state(body.name))])], comm),
+            )
+            for body, _ in self._bodies
+        ]
+
+    def _parts(self, simulation: Simulation, name: str, shape: Floats) -> Parts:
+        body = simulation.model.meshed[name]
+        frame = simulation.model.comm.allreduce(body.ties[0].changes(shape), op=MPI.SUM)
+        parts = {part: shape[where] for part, where in body.mixed.dofs.items()}
+        X, D, back = body.mixed.nodes("u"), body.node_directors(), (np.eye(3) + frame).T
+        parts["u"] = ((X + parts["u"].reshape(-1, 3)) @ back - X).ravel()
+        parts["w"] = ((D + parts["w"].reshape(D.shape)) @ back - D).ravel()
+        return {name: parts}
+
+    def accepted(self, simulation: Simulation) -> None:
+        """Take the step."""
+        t = simulation.t
+        for (body, D), (left, energy) in zip(self._bodies, self._forces, strict=True):
+            levels, (tie,) = simulation.problem.levels[body.name], body.ties
+            q = levels.q.x.array
+            frame = simulation.model.comm.allreduce(tie.changes(q), op=MPI.SUM)
+            self._energies(body.name, left.of(q, np.eye(3) + frame), float(energy()[0]), q, t)
+            lean = q[body.mixed.dofs["w"]].reshape(D.shape) - D @ tie.changes(q)
+            size = float(np.sqrt(np.max(np.sum(lean**2, axis=2), initial=0.0)))
+            self._note("turns", body.name, size, t)
+            if "v" in levels.rates:
+                rates = tie.changes(levels.rates["v"].x.array)
+                self._spins(body.name, np.eye(3) + tie.changes(q), rates, t)
+
+    def cautions(self, simulation: Simulation) -> Iterator[Caution]:
+        """A sentence for each body that bends, is pressed or spins too much; collective."""
+        for body, _ in self._bodies:
+            yield from self._bent(simulation, body.name)
+            spin, _ = self._worst(simulation, "spins", body.name)
+            # a cantilever of its length is softer than it is
+            slow = CANTILEVER * np.sqrt(bending_scale(body))
+            if (spin / slow) ** 2 > STIFFENED:
+                lowest = lowest_frequency(simulation.model, body.name)
+                yield from self._spun(simulation, body.name, lowest, "by itself")

@@ -1,0 +1,136 @@
+"""A static run ends in an equilibrium that is unstable, or passes through such ones.
+
+Newton's method finds equilibria whether or not anything would stay in them: a straight column under
+twice its critical load stays straight. Unstable directions are counted (`simulate.stability`): at
+the end of each static run, and of small systems on the way, at no more than `LOOKS` states.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+from shellmb.diagnostics.base import Caution
+from shellmb.observers.summary import Sources
+from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.stability import Found, Stability
+
+# unknowns up to which a count takes about as long as a step of a few iterations; and counts of a
+# run, which add up to less than what its start takes
+CHEAP, LOOKS = 2000, 20
+
+REMEDIES = (
+    "follow where it goes with path=PathFollowing(branches='switch'), a small imperfection, or a "
+    "dynamic scheme; `shellmb modes --loaded` shows the directions"
+)
+
+
+class Unstable(Silent):
+    """Counts unstable directions of the states of static runs.
+
+    Args:
+        sources: The observers of the run.
+    """
+
+    name = "stability"
+
+    def __init__(self, sources: Sources) -> None:
+        self._stability: Stability | None = None
+        self._first: tuple[float, float] | None = None
+        self._most, self._last, self._unknown = 0, 0.0, 0
+
+    def start(self, simulation: Simulation) -> None:
+        """Paths count by themselves; of linear statics there is nothing to count."""
+        scheme = simulation.scheme
+        if not scheme.dynamic and not scheme.linear and simulation.path is None:
+            self._stability = Stability(simulation.model, simulation.problem.system)
+
+    def accepted(self, simulation: Simulation) -> None:
+        """Look at the state where that is cheap."""
+        path, scene = simulation.path, simulation.scene.path
+        if path is not None and scene is not None and scene.branches != "ignore":
+            self._unknown += path.unstable is None
+        if self._stability is None or simulation.problem.system.size > CHEAP:
+            return
+        every = math.ceil(simulation.t_end / (simulation.size.nominal * LOOKS))
+        if simulation.step % every == 0:
+            self._take(simulation.t, self._stability.look())
+
+    def _take(self, t: float, found: Found) -> None:
+        if found.unstable:
+            self._most = max(self._most, found.unstable)
+            self._first = self._first or (self._last, t)
+        self._last = t
+
+    def cautions(self, simulation: Simulation) -> Iterator[Caution]:
+        """A sentence about the end, or about what was passed."""
+        if self._unknown:
+            yield self._not_known(simulation)
+        if self._stability is None or not simulation.step:
+            return
+        now, t = self._stability.look(), simulation.t
+        before = self._last
+        self._take(t, now)
+        self._last = before
+        factor = f"t = {t:g} (load factor {simulation.problem.start_factor(t, None):g})"
+        count = now.unstable or 0
+        if count:
+            yield Caution(
+                self.name,
+                None,
+                float(count),
+                0.0,
+                f"the equilibrium at the end, {factor}, is unstable in {_directions(now)}"
+                f"{self._since()}: nothing stays in it; {REMEDIES}",
+            )
+        elif self._first is not None:
+            yield Caution(
+                self.name,
+                None,
+                float(self._most),
+                0.0,
+                f"equilibria on the way were unstable in up to {self._most} direction(s), first at "
+                f"t = {self._first[1]:g}; that at the end, {factor}, need not be the one that is "
+                f"reached: {REMEDIES}",
+            )
+
+    def _since(self) -> str:
+        if self._first is None or self._first[1] == self._last:
+            return ""
+        return f", as those from t = {self._first[1]:g} on"
+
+    def _not_known(self, simulation: Simulation) -> Caution:
+        return Caution(
+            self.name,
+            None,
+            float(self._unknown),
+            0.0,
+            f"of {self._unknown} of {simulation.step} states of the path it is not known whether "
+            "they are stable, and bifurcations between them are not found: their stiffness matrix "
+            "is not symmetric (loads that follow the bodies) or singular",
+        )
+
+    def state(self) -> dict[str, Any]:
+        """What was seen so far."""
+        return {
+            "first": self._first,
+            "most": self._most,
+            "last": self._last,
+            "unknown": self._unknown,
+        }
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Take it up."""
+        first = state["first"]
+        self._first = None if first is None else (float(first[0]), float(first[1]))
+        self._most, self._last = int(state["most"]), float(state["last"])
+        self._unknown = int(state["unknown"])
+
+
+def _directions(found: Found) -> str:
+    """How many, in words."""
+    if not found.symmetric:
+        # the sign of a determinant
+        return "an odd number of directions (loads follow the bodies: flutter is not seen here)"
+    return f"{found.unstable} direction{'' if found.unstable == 1 else 's'}"

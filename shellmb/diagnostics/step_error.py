@@ -1,0 +1,115 @@
+"""What the control of the step by its error cannot do, or does not promise."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from mpi4py import MPI
+
+import numpy as np
+
+from shellmb.diagnostics.base import Caution
+from shellmb.observers.summary import Sources
+from shellmb.schemes.quadratic import QuadraticInTime
+from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.stepsize.tolerance import ErrorSize
+
+# a motion smaller than so many tolerances is not known to a tenth of it
+KNOWN = 10.0
+# errors that add up to more tolerances than these are said: the error was found to be up to 1.6
+# times the sum, so that what is missed by more than three tolerances is
+ADDED = 2.0
+
+
+class StepErrors(Silent):
+    """Watches for steps that could not be small enough, and for motions too small to be controlled.
+
+    Args:
+        sources: The observers of the run.
+    """
+
+    name = "step error"
+
+    def __init__(self, sources: Sources) -> None:
+        self._reach = 0.0
+
+    def accepted(self, simulation: Simulation) -> None:
+        """Take how far bodies are from where they were described, relative to their size."""
+        if not isinstance(simulation.size, ErrorSize):
+            return
+        for body in simulation.model.bodies:
+            for part in body.parts:
+                if part.name in body.kinematic and part.name in ("u", "w"):
+                    values = simulation.problem.levels[body.name].q.x.array
+                    moved = np.max(np.abs(values[body.mixed.dofs[part.name]]), initial=0.0)
+                    self._reach = max(self._reach, float(moved) / part.scale)
+
+    def cautions(self, simulation: Simulation) -> Iterator[Caution]:
+        """A sentence for each."""
+        size = simulation.size
+        if not isinstance(size, ErrorSize) or size.settings.tolerance is None:
+            return
+        tolerance = size.settings.tolerance
+        if size.coarse:
+            why = (
+                f"the solver's tolerance of {simulation.scene.solver.tolerance:g} tells no smaller "
+                "one: use a larger tolerance, or a smaller one of the solver"
+                if size.noise > tolerance
+                else f"no step may be below min_dt = {size.smallest:.2g} s: use a smaller one, or "
+                "a larger tolerance"
+            )
+            yield Caution(
+                self.name,
+                None,
+                size.worst,
+                tolerance,
+                f"{size.coarse} steps are off by up to {size.worst:.2g}, more than the tolerance "
+                f"of {tolerance:g}; {why}",
+            )
+        yield from self._added(simulation, size)
+        reach = simulation.model.comm.allreduce(self._reach, op=MPI.MAX)
+        if simulation.step and reach < KNOWN * tolerance:
+            yield Caution(
+                self.name,
+                None,
+                reach,
+                KNOWN * tolerance,
+                f"all bodies move by less than {reach:.1e} of their size: the tolerance of "
+                f"{tolerance:g}, which is relative to it, says little of their motion; use one of "
+                f"about {1e-2 * reach:.0e}",
+            )
+
+    def _added(self, simulation: Simulation, size: ErrorSize) -> Iterator[Caution]:
+        """The tolerance is for each radian of the motion: what that makes of all of it."""
+        tolerance = size.settings.tolerance
+        if tolerance is None or size.total <= ADDED * tolerance:
+            return
+        found, scheme = size.total, simulation.scheme
+        lost = isinstance(scheme, QuadraticInTime) and scheme.alpha > 0
+        behind = (
+            f", and what spins lags by up to {size.lag:.1e} more, as each step takes of its speed"
+            if lost
+            else ""
+        )
+        wanted = f"{tolerance**2 / found:.0e}"
+        if lost:
+            wanted += f", of {tolerance**2 / (found + size.lag):.0e} where something spins"
+        radians = "a radian" if size.radians == 1 else f"{size.radians:.1f} radians"
+        yield Caution(
+            self.name,
+            None,
+            found,
+            ADDED * tolerance,
+            f"the errors of {simulation.step} steps may add up to {found:.1e} of the size of "
+            f"bodies{behind}: the tolerance of {tolerance:g} is what {radians} of motion may cost; "
+            f"for errors of {tolerance:g} in all use one of {wanted}",
+        )
+
+    def state(self) -> dict[str, Any]:
+        """How far they were so far."""
+        return {"reach": self._reach}
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Take it up."""
+        self._reach = float(state["reach"])

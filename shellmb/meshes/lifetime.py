@@ -1,0 +1,55 @@
+"""Meshes that nobody uses any more are freed before communicators run out.
+
+Each mesh has some communicators, and each function space on it: MPI has about 2000 for a process,
+which are those of thirty simulations of a mechanism, and ends the program when there are no more.
+A mesh of DOLFINx is freed only when Python looks for objects that hold one another, and it does so
+by the number of its own objects, of which few may be left over.
+"""
+
+import gc
+import weakref
+from typing import Any
+
+from mpi4py import MPI
+
+# meshes that may be there without a look, and how many more after it: each has eleven to
+# twenty-two communicators with what is built on it
+MOST, MORE = 40, 10
+
+
+class _LiveMeshes:
+    """The meshes of this process.
+
+    Attributes:
+        meshes: Those that are there.
+        most: Number of them from which on unused ones are looked for.
+    """
+
+    def __init__(self) -> None:
+        self.meshes: list[weakref.ref[Any]] = []
+        self.most = MOST
+
+    def count(self) -> int:
+        """Number of meshes that are there."""
+        self.meshes = [mesh for mesh in self.meshes if mesh() is not None]
+        return len(self.meshes)
+
+
+_LIVING = _LiveMeshes()
+
+
+def count_in(mesh: Any) -> None:
+    """Count a new mesh."""
+    _LIVING.meshes.append(weakref.ref(mesh))
+
+
+def make_room(comm: MPI.Comm) -> None:
+    """Free meshes that nobody uses, if there are many; collective.
+
+    Args:
+        comm: Communicator.
+    """
+    if comm.allreduce(_LIVING.count(), op=MPI.MAX) >= _LIVING.most:
+        gc.collect()
+        # those that are in use are no reason to look again for each new one
+        _LIVING.most = MORE + comm.allreduce(_LIVING.count(), op=MPI.MAX)

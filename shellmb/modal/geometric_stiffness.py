@@ -1,0 +1,53 @@
+"""Energies that small strains leave out, in numbers: of squares of rotations."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import ufl
+from dolfinx import fem
+
+from shellmb.forms.floating.geometric_stiffness import of_beam, of_shell
+from shellmb.model.frames.beam import BeamModel
+from shellmb.model.shells.shell import ShellModel
+from shellmb.system.assembly.functionals import Functionals
+
+Floats = npt.NDArray[np.float64]
+
+
+class GeometricStiffness:
+    """Energies of squares of rotations about a frame, as of `forms.floating.geometric_stiffness`.
+
+    Args:
+        body: The shell or beam.
+    """
+
+    def __init__(self, body: ShellModel | BeamModel) -> None:
+        space, layout = body.mixed.space, body.layout
+        self._q = q = fem.Function(space)
+        self._R = fem.Constant(space.mesh, np.eye(3))
+        formulation: Any = body.section.formulation
+        N = formulation.N0 * layout.part(q, "N")
+        if isinstance(body, ShellModel):
+            densities = of_shell(N, layout.displacement(q), self._R, body.surface)
+            stiffness = body.section.sizes.stiffness
+        else:
+            densities = of_beam(N, layout.part(q, "u"), self._R, body.line)
+            stiffness = float(body.beam.section.stiffness[0, 0])
+        self._units = np.array([1.0, 1.0, stiffness])
+        dx = ufl.dx(space.mesh, degree=2)
+        self._energies = Functionals([[density * dx] for density in densities], space.mesh.comm)
+
+    def of(self, state: Floats, R: Floats | None = None) -> Floats:
+        """Of forces along the body, of stretching, and of squares if edges were held, J.
+
+        Args:
+            state: Local array.
+            R: Directors of the frame as rows.
+        """
+        self._q.x.array[:] = state
+        if R is not None:
+            self._R.value = R.T  # type: ignore[assignment]
+        return self._units * self._energies()

@@ -1,0 +1,180 @@
+"""Ritz vectors of a body by itself (Craig and Bampton), and what loads and terms add to them.
+
+Each frame moved by itself gives six static modes; with all of them held the lowest eigenvectors are
+taken, and what forces do.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Any
+
+from petsc4py import PETSc
+
+import numpy as np
+
+from shellmb.modal.isolated import SHIFT, STATIC, Arrays, Floats, IsolatedBody
+from shellmb.system.eigenvalues import eigenpairs
+
+# displacements by a force, relative to those in bending, that are round-off: a body gives way in
+# its own plane by the square of its thickness over its length, some 1e-8 in the thinnest
+NO_MOTION = 1e-12
+
+
+def ritz_vectors(
+    alone: IsolatedBody, count: int, center: Floats, loads: list[Arrays], springs: PETSc.Mat | None
+) -> list[PETSc.Vec]:
+    """Static modes of all frames and the lowest modes with them held; else those of the body.
+
+    And what the loads do with the frames held; without, as the body gives way to them. Where terms
+    hold it, `(K + B) v = f` has `v = v_0 - (K + B)^-1 B v_0` with `K v_0 = f`: the second part is
+    one more vector for each of the static ones.
+
+    Args:
+        alone: The body.
+        count: Number of modes with the frames held; without frames of elastic ones.
+        center: Centre of mass, shape (3,), m.
+        loads: Nodal forces of distributed loads.
+        springs: Stiffness of the terms `B`; None: they have none.
+    """
+
+    def felt(body: Held, forces: list[PETSc.Vec]) -> list[PETSc.Vec]:
+        """What is more than round-off, as a body of that mass gives way in bending."""
+        given = zip(forces, body.answers(forces), strict=True)
+        return [v for f, v in given if abs(f.dot(v)) * stiffness > NO_MOTION * f.dot(f)]
+
+    stiffness = alone.scale * float(alone.gram(alone.M, [alone.vector(alone.one())])[0, 0])
+    body = Held(alone, alone.K, center, frames=True)
+    static = [*felt(body, [alone.force(arrays) for arrays in loads]), *body.moved()]
+    found = [*body.lowest(count), *static]
+    if springs is not None:
+        forces = [springs * vector for vector in (*static, *body.motions)]
+        found += felt(Held(alone, alone.K + springs, center, frames=True), forces)
+    return found
+
+
+class Held:
+    """A body in its supports, whose frames are held, too; forces may accelerate it nevertheless.
+
+    Args:
+        alone: The body.
+        K: Stiffness matrix.
+        center: Point that its rotations are about, shape (3,), m.
+        frames: Whether frames are held.
+
+    Attributes:
+        motions: The rigid motions that it has: about the director of a single node that is held, or
+            those that supports leave.
+    """
+
+    def __init__(self, alone: IsolatedBody, K: PETSc.Mat, center: Floats, frames: bool) -> None:
+        self._alone, self._K = alone, K
+        numbering, rigid = alone.system.numbering, alone.model.rigid if frames else None
+        every = np.arange(numbering.start, numbering.start + numbering.owned)
+        taken = [k for k, f in enumerate(alone.system.fields) if rigid and f.name == rigid.name]
+        free = np.setdiff1d(every, [n for k in taken for n in numbering.by_field[k]])
+        where = PETSc.IS().createGeneral(free.astype(PETSc.IntType), comm=alone.comm)
+        self._inner = [A.createSubMatrix(where, where) for A in (K, alone.M)]
+        self._free = (free - numbering.start).astype(np.int64)
+        if rigid is None:
+            moves = [alone.vector(alone.motion(axis, center)) for axis in range(6)]
+            shares = alone.free_motions(center)
+        else:
+            moves, shares = self._turns(rigid)
+        self.motions = [self._combined(moves, share) for share in shares.T]
+
+    def _turns(self, rigid: Any) -> tuple[list[PETSc.Vec], Floats]:
+        """Rotations about the only frame while that is still, and which of these deform nothing."""
+        alone = self._alone
+        if len(rigid.index) > 1 or alone.model.scene.supports:
+            return [], np.zeros((0, 0))
+        (name,) = rigid.index
+        about, turns = rigid.bodies[rigid.index[name]].center, []
+        for axis in (3, 4, 5):
+            turns.append(alone.vector(alone.motion(axis, about)))
+            turns[-1].axpy(-1.0, alone.vector(alone.motion(axis, about, name)))
+        # resultants are unknowns, too: what deforms is told by forces and strains, not by energies
+        images = [alone.K * turn for turn in turns]
+        sizes, shares = np.linalg.eigh([[a.dot(b) for a in images] for b in images])
+        return turns, shares[:, sizes < NO_MOTION * sizes[-1]]
+
+    def _combined(self, vectors: list[PETSc.Vec], shares: Floats) -> PETSc.Vec:
+        total = self._K.createVecRight()
+        total.set(0.0)
+        total.maxpy(shares.tolist(), vectors)
+        return total
+
+    def lowest(self, count: int) -> list[PETSc.Vec]:
+        """The lowest modes, and without frames the rigid ones."""
+        K, M = self._inner
+        count += 0 if self._alone.model.rigid is not None else len(self.motions)
+        _, inner = eigenpairs(K, M, count, -SHIFT * self._alone.scale, symmetric=True)
+        return [self._whole(vector) for vector in inner]
+
+    @cached_property
+    def _solver(self) -> PETSc.KSP:
+        K, M = self._inner
+        K = K.copy()
+        K.axpy(STATIC * self._alone.scale, M)
+        return self._alone.solver(K)
+
+    @cached_property
+    def _inert(self) -> tuple[list[PETSc.Vec], list[PETSc.Vec]]:
+        """Forces that accelerate the body along its motions, and what it does by them.
+
+        A stiffness that holds it answers them with deformations, too.
+        """
+        forces = [self._alone.M * motion for motion in self.motions]
+        return forces, [self._solved(force) for force in forces]
+
+    def answers(self, forces: list[PETSc.Vec]) -> list[PETSc.Vec]:
+        """What forces do beside rigid motions.
+
+        Args:
+            forces: Vectors of the system; what accelerates the body is taken out of them.
+        """
+        found = []
+        for force in forces:
+            inert, rigid = self._inert
+            _take_out(force, inert, self.motions)
+            found.append(self._solved(force))
+            _take_out(found[-1], rigid, inert)
+        return found
+
+    def moved(self) -> list[PETSc.Vec]:
+        """What each frame does that moves by itself."""
+        alone, found = self._alone, []
+        rigid = alone.model.rigid
+        if rigid is None:
+            return []
+        for name, number in rigid.index.items():
+            center = rigid.bodies[number].center
+            for axis in range(6):
+                moved, whole = (alone.vector(alone.motion(axis, center, n)) for n in (name, None))
+                moved.axpy(-1.0, self._solved(self._K * moved))
+                size, full = np.diag(alone.gram(alone.M, [moved, whole]))
+                # a frame at a single node of a shell turns about the director without the body: as
+                # large as one, the round-off of that would be a wild mode
+                if size > NO_MOTION * full:
+                    found.append(moved)
+        return found
+
+    def _solved(self, force: PETSc.Vec) -> PETSc.Vec:
+        part, inside = self._inner[0].createVecLeft(), self._inner[0].createVecRight()
+        part.array[:] = force.array[self._free]
+        self._solver.solve(part, inside)
+        return self._whole(inside)
+
+    def _whole(self, part: PETSc.Vec) -> PETSc.Vec:
+        """A vector of the system from one of its free unknowns."""
+        out = self._K.createVecRight()
+        out.array[:] = 0.0
+        out.array[self._free] = part.array
+        return out
+
+
+def _take_out(vector: PETSc.Vec, along: list[PETSc.Vec], by: list[PETSc.Vec]) -> None:
+    """Take out of a vector what it has of some others, as those tell by which these are told."""
+    if along:
+        gram = [[b.dot(a) for a in along] for b in by]
+        vector.maxpy((-np.linalg.solve(gram, [b.dot(vector) for b in by])).tolist(), along)

@@ -1,0 +1,87 @@
+"""Stiffness and mass matrices of a model at a state, as eigenproblems and reductions need them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+import numpy.typing as npt
+import ufl
+from dolfinx import fem
+from ufl import Form
+
+from shellmb.bodyfields import body_field
+from shellmb.derivatives import CachedDerivative, Derivative
+from shellmb.model.body import TimeFunction
+from shellmb.model.frames.beam import BeamModel
+from shellmb.model.model import Model
+from shellmb.model.sections.damping import together
+from shellmb.model.shells.shell import ShellModel
+from shellmb.schemes.base import at_state
+from shellmb.schemes.residuals.rows import Span
+from shellmb.system.assembly.blocks import BlockSystem
+from shellmb.system.assembly.fields import Field, Followers
+
+# forms that add up to each block of a matrix
+Blocks = dict[tuple[int, int], list[Form | CachedDerivative]]
+
+
+def tangent(
+    model: Model,
+    arrays: Mapping[str, npt.NDArray[np.float64]] | None = None,
+    factor: Callable[[TimeFunction | None], float] | None = None,
+) -> tuple[BlockSystem, Blocks, Blocks]:
+    """Block system at a state, with the forms of its stiffness and mass matrices.
+
+    Args:
+        model: The bodies.
+        arrays: Local arrays of the state by `NAME/q`; None: the reference.
+        factor: Factors of the loads at that state by their time functions; None: no loads.
+    """
+    fields: list[Field] = []
+    followers: list[Followers] = []
+    stiffness: Blocks = {}
+    mass: Blocks = {}
+    numbers = {body.name: k for k, body in enumerate(model.bodies)}
+    for k, body in enumerate(model.bodies):
+        space = body.mixed.space
+        q = fem.Function(space)
+        if arrays:
+            q.x.array[:] = arrays[f"{body.name}/q"]
+        dq, trial = ufl.TestFunction(space), ufl.TrialFunction(space)
+        sub = Span(at_state(q), [q], 0)
+        form, terms = body.within(sub, dq, trial)
+        if sub.states is not None:
+            followers.append(Followers(**vars(sub.states)))
+        forms = [form]
+        loads = body.loads() if factor is not None else None
+        if loads is not None and factor is not None:
+            loads.update(factor)
+            work = loads.virtual_work(q, dq)
+            forms.append(-work if work is not None else None)
+        stiffness[k, k] = [f for term in terms for f in term.derivatives[0, 0]]
+        residual = together(forms)
+        if residual is not None and q in residual.coefficients():
+            stiffness[k, k].append(Derivative(residual, q))
+        inertia = body.inertia(trial, dq)
+        if inertia is not None:
+            mass[k, k] = [inertia]
+        fields.append(body_field(body, q, (), numbers))
+    system = BlockSystem(model.comm, fields, followers)
+    system.follow()
+    return system, stiffness, mass
+
+
+def bending_scale(body: ShellModel | BeamModel) -> float:
+    """`D/(m L^4)` of a shell or beam: the size of the square of its lowest frequency, rad^2/s^2."""
+    if isinstance(body, ShellModel):
+        sizes = body.section.sizes
+        bending = sizes.stiffness * sizes.thickness**2 / 12
+        return bending / sizes.mass / body.surface_mesh.length**4
+    bending = float(np.min(np.diag(body.beam.section.stiffness)[4:]))
+    return bending / body.beam.section.mass[0] / body.domain.length**4
+
+
+def bending_scales(model: Model) -> list[float]:
+    """Those of all shells and beams, rad^2/s^2."""
+    return [bending_scale(body) for body in model.meshed.values()]

@@ -1,0 +1,190 @@
+"""How far bodies turn in a step: each as a whole, and at its nodes.
+
+For a body that turns by the angle `a` about `n`, the change of its nodes over a step is
+`2 tan(a/2) n x` of what they are in the middle of it, relative to its centre. So the best fit of
+`v = w x r` to the changes of positions and directors gives the angle of a rotation of any size,
+and of a deforming body its mean. A part of the body may turn by more: the directors of the nodes
+tell.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from mpi4py import MPI
+
+import numpy as np
+import numpy.typing as npt
+
+from shellmb.model.frames.rigid import GROUND, RigidBodies
+from shellmb.observers.fields.nodal import Nodes, nodal_bodies
+from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.system.assembly import native
+
+Floats = npt.NDArray[np.float64]
+
+# of the diagonal, so that what does not turn at all has a fit, too
+TINY = 1e-12
+
+
+@dataclass
+class Turn:
+    """How a body of the scene turns.
+
+    Args:
+        angle: Largest angle of the body or of a part of it in the last step, rad.
+        mean: Angle of the body as a whole in the last step, rad.
+        radius: Radius of gyration of its nodes about the axis of the last step, m.
+        largest: Largest `angle` so far, rad.
+        t: Time at the end of the step with that, s.
+        dt: Length of that step, s.
+        total: Sum of the angles `mean` of all steps so far, rad.
+    """
+
+    angle: float = 0.0
+    mean: float = 0.0
+    radius: float = 0.0
+    largest: float = 0.0
+    t: float = 0.0
+    dt: float = 0.0
+    total: float = 0.0
+
+    def add(self, angle: float, mean: float, radius: float, t: float, dt: float) -> None:
+        """Add a step."""
+        self.angle, self.mean, self.radius = max(angle, mean), mean, radius
+        self.total += mean
+        if self.angle > self.largest:
+            self.largest, self.t, self.dt = self.angle, t, dt
+
+
+class BodyRotations(Silent):
+    """Follows how all bodies of a dynamic scene turn.
+
+    Attributes:
+        turns: By name of the body in the scene.
+    """
+
+    def __init__(self) -> None:
+        self.turns: dict[str, Turn] = {}
+
+    def start(self, simulation: Simulation) -> None:
+        """Find the nodes."""
+        model = simulation.model
+        self._flexible: list[_Flexible] = []
+        self._rigid: _Frames | None = None
+        if "v" not in simulation.scheme.rates:
+            return
+        for name, body in nodal_bodies(model).items():
+            if isinstance(body, RigidBodies):
+                self._rigid = _Frames(body)
+            else:
+                index_map = body.mixed.space.dofmap.index_map
+                first = body.mixed.dofs["u"].reshape(-1, 3)[:, 0]
+                mine = np.flatnonzero(first < index_map.size_local).astype(np.int32)
+                self._flexible.append(_Flexible(name, Nodes(body, mine)))
+        names = [body.name for body in self._flexible]
+        for name in names + (self._rigid.names if self._rigid else []):
+            self.turns.setdefault(name, Turn())
+
+    def solved(self, simulation: Simulation) -> None:
+        """Take the angles of the step: both of its ends are at hand."""
+        last, comm = simulation.last, simulation.model.comm
+        if last is None or not self.turns:
+            return
+        t, levels, end = last.t + last.dt, simulation.problem.levels, simulation.problem.last
+        for body in self._flexible:
+            here = levels[body.name]
+            chord = body.sum(here.q.x.array, here.unknown[end].x.array)
+            if comm.size > 1:
+                comm.Allreduce(MPI.IN_PLACE, body.sums)
+                chord = comm.allreduce(chord, op=MPI.MAX)
+            self.turns[body.name].add(_angle(chord), *fit(body.sums), t, last.dt)
+        if self._rigid is not None:
+            here = levels[self._rigid.name]
+            chords = self._rigid.chords(here.q.x.array, here.unknown[end].x.array)
+            comm.Allreduce(MPI.IN_PLACE, chords, op=MPI.MAX)
+            for name, chord in zip(self._rigid.names, chords.tolist(), strict=True):
+                angle = _angle(chord)
+                self.turns[name].add(angle, angle, 0.0, t, last.dt)
+
+    def state(self) -> dict[str, Any]:
+        """What was found so far."""
+        return {name: dict(vars(turn)) for name, turn in self.turns.items()}
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Take it up."""
+        self.turns = {name: Turn(**values) for name, values in state.items()}
+
+
+class _Flexible:
+    """Nodes of a shell or beam that this rank owns, as `sums.c` sees them.
+
+    Args:
+        name: Name of the body.
+        nodes: Its nodes.
+
+    Attributes:
+        sums: What `fit` takes of a step, to be summed over the ranks.
+    """
+
+    def __init__(self, name: str, nodes: Nodes) -> None:
+        self.name, self._nodes, self._lib = name, nodes, native.cells().lib
+        self._struct, self._directors = nodes.struct(), nodes.directors
+        self.sums = np.zeros(43)
+
+    def sum(self, start: Floats, end: Floats) -> float:
+        """Fill the sums of a step; returns the largest chord of the nodes.
+
+        Args:
+            start: Dofs of the body at the start of the step.
+            end: Those at its end.
+        """
+        pointers = map(native.doubles, (start, end, self.sums))
+        square = self._lib.turning(self._struct, self._directors, *pointers)
+        return math.sqrt(square / _directions(self._directors))
+
+
+class _Frames:
+    """The rigid bodies.
+
+    Args:
+        body: The rigid bodies of the model.
+    """
+
+    def __init__(self, body: RigidBodies) -> None:
+        self.name, self._nodes = body.name, Nodes(body)
+        self._item = body.node_mesh.item
+        self._moving = [k for k, rigid in enumerate(body.bodies) if rigid.name != GROUND]
+        self.names = [body.bodies[k].name for k in self._moving]
+        self._count = len(body.bodies)
+
+    def chords(self, start: Floats, end: Floats) -> Floats:
+        """Chord of each body but ground on this rank, shape (n,), zero for those of others."""
+        found = np.zeros(self._count)
+        squares = (self._nodes.changes(end - start) ** 2).sum(axis=(1, 2))
+        found[self._item] = np.sqrt(squares / _directions(3))
+        return found[self._moving]
+
+
+def fit(sums: Floats) -> tuple[float, float]:
+    """Angle of a body as a whole, rad, and its radius of gyration about the axis, m.
+
+    Args:
+        sums: Of its nodes, as from `turning` of `sums.c`, shape (43,).
+    """
+    found = np.zeros(2)
+    native.cells().lib.turned(native.doubles(sums), TINY, native.doubles(found))
+    tangent, radius = found.tolist()
+    return 2 * math.atan(tangent / 2), radius
+
+
+def _directions(directors: int) -> int:
+    """How many directions of a node turn: of a triple two of three see the same rotation."""
+    return 2 if directors == 3 else 1
+
+
+def _angle(chord: float) -> float:
+    """Angle that belongs to a chord of the unit circle, rad."""
+    return 2 * math.asin(min(chord / 2, 1.0))

@@ -1,0 +1,155 @@
+"""Modes over the rate of rotation, and which belong together: what a Campbell diagram shows."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from mpi4py import MPI
+
+import numpy as np
+import numpy.typing as npt
+
+from shellmb.errors import SceneError
+from shellmb.rotating.axis import Axis, check_steady, find_axis
+from shellmb.rotating.branches import track
+from shellmb.rotating.modes import SPARE, TurningModes, check_count, modes_at
+from shellmb.rotating.steady import SteadyRotation
+from shellmb.scene import Scene
+from shellmb.scene.values.validate import show
+
+Floats = npt.NDArray[np.float64]
+
+# an axis where nothing turns
+UPWARD = (0.0, 0.0, 1.0)
+
+
+@dataclass(frozen=True)
+class Campbell:
+    """Modes of a scene that turns steadily, at several rates.
+
+    Args:
+        axis: The axis.
+        rates: Rates of rotation, ascending, rad/s.
+        modes: The modes at each rate.
+        branches: Number of the mode at each rate, from 0, on each branch; -1 where it has none,
+            shape (rates, branches).
+    """
+
+    axis: Axis
+    rates: Floats
+    modes: tuple[TurningModes, ...]
+    branches: npt.NDArray[np.int64]
+
+    def along(self, values: str) -> npt.NDArray[np.complex128]:
+        """An array of the modes at each rate along the branches, NaN where one has no mode.
+
+        Args:
+            values: Name of an array of `TurningModes`, as "omega", "damping", "values".
+
+        Returns:
+            Shape (rates, branches).
+        """
+        rows = [
+            np.where(places >= 0, np.asarray(getattr(modes, values))[places], np.nan)
+            for modes, places in zip(self.modes, self.branches, strict=True)
+        ]
+        return np.array(rows)
+
+    @property
+    def frequencies(self) -> Floats:
+        """Damped frequencies along the branches, Hz, NaN where there is none."""
+        return np.asarray(self.along("frequencies"))
+
+    @property
+    def unstable(self) -> tuple[tuple[float, int, complex], ...]:
+        """Rate, number of the mode from 1, and eigenvalue of all unstable modes."""
+        return tuple(
+            (float(modes.rate), k, complex(modes.values[k - 1]))
+            for modes in self.modes
+            for k in modes.unstable
+        )
+
+    @property
+    def verdict(self) -> str:
+        """Whether it is stable, and where that is not decided, in one or two sentences."""
+        return self._stability + self._undecided
+
+    @property
+    def _undecided(self) -> str:
+        """The rates where more eigenvalues than elsewhere are taken for zero."""
+        # at rest a free system has more of them, which rotation holds
+        turning = [modes for modes in self.modes if modes.rate > 0]
+        least = min((modes.rigid for modes in turning), default=0)
+        near = [modes for modes in turning if modes.rigid > least]
+        if not near:
+            return ""
+        at = ", ".join(f"{modes.rate:g}" for modes in near)
+        bound = max(modes.neutral for modes in near)
+        return (
+            f"; at {at} rad/s more eigenvalues than at other rates are below {bound:.3g}/s and "
+            "count as zero: a critical speed is near by, where it is not decided whether they grow"
+        )
+
+    @property
+    def _stability(self) -> str:
+        if not self.unstable:
+            return "no mode grows at any rate"
+        rate, mode, value = self.unstable[0]
+        kind = "divergence" if value.imag == 0 else "flutter"
+        return (
+            f"unstable at {rate:g} rad/s: mode {mode} grows by {value.real:.4g}/s ({kind}); "
+            f"{len({r for r, _, _ in self.unstable})} of {len(self.rates)} rates are unstable"
+        )
+
+
+def campbell(
+    scene: Scene,
+    rates: Sequence[float],
+    comm: MPI.Comm = MPI.COMM_WORLD,
+    count: int = 6,
+    loaded: bool = False,
+    axis: Sequence[float] | None = None,
+    about: Sequence[float] | None = None,
+) -> Campbell:
+    """Modes of a scene that turns about an axis at given rates.
+
+    Args:
+        scene: The scene; its scheme and initial velocities do not matter.
+        rates: Rates, ascending, rad/s.
+        comm: Communicator.
+        count: Number of modes at each rate.
+        loaded: Whether the loads act.
+        axis: Direction of the axis; None: that about which the scene turns.
+        about: A point of it, m.
+
+    Raises:
+        SceneError: If rates or count make no sense, or something does not turn along.
+        ConvergenceError: If there is no relative equilibrium, or the modes do not converge.
+    """
+    check_count(count)
+    given = _checked(rates)
+    # at rest nothing has to turn along, and there need be no axis
+    turns = given[-1] > 0
+    line = find_axis(scene, axis, about) if turns or axis is not None else Axis(UPWARD)
+    if turns:
+        check_steady(scene, line, loaded)
+    turning = SteadyRotation(scene, line, comm, loaded)
+    found = [modes_at(turning, rate, count, SPARE) for rate in given]
+    branches = track(found, turning.mass)
+    # those that the wanted modes are on, at whatever rate
+    wanted = ((branches >= 0) & (branches < count)).any(axis=0)
+    return Campbell(turning.axis, np.array(given), tuple(found), branches[:, wanted])
+
+
+def _checked(rates: Sequence[float]) -> list[float]:
+    try:
+        given = [float(rate) for rate in rates]
+    except (TypeError, ValueError):
+        given = []
+    if not given or not all(np.isfinite(given)) or given[0] < 0 or np.any(np.diff(given) <= 0):
+        raise SceneError(
+            f"modes: rates are {show(rates)}; they must be one or more numbers in rad/s, from 0 "
+            "on, each larger than the one before"
+        )
+    return given

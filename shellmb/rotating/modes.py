@@ -1,0 +1,174 @@
+"""Modes about a steady rotation: complex eigenvalues, damping, whirl, stability, shapes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from shellmb.errors import ConvergenceError, SceneError, petsc_in_words
+from shellmb.model.model import Model
+from shellmb.rotating.linearised import Linearised
+from shellmb.rotating.quadratic import Pair, product, solve_quadratic, turned
+from shellmb.rotating.rigid import FreeMotions
+from shellmb.rotating.steady import SteadyRotation
+from shellmb.vibration import Shape, nodal_shape, scaled
+
+# eigenvalues below this part of the shift are zero: a double one, as of a free rotation, is found
+# to the square root of round-off
+NEUTRAL = 3e-3
+
+# real parts above this part of the shift and of the eigenvalue are no round-off
+UNSTABLE = 1e-5
+
+# modes that whirl by less than this have no direction: planar ones, and those across the axis
+WHIRLS = 0.05
+
+# so many more modes than wanted are found: branches that cross the last one are not lost
+SPARE = 4
+
+
+@dataclass(frozen=True)
+class TurningModes:
+    """Modes of a system that turns with a steady rate, seen from a frame that turns along.
+
+    They are `exp(s t) v` with `s = -zeta omega +- i omega_d`; of each complex pair one is listed,
+    by size, and of real eigenvalues all.
+
+    Args:
+        rate: Rate of rotation, rad/s.
+        values: Eigenvalues, 1/s.
+        whirl: How much each of them whirls about the axis, from -1 (a backward circle of all
+            points) to 1 (a forward one).
+        shapes: Real and imaginary part of each mode, as those of `shellmb.vibration.Modes`; the
+            real part is the larger one.
+        model: The model, with the nodes' positions.
+        unknowns: Number of unknowns of the eigenproblem.
+        rigid: Number of modes with the eigenvalue zero, which are the first ones.
+        threshold: Real part above which a mode is unstable, 1/s.
+        neutral: Eigenvalues below this are taken for zero, 1/s.
+        pairs: Eigenvalues with their vectors.
+    """
+
+    rate: float
+    values: npt.NDArray[np.complex128]
+    whirl: npt.NDArray[np.float64]
+    shapes: list[tuple[Shape, Shape]]
+    model: Model
+    unknowns: int
+    rigid: int
+    threshold: float
+    neutral: float
+    pairs: tuple[Pair, ...]
+
+    @property
+    def omega(self) -> npt.NDArray[np.float64]:
+        """Damped angular frequencies, rad/s."""
+        return np.asarray(self.values.imag)
+
+    @property
+    def frequencies(self) -> npt.NDArray[np.float64]:
+        """Damped frequencies, Hz."""
+        return self.omega / (2 * np.pi)
+
+    @property
+    def damping(self) -> npt.NDArray[np.float64]:
+        """Damping ratios `-Re s/|s|`; negative ones are unstable, those of rigid modes zero."""
+        size = np.abs(self.values)
+        some = np.arange(len(size)) >= self.rigid
+        return np.where(some, -self.values.real / np.where(some, size, 1.0), 0.0) + 0.0
+
+    @property
+    def unstable(self) -> tuple[int, ...]:
+        """Numbers of the unstable modes, from 1."""
+        bound = np.maximum(self.threshold, UNSTABLE * np.abs(self.values))
+        grows = self.values.real > bound
+        return tuple(int(k) + 1 for k in np.flatnonzero(grows) if k >= self.rigid)
+
+    @property
+    def directions(self) -> tuple[str, ...]:
+        """Of each mode "forward", "backward", or "" where it has no direction."""
+        return tuple(
+            ("forward" if w > 0 else "backward") if abs(w) > WHIRLS and s.imag > 0 else ""
+            for w, s in zip(self.whirl, self.values, strict=True)
+        )
+
+
+@petsc_in_words()
+def modes_at(turning: SteadyRotation, rate: float, count: int, spare: int = 0) -> TurningModes:
+    """Modes about the relative equilibrium at a rate.
+
+    Args:
+        turning: The scene.
+        rate: Rate, rad/s.
+        count: Number of modes.
+        spare: Number of more of them that are found if there are so many.
+
+    Raises:
+        ConvergenceError: If there is no equilibrium, or there are fewer modes.
+    """
+    turning.go(rate)
+    return modes_of(turning, count, spare)
+
+
+@petsc_in_words()
+def modes_of(turning: Linearised, count: int, spare: int = 0) -> TurningModes:
+    """Modes about the state that a system has, in the frame as it turns.
+
+    Args:
+        turning: The system.
+        count: Number of modes.
+        spare: Number of more of them that are found if there are so many.
+
+    Raises:
+        ConvergenceError: If there are fewer modes, or they do not converge.
+    """
+    K, C, M = turning.matrices()
+    free = FreeMotions(turning, (K, C, M))
+    found = [free.exact(pair) for pair in solve_quadratic(K, C, M, count + spare, turning.shift)]
+    zero = [pair for pair in found if abs(pair.value) < NEUTRAL * turning.shift]
+    # a double zero is found as a complex pair, of which one is listed, or as two real numbers
+    weight = sum(1.0 if pair.value.imag > 0 else 0.5 for pair in zero)
+    rigid = int(np.ceil(weight))
+    kept = [*zero[:rigid], *found[len(zero) :]][: count + spare]
+    if len(kept) < count:
+        raise ConvergenceError(
+            f"modes: count is {count}; there are {len(kept)} modes, ask for no more"
+        )
+    pairs = tuple(_upright(pair, turning) for pair in kept)
+    whirl = [(product(turning.transport, p, p) / product(turning.mass, p, p)).imag for p in pairs]
+    system, model = turning.system, turning.model
+    shapes = [
+        scaled(model, *(nodal_shape(system, model, v) for v in (p.real, p.imaginary)))
+        for p in pairs
+    ]
+    return TurningModes(
+        turning.rate,
+        np.array([p.value for p in pairs]),
+        np.array(whirl),
+        [(a, b) for a, b in shapes],
+        model,
+        system.size,
+        min(rigid, len(kept)),
+        UNSTABLE * turning.shift,
+        NEUTRAL * turning.shift,
+        pairs,
+    )
+
+
+def _upright(pair: Pair, turning: Linearised) -> Pair:
+    """The pair with the phase at which the real part is as large as it can be."""
+    mirrored = pair._replace(imaginary=-1.0 * pair.imaginary)
+    square = product(turning.mass, mirrored, pair)
+    return turned(pair, -float(np.angle(square)) / 2)
+
+
+def check_count(count: int) -> None:
+    """A number of modes.
+
+    Raises:
+        SceneError: If it is not positive.
+    """
+    if count < 1:
+        raise SceneError(f"modes: count is {count}; it must be at least 1")

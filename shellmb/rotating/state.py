@@ -1,0 +1,327 @@
+"""A state of a run in a frame that turns, with accelerations and multipliers of that instant."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from mpi4py import MPI
+
+import numpy as np
+import numpy.typing as npt
+from dolfinx import fem
+from ufl import Form
+from ufl.core.expr import Expr
+
+from shellmb.bodyfields import kinematic_dofs
+from shellmb.checked_model import checked_model
+from shellmb.errors import ConvergenceError, SceneError
+from shellmb.model.body import Body
+from shellmb.model.model import Model
+from shellmb.model.sections.damping import together
+from shellmb.rotating.axis import Axis, bearing, check_steady, three
+from shellmb.rotating.frame import TurningFrame
+from shellmb.rotating.linearised import Linearised
+from shellmb.rotating.modes import TurningModes
+from shellmb.rotating.rigid import (
+    NOTHING,
+    Functions,
+    Products,
+    WholeMotion,
+    spinning,
+    unsteady_part,
+)
+from shellmb.scene import Driven, JointDamper, Motor, Scene
+from shellmb.scene.lookup import said
+from shellmb.scene.multibody.rolling import Contact
+from shellmb.scene.values.validate import show
+from shellmb.schemes.base import Levels
+from shellmb.schemes.registry import make_scheme
+from shellmb.simulate.problem import Problem
+from shellmb.simulate.start.endforces import EndForces
+
+Arrays = Mapping[str, npt.NDArray[np.float64]]
+
+# an axis that follows from a state is known to the errors of its run, in time and of constraints
+KNOWN = 1e-6
+
+# of the energy of motion, below which nothing turns
+STANDS = 1e-12
+
+# what balances the forces of a state moves its bodies by no more than this, in their scales: by
+# the errors of constraints in the run, times the square of a time of the lowest modes
+BALANCED = 1e-5
+
+# of the length of the scene: a plate as thin as that bends by its thickness, which changes modes
+STEADY = 1e-2
+
+
+class StateFrame(TurningFrame):
+    """A frame that turns, in which a body moves at a state and is accelerated.
+
+    Args:
+        body: The body.
+        axis: The axis.
+        state: The state.
+        velocity: Absolute velocities there.
+        acceleration: Absolute accelerations.
+    """
+
+    def __init__(
+        self,
+        body: Body,
+        axis: Axis,
+        state: fem.Function,
+        velocity: fem.Function,
+        acceleration: fem.Function,
+    ) -> None:
+        super().__init__(body, axis)
+        self._state, self._velocity, self._acceleration = state, velocity, acceleration
+
+    def motion(self, q: Expr) -> Expr:
+        """Velocities in the frame: the same at neighbouring states."""
+        return self.still + self._velocity - self.turned(self._state)
+
+    def carried(self, q: Expr, dq: Expr) -> Form | None:
+        """Inertia forces of a state with these accelerations, and the forces of damped strains."""
+        change = self.centripetal(q) - self.centripetal(self._state)
+        forms = [self.body.inertia(self._acceleration + change, dq)]
+        if self.body.damping is not None:
+            forms.append(self.body.damping.at(q, self.motion(q), dq))
+        return together(forms)
+
+
+@dataclass(frozen=True)
+class StateModes:
+    """Modes about a state.
+
+    Args:
+        modes: The modes, as seen from the frame.
+        state: The state.
+    """
+
+    modes: TurningModes
+    state: MovingState
+
+    @property
+    def drift(self) -> float:
+        """How far the state goes in the time in which its slowest mode turns by one radian.
+
+        In lengths of the scene, root mean square over the mass.
+        """
+        sizes = np.abs(self.modes.values[self.modes.rigid :])
+        return self.state.unsteady.drift(float(min(sizes, default=self.state.shift)))
+
+    @property
+    def warnings(self) -> list[str]:
+        """What says that the eigenvalues mean little."""
+        if self.drift <= STEADY:
+            return []
+        return [
+            f"the state is no steady motion: it moves by {self.drift:.2g} of the scene's length "
+            "in the time in which its slowest mode turns by one radian; eigenvalues frozen in "
+            "time say little about what follows"
+        ]
+
+    @property
+    def verdict(self) -> str:
+        """Whether a mode grows, in one sentence."""
+        found = self.modes
+        if not found.unstable:
+            said = "no mode grows"
+        else:
+            value = complex(found.values[found.unstable[0] - 1])
+            kind = "divergence" if value.imag == 0 else "flutter"
+            said = f"mode {found.unstable[0]} grows by {value.real:.4g}/s ({kind})"
+        at = "at rest" if found.rate == 0 else f"that turns by {found.rate:.6g} rad/s"
+        return "; ".join([f"at t = {self.state.time:g}, in a frame {at}: {said}", *self.warnings])
+
+
+class MovingState(Linearised):
+    """A scene at a state of a run, in a frame that turns.
+
+    Args:
+        scene: The scene.
+        arrays: The state, as `Simulation.arrays` gives it on this rank.
+        counters: As of `Simulation.state`.
+        comm: Communicator.
+        rate: Rate of the frame, rad/s; None: that of the rigid rotation nearest to the state.
+        axis: Its axis; None: that of this rotation.
+        about: A point of it; None: where accelerations say it is.
+
+    Raises:
+        SceneError: If what is given does not fit the scene, or the scene has no such modes.
+        ConvergenceError: If the state's accelerations do not follow from it.
+
+    Attributes:
+        time: Time of the state, s.
+        unsteady: How far it is from a steady rotation.
+        standing: Why the frame does not turn; "" where it does.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        arrays: Arrays,
+        counters: Mapping[str, Any],
+        comm: MPI.Comm,
+        rate: float | None = None,
+        axis: Sequence[float] | None = None,
+        about: Sequence[float] | None = None,
+    ) -> None:
+        self.time = t = float(counters["t"])
+        moving = scene.with_options(scheme="ep", dt=scene.dt or 1.0, t_end=scene.t_end or 1.0)
+        model, _ = checked_model(moving, comm)
+        model.mechanism.switches.restore(counters["switches"])
+        found = _motion(model, arrays, t, float(moving.dt or 1.0))
+        q, velocity, acceleration = found
+        products = Products(model, q)
+        whole = WholeMotion(products, model.length)
+        line, omega, self.standing = _frame(
+            scene, products, whole, velocity, acceleration, (rate, axis, about)
+        )
+        frames = {
+            b.name: StateFrame(b, line, q[b.name], velocity[b.name], acceleration[b.name])
+            for b in model.bodies
+        }
+        levels = {b.name: Levels(q[b.name], {}, {}, b.tangent) for b in model.bodies}
+        self.unsteady = unsteady_part(scene, products, whole, (velocity, acceleration), line, omega)
+        super().__init__(model, line, frames, levels, t, True)
+        self.rate = omega
+        self.turn(omega)
+        moved = self.relaxation.step(self.relaxation.tau, 1.0)
+        if not moved < BALANCED:
+            raise ConvergenceError(
+                f"modes: the state at t = {t:g} is not in balance with its accelerations (by "
+                f"{moved:.1e} of the bodies' scales); run it with a smaller tolerance or step",
+                None,
+                {},
+            )
+
+
+def check_state(scene: Scene, scheme: str) -> None:
+    """Whether there are modes about a state of a run.
+
+    Args:
+        scene: The scene.
+        scheme: Scheme of the run.
+
+    Raises:
+        SceneError: Names what has none.
+    """
+    if scheme in ("linear", "linear-dynamics"):
+        raise SceneError(
+            f"modes: the state is of the scheme '{scheme}', whose equations are those about the "
+            "reference; ask for the modes without a state"
+        )
+    if scene.path is not None:
+        raise SceneError(
+            "modes: the state is of a static path, where the factor of the loads is unknown; "
+            "multiply the loads by it and ask for the modes of the loaded scene, without a state"
+        )
+    if scene.controllers:
+        names = ", ".join(f"'{c.name}'" for c in scene.controllers)
+        raise SceneError(
+            f"modes: the scene has controllers ({names}), which act by samples in time and are no "
+            "part of the linearised equations; its states have modes without them only"
+        )
+    for joint in scene.joints:
+        if isinstance(joint, Contact):
+            raise SceneError(
+                f"modes: {joint.said} rolls on ground or slips; states with such contacts have no "
+                "modes here"
+            )
+
+
+def _motion(
+    model: Model, arrays: Arrays, t: float, dt: float
+) -> tuple[dict[str, fem.Function], dict[str, fem.Function], dict[str, fem.Function]]:
+    """State, velocities that the constraints allow, and accelerations, by body."""
+    found = tuple({b.name: fem.Function(b.mixed.space) for b in model.bodies} for _ in range(3))
+    q, velocity, acceleration = found
+    dynamic = any(key.endswith("/v") for key in arrays)
+    problem = Problem(model, make_scheme("ep", 0.0)) if dynamic else None
+    for body in model.bodies:
+        given = arrays.get(f"{body.name}/q")
+        if given is None or given.shape != q[body.name].x.array.shape:
+            raise SceneError(f"modes: the state has no part '{body.name}' of this scene's size")
+        q[body.name].x.array[:] = given
+        if problem is not None:
+            levels = problem.levels[body.name]
+            levels.q.x.array[:] = given
+            levels.rates["v"].x.array[:] = arrays[f"{body.name}/v"]
+    if problem is not None:
+        forces = EndForces(problem)
+        # a motion need not be defined before its start
+        forces.solve(t, dt if t >= dt else -dt)
+        for body in model.bodies:
+            dofs = kinematic_dofs(body)
+            # of places of joints, too, which dampers know
+            velocity[body.name].x.array[:] = forces.velocity(body.name).x.array
+            acceleration[body.name].x.array[dofs] = forces.state(body.name).x.array[dofs]
+    return q, velocity, acceleration
+
+
+def _frame(
+    scene: Scene,
+    products: Products,
+    whole: WholeMotion,
+    velocity: Functions,
+    acceleration: Functions,
+    given: tuple[float | None, Sequence[float] | None, Sequence[float] | None],
+) -> tuple[Axis, float, str]:
+    """Axis and rate of the frame, and why it stands."""
+    rate, axis, about = given
+    held = bearing(scene) if axis is None else None
+    chosen = Axis(three("axis", axis)) if axis is not None else held
+    omega = whole.rotation(velocity, None if chosen is None else chosen.unit)
+    if held is not None:
+        # the rotation about that very line
+        turn = spinning(held.unit, np.asarray(held.about))
+        inertia = products.square(None, turn)
+        along = products((velocity, NOTHING), (None, turn)) / inertia if inertia > 0 else 0.0
+        omega = along * held.unit
+    middle = whole.centre if held is None else np.asarray(held.about)
+    turning = products.square(None, spinning(omega, middle))
+    still = turning <= STANDS * products.square(velocity)
+    if rate and chosen is None and still:
+        raise SceneError(
+            f"modes: rate is {rate:g}, and nothing turns in the state that would say about which "
+            "axis; give axis, and about"
+        )
+    size = float(np.linalg.norm(omega))
+    unit = chosen.unit if chosen is not None else omega / size if size > 0 else np.eye(3)[2]
+    own = float(rate) if rate is not None else 0.0 if still else float(unit @ omega)
+    if about is not None:
+        point = three("about", about)
+    elif held is not None:
+        point = held.about
+    else:
+        # of what turns about an axis the centre is accelerated towards it
+        pull = whole.translation(acceleration)
+        away = (pull - (pull @ unit) * unit) / own**2 if own else np.zeros(3)
+        point = three("about", (whole.centre + away).tolist())
+    line = Axis(three("axis", unit.tolist()), point, KNOWN)
+    if own == 0:
+        return line, 0.0, "nothing turns" if rate is None else "its rate is given as 0"
+    try:
+        _check_turns(scene, line)
+    except SceneError as error:
+        if rate is not None or axis is not None:
+            raise
+        return line, 0.0, str(error).removeprefix("modes: ")
+    return line, own, ""
+
+
+def _check_turns(scene: Scene, line: Axis) -> None:
+    """Whether all of a scene turns along, as it is held in space."""
+    for support in scene.supports:
+        if not isinstance(support, Driven):
+            place = getattr(support, "edge", getattr(support, "at", ""))
+            raise SceneError(
+                f"modes: {said(support)} {show(place)} stands in space, and does not turn along"
+            )
+    # these know only rates, which are those in space whatever the frame
+    kept = tuple(e for e in scene.elements if not isinstance(e, JointDamper | Motor))
+    check_steady(replace(scene, elements=kept), line, True)

@@ -1,0 +1,151 @@
+"""Forces that alternate are named; those that move, vibrate or jump are not."""
+
+import math
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any, cast
+
+from mpi4py import MPI  # noqa: F401  (before dolfinx)
+
+import numpy as np
+import pytest
+
+from shellmb.diagnostics.base import Caution
+from shellmb.diagnostics.forces.alternating import Alternating
+from shellmb.observers.summary import Sources
+from shellmb.running.execute import execute
+from shellmb.scene import (
+    GROUND,
+    Driver,
+    InitialVelocity,
+    JointSpring,
+    JointStop,
+    Output,
+    Prismatic,
+    Revolute,
+    RigidBody,
+    Scene,
+    Spring,
+)
+from shellmb.schemes.ed import EnergyDecaying
+from shellmb.schemes.ep import EnergyPreserving
+from shellmb.simulate.simulation import Simulation
+
+SPEED, RISE = 4.0, 0.2
+
+
+def said(scene: Scene) -> list[Caution]:
+    return [c for c in execute(scene).warnings if c.watch == "alternation"]
+
+
+def run_up(t: float) -> float:
+    """Angle of a motor that has its speed after 0.2 s."""
+    if t > RISE:
+        return SPEED * (t - RISE / 2)
+    return SPEED / 2 * (t - RISE / math.pi * math.sin(math.pi * t / RISE))
+
+
+def rotor(scheme: str, **more: Any) -> Scene:
+    """An arm that a motor brings to its speed: then the torque should vanish."""
+    return Scene(
+        "rotor",
+        rigid_bodies=RigidBody("arm", 2.0, (0.1, 0.1, 0.1), position=(0.5, 0, 0)),
+        joints=Revolute("shaft", GROUND, "arm", at=(0, 0, 0), axis=(0, 0, 1)),
+        drivers=Driver("motor", "shaft", rotation=run_up),
+        scheme=scheme,
+        **{"dt": 0.02, "t_end": 2.0} | more,
+    )
+
+
+def test_velocities_that_violate_constraints() -> None:
+    (caution,) = said(rotor("ep"))
+    assert "'motor.torque'" in caution.says and "--end-forces" in caution.says
+    assert caution.value > 0.3
+    for scheme in ("ed", "ep4", "ed3"):
+        assert not said(rotor(scheme))
+    # what is asked for at the ends of steps is there
+    assert not said(rotor("ep", output=Output(end_forces=True)))
+
+
+@pytest.mark.parametrize("scheme", [EnergyPreserving(), EnergyDecaying(1.0)])
+def test_what_is_advised(scheme: Any) -> None:
+    """No scheme of ours is known to do it with dissipation: the watch by itself."""
+    rows = [{"motor.torque": (-1.0) ** k} for k in range(60)]
+    watch = Alternating(cast(Sources, SimpleNamespace(history=SimpleNamespace(rows=rows))))
+    output, mechanism = SimpleNamespace(end_forces=False), SimpleNamespace(joints={})
+    scene, model = SimpleNamespace(output=output), SimpleNamespace(mechanism=mechanism)
+    run = SimpleNamespace(scheme=scheme, scene=scene, model=model)
+    (caution,) = watch.cautions(cast(Simulation, run))
+    assert ("--scheme" in caution.says) == (scheme.dissipation()[0] == 0)
+    assert "a smaller step, or --end-forces" in caution.says
+
+
+@pytest.mark.parametrize(("dt", "count"), [(0.02, 1), (5e-4, 0)])
+def test_what_vibrates_faster_than_steps(dt: float, count: int) -> None:
+    spring = JointSpring("spring", "rail", stiffness=1e6)
+    scene = Scene(
+        "mass",
+        rigid_bodies=RigidBody("mass", 2.0, (1.0, 1.0, 1.0)),
+        joints=Prismatic("rail", GROUND, "mass", at=(0, 0, 0), axis=(1, 0, 0)),
+        elements=spring,
+        initial=InitialVelocity(linear=(0.1, 0, 0)),
+        scheme="ep",
+        dt=dt,
+        t_end=100 * dt,
+    )
+    found = said(scene)
+    assert len(found) == count and all("'spring" in c.says for c in found)
+
+
+def test_an_impact_does_not_alternate() -> None:
+    """Forces of single steps among those of many, and forces that are round-off."""
+    scene = Scene(
+        "stop",
+        rigid_bodies=RigidBody("mass", 2.0, (1.0, 1.0, 1.0)),
+        joints=Prismatic("rail", GROUND, "mass", at=(0, 0, 0), axis=(1, 0, 0)),
+        elements=JointStop("end", "rail", lower=-0.1, upper=0.1, stiffness=1e5),
+        initial=InitialVelocity(linear=(1.0, 0, 0)),
+        scheme="ep",
+        dt=2e-3,
+        t_end=1.0,
+    )
+    assert not said(scene)
+
+
+@pytest.mark.parametrize("scale", [1.0, 1e-3])
+def test_ends_of_steps_on_a_stiff_spring(scale: float) -> None:
+    """A table shakes a mass on a stiff spring: means are right, ends of steps are said to be wrong.
+
+    Args:
+        scale: Unit of length, m.
+    """
+    w, along = 1.2, (1, 0, 0)
+    inertia = (1e-3 * scale**2,) * 3
+    scene = Scene(
+        "shaker",
+        rigid_bodies=[
+            RigidBody("table", 1.0, inertia),
+            RigidBody("mass", 1.0, inertia, position=(scale, 0, 0)),
+        ],
+        joints=[
+            Prismatic("rail", GROUND, "table", at=(0, 0, 0), axis=along),
+            Prismatic("other", GROUND, "mass", at=(scale, 0, 0), axis=along),
+        ],
+        elements=Spring("spring", "table", "mass", (0, 0, 0), (scale, 0, 0), stiffness=1e7),
+        drivers=Driver("drive", "rail", translation=lambda t: scale * math.sin(w * t)),
+        initial=InitialVelocity(linear=(w * scale, 0, 0), body="mass"),
+        output=Output(end_forces=True),
+        scheme="ep",
+        dt=0.125,
+        t_end=10.0,
+    )
+    run = execute(scene)
+    (caution,) = [c for c in run.warnings if c.watch == "alternation"]
+    assert "at the ends of steps" in caution.says and "means over steps" in caution.says
+    assert caution.value > 1
+    rows = run.history.iloc[1:]
+    right = scale * w**2 * np.sin(w * (rows["t"] - 0.125 / 2))
+    assert np.abs(rows["spring.force"] - right).max() < 0.05 * w**2 * scale
+    assert np.abs(rows["spring.force_end"] - right).max() > w**2 * scale
+    # without values at the ends of steps there is nothing to say
+    assert not said(replace(scene, output=Output()))

@@ -1,0 +1,60 @@
+"""Faults of where things are attached and looked at from; as in `faults`."""
+
+from .faults import Fault
+
+OFFSETS = "tests/mechanisms/test_offsets.py"
+
+FAULTS: tuple[Fault, ...] = (
+    Fault(
+        "an arm at a shell's node of twice its length",
+        "shellmb/model/locations/ends.py",
+        "x = x + data[6] * w",
+        "x = x + 2 * data[6] * w",
+        (f"{OFFSETS}::test_force_at_an_arm_is_a_force_and_a_moment",),
+    ),
+    Fault(
+        "hinges on a face that hold the mid-surface",
+        "shellmb/model/supports/nodal.py",
+        'end = sum((data[3 + k] * q[f"w{k}"] for k in range(count)), start=q["u"])',
+        'end = q["u"]',
+        (f"{OFFSETS}::test_strip_on_hinges_at_its_lower_face_is_an_arch",),
+    ),
+    Fault(
+        "moments of welds along areas about the middle of the body",
+        "shellmb/model/joints/regions.py",
+        "center=frame.point",
+        "center=frame.node",
+        ("tests/model/test_areas.py::test_clamped_strip_leaves_a_shorter_plate[quad]",),
+    ),
+    Fault(
+        "moments on directors that are short between two states",
+        "forms/loads.py",
+        "dd) / ufl.dot(d, d)",
+        "dd)",
+        (
+            "tests/simulate/test_point_moments.py::"
+            "test_free_strip_gets_the_impulse_and_the_work[ep-1.0]",
+        ),
+    ),
+    Fault(
+        "velocities in a frame without its rotation",
+        "shellmb/observers/relative_motion.py",
+        "return np.asarray(d @ (point.v - frame.v) + frame.rate @ r)",
+        "return np.asarray(d @ (point.v - frame.v))",
+        ("tests/observers/test_frames_of_probes.py::test_rates_are_those_of_the_values",),
+    ),
+    Fault(
+        "friction at the centre of a ball that rolls",
+        "forms/contact.py",
+        "return motion - arm * ufl.cross(turn(directors, changes), normal)",
+        "return motion",
+        ("tests/contact/test_friction.py::test_a_ball_rolls_down",),
+    ),
+    Fault(
+        "forces of contact without what Gauss points lack of the energy",
+        "forms/steps/potentials.py",
+        "return first + ratio * e.chord, second + ratio * e.bow",
+        "return first, second",
+        ("tests/contact/test_bounce.py::test_a_ball_bounces_with_restitution_one[ep4-0.0]",),
+    ),
+)
