@@ -218,7 +218,7 @@ FAULTS: tuple[Fault, ...] = (
     ),
     Fault(
         "a step that was not finished counts in what is remembered",
-        f"{ACCOUNT}/turning.py",
+        f"{ACCOUNT}/rotations.py",
         "{name: dict(vars(turn)) for",
         "{name: vars(turn) for",
         (f"{REMEMBERED}[stiff]",),
