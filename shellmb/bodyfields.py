@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
-import numpy.typing as npt
 from dolfinx import fem
 from ufl import Form
 
+from shellmb.arrays import Int32s, Ints
 from shellmb.model.body import Body, Dofs, Term
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.assembly.fields import Directors, Field, Link, Part, ResidualTerm
@@ -27,7 +27,7 @@ def body_field(
     numbers: Mapping[str, int],
     parts: tuple[Part, ...] = (),
     name: str | None = None,
-    without: Sequence[npt.NDArray[np.int32]] = (),
+    without: Sequence[Int32s] = (),
 ) -> Field:
     """Field of a body with its links; its fixed dofs come first among the fixed ones.
 
@@ -70,7 +70,7 @@ def residual_terms(terms: Iterable[Term], numbers: Sequence[int]) -> tuple[Resid
     )
 
 
-def owned_places(system: BlockSystem, fields: Sequence[int]) -> npt.NDArray[np.int64]:
+def owned_places(system: BlockSystem, fields: Sequence[int]) -> Ints:
     """Places of the unknowns of some fields, by their numbers, among those of this rank."""
     numbering = system.numbering
     found = [numbering.by_field[k] - numbering.start for k in fields]

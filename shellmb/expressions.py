@@ -3,15 +3,15 @@
 from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
 
 import numpy as np
-import numpy.typing as npt
 from dolfinx import cpp, fem  # type: ignore[attr-defined]
 from ufl.algorithms.analysis import extract_coefficients, extract_constants
 from ufl.core.expr import Expr
 
+from shellmb.arrays import Floats
 from shellmb.kernels import cache_folder, comm_of, compile_missing, loaded, module_name
 
 
-def compiled_expression(value: Expr, points: npt.NDArray[np.float64]) -> fem.Expression:
+def compiled_expression(value: Expr, points: Floats) -> fem.Expression:
     """An expression without arguments compiled, or found in the cache; collective.
 
     Args:

@@ -8,6 +8,7 @@ from petsc4py import PETSc
 import numpy as np
 import numpy.typing as npt
 
+from shellmb.arrays import Floats
 from shellmb.checked_model import checked_model
 from shellmb.errors import ConvergenceError, SceneError, petsc_in_words
 from shellmb.modal.tangent import Blocks, bending_scales, tangent
@@ -59,22 +60,22 @@ class Modes:
         unstable: Number of directions in which the state is unstable; None where it is not known.
     """
 
-    omega2: npt.NDArray[np.float64]
-    shapes: list[dict[str, npt.NDArray[np.float64]]]
+    omega2: Floats
+    shapes: list[dict[str, Floats]]
     model: Model
     unknowns: int
     rigid: int
-    imaginary: npt.NDArray[np.float64]
+    imaginary: Floats
     unstable: int | None
 
     @property
-    def omega(self) -> npt.NDArray[np.float64]:
+    def omega(self) -> Floats:
         """Angular frequencies, rad/s; a mode that grows without swinging has a negative one."""
         root = np.sqrt(self.omega2 + 1j * self.imaginary)
         return np.where(self.imaginary == 0.0, np.sign(self.omega2) * np.abs(root), root.real)
 
     @property
-    def growth(self) -> npt.NDArray[np.float64]:
+    def growth(self) -> Floats:
         """Rates at which modes grow, `exp(growth t)`, 1/s; zero of those that do not."""
         root = np.sqrt(self.omega2 + 1j * self.imaginary)
         grows = np.arange(len(root)) >= self.rigid
@@ -102,7 +103,7 @@ class Modes:
         return said
 
     @property
-    def frequencies(self) -> npt.NDArray[np.float64]:
+    def frequencies(self) -> Floats:
         """Frequencies, Hz; a mode that grows without swinging has a negative one."""
         return self.omega / (2 * np.pi)
 
@@ -235,7 +236,7 @@ def shift_below(model: Model, loaded: bool) -> float:
     return -SHIFT * min(found)
 
 
-Shape = dict[str, npt.NDArray[np.float64]]
+Shape = dict[str, Floats]
 
 
 def mode_shape(system: BlockSystem, model: Model, vector: PETSc.Vec) -> Shape:
@@ -272,6 +273,6 @@ def scaled(model: Model, *shapes: Shape) -> tuple[Shape, ...]:
     return tuple({name: part / largest for name, part in shape.items()} for shape in shapes)
 
 
-def _size(shape: npt.NDArray[np.float64], length: float) -> float:
+def _size(shape: Floats, length: float) -> float:
     turned = float(np.max(np.abs(shape[:, 3:]), initial=0.0))
     return max(float(np.max(np.abs(shape[:, :3]), initial=0.0)), length * turned)

@@ -39,6 +39,7 @@ FLOW = (
 )
 FIRST = (
     "errors",
+    "arrays",
     "guarding",
     "clock",
     "locks",

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
 from demos.paper.example import FinishedRun
+from shellmb.arrays import Floats
 
 __all__ = ["as_curve", "at_the_ends"]
-
-Floats = npt.NDArray[np.float64]
 
 
 def at_the_ends(means: Floats) -> Floats:

@@ -11,12 +11,12 @@ from typing import Literal
 
 import numpy as np
 from numpy.polynomial import legendre
-from numpy.typing import NDArray
 from scipy.linalg import eigh, expm, null_space
 from scipy.optimize import brentq
 from scipy.special import jv
 
-Array = NDArray[np.float64]
+from shellmb.arrays import Floats
+
 Ends = Literal["clamped-free", "clamped-clamped", "free-free", "hinged-hinged"]
 
 # what vanishes at an end, as indices into (w, phi, M, V)
@@ -72,7 +72,7 @@ def cantilever_uniform(
     return load * length**4 / (8 * stiffness) + load * length**2 / (2 * shear)
 
 
-def wave_numbers(ends: Ends, count: int) -> Array:
+def wave_numbers(ends: Ends, count: int) -> Floats:
     """First roots `k L > 0` of the frequency equation of a slender beam, shape (count,).
 
     `cos kL cosh kL = -1` for clamped-free, `= 1` for clamped-clamped and free-free,
@@ -93,7 +93,9 @@ def wave_numbers(ends: Ends, count: int) -> Array:
     return np.array([brentq(equation, i * math.pi, (i + 1) * math.pi, xtol=1e-14) for i in start])
 
 
-def beam_frequencies(ends: Ends, count: int, stiffness: float, length: float, mass: float) -> Array:
+def beam_frequencies(
+    ends: Ends, count: int, stiffness: float, length: float, mass: float
+) -> Floats:
     """First natural circular frequencies `(kL)^2 sqrt(EI / (m L^4))` of a slender beam.
 
     Args:
@@ -117,7 +119,7 @@ def timoshenko_frequencies(
     mass: float,
     shear: float,
     rotary: float = 0.0,
-) -> Array:
+) -> Floats:
     """First natural circular frequencies of a beam with shear and rotary inertia.
 
     The equations `phi' = M / EI`, `w' = phi + V / kappa GA`, `M' = -V - J w^2 phi`,
@@ -166,7 +168,7 @@ def timoshenko_frequencies(
     return np.array(found) * math.sqrt(stiffness / (mass * length**4))
 
 
-def _ritz_frequencies(ends: Ends, count: int, compliance: float, inertia: float) -> Array:
+def _ritz_frequencies(ends: Ends, count: int, compliance: float, inertia: float) -> Floats:
     """Frequencies of the beam of unit length, stiffness and mass, to some six digits.
 
     Polynomials for the deflection w and the shear angle g, with the rotation `phi = w' - g`: the
@@ -175,7 +177,7 @@ def _ritz_frequencies(ends: Ends, count: int, compliance: float, inertia: float)
     degree = 16 + 3 * count
     x, weights = legendre.leggauss(degree + 2)
 
-    def basis(order: int, at: Array) -> Array:
+    def basis(order: int, at: Floats) -> Floats:
         # derivative by the length 1, where Legendre's interval has the length 2
         columns = 2.0**order * legendre.legder(np.eye(degree + 1), order)
         return np.asarray(legendre.legval(at, columns).T)

@@ -19,14 +19,13 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
+from shellmb.arrays import Floats
 from shellmb.errors import ShellmbError
 
-Array = NDArray[np.float64]
-Vector = Sequence[float] | Array
+Vector = Sequence[float] | Floats
 
 _RTOL = 1e-13
 # on the way to the full load less will do
@@ -54,20 +53,20 @@ class Deformed:
         start: Position of the axis without load, m, shape (n, 3).
     """
 
-    s: Array
-    position: Array
-    rotation: Array
-    force: Array
-    moment: Array
-    start: Array
+    s: Floats
+    position: Floats
+    rotation: Floats
+    force: Floats
+    moment: Floats
+    start: Floats
 
     @property
-    def displacement(self) -> Array:
+    def displacement(self) -> Floats:
         """Displacement of the axis, m, shape (n, 3)."""
         return self.position - self.start
 
     @property
-    def tip(self) -> Array:
+    def tip(self) -> Floats:
         """Displacement of the free end, m, shape (3,)."""
         return np.asarray(self.displacement[-1])
 
@@ -79,7 +78,7 @@ def section_stiffness(
     torsion: float,
     bending2: float,
     bending3: float,
-) -> Array:
+) -> Floats:
     """Stiffness (6, 6) of a section without couplings.
 
     Args:
@@ -94,14 +93,14 @@ def section_stiffness(
 
 
 def exact_cantilever(
-    stiffness: Array,
+    stiffness: Floats,
     length: float,
     *,
     force: Vector = (0.0, 0.0, 0.0),
     moment: Vector = (0.0, 0.0, 0.0),
     load: Vector = (0.0, 0.0, 0.0),
-    curvature: Vector | Callable[[float], Array] = (0.0, 0.0, 0.0),
-    frame: Array | None = None,
+    curvature: Vector | Callable[[float], Floats] = (0.0, 0.0, 0.0),
+    frame: Floats | None = None,
     root_at: Vector = (0.0, 0.0, 0.0),
     points: int = 33,
     stretch_of_line: bool = False,
@@ -138,10 +137,10 @@ def exact_cantilever(
     loads = np.array([force, moment, load], dtype=np.float64)
     size = _scale(stiffness, length)
 
-    def shoot(clamp: Array, factor: float, at: Array, rtol: float = _RTOL) -> Array:
+    def shoot(clamp: Floats, factor: float, at: Floats, rtol: float = _RTOL) -> Floats:
         return _integrate(law, K, axes, factor * loads, clamp, length, at, rtol)
 
-    def miss(clamp: Array, factor: float, rtol: float) -> Array:
+    def miss(clamp: Floats, factor: float, rtol: float) -> Floats:
         end = shoot(clamp * size, factor, np.array([length]), rtol)
         return np.asarray((end[7:, -1] - factor * loads[1]) / size)
 
@@ -161,7 +160,7 @@ def exact_cantilever(
     )
 
 
-def _follow(miss: Callable[[Array, float, float], Array]) -> Array:
+def _follow(miss: Callable[[Floats, float, float], Floats]) -> Floats:
     """Root of `miss(x, 1, rtol)` reached continuously from `x = 0` of `miss(x, 0, rtol)`."""
     factors, found, step = [0.0], [np.zeros(3)], _FIRST
     while factors[-1] < 1.0:
@@ -189,7 +188,7 @@ def _follow(miss: Callable[[Array, float, float], Array]) -> Array:
     return last
 
 
-def _extrapolated(factors: list[float], values: list[Array], to: float) -> Array:
+def _extrapolated(factors: list[float], values: list[Floats], to: float) -> Floats:
     """The polynomial through the last values, at a later load factor."""
     result = np.zeros(3)
     for i, (at, value) in enumerate(zip(factors, values, strict=True)):
@@ -199,8 +198,8 @@ def _extrapolated(factors: list[float], values: list[Array], to: float) -> Array
 
 
 def _newton(
-    miss: Callable[[Array, float, float], Array], x: Array, factor: float, rtol: float
-) -> tuple[Array | None, float]:
+    miss: Callable[[Floats, float, float], Floats], x: Floats, factor: float, rtol: float
+) -> tuple[Floats | None, float]:
     """Root near `x`, or None; and the sign of the determinant there (positive without load)."""
     value = miss(x, factor, rtol)
     for _ in range(8):
@@ -215,21 +214,21 @@ def _newton(
     return None, 0.0
 
 
-def _scale(stiffness: Array, length: float) -> float:
+def _scale(stiffness: Floats, length: float) -> float:
     """Moment that bends or twists the beam the soft way by about one radian, N m."""
     return float(np.min(np.diag(np.asarray(stiffness))[3:])) / length
 
 
-def _constant(value: Array) -> Callable[[float], Array]:
+def _constant(value: Floats) -> Callable[[float], Floats]:
     return lambda s: value
 
 
-def _by_axes(compliance: Array, resultants: Array, K: Array) -> Array:
+def _by_axes(compliance: Floats, resultants: Floats, K: Floats) -> Floats:
     """Strains (Gamma, kappa) of force and moment in the axes of the section, linear in them."""
     return np.asarray(compliance @ resultants)
 
 
-def _by_line(C: Array, resultants: Array, K: Array) -> Array:
+def _by_line(C: Floats, resultants: Floats, K: Floats) -> Floats:
     """The same where the axial strain is that of the line through the tension centre."""
     B = np.linalg.solve(C[:3, :3], C[:3, 3:])
     c2, c3 = -B[0, 2], B[0, 1]
@@ -257,15 +256,15 @@ def _by_line(C: Array, resultants: Array, K: Array) -> Array:
 
 
 def _integrate(
-    law: Callable[[Array, Array], Array],
-    K: Callable[[float], Array],
-    axes: Array,
-    loads: Array,
-    clamp: Array,
+    law: Callable[[Floats, Floats], Floats],
+    K: Callable[[float], Floats],
+    axes: Floats,
+    loads: Floats,
+    clamp: Floats,
     length: float,
-    at: Array,
+    at: Floats,
     rtol: float,
-) -> Array:
+) -> Floats:
     """States (r/L, quaternion scalar last, m), shape (10, n), from given moments at the clamp.
 
     The position is scaled to make all components but the moments of order one; the moments enter
@@ -273,7 +272,7 @@ def _integrate(
     """
     force, moment, load = loads
 
-    def rates(s: float, y: Array) -> Array:
+    def rates(s: float, y: Floats) -> Floats:
         R = axes @ _matrix(y[3:7])
         n = force + (length - s) * load
         strain = law(np.concatenate([R.T @ n, R.T @ y[7:]]), K(s))
@@ -292,7 +291,7 @@ def _integrate(
     return np.asarray(solution.y)
 
 
-def _matrix(q: Array) -> Array:
+def _matrix(q: Floats) -> Floats:
     """Rotation of a quaternion (x, y, z, w) that need not be of unit length, shape (3, 3)."""
     x, y, z, w = q / math.sqrt(q @ q)
     return np.array(
@@ -304,7 +303,7 @@ def _matrix(q: Array) -> Array:
     )
 
 
-def _times(q: Array, k: Array) -> Array:
+def _times(q: Floats, k: Floats) -> Floats:
     """Quaternion (x, y, z, w) times the vector k, which is in the axes that q turns."""
     x, y, z, w = q
     a, b, c = k
@@ -318,5 +317,5 @@ def _times(q: Array, k: Array) -> Array:
     )
 
 
-def _matrices(axes: Array, quaternions: Array) -> Array:
+def _matrices(axes: Floats, quaternions: Floats) -> Floats:
     return np.asarray(axes @ Rotation.from_quat(quaternions.T).as_matrix())

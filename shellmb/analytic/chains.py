@@ -8,13 +8,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from shellmb.analytic.rigid import RTOL
+from shellmb.arrays import Floats
 
-Array = NDArray[np.float64]
-Vector = Sequence[float] | Array
+Vector = Sequence[float] | Floats
 
 
 @dataclass(frozen=True)
@@ -53,20 +52,20 @@ class ChainMotion:
 
     links: tuple[Link, ...]
     gravity: float
-    time: Array
-    angle: Array
-    rate: Array
+    time: Floats
+    angle: Floats
+    rate: Floats
 
-    def centers(self) -> Array:
+    def centers(self) -> Floats:
         """Positions of the centres of mass, m, shape (n, k, 2)."""
         return _points(self.angle, _levers(self.links))
 
-    def hinges(self) -> Array:
+    def hinges(self) -> Floats:
         """Positions of the lower ends of the links, m, shape (n, k, 2)."""
         lengths = np.array([link.length for link in self.links])
         return _points(self.angle, np.tril(np.ones((len(lengths),) * 2)) * lengths)
 
-    def energy(self) -> tuple[Array, Array]:
+    def energy(self) -> tuple[Floats, Floats]:
         """Kinetic energy, and potential energy (zero at the height of the origin), J, (n,)."""
         m = np.array([link.mass for link in self.links])
         J = np.array([link.inertia for link in self.links])
@@ -74,7 +73,7 @@ class ChainMotion:
         kinetic = 0.5 * ((v**2).sum(axis=2) @ m + self.rate**2 @ J)
         return kinetic, self.gravity * self.centers()[:, :, 1] @ m
 
-    def hinge_forces(self) -> Array:
+    def hinge_forces(self) -> Floats:
         """Force on each link at its upper hinge, N, shape (n, k, 2)."""
         levers = _levers(self.links)
         m = np.array([link.mass for link in self.links])
@@ -105,32 +104,32 @@ def chain(
     t = np.asarray(time, dtype=np.float64)
     start = np.concatenate([np.asarray(angle, dtype=np.float64), np.asarray(rate, np.float64)])
 
-    def rates(_: float, y: Array) -> Array:
+    def rates(_: float, y: Floats) -> Floats:
         return np.concatenate([y[k:], _accelerate(links, gravity, y[:k], y[k:])])
 
     y = solve_ivp(rates, (0.0, t[-1]), start, method="DOP853", t_eval=t, rtol=RTOL, atol=RTOL).y.T
     return ChainMotion(links, gravity, t, y[:, :k], y[:, k:])
 
 
-def _levers(links: Sequence[Link]) -> Array:
+def _levers(links: Sequence[Link]) -> Floats:
     """Length of link j on the way to the centre of link i, shape (k, k)."""
     lengths = np.array([link.length for link in links])
     k = len(links)
     return np.tril(np.ones((k, k)), -1) * lengths + np.diag([link.center for link in links])
 
 
-def _points(angle: Array, levers: Array, weight: Array | float = 1.0) -> Array:
+def _points(angle: Floats, levers: Floats, weight: Floats | float = 1.0) -> Floats:
     """Sums of levers times directions (times a weight), shape (n, k, 2)."""
     x, y = weight * np.sin(angle), -weight * np.cos(angle)
     return np.stack([x @ levers.T, y @ levers.T], axis=2)
 
 
-def _velocities(angle: Array, rate: Array, levers: Array) -> Array:
+def _velocities(angle: Floats, rate: Floats, levers: Floats) -> Floats:
     x, y = rate * np.cos(angle), rate * np.sin(angle)
     return np.stack([x @ levers.T, y @ levers.T], axis=2)
 
 
-def _accelerate(links: Sequence[Link], gravity: float, angle: Array, rate: Array) -> Array:
+def _accelerate(links: Sequence[Link], gravity: float, angle: Floats, rate: Floats) -> Floats:
     """Angular accelerations from Lagrange's equations, rad/s^2, shape (k,)."""
     m = np.array([link.mass for link in links])
     levers = _levers(links)

@@ -4,10 +4,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Vector = Sequence[float] | Array
+from shellmb.arrays import Floats
+
+Vector = Sequence[float] | Floats
 
 
 @dataclass(frozen=True)
@@ -21,10 +21,10 @@ class MassProperties:
     """
 
     mass: float
-    center: Array
-    inertia: Array
+    center: Floats
+    inertia: Floats
 
-    def about(self, point: Vector) -> Array:
+    def about(self, point: Vector) -> Floats:
         """Inertia tensor about a point (Steiner), kg m^2, shape (3, 3)."""
         arm = self.center - np.asarray(point, dtype=np.float64)
         return self.inertia + self.mass * _steiner(arm)
@@ -36,7 +36,7 @@ class MassProperties:
         return MassProperties(mass, center, self.about(center) + other.about(center))
 
 
-def _steiner(arm: Array) -> Array:
+def _steiner(arm: Floats) -> Floats:
     return np.asarray(arm @ arm * np.eye(3) - np.outer(arm, arm))
 
 
@@ -59,7 +59,7 @@ def rod(mass: float, start: Vector, end: Vector, radius: float = 0.0) -> MassPro
 
 
 def box(
-    mass: float, sides: Vector, center: Vector = (0.0, 0.0, 0.0), frame: Array | None = None
+    mass: float, sides: Vector, center: Vector = (0.0, 0.0, 0.0), frame: Floats | None = None
 ) -> MassProperties:
     """Homogeneous box.
 

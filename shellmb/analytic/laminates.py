@@ -19,10 +19,10 @@ import math
 from typing import Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-Array = NDArray[np.float64]
+from shellmb.arrays import Floats
+
 Edges = Literal["SS-1", "SS-2"]
 
 # strains whose wave is cos cos (True) or sin sin (False): eps 11, 22, 12, then kappa 11, 22, 12
@@ -44,13 +44,13 @@ class Stiffness(NamedTuple):
         G: Transverse shear stiffness (13, 23) with its correction factor, N/m, shape (2, 2).
     """
 
-    A: Array
-    B: Array
-    D: Array
-    G: Array
+    A: Floats
+    B: Floats
+    D: Floats
+    G: Floats
 
 
-def _strain_amplitudes(edges: Edges, alpha: float, beta: float) -> tuple[Array, Array]:
+def _strain_amplitudes(edges: Edges, alpha: float, beta: float) -> tuple[Floats, Floats]:
     """Amplitudes of the in-plane strains (6, 5) and of (gamma_13, gamma_23) (2, 5).
 
     Columns: amplitudes of u, v, w, phi_x, phi_y.
@@ -85,7 +85,7 @@ def _check(edges: Edges, laminate: Stiffness) -> None:
         )
 
 
-def _wave_stiffness(edges: Edges, laminate: Stiffness, alpha: float, beta: float) -> Array:
+def _wave_stiffness(edges: Edges, laminate: Stiffness, alpha: float, beta: float) -> Floats:
     """Stiffness of the five amplitudes of a wave, times four per area, shape (5, 5)."""
     _check(edges, laminate)
     in_plane, shear = _strain_amplitudes(edges, alpha, beta)
@@ -121,7 +121,7 @@ def wave_frequencies(
     a: float,
     b: float,
     mode: tuple[int, int] = (1, 1),
-) -> Array:
+) -> Floats:
     """The five natural circular frequencies of a wave with m by n half waves, m, n >= 1.
 
     The lowest one is the bending mode. Rotary inertia is kept; the density is taken as symmetric

@@ -10,12 +10,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.polynomial import legendre
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.linalg import eigh
 from scipy.optimize import root
 
-Array = NDArray[np.float64]
+from shellmb.arrays import Floats
 
 
 @dataclass(frozen=True)
@@ -95,11 +94,11 @@ def plate_critical_load(strip: Strip, terms: tuple[int, int] = (20, 8)) -> float
     z = z - b / 2
     weights = np.outer(weight_x, weight_z).ravel()
 
-    def field(along: int, across: int) -> Array:
+    def field(along: int, across: int) -> Floats:
         values = np.einsum("ip,jq->ijpq", X[along], Z[across])
         return np.asarray(values.reshape(terms[0] * terms[1], len(x) * len(z)))
 
-    def product(a: Array, c: Array, factor: Array | float = 1.0) -> Array:
+    def product(a: Floats, c: Floats, factor: Floats | float = 1.0) -> Floats:
         return np.asarray((a * (weights * factor)) @ c.T)
 
     xx, zz, xz = field(2, 0), field(0, 2), field(1, 1)
@@ -115,7 +114,7 @@ def plate_critical_load(strip: Strip, terms: tuple[int, int] = (20, 8)) -> float
     return stiffness / largest
 
 
-def _basis(count: int, length: float, clamped: bool) -> tuple[Array, Array, Array]:
+def _basis(count: int, length: float, clamped: bool) -> tuple[Floats, Floats, Floats]:
     """Gauss points and weights on `[0, length]`; polynomials there with two derivatives."""
     points, weights = legendre.leggauss(count + 6)
     scale, rows = 2 / length, []
@@ -130,7 +129,9 @@ def _basis(count: int, length: float, clamped: bool) -> tuple[Array, Array, Arra
     return (points + 1) / scale, weights / scale, values
 
 
-def rod_tip(strip: Strip, load: float, guess: Array, wagner: bool = False) -> tuple[Array, Array]:
+def rod_tip(
+    strip: Strip, load: float, guess: Floats, wagner: bool = False
+) -> tuple[Floats, Floats]:
     """Tip displacement of the strip as an inextensible rod, from the exact equations.
 
     `R' = R k^`, `r' = R e1`, `m' = -r' x n` with the dead force `n = (0, 0, -P)` and `m(L) = 0`,
@@ -151,7 +152,7 @@ def rod_tip(strip: Strip, load: float, guess: Array, wagner: bool = False) -> tu
     force = np.array([0.0, 0.0, -load])
     cubic = strip.wagner if wagner else 0.0
 
-    def slope(s: float, state: Array) -> Array:
+    def slope(s: float, state: Floats) -> Floats:
         R, m = state[3:12].reshape(3, 3), state[12:]
         own = R.T @ m
         k = own / np.array([strip.torsion, strip.strong, strip.weak])
@@ -161,7 +162,7 @@ def rod_tip(strip: Strip, load: float, guess: Array, wagner: bool = False) -> tu
         skew = np.array([[0, -k[2], k[1]], [k[2], 0, -k[0]], [-k[1], k[0], 0]])
         return np.concatenate([R[:, 0], (R @ skew).ravel(), -np.cross(R[:, 0], force)])
 
-    def end(moment: Array) -> Array:
+    def end(moment: Floats) -> Floats:
         start = np.concatenate([np.zeros(3), np.eye(3).ravel(), moment])
         path = solve_ivp(slope, (0.0, strip.length), start, rtol=1e-9, atol=1e-11)
         return np.asarray(path.y[:, -1])

@@ -12,9 +12,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from shellmb.arrays import Floats
 
 # The double series are summed over odd numbers below this. Their terms alternate, the slowest
 # (shear deflection, moments) fall like n^-3: what is left out is below 1e-9 of the sum.
@@ -52,7 +51,7 @@ class Plate:
         return self.shear_correction * self.E / (2 * (1 + self.nu)) * self.thickness
 
 
-def _double_series(a: float, b: float) -> tuple[Array, Array, Array]:
+def _double_series(a: float, b: float) -> tuple[Floats, Floats, Floats]:
     """Wave numbers `pi m / a`, `pi n / b`, and `sin sin / (m n)` at the centre, odd m and n."""
     odd = np.arange(1.0, TERMS, 2.0)
     m, n = np.meshgrid(odd, odd, indexing="ij")
@@ -116,7 +115,7 @@ def rectangle_point_deflection(plate: Plate, a: float, b: float, force: float) -
 
 def rectangle_frequencies(
     plate: Plate, a: float, b: float, modes: Sequence[tuple[int, int]], rotary_inertia: bool = True
-) -> Array:
+) -> Floats:
     """Natural circular frequencies of a simply supported rectangle, bending modes.
 
     Mindlin (1951): the lower root of the quadratic that is left of his eq. (37) for a mode

@@ -9,13 +9,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 from scipy.special import ellipj, ellipk, ellipkinc
 
-Array = NDArray[np.float64]
-Vector = Sequence[float] | Array
+from shellmb.arrays import Floats
+
+Vector = Sequence[float] | Floats
 
 # tolerance of the integrations, near the smallest that scipy takes
 RTOL = 1e-13
@@ -31,16 +31,16 @@ class Turning:
         omega: Angular velocity in body axes, rad/s, shape (n, 3).
     """
 
-    time: Array
-    rotation: Array
-    omega: Array
+    time: Floats
+    rotation: Floats
+    omega: Floats
 
     @property
-    def spatial_omega(self) -> Array:
+    def spatial_omega(self) -> Floats:
         """Angular velocity in fixed axes, rad/s, shape (n, 3)."""
         return np.einsum("nij,nj->ni", self.rotation, self.omega)
 
-    def position(self, point: Vector) -> Array:
+    def position(self, point: Vector) -> Floats:
         """Positions of a point of the body relative to the fixed one, m, shape (n, 3).
 
         Args:
@@ -48,20 +48,20 @@ class Turning:
         """
         return np.asarray(self.rotation @ np.asarray(point, dtype=np.float64))
 
-    def velocity(self, point: Vector) -> Array:
+    def velocity(self, point: Vector) -> Floats:
         """Velocities of a point of the body relative to the fixed one, m/s, shape (n, 3)."""
         return np.cross(self.spatial_omega, self.position(point))
 
-    def kinetic_energy(self, inertia: Array) -> Array:
+    def kinetic_energy(self, inertia: Floats) -> Floats:
         """Energy of the rotation with an inertia tensor in body axes, J, shape (n,)."""
         return np.asarray(0.5 * np.einsum("ni,ij,nj->n", self.omega, inertia, self.omega))
 
-    def angular_momentum(self, inertia: Array) -> Array:
+    def angular_momentum(self, inertia: Floats) -> Floats:
         """Angular momentum in fixed axes, N m s, shape (n, 3)."""
         return np.einsum("nij,jk,nk->ni", self.rotation, inertia, self.omega)
 
 
-def free_top_omega(inertia: Vector, omega: Vector, time: Vector) -> Array:
+def free_top_omega(inertia: Vector, omega: Vector, time: Vector) -> Floats:
     """Angular velocity of a free body in its principal axes, by Jacobi's elliptic functions.
 
     Args:
@@ -132,7 +132,7 @@ def free_top(inertia: Vector, omega: Vector, time: Vector) -> Turning:
     """
     t = np.asarray(time, dtype=np.float64)
 
-    def rates(now: float, q: Array) -> Array:
+    def rates(now: float, q: Floats) -> Floats:
         return _turn(q, free_top_omega(inertia, omega, [now])[0])
 
     q = _solve(rates, np.array([0.0, 0.0, 0.0, 1.0]), t)
@@ -140,7 +140,7 @@ def free_top(inertia: Vector, omega: Vector, time: Vector) -> Turning:
 
 
 def heavy_top(
-    inertia: Array,
+    inertia: Floats,
     moment: Vector,
     omega: Vector,
     time: Vector,
@@ -160,7 +160,7 @@ def heavy_top(
     inverse = np.linalg.inv(I)
     t = np.asarray(time, dtype=np.float64)
 
-    def rates(_: float, y: Array) -> Array:
+    def rates(_: float, y: Floats) -> Floats:
         q, w = y[:4], y[4:]
         down = Rotation.from_quat(q).apply(g, inverse=True)
         torque = np.cross(s, down) - np.cross(w, I @ w)
@@ -216,7 +216,7 @@ def pendulum_period(amplitude: float, frequency: float) -> float:
     return 4 * float(ellipk(math.sin(amplitude / 2) ** 2)) / frequency
 
 
-def pendulum(amplitude: float, frequency: float, time: Vector) -> tuple[Array, Array]:
+def pendulum(amplitude: float, frequency: float, time: Vector) -> tuple[Floats, Floats]:
     """Angle and its rate of a rigid pendulum let go at rest at its amplitude.
 
     Args:
@@ -233,13 +233,13 @@ def pendulum(amplitude: float, frequency: float, time: Vector) -> tuple[Array, A
     return 2 * np.arcsin(k * sn), 2 * frequency * k * cn
 
 
-def _turn(q: Array, w: Array) -> Array:
+def _turn(q: Floats, w: Floats) -> Floats:
     """Rate of a quaternion (x, y, z, w) at the angular velocity in body axes."""
     v, s = q[:3], q[3]
     return 0.5 * np.append(s * w + np.cross(v, w), -v @ w)
 
 
-def _solve(rates: Callable[[float, Array], Array], start: Array, time: Array) -> Array:
+def _solve(rates: Callable[[float, Floats], Floats], start: Floats, time: Floats) -> Floats:
     """States at the instants, shape (n, len(start)), of a motion that begins at time zero."""
     end = float(time[-1])
     if end == 0.0:

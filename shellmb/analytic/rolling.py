@@ -10,11 +10,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
-Array = NDArray[np.float64]
+from shellmb.arrays import Floats
 
 # tolerance of the integration, near the smallest that scipy takes
 RTOL = 1e-13
@@ -39,7 +38,7 @@ class Sleigh:
     speed: float
     spin: float
 
-    def motion(self, time: Sequence[float] | Array) -> tuple[Array, Array, Array, Array]:
+    def motion(self, time: Sequence[float] | Floats) -> tuple[Floats, Floats, Floats, Floats]:
         """Motion in closed form: the sleigh ends up running straight, its centre ahead.
 
         Returns:
@@ -98,7 +97,7 @@ class Disc:
 
 def rolling_disc(
     disc: Disc, axis: Sequence[float], omega: Sequence[float], time: Sequence[float]
-) -> tuple[Array, Array]:
+) -> tuple[Floats, Floats]:
     """Any motion of a disc that rolls on the plane z = 0 from above the origin, integrated.
 
     The equations of motion about the point of contact in the rotation alone, without multipliers:
@@ -116,7 +115,7 @@ def rolling_disc(
     a0 = np.asarray(axis) / np.linalg.norm(axis)
     m, A, C = disc.mass, disc.across, disc.axial
 
-    def arm(a: Array) -> tuple[Array, Array]:
+    def arm(a: Floats) -> tuple[Floats, Floats]:
         """From centre to contact, and the matrix that gives its rate from that of the axis."""
         p = UP - (UP @ a) * a
         size = float(np.linalg.norm(p))
@@ -124,10 +123,10 @@ def rolling_disc(
         u = p / size
         return -disc.radius * u, -disc.radius * (np.eye(3) - np.outer(u, u)) @ slope / size
 
-    def cross(r: Array) -> Array:
+    def cross(r: Floats) -> Floats:
         return np.array([[0, -r[2], r[1]], [r[2], 0, -r[0]], [-r[1], r[0], 0]])
 
-    def rates(t: float, y: Array) -> Array:
+    def rates(t: float, y: Floats) -> Floats:
         a, w = y[3:6], y[6:9]
         r, slope = arm(a)
         inertia = A * np.eye(3) + (C - A) * np.outer(a, a)
@@ -147,8 +146,8 @@ def rolling_disc(
 
 
 def ball_on_turntable(
-    rate: float, start: Sequence[float], velocity: Sequence[float], time: Sequence[float] | Array
-) -> Array:
+    rate: float, start: Sequence[float], velocity: Sequence[float], time: Sequence[float] | Floats
+) -> Floats:
     """Path of the centre of a homogeneous ball: a circle, at 2/7 of the turntable's rate.
 
     Args:

@@ -7,11 +7,10 @@ Southwell, "The vibrations of a spinning disk", Proc. R. Soc. A 99 (1921) 272-28
 """
 
 import numpy as np
-import numpy.typing as npt
 from numpy.polynomial import Legendre
 from scipy.linalg import eigh
 
-Floats = npt.NDArray[np.float64]
+from shellmb.arrays import Floats
 
 # shifted Legendre polynomials times the square of the distance from the clamp
 TERMS = 40

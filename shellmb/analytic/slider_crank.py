@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Vector = Sequence[float] | Array
+from shellmb.arrays import Floats
+
+Vector = Sequence[float] | Floats
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ class SliderCrank:
         beta_dw = (-pin_a[:, 1] / l + sin * beta_w**2) / cos
         along, across = _direction(beta), _normal(beta)
 
-        def carried(lever: float) -> tuple[Array, Array, Array, Array]:
+        def carried(lever: float) -> tuple[Floats, Floats, Floats, Floats]:
             """Position, its derivative by phi, velocity and acceleration on the coupler."""
             by_phi = r * down + lever * beta_phi[:, None] * across
             a = pin_a + lever * (beta_dw[:, None] * across - (beta_w**2)[:, None] * along)
@@ -146,30 +146,30 @@ class SliderCrankMotion:
         guide_force: Force of the guide on the slider along y, N, shape (n,).
     """
 
-    slider: Array
-    slider_velocity: Array
-    slider_acceleration: Array
-    pin: Array
-    coupler_angle: Array
-    coupler_rate: Array
-    coupler_acceleration: Array
-    coupler_center: Array
-    torque: Array
-    kinetic_energy: Array
-    potential_energy: Array
-    bearing_force: Array
-    pin_force: Array
-    slider_force: Array
-    guide_force: Array
+    slider: Floats
+    slider_velocity: Floats
+    slider_acceleration: Floats
+    pin: Floats
+    coupler_angle: Floats
+    coupler_rate: Floats
+    coupler_acceleration: Floats
+    coupler_center: Floats
+    torque: Floats
+    kinetic_energy: Floats
+    potential_energy: Floats
+    bearing_force: Floats
+    pin_force: Floats
+    slider_force: Floats
+    guide_force: Floats
 
 
-def _direction(angle: Array) -> Array:
+def _direction(angle: Floats) -> Floats:
     return np.stack([np.cos(angle), np.sin(angle)], axis=1)
 
 
-def _normal(angle: Array) -> Array:
+def _normal(angle: Floats) -> Floats:
     return np.stack([-np.sin(angle), np.cos(angle)], axis=1)
 
 
-def _cross(a: Array, b: Array) -> Array:
+def _cross(a: Floats, b: Floats) -> Floats:
     return np.asarray(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])

@@ -15,10 +15,10 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import ufl
 from dolfinx import fem
 
+from shellmb.arrays import Floats, Ints
 from shellmb.constraint_analysis.motions import Frame, describe
 from shellmb.constraint_analysis.rows import local_rows
 from shellmb.errors import SceneError
@@ -29,9 +29,6 @@ from shellmb.model.model import Model
 from shellmb.model.reduced.terms import ModalTerms
 from shellmb.model.unknowns import NOT_GIVEN, Unknowns
 from shellmb.scene.lookup import said
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 # a motion along which constraints change by less than this part of what they change along others
 NOTHING = 1e-8

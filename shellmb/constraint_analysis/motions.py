@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-Floats = npt.NDArray[np.float64]
+from shellmb.arrays import Floats
 
 # parts of a motion below this are round-off
 SMALL = 1e-6

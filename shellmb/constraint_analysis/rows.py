@@ -6,17 +6,14 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from shellmb.arrays import Floats, Ints
 from shellmb.forms.frame import PAIRS
 from shellmb.model.body import Body
 from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.locations.nodes import said_point
 from shellmb.model.model import Model
 from shellmb.model.unknowns import Given, Unknowns
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 # an entry below this part of a constraint's largest one is round-off of the difference
 ZERO = 1e-9

@@ -6,14 +6,12 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from shellmb.arrays import Floats
 from shellmb.diagnostics.base import STIFFENED, Caution, said_of
 from shellmb.observers.fields.modal import ModalState
 from shellmb.observers.summary import Sources
 from shellmb.simulate.simulation import Silent, Simulation
-
-Floats = npt.NDArray[np.float64]
 
 
 class DampedModes(Silent):

@@ -8,8 +8,8 @@ from typing import Any
 from mpi4py import MPI
 
 import numpy as np
-import numpy.typing as npt
 
+from shellmb.arrays import Floats
 from shellmb.diagnostics.base import STIFFENED, Caution, said_of
 from shellmb.modal.geometric_stiffness import GeometricStiffness
 from shellmb.modal.lowest import lowest_frequency
@@ -23,8 +23,6 @@ from shellmb.observers.summary import Sources
 from shellmb.scene.checks.linear import SMALL_ANGLE
 from shellmb.simulate.simulation import Silent, Simulation
 from shellmb.system.assembly.functionals import Functionals
-
-Floats = npt.NDArray[np.float64]
 
 # energy of bending below this share of all of it is round-off
 STRAIGHT = 1e-12

@@ -10,9 +10,10 @@ from typing import Any
 import basix
 import numpy as np
 
+from shellmb.arrays import Floats
 from shellmb.errors import SceneError, ShellmbWarning
 from shellmb.meshes.edges_where import true_at
-from shellmb.meshes.raw import Floats, RawMesh, cell_cross, vertex_count
+from shellmb.meshes.raw import RawMesh, cell_cross, vertex_count
 
 __all__ = ["with_areas"]
 

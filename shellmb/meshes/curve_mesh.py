@@ -14,10 +14,10 @@ import numpy as np
 import ufl
 from dolfinx import cpp, fem  # type: ignore[attr-defined]
 
+from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError
 from shellmb.meshes.extent import check_extent
 from shellmb.meshes.lifetime import count_in
-from shellmb.meshes.raw import Floats, Ints
 from shellmb.scene.beams.curves import Curve
 
 __all__ = ["LineMesh", "build_line", "line_mesh_from_nodes"]

@@ -7,15 +7,13 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from shellmb.arrays import Bools, Floats
 from shellmb.errors import SceneError
-from shellmb.meshes.raw import Floats, RawMesh, boundary_facets
+from shellmb.meshes.raw import RawMesh, boundary_facets
 from shellmb.scene.values.validate import in_words
 
 __all__ = ["true_at", "with_edges"]
-
-type Bools = NDArray[np.bool_]
 
 
 def with_edges(raw: RawMesh, where: Mapping[str, Callable[[Any], Any]], shell: str) -> RawMesh:

@@ -15,12 +15,13 @@ import numpy as np
 import numpy.typing as npt
 import ufl
 
+from shellmb.arrays import Floats, Int32s
 from shellmb.errors import SceneError, ShellmbError
 from shellmb.meshes.areas import with_areas
 from shellmb.meshes.edges_where import with_edges
 from shellmb.meshes.extent import check_extent
 from shellmb.meshes.lifetime import count_in
-from shellmb.meshes.raw import Floats, RawMesh, cell_cross, vertex_count
+from shellmb.meshes.raw import RawMesh, cell_cross, vertex_count
 from shellmb.meshes.surfaces.structured import structured_mesh
 from shellmb.scene import MeshFile, Shell, Surface
 from shellmb.scene.shells.gmsh_surfaces import Meshed
@@ -50,17 +51,15 @@ class SurfaceMesh:
 
     name: str
     mesh: dolfinx.mesh.Mesh
-    edges: dict[str, npt.NDArray[np.int32]]
+    edges: dict[str, Int32s]
     points: dict[str, Floats]
-    vertices: dict[str, npt.NDArray[np.int32]]
+    vertices: dict[str, Int32s]
     normal: Callable[[Floats], Floats] | None
     cell_normal_sign: npt.NDArray[np.int8]
     length: float
-    areas: dict[str, npt.NDArray[np.int32]]
+    areas: dict[str, Int32s]
 
-    def entities(
-        self, names: str | tuple[str, ...], who: str
-    ) -> list[tuple[int, npt.NDArray[np.int32]]]:
+    def entities(self, names: str | tuple[str, ...], who: str) -> list[tuple[int, Int32s]]:
         """Facets of edges and cells of areas: dimension and sorted local indices of each.
 
         Args:
@@ -75,7 +74,7 @@ class SurfaceMesh:
         found = [(2, self.areas[name]) for name in each if name in self.areas]
         return [*([(1, self.facets(edges, who))] if edges else []), *found]
 
-    def facets(self, edge: str | tuple[str, ...], who: str) -> npt.NDArray[np.int32]:
+    def facets(self, edge: str | tuple[str, ...], who: str) -> Int32s:
         """Local indices of the facets of an edge or of several, sorted.
 
         Args:
@@ -222,7 +221,7 @@ def _distribute(raw: RawMesh, comm: MPI.Comm) -> dolfinx.mesh.Mesh:
     return mesh
 
 
-def _local_edges(raw: RawMesh, mesh: dolfinx.mesh.Mesh) -> dict[str, npt.NDArray[np.int32]]:
+def _local_edges(raw: RawMesh, mesh: dolfinx.mesh.Mesh) -> dict[str, Int32s]:
     """Facets by the input numbers of their vertices: no communication, the same on every rank."""
     index = mesh.topology.index_map(1)
     every = np.arange(index.size_local + index.num_ghosts, dtype=np.int32)
@@ -238,7 +237,7 @@ def _local_edges(raw: RawMesh, mesh: dolfinx.mesh.Mesh) -> dict[str, npt.NDArray
     }
 
 
-def _local_vertices(raw: RawMesh, mesh: dolfinx.mesh.Mesh) -> dict[str, npt.NDArray[np.int32]]:
+def _local_vertices(raw: RawMesh, mesh: dolfinx.mesh.Mesh) -> dict[str, Int32s]:
     """Vertices of the named points by the input numbers of their nodes, as edges are found."""
     index = mesh.topology.index_map(0)
     every = np.arange(index.size_local + index.num_ghosts, dtype=np.int32)

@@ -17,10 +17,10 @@ from mpi4py import MPI
 import basix
 import basix.ufl
 import numpy as np
-import numpy.typing as npt
 import ufl
 from dolfinx import cpp, fem, mesh  # type: ignore[attr-defined]
 
+from shellmb.arrays import Floats, Ints
 from shellmb.meshes.lifetime import count_in
 from shellmb.meshes.spaces import MixedSpace, mixed_space
 
@@ -36,7 +36,7 @@ class NodeMesh:
     """
 
     mesh: mesh.Mesh
-    item: npt.NDArray[np.int64]
+    item: Ints
 
 
 def node_mesh(comm: MPI.Comm, count: int) -> NodeMesh:
@@ -83,7 +83,7 @@ def node_space(nodes: NodeMesh, parts: dict[str, int]) -> MixedSpace:
     return mixed
 
 
-def constant_vector(nodes: NodeMesh, values: npt.NDArray[np.float64], name: str) -> fem.Function:
+def constant_vector(nodes: NodeMesh, values: Floats, name: str) -> fem.Function:
     """Function with one vector per node.
 
     Args:
@@ -99,7 +99,7 @@ def constant_vector(nodes: NodeMesh, values: npt.NDArray[np.float64], name: str)
     return function
 
 
-def set_constants(function: fem.Function, nodes: NodeMesh, values: npt.NDArray[np.float64]) -> None:
+def set_constants(function: fem.Function, nodes: NodeMesh, values: Floats) -> None:
     """Give a function of `constant_vector` new values, shape (n, size)."""
     cells = function.function_space.dofmap.list[:, 0]
     function.x.array.reshape(-1, values.shape[1])[cells] = values[nodes.item]

@@ -6,12 +6,11 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
+
+from shellmb.arrays import Floats, Ints
 
 __all__ = ["RawMesh", "boundary_facets", "cell_cross", "facets", "shown", "vertex_count"]
 
-type Floats = NDArray[np.float64]
-type Ints = NDArray[np.int64]
 type Cell = Literal["quad", "tri"]
 
 # vertices of the edges of a cell in the order of basix, and so of the nodes in their middles

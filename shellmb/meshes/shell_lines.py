@@ -13,10 +13,10 @@ import dolfinx.mesh
 import numpy as np
 import numpy.typing as npt
 
+from shellmb.arrays import Floats, Int32s, Ints
 from shellmb.errors import SceneError
 from shellmb.meshes.curve_mesh import LineMesh, line_mesh_from_nodes
 from shellmb.meshes.mesh import SurfaceMesh
-from shellmb.meshes.raw import Floats, Ints
 from shellmb.meshes.spaces import MixedSpace
 from shellmb.scene.beams.curves import AlongEdge, AlongLine, Curve
 from shellmb.scene.shells.surfaces import Surface
@@ -124,14 +124,14 @@ def shell_line(
     return _meshed(name, shell.mesh.comm, edges, chain, closed, degree)
 
 
-def _vertices_of(shell: SurfaceMesh, facets: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
+def _vertices_of(shell: SurfaceMesh, facets: Int32s) -> Int32s:
     """Nodes of the geometry of edges: the two vertices first, shape (m, order + 1)."""
     if not len(facets):
         return np.zeros((0, 2), dtype=np.int32)
     return np.asarray(dolfinx.mesh.entities_to_geometry(shell.mesh, 1, facets))
 
 
-def _on_line(shell: SurfaceMesh, start: Floats, end: Floats) -> npt.NDArray[np.int32]:
+def _on_line(shell: SurfaceMesh, start: Floats, end: Floats) -> Int32s:
     """Owned element edges all nodes of which are on a segment."""
     facets = np.arange(shell.mesh.topology.index_map(1).size_local, dtype=np.int32)
     x = shell.mesh.geometry.x[_vertices_of(shell, facets)]
@@ -143,9 +143,7 @@ def _on_line(shell: SurfaceMesh, start: Floats, end: Floats) -> npt.NDArray[np.i
     return facets[inside.all(axis=1)] if len(facets) else facets
 
 
-def _gathered(
-    shell: SurfaceMesh, mixed: MixedSpace, directors: Floats, facets: npt.NDArray[np.int32]
-) -> _Edges:
+def _gathered(shell: SurfaceMesh, mixed: MixedSpace, directors: Floats, facets: Int32s) -> _Edges:
     """Edges of all ranks, each once, in the same order on every rank."""
     mesh, space = shell.mesh, mixed.subspaces["u"]
     facets = facets[facets < mesh.topology.index_map(1).size_local]
@@ -164,10 +162,10 @@ def _gathered(
     first, last = corners[:, :1], corners[:, 1:2]
     chord = last - first
 
-    def sorted_along(points: Floats) -> npt.NDArray[np.int64]:
+    def sorted_along(points: Floats) -> Ints:
         return np.argsort(np.sum((points - first) * chord, axis=-1), axis=1)
 
-    def take(values: npt.NDArray[Any], by: npt.NDArray[np.int64]) -> npt.NDArray[Any]:
+    def take(values: npt.NDArray[Any], by: Ints) -> npt.NDArray[Any]:
         return np.take_along_axis(values, by[..., None], axis=1)
 
     by = sorted_along(x)
@@ -191,9 +189,7 @@ def _gathered(
     )
 
 
-def _displacement_nodes(
-    mesh: dolfinx.mesh.Mesh, space: object, facets: npt.NDArray[np.int32]
-) -> npt.NDArray[np.int32]:
+def _displacement_nodes(mesh: dolfinx.mesh.Mesh, space: object, facets: Int32s) -> Int32s:
     """Local nodes of a space on edges, in any order, shape (m, k + 1)."""
     dofmap = space.dofmap  # type: ignore[attr-defined]
     to_cell = mesh.topology.connectivity(1, 2)

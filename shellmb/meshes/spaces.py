@@ -16,12 +16,12 @@ from typing import Any
 import basix
 import basix.ufl
 import numpy as np
-import numpy.typing as npt
 import ufl
 from dolfinx import fem, mesh
 from ufl.core.expr import Expr
 
-Dofs = npt.NDArray[np.int32]
+from shellmb.arrays import Floats, Int32s
+
 # An element of Basix, whose class has no public name
 Element = Any
 
@@ -44,7 +44,7 @@ class MixedSpace:
 
     space: fem.FunctionSpace
     parts: dict[str, tuple[int, int]]
-    dofs: dict[str, Dofs]
+    dofs: dict[str, Int32s]
     subspaces: dict[str, fem.FunctionSpace]
     elementwise: frozenset[str]
 
@@ -57,12 +57,12 @@ class MixedSpace:
         first, second = (ufl.as_vector([test[k] for k in range(n, n + size)]) for n in (0, size))
         return (first, second), ufl.TrialFunction(self.space)
 
-    def owned(self, part: str) -> Dofs:
+    def owned(self, part: str) -> Int32s:
         """Dofs of a part that this rank owns."""
         dofs = self.dofs[part]
         return dofs[dofs < self.space.dofmap.index_map.size_local]
 
-    def nodes(self, part: str) -> npt.NDArray[np.float64]:
+    def nodes(self, part: str) -> Floats:
         """Coordinates of the nodes of a part, shape (n, 3)."""
         return self.subspaces[part].tabulate_dof_coordinates()
 
@@ -79,7 +79,7 @@ def mixed_space(
     """
     space = fem.functionspace(domain, basix.ufl.mixed_element(list(elements.values())))
     parts: dict[str, tuple[int, int]] = {}
-    dofs: dict[str, Dofs] = {}
+    dofs: dict[str, Int32s] = {}
     subspaces: dict[str, fem.FunctionSpace] = {}
     first = 0
     for k, (name, element) in enumerate(elements.items()):
@@ -104,7 +104,7 @@ def _same_nodes(a: Element, b: Element) -> bool:
     return bool(one == two) and not one.discontinuous and one.family == basix.ElementFamily.P
 
 
-def _order_like(first: fem.FunctionSpace, second: fem.FunctionSpace) -> npt.NDArray[np.int32]:
+def _order_like(first: fem.FunctionSpace, second: fem.FunctionSpace) -> Int32s:
     """Number in `second` of each node of `first`: collapsing a space may renumber."""
     count = first.dofmap.index_map.size_local + first.dofmap.index_map.num_ghosts
     order = np.empty(count, dtype=np.int32)

@@ -16,8 +16,9 @@ from mpi4py import MPI
 
 import numpy as np
 
+from shellmb.arrays import Floats
 from shellmb.errors import SceneError
-from shellmb.modal.isolated import Arrays, Floats, IsolatedBody
+from shellmb.modal.isolated import Arrays, IsolatedBody
 from shellmb.modal.loads import SpreadLoads, TermsAtRest
 from shellmb.modal.relaxing import relaxing
 from shellmb.modal.ritz import ritz_vectors

@@ -5,16 +5,14 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import ufl
 from dolfinx import fem
 
+from shellmb.arrays import Floats
 from shellmb.forms.floating.geometric_stiffness import of_beam, of_shell
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.shells.shell import ShellModel
 from shellmb.system.assembly.functionals import Functionals
-
-Floats = npt.NDArray[np.float64]
 
 
 class GeometricStiffness:

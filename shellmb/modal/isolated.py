@@ -9,10 +9,10 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 import numpy as np
-import numpy.typing as npt
 import ufl
 from dolfinx import fem
 
+from shellmb.arrays import Floats
 from shellmb.constraint_analysis.mobility import Motions
 from shellmb.constraint_analysis.motions import SMALL, Frame
 from shellmb.constraint_analysis.redundancy import look_through
@@ -22,7 +22,6 @@ from shellmb.model.model import build_model
 from shellmb.scene import Scene
 from shellmb.system.direct.mumps import mumps_options, new_prefix, use_mumps
 
-Floats = npt.NDArray[np.float64]
 # local arrays by name of the body
 Arrays = dict[str, Floats]
 

@@ -21,9 +21,10 @@ import ufl
 from dolfinx import fem, la
 from ufl import Form
 
+from shellmb.arrays import Floats
 from shellmb.derivatives import Derivative
 from shellmb.kernels import compiled
-from shellmb.modal.isolated import Arrays, Floats, IsolatedBody
+from shellmb.modal.isolated import Arrays, IsolatedBody
 from shellmb.modal.tangent import Blocks
 from shellmb.model.body import Rates, TimeFunction
 from shellmb.model.frames.beam import BeamLoads, BeamModel

@@ -6,7 +6,8 @@ from petsc4py import PETSc
 
 import numpy as np
 
-from shellmb.modal.isolated import Floats, IsolatedBody
+from shellmb.arrays import Floats
+from shellmb.modal.isolated import IsolatedBody
 from shellmb.modal.ritz import Held
 
 # below this share of all that a body gives way by it is round-off: with one time for all strains

@@ -13,7 +13,8 @@ from petsc4py import PETSc
 
 import numpy as np
 
-from shellmb.modal.isolated import SHIFT, STATIC, Arrays, Floats, IsolatedBody
+from shellmb.arrays import Floats
+from shellmb.modal.isolated import SHIFT, STATIC, Arrays, IsolatedBody
 from shellmb.system.eigenvalues import eigenpairs
 
 # displacements by a force, relative to those in bending, that are round-off: a body gives way in

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 import numpy as np
-import numpy.typing as npt
 import ufl
 from dolfinx import fem
 from ufl import Form
 
+from shellmb.arrays import Floats
 from shellmb.bodyfields import body_field
 from shellmb.derivatives import CachedDerivative, Derivative
 from shellmb.model.body import TimeFunction
@@ -28,7 +28,7 @@ Blocks = dict[tuple[int, int], list[Form | CachedDerivative]]
 
 def tangent(
     model: Model,
-    arrays: Mapping[str, npt.NDArray[np.float64]] | None = None,
+    arrays: Mapping[str, Floats] | None = None,
     factor: Callable[[TimeFunction | None], float] | None = None,
 ) -> tuple[BlockSystem, Blocks, Blocks]:
     """Block system at a state, with the forms of its stiffness and mass matrices.

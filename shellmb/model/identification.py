@@ -3,15 +3,13 @@
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 
+from shellmb.arrays import Ints
 from shellmb.meshes.nodes import NodeMesh
 from shellmb.model.body import Dofs, NodeLink
 
 
-def node_links(
-    nodes: NodeMesh, rows: Dofs, bodies: Sequence[str], targets: npt.NDArray[np.int64]
-) -> list[NodeLink]:
+def node_links(nodes: NodeMesh, rows: Dofs, bodies: Sequence[str], targets: Ints) -> list[NodeLink]:
     """Links of a part of a node mesh, one for each body; the same bodies on all ranks.
 
     Args:

@@ -8,8 +8,8 @@ from typing import cast
 from mpi4py import MPI
 
 import numpy as np
-import numpy.typing as npt
 
+from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError
 from shellmb.meshes.lifetime import make_room
 from shellmb.meshes.mesh import build_surface
@@ -41,9 +41,6 @@ from shellmb.scene import Beam, Scene, Shell
 from shellmb.scene.loads.loads import Gravity, Load
 from shellmb.scene.multibody.elements import PointElement
 from shellmb.scene.multibody.rolling import Contact
-
-Ints = npt.NDArray[np.int64]
-Floats = npt.NDArray[np.float64]
 
 # times, in parts of the run, at which what supports prescribe is compared: its ends, and times
 # that no period falls on

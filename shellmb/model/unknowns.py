@@ -11,12 +11,9 @@ from dataclasses import dataclass
 from mpi4py import MPI
 
 import numpy as np
-import numpy.typing as npt
 
+from shellmb.arrays import Bools, Floats, Ints
 from shellmb.model.body import Body
-
-Ints = npt.NDArray[np.int64]
-Floats = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -33,7 +30,7 @@ class Given:
     rates: Floats
     values: Floats
 
-    def has(self, numbers: Ints) -> npt.NDArray[np.bool_]:
+    def has(self, numbers: Ints) -> Bools:
         """Which of some unknowns are given."""
         return np.isin(numbers, self.numbers)
 
@@ -65,7 +62,7 @@ class Unknowns:
     def __init__(self, bodies: Sequence[Body], comm: MPI.Comm) -> None:
         self._bodies, self._comm = bodies, comm
         self.numbers: dict[str, Ints] = {}
-        self.linked: dict[str, npt.NDArray[np.bool_]] = {}
+        self.linked: dict[str, Bools] = {}
         maps = {body.name: body.mixed.space.dofmap.index_map for body in bodies}
         ends = np.cumsum([0, *(m.size_global for m in maps.values())])
         first = {name: int(end) for name, end in zip(maps, ends, strict=False)}

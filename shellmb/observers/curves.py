@@ -7,12 +7,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 from matplotlib.axes import Axes
 
+from shellmb.arrays import Floats
 from shellmb.observers.files.described import Described
 
-Floats = npt.NDArray[np.float64]
 # columns of a history by name: a DataFrame, or arrays
 Table = Mapping[str, Any]
 

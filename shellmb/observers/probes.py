@@ -11,8 +11,8 @@ from typing import Any, cast
 from mpi4py import MPI
 
 import numpy as np
-import numpy.typing as npt
 
+from shellmb.arrays import Floats
 from shellmb.model.locations.nodes import local_nodes, local_point
 from shellmb.observers.fields.modal import ModalNodes, modal_members
 from shellmb.observers.fields.modalresultants import ModalResultants
@@ -22,9 +22,6 @@ from shellmb.observers.relative_motion import packed, seen, unpacked
 from shellmb.observers.wholeturns import WholeTurns
 from shellmb.scene import Probe, RigidBody
 from shellmb.simulate.simulation import Silent, Simulation
-
-Floats = npt.NDArray[np.float64]
-
 
 # sum of what a probe reads over its nodes on this rank, shape (n,), and their number
 type Sum = Callable[[], tuple[Floats, int]]

@@ -10,11 +10,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from shellmb.arrays import Floats
 from shellmb.observers.fields.nodal import NodalValues, rotation_vectors
-
-Floats = npt.NDArray[np.float64]
 
 
 class Pose(NamedTuple):

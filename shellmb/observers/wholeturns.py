@@ -15,9 +15,8 @@ import math
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-Floats = npt.NDArray[np.float64]
+from shellmb.arrays import Floats
 
 TURN = 2 * math.pi
 # from this angle on a rotation vector tells the axis

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.scene import (
     GROUND,
@@ -29,8 +29,6 @@ from shellmb.scene.multibody.elements import JointElement, PointElement
 from shellmb.scene.multibody.rolling import Contact
 from shellmb.scene.values.models import Modal
 from shellmb.scene.values.validate import show
-
-Floats = npt.NDArray[np.float64]
 
 # directions and points closer than this, of unit vectors and of what is large, are on the axis
 ON_AXIS = 1e-9

@@ -8,13 +8,11 @@ from itertools import pairwise
 from petsc4py import PETSc
 
 import numpy as np
-import numpy.typing as npt
 from scipy.optimize import linear_sum_assignment
 
+from shellmb.arrays import Floats, Ints
 from shellmb.rotating.modes import TurningModes
 from shellmb.rotating.quadratic import Pair
-
-Floats = npt.NDArray[np.float64]
 
 # shapes with less in common than this are different modes; of a double eigenvalue that splits into
 # a forward and a backward wave each has one half in common with both
@@ -57,7 +55,7 @@ def assurance(first: Sequence[Pair], second: Sequence[Pair], mass: PETSc.Mat) ->
     return np.array(rows) / np.outer(own, other)
 
 
-def track(found: Sequence[TurningModes], mass: PETSc.Mat) -> npt.NDArray[np.int64]:
+def track(found: Sequence[TurningModes], mass: PETSc.Mat) -> Ints:
     """Branches through modes at ascending rates.
 
     Args:

@@ -10,6 +10,7 @@ from mpi4py import MPI
 import numpy as np
 import numpy.typing as npt
 
+from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError
 from shellmb.rotating.axis import Axis, check_steady, find_axis
 from shellmb.rotating.branches import track
@@ -17,8 +18,6 @@ from shellmb.rotating.modes import SPARE, TurningModes, check_count, modes_at
 from shellmb.rotating.steady import SteadyRotation
 from shellmb.scene import Scene
 from shellmb.scene.values.validate import show
-
-Floats = npt.NDArray[np.float64]
 
 # an axis where nothing turns
 UPWARD = (0.0, 0.0, 1.0)
@@ -39,7 +38,7 @@ class Campbell:
     axis: Axis
     rates: Floats
     modes: tuple[TurningModes, ...]
-    branches: npt.NDArray[np.int64]
+    branches: Ints
 
     def along(self, values: str) -> npt.NDArray[np.complex128]:
         """An array of the modes at each rate along the branches, NaN where one has no mode.

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from shellmb.arrays import Floats
 from shellmb.errors import ConvergenceError, SceneError, petsc_in_words
 from shellmb.model.model import Model
 from shellmb.rotating.linearised import Linearised
@@ -53,7 +54,7 @@ class TurningModes:
 
     rate: float
     values: npt.NDArray[np.complex128]
-    whirl: npt.NDArray[np.float64]
+    whirl: Floats
     shapes: list[tuple[Shape, Shape]]
     model: Model
     unknowns: int
@@ -63,17 +64,17 @@ class TurningModes:
     pairs: tuple[Pair, ...]
 
     @property
-    def omega(self) -> npt.NDArray[np.float64]:
+    def omega(self) -> Floats:
         """Damped angular frequencies, rad/s."""
         return np.asarray(self.values.imag)
 
     @property
-    def frequencies(self) -> npt.NDArray[np.float64]:
+    def frequencies(self) -> Floats:
         """Damped frequencies, Hz."""
         return self.omega / (2 * np.pi)
 
     @property
-    def damping(self) -> npt.NDArray[np.float64]:
+    def damping(self) -> Floats:
         """Damping ratios `-Re s/|s|`; negative ones are unstable, those of rigid modes zero."""
         size = np.abs(self.values)
         some = np.arange(len(size)) >= self.rigid

@@ -18,10 +18,10 @@ from typing import NamedTuple
 from petsc4py import PETSc
 
 import numpy as np
-import numpy.typing as npt
 import ufl
 from dolfinx import fem
 
+from shellmb.arrays import Floats
 from shellmb.model.frames.rigid import RigidBodies
 from shellmb.model.model import Model
 from shellmb.observers.account.energy import scalar
@@ -33,7 +33,6 @@ from shellmb.rotating.quadratic import Pair, product
 from shellmb.scene import GROUND, Cylindrical, Planar, Prismatic, Scene
 from shellmb.scene.multibody.elements import JointElement, PointElement
 
-Floats = npt.NDArray[np.float64]
 Functions = Mapping[str, fem.Function]
 
 # directions that hold less than this part of the largest inertia turn nothing

@@ -9,11 +9,11 @@ from typing import Any
 from mpi4py import MPI
 
 import numpy as np
-import numpy.typing as npt
 from dolfinx import fem
 from ufl import Form
 from ufl.core.expr import Expr
 
+from shellmb.arrays import Floats
 from shellmb.bodyfields import kinematic_dofs
 from shellmb.checked_model import checked_model
 from shellmb.errors import ConvergenceError, SceneError
@@ -41,7 +41,7 @@ from shellmb.schemes.registry import make_scheme
 from shellmb.simulate.problem import Problem
 from shellmb.simulate.start.endforces import EndForces
 
-Arrays = Mapping[str, npt.NDArray[np.float64]]
+Arrays = Mapping[str, Floats]
 
 # an axis that follows from a state is known to the errors of its run, in time and of constraints
 KNOWN = 1e-6

@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, Any
 from mpi4py import MPI
 
 import numpy as np
-import numpy.typing as npt
 
+from shellmb.arrays import Floats
 from shellmb.barrier import arrive
 from shellmb.diagnostics.base import Caution, doubted, heard
 from shellmb.diagnostics.registry import cautions
@@ -87,7 +87,7 @@ class RunResult:
             pandas = thread.submit(importlib.import_module, "pandas").result()
         return pandas.DataFrame(self.rows)
 
-    def column(self, name: str) -> npt.NDArray[np.float64]:
+    def column(self, name: str) -> Floats:
         """A column of the history, shape (rows,).
 
         Args:

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import matplotlib as mpl
 import numpy as np
-import numpy.typing as npt
 from matplotlib.figure import Figure
 
+from shellmb.arrays import Floats
 from shellmb.guarding.writing import drafted
 from shellmb.observers.drawing import STYLE, figure
 
@@ -58,9 +58,7 @@ def campbell_figure(table: Path) -> Figure:
     return made
 
 
-def _orders(
-    axes: mpl.axes.Axes, rates: npt.NDArray[np.float64], found: npt.NDArray[np.float64]
-) -> None:
+def _orders(axes: mpl.axes.Axes, rates: Floats, found: Floats) -> None:
     """Lines through the origin at multiples of the rate, as far as there are frequencies."""
     last, top = float(rates.max()), 1.05 * float(found.max()) or 1.0
     axes.set_ylim(0.0, top)

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
+from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.guarding.reading import read_json
 from shellmb.scene.fields import FIELDS
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     import pyvista as pv
     import xarray as xr
 
-Floats = npt.NDArray[np.float64]
 
 SERIES = ".vtu.series"
 REFERENCE, NAMES = "reference", "name"

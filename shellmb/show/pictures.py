@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
+from shellmb.arrays import Floats
 from shellmb.errors import RunError
 from shellmb.guarding.reading import read_json
 from shellmb.guarding.writing import drafted
@@ -192,7 +192,7 @@ def _curves(
     return made
 
 
-def read_table(file: Path) -> dict[str, npt.NDArray[np.float64]]:
+def read_table(file: Path) -> dict[str, Floats]:
     """Columns of a history; without pandas, which takes longer to load than a picture to draw.
 
     Args:

@@ -8,18 +8,16 @@ from typing import Any
 
 import matplotlib as mpl
 import numpy as np
-import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.guarding.writing import drafted
 from shellmb.observers.curves import Table, draw_curves, joint_plots, legend
 from shellmb.observers.drawing import STYLE, figure
 from shellmb.observers.files.described import Described, ProbeLine
 from shellmb.scene.lookup import listed
-
-Floats = npt.NDArray[np.float64]
 
 ENERGIES = {
     "kinetic_energy": "kinetic",

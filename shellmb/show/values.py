@@ -5,14 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
 
+from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.observers.files.grids import check_grid
-
-Floats = npt.NDArray[np.float64]
 
 # name of the positions, which are the points of the grid
 POSITION = "position"

@@ -13,12 +13,10 @@ from functools import lru_cache
 from petsc4py import PETSc
 
 import numpy as np
-import numpy.typing as npt
 
+from shellmb.arrays import Floats, Ints
 from shellmb.system.assembly import native
 from shellmb.system.newton.iteration import Iteration
-
-Floats = npt.NDArray[np.float64]
 
 # so many states are kept: polynomials of degree 0, 1, 2, 3 in time
 STATES = 4
@@ -37,7 +35,7 @@ class Predictor:
         rates: Places of the owned unknowns that are velocities times the step.
     """
 
-    def __init__(self, iteration: Iteration, rates: npt.NDArray[np.int64]) -> None:
+    def __init__(self, iteration: Iteration, rates: Ints) -> None:
         self._nodes, self._convergence = iteration.nodes, iteration.convergence
         self._rates = rates
         self._guess = iteration.system.x.duplicate()

@@ -8,7 +8,6 @@ from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 from dolfinx import fem
 
 from shellmb.bodyfields import (
@@ -49,8 +48,6 @@ from shellmb.system.newton.solver import NEWTON
 JUMP = "b"
 # an update of a position or director this many times its scale is no motion of the body any more
 DIVERGED = 1e3
-
-Values = npt.NDArray[np.float64]
 
 
 class Problem:

@@ -16,8 +16,8 @@ from dataclasses import dataclass
 from petsc4py import PETSc
 
 import numpy as np
-import numpy.typing as npt
 
+from shellmb.arrays import Bools, Floats
 from shellmb.bodyfields import NONE
 from shellmb.model.model import Model
 from shellmb.system.assembly.blocks import BlockSystem
@@ -78,7 +78,7 @@ class Stability:
         odd = self._inertia.odd()
         return Found(1 if odd is not None and odd != self._constraints % 2 else None, False)
 
-    def apply_inverse(self, b: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    def apply_inverse(self, b: Floats) -> Floats:
         """What forces move the state last looked at by, whose matrix has to be symmetric.
 
         Args:
@@ -90,7 +90,7 @@ class Stability:
         self._inertia.solve(self._b, self._x)
         return np.array(self._x.array_r)
 
-    def round_off(self, vector: npt.NDArray[np.float64]) -> float:
+    def round_off(self, vector: Floats) -> float:
         """What round-off of the stiffness makes of `v.Kv` at most, at the state last looked at.
 
         Args:
@@ -109,7 +109,7 @@ class Stability:
 def _constraints(model: Model, system: BlockSystem) -> int:
     """Number of resultants and multipliers over all ranks, those that are held left out."""
     n = system.numbering
-    marks: npt.NDArray[np.bool_] = np.zeros(n.owned, dtype=bool)
+    marks: Bools = np.zeros(n.owned, dtype=bool)
     for k, body in enumerate(model.bodies):
         for part in CONSTRAINTS:
             numbers = n.by_field[k][body.mixed.dofs.get(part, NONE)] - n.start

@@ -5,14 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
-import numpy as np
-import numpy.typing as npt
-
+from shellmb.arrays import Floats
 from shellmb.simulate.problem import Problem
 from shellmb.simulate.stepsize.errors import StepErrors
 from shellmb.simulate.turns import Turns
 
-Arrays = dict[str, npt.NDArray[np.float64]]
+Arrays = dict[str, Floats]
 
 # what names of arrays for estimates of errors begin with
 ERRORS = "errors/"

@@ -14,16 +14,14 @@ from collections.abc import Callable
 from mpi4py import MPI
 
 import numpy as np
-import numpy.typing as npt
 from dolfinx import fem
 
+from shellmb.arrays import Bools, Floats
 from shellmb.errors import ConvergenceError
 from shellmb.model.body import FixedDofs, PrescribedTurn
 from shellmb.model.joints.coordinates import CoordinateGroup, gathered
 from shellmb.schemes.base import END, Levels
 from shellmb.simulate.problem import Problem
-
-Floats = npt.NDArray[np.float64]
 
 
 class Turns:
@@ -44,7 +42,7 @@ class Turns:
         mechanism, scheme = problem.model.mechanism, problem.scheme
         follows = scheme.dynamic and not scheme.linear
         driven = {(c.name, c.kind) for c in mechanism.drivers.values()}
-        self._free: list[tuple[CoordinateGroup, Levels, npt.NDArray[np.bool_]]] = []
+        self._free: list[tuple[CoordinateGroup, Levels, Bools]] = []
         self._names = list[str]()
         for group in mechanism.coordinate_groups:
             free = [(c.name, c.kind) not in driven for c in group.coordinates]

@@ -7,14 +7,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 from scipy.interpolate import CubicSpline
 
+from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.scene import Scene
-
-Floats = npt.NDArray[np.float64]
 
 # one number of a curve, and differences of whole curves
 NUMBERS = ("end", "max", "min", "mean")

@@ -9,8 +9,8 @@ from math import prod
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.options.described import read
 from shellmb.options.study import StudyOptions
@@ -22,8 +22,6 @@ from shellmb.studies.quantity import Quantity, parse_quantity
 PREFERRED = ("ep4", "ed")
 # points of a curve that is known
 POINTS = 2001
-
-Floats = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)

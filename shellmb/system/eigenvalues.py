@@ -9,6 +9,7 @@ from petsc4py import PETSc
 import numpy as np
 import numpy.typing as npt
 
+from shellmb.arrays import Floats
 from shellmb.errors import ConvergenceError
 from shellmb.system.direct.mumps import MUMPS_OPTIONS, new_prefix
 
@@ -94,9 +95,7 @@ def left(terms: Sequence[complex]) -> float:
     return abs(sum(terms)) / max(*map(abs, terms), 1e-300)
 
 
-def quotients(
-    K: PETSc.Mat, M: PETSc.Mat, vectors: Sequence[PETSc.Vec]
-) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+def quotients(K: PETSc.Mat, M: PETSc.Mat, vectors: Sequence[PETSc.Vec]) -> tuple[Floats, Floats]:
     """Rayleigh's quotients of vectors, and what round-off of the stiffness makes of them at most.
 
     Of symmetric matrices their errors are the squares of those of the vectors: motions without

@@ -3,8 +3,8 @@
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
-import numpy.typing as npt
 
+from shellmb.arrays import Floats
 from shellmb.scene.schemes import DISSIPATIVE
 
 PAPER = (("ep", 0.0), ("ed", 0.0), ("ed", 0.5), ("ed", 1.0))
@@ -41,7 +41,7 @@ def drift(rows: Sequence[Mapping[str, float]], momentum: str, begin: float) -> f
         begin: Time from which the body flies freely, s.
     """
     flight = [row for row in rows if row["t"] >= begin]
-    table: npt.NDArray[np.float64]
+    table: Floats
     table = np.array([[row[f"{momentum}_{axis}"] for axis in "xyz"] for row in flight])
     change = np.linalg.norm(table - table[0], axis=1)
     return float(np.max(change) / np.max(np.linalg.norm(table, axis=1)))

@@ -5,14 +5,12 @@ from mpi4py import MPI
 import numpy as np
 import ufl
 from dolfinx import fem, geometry
-from numpy.typing import NDArray
 
+from shellmb.arrays import Floats
 from shellmb.kernels import compiled
 from shellmb.model.locations.nodes import Place, local_nodes
 from shellmb.scene import Scene
 from shellmb.simulate.simulation import Silent, Simulation
-
-Floats = NDArray[np.float64]
 
 # points per direction and element for norms of errors: exact for the square of a quartic
 NORM_DEGREE = 8

@@ -11,11 +11,10 @@ from importlib.resources import files
 from io import StringIO
 from typing import Literal
 
-import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from shellmb.arrays import Floats
+
 CurveName = Literal["sze31_cantilever_shear", "sze32_cantilever_moment", "sze34_hemisphere"]
 Theory = Literal["3D_elasticity", "FSDT_k5/6", "CLPT"]
 
@@ -32,8 +31,8 @@ class Curve:
     """
 
     name: str
-    load: Array
-    values: Mapping[str, Array]
+    load: Floats
+    values: Mapping[str, Floats]
     source: str
 
 
@@ -82,7 +81,7 @@ def _row(table: str, **wanted: str | float) -> pd.Series:
     return found.iloc[0]
 
 
-def _numbered(row: pd.Series) -> Array:
+def _numbered(row: pd.Series) -> Floats:
     """The columns l1, l2, ... of a row of natural frequencies."""
     return row.filter(regex=r"^l\d+$").to_numpy(float)
 
@@ -116,7 +115,7 @@ def plate_deflection(support: str, a_over_h: float) -> float:
     return float(_row("plate_rm_static_ritz", bc=support, a_over_h=a_over_h)["wD_over_qa4"])
 
 
-def plate_frequencies(support: str, a_over_h: float) -> Array:
+def plate_frequencies(support: str, a_over_h: float) -> Floats:
     """First eight `omega a^2 sqrt(rho h / D)` of a square Reissner-Mindlin plate, shape (8,).
 
     Bending modes only; rigid modes of the free plate are left out.
@@ -151,7 +150,7 @@ def plate_wave_frequencies(a_over_h: float) -> dict[tuple[int, int], float]:
     }
 
 
-def thin_plate_frequencies(name: str) -> Array:
+def thin_plate_frequencies(name: str) -> Floats:
     """First eight `omega a^2 sqrt(rho h / D)` of a thin plate, shape (8,).
 
     Args:

@@ -7,14 +7,12 @@ from pathlib import Path
 from mpi4py import MPI
 
 import numpy as np
-import numpy.typing as npt
 
+from shellmb.arrays import Floats
 from shellmb.measuring.stepping import Stepping, together
 from shellmb.scene import Scene
 from tests.bench.bare import BareWork, direct_solver
 from tests.bench.record import PARTS, Round
-
-Floats = npt.NDArray[np.float64]
 
 # steps before those that are measured, in small systems, whose data caches can hold
 AGAIN, SMALL = 2, 5000

@@ -19,15 +19,15 @@ from pathlib import Path
 from mpi4py import MPI
 
 import numpy as np
-import numpy.typing as npt
 
+from shellmb.arrays import Floats
 from shellmb.running.execute import execute
 from tests.golden.scenes import SCENES
 
 FROZEN = Path(__file__).with_name("runs.json")
 # columns that are round-off or counts
 LEFT_OUT = ("error", "iterations", "rejected", "wall", "balance", "step")
-History = dict[str, npt.NDArray[np.float64]]
+History = dict[str, Floats]
 
 
 def history(name: str) -> History:
@@ -72,7 +72,7 @@ def differences(found: History, kept: History) -> dict[str, float]:
     return {c: apart(found[c], kept[c]) / (scale[beside[c]] or 1.0) for c in kept}
 
 
-def apart(one: npt.NDArray[np.float64], other: npt.NDArray[np.float64]) -> float:
+def apart(one: Floats, other: Floats) -> float:
     """Largest difference of two columns; infinite where only one of them has a value."""
     both = np.isnan(one) & np.isnan(other)
     return float(np.nan_to_num(np.abs(one - other)[~both], nan=math.inf).max(initial=0.0))

@@ -8,11 +8,10 @@ from mpi4py import MPI  # noqa: F401  (before dolfinx)
 import numpy as np
 import numpy.typing as npt
 
+from shellmb.arrays import Floats
 from shellmb.rotating.campbell import campbell
 from shellmb.scene import Isotropic, Modal, Rectangle, Scene, Shell, ShellDamping
 from shellmb.vibration import natural_modes
-
-Floats = npt.NDArray[np.float64]
 
 # so thick that its bending modes have a good part of their energy in shear, which alone is damped
 THICK = Isotropic(

@@ -10,6 +10,7 @@ from petsc4py import PETSc
 import numpy as np
 import pytest
 
+from shellmb.arrays import Floats
 from shellmb.demos import sudden_load
 from shellmb.simulate.simulation import Simulation
 from shellmb.system.direct.solver import (
@@ -22,7 +23,6 @@ from shellmb.system.direct.solver import (
     TRIED,
     DirectSolver,
     Factors,
-    Floats,
     Purpose,
 )
 from tests.system.conftest import BEAM, FIRM, ONES, band, error

@@ -1,16 +1,16 @@
 """Runs of entries: together they are the entries, and each place is set before it is added to."""
 
 import numpy as np
-import numpy.typing as npt
 import pytest
 
+from shellmb.arrays import Bools, Int32s
 from shellmb.system.condensation.sparsity import Lists, find_runs
 
 CELLS, SIZE, PLACES = 70, 12, 300
 
 
 @pytest.fixture
-def entries() -> tuple[Lists, npt.NDArray[np.int32], npt.NDArray[np.bool_]]:
+def entries() -> tuple[Lists, Int32s, Bools]:
     """Cells with some of their entries, each run of which goes anywhere."""
     rng = np.random.default_rng(1)
     lists = Lists()
@@ -29,7 +29,7 @@ def entries() -> tuple[Lists, npt.NDArray[np.int32], npt.NDArray[np.bool_]]:
 
 
 def test_runs_do_what_single_entries_do(
-    entries: tuple[Lists, npt.NDArray[np.int32], npt.NDArray[np.bool_]],
+    entries: tuple[Lists, Int32s, Bools],
 ) -> None:
     lists, places, first = entries
     runs, offsets = find_runs(lists, places, first)

@@ -18,16 +18,14 @@ from typing import Any
 from mpi4py import MPI
 
 import numpy as np
-import numpy.typing as npt
 
+from shellmb.arrays import Floats
 from shellmb.diagnostics.base import Caution, said_of
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.shells.shell import ShellModel
 from shellmb.observers.fields.nodal import Nodes, state
 from shellmb.observers.summary import Sources
 from shellmb.simulate.simulation import Silent, Simulation
-
-Floats = npt.NDArray[np.float64]
 
 BOUND = math.pi / 4
 # what is folded stays so: it costs next to nothing to look at every tenth step, and at the end

@@ -22,10 +22,10 @@ from mpi4py import MPI
 
 import basix
 import numpy as np
-import numpy.typing as npt
 import ufl
 from dolfinx import fem, la
 
+from shellmb.arrays import Floats
 from shellmb.diagnostics.base import Caution, said_of
 from shellmb.expressions import compiled_expression
 from shellmb.forms.steps.mixed import LinearMixed
@@ -36,8 +36,6 @@ from shellmb.observers.fields.nodal import state
 from shellmb.observers.summary import Sources
 from shellmb.schemes.linearised import strain_energy
 from shellmb.simulate.simulation import Silent, Simulation
-
-Floats = npt.NDArray[np.float64]
 
 # of stiffness: what smooth fields leave on coarse meshes stays below
 BOUND = 0.03

@@ -6,13 +6,11 @@ import re
 from collections.abc import Iterator
 
 import numpy as np
-import numpy.typing as npt
 
+from shellmb.arrays import Floats
 from shellmb.diagnostics.base import Caution
 from shellmb.observers.summary import Sources
 from shellmb.simulate.simulation import Silent, Simulation
-
-Floats = npt.NDArray[np.float64]
 
 # what alternates, as a part of what does not
 SHARE = 0.1

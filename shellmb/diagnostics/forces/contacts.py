@@ -6,15 +6,13 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from shellmb.arrays import Floats
 from shellmb.diagnostics.base import Caution
 from shellmb.model.potentials.contact import ContactGroup
 from shellmb.observers.summary import Sources
 from shellmb.scene.lookup import said
 from shellmb.simulate.simulation import Silent, Simulation
-
-Floats = npt.NDArray[np.float64]
 
 # part of the radius of a ball or rod: deeper, or through it within a step, a point soon leaves on
 # the other side

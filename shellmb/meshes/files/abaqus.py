@@ -14,9 +14,9 @@ from pathlib import Path
 
 import numpy as np
 
+from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError
 from shellmb.meshes.files.found import Found
-from shellmb.meshes.raw import Floats, Ints
 
 __all__ = ["read_abaqus"]
 

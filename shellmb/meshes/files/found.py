@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import dataclass, field
 
-from shellmb.meshes.raw import Floats, Ints
+from shellmb.arrays import Floats, Ints
 
 __all__ = ["KINDS", "Found"]
 

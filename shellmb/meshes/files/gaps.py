@@ -10,8 +10,9 @@ import numpy as np
 import scipy.sparse
 from scipy.spatial import cKDTree
 
+from shellmb.arrays import Floats, Ints
 from shellmb.meshes.files.joined import sides
-from shellmb.meshes.raw import FACETS, Floats, Ints, RawMesh, boundary_facets, facets, vertex_count
+from shellmb.meshes.raw import FACETS, RawMesh, boundary_facets, facets, vertex_count
 
 __all__ = ["Gap", "gaps"]
 

@@ -7,7 +7,8 @@ import scipy.sparse
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from shellmb.meshes.raw import FACETS, Cell, Floats, Ints, vertex_count
+from shellmb.arrays import Floats, Ints
+from shellmb.meshes.raw import FACETS, Cell, vertex_count
 
 __all__ = ["doubles", "empty", "joined", "sides"]
 

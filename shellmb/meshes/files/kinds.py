@@ -7,8 +7,9 @@ import numpy as np
 from dolfinx.io.gmsh import cell_perm_array
 from dolfinx.mesh import CellType
 
+from shellmb.arrays import Floats, Ints
 from shellmb.meshes.files.found import KINDS
-from shellmb.meshes.raw import Cell, Floats, Ints
+from shellmb.meshes.raw import Cell
 
 __all__ = ["cut", "of_one_order", "weights"]
 

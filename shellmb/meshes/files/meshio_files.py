@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError
 from shellmb.meshes.files.found import Found
-from shellmb.meshes.raw import Floats, Ints
 from shellmb.scene.values.validate import in_words
 
 __all__ = ["read_meshio"]

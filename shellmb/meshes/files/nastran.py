@@ -12,10 +12,10 @@ from pathlib import Path
 
 import numpy as np
 
+from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.meshes.files.cards import cards, integer, real
 from shellmb.meshes.files.found import KINDS, Found
-from shellmb.meshes.raw import Floats
 
 __all__ = ["is_nastran", "read_nastran"]
 

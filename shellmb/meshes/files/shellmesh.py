@@ -8,13 +8,14 @@ import numpy as np
 import scipy.sparse
 from scipy.sparse.csgraph import connected_components
 
+from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError, ShellmbWarning
 from shellmb.meshes.edges_where import true_at
 from shellmb.meshes.files.found import KINDS, Found
 from shellmb.meshes.files.gaps import gaps
 from shellmb.meshes.files.joined import doubles, empty, joined
 from shellmb.meshes.files.kinds import cut, of_one_order
-from shellmb.meshes.raw import FACETS, Cell, Floats, Ints, RawMesh, facets, shown, vertex_count
+from shellmb.meshes.raw import FACETS, Cell, RawMesh, facets, shown, vertex_count
 from shellmb.meshes.surfaces.orient import oriented
 from shellmb.scene import Shell
 from shellmb.scene.shells.gmsh_surfaces import Meshed

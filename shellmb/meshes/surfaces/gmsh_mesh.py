@@ -11,10 +11,11 @@ from typing import Any
 
 import numpy as np
 
+from shellmb.arrays import Ints
 from shellmb.errors import SceneError
 from shellmb.meshes.files.found import Found
 from shellmb.meshes.files.shellmesh import shell_mesh
-from shellmb.meshes.raw import Ints, RawMesh
+from shellmb.meshes.raw import RawMesh
 from shellmb.scene import GmshFile, GmshModel, Shell
 from shellmb.scene.shells.gmsh_surfaces import Meshed
 from shellmb.scene.values.validate import edge_names

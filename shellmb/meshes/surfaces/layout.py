@@ -13,7 +13,8 @@ from functools import reduce
 import numpy as np
 from numpy.typing import NDArray
 
-from shellmb.meshes.raw import FACETS, Cell, Floats, Ints, boundary_facets, facets, vertex_count
+from shellmb.arrays import Floats, Ints
+from shellmb.meshes.raw import FACETS, Cell, boundary_facets, facets, vertex_count
 
 __all__ = ["Layout", "distorted", "polar", "square"]
 

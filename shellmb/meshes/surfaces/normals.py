@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from scipy.spatial import cKDTree
 
-from shellmb.meshes.raw import Floats
+from shellmb.arrays import Floats
 from shellmb.scene import Surface
 
 __all__ = ["map_normals"]

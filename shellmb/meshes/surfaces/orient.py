@@ -6,8 +6,9 @@ import numpy as np
 import scipy.sparse
 from scipy.sparse.csgraph import breadth_first_order, connected_components
 
+from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError
-from shellmb.meshes.raw import FACETS, Cell, Floats, Ints, cell_cross, vertex_count
+from shellmb.meshes.raw import FACETS, Cell, cell_cross, vertex_count
 
 __all__ = ["oriented"]
 

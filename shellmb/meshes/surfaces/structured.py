@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from shellmb.meshes.raw import Ints, RawMesh, boundary_facets, cell_cross, vertex_count
+from shellmb.arrays import Ints
+from shellmb.meshes.raw import RawMesh, boundary_facets, cell_cross, vertex_count
 from shellmb.meshes.surfaces.layout import Layout, distorted, polar, square
 from shellmb.scene import Shell, Surface
 

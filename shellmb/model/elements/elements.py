@@ -7,7 +7,6 @@ from typing import Any, cast
 from mpi4py import MPI
 
 import numpy as np
-import numpy.typing as npt
 import ufl
 from dolfinx import fem
 from ufl import Form
@@ -15,6 +14,7 @@ from ufl.algorithms import expand_derivatives
 from ufl.algorithms.analysis import extract_coefficients
 from ufl.core.expr import Expr
 
+from shellmb.arrays import Bools, Floats
 from shellmb.errors import SceneError
 from shellmb.expressions import compiled_expression
 from shellmb.forms.constraints import elements as forms
@@ -32,8 +32,6 @@ from shellmb.model.user_forms import written
 from shellmb.scene import Scene
 from shellmb.scene.lookup import said
 from shellmb.scene.multibody.elements import JointStop
-
-Floats = npt.NDArray[np.float64]
 
 # a change of force below this part of the force is round-off
 ROUND_OFF = 1e-9
@@ -125,7 +123,7 @@ class ElementGroup(Massless):
         rows = values.function_space.dofmap.list[:, 0]
         return gathered(self.nodes, values.x.array[rows])
 
-    def holds(self, step: float) -> npt.NDArray[np.bool_]:
+    def holds(self, step: float) -> Bools:
         """Which elements answer a motion at the start by a force, shape (items,); collective.
 
         Args:
@@ -148,7 +146,7 @@ class Springs(ElementGroup):
     def _potential(self, e: Expr) -> Expr:
         return self.given(e) if self.law else forms.linear_potential(self.parameter)(e)
 
-    def holds(self, step: float) -> npt.NDArray[np.bool_]:
+    def holds(self, step: float) -> Bools:
         """As of all; linear ones do always."""
         if self.law is not None:
             return super().holds(step)
@@ -217,7 +215,7 @@ class Dampers(ElementGroup):
     def _resistance(self, rate: Expr) -> Expr:
         return self.given(rate) if self.law else self.parameter * rate
 
-    def holds(self, step: float) -> npt.NDArray[np.bool_]:
+    def holds(self, step: float) -> Bools:
         """None: they resist motion in time."""
         return np.zeros(len(self.items), dtype=bool)
 

@@ -5,12 +5,12 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 import ufl
 from dolfinx import fem, mesh
 from ufl import Form
 from ufl.core.expr import Expr
 
+from shellmb.arrays import Floats
 from shellmb.forms import beam as beam_forms
 from shellmb.forms import loads as load_forms
 from shellmb.forms.beam import BeamMixed, Line, LinePoint
@@ -32,8 +32,6 @@ from shellmb.model.shells.loads import DistributedLoads
 from shellmb.model.user_forms import virtual_work
 from shellmb.scene import Beam, BeamSection, FollowerLineForce, LineForce, LineMoment
 from shellmb.scene.loads.loads import Gravity, Load
-
-Values = npt.NDArray[np.float64]
 
 _ADVICE_MOTION = "a smaller step, a finer mesh, or a smaller load step"
 _ADVICE_FORCE = "a smaller step, or check the stiffness of the section"
@@ -67,7 +65,7 @@ def bind_beam_section(beam: Beam, domain: mesh.Mesh) -> BoundBeamSection:
     A, D0, H, held = _parts(beam)
     free = [k for k in range(3) if k not in held]
 
-    def constant(value: float | Values) -> fem.Constant:
+    def constant(value: float | Floats) -> fem.Constant:
         return fem.Constant(domain, np.array(value, dtype=float, order="C"))
 
     force = constant(float(np.max(np.diag(A))))
@@ -84,7 +82,7 @@ def bind_beam_section(beam: Beam, domain: mesh.Mesh) -> BoundBeamSection:
     return BoundBeamSection(formulation, force, constant(centre) if apart else None)
 
 
-def _parts(beam: Beam) -> tuple[Values, Values, Values | None, tuple[int, ...]]:
+def _parts(beam: Beam) -> tuple[Floats, Floats, Floats | None, tuple[int, ...]]:
     """`A`, `D_0`, `H` and the strains that are held, as of `BeamMixed`; `H` None if uncoupled."""
     C = np.asarray(beam.section.stiffness, dtype=float)
     A, B, D = C[:3, :3], C[:3, 3:], C[3:, 3:]
@@ -208,7 +206,7 @@ class BeamModel(FrameBody):
         """Size of its resultants, N."""
         return float(self.section.force.value)
 
-    def node_directors(self) -> npt.NDArray[np.float64]:
+    def node_directors(self) -> Floats:
         """Reference directors of the local nodes (owned and ghost), shape (n, 3, 3)."""
         return np.asarray(self.frames.x.array.reshape(-1, 3, 3)[self._order])
 

@@ -11,11 +11,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 
 import numpy as np
-import numpy.typing as npt
 import ufl
 from ufl import Form
 from ufl.core.expr import Expr
 
+from shellmb.arrays import Floats
 from shellmb.forms.constraints.leap import Leap, leap_row
 from shellmb.forms.constraints.pathconstraints import held_row
 from shellmb.forms.state import Layout
@@ -24,8 +24,6 @@ from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.path import Path
 from shellmb.meshes.spaces import MixedSpace
 from shellmb.model.body import Leaping, NodeLink
-
-Floats = npt.NDArray[np.float64]
 
 # parts of a state that are the same all over a body, with their sizes; and that which moves
 EVERYWHERE = {"frame": 9, "hold": 9}

@@ -5,12 +5,12 @@ from functools import cached_property
 from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
 
 import numpy as np
-import numpy.typing as npt
 import ufl
 from dolfinx import fem
 from ufl import Form
 from ufl.core.expr import Expr
 
+from shellmb.arrays import Floats, Int32s
 from shellmb.forms import frame
 from shellmb.forms.constraints.leap import Leap, leap_row
 from shellmb.forms.constraints.pathconstraints import held_row
@@ -24,8 +24,6 @@ from shellmb.model.body import Damped, FixedDofs, Leaping, NodeLink, PartScale
 from shellmb.model.frames.floating import EVERYWHERE, FloatingFrame, leaping
 from shellmb.model.frames.unit import DirectorConstraint, directors_held
 from shellmb.model.sections.damping import together
-
-Values = npt.NDArray[np.float64]
 
 
 class FrameBody:
@@ -46,7 +44,7 @@ class FrameBody:
         name: str,
         mixed: MixedSpace,
         frames: fem.Function,
-        order: npt.NDArray[np.int32],
+        order: Int32s,
         reference: Expr,
         nodes: ufl.Measure,
         force: Expr,
@@ -174,7 +172,7 @@ class FrameBody:
         """The jump is an unknown and tangent already."""
         return b
 
-    def tangent_values(self, b: Values, mid: Values) -> Values:
+    def tangent_values(self, b: Floats, mid: Floats) -> Floats:
         """The jump is an unknown and tangent already."""
         return b
 
@@ -183,15 +181,15 @@ class FrameBody:
         """The constraints of the directors as numbers."""
         return directors_held(frame.orthonormality, 3)
 
-    def reference_directors(self) -> Values | None:
+    def reference_directors(self) -> Floats | None:
         """Reference directors of the local nodes of "w", one after the other, shape (n, 9)."""
         return self._rest if self.held.unit else None
 
     @property
-    def _rest(self) -> Values:
+    def _rest(self) -> Floats:
         return np.asarray(self.frames.x.array.reshape(-1, 9)[self._order])
 
-    def frames_at(self, q: Values) -> Values:
+    def frames_at(self, q: Floats) -> Floats:
         """Directors of a state's local array as rows, node after node of "w", shape (n, 3, 3)."""
         return np.asarray((self._rest + q[self.mixed.dofs["w"]].reshape(-1, 9)).reshape(-1, 3, 3))
 

@@ -14,11 +14,11 @@ from dataclasses import dataclass
 from mpi4py import MPI
 
 import numpy as np
-import numpy.typing as npt
 import ufl
 from ufl import Form
 from ufl.core.expr import Expr
 
+from shellmb.arrays import Bools, Floats, Int32s, Ints
 from shellmb.forms.constraints.joints import KINDS, Place
 from shellmb.forms.constraints.leap import Leap
 from shellmb.forms.state import Layout
@@ -33,9 +33,6 @@ from shellmb.model.shells.shell import ShellModel
 from shellmb.scene import Beam, Glue, Scene
 from shellmb.scene.loads.supports import Driven
 from shellmb.scene.multibody.rigid import rotation_matrix
-
-Ints = npt.NDArray[np.int64]
-Floats = npt.NDArray[np.float64]
 
 # the rows of the shell revolute joint behind those of the displacements, which are identified
 ALIGNED = slice(3, 5)
@@ -94,7 +91,7 @@ class _Glued:
         """Number along the line of each local node of the beam."""
         return self.line.line.numbers(self.beam.mixed.subspaces["u"])
 
-    def rows(self, part: str) -> npt.NDArray[np.int32]:
+    def rows(self, part: str) -> Int32s:
         """Local dofs of a part of the beam, one row per local node."""
         size = self.beam.mixed.parts[part][1]
         return self.beam.mixed.dofs[part].reshape(-1, size)
@@ -115,7 +112,7 @@ class _Glued:
             found[where] = dofs
         return found
 
-    def held(self) -> npt.NDArray[np.bool_]:
+    def held(self) -> Bools:
         """At which nodes of the line supports hold the shell's director still, shape (n,)."""
         index_map = self.shell.mixed.space.dofmap.index_map
         still = [f.dofs for f in self.shell.fixed if not f.moving]
@@ -123,14 +120,12 @@ class _Glued:
         gathered = self.shell.domain.mesh.comm.allgather(index_map.local_to_global(local))
         return np.asarray(np.isin(self.line.dofs["w"], np.concatenate(gathered)).all(axis=1))
 
-    def driven(self, support: Driven) -> npt.NDArray[np.bool_]:
+    def driven(self, support: Driven) -> Bools:
         """At which nodes of the line a support moves the shell's director, shape (n,)."""
         nodes = shared_nodes(self.shell, support.edge, support.label)
         return np.asarray(np.isin(self.line.dofs["w"], nodes.dofs["w"]).all(axis=1))
 
-    def clamp(
-        self, where: npt.NDArray[np.bool_], rotation: Callable[[float], Floats] | None = None
-    ) -> None:
+    def clamp(self, where: Bools, rotation: Callable[[float], Floats] | None = None) -> None:
         """Prescribe the frames at nodes of the line.
 
         A support that takes the shell's director takes the whole end of the beam with it, drilling

@@ -6,12 +6,12 @@ from dataclasses import dataclass
 from mpi4py import MPI
 
 import numpy as np
-import numpy.typing as npt
 import ufl
 from dolfinx import fem
 from ufl import Form
 from ufl.core.expr import Expr
 
+from shellmb.arrays import Floats, Ints
 from shellmb.forms import frame
 from shellmb.forms.frame import PAIRS, FrameMass
 from shellmb.forms.loads import dead_force
@@ -32,8 +32,6 @@ from shellmb.model.frames.frame import FrameBody
 from shellmb.model.locations.ends import End
 from shellmb.scene.loads.loads import Gravity
 from shellmb.scene.multibody.rigid import FloatingFrame, RigidBody
-
-Floats = npt.NDArray[np.float64]
 
 NAME = "rigid bodies"
 GROUND = "ground"
@@ -145,7 +143,7 @@ class RigidBodies(FrameBody):
         """The centres of mass as places; collective."""
         comm = self.node_mesh.mesh.comm
         index_map = self.mixed.space.dofmap.index_map
-        found: dict[int, dict[str, npt.NDArray[np.int64]]] = {}
+        found: dict[int, dict[str, Ints]] = {}
         local = self.node_mesh.mesh.topology.index_map(1).size_local
         for cell, item in enumerate(self.node_mesh.item[:local]):
             found[int(item)] = {
@@ -154,7 +152,7 @@ class RigidBodies(FrameBody):
                 )
                 for part in ("u", "w")
             }
-        everywhere: dict[int, dict[str, npt.NDArray[np.int64]]] = {}
+        everywhere: dict[int, dict[str, Ints]] = {}
         for part in comm.allgather(found):
             everywhere.update(part)
         return {

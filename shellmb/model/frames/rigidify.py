@@ -14,9 +14,9 @@ from typing import Any
 from mpi4py import MPI
 
 import numpy as np
-import numpy.typing as npt
 from dolfinx import fem
 
+from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.kernels import compiled
 from shellmb.meshes.mesh import build_surface
@@ -35,7 +35,6 @@ from shellmb.scene.multibody.offsets import node_of
 
 __all__ = ["Inertia", "RigidMeshes", "about_director", "inertia_of", "rigid_body", "rigidified"]
 
-Floats = npt.NDArray[np.float64]
 
 # a rigid body turns about every axis with some inertia, relative to the largest
 NO_INERTIA = 1e-12

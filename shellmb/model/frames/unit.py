@@ -9,11 +9,10 @@ from collections.abc import Callable
 from functools import cache, cached_property
 
 import numpy as np
-import numpy.typing as npt
 import ufl
 from ufl.core.expr import Expr
 
-Floats = npt.NDArray[np.float64]
+from shellmb.arrays import Floats
 
 # round-off of the values of constraints of random directors, whose squares are up to a hundred
 ROUND_OFF = 1e-11

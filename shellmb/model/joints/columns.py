@@ -8,14 +8,12 @@ from typing import Any, Protocol
 from mpi4py import MPI
 
 import numpy as np
-import numpy.typing as npt
 from dolfinx import fem
 
+from shellmb.arrays import Floats
 from shellmb.model.elements.elements import ElementGroup
 from shellmb.model.joints.coordinates import Coordinate, CoordinateGroup, Key, gathered
 from shellmb.model.joints.linear import HeldCoordinates
-
-Floats = npt.NDArray[np.float64]
 
 # how a distance and the force along or about a coordinate are called in results
 COLUMN = {"rotation": "rotation", "translation": "translation", "distance": "length"}

@@ -4,12 +4,12 @@ from collections.abc import Callable, Sequence
 from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 import ufl
 from dolfinx import fem
 from ufl import Form
 from ufl.core.expr import Expr
 
+from shellmb.arrays import Bools, Floats
 from shellmb.expressions import compiled_expression
 from shellmb.forms.constraints.leap import Leap, LeapRow, leap_row
 from shellmb.forms.constraints.pathconstraints import ConstraintRow, held_row
@@ -21,8 +21,6 @@ from shellmb.meshes.nodes import NodeMesh, constant_vector, set_constants
 from shellmb.meshes.spaces import MixedSpace
 from shellmb.model.body import Dofs, FixedDofs, Leaping, NodeLink, PartScale
 from shellmb.model.massless import Massless
-
-Floats = npt.NDArray[np.float64]
 
 # a multiplier below this part of the group's force counts as zero
 SMALL_FORCE = 1e-3
@@ -88,7 +86,7 @@ class ConstraintGroup(Massless):
         """Number of joints in the group, over all ranks."""
         return int(self.nodes.mesh.topology.index_map(1).size_global)
 
-    def switch(self, on: npt.NDArray[np.bool_]) -> None:
+    def switch(self, on: Bools) -> None:
         """Switch single constraints on and off, shape (items, count)."""
         assert self.on is not None
         self._switched = on
@@ -208,7 +206,7 @@ class ConstraintGroup(Massless):
         return self._evaluate(q.x.array)
 
     @property
-    def acting(self) -> npt.NDArray[np.bool_]:
+    def acting(self) -> Bools:
         """Which constraints of the local items act now, shape (local items, count)."""
         acting = self.allowed[self.nodes.item]
         if self.on is not None:
@@ -265,7 +263,7 @@ class ConstraintGroup(Massless):
             columns.append((self._evaluate(state) - self._evaluate(-state)) / (2 * step))
         return np.stack(columns, axis=2), dofs, np.array(steps) / small
 
-    def gaps(self, states: npt.NDArray[np.float64]) -> Floats:
+    def gaps(self, states: Floats) -> Floats:
         """Largest violations of the local items over local states, shape (states, local dofs)."""
         return np.asarray(np.max([np.abs(self._evaluate(s)) for s in states], axis=0))
 

@@ -7,12 +7,12 @@ from functools import cached_property
 from mpi4py import MPI
 
 import numpy as np
-import numpy.typing as npt
 import ufl
 from dolfinx import fem
 from ufl import Form
 from ufl.core.expr import Expr
 
+from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError
 from shellmb.expressions import compiled_expression
 from shellmb.forms.constraints import coordinates as forms
@@ -30,7 +30,6 @@ from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.joints.joints import BoundJoint
 from shellmb.model.locations.ends import End, end_pair
 
-Floats = npt.NDArray[np.float64]
 # name of a joint or a force element, and "rotation", "translation" or "distance"
 Key = tuple[str, str]
 
@@ -270,7 +269,7 @@ def as_row(value: Expr) -> Expr:
     return ufl.as_vector([value])
 
 
-def global_dofs(nodes: NodeMesh, mixed: MixedSpace, part: str) -> npt.NDArray[np.int64]:
+def global_dofs(nodes: NodeMesh, mixed: MixedSpace, part: str) -> Ints:
     """Global dofs of a scalar part in the order of the items, on all ranks; collective."""
     domain = nodes.mesh
     mine = domain.topology.index_map(1).size_local

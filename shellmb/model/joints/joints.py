@@ -7,12 +7,12 @@ from typing import Any
 from mpi4py import MPI
 
 import numpy as np
-import numpy.typing as npt
 import ufl
 from dolfinx import fem
 from ufl import Form
 from ufl.core.expr import Expr
 
+from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.forms.constraints.joints import KINDS, Place
 from shellmb.forms.loads import dead_force
@@ -28,7 +28,6 @@ from shellmb.scene.loads.loads import Gravity
 from shellmb.scene.multibody import joints as scene_joints
 from shellmb.scene.multibody.joints import Joint
 
-Floats = npt.NDArray[np.float64]
 FindEnd = Callable[[str, Any, str], End]
 
 

@@ -5,16 +5,14 @@ from collections.abc import Sequence
 from mpi4py import MPI
 
 import numpy as np
-import numpy.typing as npt
 from dolfinx import fem
 from ufl.core.expr import Expr
 
+from shellmb.arrays import Floats
 from shellmb.forms.state import Layout
 from shellmb.meshes.nodes import constant_vector, node_mesh, node_space, set_constants
 from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.joints.coordinates import Coordinate, as_row, gathered, scalar_links
-
-Floats = npt.NDArray[np.float64]
 
 
 class TiedCoordinates(ConstraintGroup):

@@ -10,8 +10,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
+from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.model.joints.joints import BoundJoint, FindEnd, bind_joint
 from shellmb.model.locations.ends import End, frame_about
@@ -20,8 +20,6 @@ from shellmb.model.shells.shell import ShellModel
 from shellmb.scene.multibody.joints import Joint, Weld
 
 __all__ = ["BoundNode", "bind"]
-
-Floats = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)

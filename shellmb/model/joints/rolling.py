@@ -7,12 +7,12 @@ from typing import Any
 from mpi4py import MPI
 
 import numpy as np
-import numpy.typing as npt
 import ufl
 from dolfinx import fem
 from ufl import Form
 from ufl.core.expr import Expr
 
+from shellmb.arrays import Floats
 from shellmb.forms.constraints.leap import Leap, LeapRow, leap_row, slip_row
 from shellmb.forms.constraints.nonholonomic import CONTACTS, Own, interval_row, path_row
 from shellmb.forms.constraints.pathconstraints import ConstraintRow, constraint_row
@@ -25,7 +25,6 @@ from shellmb.model.joints.joints import BoundJoint, JointGroup
 from shellmb.model.locations.ends import End, frame_about
 from shellmb.scene.multibody.rolling import Contact, KnifeEdge, Rolling
 
-Floats = npt.NDArray[np.float64]
 FindEnd = Callable[[str, Any, str], End]
 
 # component of the normal along the scene's x above which that is no axis of a plane

@@ -6,15 +6,14 @@ from collections.abc import Mapping, Sequence
 from mpi4py import MPI
 
 import numpy as np
-import numpy.typing as npt
 from dolfinx import fem
 
+from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.model.joints.columns import Solution
 from shellmb.model.joints.joints import BoundJoint, JointGroup
 from shellmb.model.joints.rolling import ContactGroup
 
-Floats = npt.NDArray[np.float64]
 Functions = Mapping[str, fem.Function]
 
 # slip at the start of what was to roll, as a part of the speeds that it is the difference of

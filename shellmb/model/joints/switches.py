@@ -4,16 +4,15 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 from dolfinx import fem
 
+from shellmb.arrays import Bools
 from shellmb.errors import ConvergenceError
 from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.joints.linear import HeldCoordinates
 
 Windows = Sequence[tuple[float, float]]
 State = Callable[[str], fem.Function]
-Flags = npt.NDArray[np.bool_]
 
 # a joint may begin to act if its ends are apart by less than this part of the scene's
 # length, or its directions by this angle, rad
@@ -44,7 +43,7 @@ class Switched:
         times = {t for windows in self._windows for window in windows or () for t in window}
         return {t for t in times if 0 < t < self._t_end}
 
-    def at(self, t: float) -> Flags:
+    def at(self, t: float) -> Bools:
         """Which items act in a step that begins at `t`, shape (items,)."""
         late = t + SAME_TIME * self._t_end
         return np.array(
@@ -75,7 +74,7 @@ class Switched:
         self._begin(begun, t, state(self.group.name))
         return bool(np.any(begun))
 
-    def _begin(self, begun: Flags, t: float, q: fem.Function) -> None:
+    def _begin(self, begun: Bools, t: float, q: fem.Function) -> None:
         """Nothing is held as it is: the joint must be closed."""
         group = self.group
         gaps = group.apart(q)
@@ -122,7 +121,7 @@ class Locks(Switched):
             self._begin(self.acting, t, state(self.group.name))
         return super().update(t, state)
 
-    def _begin(self, begun: Flags, t: float, q: fem.Function) -> None:
+    def _begin(self, begun: Bools, t: float, q: fem.Function) -> None:
         self.values = np.where(begun, self.group.values(q), self.values)
         self.group.hold(self.values)
 

@@ -5,9 +5,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.model.frames.rigid import GROUND
-from shellmb.model.locations.ends import End, Floats
+from shellmb.model.locations.ends import End
 from shellmb.model.locations.nodes import Meshed, shared_nodes
 from shellmb.scene.multibody.offsets import Offset, arm_components
 

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
-import numpy.typing as npt
 from dolfinx import fem
 
+from shellmb.arrays import Floats, Int32s, Ints
 from shellmb.errors import SceneError
 from shellmb.meshes.curve_mesh import LineMesh
 from shellmb.meshes.mesh import SurfaceMesh
@@ -31,7 +31,7 @@ class Meshed(Protocol):
         """Its mesh with names."""
         ...
 
-    def node_directors(self) -> npt.NDArray[np.float64]:
+    def node_directors(self) -> Floats:
         """Reference directors of the local nodes (owned and ghost), shape (n, m, 3)."""
         ...
 
@@ -46,17 +46,17 @@ class Nodes:
         directors: Reference directors, shape (n, m, 3): one of a shell, three of a beam.
     """
 
-    x: npt.NDArray[np.float64]
-    dofs: dict[str, npt.NDArray[np.int64]]
-    directors: npt.NDArray[np.float64]
+    x: Floats
+    dofs: dict[str, Ints]
+    directors: Floats
 
     @property
-    def director(self) -> npt.NDArray[np.float64]:
+    def director(self) -> Floats:
         """Reference director of a shell, shape (n, 3)."""
         return np.asarray(self.directors[:, 0])
 
 
-def local_nodes(body: Meshed, where: Place | None, who: str) -> npt.NDArray[np.int32]:
+def local_nodes(body: Meshed, where: Place | None, who: str) -> Int32s:
     """Local numbers (owned and ghost) of the nodes at a place; they count nodes, not dofs.
 
     Args:
@@ -90,9 +90,7 @@ def local_nodes(body: Meshed, where: Place | None, who: str) -> npt.NDArray[np.i
     return _node_at(body, np.asarray(where, dtype=float), who)
 
 
-def local_point(
-    body: Meshed, point: Any, who: str
-) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.float64] | None]:
+def local_point(body: Meshed, point: Any, who: str) -> tuple[Int32s, Floats | None]:
     """Local nodes of a point, and the components of its arms along their directors, (n, m), m.
 
     Args:
@@ -111,7 +109,7 @@ def local_point(
     return nodes, np.array(arms).reshape(len(nodes), directors.shape[1])
 
 
-def _node_at(body: Meshed, point: npt.NDArray[np.float64], who: str) -> npt.NDArray[np.int32]:
+def _node_at(body: Meshed, point: Floats, who: str) -> Int32s:
     """The node at a point; empty on ranks that do not hold it."""
     nodes = body.mixed.nodes("u")
     distance = np.linalg.norm(nodes - point, axis=1)
@@ -152,12 +150,12 @@ def _least(a: tuple, b: tuple) -> tuple:
     return min(a, b)
 
 
-def said_point(x: npt.NDArray[np.float64], size: float) -> str:
+def said_point(x: Floats, size: float) -> str:
     """A position for messages; what is round-off of a scene of that size is zero."""
     return f"({', '.join(f'{c:g}' for c in np.where(np.abs(x) < ON_NODE * size, 0.0, x))})"
 
 
-def part_dofs(body: Meshed, nodes: npt.NDArray[np.int32], part: str) -> npt.NDArray[np.int32]:
+def part_dofs(body: Meshed, nodes: Int32s, part: str) -> Int32s:
     """Local dofs of a part at nodes, shape (n, size)."""
     size = body.mixed.parts[part][1]
     return body.mixed.dofs[part].reshape(-1, size)[nodes]

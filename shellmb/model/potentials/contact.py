@@ -7,12 +7,12 @@ from typing import Any
 from mpi4py import MPI
 
 import numpy as np
-import numpy.typing as npt
 import ufl
 from dolfinx import fem
 from ufl import Form
 from ufl.core.expr import Expr
 
+from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.forms import contact as forms
 from shellmb.model.body import Rates
@@ -22,8 +22,6 @@ from shellmb.model.potentials.group import PotentialGroup
 from shellmb.model.potentials.points import Points
 from shellmb.scene.loads.contacts import Ball, Contact, Plane, Rod
 from shellmb.scene.lookup import said
-
-Floats = npt.NDArray[np.float64]
 
 # distance from a centre or axis, in radii, within which there is no direction any more
 CORE = 1e-3

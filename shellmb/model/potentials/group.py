@@ -7,12 +7,12 @@ from typing import Any
 from mpi4py import MPI
 
 import numpy as np
-import numpy.typing as npt
 import ufl
 from dolfinx import fem
 from ufl import Form
 from ufl.core.expr import Expr
 
+from shellmb.arrays import Floats
 from shellmb.forms.constraints.joints import Place
 from shellmb.forms.state import Layout
 from shellmb.forms.steps.discrete import variation
@@ -21,8 +21,6 @@ from shellmb.model.body import Rates
 from shellmb.model.massless import Massless
 from shellmb.model.potentials.exact import ExactEnergy
 from shellmb.model.potentials.points import Points
-
-Floats = npt.NDArray[np.float64]
 
 
 class PotentialGroup(ExactEnergy, Massless):

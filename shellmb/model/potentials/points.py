@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 import numpy as np
-import numpy.typing as npt
 import ufl
 from dolfinx import fem, la
 from ufl.core.expr import Expr
 
+from shellmb.arrays import Floats, Ints
 from shellmb.forms.constraints.joints import Place
 from shellmb.forms.state import Layout
 from shellmb.kernels import compiled
@@ -25,7 +25,6 @@ from shellmb.model.locations.nodes import part_dofs, shared_nodes
 from shellmb.model.shells.shell import ShellModel
 from shellmb.scene.values.validate import edge_names
 
-Floats = npt.NDArray[np.float64]
 MeshedBody = ShellModel | BeamModel
 
 
@@ -145,7 +144,7 @@ def _measures(body: MeshedBody, on: Any, who: str) -> list[ufl.Measure] | None:
     return found
 
 
-def _shares(body: MeshedBody, measures: list[ufl.Measure], wanted: npt.NDArray[np.int64]) -> Floats:
+def _shares(body: MeshedBody, measures: list[ufl.Measure], wanted: Ints) -> Floats:
     """Integrals of the functions of some nodes, which their first dofs name; collective."""
     space = body.mixed.subspaces["u"]
     owned = space.dofmap.index_map.size_local

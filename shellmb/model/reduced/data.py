@@ -27,16 +27,13 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 from ufl.core.expr import Expr
 
+from shellmb.arrays import Floats
 from shellmb.forms.state import Layout
 from shellmb.model.body import TimeFunction
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.shells.shell import ShellModel
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True)

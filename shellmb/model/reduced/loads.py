@@ -24,6 +24,7 @@ import ufl
 from ufl import Form
 from ufl.core.expr import Expr
 
+from shellmb.arrays import Floats
 from shellmb.forms.floating import modal as forms
 from shellmb.forms.frame import vectors
 from shellmb.forms.loads import dead_force
@@ -31,7 +32,7 @@ from shellmb.forms.state import Layout
 from shellmb.meshes.nodes import NodeMesh, constant_vector, node_mesh, node_space, set_constants
 from shellmb.model.body import LoadFactors, TimeFunction
 from shellmb.model.massless import Massless
-from shellmb.model.reduced.data import Floats, amplitudes
+from shellmb.model.reduced.data import amplitudes
 from shellmb.model.reduced.onframe import OnArms, Reduced, frame_links
 
 

@@ -18,6 +18,7 @@ import numpy as np
 import ufl
 from ufl.core.expr import Expr
 
+from shellmb.arrays import Floats, Ints
 from shellmb.forms.constraints.joints import Place
 from shellmb.forms.floating import modal as forms
 from shellmb.forms.frame import vectors
@@ -27,7 +28,7 @@ from shellmb.meshes.spaces import MixedSpace
 from shellmb.model.body import NodeLink
 from shellmb.model.locations.nodes import part_dofs
 from shellmb.model.potentials.points import Points, points_on
-from shellmb.model.reduced.data import Floats, Ints, Member, amplitudes
+from shellmb.model.reduced.data import Member, amplitudes
 from shellmb.model.reduced.onframe import Reduced, frame_links
 
 

@@ -11,6 +11,7 @@ import ufl
 from ufl import Form
 from ufl.core.expr import Expr
 
+from shellmb.arrays import Ints
 from shellmb.forms.constraints.elements import (
     Stretch,
     linear_force,
@@ -24,7 +25,7 @@ from shellmb.forms.steps.path import Step
 from shellmb.meshes.nodes import constant_vector, node_mesh, node_space
 from shellmb.model.body import PartScale
 from shellmb.model.massless import Massless
-from shellmb.model.reduced.data import Ints, ModalBody, amplitudes
+from shellmb.model.reduced.data import ModalBody, amplitudes
 from shellmb.model.reduced.viscous import modal_damping
 
 ADVICE = "a smaller step, or fewer modes"

@@ -13,6 +13,7 @@ from dolfinx import fem
 from ufl import Form
 from ufl.core.expr import Expr
 
+from shellmb.arrays import Floats
 from shellmb.forms.floating import modal as forms
 from shellmb.forms.frame import Vectors, vectors
 from shellmb.meshes.nodes import NodeMesh, constant_vector, node_mesh, node_space
@@ -21,7 +22,7 @@ from shellmb.model.body import NodeLink, PartScale, Rates
 from shellmb.model.identification import node_links
 from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.locations.ends import End
-from shellmb.model.reduced.data import Floats, ModalBody, amplitudes
+from shellmb.model.reduced.data import ModalBody, amplitudes
 from shellmb.model.reduced.modes import ADVICE, Modes
 from shellmb.model.sections.damping import mass_damping
 

@@ -6,11 +6,12 @@ import numpy as np
 import ufl
 from ufl.core.expr import Expr
 
+from shellmb.arrays import Floats
 from shellmb.forms.measure import linear
 from shellmb.forms.state import Layout
 from shellmb.forms.steps.damping import ViscousModes
 from shellmb.meshes.nodes import NodeMesh, constant_vector
-from shellmb.model.reduced.data import Floats, amplitudes
+from shellmb.model.reduced.data import amplitudes
 from shellmb.model.sections.damping import Resisting, StrainDamping
 
 # couplings of modes below this share of what they have by themselves are round-off: with one time

@@ -4,11 +4,11 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 import ufl
 from dolfinx import fem, la, mesh
 from ufl.core.expr import Expr
 
+from shellmb.arrays import Floats
 from shellmb.forms.shell import Mass, ShellStrains
 from shellmb.forms.steps.mixed import Formulation, LinearMixed
 from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
@@ -17,8 +17,6 @@ from shellmb.model.shells.varying import Rule, SectionFields
 from shellmb.model.user_forms import resists_all, written
 from shellmb.scene import Hyperelastic, LinearSection, Shell
 from shellmb.scene.shells.lamination import Layup
-
-Floats = npt.NDArray[np.float64]
 
 # weight of the fully integrated part, c of docs/theory/shells.md
 STABILISATION = {"quadrilateral": 0.1, "triangle": 0.3}

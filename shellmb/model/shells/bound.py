@@ -6,12 +6,12 @@ from functools import cached_property
 
 import basix
 import numpy as np
-import numpy.typing as npt
 import ufl
 from dolfinx import fem, mesh
 from ufl import Form
 from ufl.core.expr import Expr
 
+from shellmb.arrays import Floats
 from shellmb.forms import hourglass
 from shellmb.forms import shell as shell_forms
 from shellmb.forms.measure import Measure, measure
@@ -120,7 +120,7 @@ class BoundShell:
         """Length that makes curvatures comparable with strains, m."""
         return fem.Constant(self.mixed.space.mesh, self.section.sizes.thickness)
 
-    def node_directors(self) -> npt.NDArray[np.float64]:
+    def node_directors(self) -> Floats:
         """Reference directors of the local nodes (owned and ghost), shape (n, 1, 3)."""
         return np.asarray(self.director.x.array.reshape(-1, 1, 3))
 
@@ -210,6 +210,6 @@ class BoundShell:
         """The constraint of the director as numbers."""
         return directors_held(shell_forms.director_constraint, 1)
 
-    def reference_directors(self) -> npt.NDArray[np.float64] | None:
+    def reference_directors(self) -> Floats | None:
         """Reference directors of the local nodes, shape (n, 3)."""
         return self.node_directors()[:, 0] if self.held.unit else None

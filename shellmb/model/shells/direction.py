@@ -3,17 +3,15 @@
 from mpi4py import MPI
 
 import numpy as np
-import numpy.typing as npt
 from dolfinx import fem
 
+from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.meshes.mesh import SurfaceMesh
 from shellmb.meshes.raw import cell_cross
 from shellmb.meshes.spaces import MixedSpace
 from shellmb.model.shells.positions import interpolated
 from shellmb.scene import Hyperelastic, Isotropic, Shell
-
-Floats = npt.NDArray[np.float64]
 
 # angle to the normal below which a direction has no useful projection on the surface, degrees: the
 # projection is short, and turns ten times as fast as the surface does

@@ -10,6 +10,7 @@ from dolfinx import fem
 from ufl import Form
 from ufl.core.expr import Expr
 
+from shellmb.arrays import Floats
 from shellmb.forms import hourglass
 from shellmb.forms import shell as shell_forms
 from shellmb.forms.constraints.leap import Leap
@@ -109,9 +110,7 @@ class ShellModel(BoundShell):
         components[first : first + size] = [db[k] for k in range(size)]
         return ufl.as_vector(components)
 
-    def tangent_values(
-        self, b: npt.NDArray[np.float64], mid: npt.NDArray[np.float64]
-    ) -> npt.NDArray[np.float64]:
+    def tangent_values(self, b: Floats, mid: Floats) -> Floats:
         """The same for the values at the nodes."""
         if self.mass is None or self.mass.I is None:
             return b
@@ -245,6 +244,6 @@ class ShellModel(BoundShell):
     @cached_property
     def _directors_in_state(
         self,
-    ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.intp]]:
+    ) -> tuple[Floats, npt.NDArray[np.intp]]:
         """Reference directors and where their changes are in a state, both of shape (n, 3)."""
         return self.node_directors()[:, 0], self.mixed.dofs["w"].reshape(-1, 3).astype(np.intp)

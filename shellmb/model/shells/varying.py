@@ -17,16 +17,15 @@ from mpi4py import MPI
 import basix
 import basix.ufl
 import numpy as np
-import numpy.typing as npt
 import ufl
 from dolfinx import fem, mesh
 from ufl.core.expr import Expr
 
+from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.scene import LinearSection, Shell
 from shellmb.scene.shells.lamination import Layup
 
-Floats = npt.NDArray[np.float64]
 Rule = Literal["full", "reduced", "nodes"]
 
 # nodes of elements are drawn this far into them, as a part of the way to the middle: they tell

@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 from dolfinx import fem
 from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
 from ufl.algorithms.apply_derivatives import apply_derivatives
 from ufl.core.expr import Expr
 from ufl.corealg.traversal import traverse_unique_terminals
 
+from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.forms import hourglass
 from shellmb.forms.measure import Measure
@@ -23,8 +23,6 @@ from shellmb.model.sections.damping import Resisting, StrainDamping
 from shellmb.model.shells import path
 from shellmb.model.shells.bound import BoundShell
 from shellmb.scene.values.validate import show
-
-Floats = npt.NDArray[np.float64]
 
 # eigenvalues of a stiffness that are less than this, relative to the largest, are round-off
 NEGATIVE = 1e-10

@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.model.locations.nodes import Meshed, shared_nodes
 from shellmb.model.supports.prescribed import Prescribed
@@ -15,8 +15,6 @@ from shellmb.scene.loads.loads import EdgeForce, EdgeMoment, FollowerEdgeForce, 
 from shellmb.scene.lookup import said
 from shellmb.scene.multibody.offsets import Offset, node_of
 from shellmb.scene.values.validate import show
-
-Floats = npt.NDArray[np.float64]
 
 # part of a unit vector below which a direction counts as held
 NOTHING = 1e-9

@@ -5,19 +5,16 @@ from collections.abc import Callable
 from mpi4py import MPI
 
 import numpy as np
-import numpy.typing as npt
 import ufl
 from ufl.core.expr import Expr
 
+from shellmb.arrays import Floats, Ints
 from shellmb.forms.constraints import nodal as nodal_forms
 from shellmb.forms.state import Layout
 from shellmb.meshes.nodes import constant_vector, node_mesh, node_space
 from shellmb.model.identification import node_links
 from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.locations.nodes import said_point
-
-Ints = npt.NDArray[np.int64]
-Floats = npt.NDArray[np.float64]
 
 
 class NodalConstraint(ConstraintGroup):

@@ -11,16 +11,14 @@ from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 import numpy as np
-import numpy.typing as npt
 
+from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError
 from shellmb.model.body import FixedDofs, PrescribedTurn
 from shellmb.model.locations.nodes import Meshed, shown
 from shellmb.model.supports.nodal import NodalConstraint, plane
 from shellmb.scene.lookup import said
 
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 Dof = tuple[str, int]
 
 # directions closer than this to an axis (one minus the cosine) count as parallel to it

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 from dolfinx import fem, mesh
 
+from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.model.body import FixedDofs, PrescribedTurn
 from shellmb.model.locations.ends import frame_about
@@ -21,7 +22,6 @@ from shellmb.scene.lookup import said
 from shellmb.scene.multibody.offsets import arm_components
 from shellmb.scene.values.validate import show
 
-Floats = npt.NDArray[np.float64]
 Values = Callable[[float], Floats]
 
 

@@ -13,10 +13,10 @@ from typing import Any
 from mpi4py import MPI
 
 import numpy as np
-import numpy.typing as npt
 from dolfinx import fem
 from ufl import Form
 
+from shellmb.arrays import Floats
 from shellmb.model.body import Body
 from shellmb.observers.account.sizes import stiffness_of
 from shellmb.schemes.base import Levels
@@ -32,7 +32,6 @@ WORKS = ("loads", "terms")
 # work on round-off of 1e-16 in positions
 ROUND_OFF_STRAIN, ROUND_OFF_MOTION = 1e-10, 1e-6
 
-Floats = npt.NDArray[np.float64]
 Scalar = Callable[[], float]
 
 

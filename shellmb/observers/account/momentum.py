@@ -13,18 +13,16 @@ from typing import Any
 from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
 
 import numpy as np
-import numpy.typing as npt
 import ufl
 from dolfinx import fem
 from ufl import Form
 from ufl.core.expr import Expr
 
+from shellmb.arrays import Floats
 from shellmb.observers.account.energy import EnergyAccount, present
 from shellmb.observers.forces.impulse import Impulse
 from shellmb.simulate.simulation import Silent, Simulation
 from shellmb.system.assembly.functionals import Functionals, vector_of
-
-Floats = npt.NDArray[np.float64]
 
 KINDS = {"momentum": "linear", "angular momentum": "angular"}
 # impulses of loads, of supports, and of impacts at which something begins to act

@@ -16,14 +16,12 @@ from typing import Any
 from mpi4py import MPI
 
 import numpy as np
-import numpy.typing as npt
 
+from shellmb.arrays import Floats
 from shellmb.model.frames.rigid import GROUND, RigidBodies
 from shellmb.observers.fields.nodal import Nodes, nodal_bodies
 from shellmb.simulate.simulation import Silent, Simulation
 from shellmb.system.assembly import native
-
-Floats = npt.NDArray[np.float64]
 
 # of the diagonal, so that what does not turn at all has a fit, too
 TINY = 1e-12

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from shellmb.arrays import Floats
 from shellmb.observers.fields.chosen import chosen_fields, wants
 from shellmb.observers.files.drawn import Drawn, DrawnJoints, DrawnMesh
 from shellmb.observers.forces.joints import JointForces
 from shellmb.simulate.simulation import Simulation
-
-Floats = npt.NDArray[np.float64]
 
 DIRECTORS = ("director", "d1", "d2", "d3")
 XYZ = ("x", "y", "z")

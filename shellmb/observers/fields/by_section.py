@@ -6,13 +6,12 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from shellmb.arrays import Floats
 from shellmb.model.shells.shell import ShellModel
 from shellmb.scene import Beam, LinearSection, Shell
 from shellmb.scene.shells.lamination import Layer, Layup, cos_sin, matrix
 
-Floats = npt.NDArray[np.float64]
 # values at points, shape (n, k), from resultants there, shape (n, 8) or (n, 6)
 type Derived = Callable[[Floats], Floats]
 

@@ -8,9 +8,9 @@ from functools import partial
 from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
 
 import numpy as np
-import numpy.typing as npt
 from dolfinx import la
 
+from shellmb.arrays import Floats
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.shells.shell import ShellModel
 from shellmb.observers.fields import by_section as section
@@ -22,7 +22,6 @@ from shellmb.scene.checks.fields import kinds_of, wanted_fields
 from shellmb.scene.fields import DEFAULT, FIELDS
 from shellmb.simulate.simulation import Simulation
 
-Floats = npt.NDArray[np.float64]
 type Read = Callable[[Floats], Floats]
 
 STRAINS = {

@@ -7,15 +7,13 @@ from collections.abc import Callable
 from mpi4py import MPI
 
 import numpy as np
-import numpy.typing as npt
 
+from shellmb.arrays import Floats, Int32s
 from shellmb.model.model import Model
 from shellmb.model.reduced.data import ModalBody
 from shellmb.model.reduced.modes import Modes
 from shellmb.observers.fields.nodal import NodalValues
 from shellmb.simulate.simulation import Simulation
-
-Floats = npt.NDArray[np.float64]
 
 # displacement of a frame, changes of its directors
 FRAME = 12
@@ -86,7 +84,7 @@ class ModalNodes:
         which: Numbers of the nodes on this rank; None: all.
     """
 
-    def __init__(self, model: Model, name: str, which: npt.NDArray[np.int32] | None = None) -> None:
+    def __init__(self, model: Model, name: str, which: Int32s | None = None) -> None:
         data = modal_members(model)[name]
         assert model.rigid is not None
         here = slice(None) if which is None else which

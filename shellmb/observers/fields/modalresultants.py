@@ -9,12 +9,12 @@ from __future__ import annotations
 from mpi4py import MPI
 
 import numpy as np
-import numpy.typing as npt
 import ufl
 from dolfinx import fem
 from ufl.algorithms.ad import expand_derivatives
 from ufl.core.expr import Expr
 
+from shellmb.arrays import Floats
 from shellmb.expressions import compiled_expression
 from shellmb.forms.steps.discrete import stress_average
 from shellmb.model.frames.beam import BeamModel
@@ -23,8 +23,6 @@ from shellmb.model.shells.shell import ShellModel
 from shellmb.observers.fields.modal import ModalState, modal_members
 from shellmb.observers.fields.resultants import Resultants
 from shellmb.simulate.simulation import Simulation
-
-Floats = npt.NDArray[np.float64]
 
 
 class MeanAmplitudes:

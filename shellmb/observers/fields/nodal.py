@@ -7,16 +7,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from shellmb.arrays import Bools, Floats, Int32s
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.frames.rigid import RigidBodies
 from shellmb.model.model import Model
 from shellmb.model.shells.shell import ShellModel
 from shellmb.simulate.simulation import Simulation
 from shellmb.system.assembly.native import CArrays
-
-Floats = npt.NDArray[np.float64]
 
 type NodalBody = ShellModel | BeamModel | RigidBodies
 
@@ -81,7 +79,7 @@ class NodalValues:
             self.director_velocity,
         )
 
-    def take(self, nodes: npt.NDArray[np.int32]) -> NodalValues:
+    def take(self, nodes: Int32s) -> NodalValues:
         """Values at some of the nodes, in that order; one node may stand there several times."""
         return NodalValues(
             self.reference[nodes],
@@ -163,7 +161,7 @@ class Nodes:
         which: Numbers of the nodes on this rank; one may stand there several times. None: all.
     """
 
-    def __init__(self, body: NodalBody, which: npt.NDArray[np.int32] | None = None) -> None:
+    def __init__(self, body: NodalBody, which: Int32s | None = None) -> None:
         here = slice(None) if which is None else which
         X, D = reference_nodes(body)
         dofs = body.mixed.dofs
@@ -201,7 +199,7 @@ class Nodes:
         """
         return change[self._w]
 
-    def dofs_of(self, marked: npt.NDArray[np.bool_]) -> npt.NDArray[np.int32]:
+    def dofs_of(self, marked: Bools) -> Int32s:
         """Dofs of some of the nodes.
 
         Args:
@@ -209,7 +207,7 @@ class Nodes:
         """
         return np.concatenate([self._u[marked].ravel(), self._w[marked].ravel()])
 
-    def struct(self, turning: npt.NDArray[np.int32] | None = None) -> Any:
+    def struct(self, turning: Int32s | None = None) -> Any:
         """The nodes for the loops of `sums.c`.
 
         Args:

@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import Protocol
 
 import numpy as np
-import numpy.typing as npt
 import ufl
 from dolfinx import fem
 from ufl.algorithms.ad import expand_derivatives
 from ufl.core.expr import Expr
 
+from shellmb.arrays import Floats, Int32s
 from shellmb.expressions import compiled_expression
 from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
@@ -21,8 +21,6 @@ from shellmb.model.shells.shell import ShellModel
 from shellmb.schemes.base import Levels
 from shellmb.schemes.linearised import change
 from shellmb.simulate.simulation import Simulation
-
-Floats = npt.NDArray[np.float64]
 
 # quantity of a probe to its components among a body's resultants
 BEAM = {"force": (0, 1, 2), "moment": (3, 4, 5)}
@@ -120,7 +118,7 @@ class Resultants:
         values = flat.reshape(len(self._cells), -1, self._size)
         return np.asarray(np.einsum("np,epk->enk", self._continued, values))
 
-    def sums(self, nodes: npt.NDArray[np.int32], quantity: str) -> tuple[Floats, int]:
+    def sums(self, nodes: Int32s, quantity: str) -> tuple[Floats, int]:
         """Sum of the elements' values at nodes, shape (3,), in N, N m or per m, and their number.
 
         Args:

@@ -10,15 +10,15 @@ from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
-import numpy.typing as npt
 
+from shellmb.arrays import Floats
 from shellmb.errors import ControlError, ConvergenceError, Stopped
 from shellmb.guarding.writing import drafted, make_folder, write_text
 from shellmb.observers.files.seal import checksum, sealed
 from shellmb.scene.fingerprint import Fingerprint, fingerprint
 from shellmb.simulate.simulation import Observer, Silent, Simulation
 
-Arrays = dict[str, npt.NDArray[np.float64]]
+Arrays = dict[str, Floats]
 
 INTERVAL = 30.0
 FORMAT = 4

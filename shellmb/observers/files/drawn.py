@@ -9,8 +9,8 @@ from typing import Protocol
 from mpi4py import MPI
 
 import numpy as np
-import numpy.typing as npt
 
+from shellmb.arrays import Floats
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.frames.rigid import RigidBodies
 from shellmb.model.model import Model
@@ -20,9 +20,6 @@ from shellmb.observers.fields.nodal import NodalValues, Nodes, nodal_values, ref
 from shellmb.observers.files.grid import Gatherer, Grid
 from shellmb.scene import LinearSection
 from shellmb.simulate.simulation import Simulation
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 # types of cells in VTK
 VERTEX, LINE = 1, 3

@@ -8,9 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-import numpy.typing as npt
-
+from shellmb.arrays import Floats
 from shellmb.errors import ConvergenceError
 from shellmb.guarding.writing import make_folder
 from shellmb.observers.fields.asked import AskedFields
@@ -21,8 +19,6 @@ from shellmb.observers.files.grid import Grid
 from shellmb.observers.files.gridfiles import GridFiles
 from shellmb.observers.forces.joints import JointForces
 from shellmb.simulate.simulation import Silent, Simulation
-
-Floats = npt.NDArray[np.float64]
 
 _log = logging.getLogger(__name__)
 

@@ -11,11 +11,9 @@ import dolfinx.plot
 import numpy as np
 import numpy.typing as npt
 
+from shellmb.arrays import Floats, Int32s, Ints
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.shells.shell import ShellModel
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 
 def _none(*shape: int) -> Ints:
@@ -101,7 +99,7 @@ class Gatherer:
         return None if gathered is None else np.concatenate(gathered)
 
 
-def _numbers(index_map, local: npt.NDArray[np.int32]) -> Ints:  # type: ignore[no-untyped-def]
+def _numbers(index_map, local: Int32s) -> Ints:  # type: ignore[no-untyped-def]
     """Global numbers of nodes, in the shape of the local ones."""
     flat = index_map.local_to_global(np.ascontiguousarray(local, dtype=np.int32).ravel())
     return np.asarray(flat, dtype=np.int64).reshape(local.shape)

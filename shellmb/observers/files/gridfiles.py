@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray, vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkPoints, vtkStringArray
 from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkDataSetAttributes, vtkUnstructuredGrid
 from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
 
+from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.guarding.reading import read_bytes
 from shellmb.guarding.writing import write_bytes
@@ -21,8 +21,6 @@ from shellmb.observers.files.grid import Grid
 from shellmb.observers.files.grids import read_grid
 from shellmb.observers.files.growingfile import GrowingFile
 from shellmb.observers.files.seal import checksum
-
-Floats = npt.NDArray[np.float64]
 
 # what stands around the states in their list
 HEAD, END = '{"file-series-version": "1.0", "files": [\n', "\n]}\n"

@@ -7,16 +7,14 @@ from typing import NamedTuple
 from mpi4py import MPI
 
 import numpy as np
-import numpy.typing as npt
 
+from shellmb.arrays import Floats
 from shellmb.model.potentials.contact import ContactGroup
 from shellmb.model.potentials.group import PotentialGroup
 from shellmb.observers.forces.impulse import last_middle
 from shellmb.observers.forces.reactions import resistance
 from shellmb.simulate.simulation import Silent, Simulation
 from shellmb.system.assembly.loops import LoopResiduals
-
-Floats = npt.NDArray[np.float64]
 
 AXES = ("Fx", "Fy", "Fz")
 CONTACT = ("normal", "friction")

@@ -12,14 +12,12 @@ from typing import Any
 from mpi4py import MPI
 
 import numpy as np
-import numpy.typing as npt
 
+from shellmb.arrays import Floats
 from shellmb.model.joints.columns import COLUMN
 from shellmb.model.joints.joints import BoundJoint, JointGroup
 from shellmb.observers.forces.locations import Places
 from shellmb.simulate.simulation import Simulation
-
-Floats = npt.NDArray[np.float64]
 
 
 class Freedoms:

@@ -18,10 +18,10 @@ from dataclasses import dataclass
 from mpi4py import MPI
 
 import numpy as np
-import numpy.typing as npt
 import ufl
 from ufl import Form
 
+from shellmb.arrays import Floats
 from shellmb.kernels import compiled
 from shellmb.model.body import Body
 from shellmb.observers.forces.reactions import Arms, HeldForces, NodalForces, cells_of
@@ -29,8 +29,6 @@ from shellmb.schemes.quadratic import RATE, QuadraticInTime
 from shellmb.schemes.residuals.residual import StageForms
 from shellmb.simulate.simulation import Simulation
 from shellmb.system.assembly.loops import LoopResiduals, PlacedForm
-
-Floats = npt.NDArray[np.float64]
 
 
 def last_middle(simulation: Simulation, body: str) -> Floats:

@@ -9,8 +9,8 @@ from typing import Any
 from mpi4py import MPI
 
 import numpy as np
-import numpy.typing as npt
 
+from shellmb.arrays import Floats
 from shellmb.model.joints.columns import element_columns
 from shellmb.model.joints.joints import BoundJoint, JointGroup
 from shellmb.model.joints.mechanism import Mechanism
@@ -21,8 +21,6 @@ from shellmb.observers.forces.locations import Places
 from shellmb.observers.forces.reactions import Assembled, resistance
 from shellmb.schemes.base import END
 from shellmb.simulate.simulation import Silent, Simulation
-
-Floats = npt.NDArray[np.float64]
 
 COMPONENTS = ("F1", "F2", "F3", "M1", "M2", "M3")
 

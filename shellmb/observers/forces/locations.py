@@ -7,9 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
+from shellmb.arrays import Floats
 from shellmb.model.joints.joints import BoundJoint, JointGroup
-
-Floats = npt.NDArray[np.float64]
 
 
 class Places:

@@ -8,8 +8,8 @@ from typing import NamedTuple, Protocol
 from petsc4py import PETSc
 
 import numpy as np
-import numpy.typing as npt
 
+from shellmb.arrays import Bools, Floats
 from shellmb.model.model import Model
 from shellmb.model.reduced.onframe import OnArms
 from shellmb.observers.fields.nodal import NodalBody, Nodes, nodal_bodies
@@ -18,9 +18,6 @@ from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.assembly.fields import Field
 from shellmb.system.assembly.loops import LoopResiduals, MeshCells
 from shellmb.system.assembly.meshgroups import MeshGroup
-
-Floats = npt.NDArray[np.float64]
-Marks = npt.NDArray[np.bool_]
 
 
 class Assembled(Protocol):
@@ -165,7 +162,7 @@ class Carrier:
             self._counted[link.dofs] = 0.0
 
     def resultants(
-        self, arms: Arms, forces: Sequence[Floats], nodes: Marks | None = None
+        self, arms: Arms, forces: Sequence[Floats], nodes: Bools | None = None
     ) -> tuple[Floats, float]:
         """Force and moment of several sets of forces, and their gross size.
 
@@ -204,7 +201,7 @@ class ArmCarrier:
         self._rest = body.arms[body.nodes.item]
 
     def resultants(
-        self, arms: Arms, forces: Sequence[Floats], nodes: Marks | None = None
+        self, arms: Arms, forces: Sequence[Floats], nodes: Bools | None = None
     ) -> tuple[Floats, float]:
         """Moments of several sets of forces, as of `Carrier`."""
         found, gross = np.zeros((len(forces), 6)), 0.0

@@ -8,14 +8,12 @@ from typing import Any
 from mpi4py import MPI
 
 import numpy as np
-import numpy.typing as npt
 
+from shellmb.arrays import Bools, Floats
 from shellmb.model.locations.nodes import local_nodes
 from shellmb.model.model import Model
 from shellmb.observers.forces.reactions import Arms, Assembled, HeldForces
 from shellmb.scene.lookup import said
-
-Floats = npt.NDArray[np.float64]
 
 COMPONENTS = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
 
@@ -35,10 +33,10 @@ class SupportForces:
 
     def __init__(self, problem: Assembled, model: Model) -> None:
         self._held, self._comm = HeldForces(problem, model, problem.last), model.comm
-        self._places: list[tuple[int, npt.NDArray[np.bool_]]] = []
+        self._places: list[tuple[int, Bools]] = []
         places: dict[str, int] = {}
         numbers = {carrier.name: k for k, carrier in enumerate(self._held.carriers)}
-        taken: dict[str, npt.NDArray[np.bool_]] = {}
+        taken: dict[str, Bools] = {}
         for support in model.scene.supports:
             where: Any = getattr(support, "edge", None) or getattr(support, "where", None)
             for described in model.scene.bodies_of(support):

@@ -6,18 +6,15 @@ import math
 from collections.abc import Callable
 from typing import Annotated, Any, ClassVar
 
-import numpy as np
-from numpy.typing import NDArray
 from pydantic import BeforeValidator, InstanceOf
 
+from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.scene.control.sensors import Sensor
 from shellmb.scene.values.times import TimeFunction
 from shellmb.scene.values.validate import Finite, Name, NonNegative, Positive, described, show
 
 __all__ = ["PID", "Controller", "Law"]
-
-type Floats = NDArray[np.float64]
 
 
 def _sensors(value: Any) -> Any:

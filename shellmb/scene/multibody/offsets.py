@@ -5,15 +5,14 @@ from __future__ import annotations
 from typing import Annotated, Any
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import BeforeValidator, InstanceOf
 
+from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.scene.values.validate import Finite, Spot, Vec3, described, number, show, spot, vector
 
 __all__ = ["Arm", "Offset", "Point", "arm_components", "node_of"]
 
-type Floats = NDArray[np.float64]
 
 # a vector off a shell's director by more than this part of it is not along it
 ALONG = 1e-6

@@ -5,16 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.observers.files.described import Described
 from shellmb.scene.fields import FIELDS
 from shellmb.scene.lookup import listed
 from shellmb.show.fields import Fields
 from shellmb.show.space.shapes import Shape, State, deformation, read_state
-
-Floats = npt.NDArray[np.float64]
 
 # displacements without the motion of the body as a whole
 DEFORMATION = "deformation"

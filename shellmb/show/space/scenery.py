@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
+from shellmb.arrays import Floats, Ints
 from shellmb.errors import RunError
 from shellmb.observers.files.described import Described
 from shellmb.show.fields import Fields
@@ -20,7 +20,6 @@ from shellmb.show.space.views import View, axes, enlargement, look, view_of
 if TYPE_CHECKING:
     from PIL.Image import Image
 
-Floats = npt.NDArray[np.float64]
 
 # width of pictures, pixels
 WIDTH = 960
@@ -268,7 +267,7 @@ class Stage:
             self._arrows.copy_from(arrows)
 
 
-def _lines(rows: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+def _lines(rows: Ints) -> Ints:
     """Lines as VTK wants them: the number of nodes before the nodes of each."""
     counts = np.full((len(rows), 1), rows.shape[1], dtype=np.int64)
     return np.concatenate([counts, rows], axis=1).ravel()

@@ -11,13 +11,11 @@ import numpy as np
 import numpy.typing as npt
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
+from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError
 from shellmb.observers.files.grid import lattice
 from shellmb.observers.files.grids import read_grid
 from shellmb.show.fields import NAMES, REFERENCE, Fields
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 VERTEX, LINE = 1, 3
 

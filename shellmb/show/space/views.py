@@ -8,12 +8,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from shellmb.arrays import Floats
 from shellmb.scene.units import Units
 from shellmb.show.space.shapes import Shape, State
-
-Floats = npt.NDArray[np.float64]
 
 ELEVATION, AZIMUTH = 24.0, -58.0
 # a scene thinner than this part of its size along one axis only is planar and seen across it

@@ -8,19 +8,13 @@ from typing import Any
 
 import numpy as np
 
+from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.model.signals import Signals, Way
 from shellmb.scene import Scene
 from shellmb.simulate.control.readings import Readings, Running
 from shellmb.simulate.control.sampling import Sampler
-from shellmb.simulate.control.watching import (
-    LEAST,
-    Floats,
-    Watch,
-    comes_soon,
-    first_crossing,
-    turning,
-)
+from shellmb.simulate.control.watching import LEAST, Watch, comes_soon, first_crossing, turning
 from shellmb.simulate.stepping import Attempt
 
 

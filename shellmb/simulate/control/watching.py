@@ -7,13 +7,12 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from shellmb.arrays import Floats
 from shellmb.errors import ControlError
 from shellmb.scene.control.events import Event
 from shellmb.scene.control.sensors import Condition, Sensor
 
-Floats = npt.NDArray[np.float64]
 # tolerance of the time of an event where it says nothing, in steps
 TOLERANCE = 1e-6
 # no step is shorter than that, in steps: round-off of positions over its square is one of forces

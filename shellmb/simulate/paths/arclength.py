@@ -15,8 +15,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from shellmb.arrays import Floats
 from shellmb.errors import ConvergenceError, SceneError
 from shellmb.scene import PathFollowing
 from shellmb.simulate.paths.branches import Branches, PathState, PointOnPath, sense
@@ -25,8 +25,6 @@ from shellmb.simulate.problem import Problem
 from shellmb.simulate.stepping import Arrays, Attempt
 from shellmb.simulate.stepsize.control import StepSize
 from shellmb.system.newton.bordered import Bordered
-
-Floats = npt.NDArray[np.float64]
 
 # Largest step, where the scene does not say: relative to the first one; or, if that is more, the
 # displacement relative to the size of the scene. A column moves by `(thickness/length)^2` along its

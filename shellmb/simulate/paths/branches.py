@@ -15,13 +15,12 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
+from shellmb.arrays import Floats
 from shellmb.errors import ConvergenceError
 from shellmb.scene import PathFollowing
 from shellmb.simulate.problem import Problem
 from shellmb.simulate.stability import Stability
 from shellmb.system.newton.bordered import Bordered
-
-Floats = npt.NDArray[np.float64]
 
 # a bifurcation is located when the eigenvalue has fallen to this part of what it was; the last
 # digits of its load follow by interpolation. Closer to it, round-off of the residual, over the

@@ -10,10 +10,10 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-import numpy.typing as npt
 import ufl
 from dolfinx import fem
 
+from shellmb.arrays import Floats
 from shellmb.bodyfields import NONE, body_field, kinematic_dofs, without_jump
 from shellmb.model.body import FixedDofs
 from shellmb.model.model import Model
@@ -25,8 +25,6 @@ from shellmb.system.direct.mumps import ALIKE, new_prefix
 from shellmb.system.newton.iteration import Iteration, NewtonSettings
 from shellmb.system.newton.solver import NEWTON
 from shellmb.system.nullspace.nodes import SystemNodes
-
-Values = npt.NDArray[np.float64]
 
 # parts that are no motion: multipliers, resultants and assumed strains
 FORCES = ("mu", "lam", "hold", "N", "S")
@@ -105,7 +103,7 @@ class VelocityProjection:
             dofs = self._kinematic[name]
             self._levels[name].rates["v"].x.array[dofs] = unknown.x.array[dofs]
 
-    def nearest(self, rate: Callable[[FixedDofs], Values]) -> dict[str, Values]:
+    def nearest(self, rate: Callable[[FixedDofs], Floats]) -> dict[str, Floats]:
         """The nearest consistent velocities by body, in arrays of their own.
 
         Args:

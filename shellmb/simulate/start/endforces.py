@@ -15,12 +15,12 @@ stresses.
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 import ufl
 from dolfinx import fem
 from ufl import Form
 from ufl.core.expr import Expr
 
+from shellmb.arrays import Int32s
 from shellmb.bodyfields import body_field, without_jump
 from shellmb.forms.steps.mixed import Interval
 from shellmb.model.body import Body, Rates
@@ -33,8 +33,6 @@ from shellmb.system.assembly.fields import Field, Part
 from shellmb.system.direct.mumps import new_prefix
 from shellmb.system.newton.iteration import Iteration, NewtonSettings
 from shellmb.system.newton.solver import NEWTON
-
-Values = npt.NDArray[np.float64]
 
 # what belongs to the strains of a state: resultants and assumed strains
 STRESSES = ("N", "S")
@@ -184,7 +182,7 @@ def _stresses(body: Body) -> list[str]:
     return [p for p in STRESSES if p in body.mixed.elementwise]
 
 
-def _stress_dofs(body: Body) -> npt.NDArray[np.int32]:
+def _stress_dofs(body: Body) -> Int32s:
     """Local dofs of resultants and assumed strains."""
     found = [body.mixed.dofs[p].ravel() for p in _stresses(body)]
     return np.concatenate([*found, np.zeros(0, np.int32)]).astype(np.int32)

@@ -25,12 +25,10 @@ from typing import Any
 from mpi4py import MPI
 
 import numpy as np
-import numpy.typing as npt
 
+from shellmb.arrays import Floats, Int32s
 from shellmb.schemes.localerror import LocalError, local_error
 from shellmb.simulate.problem import Problem
-
-Floats = npt.NDArray[np.float64]
 
 # parts of a body that tell where it is
 PLACES = ("u", "w")
@@ -49,7 +47,7 @@ class StepErrors:
     def __init__(self, problem: Problem) -> None:
         self._problem, self._comm = problem, problem.model.comm
         self._law: LocalError = local_error(problem.scheme)
-        self._where: list[tuple[str, npt.NDArray[np.int32]]] = []
+        self._where: list[tuple[str, Int32s]] = []
         scales: list[Floats] = []
         for body in problem.model.bodies:
             for part in body.parts:

@@ -5,12 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 
+from shellmb.arrays import Floats
 from shellmb.demos import heavy_top, slider_crank
 from shellmb.studies.sweep import Solution
-
-Floats = npt.NDArray[np.float64]
 
 
 def crank_torque(end: float) -> Solution:

@@ -17,6 +17,7 @@ import numpy.typing as npt
 from dolfinx import cpp, fem  # type: ignore[attr-defined]
 from ufl import Form
 
+from shellmb.arrays import Floats, Ints
 from shellmb.clock import now
 from shellmb.derivatives import CachedDerivative, Derivative
 from shellmb.kernels import compile_with_derivatives
@@ -29,7 +30,6 @@ from shellmb.system.assembly.residuals import DolfinxResiduals, Residuals, RowFo
 from shellmb.system.assembly.scatter import exchange
 
 BlockForms = dict[tuple[int, int], list[fem.Form]]
-Floats = npt.NDArray[np.float64]
 
 
 def _by_place(places: Sequence[tuple[int, int]], forms: Sequence[fem.Form | None]) -> BlockForms:
@@ -92,7 +92,7 @@ class BlockSystem:
         self._owned = [self._owned_dofs(k) for k in range(len(fields))]
         self._set_fixed()
 
-    def _owned_dofs(self, k: int) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+    def _owned_dofs(self, k: int) -> tuple[Ints, Ints]:
         """Dofs of a field that are unknowns of this rank, and which of them; links included."""
         n = self.numbering
         numbers = n.by_field[k][: self.fields[k].size_local] - n.start
@@ -202,14 +202,12 @@ class BlockSystem:
         self.exchange.spread(x)
         self.follow()
 
-    def local_values(self, x: PETSc.Vec) -> npt.NDArray[np.float64]:
+    def local_values(self, x: PETSc.Vec) -> Floats:
         """Entries of a vector of unknowns at all local dofs of all fields, concatenated."""
         self.exchange.look(x)
         return self.exchange.local.copy()
 
-    def global_values(
-        self, local: list[npt.NDArray[np.float64]], known: bool = False
-    ) -> npt.NDArray[np.float64]:
+    def global_values(self, local: list[Floats], known: bool = False) -> Floats:
         """Entries of owned unknowns from one local array per field (owned entries).
 
         Args:

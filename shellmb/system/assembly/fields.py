@@ -9,13 +9,11 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 from dolfinx import fem
 from ufl import Form
 
+from shellmb.arrays import Floats, Int32s, Ints
 from shellmb.derivatives import CachedDerivative
-
-Dofs = npt.NDArray[np.int32]
 
 
 @dataclass(frozen=True)
@@ -31,7 +29,7 @@ class Part:
     """
 
     name: str
-    dofs: Dofs
+    dofs: Int32s
     scale: float
     advice: str
     bound: float = math.inf
@@ -49,9 +47,9 @@ class Link:
         targets: Global dofs in the other field's own index map, one per entry of `dofs`.
     """
 
-    dofs: Dofs
+    dofs: Int32s
     field: int
-    targets: npt.NDArray[np.int64]
+    targets: Ints
 
 
 @dataclass(frozen=True)
@@ -69,9 +67,9 @@ class Directors:
         linear: Whether directors change little: they stay where `before` is.
     """
 
-    dofs: Dofs
-    multipliers: Dofs
-    reference: npt.NDArray[np.float64]
+    dofs: Int32s
+    multipliers: Int32s
+    reference: Floats
     before: fem.Function | None = None
     linear: bool = False
 
@@ -120,7 +118,7 @@ class Followers(NamedTuple):
 
     functions: Sequence[fem.Function]
     sources: Sequence[fem.Function]
-    weights: npt.NDArray[np.float64]
+    weights: Floats
 
 
 class ResidualTerm(NamedTuple):
@@ -150,7 +148,7 @@ class Field:
         parts: Named parts.
         fixed: Local dofs with given values (owned and ghost).
         values: Their values, in the order of `fixed`; may be changed between solutions.
-        links: Dofs that belong to other fields.
+        links: Int32s that belong to other fields.
         elementwise: Local dofs that are coupled to others of their cell only.
         directors: Nodes whose values are constrained node by node.
         terms: More forms of the residual, at functions that follow the unknown ones, and perhaps of
@@ -161,10 +159,10 @@ class Field:
     function: fem.Function
     residual: tuple[Form, ...]
     parts: tuple[Part, ...]
-    fixed: Dofs = field(default_factory=lambda: np.zeros(0, dtype=np.int32))
-    values: npt.NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
+    fixed: Int32s = field(default_factory=lambda: np.zeros(0, dtype=np.int32))
+    values: Floats = field(default_factory=lambda: np.zeros(0))
     links: tuple[Link, ...] = ()
-    elementwise: Dofs = field(default_factory=lambda: np.zeros(0, dtype=np.int32))
+    elementwise: Int32s = field(default_factory=lambda: np.zeros(0, dtype=np.int32))
     directors: Directors | None = None
     terms: tuple[ResidualTerm, ...] = ()
 

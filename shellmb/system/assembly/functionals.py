@@ -9,16 +9,14 @@ from typing import Any
 from mpi4py import MPI
 
 import numpy as np
-import numpy.typing as npt
 import ufl
 from dolfinx import fem
 from ufl import Form
 
+from shellmb.arrays import Floats
 from shellmb.kernels import compile_all
 from shellmb.system.assembly import native
 from shellmb.system.assembly.loops import FormLoop, MeshGeometry
-
-Floats = npt.NDArray[np.float64]
 
 
 def vector_of(mesh: Any, size: int) -> Any:

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from dolfinx import cpp, fem  # type: ignore[attr-defined]
 from dolfinx.fem import IntegralType
 
+from shellmb.arrays import Bools, Floats, Int32s, Ints
 from shellmb.compiling.flags import LANES
 from shellmb.system.assembly import native
 from shellmb.system.assembly.fields import Field
@@ -22,8 +23,6 @@ from shellmb.system.assembly.numbering import cell_dofs
 PlacedForm = tuple[fem.Form, tuple[int, ...], int]
 # the cells of a mesh, and linear forms over them
 type Rows = tuple[MeshCells, list[PlacedForm]]
-Ints = npt.NDArray[np.int32]
-Floats = npt.NDArray[np.float64]
 
 
 class MeshGeometry:
@@ -41,7 +40,7 @@ class MeshGeometry:
         self.count = int(domain.topology.index_map(domain.topology.dim).size_local)
         geometry = domain.geometry
         self.geometry = np.ascontiguousarray(geometry.x[geometry.dofmaps[0][: self.count]])
-        self.places: list[Ints] = []
+        self.places: list[Int32s] = []
 
     def struct(self, loop: FormLoop, **more: Any) -> Any:
         """These cells for C, with `more` members."""
@@ -98,7 +97,7 @@ class MeshCells(MeshGeometry):
             self.places.append(place)
             self.dofs[:, place] = table + offsets[k]
 
-    def arranged(self, order: npt.NDArray[np.int64]) -> MeshCells:
+    def arranged(self, order: Ints) -> MeshCells:
         """The same cells with their unknowns in another order.
 
         Args:
@@ -116,9 +115,7 @@ class MeshCells(MeshGeometry):
         own = {"size": self.size, "shared": self.shared, "dofs": loop.pointer(self.dofs)}
         return super().struct(loop, **own, **more)
 
-    def _elementwise(
-        self, field: Field, table: Ints, held: npt.NDArray[np.int8]
-    ) -> npt.NDArray[np.bool_]:
+    def _elementwise(self, field: Field, table: Int32s, held: npt.NDArray[np.int8]) -> Bools:
         inner = np.zeros(field.size_all, dtype=bool)
         inner[field.elementwise] = True
         # what is held has no equations to be eliminated with
@@ -234,7 +231,7 @@ class FormLoop:
 def _together(
     found: Sequence[Sequence[dict[str, Any]]],
     fields: Sequence[tuple[tuple[int, ...], int]],
-    places: Sequence[Ints],
+    places: Sequence[Int32s],
 ) -> tuple[list[dict[str, Any]], bool]:
     """Kernels of several cells with the same rows and columns one after the other, to add up first.
 
@@ -267,7 +264,7 @@ def _together(
     return [*chain.from_iterable(groups.values()), *alone], bool(there.all())
 
 
-def _entities(entities: Ints, count: int, facets: bool) -> tuple[Ints | None, Ints | None]:
+def _entities(entities: Int32s, count: int, facets: bool) -> tuple[Int32s | None, Int32s | None]:
     """Local facets of every cell as offsets and numbers; (None, None) for all cells themselves."""
     if not facets:
         assert np.array_equal(entities, np.arange(count))

@@ -23,6 +23,7 @@ import cffi  # type: ignore[import-untyped]
 import numpy as np
 import numpy.typing as npt
 
+from shellmb.arrays import Floats, Ints
 from shellmb.compiling.compiler import run_compiler
 from shellmb.compiling.flags import COMPILER_FLAGS, FORCED_LANES, FORCED_LEVEL
 from shellmb.compiling.store import is_whole, loading, writing
@@ -89,13 +90,13 @@ class CArrays:
         return made
 
 
-def doubles(array: npt.NDArray[np.float64] | None) -> Any:
+def doubles(array: Floats | None) -> Any:
     """Pointer for C to an array's numbers, which the caller keeps alive; NULL for None."""
     ffi = cells().ffi
     return ffi.NULL if array is None else ffi.from_buffer("double[]", array)
 
 
-def longs(array: npt.NDArray[np.int64]) -> Any:
+def longs(array: Ints) -> Any:
     """The same of integers."""
     return cells().ffi.from_buffer("int64_t[]", array)
 

@@ -11,12 +11,10 @@ from typing import Any
 from mpi4py import MPI
 
 import numpy as np
-import numpy.typing as npt
 from dolfinx import la
 
+from shellmb.arrays import Int32s, Ints
 from shellmb.system.assembly.fields import Field
-
-Numbers = npt.NDArray[np.int64]
 
 
 class Numbering:
@@ -47,7 +45,7 @@ class Numbering:
         self.owned = sum(own)
         # the first rank receives nothing
         self.start = int(comm.exscan(self.owned) or 0)  # type: ignore[attr-defined]
-        numbers: list[Numbers] = []
+        numbers: list[Ints] = []
         first = self.start
         for field, mask, count, index_map in zip(fields, free, own, maps, strict=True):
             vector = la.vector(index_map, 1, dtype=np.int64)
@@ -73,7 +71,7 @@ class Numbering:
         return slice(int(self.offsets[k]), int(self.offsets[k + 1]))
 
 
-def cell_dofs(space: Any) -> npt.NDArray[np.int32]:
+def cell_dofs(space: Any) -> Int32s:
     """Local dofs of all cells of a function space, blocks unrolled, shape (cells, n)."""
     dofmap: Any = getattr(space.dofmap, "_cpp_object", space.dofmap)
     dofs, bs = np.asarray(dofmap.map()), dofmap.index_map_bs
@@ -83,7 +81,7 @@ def cell_dofs(space: Any) -> npt.NDArray[np.int32]:
     return np.ascontiguousarray(rolled.reshape(len(dofs), bs * dofs.shape[1]), dtype=np.int32)
 
 
-def _look_up(comm: MPI.Comm, numbers: Numbers, index_map, targets: Numbers) -> Numbers:  # type: ignore[no-untyped-def]
+def _look_up(comm: MPI.Comm, numbers: Ints, index_map, targets: Ints) -> Ints:  # type: ignore[no-untyped-def]
     """Numbers of dofs given by their index in a field's own index map, wherever they are owned."""
     first, last = index_map.local_range
     wanted = np.unique(np.concatenate(comm.allgather(targets)))

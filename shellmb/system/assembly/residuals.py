@@ -5,13 +5,12 @@ from functools import cached_property
 from typing import Protocol
 
 import numpy as np
-import numpy.typing as npt
 from dolfinx import fem
 
+from shellmb.arrays import Floats, Ints
 from shellmb.system.assembly.fields import Field
 from shellmb.system.assembly.numbering import Numbering, cell_dofs
 
-Floats = npt.NDArray[np.float64]
 # a compiled residual with the numbers of the fields whose rows it has
 RowForm = tuple[fem.Form, tuple[int, ...]]
 
@@ -43,7 +42,7 @@ class DolfinxResiduals:
         self._forms, self._fields, self._numbering = forms, fields, numbering
 
     @cached_property
-    def _placed(self) -> list[tuple[fem.Form, npt.NDArray[np.int64]]]:
+    def _placed(self) -> list[tuple[fem.Form, Ints]]:
         """Forms with the places of their rows; found when they are first assembled by these."""
         tables = [
             cell_dofs(f.function.function_space) + self._numbering.slice(k).start

@@ -10,12 +10,10 @@ from mpi4py import MPI as _MPI  # noqa: F401  (before petsc4py)
 from petsc4py import PETSc
 
 import numpy as np
-import numpy.typing as npt
 
+from shellmb.arrays import Floats
 from shellmb.system.assembly import native
 from shellmb.system.assembly.numbering import Numbering
-
-Floats = npt.NDArray[np.float64]
 
 
 class Exchange(Protocol):

@@ -12,14 +12,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from shellmb.arrays import Bools, Ints
 from shellmb.system.assembly import native
 from shellmb.system.assembly.loops import FormLoop, MeshCells, PlacedForm
 from shellmb.system.assembly.native import CArrays
-
-Ints = npt.NDArray[np.int64]
-Bools = npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True)

@@ -5,14 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from shellmb.arrays import Int32s, Ints
 from shellmb.compiling.flags import LANES
 from shellmb.system.assembly.native import CArrays, side_by_side, whole_lines
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
-Int32s = npt.NDArray[np.int32]
 
 
 def groups_of(cells: int) -> int:

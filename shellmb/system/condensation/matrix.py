@@ -10,13 +10,10 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 import numpy as np
-import numpy.typing as npt
 
+from shellmb.arrays import Floats, Int32s
 from shellmb.system.condensation.meshreduction import MeshReduction
 from shellmb.system.nullspace.numbers import ReducedNumbers
-
-Floats = npt.NDArray[np.float64]
-Int32s = npt.NDArray[np.int32]
 
 
 class Pattern(NamedTuple):

@@ -7,8 +7,8 @@ from typing import Any
 from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
 
 import numpy as np
-import numpy.typing as npt
 
+from shellmb.arrays import Bools, Floats, Int32s, Ints
 from shellmb.compiling.flags import LANES
 from shellmb.system.assembly import native
 from shellmb.system.assembly.loops import FormLoop, MeshCells, PlacedForm
@@ -18,10 +18,6 @@ from shellmb.system.condensation.kept import InnerKept, Kept, groups_of, places_
 from shellmb.system.condensation.sparsity import CHUNK, Lists, find_runs
 from shellmb.system.nullspace.numbers import ReducedNumbers
 from shellmb.system.nullspace.prolongation import RowMap
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
-Int32s = npt.NDArray[np.int32]
 
 # added to what is to be behind all else
 LAST = 1 << 40
@@ -123,7 +119,7 @@ class MeshReduction:
         self._projection["emitted"] = p(np.concatenate([none, *lists.entries]))
         self._complete()
 
-    def add_at(self, places: Int32s, first: npt.NDArray[np.bool_]) -> None:
+    def add_at(self, places: Int32s, first: Bools) -> None:
         """From now on `assemble` adds its entries up.
 
         Args:
@@ -220,7 +216,7 @@ class SingularCell(Exception):
     """The element-wise unknowns of a cell cannot be eliminated."""
 
 
-def positions(keys: Ints) -> tuple[npt.NDArray[np.int32], Ints]:
+def positions(keys: Ints) -> tuple[Int32s, Ints]:
     """Places of keys among those of their cell, sorted.
 
     Args:
@@ -245,9 +241,7 @@ def positions(keys: Ints) -> tuple[npt.NDArray[np.int32], Ints]:
     return places.reshape(keys.shape).astype(np.int32), lists
 
 
-def _keys(
-    rows: RowMap, shared: npt.NDArray[np.int32], inner: npt.NDArray[np.bool_] | None = None
-) -> Ints:
+def _keys(rows: RowMap, shared: Int32s, inner: Bools | None = None) -> Ints:
     """What a cell's unknowns depend on, as this rank sees it; what it shares with none is last."""
     places = rows.places[shared]
     keys = np.where(rows.columns[shared] >= 0, places, -1)
@@ -256,5 +250,5 @@ def _keys(
     return np.asarray(keys)
 
 
-def _numbers(keys: Ints) -> npt.NDArray[np.int32]:
+def _numbers(keys: Ints) -> Int32s:
     return np.where(keys >= 0, keys % LAST, -1).astype(np.int32)

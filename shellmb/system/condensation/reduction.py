@@ -17,8 +17,8 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 import numpy as np
-import numpy.typing as npt
 
+from shellmb.arrays import Floats
 from shellmb.clock import now
 from shellmb.system.assembly.general import general_position
 from shellmb.system.assembly.loops import LoopResiduals
@@ -34,9 +34,6 @@ from shellmb.system.newton.convergence import unknown_scales
 from shellmb.system.nullspace.directornodes import DirectorNodes
 from shellmb.system.nullspace.nodes import SystemNodes
 from shellmb.system.nullspace.numbers import ReducedNumbers
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 
 class Reduction:

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
-Int32s = npt.NDArray[np.int32]
+from shellmb.arrays import Bools, Int32s
 
 # cells at a time when the pattern is looked for: their matrices are kept meanwhile
 CHUNK = 64
@@ -26,7 +25,7 @@ class Lists:
         self.offsets = [0]
         self._known: dict[bytes, int] = {}
 
-    def add(self, found: npt.NDArray[np.bool_]) -> None:
+    def add(self, found: Bools) -> None:
         """Add cells.
 
         Args:
@@ -44,7 +43,7 @@ class Lists:
         return [self.entries[k] for k in self.of_cell[first:last]]
 
 
-def find_runs(lists: Lists, places: Int32s, first: npt.NDArray[np.bool_]) -> tuple[Int32s, Int32s]:
+def find_runs(lists: Lists, places: Int32s, first: Bools) -> tuple[Int32s, Int32s]:
     """Entries that follow one another both in a cell's matrix and in the whole one.
 
     One number for many entries takes less memory than one for each, and a loop over neighbours

@@ -8,14 +8,12 @@ from typing import Any, Protocol
 from petsc4py import PETSc
 
 import numpy as np
-import numpy.typing as npt
 
+from shellmb.arrays import Floats
 from shellmb.system.assembly import native
 from shellmb.system.assembly.native import CArrays
 from shellmb.system.condensation.meshreduction import MeshReduction
 from shellmb.system.nullspace.numbers import ReducedNumbers
-
-Floats = npt.NDArray[np.float64]
 
 
 class Passes(Protocol):

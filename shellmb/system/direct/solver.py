@@ -8,8 +8,8 @@ from enum import Enum
 from petsc4py import PETSc
 
 import numpy as np
-import numpy.typing as npt
 
+from shellmb.arrays import Floats
 from shellmb.system.direct.mumps import (
     NO_OPTIONS,
     SMALL_SYSTEM,
@@ -18,8 +18,6 @@ from shellmb.system.direct.mumps import (
     use_mumps,
 )
 from shellmb.system.direct.symmetry import asymmetry
-
-Floats = npt.NDArray[np.float64]
 
 # With factors of an earlier matrix flexible GMRES solves to this residual. Three steps of 32x32
 # elements end in directors of direct solutions to 1e-13 and in velocities to 1e-12, with this

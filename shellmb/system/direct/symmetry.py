@@ -5,7 +5,8 @@ from __future__ import annotations
 from petsc4py import PETSc
 
 import numpy as np
-import numpy.typing as npt
+
+from shellmb.arrays import Floats
 
 # The largest entry of `A - A^T` of a matrix that is symmetric, scaled as `unsymmetry` does it:
 # round-off is 1e-15 (quadrilaterals, beams) to 1.2e-14 (triangles 2e-5 times as thick as long).
@@ -86,7 +87,7 @@ def unsymmetry(A: PETSc.Mat) -> float:
     return float(factors.max()[1])
 
 
-def _of_rows(A: PETSc.Mat) -> npt.NDArray[np.float64]:
+def _of_rows(A: PETSc.Mat) -> Floats:
     """Size of the largest entry of each row of this rank."""
     ends, _, values = A.getValuesCSR()
     np.abs(values, out=values)

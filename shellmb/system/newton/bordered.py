@@ -18,11 +18,9 @@ from collections.abc import Callable
 from petsc4py import PETSc
 
 import numpy as np
-import numpy.typing as npt
 
+from shellmb.arrays import Floats
 from shellmb.system.newton.iteration import Iteration
-
-Floats = npt.NDArray[np.float64]
 
 
 class Bordered:

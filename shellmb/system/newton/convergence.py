@@ -6,14 +6,12 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 import numpy as np
-import numpy.typing as npt
 
+from shellmb.arrays import Floats, Ints
 from shellmb.errors import ConvergenceError
 from shellmb.system.assembly import native
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.assembly.fields import Part
-
-Floats = npt.NDArray[np.float64]
 
 
 class Convergence:
@@ -143,7 +141,7 @@ def unknown_scales(system: BlockSystem) -> Floats:
     return scales
 
 
-def _owned_parts(system: BlockSystem) -> list[tuple[Part, npt.NDArray[np.int64]]]:
+def _owned_parts(system: BlockSystem) -> list[tuple[Part, Ints]]:
     """All parts, each with the places of its unknowns among those that this rank owns."""
     n, found = system.numbering, []
     for k, f in enumerate(system.fields):

@@ -8,12 +8,9 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 import numpy as np
-import numpy.typing as npt
 
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.newton.convergence import Convergence
-
-Floats = npt.NDArray[np.float64]
 
 # an update that is not smaller than this part of the smallest one so far makes no progress
 PROGRESS = 0.5

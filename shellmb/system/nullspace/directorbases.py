@@ -5,14 +5,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from shellmb.arrays import Bools, Floats, Int32s
 from shellmb.system.assembly import native
 from shellmb.system.nullspace.directorpath import Half
-
-Floats = npt.NDArray[np.float64]
-Bools = npt.NDArray[np.bool_]
-Dofs = npt.NDArray[np.int32]
 
 
 class Bases(NamedTuple):
@@ -49,7 +45,7 @@ class DirectorBases:
     """
 
     def __init__(
-        self, dofs: Dofs, held: Bools, reference: Floats, before: Floats, now: Floats
+        self, dofs: Int32s, held: Bools, reference: Floats, before: Floats, now: Floats
     ) -> None:
         n = len(dofs)
         self._lib = native.cells().lib

@@ -7,8 +7,8 @@ from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from shellmb.arrays import Bools, Floats
 from shellmb.system.assembly import native
 from shellmb.system.assembly.fields import DirectorPath, DirectorRates, Field
 from shellmb.system.nullspace.directorbases import Bases, DirectorBases
@@ -30,9 +30,6 @@ from shellmb.system.nullspace.directors import (
     tangent,
     violation,
 )
-
-Floats = npt.NDArray[np.float64]
-Bools = npt.NDArray[np.bool_]
 
 # rotation in one update beyond which it is taken as it is, rad
 TURN = 0.1

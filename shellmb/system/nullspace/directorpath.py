@@ -20,8 +20,8 @@ Directors without inertia obey `g(d) = 0` at the middle in place of `C(d) V = 0`
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from shellmb.arrays import Bools, Floats
 from shellmb.system.nullspace.directors import (
     any_pseudo_inverse,
     constraint,
@@ -30,8 +30,6 @@ from shellmb.system.nullspace.directors import (
     tangent,
     violation,
 )
-
-Floats = npt.NDArray[np.float64]
 
 
 class Half(NamedTuple):
@@ -187,7 +185,7 @@ def path_bases(path: PathDirectors) -> tuple[Half, Half]:
     return states, rates
 
 
-def partial_bases(path: PathDirectors, free: npt.NDArray[np.bool_], size: int) -> tuple[Half, Half]:
+def partial_bases(path: PathDirectors, free: Bools, size: int) -> tuple[Half, Half]:
     """The same of one node, of which only some components are free, `size` directions in all.
 
     Args:

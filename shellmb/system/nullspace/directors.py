@@ -13,11 +13,9 @@ A node carries one director `d = D + w` (a shell) or three (a frame), and multip
 import math
 
 import numpy as np
-import numpy.typing as npt
 
+from shellmb.arrays import Floats
 from shellmb.system.assembly import native
-
-Floats = npt.NDArray[np.float64]
 
 # singular values of constraints below this, of directors of unit length, are none
 DEPENDENT = 1e-8

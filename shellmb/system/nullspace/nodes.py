@@ -8,15 +8,12 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 import numpy as np
-import numpy.typing as npt
 
+from shellmb.arrays import Floats, Ints
 from shellmb.system.assembly import native
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.nullspace.directornodes import TURN, DirectorNodes
 from shellmb.system.nullspace.ghosts import Numbers
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 # a method of `DirectorNodes`: number of the field, values of its nodes, values found so far
 Take = Callable[[DirectorNodes, int, Floats, dict[int, Floats]], None]

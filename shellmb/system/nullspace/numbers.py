@@ -10,15 +10,13 @@ from mpi4py import MPI
 import numpy as np
 import numpy.typing as npt
 
+from shellmb.arrays import Bools, Floats, Ints
 from shellmb.system.assembly import native
 from shellmb.system.assembly.loops import MeshCells
 from shellmb.system.nullspace.directorbases import Bases
 from shellmb.system.nullspace.nodes import SystemNodes
 from shellmb.system.nullspace.prolongation import RowMap
 
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
-Bools = npt.NDArray[np.bool_]
 NONE = -1
 # largest number of unknowns of a cell that some of them are eliminated of (stacks in cells.c)
 MOST = 256

@@ -7,13 +7,10 @@ from typing import Any
 from mpi4py import MPI
 
 import numpy as np
-import numpy.typing as npt
 
+from shellmb.arrays import Floats, Ints
 from shellmb.system.assembly import native
 from shellmb.system.nullspace.ghosts import Numbers
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 
 class RowMap:

@@ -6,8 +6,8 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from shellmb.arrays import Floats
 from shellmb.observers.account.constraints import Constraints
 from shellmb.observers.account.energy import EnergyAccount
 from shellmb.observers.account.momentum import Momentum
@@ -29,8 +29,6 @@ from shellmb.simulate.simulation import Simulation
 from shellmb.verify.cases import Check, case
 from shellmb.verify.motion import ENERGY, LARGE, SCHEMES, drift, order, title
 from shellmb.verify.solve import displacement, solved
-
-Floats = NDArray[np.float64]
 
 STEPS, DT = 1000, 0.01
 PULSE = 0.4

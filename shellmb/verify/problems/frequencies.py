@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from mpi4py import MPI
 
 import numpy as np
-from numpy.typing import NDArray
 
+from shellmb.arrays import Floats
 from shellmb.scene import (
     Clamped,
     Fixed,
@@ -25,8 +25,6 @@ from shellmb.verify.cases import Check, case
 from shellmb.verify.problems.laminates import laminate
 from shellmb.verify.setups import ALL, SUPPORTS, Edges, plate_section
 from shellmb.vibration import Modes, natural_modes
-
-Floats = NDArray[np.float64]
 
 RITZ = "Ritz, Reissner-Mindlin, plate_rm_freq_ritz.csv"
 THIN_RITZ = "Ritz, thin plate, plate_thin_freq_ritz.csv"

@@ -4,8 +4,8 @@ import math
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
+from shellmb.arrays import Floats
 from shellmb.scene import Laminate, PlyMaterial, SurfaceForce
 from shellmb.verify import tables
 from shellmb.verify.cases import Check, case
@@ -24,7 +24,7 @@ ANGLE_PLY = PlyMaterial(40.0, 1.0, 0.25, 0.5, 0.5, 0.6)
 def sinusoidal(size: float) -> SurfaceForce:
     """Load `size sin(pi x) sin(pi y)` on the unit square."""
 
-    def force(x: NDArray[np.float64]) -> NDArray[np.float64]:
+    def force(x: Floats) -> Floats:
         value = size * np.sin(math.pi * x[0]) * np.sin(math.pi * x[1])
         return np.stack([0 * value, 0 * value, value])
 

@@ -4,16 +4,14 @@ import math
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 from shellmb.analytic.beams import roll_up
+from shellmb.arrays import Floats
 from shellmb.scene import Clamped, EdgeForce, EdgeMoment, Isotropic, Load, Rectangle, Scene, Shell
 from shellmb.verify import tables
 from shellmb.verify.cases import Check, case
 from shellmb.verify.problems.linear_shells import hemisphere
 from shellmb.verify.solve import curve, linear_displacement
-
-Floats = NDArray[np.float64]
 
 TOLERANCE = 0.015
 TIP = "right-bottom"

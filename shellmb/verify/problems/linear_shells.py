@@ -5,8 +5,8 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from shellmb.arrays import Floats
 from shellmb.scene import (
     Cylinder,
     Diaphragm,
@@ -24,8 +24,6 @@ from shellmb.scene import (
 )
 from shellmb.verify.cases import Check, case
 from shellmb.verify.solve import linear_displacement
-
-Floats = NDArray[np.float64]
 
 MESH = (16, 16)
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)

@@ -6,10 +6,10 @@ from collections.abc import Iterator
 from mpi4py import MPI
 
 import numpy as np
-from numpy.typing import NDArray
 
 from shellmb.analytic.chains import Link, chain
 from shellmb.analytic.rigid import free_top
+from shellmb.arrays import Floats
 from shellmb.demos import heavy_top, slider_crank
 from shellmb.running.execute import execute
 from shellmb.scene import (
@@ -25,8 +25,6 @@ from shellmb.scene import (
 from shellmb.simulate.simulation import Silent, Simulation
 from shellmb.verify.cases import Check, case
 from shellmb.verify.motion import ENERGY, LARGE, QUADRATIC, SCHEMES, order, title
-
-Floats = NDArray[np.float64]
 
 CONSTRAINT, SOLVER = 1e-10, 1e-10
 

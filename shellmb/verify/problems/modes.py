@@ -6,9 +6,9 @@ from collections.abc import Iterator, Sequence
 from mpi4py import MPI
 
 import numpy as np
-from numpy.typing import NDArray
 
 from shellmb.analytic.rotating import flapping, lagging, sleeping_top, spinning_membrane
+from shellmb.arrays import Floats
 from shellmb.rotating.campbell import campbell
 from shellmb.rotating.modes import TurningModes, modes_of
 from shellmb.rotating.state import MovingState
@@ -209,7 +209,7 @@ def disc() -> Iterator[Check]:
     shell = Shell("disc", Disc(0.5), section, mesh=(4, 4))
     scene = Scene("disc", (shell,), scheme="ep4", dt=0.01, t_end=0.2)
     (modes,) = campbell(scene, [rate], count=10, axis=UP).modes
-    ratios: NDArray[np.float64] = (modes.omega[modes.rigid :] / rate) ** 2
+    ratios: Floats = (modes.omega[modes.rigid :] / rate) ** 2
     source = "Lamb and Southwell, Proc. R. Soc. A 99 (1921) 272-280"
     for diameters, circles in ((2, 0), (0, 1), (3, 0)):
         exact = spinning_membrane(diameters, circles, 0.3)

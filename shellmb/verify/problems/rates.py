@@ -5,9 +5,9 @@ from collections.abc import Iterator
 
 import numpy as np
 import ufl
-from numpy.typing import NDArray
 
 from shellmb.analytic.laminates import Stiffness, sinusoidal_deflection
+from shellmb.arrays import Floats
 from shellmb.verify import tables
 from shellmb.verify.cases import Check, case
 from shellmb.verify.problems.laminates import sinusoidal
@@ -24,7 +24,7 @@ THIN_TRIANGLES = 1.3
 MODERATE, EXTREME = 1e2, 1e5
 
 
-def _errors(slenderness: float, cell: Cell) -> NDArray[np.float64]:
+def _errors(slenderness: float, cell: Cell) -> Floats:
     """Relative error of the deflection in L2 on each mesh, sinusoidal load, hard support."""
     section = plate_section(1 / slenderness)
     q = float(section.D[0, 0])

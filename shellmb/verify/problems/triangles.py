@@ -10,9 +10,9 @@ from mpi4py import MPI
 
 import meshio
 import numpy as np
-from numpy.typing import NDArray
 
 from shellmb.analytic.beams import cantilever_end_force
+from shellmb.arrays import Floats
 from shellmb.scene import (
     Clamped,
     Cylinder,
@@ -36,8 +36,6 @@ from shellmb.verify.problems.plates import CELLS
 from shellmb.verify.setups import Cell, plate_section
 from shellmb.verify.solve import linear_displacement, solved
 from shellmb.vibration import Modes, natural_modes
-
-Floats = NDArray[np.float64]
 
 STEEL, NU, DENSITY = 2e11, 0.3, 8000.0
 # of elements beside closed forms of thin shells

@@ -11,8 +11,8 @@ from statistics import median
 from mpi4py import MPI
 
 import numpy as np
-import numpy.typing as npt
 
+from shellmb.arrays import Ints
 from shellmb.effects.catalogue.registry import EFFECTS, find_effect
 from shellmb.effects.count import count
 from shellmb.errors import SceneError
@@ -44,7 +44,6 @@ FRAME = 10
 
 Sides = tuple[Side, Side]
 Pairs = list[tuple[float, ...]]
-Ints = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True)

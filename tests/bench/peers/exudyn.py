@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from shellmb.arrays import Floats
 from shellmb.measuring.times import Stopwatch
 from tests.bench.peers.codes import require_package
 
@@ -142,7 +143,7 @@ class Mesh:
         marker = self.system.AddMarker(self._items.MarkerNodeRigid(nodeNumber=node))
         self.system.AddLoad(self._items.LoadTorqueVector(markerNumber=marker, loadVector=torque))
 
-    def moved(self, node: Any) -> npt.NDArray[np.float64]:
+    def moved(self, node: Any) -> Floats:
         """Displacement of a node once solved, shape (3,) [m]."""
         return np.array(self.system.GetNodeOutput(node, self._exu.OutputVariableType.Displacement))
 

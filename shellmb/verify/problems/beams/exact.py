@@ -5,11 +5,11 @@ from collections.abc import Iterator
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from shellmb.analytic.beams import Ends, lateral_buckling, roll_up, timoshenko_frequencies
 from shellmb.analytic.cantilever import exact_cantilever, section_stiffness
+from shellmb.arrays import Floats
 from shellmb.demos import right_angle_frame, spin_up_beam
 from shellmb.running.execute import RunResult, execute
 from shellmb.scene import (
@@ -30,7 +30,6 @@ from shellmb.verify import tables
 from shellmb.verify.cases import Check, case
 from shellmb.vibration import natural_modes
 
-Floats = NDArray[np.float64]
 Degree = Literal[2, 3]
 
 TIP = (

@@ -6,10 +6,10 @@ from functools import partial
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from shellmb.analytic.rotating import flapping
+from shellmb.arrays import Floats
 from shellmb.rotating.campbell import campbell
 from shellmb.running.execute import execute
 from shellmb.scene import (
@@ -34,7 +34,6 @@ from shellmb.scene import (
 from shellmb.verify.cases import Check, case
 from shellmb.vibration import natural_modes
 
-Floats = NDArray[np.float64]
 Degree = Literal[2, 3]
 BOTH: tuple[Degree, ...] = (2, 3)
 

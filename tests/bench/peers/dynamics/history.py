@@ -5,10 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from scipy.interpolate import CubicSpline
 
-Floats = npt.NDArray[np.float64]
+from shellmb.arrays import Floats
 
 
 @dataclass(frozen=True)

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-import numpy.typing as npt
 
+from shellmb.arrays import Floats
 from shellmb.demos.sudden_load import LENGTH, WIDTH
 from shellmb.measuring.times import Stopwatch
 from tests.bench.peers.codes import OPENSEES
@@ -92,7 +92,7 @@ class OpenSeesPlate:
         return TipHistory(np.array(t), np.array(u), cpu, wall, per_step, per_step, failed)
 
 
-def _initial(plate: OpenSeesPlate) -> npt.NDArray[np.float64]:
+def _initial(plate: OpenSeesPlate) -> Floats:
     """Accelerations across the plate at first, the same on each line of nodes, m/s^2."""
     nx = plate.mesh[0]
     element = DENSITY * THICKNESS * WIDTH * LENGTH / nx

@@ -13,13 +13,14 @@ from typing import Any
 
 import numpy as np
 
+from shellmb.arrays import Floats
 from shellmb.demos import hemisphere
 from shellmb.demos.hemisphere import FORCE, INWARD, RADIUS
 from shellmb.measuring.times import Stopwatch
 from tests.bench.peers import exudyn, opensees
 from tests.bench.peers.codes import EXUDYN, OPENSEES, OURS
 from tests.bench.peers.statics import ours
-from tests.bench.peers.statics.problem import TOLERANCE, Answer, Floats, Problem, Static
+from tests.bench.peers.statics.problem import TOLERANCE, Answer, Problem, Static
 
 SECTION = (hemisphere.E, hemisphere.NU, hemisphere.THICKNESS, 0.0)
 # outwards and inwards: ours with 24x24 elements of degree 3 and four load steps (16x16: 4.07574,

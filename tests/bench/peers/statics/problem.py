@@ -6,9 +6,7 @@ import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 
-import numpy as np
-import numpy.typing as npt
-
+from shellmb.arrays import Floats
 from shellmb.measuring.tables import Column
 from shellmb.measuring.times import in_turn, spread
 from tests.bench.peers.codes import OURS
@@ -16,7 +14,6 @@ from tests.bench.peers.words import fastest
 
 # of Newton's method
 TOLERANCE = 1e-6
-Floats = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -11,12 +11,13 @@ import math
 
 import numpy as np
 
+from shellmb.arrays import Floats
 from shellmb.demos import roll_up
 from shellmb.measuring.times import Stopwatch
 from tests.bench.peers import exudyn, opensees
 from tests.bench.peers.codes import EXUDYN, OPENSEES, OURS
 from tests.bench.peers.statics import ours
-from tests.bench.peers.statics.problem import TOLERANCE, Answer, Floats, Problem, Static
+from tests.bench.peers.statics.problem import TOLERANCE, Answer, Problem, Static
 
 THICKNESS = 0.02
 SECTION = (roll_up.E, 0.0, THICKNESS, 0.0)
