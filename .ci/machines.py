@@ -22,7 +22,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from shellmb.compiling.flags import FORCED_LANES, FORCED_LEVEL, features_here, runnable
+from shellmb.native.compiling.flags import FORCED_LANES, FORCED_LEVEL, features_here, runnable
 
 # BLAS kernels, level of x86-64, cells at once, seed of hashes
 KINDS = (

@@ -45,11 +45,9 @@ FIRST = (
     "locks",
     "stopping",
     "barrier",
-    "compiling",
-    "derivatives",
-    "kernels",
+    "native",
 )
-FIRST += ("expressions", "analytic")
+FIRST += ("analytic",)
 RANK = {name: rank for rank, name in enumerate((*FIRST, *FLOW))}
 # what a user starts; these may import one another
 TOP = (
@@ -73,14 +71,14 @@ RANK |= dict.fromkeys(TOP, len(RANK))
 FORMS_MAY_IMPORT = {"ufl", "__future__", "collections", "contextlib", "contextvars", "dataclasses"}
 FORMS_MAY_IMPORT |= {"math", "typing"}
 # rooms of machine code, where what FFCx, UFL, DOLFINx and PETSc do not promise is used
-NATIVE = ("shellmb.compiling", "shellmb.kernels", "shellmb.expressions", "shellmb.system.assembly")
+NATIVE = ("shellmb.native", "shellmb.system.assembly")
 # names with an underscore that Python documents
 DOCUMENTED = {"_asdict", "_exit", "_replace"}
 # what is put in the place of others': streams and warnings as Python's documentation allows it, and
 # a search of FFCx's, where it is as expected (docs/theory/built.md)
 REPLACED = {
     "shellmb.cli.failures": {"sys.stdout", "sys.stderr", "warnings.showwarning"},
-    "shellmb.compiling.generated": {"ValueNumberer.get_node_symbols"},
+    "shellmb.native.compiling.generated": {"ValueNumberer.get_node_symbols"},
 }
 HEAVY = {"dolfinx", "basix", "ffcx", "ufl", "petsc4py", "slepc4py", "mpi4py", "gmsh"}
 MAX_LINES = 400

@@ -39,7 +39,7 @@ def announced(scene: str, quiet: bool) -> Iterator[None]:
     if quiet:
         yield
         return
-    from shellmb.kernels import told
+    from shellmb.native.kernels import told
 
     tell(f"{scene}: building; new kernels are compiled once")
     last = clock.monotonic()

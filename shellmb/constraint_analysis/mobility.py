@@ -22,12 +22,12 @@ from shellmb.arrays import Floats, Ints
 from shellmb.constraint_analysis.motions import Frame, describe
 from shellmb.constraint_analysis.rows import local_rows
 from shellmb.errors import SceneError
-from shellmb.kernels import compiled
 from shellmb.model.body import Body, Dofs
 from shellmb.model.elements.elements import ElementGroup
 from shellmb.model.model import Model
 from shellmb.model.reduced.terms import ModalTerms
 from shellmb.model.unknowns import NOT_GIVEN, Unknowns
+from shellmb.native.kernels import compiled
 from shellmb.scene.lookup import said
 
 # a motion along which constraints change by less than this part of what they change along others

@@ -11,7 +11,7 @@ import numpy as np
 from dolfinx import fem
 from ufl import Form
 
-from shellmb.kernels import kernel_name
+from shellmb.native.kernels import kernel_name
 from shellmb.simulate.problem import Problem
 
 

@@ -14,8 +14,8 @@ from mpi4py import MPI
 from rich.console import Console
 
 from shellmb.clock import now
-from shellmb.kernels import watched
 from shellmb.measuring.times import Stopwatch, slowest
+from shellmb.native.kernels import watched
 from shellmb.observers.progress import ProgressReport
 from shellmb.running.directory import make_directory
 from shellmb.running.standard import StandardObservers

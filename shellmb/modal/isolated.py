@@ -16,9 +16,9 @@ from shellmb.arrays import Floats
 from shellmb.constraint_analysis.mobility import Motions
 from shellmb.constraint_analysis.motions import SMALL, Frame
 from shellmb.constraint_analysis.redundancy import look_through
-from shellmb.kernels import compile_with_derivatives
 from shellmb.modal.tangent import Blocks, bending_scales, tangent
 from shellmb.model.model import build_model
+from shellmb.native.kernels import compile_with_derivatives
 from shellmb.scene import Scene
 from shellmb.system.direct.mumps import mumps_options, new_prefix, use_mumps
 

@@ -22,14 +22,14 @@ from dolfinx import fem, la
 from ufl import Form
 
 from shellmb.arrays import Floats
-from shellmb.derivatives import Derivative
-from shellmb.kernels import compiled
 from shellmb.modal.isolated import Arrays, IsolatedBody
 from shellmb.modal.tangent import Blocks
 from shellmb.model.body import Rates, TimeFunction
 from shellmb.model.frames.beam import BeamLoads, BeamModel
 from shellmb.model.reduced.data import ModalForces, ModalPoint
 from shellmb.model.shells.loads import DistributedLoads, ShellLoads
+from shellmb.native.derivatives import Derivative
+from shellmb.native.kernels import compiled
 from shellmb.scene.loads.body_loads import LineForce, LineMoment
 from shellmb.scene.loads.loads import EdgeForce, EdgeMoment, Gravity, SurfaceForce
 

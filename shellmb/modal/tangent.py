@@ -11,12 +11,12 @@ from ufl import Form
 
 from shellmb.arrays import Floats
 from shellmb.bodyfields import body_field
-from shellmb.derivatives import CachedDerivative, Derivative
 from shellmb.model.body import TimeFunction
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.model import Model
 from shellmb.model.sections.damping import together
 from shellmb.model.shells.shell import ShellModel
+from shellmb.native.derivatives import CachedDerivative, Derivative
 from shellmb.schemes.base import at_state
 from shellmb.schemes.residuals.rows import Span
 from shellmb.system.assembly.blocks import BlockSystem

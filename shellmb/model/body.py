@@ -10,12 +10,12 @@ from dolfinx import fem
 from ufl import Form
 from ufl.core.expr import Expr
 
-from shellmb.derivatives import Written
 from shellmb.forms.constraints.leap import Leap
 from shellmb.forms.steps.damping import Straining
 from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.path import Rows, Step
 from shellmb.meshes.spaces import MixedSpace
+from shellmb.native.derivatives import Written
 
 TimeFunction = Callable[[float], float]
 # equations of velocities with their impulses, and forces in the rows of sub-intervals; None: none

@@ -10,7 +10,6 @@ from ufl.algorithms.analysis import extract_coefficients, extract_constants
 from ufl.core.expr import Expr
 
 import shellmb.forms
-from shellmb.derivatives import Written, by_shares, written_as
 from shellmb.forms.measure import Measure
 from shellmb.forms.state import Layout
 from shellmb.forms.steps.anystrain import AnyStrain
@@ -24,6 +23,7 @@ from shellmb.forms.steps.pathwork import (
 )
 from shellmb.forms.steps.pathwork_nonlinear import NonlinearPath
 from shellmb.model.body import Term
+from shellmb.native.derivatives import Written, by_shares, written_as
 
 FORMS = Path(shellmb.forms.__path__[0])
 

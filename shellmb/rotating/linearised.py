@@ -10,10 +10,10 @@ from petsc4py import PETSc
 import ufl
 from dolfinx import fem
 
-from shellmb.derivatives import Derivative
 from shellmb.modal.tangent import Blocks
 from shellmb.model.model import Model
 from shellmb.model.sections.damping import together
+from shellmb.native.derivatives import Derivative
 from shellmb.rotating.axis import Axis
 from shellmb.rotating.frame import TurningFrame
 from shellmb.schemes.base import Levels

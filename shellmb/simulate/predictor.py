@@ -15,7 +15,7 @@ from petsc4py import PETSc
 import numpy as np
 
 from shellmb.arrays import Floats, Ints
-from shellmb.system.assembly import native
+from shellmb.native import library as native
 from shellmb.system.newton.iteration import Iteration
 
 # so many states are kept: polynomials of degree 0, 1, 2, 3 in time

@@ -7,8 +7,8 @@ import ufl
 from dolfinx import fem, geometry
 
 from shellmb.arrays import Floats
-from shellmb.kernels import compiled
 from shellmb.model.locations.nodes import Place, local_nodes
+from shellmb.native.kernels import compiled
 from shellmb.scene import Scene
 from shellmb.simulate.simulation import Silent, Simulation
 

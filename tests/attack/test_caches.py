@@ -11,10 +11,10 @@ import pytest
 import ufl
 from dolfinx import fem, mesh
 
-from shellmb import derivatives
-from shellmb.compiling import store
 from shellmb.errors import RunError
-from shellmb.kernels import JIT_OPTIONS, cache_folder, compiled, loaded, module_name
+from shellmb.native import derivatives
+from shellmb.native.compiling import store
+from shellmb.native.kernels import JIT_OPTIONS, cache_folder, compiled, loaded, module_name
 
 
 @pytest.fixture(autouse=True)
@@ -160,7 +160,7 @@ def test_a_compiler_that_writes_something_else_is_named(writes, cache, form, mon
 # --- what stands in the current folder ------------------------------------------------------------
 SEEN = """
 import shellmb
-from shellmb import kernels
+from shellmb.native import kernels
 import ffcx.options
 from petsc4py import PETSc
 print(kernels.cache_folder())

@@ -17,10 +17,10 @@ import pytest
 import ufl
 from dolfinx import fem, jit, mesh
 
-from shellmb.compiling import compiler
-from shellmb.expressions import compiled_expression
-from shellmb.kernels import JIT_OPTIONS, compiled, kernel_name, module_name
 from shellmb.locks import FileLock
+from shellmb.native.compiling import compiler
+from shellmb.native.expressions import compiled_expression
+from shellmb.native.kernels import JIT_OPTIONS, compiled, kernel_name, module_name
 
 
 @pytest.fixture(autouse=True)

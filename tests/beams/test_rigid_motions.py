@@ -11,9 +11,9 @@ from dolfinx import fem
 from dolfinx.fem.petsc import assemble_vector
 from scipy.spatial.transform import Rotation
 
-from shellmb.kernels import compiled
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.frames.linear import build_beam
+from shellmb.native.kernels import compiled
 from shellmb.scene import Beam, CircularArc, Clamped, GeneralSection, PointForce, PointMoment, Scene
 from shellmb.schemes.base import at_state
 from shellmb.simulate.simulation import Simulation

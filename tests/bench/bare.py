@@ -12,8 +12,8 @@ import numpy as np
 
 from shellmb.clock import now
 from shellmb.measuring.times import slowest
+from shellmb.native import library as native
 from shellmb.simulate.problem import Problem
-from shellmb.system.assembly import native
 from shellmb.system.assembly.loops import FormLoop, LoopResiduals
 from shellmb.system.assembly.meshgroups import mesh_groups
 from shellmb.system.condensation.reduction import Reduction

@@ -11,7 +11,7 @@ from dolfinx import fem
 
 from shellmb.effects.catalogue.registry import changed
 from shellmb.effects.count import coefficients, count
-from shellmb.kernels import watched
+from shellmb.native.kernels import watched
 from shellmb.scene import Gravity, Hyperelastic, JointSpring, Scene
 from shellmb.simulate.simulation import Simulation
 from shellmb.verify.solve import displacement

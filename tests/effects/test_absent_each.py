@@ -10,8 +10,8 @@ import pytest
 
 from shellmb.effects.catalogue.registry import EFFECTS, changed
 from shellmb.effects.count import count, kernels_of
-from shellmb.kernels import watched
 from shellmb.measuring.stepping import Stepping
+from shellmb.native.kernels import watched
 from shellmb.scene import Scene
 from shellmb.simulate.simulation import Simulation
 from tests.bench.effects.rows import CASES, NO_ROW

@@ -11,11 +11,11 @@ import pytest
 import ufl
 from dolfinx import fem
 
-from shellmb import kernels
 from shellmb.forms import materials
 from shellmb.meshes.mesh import build_surface
 from shellmb.model.shells.linear import build_shell
 from shellmb.model.shells.shell import ShellModel
+from shellmb.native import kernels
 from shellmb.scene import Cylinder, Hyperelastic, Isotropic, Laminate, Load, PlyMaterial, Shell
 
 # kernels are called a few times each: gcc takes a quarter of the time that it takes for a run's

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from dolfinx import cpp
 
+from shellmb.native.messages import without_messages
 from shellmb.system.newton import solver
-from shellmb.system.newton.messages import without_messages
 from tests.golden.runs import history
 
 # static with many iterations, a step of one stage, of two, of a path; joints; contact; modes

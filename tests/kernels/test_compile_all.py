@@ -8,9 +8,9 @@ import pytest
 import ufl
 from dolfinx import fem
 
-from shellmb import kernels
-from shellmb.compiling import compiler
 from shellmb.errors import RunError
+from shellmb.native import kernels
+from shellmb.native.compiling import compiler
 
 
 @pytest.fixture

@@ -8,8 +8,8 @@ import pytest
 import ufl
 from dolfinx import fem
 
-from shellmb import derivatives, kernels
-from shellmb.derivatives import Derivative
+from shellmb.native import derivatives, kernels
+from shellmb.native.derivatives import Derivative
 
 
 @pytest.fixture

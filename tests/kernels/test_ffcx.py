@@ -12,8 +12,8 @@ import ufl
 from dolfinx import fem
 from ffcx.ir.analysis.valuenumbering import ValueNumberer
 
-from shellmb.compiling import generated
-from shellmb.compiling.flags import KERNEL_FLAGS, LANES_FLAGS
+from shellmb.native.compiling import generated
+from shellmb.native.compiling.flags import KERNEL_FLAGS, LANES_FLAGS
 
 
 @pytest.fixture(scope="module")

@@ -11,11 +11,11 @@ import pytest
 import ufl
 from dolfinx import fem, mesh
 
-from shellmb.compiling import flags
-from shellmb.compiling.flags import FORCED_LANES, FORCED_LEVEL, LEVELS, level_and_lanes
 from shellmb.errors import RunError
-from shellmb.kernels import module_name
-from shellmb.system.assembly import native
+from shellmb.native import library as native
+from shellmb.native.compiling import flags
+from shellmb.native.compiling.flags import FORCED_LANES, FORCED_LEVEL, LEVELS, level_and_lanes
+from shellmb.native.kernels import module_name
 
 NAMES = list(LEVELS)
 
@@ -79,7 +79,7 @@ from mpi4py import MPI
 rank = MPI.COMM_WORLD.rank
 os.environ["SHELLMB_KERNEL_LANES"] = "24"[rank]
 from shellmb.errors import RunError
-from shellmb.system.assembly import native
+from shellmb.native import library as native
 try:
     native.begin(MPI.COMM_WORLD)
 except RunError as error:
@@ -97,7 +97,7 @@ def test_ranks_on_different_processors_are_refused(mpirun) -> None:
 
 FLAGS = """
 import json
-from shellmb.compiling import flags
+from shellmb.native.compiling import flags
 print(json.dumps([flags.LANES, flags.COMPILER_FLAGS, flags.KERNEL_FLAGS, flags.LANES_FLAGS]))
 """
 

@@ -10,8 +10,8 @@ import pytest
 import ufl
 from dolfinx import fem
 
-from shellmb.kernels import compile_all, compiled, kernel_name
 from shellmb.model.shells import path as shellpath
+from shellmb.native.kernels import compile_all, compiled, kernel_name
 from shellmb.scene import (
     Clamped,
     EdgeForce,

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from dolfinx import fem
 
-from shellmb.kernels import compiled
 from shellmb.model.joints.constraints import ConstraintGroup
+from shellmb.native.kernels import compiled
 from shellmb.observers.account.constraints import Constraints
 from shellmb.observers.account.energy import EnergyAccount
 from shellmb.scene import RigidBody, Scene

@@ -11,7 +11,7 @@ import pytest
 
 from shellmb.analytic.rigid import pendulum
 from shellmb.demos import slider_crank
-from shellmb.kernels import watched
+from shellmb.native.kernels import watched
 from shellmb.observers.account.energy import EnergyAccount
 from shellmb.observers.account.momentum import Momentum
 from shellmb.running.execute import execute

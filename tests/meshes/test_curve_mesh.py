@@ -9,10 +9,10 @@ import pytest
 import ufl
 from dolfinx import fem
 
-from shellmb import kernels
 from shellmb.errors import SceneError
 from shellmb.meshes.curve_mesh import LineMesh, build_line, line_mesh_from_nodes
 from shellmb.meshes.spaces import beam_space
+from shellmb.native import kernels
 from shellmb.scene import CircularArc, Line, ParametricCurve
 
 RADIUS = 2.0

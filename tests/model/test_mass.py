@@ -11,9 +11,9 @@ import ufl
 from dolfinx import fem
 
 import shellmb as sm
-from shellmb.kernels import compiled
 from shellmb.meshes.mesh import build_surface
 from shellmb.model.shells.shell import ShellModel
+from shellmb.native.kernels import compiled
 from shellmb.scene import Isotropic, Rectangle, Shell
 
 THICKNESS = 0.1

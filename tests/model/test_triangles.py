@@ -7,11 +7,11 @@ import pytest
 import ufl
 from dolfinx import fem
 
-from shellmb.kernels import compiled
 from shellmb.meshes.mesh import build_surface
 from shellmb.model.model import build_model
 from shellmb.model.shells.middles import hold_middles
 from shellmb.model.shells.shell import ShellModel
+from shellmb.native.kernels import compiled
 from shellmb.running.execute import execute
 from shellmb.running.loader import load
 from shellmb.running.request import Options

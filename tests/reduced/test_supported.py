@@ -7,7 +7,7 @@ import pytest
 
 from shellmb.analytic.plates import Plate, rectangle_frequencies
 from shellmb.errors import SceneError
-from shellmb.kernels import watched
+from shellmb.native.kernels import watched
 from shellmb.running.execute import RunResult, execute
 from shellmb.scene import (
     Beam,

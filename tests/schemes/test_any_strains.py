@@ -11,8 +11,8 @@ from dolfinx import fem
 
 from shellmb.errors import SceneError
 from shellmb.forms.shell import ShellStrains, shell_strains
-from shellmb.kernels import compile_all, compiled, kernel_name
 from shellmb.model.shells import path as shellpath
+from shellmb.native.kernels import compile_all, compiled, kernel_name
 from shellmb.observers.account.momentum import Momentum
 from shellmb.scene import (
     Clamped,

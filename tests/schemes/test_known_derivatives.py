@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from dolfinx import fem
 
-from shellmb import kernels
-from shellmb.derivatives import Written
+from shellmb.native import kernels
+from shellmb.native.derivatives import Written
 from shellmb.scene import Beam, Clamped, GeneralSection, Line, Rectangle, Scene, Shell
 from shellmb.simulate.problem import Problem
 from shellmb.simulate.simulation import Simulation

@@ -5,6 +5,7 @@ from mpi4py import MPI  # noqa: F401  (before dolfinx)
 import numpy as np
 import pytest
 
+from shellmb.native.library import CArrays
 from shellmb.scene import (
     Beam,
     Clamped,
@@ -16,7 +17,6 @@ from shellmb.scene import (
     Shell,
 )
 from shellmb.simulate.simulation import Simulation
-from shellmb.system.assembly.native import CArrays
 from shellmb.system.condensation.eliminated import Chunks, elimination
 from shellmb.system.condensation.meshreduction import MeshReduction
 

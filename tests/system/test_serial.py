@@ -5,9 +5,9 @@ from mpi4py import MPI  # noqa: F401  (before dolfinx)
 import numpy as np
 import pytest
 
+from shellmb.native import library as native
 from shellmb.scene import Clamped, EdgeForce, Isotropic, Rectangle, Scene, Shell
 from shellmb.simulate.simulation import Simulation
-from shellmb.system.assembly import native
 from shellmb.system.assembly.scatter import ParallelExchange, SerialExchange
 from shellmb.system.condensation.reduction import Reduction
 from shellmb.system.condensation.substitution import ParallelPasses, SerialPasses

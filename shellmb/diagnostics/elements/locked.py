@@ -27,10 +27,10 @@ from dolfinx import fem, la
 
 from shellmb.arrays import Floats
 from shellmb.diagnostics.base import Caution, said_of
-from shellmb.expressions import compiled_expression
 from shellmb.forms.steps.mixed import LinearMixed
 from shellmb.meshes.spaces import reading_element
 from shellmb.model.shells.shell import ShellModel
+from shellmb.native.expressions import compiled_expression
 from shellmb.observers.account.energy import Scalar, scalar
 from shellmb.observers.fields.nodal import state
 from shellmb.observers.summary import Sources

@@ -16,7 +16,6 @@ from ufl.core.expr import Expr
 
 from shellmb.arrays import Bools, Floats
 from shellmb.errors import SceneError
-from shellmb.expressions import compiled_expression
 from shellmb.forms.constraints import elements as forms
 from shellmb.forms.state import Layout
 from shellmb.forms.steps.mixed import Interval
@@ -29,6 +28,7 @@ from shellmb.model.massless import Massless
 from shellmb.model.potentials.stops import StopForces
 from shellmb.model.signals import Signals
 from shellmb.model.user_forms import written
+from shellmb.native.expressions import compiled_expression
 from shellmb.scene import Scene
 from shellmb.scene.lookup import said
 from shellmb.scene.multibody.elements import JointStop

@@ -18,7 +18,6 @@ from dolfinx import fem
 
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
-from shellmb.kernels import compiled
 from shellmb.meshes.mesh import build_surface
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.frames.glue import line_along
@@ -26,6 +25,7 @@ from shellmb.model.frames.linear import build_beam
 from shellmb.model.frames.rigidpoints import RigidMeshes, ended, pointed
 from shellmb.model.locations.nodes import shared_nodes
 from shellmb.model.shells.shell import ShellModel
+from shellmb.native.kernels import compiled
 from shellmb.scene import Beam, Gravity, RigidBody, Scene
 from shellmb.scene.loads.body_loads import FollowerForce, FollowerMoment, PointMoment
 from shellmb.scene.loads.loads import Load, PointForce

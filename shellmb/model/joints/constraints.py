@@ -10,7 +10,6 @@ from ufl import Form
 from ufl.core.expr import Expr
 
 from shellmb.arrays import Bools, Floats
-from shellmb.expressions import compiled_expression
 from shellmb.forms.constraints.leap import Leap, LeapRow, leap_row
 from shellmb.forms.constraints.pathconstraints import ConstraintRow, held_row
 from shellmb.forms.state import Layout
@@ -21,6 +20,7 @@ from shellmb.meshes.nodes import NodeMesh, constant_vector, set_constants
 from shellmb.meshes.spaces import MixedSpace
 from shellmb.model.body import Dofs, FixedDofs, Leaping, NodeLink, PartScale
 from shellmb.model.massless import Massless
+from shellmb.native.expressions import compiled_expression
 
 # a multiplier below this part of the group's force counts as zero
 SMALL_FORCE = 1e-3

@@ -14,7 +14,6 @@ from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError
-from shellmb.expressions import compiled_expression
 from shellmb.forms.constraints import coordinates as forms
 from shellmb.forms.constraints.angle_work import turned, turning_rate
 from shellmb.forms.constraints.joints import Place
@@ -29,6 +28,7 @@ from shellmb.model.identification import node_links
 from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.joints.joints import BoundJoint
 from shellmb.model.locations.ends import End, end_pair
+from shellmb.native.expressions import compiled_expression
 
 # name of a joint or a force element, and "rotation", "translation" or "distance"
 Key = tuple[str, str]

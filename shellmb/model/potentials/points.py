@@ -14,7 +14,6 @@ from ufl.core.expr import Expr
 from shellmb.arrays import Floats, Ints
 from shellmb.forms.constraints.joints import Place
 from shellmb.forms.state import Layout
-from shellmb.kernels import compiled
 from shellmb.meshes.nodes import NodeMesh
 from shellmb.meshes.spaces import MixedSpace
 from shellmb.model.body import NodeLink
@@ -23,6 +22,7 @@ from shellmb.model.locations.ends import End, EndGroup
 from shellmb.model.locations.finder import Finder
 from shellmb.model.locations.nodes import part_dofs, shared_nodes
 from shellmb.model.shells.shell import ShellModel
+from shellmb.native.kernels import compiled
 from shellmb.scene.values.validate import edge_names
 
 MeshedBody = ShellModel | BeamModel

@@ -12,9 +12,9 @@ from shellmb.arrays import Floats
 from shellmb.forms.shell import Mass, ShellStrains
 from shellmb.forms.steps.mixed import Formulation, LinearMixed
 from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
-from shellmb.kernels import compiled
 from shellmb.model.shells.varying import Rule, SectionFields
 from shellmb.model.user_forms import resists_all, written
+from shellmb.native.kernels import compiled
 from shellmb.scene import Hyperelastic, LinearSection, Shell
 from shellmb.scene.shells.lamination import Layup
 

@@ -19,9 +19,9 @@ import numpy as np
 
 from shellmb.arrays import Floats
 from shellmb.model.frames.rigid import GROUND, RigidBodies
+from shellmb.native import library as native
 from shellmb.observers.fields.nodal import Nodes, nodal_bodies
 from shellmb.simulate.simulation import Silent, Simulation
-from shellmb.system.assembly import native
 
 # of the diagonal, so that what does not turn at all has a fit, too
 TINY = 1e-12

@@ -15,11 +15,11 @@ from ufl.algorithms.ad import expand_derivatives
 from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats
-from shellmb.expressions import compiled_expression
 from shellmb.forms.steps.discrete import stress_average
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.reduced.data import amplitudes
 from shellmb.model.shells.shell import ShellModel
+from shellmb.native.expressions import compiled_expression
 from shellmb.observers.fields.modal import ModalState, modal_members
 from shellmb.observers.fields.resultants import Resultants
 from shellmb.simulate.simulation import Simulation

@@ -13,8 +13,8 @@ from shellmb.model.frames.beam import BeamModel
 from shellmb.model.frames.rigid import RigidBodies
 from shellmb.model.model import Model
 from shellmb.model.shells.shell import ShellModel
+from shellmb.native.library import CArrays
 from shellmb.simulate.simulation import Simulation
-from shellmb.system.assembly.native import CArrays
 
 type NodalBody = ShellModel | BeamModel | RigidBodies
 

@@ -11,13 +11,13 @@ from ufl.algorithms.ad import expand_derivatives
 from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats, Int32s
-from shellmb.expressions import compiled_expression
 from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
 from shellmb.forms.steps.path import Step
 from shellmb.meshes.spaces import MixedSpace, reading_element
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.shells.shell import ShellModel
+from shellmb.native.expressions import compiled_expression
 from shellmb.schemes.base import Levels
 from shellmb.schemes.linearised import change
 from shellmb.simulate.simulation import Simulation

@@ -22,8 +22,8 @@ import ufl
 from ufl import Form
 
 from shellmb.arrays import Floats
-from shellmb.kernels import compiled
 from shellmb.model.body import Body
+from shellmb.native.kernels import compiled
 from shellmb.observers.forces.reactions import Arms, HeldForces, NodalForces, cells_of
 from shellmb.schemes.quadratic import RATE, QuadraticInTime
 from shellmb.schemes.residuals.residual import StageForms

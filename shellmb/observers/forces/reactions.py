@@ -12,8 +12,8 @@ import numpy as np
 from shellmb.arrays import Bools, Floats
 from shellmb.model.model import Model
 from shellmb.model.reduced.onframe import OnArms
+from shellmb.native import library as native
 from shellmb.observers.fields.nodal import NodalBody, Nodes, nodal_bodies
-from shellmb.system.assembly import native
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.assembly.fields import Field
 from shellmb.system.assembly.loops import LoopResiduals, MeshCells

@@ -19,9 +19,9 @@ from ufl import Form
 
 from shellmb.arrays import Floats, Ints
 from shellmb.clock import now
-from shellmb.derivatives import CachedDerivative, Derivative
-from shellmb.kernels import compile_with_derivatives
-from shellmb.system.assembly import native
+from shellmb.native import library as native
+from shellmb.native.derivatives import CachedDerivative, Derivative
+from shellmb.native.kernels import compile_with_derivatives
 from shellmb.system.assembly.fields import Field, Followers
 from shellmb.system.assembly.following import Following
 from shellmb.system.assembly.general import general_position

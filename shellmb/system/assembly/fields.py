@@ -13,7 +13,7 @@ from dolfinx import fem
 from ufl import Form
 
 from shellmb.arrays import Floats, Int32s, Ints
-from shellmb.derivatives import CachedDerivative
+from shellmb.native.derivatives import CachedDerivative
 
 
 @dataclass(frozen=True)

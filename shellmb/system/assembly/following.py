@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from shellmb.system.assembly import native
+from shellmb.native import library as native
+from shellmb.native.library import CArrays
 from shellmb.system.assembly.fields import Followers
-from shellmb.system.assembly.native import CArrays
 
 
 class Following:

@@ -14,8 +14,8 @@ from dolfinx import fem
 from ufl import Form
 
 from shellmb.arrays import Floats
-from shellmb.kernels import compile_all
-from shellmb.system.assembly import native
+from shellmb.native import library as native
+from shellmb.native.kernels import compile_all
 from shellmb.system.assembly.loops import FormLoop, MeshGeometry
 
 

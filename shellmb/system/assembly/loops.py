@@ -13,10 +13,10 @@ from dolfinx import cpp, fem  # type: ignore[attr-defined]
 from dolfinx.fem import IntegralType
 
 from shellmb.arrays import Bools, Floats, Int32s, Ints
-from shellmb.compiling.flags import LANES
-from shellmb.system.assembly import native
+from shellmb.native import library as native
+from shellmb.native.compiling.flags import LANES
+from shellmb.native.library import CArrays, side_by_side
 from shellmb.system.assembly.fields import Field
-from shellmb.system.assembly.native import CArrays, side_by_side
 from shellmb.system.assembly.numbering import cell_dofs
 
 # a compiled form with the numbers of its row fields and of its column field, see `FormLoop`

@@ -12,7 +12,7 @@ from petsc4py import PETSc
 import numpy as np
 
 from shellmb.arrays import Floats
-from shellmb.system.assembly import native
+from shellmb.native import library as native
 from shellmb.system.assembly.numbering import Numbering
 
 

@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 
 from shellmb.arrays import Bools, Ints
-from shellmb.system.assembly import native
+from shellmb.native import library as native
+from shellmb.native.library import CArrays
 from shellmb.system.assembly.loops import FormLoop, MeshCells, PlacedForm
-from shellmb.system.assembly.native import CArrays
 
 
 @dataclass(frozen=True)

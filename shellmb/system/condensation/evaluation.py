@@ -6,10 +6,10 @@ from petsc4py import PETSc
 
 import numpy as np
 
-from shellmb.system.assembly import native
+from shellmb.native import library as native
+from shellmb.native.library import CArrays
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.assembly.loops import LoopResiduals
-from shellmb.system.assembly.native import CArrays
 from shellmb.system.assembly.scatter import SerialExchange
 
 

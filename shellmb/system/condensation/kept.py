@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from shellmb.arrays import Int32s, Ints
-from shellmb.compiling.flags import LANES
-from shellmb.system.assembly.native import CArrays, side_by_side, whole_lines
+from shellmb.native.compiling.flags import LANES
+from shellmb.native.library import CArrays, side_by_side, whole_lines
 
 
 def groups_of(cells: int) -> int:

@@ -9,10 +9,10 @@ from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
 import numpy as np
 
 from shellmb.arrays import Bools, Floats, Int32s, Ints
-from shellmb.compiling.flags import LANES
-from shellmb.system.assembly import native
+from shellmb.native import library as native
+from shellmb.native.compiling.flags import LANES
+from shellmb.native.library import whole_lines
 from shellmb.system.assembly.loops import FormLoop, MeshCells, PlacedForm
-from shellmb.system.assembly.native import whole_lines
 from shellmb.system.condensation.eliminated import elimination, find_chunks
 from shellmb.system.condensation.kept import InnerKept, Kept, groups_of, places_of_groups
 from shellmb.system.condensation.sparsity import CHUNK, Lists, find_runs

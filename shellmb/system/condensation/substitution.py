@@ -10,8 +10,8 @@ from petsc4py import PETSc
 import numpy as np
 
 from shellmb.arrays import Floats
-from shellmb.system.assembly import native
-from shellmb.system.assembly.native import CArrays
+from shellmb.native import library as native
+from shellmb.native.library import CArrays
 from shellmb.system.condensation.meshreduction import MeshReduction
 from shellmb.system.nullspace.numbers import ReducedNumbers
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from shellmb.arrays import Floats, Ints
 from shellmb.errors import ConvergenceError
-from shellmb.system.assembly import native
+from shellmb.native import library as native
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.assembly.fields import Part
 

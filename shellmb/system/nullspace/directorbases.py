@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from shellmb.arrays import Bools, Floats, Int32s
-from shellmb.system.assembly import native
+from shellmb.native import library as native
 from shellmb.system.nullspace.directorpath import Half
 
 

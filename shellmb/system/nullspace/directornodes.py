@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from shellmb.arrays import Bools, Floats
-from shellmb.system.assembly import native
+from shellmb.native import library as native
 from shellmb.system.assembly.fields import DirectorPath, DirectorRates, Field
 from shellmb.system.nullspace.directorbases import Bases, DirectorBases
 from shellmb.system.nullspace.directorpath import (

@@ -15,7 +15,7 @@ import math
 import numpy as np
 
 from shellmb.arrays import Floats
-from shellmb.system.assembly import native
+from shellmb.native import library as native
 
 # singular values of constraints below this, of directors of unit length, are none
 DEPENDENT = 1e-8

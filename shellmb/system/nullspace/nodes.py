@@ -10,7 +10,7 @@ from petsc4py import PETSc
 import numpy as np
 
 from shellmb.arrays import Floats, Ints
-from shellmb.system.assembly import native
+from shellmb.native import library as native
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.nullspace.directornodes import TURN, DirectorNodes
 from shellmb.system.nullspace.ghosts import Numbers

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from shellmb.arrays import Bools, Floats, Ints
-from shellmb.system.assembly import native
+from shellmb.native import library as native
 from shellmb.system.assembly.loops import MeshCells
 from shellmb.system.nullspace.directorbases import Bases
 from shellmb.system.nullspace.nodes import SystemNodes

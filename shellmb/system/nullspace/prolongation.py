@@ -9,7 +9,7 @@ from mpi4py import MPI
 import numpy as np
 
 from shellmb.arrays import Floats, Ints
-from shellmb.system.assembly import native
+from shellmb.native import library as native
 from shellmb.system.nullspace.ghosts import Numbers
 
 

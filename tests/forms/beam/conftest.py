@@ -11,9 +11,9 @@ import pytest
 import ufl
 from dolfinx import fem
 
-from shellmb import kernels
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.frames.linear import build_beam
+from shellmb.native import kernels
 from shellmb.scene import Beam, Curve, GeneralSection, Load, ParametricCurve, RectangularSection
 from tests.forms.conftest import compiled
 

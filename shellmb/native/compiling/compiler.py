@@ -25,11 +25,11 @@ from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
 import ffcx.codegeneration
 from ufl import Form
 
-from shellmb.compiling.flags import Item
-from shellmb.compiling.generated import code
-from shellmb.compiling.store import SAY, is_library, is_whole, seal, writing
 from shellmb.errors import RunError
 from shellmb.locks import FileLock
+from shellmb.native.compiling.flags import Item
+from shellmb.native.compiling.generated import code
+from shellmb.native.compiling.store import SAY, is_library, is_whole, seal, writing
 
 Tell = Callable[[int, int], None]
 # Forms and expressions by the names of their kernels, with the flags of the C compiler

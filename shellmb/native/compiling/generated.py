@@ -11,7 +11,7 @@ from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
 from dolfinx import default_scalar_type
 from ufl import Form
 
-from shellmb.compiling.flags import Item, has_lanes
+from shellmb.native.compiling.flags import Item, has_lanes
 
 # Lines of FFCx's that the replacement below stands for, by what has them
 SEARCH = 'idx = [i for i, v in self.G.nodes.items() if v["expression"] == expr][0]'
@@ -29,7 +29,7 @@ def code(item: Item, name: str, flags: Sequence[str]) -> str:
     # needed for new kernels only
     import ffcx.compiler
 
-    from shellmb.compiling import language
+    from shellmb.native.compiling import language
 
     chosen: dict[str, Any] = {"scalar_type": default_scalar_type, "language": language.__name__}
     if has_lanes(flags):

@@ -8,7 +8,7 @@ from ufl.algorithms.analysis import extract_coefficients, extract_constants
 from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats
-from shellmb.kernels import cache_folder, comm_of, compile_missing, loaded, module_name
+from shellmb.native.kernels import cache_folder, comm_of, compile_missing, loaded, module_name
 
 
 def compiled_expression(value: Expr, points: Floats) -> fem.Expression:

@@ -23,12 +23,12 @@ from ufl import Form
 from ufl.core.expr import Expr
 
 from shellmb.barrier import arrive
-from shellmb.compiling.compiler import compile_new, library
-from shellmb.compiling.flags import KERNEL_FLAGS, Item, flags_for
-from shellmb.compiling.store import is_whole, loading, usable
-from shellmb.derivatives import CachedDerivative, Record, read, write
 from shellmb.errors import RunError
 from shellmb.guarding.surroundings import cache_root, user_options
+from shellmb.native.compiling.compiler import compile_new, library
+from shellmb.native.compiling.flags import KERNEL_FLAGS, Item, flags_for
+from shellmb.native.compiling.store import is_whole, loading, usable
+from shellmb.native.derivatives import CachedDerivative, Record, read, write
 
 JIT_OPTIONS = {"cffi_extra_compile_args": KERNEL_FLAGS}
 

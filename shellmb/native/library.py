@@ -24,13 +24,13 @@ import numpy as np
 import numpy.typing as npt
 
 from shellmb.arrays import Floats, Ints
-from shellmb.compiling.compiler import run_compiler
-from shellmb.compiling.flags import COMPILER_FLAGS, FORCED_LANES, FORCED_LEVEL
-from shellmb.compiling.store import is_whole, loading, writing
 from shellmb.errors import RunError
-from shellmb.kernels import cache_folder, raise_together
+from shellmb.native.compiling.compiler import run_compiler
+from shellmb.native.compiling.flags import COMPILER_FLAGS, FORCED_LANES, FORCED_LEVEL
+from shellmb.native.compiling.store import is_whole, loading, writing
+from shellmb.native.kernels import cache_folder, raise_together
 
-HERE = Path(__file__).parent
+HERE = Path(__file__).parent / "c"
 # bytes that vectors of any processor begin at multiples of
 LINE = 64
 KINDS = {"float64": "double *", "float32": "float *", "int32": "int *", "int64": "int64_t *"}

@@ -25,7 +25,7 @@ from ufl.algorithms.apply_derivatives import apply_derivatives
 from ufl.algorithms.map_integrands import map_integrands
 from ufl.classes import Variable, VariableDerivative
 
-from shellmb.compiling.store import writing
+from shellmb.native.compiling.store import writing
 
 Items = Sequence[Any]
 

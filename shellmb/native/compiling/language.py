@@ -17,7 +17,7 @@ from ffcx.codegeneration.integral_generator import IntegralGenerator
 from ffcx.codegeneration.lnodes import ForRange, Section, StatementList
 from ffcx.codegeneration.optimizer import fuse_loops, fuse_sections
 
-from shellmb.compiling.lanes import HEADER, MANY, ONE, LanesFormatter, UnknownCode
+from shellmb.native.compiling.lanes import HEADER, MANY, ONE, LanesFormatter, UnknownCode
 
 __all__ = ["CELL_NODES", "expression", "file", "form", "integral"]
 

@@ -1,6 +1,6 @@
 /* FFCx's kernels over the cells of a mesh: matrices, residuals and integrals of cells.
  *
- * Some kernels are of several cells at once (shellmb/compiling/language.py): their numbers are those
+ * Some kernels are of several cells at once (shellmb/native/compiling/language.py): their numbers are those
  * of as many cells side by side.
  */
 
