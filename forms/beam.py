@@ -311,20 +311,20 @@ class BeamMixed:
         N = self.where_held(last, stress_average(self.forces(layout, span.a), last, span.beta))
         return stress_average(strain.value(span.a), strain.value(span.b), span.beta), N
 
-    def energy(self, strain: Measure, layout: Layout, q: Expr) -> Expr:
+    def energy(self, strain: Measure, layout: Layout, q: Expr) -> tuple[Expr]:
         """Mixed strain energy; equal to the strain energy where compatibility holds, J/m."""
         return self.stored(strain.value(q), self.forces(layout, q))
 
-    def stored(self, e: Expr, N: Expr) -> Expr:
+    def stored(self, e: Expr, N: Expr) -> tuple[Expr]:
         """Mixed strain energy of any strains and forces, J/m."""
         Gamma, K = halves(e)
         N = self._at_state(self._elastic(Gamma, K), N)
         forces = ufl.dot(N, self._elastic(Gamma, K)) - ufl.dot(N, self._give(N)) / 2
-        return forces + ufl.dot(K, self.D0 * K) / 2
+        return (forces + ufl.dot(K, self.D0 * K) / 2,)
 
-    def jump(self, strain: Measure, layout: Layout, a: Expr, b: Expr) -> Expr:
+    def jump(self, strain: Measure, layout: Layout, a: Expr, b: Expr) -> tuple[Expr]:
         """Half the work of the stress jump on the strain jump, elastic part of eq. (34), J/m."""
         N = self.forces(layout, b) - self.forces(layout, a)
         Gamma, K = halves(strain.value(b) - strain.value(a))
         N = self._at_state(self._elastic(Gamma, K), N)
-        return (ufl.dot(N, Gamma) + ufl.dot(self._moments(N, K), K)) / 2
+        return ((ufl.dot(N, Gamma) + ufl.dot(self._moments(N, K), K)) / 2,)

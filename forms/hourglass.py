@@ -72,14 +72,14 @@ class LineSection:
         """Nothing has to agree."""
         return ufl.as_vector([0, 0])
 
+    def energy(self, strain: Measure, layout: Layout, q: Expr) -> Pair:
+        """Energy of a state."""
+        return self.stored(strain.value(q), q)
 
-def energy(strain: Measure, q: Expr) -> Pair:
-    """Energy per unit stiffness of the two line strains."""
-    e = strain.value(q)
-    return e[0] ** 2 / 2, e[1] ** 2 / 2
+    def stored(self, e: Expr, N: Expr) -> Pair:
+        """Energy of strains."""
+        return e[0] ** 2 / 2, e[1] ** 2 / 2
 
-
-def jump(strain: Measure, a: Expr, b: Expr) -> Pair:
-    """Share of the line strains in eq. (34), per unit stiffness."""
-    e = strain.value(b) - strain.value(a)
-    return e[0] ** 2 / 2, e[1] ** 2 / 2
+    def jump(self, strain: Measure, layout: Layout, a: Expr, b: Expr) -> Pair:
+        """Share of the line strains in eq. (34)."""
+        return self.stored(strain.value(b) - strain.value(a), a)

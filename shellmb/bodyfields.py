@@ -92,7 +92,7 @@ def elementwise_dofs(body: Body) -> Dofs:
 
 def body_directors(body: Body) -> Directors | None:
     """The directors that a body's nodes carry, as they are at a state by itself."""
-    reference = body.reference_directors()
+    reference = body.manifold.directors
     if reference is None:
         return None
     size = reference.shape[1]

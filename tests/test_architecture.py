@@ -322,6 +322,18 @@ def test_one_definition_of_each_strain() -> None:
         assert len(list(strain_products(tree))) == within, f"{module} writes a strain of its own"
 
 
+def test_a_body_knows_no_scheme() -> None:
+    """What a body has to say is short, and says nothing of steps, rows and schemes."""
+    tree = ast.parse(MODULES["shellmb.model.body"].read_text())
+    (body,) = (n for n in tree.body if isinstance(n, ast.ClassDef) and n.name == "Body")
+    methods = {n.name: n for n in body.body if isinstance(n, ast.FunctionDef)}
+    assert len(methods) <= 8
+    of_time = {"Interval", "Leap", "Path", "Rows", "Step", "SubInterval", "Term"}
+    for name, method in methods.items():
+        named = {n.id for n in ast.walk(method) if isinstance(n, ast.Name)}
+        assert not named & of_time, name
+
+
 def test_no_circles() -> None:
     arrows = {m: {n for n in imports(m) if n in MODULES and n != m} for m in MODULES}
     # raises CycleError, which names the modules

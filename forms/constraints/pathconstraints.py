@@ -30,20 +30,20 @@ from shellmb.forms.steps.path import Path
 
 
 class ConstraintRow(NamedTuple):
-    """Constraints in one of the rows, eqs. (Q4) and (Q6), all of shape (n,).
+    """Constraints in a row of a step, all of shape (n,).
 
     Args:
         own: What the multipliers of the row itself act on.
-        other: What those of the other row act on.
+        other: What those of the other row act on, eqs. (Q4) and (Q6); None without another row.
         value: What the row demands to vanish: their value at the end, and their rate times the step
             there, or their value at the middle.
         multipliers: States that hold the row's own multipliers and those of the other row.
     """
 
     own: Expr
-    other: Expr
+    other: Expr | None
     value: Expr
-    multipliers: tuple[Expr, Expr]
+    multipliers: tuple[Expr, Expr | None]
 
 
 def held_row(

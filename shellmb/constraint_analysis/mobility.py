@@ -240,7 +240,7 @@ class Motions:
         for body, dofs, columns, rows in self._forced():
             q, dq = fem.Function(body.mixed.space), ufl.TestFunction(body.mixed.space)
             time = fem.Constant(body.mixed.space.mesh, 0.0)
-            extra = body.extra(q, None, dq, time)
+            extra = body.applied(q, None, dq, time)
             if extra is None:
                 continue
             form = compiled(extra)

@@ -80,7 +80,7 @@ def inner_rows(model: Model, unknowns: Unknowns, given: Given, touched: Ints) ->
     """
     rows = []
     for body in model.bodies:
-        reference = body.reference_directors()
+        reference = body.manifold.directors
         if reference is None:
             continue
         numbers = unknowns.numbers[body.name]

@@ -15,6 +15,7 @@ from shellmb.modal.geometric_stiffness import GeometricStiffness
 from shellmb.modal.lowest import lowest_frequency
 from shellmb.modal.stretched import Parts, stiffening
 from shellmb.modal.tangent import bending_scale
+from shellmb.model.body import strain_energy
 from shellmb.model.frames.rigid import RigidBodies
 from shellmb.observers.account.energy import present
 from shellmb.observers.fields.modal import ModalState
@@ -296,7 +297,7 @@ class LinearBodies(_AboutFrames):
         self._forces = [
             (
                 GeometricStiffness(body),
-                Functionals([present([body.strain_energy(state(body.name))])], comm),
+                Functionals([present([strain_energy(body, state(body.name))])], comm),
             )
             for body, _ in self._bodies
         ]

@@ -222,7 +222,7 @@ class TermsAtRest:
             q, v = fem.Function(space), fem.Function(space)
             time: Any = fem.Constant(space.mesh, 0.0)
             rates = None if static else Rates(v, v)
-            work = body.added(q, rates, ufl.TestFunction(space), time)
+            work = body.users(q, rates, ufl.TestFunction(space), time)
             if work is not None:
                 self._forms.append((body.name, work, q, time))
 

@@ -11,13 +11,13 @@ from ufl import Form
 
 from shellmb.arrays import Floats
 from shellmb.bodyfields import body_field
-from shellmb.model.body import TimeFunction
+from shellmb.model.body import TimeFunction, added
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.model import Model
-from shellmb.model.sections.damping import together
 from shellmb.model.shells.shell import ShellModel
 from shellmb.native.derivatives import CachedDerivative, Derivative
 from shellmb.schemes.base import at_state
+from shellmb.schemes.residuals.forces import sub_forces
 from shellmb.schemes.residuals.rows import Span
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.assembly.fields import Field, Followers
@@ -50,7 +50,7 @@ def tangent(
             q.x.array[:] = arrays[f"{body.name}/q"]
         dq, trial = ufl.TestFunction(space), ufl.TrialFunction(space)
         sub = Span(at_state(q), [q], 0)
-        form, terms = body.within(sub, dq, trial)
+        form, terms = sub_forces(body, sub, dq, trial)
         if sub.states is not None:
             followers.append(Followers(**vars(sub.states)))
         forms = [form]
@@ -60,7 +60,7 @@ def tangent(
             work = loads.virtual_work(q, dq)
             forms.append(-work if work is not None else None)
         stiffness[k, k] = [f for term in terms for f in term.derivatives[0, 0]]
-        residual = together(forms)
+        residual = added(forms)
         if residual is not None and q in residual.coefficients():
             stiffness[k, k].append(Derivative(residual, q))
         inertia = body.inertia(trial, dq)

@@ -1,6 +1,6 @@
 """What the schemes see of a body: spaces, virtual work, energies; nothing else."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
@@ -13,7 +13,7 @@ from ufl.core.expr import Expr
 from shellmb.forms.constraints.leap import Leap
 from shellmb.forms.steps.damping import Straining
 from shellmb.forms.steps.mixed import Interval
-from shellmb.forms.steps.path import Rows, Step
+from shellmb.forms.steps.path import Path, Rows, Step
 from shellmb.meshes.spaces import MixedSpace
 from shellmb.native.derivatives import Written
 
@@ -175,8 +175,94 @@ class LoadFactors(Protocol):
         ...
 
 
+class Elastic(Protocol):
+    """What stores energy: measures of the state with a section or a potential."""
+
+    def energy(self, q: Expr) -> Form:
+        """Energy of a state, J."""
+        ...
+
+    def jump(self, a: Expr, b: Expr) -> Form:
+        """Elastic part of eq. (34) for the jump from `a` to `b`, J."""
+        ...
+
+    def interval(self, span: Interval, dq: Expr) -> Form:
+        """Virtual work over a sub-interval, or at a single state."""
+        ...
+
+    def interval_term(self, sub: SubInterval, dq: Expr, trial: Expr) -> Term | None:
+        """Virtual work over a sub-interval by kernels that know no scheme; None: `interval`."""
+        ...
+
+    def row(self, step: Step, k: int, dq: Expr) -> Form | None:
+        """Virtual work in row P0 or P1 of a step quadratic in time; None: as `path_term`."""
+        ...
+
+    def path_term(self, step: Step, tests: Sequence[Expr], trial: Expr) -> Term | None:
+        """Virtual work in both rows of such a step, with derivatives; None: as `row`."""
+        ...
+
+    def bow(self, step: Step, held: Expr) -> Form | None:
+        """Energy of the bow of the measures, `bow.C bow/2` of eq. (Q5), J.
+
+        Args:
+            step: The step.
+            held: State that holds the bow of the resultants, `N_i + N_f - 2 <N>`.
+        """
+        ...
+
+
+class Constraint(Protocol):
+    """What must vanish of the state, with multipliers that hold it."""
+
+    def interval(self, span: Interval, dq: Expr) -> Form:
+        """Forces of a sub-interval, or of a single state, and the constraints at its end."""
+        ...
+
+    def path(self, path: Path, k: int, dq: Expr) -> Form:
+        """Forces in row P0 or P1 of a step quadratic in time, and the constraints, (Q4), (Q6)."""
+        ...
+
+    def velocity(self, v: Expr, mid: Expr, dv: Expr) -> Form | None:
+        """Constraints on velocities at the state `mid`, with their impulses; None without any."""
+        ...
+
+    def jump(self, leap: Leap, dq: Expr) -> Leaping:
+        """Constraints on velocities at the end of a step that begins with a jump, eq. (N2)."""
+        ...
+
+    def error(self, q: fem.Function) -> float:
+        """Largest violation on this rank, relative."""
+        ...
+
+
+def _same[T](b: T, mid: T) -> T:
+    return b
+
+
+@dataclass(frozen=True)
+class Manifold:
+    """What the nodes of a body carry.
+
+    Args:
+        directors: Unit directors or orthonormal triples at the local nodes of the part "w", shape
+            (n, 3) or (n, 9); the part "lam" keeps them so. None for bodies without.
+        inertialess: Whether they have no inertia in motion, and so no velocity of their own.
+        tangent: The jump of velocities `b` without what constraints at the nodes forbid at a state.
+        tangent_values: The same for local arrays.
+    """
+
+    directors: Values | None = None
+    inertialess: bool = False
+    tangent: Callable[[Expr, Expr], Expr] = _same
+    tangent_values: Callable[[Values, Values], Values] = _same
+
+
 class Body(Protocol):
-    """A body of the model. Shells, node constraints and point loads are bodies alike."""
+    """A body of the model: what it consists of at a state. It knows no scheme.
+
+    Shells, groups of joints and loads at points are bodies alike.
+    """
 
     name: str
     mixed: MixedSpace
@@ -192,13 +278,23 @@ class Body(Protocol):
     slenderness: float
 
     @property
+    def elastic(self) -> Sequence[Elastic]:
+        """Measures with their sections."""
+        ...
+
+    @property
+    def constraints(self) -> Sequence[Constraint]:
+        """What it holds."""
+        ...
+
+    @property
     def damping(self) -> "Damped | None":
         """Damping of its strains; None without any."""
         ...
 
     @property
-    def inertialess(self) -> bool:
-        """Whether its directors have no inertia in motion, and so no velocity of their own."""
+    def manifold(self) -> Manifold:
+        """Its directors."""
         ...
 
     @property
@@ -206,68 +302,15 @@ class Body(Protocol):
         """Parts that have equations for the jump of velocities."""
         ...
 
-    def velocity_constraint(self, v: Expr, mid: Expr, dv: Expr) -> Form | None:
-        """Constraints on velocities at the state `mid`, with their impulses; None without any."""
-        ...
-
-    def leaping(self, leap: Leap, dq: Expr) -> Leaping:
-        """Constraints on velocities at the end of a step that begins with a jump, if it `leaps`."""
-        ...
-
-    def internal(self, span: Interval, dq: Expr) -> Form | None:
-        """Virtual work of internal and constraint forces, with the constraints themselves."""
-        ...
-
-    def within(self, sub: SubInterval, dq: Expr, trial: Expr) -> tuple[Form | None, list[Term]]:
-        """The same, what has kernels that know no scheme as terms.
-
-        Args:
-            sub: A sub-interval of a step, or a single state.
-            dq: Virtual displacement.
-            trial: Direction of derivatives.
-        """
-        ...
-
-    def along(self, step: Step, k: int, dq: Expr) -> Form | None:
-        """Constraint forces over a step quadratic in time (`forms.steps.path`), with others.
-
-        Args:
-            step: The step.
-            k: Row, 0 for P0 and 1 for P1.
-            dq: Virtual displacement.
-        """
-        ...
-
-    def stressed(self, step: Step) -> list[Term]:
-        """Forces of stresses over such a step, in both of its rows; none without any."""
-        ...
-
-    def lost(self, step: Step, bow: Expr) -> Form | None:
-        """Elastic energy of the bow of the strains, `bow.C bow/2` of eq. (Q5).
-
-        Args:
-            step: The step.
-            bow: State that holds the bow of the resultants, `N_i + N_f - 2 <N>`.
-        """
-        ...
-
     def inertia(self, rate: Expr, dq: Expr) -> Form | None:
         """Virtual work of the inertia forces for the acceleration `rate`; None if massless."""
-        ...
-
-    def tangent(self, b: Expr, mid: Expr) -> Expr:
-        """The jump of velocities `b` without what constraints at the nodes forbid at `mid`."""
-        ...
-
-    def tangent_values(self, b: Values, mid: Values) -> Values:
-        """The same for local arrays."""
         ...
 
     def loads(self) -> LoadFactors | None:
         """A new set of the body's loads, for one stage; None without loads."""
         ...
 
-    def extra(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
+    def applied(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
         """Virtual work of what is neither elastic nor inertial; None without any.
 
         Args:
@@ -278,25 +321,24 @@ class Body(Protocol):
         """
         ...
 
-    def strain_energy(self, q: Expr) -> Form | None:
-        """Strain energy; None for bodies without."""
-        ...
 
-    def kinetic_energy(self, v: Expr) -> Form | None:
-        """Kinetic energy; None if massless."""
-        ...
+def strain_energy(body: Body, q: Expr) -> Form | None:
+    """Energy that a body stores at a state, J; None for bodies without."""
+    return added(part.energy(q) for part in body.elastic)
 
-    def jump(self, a: Expr, b: Expr) -> Form | None:
-        """Elastic part of eq. (34) for the jump from `a` to `b`."""
-        ...
 
-    def reference_directors(self) -> Values | None:
-        """Unit directors or orthonormal triples at the local nodes of the part "w".
+def kinetic_energy(body: Body, v: Expr) -> Form | None:
+    """Kinetic energy of a body, J; None if massless."""
+    form = body.inertia(v, v)
+    return None if form is None else 0.5 * form
 
-        Shape (n, 3) or (n, 9); the part "lam" keeps them so. None for bodies without.
-        """
-        ...
 
-    def constraint_error(self, q: fem.Function) -> float:
-        """Largest violation of the body's constraints on this rank, relative."""
-        ...
+def constraint_error(body: Body, q: fem.Function) -> float:
+    """Largest violation of a body's constraints on this rank, relative."""
+    return max((held.error(q) for held in body.constraints), default=0.0)
+
+
+def added(forms: Iterable[Form | None]) -> Form | None:
+    """Sum of those forms that there are; None without any."""
+    found = [form for form in forms if form is not None]
+    return sum(found[1:], found[0]) if found else None

@@ -11,8 +11,8 @@ import ufl
 from dolfinx import fem
 
 from shellmb.modal.tangent import Blocks
+from shellmb.model.body import added
 from shellmb.model.model import Model
-from shellmb.model.sections.damping import together
 from shellmb.native.derivatives import Derivative
 from shellmb.rotating.axis import Axis
 from shellmb.rotating.frame import TurningFrame
@@ -76,11 +76,11 @@ class Linearised:
                 if q in moved.coefficients():
                     unit[k, k] = [Derivative(moved, q)]
             rates, time = frame.rates(q), fem.Constant(space.mesh, self.relaxation.time)
-            forces = [body.extra(q, rates, test, time)]
+            forces = [body.applied(q, rates, test, time)]
             if body.damping is not None:
                 # of strains, which a rotation does not change
                 forces.append(-body.damping.at(q, frame.motion(q), test))
-            work = together(forces)
+            work = added(forces)
             if work is not None and frame.still in work.coefficients():
                 damping[k, k] = [Derivative(-work, frame.still)]
         return mass, unit, damping

@@ -17,9 +17,8 @@ from shellmb.arrays import Floats
 from shellmb.bodyfields import kinematic_dofs
 from shellmb.checked_model import checked_model
 from shellmb.errors import ConvergenceError, SceneError
-from shellmb.model.body import Body
+from shellmb.model.body import Body, added
 from shellmb.model.model import Model
-from shellmb.model.sections.damping import together
 from shellmb.rotating.axis import Axis, bearing, check_steady, three
 from shellmb.rotating.frame import TurningFrame
 from shellmb.rotating.linearised import Linearised
@@ -89,7 +88,7 @@ class StateFrame(TurningFrame):
         forms = [self.body.inertia(self._acceleration + change, dq)]
         if self.body.damping is not None:
             forms.append(self.body.damping.at(q, self.motion(q), dq))
-        return together(forms)
+        return added(forms)
 
 
 @dataclass(frozen=True)
@@ -185,7 +184,7 @@ class MovingState(Linearised):
             b.name: StateFrame(b, line, q[b.name], velocity[b.name], acceleration[b.name])
             for b in model.bodies
         }
-        levels = {b.name: Levels(q[b.name], {}, {}, b.tangent) for b in model.bodies}
+        levels = {b.name: Levels(q[b.name], {}, {}, b.manifold.tangent) for b in model.bodies}
         self.unsteady = unsteady_part(scene, products, whole, (velocity, acceleration), line, omega)
         super().__init__(model, line, frames, levels, t, True)
         self.rate = omega

@@ -56,7 +56,7 @@ class SteadyRotation(Linearised):
         model, _ = checked_model(still, comm)
         frames = {body.name: TurningFrame(body, axis) for body in model.bodies}
         levels = {
-            body.name: Levels(fem.Function(body.mixed.space), {}, {}, body.tangent)
+            body.name: Levels(fem.Function(body.mixed.space), {}, {}, body.manifold.tangent)
             for body in model.bodies
         }
         _check_closed(model, levels)

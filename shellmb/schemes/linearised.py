@@ -12,6 +12,7 @@ from ufl import Form
 from ufl.core.expr import Expr
 
 from shellmb.model.body import Body
+from shellmb.model.body import strain_energy as stored
 from shellmb.schemes.base import Levels
 
 
@@ -58,8 +59,8 @@ def strain_energy(body: Body, levels: Levels) -> Form | None:
     """
     at = levels.reference
     if at is None:
-        return body.strain_energy(levels.q)
-    energy = body.strain_energy(at.q)
+        return stored(body, levels.q)
+    energy = stored(body, at.q)
     if energy is None:
         return None
     work = ufl.derivative(energy, at.q, levels.q)

@@ -124,7 +124,7 @@ class Problem:
             function("q"),
             {rate: function(rate) for rate in self.scheme.rates},
             {stage: function(f"q_{stage}") for stage in stages},
-            body.tangent,
+            body.manifold.tangent,
             function("push") if isinstance(self.scheme, QuadraticInTime) else None,
         )
         if self.scheme.linear:
@@ -178,7 +178,7 @@ class Problem:
                 if s != stage
             }
             alpha = self.scheme.dissipation()[0]
-            more = {"before": levels.q, "push": levels.push, "massless": body.inertialess}
+            more = {"before": levels.q, "push": levels.push, "massless": body.manifold.inertialess}
             return DirectorPath(**vars(declared) | more | numbers, alpha=alpha)
         found = self.forms[body.name][stage].stage
         if found is None:
@@ -311,7 +311,7 @@ class Problem:
             kinematic = self._kinematic_dofs[name]
             unknown = {s: f.x.array for s, f in levels.unknown.items()}
             rates = {k: f.x.array for k, f in levels.rates.items()}
-            tangent = self._bodies[name].tangent_values
+            tangent = self._bodies[name].manifold.tangent_values
             advance = self.paths[name].advance if name in self.paths else self.scheme.advance
             new = advance(levels.q.x.array, rates, unknown, dt, tangent)
             for key, values in new.items():

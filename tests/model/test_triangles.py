@@ -17,6 +17,7 @@ from shellmb.running.loader import load
 from shellmb.running.request import Options
 from shellmb.scene import Clamped, Fixed, HardSupport, Isotropic, Rectangle, Scene, Shell
 from shellmb.schemes.base import at_state
+from shellmb.schemes.residuals.forces import interval_forces
 from shellmb.vibration import natural_modes
 
 E = 1e9
@@ -34,7 +35,7 @@ def in_plane(
     if middles:
         hold_middles(body)
     q, space = fem.Function(body.mixed.space), body.mixed.space
-    work = body.internal(at_state(q), ufl.TestFunction(space))
+    work = interval_forces(body, at_state(q), ufl.TestFunction(space))
     form = compiled(ufl.derivative(work, q, ufl.TrialFunction(space)), flags=["-O0"])
     K = fem.assemble_matrix(form).to_dense()
     N = body.mixed.dofs["N"]

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from dolfinx import fem
 
+from shellmb.model.body import constraint_error, kinetic_energy, strain_energy
 from shellmb.observers.account.energy import EnergyAccount, scalar
 from shellmb.scene import Clamped, EdgeForce, InitialVelocity, Isotropic, Rectangle, Scene, Shell
 from shellmb.schemes.base import has_energy_law
@@ -116,7 +117,7 @@ class History(Silent):
             scalar([body.angular_momentum(levels.q, levels.rates["v"], axis)], comm),
         ]
         self._energy = scalar(
-            [body.kinetic_energy(levels.rates["v"]), body.strain_energy(levels.q)], comm
+            [kinetic_energy(body, levels.rates["v"]), strain_energy(body, levels.q)], comm
         )
         self.accepted(simulation)
 
@@ -128,7 +129,7 @@ class History(Silent):
                 components.append(form())
             history.append(np.array(components))
         self.total.append(self._energy())
-        self.director = max(self.director, self._body.constraint_error(self._q))
+        self.director = max(self.director, constraint_error(self._body, self._q))
 
 
 @pytest.fixture

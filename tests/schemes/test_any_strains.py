@@ -11,7 +11,7 @@ from dolfinx import fem
 
 from shellmb.errors import SceneError
 from shellmb.forms.shell import ShellStrains, shell_strains
-from shellmb.model.shells import path as shellpath
+from shellmb.model.shells import elastic
 from shellmb.native.kernels import compile_all, compiled, kernel_name
 from shellmb.observers.account.momentum import Momentum
 from shellmb.scene import (
@@ -25,6 +25,7 @@ from shellmb.scene import (
     Shell,
     Solver,
 )
+from shellmb.schemes.residuals.forces import bow_energy
 from shellmb.simulate.simulation import Simulation
 
 from .test_quadratic import KINDS, slope
@@ -136,7 +137,7 @@ def test_strains_of_the_paper_are_a_special_case(what: str, monkeypatch) -> None
     """At random states: both rows and the energy that is lost, and all blocks of the Jacobian."""
     found = []
     for quadratic in (True, False):
-        monkeypatch.setattr(shellpath, "quadratic_strains", lambda shell, is_so=quadratic: is_so)
+        monkeypatch.setattr(elastic, "quadratic_strains", lambda shell, is_so=quadratic: is_so)
         scene = plate(None, "ed3", 0.5, supports=Clamped("left"))
         problem, rng = Simulation(scene).problem, np.random.default_rng(7)
         levels, (body,) = problem.levels["plate"], problem.model.bodies
@@ -148,7 +149,7 @@ def test_strains_of_the_paper_are_a_special_case(what: str, monkeypatch) -> None
         parts = [f for some in term.derivatives.values() for f in some]
         if what == "rows":
             rows = fem.assemble_vector(compiled(term.residual)).array
-            lost = compiled(body.lost(problem.paths["plate"].step, levels.q))
+            lost = compiled(bow_energy(body, problem.paths["plate"].step, levels.q))
             found.append([rows, np.array([fem.assemble_scalar(lost)])])
             continue
         assert len({kernel_name(k) for k in compile_all(parts)}) == 1

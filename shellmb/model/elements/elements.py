@@ -18,11 +18,10 @@ from shellmb.arrays import Bools, Floats
 from shellmb.errors import SceneError
 from shellmb.forms.constraints import elements as forms
 from shellmb.forms.state import Layout
-from shellmb.forms.steps.mixed import Interval
-from shellmb.forms.steps.path import Step
 from shellmb.meshes.nodes import constant_vector, node_mesh, node_space, set_constants
-from shellmb.model.body import Rates
+from shellmb.model.body import Elastic, Rates
 from shellmb.model.elements.bound import BoundElement
+from shellmb.model.elements.springs import LawSprings, LinearSprings
 from shellmb.model.joints.coordinates import gathered, scalar_links
 from shellmb.model.massless import Massless
 from shellmb.model.potentials.stops import StopForces
@@ -155,50 +154,14 @@ class Springs(ElementGroup):
     def _extension(self, q: Expr) -> Expr:
         return self.x(q) - self.rest
 
-    def internal(self, span: Interval, dq: Expr) -> Form:
-        """Average force over the sub-interval."""
-        a, b = self._extension(span.a), self._extension(span.b)
-        if self.law is None:
-            # linear: the force of the mean where both states are one
-            force = self.parameter * a
-            if span.a is not span.b:
-                force = forms.linear_force(self.parameter, a, b, span.beta)
-        elif span.a is span.b:
-            force = forms.slope(self._potential, a)
-        else:
-            force = forms.spring_force(self._potential, a, b, span.beta, self.size)
-        return force * self.x(dq) * ufl.dx
-
-    def _stretch(self, step: Step) -> forms.Stretch:
-        path = step.path
-        return forms.Stretch(self._extension(path.start), self.x(path.chord), 2 * self.x(path.bow))
-
-    def along(self, step: Step, k: int, dq: Expr) -> Form | None:
-        """Force over a step, linear in time."""
-        e, alpha = self._stretch(step), step.path.alpha
-        if self.law is None:
-            first, second = forms.linear_forces(self.parameter, e, alpha)
-        else:
-            first, second = forms.spring_forces(self._potential, e, alpha, self.size)
-        force = first if k == 0 else second / 3
-        return force * self.x(dq) * ufl.dx
-
-    def lost(self, step: Step, bow: Expr) -> Form | None:
-        """Energy of the bow of the extension, J."""
-        e = self._stretch(step)
-        stiffness = self.parameter if self.law is None else forms.stiffness(self._potential, e)
-        return stiffness * e.bow**2 / 2 * ufl.dx(self.nodes.mesh)
-
-    def strain_energy(self, q: Expr) -> Form:
-        """Energy of the springs, J."""
-        return self._potential(self._extension(q)) * ufl.dx(self.nodes.mesh)
-
-    def jump(self, a: Expr, b: Expr) -> Form:
-        """Elastic part of eq. (34)."""
-        first, second = self._extension(a), self._extension(b)
-        if self.law is None:
-            return forms.linear_jump(self.parameter, first, second) * ufl.dx
-        return forms.spring_jump(self._potential, first, second) * ufl.dx
+    @cached_property
+    def elastic(self) -> tuple[Elastic, ...]:
+        """Their energy."""
+        dx = ufl.dx(self.nodes.mesh)
+        if self.law is not None:
+            return (LawSprings(self._potential, self._extension, self.x, self.size, dx),)
+        extension, moved = (lambda q: [self._extension(q)]), (lambda q: [self.x(q)])
+        return (LinearSprings([self.parameter], extension, moved, dx),)
 
     def force(self, x: Expr, rate: Expr, time: Expr) -> Expr:
         """Tension: what would have to be applied to hold the coordinate."""
@@ -219,7 +182,7 @@ class Dampers(ElementGroup):
         """None: they resist motion in time."""
         return np.zeros(len(self.items), dtype=bool)
 
-    def extra(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
+    def applied(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
         """Work of the resistance; none in statics."""
         if rates is None:
             return None
@@ -242,7 +205,7 @@ class Motors(ElementGroup):
             given = np.array([[signals(motor.command, 0.0)] for motor in motors])
             set_constants(self.parameter, self.nodes, given)
 
-    def extra(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
+    def applied(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
         """Work of the motors in the middle of the sub-interval; in statics at rate zero."""
         x = self.x(mid)
         rate = 0.0 * x if rates is None else self.x(rates.chord)

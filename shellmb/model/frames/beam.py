@@ -1,6 +1,6 @@
 """A beam as the schemes see it: forms of `shellmb.forms` bound to a line, a section and loads."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -18,16 +18,15 @@ from shellmb.forms.frame import FrameMass, momenta
 from shellmb.forms.measure import Measure
 from shellmb.forms.steps.damping import ViscousBeam
 from shellmb.forms.steps.mixed import Interval
-from shellmb.forms.steps.path import Rows, Step, moment_of
-from shellmb.forms.steps.pathwork import interval_work
+from shellmb.forms.steps.path import Step
 from shellmb.meshes.curve_mesh import LineMesh
 from shellmb.meshes.spaces import NO_PARTS, beam_space
-from shellmb.model.body import LoadFactors, PartScale, Rates, SubInterval, Term
+from shellmb.model.body import LoadFactors, PartScale, Rates, added
 from shellmb.model.frames.frame import FrameBody
-from shellmb.model.pathterms import path_terms
 from shellmb.model.rules import line_rules
-from shellmb.model.sections.damping import Resisting, StrainDamping, mass_damping, slowing, together
+from shellmb.model.sections.damping import Resisting, StrainDamping, mass_damping, slowing
 from shellmb.model.sections.section import SLACK
+from shellmb.model.sections.strains import Strains
 from shellmb.model.shells.loads import DistributedLoads
 from shellmb.model.user_forms import virtual_work
 from shellmb.scene import Beam, BeamSection, FollowerLineForce, LineForce, LineMoment
@@ -236,69 +235,32 @@ class BeamModel(FrameBody):
         """Forces and moments that balance loads, of strains and what is conjugate to them."""
         return beam_forms.acting(self.line, e, N, M)
 
-    def internal(self, span: Interval, dq: Expr) -> Form:
-        """Internal virtual work, compatibility, and the constraints of the frames."""
-        section, layout = self.section.formulation, self.layout
-        (work,) = interval_work(section, layout, self.strain, span, dq)
-        return work * self.rules.reduced + self.constraint_work(span, dq)
-
-    def within(self, sub: SubInterval, dq: Expr, trial: Expr) -> tuple[Form | None, list[Term]]:
-        """The same, the section's forces as terms."""
-        if sub.rows is None:
-            return self.internal(sub.span, dq), []
-        return self.constraint_work(sub.span, dq), [self._term(sub.rows, [dq], trial)]
-
-    def _term(self, rows: Rows, tests: Sequence[Expr], trial: Expr) -> Term:
-        """Internal forces of some rows."""
-        section, layout, strain = self.section.formulation, self.layout, self.strain
-        return path_terms(
-            section, layout, strain, rows, tests, trial, lambda d: d[0] * self.rules.reduced
-        )
+    @cached_property
+    def elastic(self) -> tuple[Strains]:
+        """Its strains with their section."""
+        section, reduced = self.section.formulation, self.rules.reduced
+        return (Strains(section, self.layout, self.strain, lambda d: d[0] * reduced),)
 
     @cached_property
     def strain(self) -> Measure:
         """Strains (Gamma, K), shape (6,)."""
         return beam_forms.strain_measure(self.line, self._motion)
 
-    def along(self, step: Step, k: int, dq: Expr) -> Form | None:
-        """Constraints of the frames over a step."""
-        return self.frame_row(step.path, k, dq)
-
-    def stressed(self, step: Step) -> list[Term]:
-        """Internal forces over a step."""
-        return [self._term(step.rows, *self.mixed.arguments)]
-
-    def lost(self, step: Step, bow: Expr) -> Form | None:
-        """Elastic energy of the bow of the strains, J."""
-        e, formulation = step.bow_of(self.strain), self.section.formulation
-        return formulation.stored(e, formulation.forces(self.layout, bow)) * self.rules.reduced
-
     def mean_resultants(self, step: Step) -> Expr:
         """The same as means over a step that is quadratic in time."""
-        e = moment_of(self.strain, step.rows.stresses[0].moment, step.states)
-        return self._twice(e, self.section.formulation.forces(self.layout, step.path.end))
-
-    def strain_energy(self, q: Expr) -> Form | None:
-        """Strain energy, J."""
-        density = self.section.formulation.energy(self.strain, self.layout, q)
-        return density * self.rules.reduced
-
-    def jump(self, a: Expr, b: Expr) -> Form | None:
-        """Elastic part of `c^2` in eq. (34), J."""
-        density = self.section.formulation.jump(self.strain, self.layout, a, b)
-        return density * self.rules.reduced
+        return self._twice(*self.elastic[0].mean(step))
 
     def loads(self) -> LoadFactors | None:
         """A set of the beam's loads with time factors of their own."""
         return BeamLoads(self, self._loads) if self._loads else None
 
-    def extra(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
+    def applied(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
         """The user's terms at the mid-point, and what damps in proportion to the mass."""
-        forms = [self.added(mid, rates, dq, time), mass_damping(self, self._slowing, rates, dq)]
-        return together(forms)
+        forms = [self.users(mid, rates, dq, time), mass_damping(self, self._slowing, rates, dq)]
+        return added(forms)
 
-    def added(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
-        """The user's terms; None without any."""
+    def users(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
+        """Terms that the user added; None without any."""
         if not self.beam.terms:
             return None
         u, w = self._motion(mid)

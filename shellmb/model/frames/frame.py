@@ -12,18 +12,15 @@ from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats, Int32s
 from shellmb.forms import frame
-from shellmb.forms.constraints.leap import Leap, leap_row
-from shellmb.forms.constraints.pathconstraints import held_row
+from shellmb.forms.constraints.held import Held
 from shellmb.forms.frame import FrameMass, Vectors
 from shellmb.forms.measure import Measure, measure
 from shellmb.forms.state import Layout
-from shellmb.forms.steps.mixed import Interval
-from shellmb.forms.steps.path import Path
 from shellmb.meshes.spaces import MixedSpace
-from shellmb.model.body import Damped, FixedDofs, Leaping, NodeLink, PartScale
-from shellmb.model.frames.floating import EVERYWHERE, FloatingFrame, leaping
+from shellmb.model.body import Constraint, Damped, FixedDofs, Manifold, NodeLink, PartScale
+from shellmb.model.frames.floating import EVERYWHERE, FloatingFrame
 from shellmb.model.frames.unit import DirectorConstraint, directors_held
-from shellmb.model.sections.damping import together
+from shellmb.model.joints.held import Constraints
 
 
 class FrameBody:
@@ -81,51 +78,19 @@ class FrameBody:
         """Position of the nodes, shape (3,), m."""
         return self.reference + self.layout.part(q, "u")
 
-    def constraint_work(self, span: Interval, dq: Expr) -> Form:
-        """Orthonormality at the end of the sub-interval, its forces along the mid-point gradient.
-
-        Quadratic, so that the forces do no work (eq. 20).
-        """
-        layout, held = self.layout, self.orthonormality
-        change, violation = held.change(span.mid, dq), held.value(span.at)
-        work = ufl.dot(layout.part(span.unknown, "lam"), change)
-        form = self.force * (work + ufl.dot(layout.part(dq, "lam"), violation)) * self.nodes
-        return sum((tie.work(span, dq) for tie in self.ties), form)
-
-    def frame_row(self, path: Path, k: int, dq: Expr) -> Form:
-        """Orthonormality and its rate at the end of a step, eq. (Q4), or twice of it (Q6)."""
-        layout = self.layout
-        row = held_row(self.orthonormality.value, path, k, dq, self.inertialess)
-        own, other = (layout.part(q, "lam") for q in row.multipliers)
-        work = ufl.dot(own, row.own) + ufl.dot(other, row.other)
-        form = self.force * (work + ufl.dot(layout.part(dq, "lam"), row.value)) * self.nodes
-        return sum((tie.row(path, k, dq, self.inertialess) for tie in self.ties), form)
-
-    def velocity_constraint(self, v: Expr, mid: Expr, dv: Expr) -> Form | None:
-        """Velocities `v` do not violate the constraints at `mid`, with the impulses for that."""
-        own = self._orthonormality_kept(v, mid, dv)
-        return together([own, *(tie.velocity(v, mid, dv) for tie in self.ties)])
-
-    def _orthonormality_kept(self, v: Expr, mid: Expr, dv: Expr) -> Form | None:
-        if "lam" not in self.jump_parts:
-            return None
-        layout, held = self.layout, self.orthonormality
-        change, violation = held.change(mid, dv), held.change(mid, v)
-        impulse = ufl.dot(layout.part(v, "lam"), change)
-        return self.force * (impulse + ufl.dot(layout.part(dv, "lam"), violation)) * self.nodes
-
-    def leaping(self, leap: Leap, dq: Expr) -> Leaping:
-        """Velocities at the end of a step with a jump keep frames orthonormal, eq. (N2)."""
-        return leaping(self._orthonormality_leaps(leap, dq), self.ties, leap, dq)
-
-    def _orthonormality_leaps(self, leap: Leap, dq: Expr) -> Leaping:
-        if "lam" not in self.jump_parts:
-            return None
-        row = leap_row(self.orthonormality.value, leap, dq)
-        lam, dlam = (self.layout.part(q, "lam") for q in (leap.jump, dq))
-        impulses = ufl.dot(lam, row.impulse) + ufl.dot(dlam, row.value)
-        pulls = ufl.dot(lam, row.force)
-        return self.force * impulses * self.nodes, self.force * pulls * self.nodes
+    @cached_property
+    def constraints(self) -> tuple[Constraint, ...]:
+        """Frames are orthonormal, eq. (19), and tied to what floats with the body."""
+        own = Constraints(
+            Held(self.orthonormality.value),
+            lambda q: self.layout.part(q, "lam"),
+            self.force,
+            self.nodes,
+            self._frame_error,
+            self.inertialess,
+            "lam" in self.jump_parts,
+        )
+        return own, *(tie.held(self.inertialess) for tie in self.ties)
 
     @cached_property
     def orthonormality(self) -> Measure:
@@ -135,11 +100,6 @@ class FrameBody:
     def inertia(self, rate: Expr, dq: Expr) -> Form | None:
         """Virtual work of the inertia forces for the acceleration `rate`."""
         return self._mass_form(rate, dq)
-
-    def kinetic_energy(self, v: Expr) -> Form | None:
-        """Kinetic energy, J."""
-        form = self._mass_form(v, v)
-        return None if form is None else 0.5 * form
 
     def _mass_form(self, v: Expr, dv: Expr) -> Form | None:
         forms = [
@@ -168,22 +128,15 @@ class FrameBody:
         ]
         return sum(forms[1:], forms[0]) if forms else None
 
-    def tangent(self, b: Expr, mid: Expr) -> Expr:
-        """The jump is an unknown and tangent already."""
-        return b
-
-    def tangent_values(self, b: Floats, mid: Floats) -> Floats:
-        """The jump is an unknown and tangent already."""
-        return b
+    @property
+    def manifold(self) -> Manifold:
+        """Orthonormal triples; their jump is unknown and tangent already."""
+        return Manifold(self._rest if self.held.unit else None, self.inertialess)
 
     @property
     def held(self) -> DirectorConstraint:
         """The constraints of the directors as numbers."""
         return directors_held(frame.orthonormality, 3)
-
-    def reference_directors(self) -> Floats | None:
-        """Reference directors of the local nodes of "w", one after the other, shape (n, 9)."""
-        return self._rest if self.held.unit else None
 
     @property
     def _rest(self) -> Floats:
@@ -193,7 +146,7 @@ class FrameBody:
         """Directors of a state's local array as rows, node after node of "w", shape (n, 3, 3)."""
         return np.asarray((self._rest + q[self.mixed.dofs["w"]].reshape(-1, 9)).reshape(-1, 3, 3))
 
-    def constraint_error(self, q: fem.Function) -> float:
+    def _frame_error(self, q: fem.Function) -> float:
         """Largest deviation of a frame from orthonormality on this rank."""
         if self.held.unit:
             d = self.frames_at(q.x.array)
@@ -201,5 +154,4 @@ class FrameBody:
         else:
             w = q.x.array[self.mixed.dofs["w"]].reshape(-1, 9)
             found = self.held.values(w, self._rest)
-        largest = float(np.abs(found).max(initial=0.0))
-        return max([largest, *(tie.error(q.x.array) for tie in self.ties)])
+        return float(np.abs(found).max(initial=0.0))

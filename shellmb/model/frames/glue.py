@@ -15,16 +15,14 @@ from mpi4py import MPI
 
 import numpy as np
 import ufl
-from ufl import Form
 from ufl.core.expr import Expr
 
 from shellmb.arrays import Bools, Floats, Int32s, Ints
 from shellmb.forms.constraints.joints import KINDS, Place
-from shellmb.forms.constraints.leap import Leap
 from shellmb.forms.state import Layout
 from shellmb.meshes.nodes import constant_vector, node_mesh, node_space
 from shellmb.meshes.shell_lines import ShellLine, shell_line
-from shellmb.model.body import FixedDofs, Leaping, NodeLink
+from shellmb.model.body import FixedDofs, NodeLink
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.identification import node_links
 from shellmb.model.joints.constraints import ConstraintGroup
@@ -203,7 +201,6 @@ class ShellRevolutes(ConstraintGroup):
             rows = joint.constraints(Place(nowhere, (d1, d2)), Place(nowhere, (E3,)), nowhere)
             return ufl.as_vector(rows[ALIGNED])
 
-        self._turns = turns
         labels = [
             f"glue of '{g.beam.name}' and '{g.shell.name}' at "
             f"({', '.join(f'{c:g}' for c in g.line.x[n])})"
@@ -212,17 +209,9 @@ class ShellRevolutes(ConstraintGroup):
         ]
         super().__init__(name, mesh, mixed, tuple(links), violation, force)
         self.labels = labels
-        self.inertialess = not turns
+        self.inertialess, self.moving = not turns, turns
         if not turns:
             self.jump_parts = frozenset()
-
-    def velocity_constraint(self, v: Expr, mid: Expr, dv: Expr) -> Form | None:  # type: ignore[override]
-        """As of all; directors without inertia follow, and constrain nothing."""
-        return super().velocity_constraint(v, mid, dv) if self._turns else None
-
-    def leaping(self, leap: Leap, dq: Expr) -> Leaping:
-        """As of all."""
-        return super().leaping(leap, dq) if self._turns else None
 
 
 def glue_beams(

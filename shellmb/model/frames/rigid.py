@@ -15,17 +15,14 @@ from shellmb.arrays import Floats, Ints
 from shellmb.forms import frame
 from shellmb.forms.frame import PAIRS, FrameMass
 from shellmb.forms.loads import dead_force
-from shellmb.forms.steps.mixed import Interval
-from shellmb.forms.steps.path import Step
 from shellmb.meshes.nodes import NodeMesh, constant_vector, node_mesh, node_space
 from shellmb.model.body import (
     Dofs,
+    Elastic,
     FixedDofs,
     LoadFactors,
     PartScale,
     Rates,
-    SubInterval,
-    Term,
     TimeFunction,
 )
 from shellmb.model.frames.frame import FrameBody
@@ -160,39 +157,16 @@ class RigidBodies(FrameBody):
             for k, b in enumerate(self.bodies)
         }
 
-    def internal(self, span: Interval, dq: Expr) -> Form:
-        """Nothing but the constraints: the frames stay orthonormal."""
-        return self.constraint_work(span, dq)
-
-    def along(self, step: Step, k: int, dq: Expr) -> Form | None:
-        """Nothing but the constraints."""
-        return self.frame_row(step.path, k, dq)
-
-    def stressed(self, step: Step) -> list[Term]:
-        """No strains."""
-        return []
-
-    def lost(self, step: Step, bow: Expr) -> Form | None:
-        """No strains."""
-        return None
-
-    def within(self, sub: SubInterval, dq: Expr, trial: Expr) -> tuple[Form | None, list[Term]]:
-        """Nothing that has terms."""
-        return self.constraint_work(sub.span, dq), []
-
-    def strain_energy(self, q: Expr) -> Form | None:
-        """No strain energy."""
-        return None
-
-    def jump(self, a: Expr, b: Expr) -> Form | None:
-        """No elastic jump."""
-        return None
+    @property
+    def elastic(self) -> tuple[Elastic, ...]:
+        """Nothing."""
+        return ()
 
     def loads(self) -> LoadFactors | None:
         """The weight of the bodies."""
         return _Weight(self) if self._gravity else None
 
-    def extra(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
+    def applied(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
         """What damps in proportion to the mass: bodies in modes have such."""
         if self._slowing is None or rates is None:
             return None

@@ -6,19 +6,15 @@ from functools import cached_property
 import numpy as np
 import ufl
 from dolfinx import fem
-from ufl import Form
 from ufl.core.expr import Expr
 
 from shellmb.arrays import Bools, Floats
-from shellmb.forms.constraints.leap import Leap, LeapRow, leap_row
-from shellmb.forms.constraints.pathconstraints import ConstraintRow, held_row
+from shellmb.forms.constraints.held import Held, Law
 from shellmb.forms.state import Layout
-from shellmb.forms.steps.discrete import variation
-from shellmb.forms.steps.mixed import Interval
-from shellmb.forms.steps.path import Step
 from shellmb.meshes.nodes import NodeMesh, constant_vector, set_constants
 from shellmb.meshes.spaces import MixedSpace
-from shellmb.model.body import Dofs, FixedDofs, Leaping, NodeLink, PartScale
+from shellmb.model.body import Constraint, Dofs, FixedDofs, NodeLink, PartScale
+from shellmb.model.joints.held import Constraints
 from shellmb.model.massless import Massless
 from shellmb.native.expressions import compiled_expression
 
@@ -51,6 +47,9 @@ class ConstraintGroup(Massless):
     """
 
     quadratic = True
+    # whether what it holds has no inertia, and whether velocities obey
+    inertialess = False
+    moving = True
     # constraints that hold directions, and no positions
     directions: Sequence[int] = ()
 
@@ -73,7 +72,7 @@ class ConstraintGroup(Massless):
         self.count = mixed.parts["mu"][1]
         self.sizes = np.broadcast_to(np.asarray(sizes, dtype=float), (self.count,))
         same = np.ndim(force) == 0 or len(set(np.ravel(force))) == 1
-        self._force = fem.Constant(nodes.mesh, float(np.ravel(force)[0]) if same else force)
+        self.force = fem.Constant(nodes.mesh, float(np.ravel(force)[0]) if same else force)
         self.labels = [name] * self.items
         self.allowed = np.ones((self.items, self.count), dtype=bool)
         self._switched = np.ones((self.items, self.count), dtype=bool)
@@ -104,74 +103,26 @@ class ConstraintGroup(Massless):
         zeros = np.zeros(len(rows))
         self.fixed.append(FixedDofs(rows[:, component], lambda t: zeros, False))
 
-    def _force_of(self, k: int) -> Expr:
-        """Size of the force of a constraint's multiplier."""
-        return self._force[k] if self._force.ufl_shape else self._force
+    @property
+    def law(self) -> Law:
+        """What must vanish, and its rows in a step."""
+        return Held(self.violation)
 
-    def _part(self, q: Expr, name: str) -> list[Expr]:
-        value = self.layout.part(q, name)
-        return [value] if self.count == 1 else [value[k] for k in range(self.count)]
-
-    def _sum(
-        self,
-        multiplier: Expr,
-        rows: Expr,
-        test: Expr,
-        work: Expr,
-        other: tuple[Expr, Expr] | None = None,
-    ) -> Form:
-        """`mu . work + dmu . rows`, each with its switch; `other` multipliers act, too.
-
-        Args:
-            multiplier: State that holds the multipliers.
-            rows: The constraints.
-            test: Direction.
-            work: What the multipliers act on.
-            other: State that holds other multipliers, and what these act on.
-        """
-        mu, dmu = self._part(multiplier, "mu"), self._part(test, "mu")
-        total = 0.0 * mu[0]
-        for k in range(self.count):
-            acting = mu[k] * work[k] + dmu[k] * rows[k]
-            if other is not None:
-                acting = acting + self._part(other[0], "mu")[k] * other[1][k]
-            if self.on is not None:
-                on = self.on if self.count == 1 else self.on[k]
-                acting = on * acting + (1 - on) * dmu[k] * mu[k]
-            total = total + self._force_of(k) * acting
-        return total * ufl.dx
-
-    def internal(self, span: Interval, dq: Expr) -> Form:
-        """Constraints at the end of the sub-interval, forces along the mid-point gradient."""
-        work = variation(self.violation, span.mid, dq)
-        return self._sum(span.unknown, self.violation(span.at), dq, work)
-
-    def along(self, step: Step, k: int, dq: Expr) -> Form | None:
-        """Constraints over a step, with two multipliers each, eqs. (Q4) and (Q6)."""
-        row = held_row(self.violation, step.path, k, dq, self.inertialess)
-        return self._row(row, dq)
-
-    def _row(self, row: ConstraintRow, dq: Expr) -> Form:
-        own, other = row.multipliers
-        return self._sum(own, row.value, dq, row.own, (other, row.other))
-
-    def velocity_constraint(self, v: Expr, mid: Expr, dv: Expr) -> Form:
-        """Velocities do not violate the constraints, with the impulses for that."""
-        work = variation(self.violation, mid, dv)
-        return self._sum(v, variation(self.violation, mid, v), dv, work)
-
-    def leaping(self, leap: Leap, dq: Expr) -> Leaping:
-        """Velocities at the end of a step with a jump do not violate the constraints, (N2)."""
-        return self._leaping(leap_row(self.violation, leap, dq), leap, dq)
-
-    def _leaping(self, row: LeapRow, leap: Leap, dq: Expr) -> Leaping:
-        mu = self._part(leap.jump, "mu")
-        force = 0 * mu[0]
-        for k in range(self.count):
-            force = force + self._force_of(k) * mu[k] * row.force[k]
-        impulses = self._sum(leap.jump, row.value, dq, row.impulse)
-        # of linear constraints there is none: zero, on the mesh
-        return impulses, force * ufl.dx(self.nodes.mesh)
+    @property
+    def constraints(self) -> tuple[Constraint, ...]:
+        """The group's own."""
+        return (
+            Constraints(
+                self.law,
+                lambda q: self.layout.part(q, "mu"),
+                self.force,
+                ufl.dx(self.nodes.mesh),
+                self.error,
+                self.inertialess,
+                self.moving,
+                self.on,
+            ),
+        )
 
     def looked_at(self, state: Expr) -> Expr:
         """What is evaluated at a state, and whose derivatives at the reference are looked at."""
@@ -267,6 +218,6 @@ class ConstraintGroup(Massless):
         """Largest violations of the local items over local states, shape (states, local dofs)."""
         return np.asarray(np.max([np.abs(self._evaluate(s)) for s in states], axis=0))
 
-    def constraint_error(self, q: fem.Function) -> float:
+    def error(self, q: fem.Function) -> float:
         """Largest violation on this rank, relative to its size."""
         return float(np.max(self.apart(q), initial=0.0))

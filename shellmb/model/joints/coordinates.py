@@ -20,10 +20,10 @@ from shellmb.forms.constraints.joints import Place
 from shellmb.forms.constraints.leap import Leap
 from shellmb.forms.steps.discrete import variation
 from shellmb.forms.steps.mixed import Interval
-from shellmb.forms.steps.path import Step
+from shellmb.forms.steps.path import Path
 from shellmb.meshes.nodes import NodeMesh, constant_vector, node_mesh, node_space
 from shellmb.meshes.spaces import MixedSpace
-from shellmb.model.body import Dofs, Leaping, NodeLink, PartScale
+from shellmb.model.body import Constraint, Dofs, Leaping, NodeLink, PartScale
 from shellmb.model.identification import node_links
 from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.joints.joints import BoundJoint
@@ -123,7 +123,7 @@ class CoordinateGroup(ConstraintGroup):
         mixed = node_space(nodes, parts)
         self._start = constant_vector(nodes, np.array([[i.start] for i in items]), "start")
         # of each at the start of a step, where forms are those of a single state
-        self._before = constant_vector(nodes, np.zeros((len(items), 1)), "before")
+        self.before = constant_vector(nodes, np.zeros((len(items), 1)), "before")
         turns = self.kind == "rotation"
         size = 1.0 if turns else length
         super().__init__(
@@ -131,7 +131,7 @@ class CoordinateGroup(ConstraintGroup):
             nodes,
             mixed,
             tuple(link for end in self.ends for link in end.links(mixed)),
-            self._gap,
+            self.gap,
             # the work of a multiplier of size one is the same for all kinds
             force * length if turns else force,
             size,
@@ -148,7 +148,7 @@ class CoordinateGroup(ConstraintGroup):
         first, second = (end.place(q, self.layout) for end in self.ends)
         return first, second
 
-    def _gap(self, q: Expr, before: Expr | None = None) -> Expr:
+    def gap(self, q: Expr, before: Expr | None = None) -> Expr:
         """Difference of the coordinate and that of the places, as a scalar in a list.
 
         Args:
@@ -166,7 +166,8 @@ class CoordinateGroup(ConstraintGroup):
             gap = forms.distance_gap(first, second, self._start + x, self._start)
         return as_row(gap)
 
-    def _angle(self, q: Expr) -> Expr:
+    def angle(self, q: Expr) -> Expr:
+        """Cosine and sine of the angles of a state, shape (2,)."""
         return forms.cosine_sine(*self._places(q))
 
     def drop(self, item: int, component: int) -> None:
@@ -174,56 +175,16 @@ class CoordinateGroup(ConstraintGroup):
         here = self.mixed.dofs["x"][self.nodes.item == item]
         self.fixed = [f for f in self.fixed if not np.isin(f.dofs, here).any()]
 
-    def internal(self, span: Interval, dq: Expr) -> Form:
-        """The equation at the end of the sub-interval, its force along a discrete gradient."""
-        if self.kind != "rotation":
-            return super().internal(span, dq)
-        change, torque = variation(self._angle, span.mid, dq), self._torque(span.unknown)
-        before: Expr = self._before
-        if span.a is span.b:
-            work = forms.turning(self._angle(span.mid), change, torque)
-        else:
-            ends = self._angle(span.a), self._angle(span.b)
-            work = forms.increment_gradient(*ends, change, torque)
-            before = self.layout.part(span.a, "x")
-        return self._turned(torque, work, self._gap(span.at, before), dq)
+    @property
+    def constraints(self) -> tuple[Constraint, ...]:
+        """The equations of the coordinates."""
+        return super().constraints if self.kind != "rotation" else (AngleEquations(self),)
 
-    def _torque(self, q: Expr) -> Expr:
-        return self._force * self.layout.part(q, "mu")
-
-    def _turned(self, torque: Expr, work: Expr, gap: Expr, dq: Expr) -> Form:
-        """Work of a torque on the coordinate less that on the angle, with what must vanish."""
-        return (torque * self.layout.part(dq, "x") - work + self._torque(dq) * gap[0]) * ufl.dx
-
-    def along(self, step: Step, k: int, dq: Expr) -> Form | None:
-        """The equation and its rate at the end of a step, two forces without work for both."""
-        if self.kind != "rotation":
-            return super().along(step, k, dq)
-        path = step.path
-        torques = self._torque(path.end), self._torque(path.rate)
-        gap = self._gap(path.end, self.layout.part(path.start, "x"))
-        if k == 1:
-            rate = self.layout.part(path.rate, "x")
-            gap = as_row(rate - turning_rate(self._angle, path))
-        return self._turned(torques[k], turned(self._angle, path, k, dq, torques), gap, dq)
-
-    def velocity_constraint(self, v: Expr, mid: Expr, dv: Expr) -> Form:
-        """The rate of the coordinate is that of the places, with the impulse for that."""
-        if self.kind != "rotation":
-            return super().velocity_constraint(v, mid, dv)
-        gap, impulse = self._rate_gap(mid, v), self._torque(v)
-        work = forms.turning(self._angle(mid), variation(self._angle, mid, dv), impulse)
-        return self._turned(impulse, work, gap, dv)
-
-    def leaping(self, leap: Leap, dq: Expr) -> Leaping:
-        """Angles hold the jump: they are not quadratic."""
-        return None if self.kind == "rotation" else super().leaping(leap, dq)
-
-    def _rate_gap(self, q: Expr, v: Expr) -> Expr:
+    def rate_gap(self, q: Expr, v: Expr) -> Expr:
         """Derivative of the equation at the state `q` along the velocity `v`."""
         if self.kind != "rotation":
-            return variation(self._gap, q, v)
-        rate = forms.turning(self._angle(q), variation(self._angle, q, v))
+            return variation(self.gap, q, v)
+        rate = forms.turning(self.angle(q), variation(self.angle, q, v))
         return as_row(self.layout.part(v, "x") - rate)
 
     @cached_property
@@ -231,7 +192,7 @@ class CoordinateGroup(ConstraintGroup):
         """A state, velocities, the correction of those of "x" and a function for its values."""
         q, v = fem.Function(self.mixed.space), fem.Function(self.mixed.space)
         values = constant_vector(self.nodes, np.zeros((len(self.coordinates), 1)), "correction")
-        excess = self._rate_gap(q, v)[0]
+        excess = self.rate_gap(q, v)[0]
         if self.kind == "distance":
             # the equation is that of the squares
             excess = excess * self._start / (self._start + self.layout.part(q, "x"))
@@ -244,8 +205,8 @@ class CoordinateGroup(ConstraintGroup):
         Args:
             q: State.
         """
-        rows = self._before.function_space.dofmap.list[:, 0]
-        self._before.x.array[rows] = q.x.array[self.mixed.dofs["x"]]
+        rows = self.before.function_space.dofmap.list[:, 0]
+        self.before.x.array[rows] = q.x.array[self.mixed.dofs["x"]]
 
     def refresh(self, q: fem.Function, v: fem.Function) -> None:
         """Give the coordinates the rates that their places have.
@@ -262,6 +223,60 @@ class CoordinateGroup(ConstraintGroup):
         state.x.array[:], velocity.x.array[:] = q.x.array, v.x.array
         values.interpolate(expression)
         v.x.array[self.mixed.dofs["x"]] -= values.x.array[values.function_space.dofmap.list[:, 0]]
+
+
+class AngleEquations:
+    """Equations of angles, which are not quadratic in the state.
+
+    Args:
+        group: The group.
+    """
+
+    def __init__(self, group: CoordinateGroup) -> None:
+        self._of, self.error = group, group.error
+
+    def _torque(self, q: Expr) -> Expr:
+        return self._of.force * self._of.layout.part(q, "mu")
+
+    def _x(self, q: Expr) -> Expr:
+        return self._of.layout.part(q, "x")
+
+    def _form(self, torque: Expr, work: Expr, gap: Expr, dq: Expr) -> Form:
+        """Work of a torque on the coordinate less that on the angle, with what must vanish."""
+        return (torque * self._x(dq) - work + self._torque(dq) * gap[0]) * ufl.dx
+
+    def interval(self, span: Interval, dq: Expr) -> Form:
+        """The equation at the end of the sub-interval, its force along a discrete gradient."""
+        of = self._of
+        change, torque = variation(of.angle, span.mid, dq), self._torque(span.unknown)
+        before: Expr = of.before
+        if span.a is span.b:
+            work = forms.turning(of.angle(span.mid), change, torque)
+        else:
+            ends = of.angle(span.a), of.angle(span.b)
+            work = forms.increment_gradient(*ends, change, torque)
+            before = self._x(span.a)
+        return self._form(torque, work, of.gap(span.at, before), dq)
+
+    def path(self, path: Path, k: int, dq: Expr) -> Form:
+        """The equation and its rate at the end of a step, two forces without work for both."""
+        of, torques = self._of, (self._torque(path.end), self._torque(path.rate))
+        if k == 0:
+            gap = of.gap(path.end, self._x(path.start))
+        else:
+            gap = as_row(self._x(path.rate) - turning_rate(of.angle, path))
+        return self._form(torques[k], turned(of.angle, path, k, dq, torques), gap, dq)
+
+    def velocity(self, v: Expr, mid: Expr, dv: Expr) -> Form:
+        """The rate of the coordinate is that of the places, with the impulse for that."""
+        of = self._of
+        gap, impulse = of.rate_gap(mid, v), self._torque(v)
+        work = forms.turning(of.angle(mid), variation(of.angle, mid, dv), impulse)
+        return self._form(impulse, work, gap, dv)
+
+    def jump(self, leap: Leap, dq: Expr) -> Leaping:
+        """None: angles hold the jump, as they are not quadratic."""
+        return None
 
 
 def as_row(value: Expr) -> Expr:

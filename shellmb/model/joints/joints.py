@@ -278,11 +278,6 @@ class PointMasses(Massless):
             return None
         return self.mass * ufl.dot(self.velocity(rate), self.velocity(dq)) * ufl.dx
 
-    def kinetic_energy(self, v: Expr) -> Form | None:
-        """Kinetic energy, J."""
-        form = self.inertia(v, v)
-        return None if form is None else 0.5 * form
-
     def momentum(self, v: Expr, axis: Expr) -> Form | None:
         """Component of the linear momentum along `axis`, kg m/s."""
         return self.mass * ufl.dot(self.velocity(v), axis) * ufl.dx if self._dynamic else None

@@ -100,4 +100,4 @@ class HeldCoordinates(ConstraintGroup):
     def forces(self, q: fem.Function) -> Floats:
         """Forces [N] or moments [N m] that hold the coordinates, shape (items,); collective."""
         mu = gathered(self.nodes, q.x.array[self.mixed.dofs["mu"]])
-        return -float(self._force.value) * mu
+        return -float(self.force.value) * mu

@@ -9,18 +9,14 @@ from mpi4py import MPI
 import numpy as np
 import ufl
 from dolfinx import fem
-from ufl import Form
 from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats
-from shellmb.forms.constraints.leap import Leap, LeapRow, leap_row, slip_row
-from shellmb.forms.constraints.nonholonomic import CONTACTS, Own, interval_row, path_row
-from shellmb.forms.constraints.pathconstraints import ConstraintRow, constraint_row
-from shellmb.forms.steps.discrete import variation
-from shellmb.forms.steps.mixed import Interval
-from shellmb.forms.steps.path import Step
+from shellmb.forms.constraints import held
+from shellmb.forms.constraints.held import Held, Law, both
+from shellmb.forms.constraints.nonholonomic import CONTACTS, Own
 from shellmb.meshes.nodes import constant_vector
-from shellmb.model.body import Leaping, PartScale
+from shellmb.model.body import PartScale
 from shellmb.model.joints.joints import BoundJoint, JointGroup
 from shellmb.model.locations.ends import End, frame_about
 from shellmb.scene.multibody.rolling import Contact, KnifeEdge, Rolling
@@ -161,40 +157,14 @@ class ContactGroup(JointGroup):
         d = {p: self.layout.part(change, p) for p in self._start}
         return ufl.as_vector(self._made.slip(self._coordinates(q), d, self.size))
 
-    def internal(self, span: Interval, dq: Expr) -> Form:
-        """Constraints at the end of the sub-interval and of its motion, with their forces.
-
-        At a single state, in equilibrium, nothing slips from the reference configuration.
-        """
-        held = variation(self._violation, span.mid, dq)
-        if span.a is span.b:
-            span = span._replace(a=self._reference, mid=self._reference)
-        work, slips = interval_row(self.slip, span, dq)
-        rows = _both(self._violation(span.at), slips)
-        return self._sum(span.unknown, rows, dq, _both(held, work))
-
-    def along(self, step: Step, k: int, dq: Expr) -> Form | None:
-        """Constraints at the end of a step and of its motion, with two multipliers each."""
-        held = constraint_row(self._violation, step.path, k, dq)
-        moving = path_row(self.slip, step.path, k, dq)
-        own, other, value = (_both(a, b) for a, b in zip(held[:3], moving[:3], strict=True))
-        return self._row(ConstraintRow(own, other, value, held.multipliers), dq)
-
-    def velocity_constraint(self, v: Expr, mid: Expr, dv: Expr) -> Form:
-        """Velocities violate neither, with the impulses for that."""
-        work = _both(variation(self._violation, mid, dv), self.slip(mid, dv))
-        rows = _both(variation(self._violation, mid, v), self.slip(mid, v))
-        return self._sum(v, rows, dv, work)
-
-    def leaping(self, leap: Leap, dq: Expr) -> Leaping:
-        """Velocities at the end of a step with a jump violate neither."""
-        held, moving = leap_row(self._violation, leap, dq), slip_row(self.slip, leap, dq)
-        row = LeapRow(*(_both(a, b) for a, b in zip(held, moving, strict=True)))
-        return self._leaping(row, leap, dq)
+    @property
+    def law(self) -> Law:
+        """Constraints on positions, and on velocities behind them."""
+        return held.Rolling(Held(self._violation), self.slip, self._reference)
 
     def looked_at(self, state: Expr) -> Expr:
         """Slips as of a small motion from the reference configuration."""
-        return _both(self._violation(state), self.slip(self._reference, state))
+        return both(self._violation(state), self.slip(self._reference, state))
 
     def all_violations(self, q: fem.Function) -> Floats:
         """Values of the constraints on positions; zero for those on velocities."""
@@ -225,7 +195,7 @@ class ContactGroup(JointGroup):
         normal = contact.axes[0][2] @ (np.eye(3) + contact.ends[0].directors.T @ turned)
         mu = q[self.mixed.dofs["mu"].reshape(-1, self.count)[row]]
         # the first three constraints are the gap at the point of contact
-        return -float(self._force.value) * float(mu[:3] @ normal)
+        return -float(self.force.value) * float(mu[:3] @ normal)
 
     def coordinate(self, part: str, row: int, q: Floats) -> Floats:
         """Contact coordinates of a local cell at a state, shape (n,)."""
@@ -234,10 +204,6 @@ class ContactGroup(JointGroup):
         cell = start.function_space.dofmap.list[row, 0]
         at = self.mixed.dofs[part].reshape(-1, n)[row]
         return np.asarray(start.x.array.reshape(-1, n)[cell] + q[at])
-
-
-def _both(a: Expr, b: Expr) -> Expr:
-    return ufl.as_vector([*(a[k] for k in range(len(a))), *(b[k] for k in range(len(b)))])
 
 
 def contact_groups(

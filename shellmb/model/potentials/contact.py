@@ -101,7 +101,7 @@ class ContactGroup(PotentialGroup):
         r = self._away(self.place(q).x)
         return self._sign * r / ufl.sqrt(ufl.dot(r, r) + (CORE * self._big) ** 2 * CORE)
 
-    def extra(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
+    def applied(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
         """Work of damping and friction, with the motion and the middle of the whole step."""
         law = self._law
         if rates is None or (law.damping is None and law.friction is None):

@@ -1,6 +1,9 @@
-"""What an energy of measures of the state has in each row of a step."""
+"""An energy of measures of the state: what it has in each row of a step."""
 
 from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import ufl
 from ufl import Form
@@ -12,34 +15,42 @@ from shellmb.forms.steps import potentials as forms
 from shellmb.forms.steps.discrete import gradient, variation
 from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.path import Step, slope_at
+from shellmb.model.body import SubInterval, Term
 
 # a penetration and a rate beyond all others, for the pattern of matrices
 FAR = 1e3
 
 
-class ExactEnergy:
+class WithoutTerms:
+    """What an energy without kernels of its own has of `body.Elastic`."""
+
+    def interval_term(self, sub: SubInterval, dq: Expr, trial: Expr) -> Term | None:
+        """None."""
+        return None
+
+    def path_term(self, step: Step, tests: Sequence[Expr], trial: Expr) -> Term | None:
+        """None."""
+        return None
+
+
+@dataclass(frozen=True)
+class ExactEnergy(WithoutTerms):
     """An energy whose forces are exact over a step (`forms.steps.potentials`).
 
-    Attributes:
+    Args:
+        measure: Measures of order one of a state that the energy is a function of, at most
+            quadratic, shape (n,).
+        potential: Energy for a weight of one as a function of these.
         weight: Weight of each point.
         dx: Measure whose points these are.
-        always: A Constant that is zero, and not zero where the pattern of matrices is looked for:
-            what acts at times only must not be missing there.
     """
 
+    measure: Callable[[Expr], Expr]
+    potential: Callable[[Expr], Expr]
     weight: Expr
     dx: ufl.Measure
-    always: Expr
 
-    def measure(self, q: Expr) -> Expr:
-        """Measures of order one that the energy is a function of, shape (n,); quadratic at most."""
-        raise NotImplementedError
-
-    def potential(self, e: Expr) -> Expr:
-        """Energy for a weight of one."""
-        raise NotImplementedError
-
-    def internal(self, span: Interval, dq: Expr) -> Form:
+    def interval(self, span: Interval, dq: Expr) -> Form:
         """Virtual work over a sub-interval."""
         a, b = self.measure(span.a), self.measure(span.b)
         if span.a is span.b:
@@ -54,7 +65,7 @@ class ExactEnergy:
         start = self.measure(path.start)
         return measured, Stretch(start, self.measure(path.end) - start, step.bow_of(measured))
 
-    def along(self, step: Step, k: int, dq: Expr) -> Form | None:
+    def row(self, step: Step, k: int, dq: Expr) -> Form | None:
         """Virtual work over a step, with stresses linear in time, eq. (Q2)."""
         (measured, e), p = self._over(step), step.path
         stresses = forms.path_stresses(self.potential, e, p.alpha)
@@ -65,16 +76,16 @@ class ExactEnergy:
         )
         return self.weight * work * self.dx
 
-    def lost(self, step: Step, bow: Expr) -> Form | None:
+    def bow(self, step: Step, held: Expr) -> Form | None:
         """Energy of the bow of the measures, J."""
         _, e = self._over(step)
         return self.weight * forms.path_loss(self.potential, e) * self.dx
 
-    def strain_energy(self, q: Expr) -> Form:
+    def energy(self, q: Expr) -> Form:
         """The energy, J."""
         return self.weight * self.potential(self.measure(q)) * self.dx
 
-    def jump(self, a: Expr, b: Expr) -> Form | None:
+    def jump(self, a: Expr, b: Expr) -> Form:
         """Elastic part of eq. (34), J."""
         found = forms.interval_jump(self.potential, self.measure(a), self.measure(b))
         return self.weight * found * self.dx

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Any
 
 from mpi4py import MPI
@@ -9,7 +10,6 @@ from mpi4py import MPI
 import numpy as np
 import ufl
 from dolfinx import fem
-from ufl import Form
 from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats
@@ -17,13 +17,13 @@ from shellmb.forms.constraints.joints import Place
 from shellmb.forms.state import Layout
 from shellmb.forms.steps.discrete import variation
 from shellmb.meshes.nodes import constant_vector, node_mesh, node_space
-from shellmb.model.body import Rates
+from shellmb.model.body import Elastic
 from shellmb.model.massless import Massless
 from shellmb.model.potentials.exact import ExactEnergy
 from shellmb.model.potentials.points import Points
 
 
-class PotentialGroup(ExactEnergy, Massless):
+class PotentialGroup(Massless):
     """What has an energy at points of a body; potentials and contacts derive from it.
 
     Points are nodes: their places are unknowns of the body itself, so that one form at single
@@ -50,6 +50,8 @@ class PotentialGroup(ExactEnergy, Massless):
         self.layout = Layout(mixed.parts)
         self.weight = self.data(points.weights[:, None], "weight")
         self.dx = ufl.dx(self.nodes.mesh)
+        # not zero where the pattern of matrices is looked for: what acts at times only must not be
+        # missing there
         self.always = self.constant(0.0)
 
     @property
@@ -82,9 +84,18 @@ class PotentialGroup(ExactEnergy, Massless):
             tuple(variation(lambda q, k=k: self.place(q).e[k], at, v) for k in range(count)),  # type: ignore[misc]
         )
 
-    def extra(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
-        """Nothing that dissipates."""
-        return None
+    def measure(self, q: Expr) -> Expr:
+        """Measures of order one that the energy is a function of, shape (n,); quadratic at most."""
+        raise NotImplementedError
+
+    def potential(self, e: Expr) -> Expr:
+        """Energy for a weight of one."""
+        raise NotImplementedError
+
+    @cached_property
+    def elastic(self) -> tuple[Elastic, ...]:
+        """The energy."""
+        return (ExactEnergy(self.measure, self.potential, self.weight, self.dx),)
 
     def positions(self, q: Floats) -> Floats:
         """Positions of the local points (owned and ghost) at a state's array, shape (n, 3), m."""

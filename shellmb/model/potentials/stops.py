@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from ufl.core.expr import Expr
 
 from shellmb.forms import contact as forms
 from shellmb.meshes.nodes import NodeMesh, constant_vector
-from shellmb.model.body import Rates
+from shellmb.model.body import Elastic, Rates
 from shellmb.model.potentials.exact import FAR, ExactEnergy
 from shellmb.scene.multibody.elements import JointStop
 
@@ -21,7 +22,7 @@ from shellmb.scene.multibody.elements import JointStop
 NEVER = 1e30
 
 
-class StopForces(ExactEnergy):
+class StopForces:
     """Forces of stops; what a group of them has at the nodes of coordinates.
 
     Attributes:
@@ -51,6 +52,11 @@ class StopForces(ExactEnergy):
         self.weight = constant_vector(nodes, np.ones((len(stops), 1)), "weight")
         self.dx, self.always = ufl.dx(nodes.mesh), fem.Constant(nodes.mesh, 0.0)
 
+    @cached_property
+    def elastic(self) -> tuple[Elastic, ...]:
+        """Energy of what is beyond the limits."""
+        return (ExactEnergy(self.measure, self.potential, self.weight, self.dx),)
+
     def measure(self, q: Expr) -> Expr:
         """The coordinate over its size."""
         return ufl.as_vector([self.x(q) / self.size])
@@ -66,7 +72,7 @@ class StopForces(ExactEnergy):
     def _beyond(self, x: Expr, limit: Expr, sign: int) -> Expr:
         return sign * (x - limit) + FAR * self.always
 
-    def extra(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
+    def applied(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
         """Work of the damping, with the rate and the middle of the whole step."""
         if rates is None or not self.damped:
             return None

@@ -176,13 +176,9 @@ class InertiaPoints(OnArms):
         work += sum(ufl.dot(a, b) for a, b in zip(g, self._directors(dq), strict=True))
         return work * ufl.dx(self.nodes.mesh)
 
-    def extra(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
+    def applied(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
         """What damps in proportion to the mass."""
         return mass_damping(self, self._slowing, rates, dq)
-
-    def kinetic_energy(self, v: Expr) -> Form:
-        """Kinetic energy, J."""
-        return 0.5 * self.inertia(v, v)
 
     def momentum(self, v: Expr, axis: Expr) -> Form | None:
         """None: the modes have none."""

@@ -98,11 +98,11 @@ class ModalTerms(Massless):
             found[first : first + 3] = [change[i] for i in range(3)]
         return ufl.as_vector(found)
 
-    def extra(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
+    def applied(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
         """The terms at the mid-point."""
 
         def moved(v: Expr) -> Expr:
             return variation(self._state, mid, v)
 
         now = None if rates is None else Rates(moved(rates.now), moved(rates.chord))
-        return self._of.added(self._state(mid), now, moved(dq), time)
+        return self._of.users(self._state(mid), now, moved(dq), time)

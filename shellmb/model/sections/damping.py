@@ -76,12 +76,6 @@ def slowing(section: Section | BeamSection, mesh: Any) -> fem.Constant | None:
     return fem.Constant(mesh, rate) if rate else None
 
 
-def together(forms: Sequence[Form | None]) -> Form | None:
-    """Sum of those that there are; None without any."""
-    found = [form for form in forms if form is not None]
-    return sum(found[1:], found[0]) if found else None
-
-
 class Inert(Protocol):
     """A body with mass."""
 

@@ -209,7 +209,3 @@ class BoundShell:
     def held(self) -> DirectorConstraint:
         """The constraint of the director as numbers."""
         return directors_held(shell_forms.director_constraint, 1)
-
-    def reference_directors(self) -> Floats | None:
-        """Reference directors of the local nodes, shape (n, 3)."""
-        return self.node_directors()[:, 0] if self.held.unit else None

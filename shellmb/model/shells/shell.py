@@ -11,25 +11,19 @@ from ufl import Form
 from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats
-from shellmb.forms import hourglass
 from shellmb.forms import shell as shell_forms
-from shellmb.forms.constraints.leap import Leap
+from shellmb.forms.constraints.held import Held
 from shellmb.forms.shell import Mass, ShellStrains
 from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.path import Step
 from shellmb.forms.terms import Point
-from shellmb.model.body import (
-    Leaping,
-    LoadFactors,
-    Rates,
-    SubInterval,
-    Term,
-)
-from shellmb.model.frames.floating import leaping
-from shellmb.model.sections.damping import StrainDamping, mass_damping, slowing, together
+from shellmb.model.body import Constraint, LoadFactors, Manifold, Rates, added
+from shellmb.model.joints.held import Constraints
+from shellmb.model.sections.damping import StrainDamping, mass_damping, slowing
 from shellmb.model.sections.section import Arm, mass_arm
-from shellmb.model.shells import path as shellpath
+from shellmb.model.sections.strains import HyperelasticStrains, Strains
 from shellmb.model.shells.bound import BoundShell
+from shellmb.model.shells.elastic import shell_strains
 from shellmb.model.shells.loads import ShellLoads
 from shellmb.model.shells.viscous import strain_damping
 from shellmb.model.user_forms import virtual_work
@@ -38,25 +32,24 @@ from shellmb.model.user_forms import virtual_work
 class ShellModel(BoundShell):
     """A shell body: energies, and virtual work of all that acts in it; made as `BoundShell` is."""
 
-    def internal(self, span: Interval, dq: Expr) -> Form:
-        """Internal virtual work, compatibility, and the director constraint with its force."""
-        return shellpath.general(self, span, dq) + shellpath.directors(self, span, dq)
+    @cached_property
+    def elastic(self) -> tuple[Strains, ...]:
+        """Its strains with their section, and the hourglass control."""
+        return shell_strains(self)
 
-    def within(self, sub: SubInterval, dq: Expr, trial: Expr) -> tuple[Form | None, list[Term]]:
-        """The same, the section's forces as terms where strains are quadratic."""
-        return shellpath.within(self, sub, dq, trial)
-
-    def along(self, step: Step, k: int, dq: Expr) -> Form:
-        """Constraints of the directors over a step."""
-        return shellpath.directors_row(self, step.path, k, dq)
-
-    def stressed(self, step: Step) -> list[Term]:
-        """Internal forces over a step."""
-        return [shellpath.stressed(self, step)]
-
-    def lost(self, step: Step, bow: Expr) -> Form | None:
-        """Elastic energy of the bow of the strains, J."""
-        return shellpath.lost(self, step, bow)
+    @cached_property
+    def constraints(self) -> tuple[Constraint, ...]:
+        """Directors of unit length, and what floats with the body."""
+        own = Constraints(
+            Held(self.length.value),
+            lambda q: self.layout.part(q, "lam"),
+            self.section.force,
+            self.rules.nodes,
+            self._length_error,
+            self.inertialess,
+            self._turns,
+        )
+        return own, *(tie.held(self.inertialess) for tie in self.ties)
 
     def _integrate_mass(self, density: Callable[[Mass], Expr]) -> Form:
         """Mass by the full rule, moments of inertia of the director at the nodes.
@@ -84,22 +77,18 @@ class ShellModel(BoundShell):
         found = {"u", "bubble", *turning, *self.everywhere}
         return frozenset(found & self.mixed.parts.keys())
 
-    def velocity_constraint(self, v: Expr, mid: Expr, dv: Expr) -> Form | None:
-        """Directors do not change their length, with the impulses for that."""
-        own = shellpath.lengths_kept(self, v, mid, dv) if self._turns else None
-        return together([own, *(tie.velocity(v, mid, dv) for tie in self.ties)])
-
-    def leaping(self, leap: Leap, dq: Expr) -> Leaping:
-        """Velocities at the end of a step with a jump keep the directors' length, eq. (N2)."""
-        own = shellpath.leaping(self, leap, dq) if self._turns else None
-        return leaping(own, self.ties, leap, dq)
-
     @cached_property
     def _arm(self) -> Arm:
         assert self.mass is not None
         return mass_arm(self.mass, self.mixed.subspaces["u"], self.rules.nodes)
 
-    def tangent(self, b: Expr, mid: Expr) -> Expr:
+    @property
+    def manifold(self) -> Manifold:
+        """Unit directors."""
+        reference = self.node_directors()[:, 0] if self.held.unit else None
+        return Manifold(reference, self.inertialess, self._tangent, self._tangent_values)
+
+    def _tangent(self, b: Expr, mid: Expr) -> Expr:
         """A jump of velocities, its director part without momentum along the mean director."""
         if self.mass is None or self.mass.I is None:
             return b
@@ -110,7 +99,7 @@ class ShellModel(BoundShell):
         components[first : first + size] = [db[k] for k in range(size)]
         return ufl.as_vector(components)
 
-    def tangent_values(self, b: Floats, mid: Floats) -> Floats:
+    def _tangent_values(self, b: Floats, mid: Floats) -> Floats:
         """The same for the values at the nodes."""
         if self.mass is None or self.mass.I is None:
             return b
@@ -137,10 +126,10 @@ class ShellModel(BoundShell):
         """A set of the shell's loads with time factors of their own."""
         return ShellLoads(self, self._loads) if self._loads else None
 
-    def extra(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
+    def applied(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
         """The user's terms at the mid-point, and what damps in proportion to the mass."""
-        forms = [self.added(mid, rates, dq, time), mass_damping(self, self._slowing, rates, dq)]
-        return together(forms)
+        forms = [self.users(mid, rates, dq, time), mass_damping(self, self._slowing, rates, dq)]
+        return added(forms)
 
     @cached_property
     def damping(self) -> StrainDamping | None:
@@ -151,8 +140,8 @@ class ShellModel(BoundShell):
     def _slowing(self) -> fem.Constant | None:
         return slowing(self.shell.section, self.mixed.space.mesh)
 
-    def added(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
-        """The user's terms; None without any."""
+    def users(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
+        """Terms that the user added; None without any."""
         if not self.shell.terms:
             return None
         u, w = self.layout.displacement(mid), self.layout.director_change(mid)
@@ -183,28 +172,10 @@ class ShellModel(BoundShell):
 
     def mean_resultants(self, step: Step) -> Expr:
         """The same as means over a step that is quadratic in time."""
-        return shellpath.mean_resultants(self, step)
-
-    def strain_energy(self, q: Expr) -> Form:
-        """Strain energy, J."""
-        form = self.integrate(self.section.formulation.energy(self.strain, self.layout, q))
-        if self.rules.lines is not None:
-            form += self.hourglass(hourglass.energy(self.line_strain, q))
-        return form
-
-    def kinetic_energy(self, v: Expr) -> Form | None:
-        """Kinetic energy, J."""
-        if self.mass is None:
-            return None
-        moving = self.velocities(v)
-        return 0.5 * self._integrate_mass(lambda m: shell_forms.momentum_work(*moving, m, *moving))
-
-    def jump(self, a: Expr, b: Expr) -> Form:
-        """Elastic part of `c^2` in eq. (34), J."""
-        form = self.integrate(self.section.formulation.jump(self.strain, self.layout, a, b))
-        if self.rules.lines is not None:
-            form += self.hourglass(hourglass.jump(self.line_strain, a, b))
-        return form
+        own = self.elastic[0]
+        if isinstance(own, HyperelasticStrains):
+            return own.mean_stress(step)
+        return own.section.joined(*own.mean(step))
 
     def momentum(self, v: Expr, axis: Expr) -> Form | None:
         """Component of the linear momentum along `axis`, kg m/s."""
@@ -227,8 +198,8 @@ class ShellModel(BoundShell):
 
         return self._integrate_mass(density)
 
-    def constraint_error(self, q: fem.Function) -> float:
-        """Largest deviation of a director's length from one, or of the frame, on this rank."""
+    def _length_error(self, q: fem.Function) -> float:
+        """Largest deviation of a director's length from one on this rank."""
         reference, places = self._directors_in_state
         d = q.x.array[places]
         if self.held.unit:
@@ -238,8 +209,7 @@ class ShellModel(BoundShell):
         else:
             found = self.held.values(d, reference)[:, 0]
         # `reduce` and not `max`: Python around it takes longer than the numbers
-        largest = float(np.maximum.reduce(np.abs(found), initial=0.0))
-        return max([largest, *(tie.error(q.x.array) for tie in self.ties)])
+        return float(np.maximum.reduce(np.abs(found), initial=0.0))
 
     @cached_property
     def _directors_in_state(

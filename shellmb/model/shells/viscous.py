@@ -20,8 +20,8 @@ from shellmb.forms.steps.mixed import LinearMixed
 from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed, assumed
 from shellmb.forms.steps.pathwork_nonlinear import tangent
 from shellmb.model.sections.damping import Resisting, StrainDamping
-from shellmb.model.shells import path
 from shellmb.model.shells.bound import BoundShell
+from shellmb.model.shells.elastic import quadratic_strains
 from shellmb.scene.values.validate import show
 
 # eigenvalues of a stiffness that are less than this, relative to the largest, are round-off
@@ -41,7 +41,7 @@ def strain_damping(shell: BoundShell) -> StrainDamping | None:
     times = shell.shell.section.damping_times
     if not any(times):
         return None
-    if not path.quadratic_strains(shell):
+    if not quadratic_strains(shell):
         own = shell.shell.strains
         raise SceneError(
             f"shell '{shell.name}': strains is {getattr(own, '__name__', own)}, which is not "

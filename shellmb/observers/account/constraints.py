@@ -8,6 +8,7 @@ from mpi4py import MPI
 
 import numpy as np
 
+from shellmb.model.body import constraint_error
 from shellmb.observers.fields.nodal import nodal_bodies
 from shellmb.simulate.simulation import Silent, Simulation
 
@@ -44,7 +45,7 @@ class Constraints(Silent):
         if simulation.scheme.linear:
             return
         levels = simulation.problem.levels
-        errors = [body.constraint_error(levels[body.name].q) for body in self._bodies]
+        errors = [constraint_error(body, levels[body.name].q) for body in self._bodies]
         joints = self._of_joints(simulation) if self._number else []
         nodal = [error for error, here in zip(errors, self._nodal, strict=True) if here]
         worst = [max(nodal, default=0.0), max([*errors, *joints], default=0.0), *joints]

@@ -17,10 +17,12 @@ from dolfinx import fem
 from ufl import Form
 
 from shellmb.arrays import Floats
-from shellmb.model.body import Body
+from shellmb.model.body import Body, kinetic_energy
+from shellmb.model.body import strain_energy as stored_energy
 from shellmb.observers.account.sizes import stiffness_of
 from shellmb.schemes.base import Levels
 from shellmb.schemes.linearised import strain_energy
+from shellmb.schemes.residuals.forces import bow_energy, jump_energy
 from shellmb.simulate.simulation import Silent, Simulation
 from shellmb.system.assembly.functionals import Functionals
 
@@ -89,12 +91,12 @@ class EnergyAccount(Silent):
         bodies, scheme = simulation.model.bodies, simulation.scheme
         kinetic: list[Form | None] = []
         if "v" in scheme.rates:
-            kinetic = [b.kinetic_energy(problem.levels[b.name].rates["v"]) for b in bodies]
+            kinetic = [kinetic_energy(b, problem.levels[b.name].rates["v"]) for b in bodies]
         self._potentials = simulation.model.potentials
         levels = problem.levels
         others = [b for b in bodies if b not in self._potentials]
         strain = [strain_energy(b, levels[b.name]) for b in others]
-        stored = [present([b.strain_energy(levels[b.name].q)]) for b in self._potentials]
+        stored = [present([stored_energy(b, levels[b.name].q)]) for b in self._potentials]
         elastic, inert = self._dissipation(simulation)
         ends = [present(kinetic), present(strain), *stored, *inert.values()]
         self._ends = Functionals(ends, comm)
@@ -154,19 +156,20 @@ class EnergyAccount(Silent):
                 made = simulation.problem.paths[body.name]
                 path = made.path
                 bow = 2 * (path.rate + path.start - path.end) / (1 + path.alpha)
-                kinetic = body.kinetic_energy(path.shake / made.dt)
+                kinetic = kinetic_energy(body, path.shake / made.dt)
                 four = None if kinetic is None else 4 * kinetic
-                lost = present([body.lost(made.step, bow), four])
+                lost = present([bow_energy(body, made.step, bow), four])
                 if lost:
                     elastic[body.name], inert[body.name] = lost, []
         if self._alpha and stage is not None:
             for body in simulation.model.bodies:
                 levels = simulation.problem.levels[body.name]
                 jump = _VelocityJump(levels)
-                form = body.kinetic_energy(jump.function)
+                form = kinetic_energy(body, jump.function)
                 if form is not None:
                     self._jumps.append(jump)
-                parts = present([body.jump(levels.q, levels.unknown[stage])]), present([form])
+                jumps = jump_energy(body, levels.q, levels.unknown[stage])
+                parts = present([jumps]), present([form])
                 if any(parts):
                     elastic[body.name], inert[body.name] = parts
         return elastic, inert

@@ -13,6 +13,7 @@ from shellmb.forms.steps.path import Path, Step
 from shellmb.model.body import Body, Dofs, Rates
 from shellmb.schemes.base import END, Levels, Tangent, Values
 from shellmb.schemes.quadratic import QuadraticInTime
+from shellmb.schemes.residuals.forces import path_forces, path_term
 from shellmb.schemes.residuals.pathpoints import at_points, of_any_form
 from shellmb.schemes.residuals.residual import Sample, StageForms, acting, averaged
 from shellmb.schemes.residuals.rows import NAMES, PathStates, both_rows, constants
@@ -54,7 +55,7 @@ class PathForms:
     def forms(self) -> dict[str, StageForms]:
         """Residuals of both rows, by the name of their stage."""
         body, result = self._body, {}
-        terms, work = body.stressed(self.step), None
+        terms, work = path_term(body, self.step), None
         if body.damping is not None:
             alpha, states = self._scheme.alpha, self.states.functions
             sources = self.path.start, self.path.end, self.path.rate
@@ -66,7 +67,7 @@ class PathForms:
         step = self.step._replace(path=self.path._replace(**followed))
         for k, (stage, unknown) in enumerate(self._levels.unknown.items()):
             dq = ufl.TestFunction(unknown.function_space)
-            form = body.along(step, k, dq)
+            form = path_forces(body, step, k, dq)
             inertia = body.inertia(self.path.acceleration[k] / self.dt**2, dq)
             samples = self._samples(stage)
             parts = [f for f in (inertia, form) if f is not None]
@@ -100,7 +101,7 @@ class PathForms:
     def _inertialess(self) -> Dofs:
         """Dofs of directors without inertia that no support moves."""
         body, none = self._body, np.zeros(0, np.int32)
-        if not body.inertialess:
+        if not body.manifold.inertialess:
             return none
         fixed = np.concatenate([none, *(f.dofs for f in body.fixed)])
         # and of the frame that they float about

@@ -13,6 +13,7 @@ from shellmb.errors import SceneError
 from shellmb.model.body import Body, Leaping, LoadFactors, Rates, Term, TimeFunction
 from shellmb.schemes.base import END, GAUSS_TIMES, GAUSS_WEIGHTS, Levels, Scheme, Stage
 from shellmb.schemes.linearised import change
+from shellmb.schemes.residuals.forces import jump_constraint, sub_forces, velocity_constraint
 from shellmb.schemes.residuals.rows import PathStates, Span
 from shellmb.schemes.residuals.strainrates import over_interval
 
@@ -73,7 +74,7 @@ class Sample:
         """Virtual work of the added terms."""
         if not self.terms:
             return None
-        form = body.extra(self.state, self.rates, dq, self.time)
+        form = body.applied(self.state, self.rates, dq, self.time)
         if form is None:
             return None
         if self.levels is not None:
@@ -150,7 +151,7 @@ def stage_forms(
 
     def leaping(dq: Expr) -> Leaping:
         """Constraints on velocities at the end of a step with a jump."""
-        return None if jump is None or not body.leaps else body.leaping(jump.leap, dq)
+        return None if jump is None or not body.leaps else jump_constraint(body, jump.leap, dq)
 
     for number, (name, stage) in enumerate(scheme.expand(levels, dt).items()):
         unknown = levels.unknown[name]
@@ -158,7 +159,7 @@ def stage_forms(
         dq, trial = ufl.TestFunction(space), ufl.TrialFunction(space)
         before = None if body.damping is None else levels.q
         sub = Span(stage.span, unknowns, number, at[name].span if linear else None, before)
-        internal, terms = body.within(sub, dq, trial)
+        internal, terms = sub_forces(body, sub, dq, trial)
         work = None
         if body.damping is not None and stage.rates is not None:
             if sub.between is None or len(unknowns) > 2:
@@ -195,7 +196,7 @@ def stage_forms(
         leap = leaping(db)
         rows = (
             body.inertia(jump.defect, db),
-            body.velocity_constraint(jump.jump, jump.mid, db) if leap is None else leap[0],
+            velocity_constraint(body, jump.jump, jump.mid, db) if leap is None else leap[0],
         )
         found = [form for form in rows if form is not None]
         result["b"] = StageForms(None, (sum(found[1:], found[0]),) if found else ())

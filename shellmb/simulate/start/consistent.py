@@ -18,6 +18,7 @@ from shellmb.bodyfields import NONE, body_field, kinematic_dofs, without_jump
 from shellmb.model.body import FixedDofs
 from shellmb.model.model import Model
 from shellmb.schemes.base import Levels
+from shellmb.schemes.residuals.forces import velocity_constraint
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.assembly.fields import Part
 from shellmb.system.direct.linear import Unreduced
@@ -56,7 +57,7 @@ class VelocityProjection:
             at, v = levels[body.name].reference or levels[body.name], levels[body.name].rates["v"]
             rows = (
                 body.inertia(unknown - v, test),
-                body.velocity_constraint(unknown, at.q, test),
+                velocity_constraint(body, unknown, at.q, test),
             )
             found = [form for form in rows if form is not None]
             residual = (sum(found[1:], found[0]),) if found else ()

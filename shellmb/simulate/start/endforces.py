@@ -26,6 +26,7 @@ from shellmb.forms.steps.mixed import Interval
 from shellmb.model.body import Body, Rates
 from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.schemes.base import END, end_acceleration, end_velocity
+from shellmb.schemes.residuals.forces import interval_forces, velocity_constraint
 from shellmb.schemes.residuals.residual import Sample
 from shellmb.simulate.problem import Problem
 from shellmb.system.assembly.blocks import BlockSystem
@@ -119,13 +120,13 @@ class EndForces:
             q, Rates(v, v), body.loads(), ((1.0, 1.0),), fem.Constant(space.mesh, 0.0), 1.0
         )
         self._samples.append(sample)
-        rate = body.velocity_constraint(v, q, dq)
+        rate = velocity_constraint(body, v, q, dq)
         # multipliers of the velocities are zero: what is left is the constraints' own second rate
         turned = None if rate is None else ufl.derivative(rate, q, v)
         acting = [sample.of_loads(dq), sample.of_terms(body, dq)]
         forms: list[Form | None] = [
             body.inertia(unknown, dq),
-            body.velocity_constraint(unknown, q, dq),
+            velocity_constraint(body, unknown, q, dq),
             turned,
             None if isinstance(body, ConstraintGroup) else _internal(body, q, unknown, dq),
             None if body.damping is None else body.damping.at(q, v, dq),
@@ -200,4 +201,4 @@ def _internal(body: Body, q: fem.Function, unknown: fem.Function, dq: Expr) -> F
                 # forces of the nodes' constraints are those of accelerations
                 owner[k] = ufl.as_ufl(0.0)
     state = ufl.as_vector(owner)
-    return body.internal(Interval(state, state, state, state, state, 0.0), dq)
+    return interval_forces(body, Interval(state, state, state, state, state, 0.0), dq)

@@ -26,6 +26,7 @@ from shellmb.errors import ConvergenceError
 from shellmb.model.body import LoadFactors, Rates, TimeFunction
 from shellmb.model.model import Model
 from shellmb.schemes.base import Levels, at_state
+from shellmb.schemes.residuals.forces import sub_forces
 from shellmb.schemes.residuals.rows import Span
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.assembly.fields import Field, Followers, Part
@@ -83,13 +84,13 @@ class Relaxation:
             weight = fem.Constant(space.mesh, 1.0)
             self._weights.append(weight)
             sub = Span(at_state(unknown), [unknown], 0)
-            internal, terms = body.within(sub, test, ufl.TrialFunction(space))
+            internal, terms = sub_forces(body, sub, test, ufl.TrialFunction(space))
             forms = [body.inertia(weight * (unknown - q), test), internal]
             # what the user's terms and motors do to a body at rest
             rest, now = fem.Function(space), fem.Constant(space.mesh, time)
             frame = frames[body.name] if frames is not None else None
             rates = Rates(rest, rest) if frame is None else frame.rates(unknown)
-            extra = body.extra(unknown, rates, test, now)
+            extra = body.applied(unknown, rates, test, now)
             forms.append(None if extra is None else -extra)
             forms.append(None if frame is None else frame.carried(unknown, test))
             loads = body.loads()

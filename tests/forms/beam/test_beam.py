@@ -9,8 +9,10 @@ import ufl
 from dolfinx import fem
 
 from shellmb.forms import frame
+from shellmb.model.body import strain_energy
 from shellmb.scene import Line
 from shellmb.schemes.base import at_state, interval
+from shellmb.schemes.residuals.forces import interval_forces, jump_energy
 from tests.forms.conftest import compiled
 
 # central differences of step H: error H^2 of the third derivative, plus eps/H of round-off
@@ -23,12 +25,12 @@ def work(sample: Any, kind: str) -> tuple[str, Callable[[], ufl.Form]]:
     """Virtual work in the direction `v`, of a single state or over an interval."""
     b, v = sample.b, sample.v
     if kind == "state":
-        return kind, lambda: sample.body.internal(at_state(b), v)
+        return kind, lambda: interval_forces(sample.body, at_state(b), v)
     # the kernel of the interval with a jump serves without one: beta is a Constant
     if "beta" not in vars(sample):
         sample.beta = fem.Constant(b.function_space.mesh, BETA)
     sample.beta.value = 0.0 if kind == "interval, no jump" else BETA
-    return "interval", lambda: sample.body.internal(interval(sample.a, b, sample.beta), v)
+    return "interval", lambda: interval_forces(sample.body, interval(sample.a, b, sample.beta), v)
 
 
 @pytest.mark.parametrize("kind", ["state", "interval"])
@@ -54,7 +56,7 @@ def test_work_of_a_state_is_the_derivative_of_the_energy(beam, rng, turn) -> Non
     def potential() -> ufl.Form:
         constraint = frame.orthonormality(body.layout.part(b, "w"), body.frames)
         held = ufl.dot(body.layout.part(b, "lam"), constraint)
-        W = body.strain_energy(b) + body.section.force * held * body.rules.nodes
+        W = strain_energy(body, b) + body.section.force * held * body.rules.nodes
         for tie in body.ties:
             held = ufl.dot(body.layout.part(b, "hold"), tie.constraints(b))
             W += body.section.force * held * body.rules.full
@@ -77,7 +79,7 @@ def satisfy_compatibility(beam: Any, q: fem.Function) -> None:
     key = f"compatibility of {q.name}"
     if key not in beam.compiled:
         test = ufl.TestFunction(beam.body.mixed.space)
-        beam.compiled[key] = compiled(beam.body.internal(at_state(q), test))
+        beam.compiled[key] = compiled(interval_forces(beam.body, at_state(q), test))
     form = beam.compiled[key]
     q.x.array[rows] = 0.0
     rest = fem.assemble_vector(form).array[rows]
@@ -102,7 +104,7 @@ def test_work_over_an_interval_is_the_change_of_energy(beam, rng, turn) -> None:
     """Eqs. (18)-(22); the multipliers do no work between frames that are orthonormal."""
     two_states(beam, rng, turn(rng))
     energies = [
-        beam.value(f"energy of {q.name}", lambda q=q: beam.body.strain_energy(q))
+        beam.value(f"energy of {q.name}", lambda q=q: strain_energy(beam.body, q))
         for q in (beam.a, beam.b)
     ]
     done = beam.value(*work(beam, "interval, no jump"))
@@ -112,7 +114,7 @@ def test_work_over_an_interval_is_the_change_of_energy(beam, rng, turn) -> None:
 def test_the_jump_term_does_the_work_that_is_dissipated(beam, rng) -> None:
     two_states(beam, rng, None)
     difference = beam.value(*work(beam, "interval")) - beam.value(*work(beam, "interval, no jump"))
-    lost = beam.value("jump", lambda: beam.body.jump(beam.a, beam.b))
+    lost = beam.value("jump", lambda: jump_energy(beam.body, beam.a, beam.b))
     assert lost > 0
     assert difference == pytest.approx(BETA * lost, rel=1e-10)
 
@@ -127,12 +129,12 @@ def test_an_interval_of_length_zero_is_a_state(beam, rng) -> None:
 
 def test_a_rigid_motion_changes_neither_strains_nor_energy(beam, rng, turn) -> None:
     beam.randomise(beam.b, rng, 0.05)
-    energy = beam.value("energy of b", lambda: beam.body.strain_energy(beam.b))
+    energy = beam.value("energy of b", lambda: strain_energy(beam.body, beam.b))
     strains = beam.at_points(beam.body.strains(beam.b))
     beam.move_rigidly(beam.b, turn(rng), rng.normal(size=3))
     # round-off of displacements of order one against strains of order 0.1
     np.testing.assert_allclose(beam.at_points(beam.body.strains(beam.b)), strains, atol=1e-13)
-    moved = beam.value("energy of b", lambda: beam.body.strain_energy(beam.b))
+    moved = beam.value("energy of b", lambda: strain_energy(beam.body, beam.b))
     assert moved == pytest.approx(energy, rel=1e-12)
 
 
@@ -192,7 +194,7 @@ def test_a_free_beam_has_six_rigid_modes_and_no_others(sample, degree: int) -> N
     beam = sample(degree, "coupled", elements=1)
     beam.b.x.array[:] = 0.0
     test, trial = (f(beam.body.mixed.space) for f in (ufl.TestFunction, ufl.TrialFunction))
-    work = beam.body.internal(at_state(beam.b), test)
+    work = interval_forces(beam.body, at_state(beam.b), test)
     tangent = fem.assemble_matrix(compiled(ufl.derivative(work, beam.b, trial)))
     singular = np.linalg.svd(tangent.to_dense(), compute_uv=False)
     assert np.sum(singular < 1e-10 * singular[0]) == 6
