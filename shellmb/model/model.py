@@ -22,7 +22,7 @@ from shellmb.model.frames.rigidify import RigidMeshes, rigidified
 from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.joints.mechanism import Mechanism, build_mechanism
 from shellmb.model.locations.finder import Finder, RigidPlaces
-from shellmb.model.plausible import check_probes, doubt_thickness
+from shellmb.model.plausible import check_probes, doubt_slits, doubt_thickness
 from shellmb.model.potentials.build import potential_groups
 from shellmb.model.potentials.group import PotentialGroup
 from shellmb.model.reduced.data import ModalBody
@@ -156,6 +156,7 @@ def build_model(
         line = lines[beam.name].line if beam.name in lines else None
         model.beams[beam.name] = build_beam(beam, comm, _loads_of(scene, beam), dynamic, line)
     doubt_thickness(comm, model.shells, model.beams)
+    doubt_slits(comm, model.shells)
     model.length = _length(scene, model)
     model.force = force = _force(scene, model) if force is None else force
     nodes = [rigid_node(body, model.length) for body in scene.rigid_bodies]

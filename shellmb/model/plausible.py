@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 from mpi4py import MPI
 
+import numpy as np
+
 from shellmb.errors import ShellmbWarning
 from shellmb.model.locations.nodes import local_point
 from shellmb.scene.lookup import said
@@ -16,6 +18,10 @@ if TYPE_CHECKING:
     from shellmb.model.frames.beam import BeamModel
     from shellmb.model.shells.shell import ShellModel
     from shellmb.scene import Scene
+
+
+# edges that are nearer than this part of the shell's length lie on one another
+SAME = 1e-6
 
 
 def doubt_thickness(
@@ -43,6 +49,42 @@ def doubt_thickness(
             warnings.warn(
                 f"{said(body)}: the {what} is {size:.4g} m and it is {length:.4g} m long; the "
                 "theory is for thin bodies, so check the units",
+                ShellmbWarning,
+                stacklevel=3,
+            )
+
+
+# places along an edge that are compared
+ALONG = np.linspace(0.0, 1.0, 9)
+
+
+def doubt_slits(comm: MPI.Comm, shells: Mapping[str, ShellModel]) -> None:
+    """Warn of shells whose opposite edges lie on one another and are not joined.
+
+    Args:
+        comm: Communicator.
+        shells: Shells by name.
+    """
+    if comm.rank != 0:
+        return
+    zero, one = np.zeros_like(ALONG), np.ones_like(ALONG)
+    opposite = {
+        ("left", "right"): ((zero, ALONG), (one, ALONG)),
+        ("bottom", "top"): ((ALONG, zero), (ALONG, one)),
+    }
+    for shell in shells.values():
+        surface, length = shell.shell.surface, shell.surface_mesh.length
+        for (first, second), places in opposite.items():
+            if surface.slit or not {first, second} <= set(surface.edges or ()):
+                continue
+            a, b = (surface.position(*place) for place in places)
+            if np.ptp(a, axis=1).max() < SAME * length or np.abs(a - b).max() > SAME * length:
+                # an edge that is a point is a pole, and no slit
+                continue
+            warnings.warn(
+                f"{said(shell.shell)}: its edges '{first}' and '{second}' lie on one another and "
+                "are not joined: the shell is slit there; use Cylinder, Sphere or Disc with 360 "
+                "degrees to close it, or Parametric(..., slit=True) if the slit is meant",
                 ShellmbWarning,
                 stacklevel=3,
             )

@@ -46,7 +46,7 @@ def slit(xi, eta):
     return np.stack([r * np.cos(a), r * np.sin(a), 0 * r])
 
 
-RING = Shell("ring", Parametric(slit), STEEL, mesh=(4, 1))
+RING = Shell("ring", Parametric(slit, slit=True), STEEL, mesh=(4, 1))
 
 
 def shell(section=STEEL, **more):

@@ -38,7 +38,7 @@ def lips(held, point):
     names = [f"{side}-{end}" for side in ("left", "right") for end in ("bottom", "top")]
     scene = Scene(
         "ring",
-        Shell("ring", Parametric(slit), STEEL, mesh=(4, 1)),
+        Shell("ring", Parametric(slit, slit=True), STEEL, mesh=(4, 1)),
         supports=Clamped(held),
         loads=PointForce(point, (0, 0, 1)),
         probes=[Probe(name, name) for name in names],

@@ -32,6 +32,7 @@ class Surface:
         closed: Whether xi = 0 and xi = 1 are the same line.
         pole: Whether eta = 0 is a single point.
         sweep: Angle that xi goes through at a pole [degrees].
+        slit: Whether opposite edges on the same line are meant to be apart, without a warning.
     """
 
     edges: tuple[str, ...] | None = ("left", "right", "bottom", "top")
@@ -40,6 +41,7 @@ class Surface:
     closed: bool = False
     pole: bool = False
     sweep: float = 0.0
+    slit: bool = False
 
     def position(self, xi: Points, eta: Points) -> Points:
         """Reference positions, shape (3, n), at parameters of shape (n,) each."""
@@ -107,14 +109,16 @@ class Parametric(Surface):
     same line it is slit, as an annular plate cut open. Each lip has its own nodes, edge and corner
     points, which can move apart; a node inside a lip has no name. What is to close must be a
     :class:`Cylinder`, :class:`Sphere` or :class:`Disc` of 360 degrees, or a user's own
-    :class:`Surface` with ``closed = True``.
+    :class:`Surface` with ``closed = True``. A run warns of a slit that is not said to be meant.
 
     Args:
         map: Vectorised ``map(xi, eta) -> array (3, n)`` of positions [m] for ``xi``, ``eta`` of
             shape (n,) in [0, 1].
+        slit: Whether it is meant to be slit where two of its edges lie on the same line.
     """
 
     map: Callable[[Any, Any], Any]
+    slit: bool = False
 
     def position(self, xi: Points, eta: Points) -> Points:
         """Reference positions, shape (3, n).
