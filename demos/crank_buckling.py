@@ -2,15 +2,15 @@
 
 A crank, at rest at both ends of half a turn, pushes the tip of a narrow cantilever up through a
 link, in the plane in which the beam is stiff. Far beyond the load at which it may buckle, the beam
-snaps sideways and swings to and fro. O. A. Bauchau et al., Validation of flexible multibody dynamics
-beam formulations using benchmark problems, Multibody Syst. Dyn. 37 (2016) 29-48, sec. 3.3; a
-history for comparison is in `shellmb/verify/data/crank_buckling.csv`. Here the cantilever is a beam,
-as there, or a shell.
+snaps sideways and swings to and fro. O. A. Bauchau et al., Validation of flexible multibody
+dynamics beam formulations using benchmark problems, Multibody Syst. Dyn. 37 (2016) 29-48, sec. 3.3;
+a history for comparison is in `shellmb/verify/data/crank_buckling.csv`. Here the cantilever is a
+beam, as there, or a shell.
 """
 
 # KIND: mechanisms
 # CI: shellmb run crank_buckling --t-end 0.19 --set aside=1e-8 --check --no-pictures
-# CI: shellmb run crank_buckling --t-end 0.19 --set model=shell --check --no-pictures --out runs/ci-cb
+# CI: shellmb run crank_buckling --t-end 0.19 --set model=shell --check --no-pictures --out runs/cb
 
 from typing import Any, Literal
 
@@ -32,7 +32,6 @@ from shellmb.scene import (
     Scene,
     Shell,
     Spherical,
-    Universal,
 )
 from shellmb.verify import tables
 

@@ -2,62 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
-
 from shellmb.analytic.plates import Plate, rectangle_uniform_deflection
 from shellmb.demos import loaded_plate
 from shellmb.errors import SceneError
+from shellmb.studies.cases.bundle import ALL, Bundled, Part, quantities
+from shellmb.studies.cases.problems2016 import FOUR
 from shellmb.studies.cases.solutions import crank_torque, top_center
 from shellmb.studies.choice import Base
-from shellmb.studies.quantity import Quantity, parse_quantity
 from shellmb.studies.sweep import Sweep
-
-
-@dataclass(frozen=True)
-class Part:
-    """One scene of a bundled study, with a reference of its own.
-
-    Args:
-        title: What it is.
-        sweep: What is run.
-    """
-
-    title: str
-    sweep: Sweep
-
-
-@dataclass(frozen=True)
-class Bundled:
-    """A study that comes with shellmb.
-
-    Args:
-        name: Its name, and that of its files in `demos/studies`.
-        what: What is swept, and how far it goes, in one sentence.
-        parts: Its scenes.
-    """
-
-    name: str
-    what: str
-    parts: tuple[Part, ...]
-
-
-def _quantities(*texts: str) -> tuple[Quantity, ...]:
-    return tuple(parse_quantity(t) for t in texts)
-
-
-SCHEMES = ("ep", "ed", "ep4", "ed3")
-# all of them, beside rivals, with dissipations that differ; rho = 0.6 for generalized-alpha
-ALL: dict[str, Any] = {
-    "scheme": (*SCHEMES, "generalized-alpha", "ed-printed"),
-    "alpha": (0.0, 0.25, 0.5, 1.0),
-    "dissipations": {
-        "ed": (0.0, 1.0),
-        "ed3": (0.5, 1.0),
-        "generalized-alpha": (0.25,),
-        "ed-printed": (1.0,),
-    },
-}
 
 _NAVIER = rectangle_uniform_deflection(
     Plate(loaded_plate.E, loaded_plate.NU, loaded_plate.THICKNESS),
@@ -75,7 +27,7 @@ BUNDLED: tuple[Bundled, ...] = (
                 "square plate",
                 Sweep(
                     Base("loaded_plate"),
-                    _quantities("deflection"),
+                    quantities("deflection"),
                     cell=("quad", "tri"),
                     degree=(2, 3),
                     mesh=((2, 2), (4, 4), (8, 8), (16, 16)),
@@ -92,7 +44,7 @@ BUNDLED: tuple[Bundled, ...] = (
                 "hemisphere",
                 Sweep(
                     Base("hemisphere"),
-                    _quantities("outward"),
+                    quantities("outward"),
                     cell=("quad", "tri"),
                     degree=(2, 3),
                     mesh=((4, 4), (6, 6), (8, 8), (12, 12)),
@@ -108,7 +60,7 @@ BUNDLED: tuple[Bundled, ...] = (
                 "sudden load",
                 Sweep(
                     Base("sudden_load"),
-                    _quantities("tip_z:l2", "tip_z:max"),
+                    quantities("tip_z:l2", "tip_z:max"),
                     **ALL,
                     dt=(4e-2, 2e-2, 1e-2, 5e-3, 2.5e-3, 1.25e-3),
                     repeat=2,
@@ -124,7 +76,7 @@ BUNDLED: tuple[Bundled, ...] = (
                 "smooth load",
                 Sweep(
                     Base("sudden_load", (("rise", "0.2"),)),
-                    _quantities("tip_z:l2"),
+                    quantities("tip_z:l2"),
                     **ALL,
                     dt=(4e-2, 2e-2, 1e-2, 5e-3, 2.5e-3),
                     repeat=2,
@@ -140,7 +92,7 @@ BUNDLED: tuple[Bundled, ...] = (
                 "tumbling plate",
                 Sweep(
                     Base("tumbling_plate", t_end=0.04),
-                    _quantities("strain_energy:l2", "corner_z:l2"),
+                    quantities("strain_energy:l2", "corner_z:l2"),
                     **ALL,
                     dt=(8e-4, 4e-4, 2e-4, 1e-4),
                     repeat=2,
@@ -156,7 +108,7 @@ BUNDLED: tuple[Bundled, ...] = (
                 "lateral buckling (6.1)",
                 Sweep(
                     Base("lateral_buckling", (("imperfection", "1e-4"),), 0.08, "plate"),
-                    _quantities("lateral:l2", "drive.torque:mean"),
+                    quantities("lateral:l2", "drive.torque:mean"),
                     **ALL,
                     mesh=((6, 2), (12, 4)),
                     dt=(4e-3, 2e-3, 1e-3),
@@ -173,7 +125,7 @@ BUNDLED: tuple[Bundled, ...] = (
                 "snap-through (6.2)",
                 Sweep(
                     Base("snap_through", (), 0.2, "shell"),
-                    _quantities("M:l2"),
+                    quantities("M:l2"),
                     **ALL,
                     mesh=((8, 4), (12, 6)),
                     dt=(2e-2, 1e-2),
@@ -190,7 +142,7 @@ BUNDLED: tuple[Bundled, ...] = (
                 "slider-crank, rigid coupler",
                 Sweep(
                     Base("slider_crank", (("flexible", "False"),), 0.1),
-                    _quantities("drive.torque:l2"),
+                    quantities("drive.torque:l2"),
                     **ALL,
                     # whole steps: a shorter last one shows in the curve
                     dt=(1e-2, 5e-3, 2.5e-3, 1.25e-3),
@@ -208,7 +160,7 @@ BUNDLED: tuple[Bundled, ...] = (
                 "slider-crank, flexible coupler",
                 Sweep(
                     Base("slider_crank", (("flexible", "True"),), 0.2),
-                    _quantities("drive.torque:l2"),
+                    quantities("drive.torque:l2"),
                     **ALL,
                     dt=(8e-3, 4e-3, 2e-3, 1e-3),
                     repeat=2,
@@ -224,7 +176,7 @@ BUNDLED: tuple[Bundled, ...] = (
                 "heavy top",
                 Sweep(
                     Base("heavy_top", t_end=0.2),
-                    _quantities("z:l2"),
+                    quantities("z:l2"),
                     **ALL,
                     dt=(4e-3, 2e-3, 1e-3, 5e-4, 2.5e-4),
                     solution=top_center(0.2),
@@ -241,7 +193,7 @@ BUNDLED: tuple[Bundled, ...] = (
                 "spin-up of a beam",
                 Sweep(
                     Base("spin_up_beam", t_end=8.0),
-                    _quantities("tip_uy:l2", "motor.torque:l2"),
+                    quantities("tip_uy:l2", "motor.torque:l2"),
                     **ALL,
                     dt=(8e-2, 4e-2, 2e-2, 1e-2),
                     repeat=2,
@@ -260,7 +212,7 @@ CONTROL = Bundled(
             "sudden load",
             Sweep(
                 Base("sudden_load"),
-                _quantities("tip_z:l2"),
+                quantities("tip_z:l2"),
                 scheme=("ep", "ed", "ep4", "ed3"),
                 alpha=(1.0,),
                 dt=(2e-2, 1e-2, 5e-3),
@@ -273,7 +225,7 @@ CONTROL = Bundled(
             "snap-through (6.2), of beams, through the snap",
             Sweep(
                 Base("snap_through", (("model", "beam"),), 1.2),
-                _quantities("M:l2"),
+                quantities("M:l2"),
                 scheme=("ed",),
                 dt=(2e-2, 1e-2, 5e-3),
                 step_tolerance=(1e-2, 1e-3, 1e-4),
@@ -284,7 +236,7 @@ CONTROL = Bundled(
             "antenna (6.3), of beams, until the first hinges hit",
             Sweep(
                 Base("antenna", (("model", "beam"),), 60.0),
-                _quantities("A4_x:l2"),
+                quantities("A4_x:l2"),
                 scheme=("ed",),
                 dt=(1.6, 0.8, 0.4),
                 step_tolerance=(1e-2, 1e-3),
@@ -302,7 +254,7 @@ MODELS = Bundled(
             "satellite, panels exact, linear, in modes and rigid",
             Sweep(
                 Base("satellite", t_end=3.0),
-                _quantities("right_tip:l2", "recoil:l2"),
+                quantities("right_tip:l2", "recoil:l2"),
                 model=("exact", "linear", "modal:1", "modal:4", "modal:10", "rigid"),
                 scheme=("ep4",),
                 mesh=((8, 2), (16, 4)),
@@ -320,7 +272,7 @@ ANTENNA = Bundled(
             "antenna (6.3), panels exact and in modes, connectors rigid",
             Sweep(
                 Base("antenna_panels"),
-                _quantities("C4_x:l2", "C3.rotation:l2"),
+                quantities("C4_x:l2", "C3.rotation:l2"),
                 model=("exact", "modal:1", "modal:4", "modal:10"),
                 mesh=((5, 2), (10, 4)),
                 reference="ed",
@@ -329,7 +281,7 @@ ANTENNA = Bundled(
         ),
     ),
 )
-BUNDLED += (CONTROL, MODELS, ANTENNA)
+BUNDLED += (CONTROL, MODELS, ANTENNA, *FOUR)
 
 
 def find_bundled(name: str) -> tuple[Bundled, ...]:

@@ -1,0 +1,95 @@
+"""Studies of four flexible multibody problems on which eight codes agree.
+
+O. A. Bauchau, P. Betsch, A. Cardona, J. Gerstmayr, B. Jonker, P. Masarati, V. Sonneville,
+Validation of flexible multibody dynamics beam formulations using benchmark problems, Multibody
+Syst. Dyn. 37 (2016) 29-48.
+"""
+
+from shellmb.studies.cases.bundle import ALL, Bundled, Part, quantities
+from shellmb.studies.choice import Base
+from shellmb.studies.sweep import Sweep
+
+FOUR = (
+    Bundled(
+        "princeton_beam",
+        "Princeton beam, third load at 45 degrees, as a beam and as a shell: mesh, degree.",
+        (
+            Part(
+                "Princeton beam, as a beam",
+                Sweep(
+                    Base("princeton_beam", (("model", "beam"),)),
+                    quantities("flapwise", "edgewise"),
+                    degree=(2, 3),
+                    mesh=((2, 1), (4, 1), (8, 1), (16, 1)),
+                    repeat=2,
+                ),
+            ),
+            Part(
+                "Princeton beam, as a strip of shell",
+                Sweep(
+                    Base("princeton_beam", (("model", "shell"),)),
+                    quantities("flapwise", "edgewise"),
+                    degree=(2, 3),
+                    mesh=((12, 1), (24, 1), (48, 2)),
+                    repeat=2,
+                ),
+            ),
+        ),
+    ),
+    Bundled(
+        "four_bar",
+        "Four-bar mechanism with a misaligned hinge, first 4 s (of 12 s): scheme, alpha, dt.",
+        (
+            Part(
+                "four-bar mechanism",
+                Sweep(
+                    Base("four_bar", t_end=4.0),
+                    quantities("C_z:l2"),
+                    **ALL,
+                    dt=(8e-2, 4e-2, 2e-2, 1e-2),
+                ),
+            ),
+        ),
+    ),
+    Bundled(
+        "crank_buckling",
+        "Lateral buckling by a crank and a link, through the first swing: scheme, alpha, dt.",
+        (
+            Part(
+                "lateral buckling by crank and link, a beam",
+                Sweep(
+                    Base("crank_buckling", t_end=0.19),
+                    quantities("y:l2"),
+                    **ALL,
+                    dt=(4e-3, 2e-3, 1e-3, 5e-4),
+                ),
+            ),
+            Part(
+                "lateral buckling by crank and link, a shell",
+                Sweep(
+                    Base("crank_buckling", (("model", "shell"),), t_end=0.19),
+                    quantities("y:l2"),
+                    scheme=("ep", "ed", "ep4", "ed3"),
+                    dissipations={"ed": (1.0,), "ed3": (0.5,)},
+                    alpha=(0.0, 0.5, 1.0),
+                    dt=(4e-3, 2e-3, 1e-3),
+                ),
+            ),
+        ),
+    ),
+    Bundled(
+        "critical_speed",
+        "Shaft through its critical speed, first 1.3 s (of 2.5 s): scheme, alpha, dt.",
+        (
+            Part(
+                "shaft through its critical speed",
+                Sweep(
+                    Base("critical_speed", t_end=1.3),
+                    quantities("y:l2"),
+                    **ALL,
+                    dt=(1.6e-2, 8e-3, 4e-3, 2e-3),
+                ),
+            ),
+        ),
+    ),
+)
