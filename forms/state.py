@@ -32,10 +32,12 @@ class Layout(NamedTuple):
         parts: Component ranges, name to (first, size).
         axes: Vectors along which components of shear forces are taken, where a state has these as
             tangential vectors in space (on triangles); None: it has the components.
+        bubble: What bubbles count for in strains; see `model.rules`.
     """
 
     parts: Mapping[str, tuple[int, int]]
     axes: tuple[Expr, Expr] | None = None
+    bubble: float = 1.0
 
     def part(self, q: Expr, name: str) -> Expr:
         """Components of the part `name` of the state `q` (a scalar if its size is one)."""
@@ -48,6 +50,11 @@ class Layout(NamedTuple):
         """Displacement with its bubble, shape (3,), m."""
         u = self.part(q, "u")
         return u + self.part(q, "bubble") if "bubble" in self.parts else u
+
+    def straining(self, q: Expr) -> Expr:
+        """Displacement that strains are taken of, shape (3,), m."""
+        u = self.part(q, "u")
+        return u + self.bubble * self.part(q, "bubble") if "bubble" in self.parts else u
 
     def resultants(self, q: Expr, name: str = "N") -> Expr:
         """Membrane and shear components of scaled resultants, or of assumed strains, shape (5,)."""

@@ -40,12 +40,14 @@ class NonlinearMixed:
         N0: Scale of the resultants, N/m.
         a: Fully integrated fraction per element.
         thickness: Length that makes curvatures comparable with strains, m.
+        a_shear: Fraction for the energy of shear alone, where that has its own.
     """
 
     psi: Callable[[ShellStrains], Expr]
     N0: Expr
     a: Expr
     thickness: Expr
+    a_shear: Expr | None = None
 
     @property
     def densities(self) -> tuple[Callable[[Expr], Expr], Callable[[Expr], Expr]]:
@@ -68,11 +70,18 @@ class NonlinearMixed:
         zero = 0 * e[0]
         return self._psi(ufl.as_vector([zero, zero, zero, e[3], e[4], e[5], zero, zero]))
 
+    def _sheared(self, e: Expr) -> Expr:
+        """Energy of shear alone that the full rule has beyond `a`, and the reduced one lacks."""
+        zero = 0 * e[0]
+        if self.a_shear is None:
+            return zero
+        return (self.a_shear - self.a) * self._psi(ufl.as_vector([*(zero,) * 6, e[6], e[7]]))
+
     def _psi_full(self, e: Expr) -> Expr:
-        return self.a * self._psi(e) + (1 - self.a) * self._pure_bending(e)
+        return self.a * self._psi(e) + (1 - self.a) * self._pure_bending(e) + self._sheared(e)
 
     def _psi_red(self, e: Expr) -> Expr:
-        return (1 - self.a) * (self._psi(e) - self._pure_bending(e))
+        return (1 - self.a) * (self._psi(e) - self._pure_bending(e)) - self._sheared(e)
 
     def _average(self, psi: Callable[[Expr], Expr], a: Expr, b: Expr, beta: Expr | float) -> Expr:
         if a is b:

@@ -1,5 +1,7 @@
 """What holds triangles in their plane, however thin: all motions, if an edge is held."""
 
+from dataclasses import replace
+
 from mpi4py import MPI
 
 import numpy as np
@@ -7,6 +9,7 @@ import pytest
 import ufl
 from dolfinx import fem
 
+from shellmb.forms.materials import isotropic_quadratic
 from shellmb.meshes.mesh import build_surface
 from shellmb.model.model import build_model
 from shellmb.model.shells.middles import hold_middles
@@ -15,7 +18,17 @@ from shellmb.native.kernels import compiled
 from shellmb.running.execute import execute
 from shellmb.running.loader import load
 from shellmb.running.request import Options
-from shellmb.scene import Clamped, Fixed, HardSupport, Isotropic, Rectangle, Scene, Shell
+from shellmb.scene import (
+    Clamped,
+    Fixed,
+    HardSupport,
+    Hyperelastic,
+    Isotropic,
+    Rectangle,
+    Scene,
+    Shell,
+    SymmetryPlane,
+)
 from shellmb.schemes.base import at_state
 from shellmb.schemes.residuals.forces import interval_forces
 from shellmb.vibration import natural_modes
@@ -77,11 +90,25 @@ def test_one_element_at_a_corner_where_no_middle_of_a_side_is_held() -> None:
     for supports in ((), (hinge,)):
         assert len(shares(*supports)) == 1
     assert len(shares(Clamped("left"))) == 0
+    # what holds middles across the surface, or in one direction along it, leaves a motion
+    flat = Fixed(("left", "right", "bottom", "top"), displacement=(None, None, 0.0))
+    for supports in ((flat,), (SymmetryPlane("left", (1, 0, 0)), flat)):
+        assert len(shares(*supports)) == 1
+    assert len(shares(SymmetryPlane("left", (1, 0, 0)), SymmetryPlane("bottom", (0, 1, 0)))) == 0
 
 
-def test_bubbles_do_not_buckle_before_the_plate() -> None:
+@pytest.mark.parametrize("energy", [False, pytest.param(True, marks=pytest.mark.slow)])
+def test_bubbles_do_not_buckle_before_the_plate(energy: bool) -> None:
     """Kind: bubbles that are held too weakly stop Newton's method where a shell is compressed."""
     scene = Options(mesh=(4, 4), cell="tri").apply(load("hemisphere").build())
+    if energy:
+        (shell,) = scene.shells
+        section = shell.section
+        sizes = {"E": section.E, "nu": section.nu, "thickness": section.thickness}
+        numbers = {**sizes, "shear_correction": 5 / 6}
+        stiffness = section.E * section.thickness
+        own = Hyperelastic(isotropic_quadratic, numbers, section.thickness, 0.0, stiffness)
+        scene = replace(scene, shells=(replace(shell, section=own),))
     run = execute(scene)
     # as many as with quadrilaterals; with a tenth of the share it stops at half of the load
     assert (run.summary["steps"], run.summary["rejected_steps"]) == (4, 0)
@@ -98,3 +125,15 @@ def test_bubbles_do_not_swing_by_themselves() -> None:
     exact = np.pi / 2 * np.array(waves) * bending
     # three motions in the plane are rigid ones
     np.testing.assert_allclose(found.omega[3:], 2 * np.pi * exact, rtol=0.06)
+
+
+@pytest.mark.parametrize("thickness", [1e-4, 1e-2])
+def test_middles_that_are_held_across_the_surface_alone_do_not_move_in_it(thickness) -> None:
+    """Kind: supports that hold middles of sides only in directions that the motions do not have."""
+    steel = Isotropic(E=70e9, nu=0.3, thickness=thickness, density=2700.0)
+    everywhere = {"all": lambda x: x[0] > -1.0}
+    plate = Shell("plate", Rectangle(1.0, 1.0), steel, (4, 4), cell="tri", areas=everywhere)
+    flat = Fixed("all", displacement=(None, None, 0.0))
+    found = natural_modes(Scene("plate", plate, supports=flat), count=6).omega[3:] / (2 * np.pi)
+    # of 16x16 quadrilaterals; with nothing that holds the middles 2 or 200 Hz come first
+    np.testing.assert_allclose(found, [1971.4, 2099.7, 2099.7], rtol=5e-3)

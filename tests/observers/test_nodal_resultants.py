@@ -58,5 +58,5 @@ def test_values_at_nodes_of_triangles_converge_with_the_square_of_the_size() -> 
     """A quarter for half the size; 4.6 %, 19 % and 3.3 % were seen on 8x2."""
     coarse, fine = (np.abs(deviation(m, "tri")).max(axis=0) for m in ((8, 2), (16, 4)))
     assert np.all(coarse < (0.02, 0.25, 0.04))
-    # bubbles of one element at a corner are held: N12 converges more slowly there
+    # one element at a corner holds the middles of all: N12 converges more slowly there
     assert np.all((coarse / fine > (2.8, 2.8, 2.0)) & (coarse / fine < 5.0))

@@ -18,9 +18,6 @@ from shellmb.native.kernels import compiled
 from shellmb.scene import Hyperelastic, LinearSection, Shell
 from shellmb.scene.shells.lamination import Layup
 
-# weight of the fully integrated part, c of docs/theory/shells.md
-STABILISATION = {"quadrilateral": 0.1, "triangle": 0.3}
-
 
 class Shares(NamedTuple):
     """Weights of the fully integrated parts of membrane and shear strains."""
@@ -29,11 +26,11 @@ class Shares(NamedTuple):
     shear: float
 
 
-# of triangles with a linear section: bubbles that lean out of the surface are held by the shear
-# share, and buckle in their element where that is weaker than the plate there (2.4). Along the
+# c of docs/theory/shells.md. Bubbles of triangles that lean out of the surface are held by the
+# shear share, and buckle in their element where that is weaker than the plate there. Along the
 # surface linear forces hold them nearly, and more makes what bends too stiff (a ring of 32x2 by
-# 0.9 % in its frequencies, by 3.8 % for 0.3)
-SHARES = {"triangle": Shares(0.05, 2.0)}
+# 3.8 % in its frequencies for 0.3)
+SHARES = {"quadrilateral": Shares(0.1, 0.1), "triangle": Shares(0.05, 3.0)}
 
 # weight of the hourglass control: per h/h_K it is stiff against the spurious in-plane modes, and
 # as it vanishes with the thickness it neither locks thin distorted meshes nor spoils the large
@@ -97,13 +94,14 @@ def bind_section(shell: Shell, domain: mesh.Mesh) -> BoundSection:
     N0, who = _constant(domain, section.stiffness), f"shell '{shell.name}': energy"
     strains = ShellStrains(*(_constant(domain, np.zeros(size)) for size in (3, 3, 2)))
     resists_all(section.energy, strains, parameters, who)
-    a, b = _weights(domain, section.thickness)
+    a, a_shear, b = _weights(domain, section.thickness)
     share = _per_element(domain, a)
     nonlinear = NonlinearMixed(
         psi=lambda strains: written(section.energy, (strains, parameters), who),
         N0=N0,
         a=share,
         thickness=_constant(domain, section.thickness),
+        a_shear=None if a_shear is None else _per_element(domain, a_shear),
     )
     sizes = Sizes(section.thickness, section.stiffness, section.mass[0])
     return BoundSection(nonlinear, N0, N0 * _per_element(domain, b), sizes, share)
@@ -113,14 +111,13 @@ def _bind_linear(shell: Shell, section: LinearSection, domain: mesh.Mesh) -> Bou
     fields = SectionFields(shell, domain)
     membrane, shear = fields.largest(_membrane), fields.largest(_shear)
     thickness = fields.by_cell(lambda at: at.thickness)
-    a, b = _weights(domain, thickness)
-    own = SHARES.get(domain.topology.cell_name())
+    a, a_shear, b = _weights(domain, thickness)
     # the control is as stiff as the section is in its element
     b = b * fields.by_cell(_membrane) / membrane
     N0 = _constant(domain, membrane)
     # without stretching there is nothing that bending could be coupled to
     couples = section.coupled and shell.coupling and shell.stretching
-    share = _per_element(domain, a if own is None else _share(domain, own.membrane, thickness))
+    share = _per_element(domain, a)
     linear = LinearMixed(
         A=fields.of(lambda at: at.A),
         D=fields.of(lambda at: at.D),
@@ -133,7 +130,7 @@ def _bind_linear(shell: Shell, section: LinearSection, domain: mesh.Mesh) -> Bou
         a=share,
         B=fields.of(lambda at: at.B) if couples else None,
         slack=_constant(domain, SLACK / shear) if shell.holds_strains else None,
-        a_shear=None if own is None else _per_element(domain, _share(domain, own.shear, thickness)),
+        a_shear=None if a_shear is None else _per_element(domain, a_shear),
     )
     sizes = Sizes(
         fields.mean(lambda at: at.thickness), membrane, fields.mean(lambda at: at.mass[0])
@@ -152,14 +149,16 @@ def _shear(at: Layup) -> Floats:
     return np.asarray(np.diagonal(at.G, axis1=-2, axis2=-1).max(axis=-1))
 
 
-def _weights(domain: mesh.Mesh, thickness: float | Floats) -> tuple[Floats, Floats]:
-    """Weights of the fully integrated part and of the hourglass control in each element.
+def _weights(domain: mesh.Mesh, thickness: float | Floats) -> tuple[Floats, Floats | None, Floats]:
+    """Fully integrated shares, of shear where it has its own, and weights of hourglass control.
 
     Below one for any thickness, so that the reduced part never vanishes.
     """
-    a = _share(domain, STABILISATION[domain.topology.cell_name()], thickness)
+    c = SHARES[domain.topology.cell_name()]
+    a = _share(domain, c.membrane, thickness)
+    a_shear = None if c.shear == c.membrane else _share(domain, c.shear, thickness)
     b = HOURGLASS * _slenderness(domain, thickness)
-    return a, b / (1 + b)
+    return a, a_shear, b / (1 + b)
 
 
 def _share(domain: mesh.Mesh, c: float, thickness: float | Floats) -> Floats:

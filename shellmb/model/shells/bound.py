@@ -29,7 +29,7 @@ from shellmb.model.body import (
 )
 from shellmb.model.frames.floating import FloatingFrame
 from shellmb.model.frames.unit import DirectorConstraint, directors_held
-from shellmb.model.rules import quadrature_rules
+from shellmb.model.rules import BUBBLES, quadrature_rules
 from shellmb.model.sections.section import bind_mass, bind_section
 from shellmb.model.shells.direction import direction_1
 from shellmb.scene import LinearSection, Shell
@@ -76,7 +76,7 @@ class BoundShell:
             # of unit size, so that numbers do not depend on the unit of length
             size = ufl.sqrt(ufl.JacobianDeterminant(domain))
             axes = size * self.surface.e1, size * self.surface.e2
-            self.layout = self.layout._replace(axes=axes)
+            self.layout = self.layout._replace(axes=axes, bubble=BUBBLES)
         self.rules = quadrature_rules(domain, shell.degree)
         self._ds = self._edge_measure(domain)
         self.section = bind_section(shell, domain)
@@ -161,8 +161,8 @@ class BoundShell:
         """Strains (eps, kap, gam), shape (8,): those of eq. (9), or of the user's measure."""
         own = self.shell.strains
         if own is None:
-            return shell_forms.strain_measure(self.surface, self.velocities)
-        return measure(lambda q: vector(own(*self.velocities(q), self.surface)))
+            return shell_forms.strain_measure(self.surface, self.straining)
+        return measure(lambda q: vector(own(*self.straining(q), self.surface)))
 
     @cached_property
     def line_strain(self) -> Measure:
@@ -190,6 +190,10 @@ class BoundShell:
     def velocities(self, v: Expr) -> tuple[Expr, Expr]:
         """Velocity of the surface and of the director in a rate of the state."""
         return self.layout.displacement(v), self.layout.director_change(v)
+
+    def straining(self, q: Expr) -> tuple[Expr, Expr]:
+        """Displacement and change of the director that strains are taken of."""
+        return self.layout.straining(q), self.layout.director_change(q)
 
     @property
     def _turns(self) -> bool:

@@ -64,7 +64,7 @@ def _linear(
     h = shell.thickness
 
     def product(a: Expr, b: Expr) -> Expr:
-        first, second = (shell_forms.tangents(*shell.velocities(q), shell.surface) for q in (a, b))
+        first, second = (shell_forms.tangents(*shell.straining(q), shell.surface) for q in (a, b))
         sizes = 1, 1, 1, h**2, h**2
         return sum(s * ufl.dot(x, y) for s, x, y in zip(sizes, first, second, strict=True))
 

@@ -37,10 +37,10 @@ class LinearShell(ShellModel):
 
     def _apart(self, q: Expr) -> Expr:
         """What ties the frame, shape (9,)."""
-        return frame_constraints(self._frame(q), floating.turned(*self.velocities(q), self.surface))
+        return frame_constraints(self._frame(q), floating.turned(*self.straining(q), self.surface))
 
     def _moved(self, q: Expr) -> tuple[Expr, Expr, Expr]:
-        return (*self.velocities(q), self._frame(q))
+        return (*self.straining(q), self._frame(q))
 
     @cached_property
     def strain(self) -> Measure:
