@@ -6,41 +6,17 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 import numpy as np
-import numpy.typing as npt
 
 from shellmb.arrays import Floats
 from shellmb.checked_model import checked_model
-from shellmb.errors import ConvergenceError, SceneError, petsc_in_words
-from shellmb.modal.tangent import Blocks, bending_scales, tangent
+from shellmb.errors import SceneError, petsc_in_words
+from shellmb.modal.tangent import Blocks, tangent
 from shellmb.model.model import Model
 from shellmb.observers.fields.modal import ModalNodes, modal_members
 from shellmb.scene import Scene
-from shellmb.scene.loads.loads import Gravity
+from shellmb.simulate.eigenmodes import lowest
 from shellmb.simulate.simulation import Simulation
-from shellmb.simulate.stability import Stability
 from shellmb.system.assembly.blocks import BlockSystem
-from shellmb.system.direct.symmetry import is_symmetric
-from shellmb.system.eigenvalues import eigenpairs, quotients
-
-# a mode below this fraction of the first elastic eigenvalue is a rigid-body motion
-RIGID = 1e-5
-
-# the shift lies this many times D/(m L^4) below zero: near the lowest modes, and never on one
-SHIFT = 10.0
-
-# Eigenvalues below this fraction of the shift are zero, where all modes are rigid, and so are those
-# below this many times what round-off of the stiffness can make (six free plates and beams: 0.95 of
-# it at most). Where the matrix is not symmetric, that is known to less
-ZERO, ROUND_OFF, NEUTRAL = 1e-10, 10.0, 1e-6
-
-# imaginary parts beyond this of the square are no round-off: where loads follow the bodies, both
-# planes of a square column have the same square, which round-off splits by 1e-12
-COMPLEX = 1e-6
-
-# Where no count tells of what diverges, it is looked for at lower and lower shifts, down to so many
-# times the first one and the lowest that is found, a few at each; two squares that are as near as
-# the last number are one
-FARTHEST, FARTHER, AT_ONCE, SAME = 1e4, 20.0, 4, 1e-6
 
 
 @dataclass(frozen=True)
@@ -135,86 +111,10 @@ def natural_modes(
     if state is not None:
         state.run()
     system, stiffness, mass = _tangent_at(model, state)
-    K = system.symmetric_matrix(stiffness, 1.0)
-    M = system.symmetric_matrix(mass, 0.0)
-    symmetric = is_symmetric(K)
-    shift = shift_below(model, loaded)
-    values, vectors = eigenpairs(K, M, count, shift, symmetric)
-    unstable = _unstable(model, system, K, M, RIGID * abs(shift)) if symmetric else None
-    missing = (unstable or 0) - int(np.sum(values.real < -RIGID * abs(shift)))
-    if missing > 0:
-        # far beyond a critical load the lowest ones are not those next to the shift
-        values, vectors = eigenpairs(K, M, count + missing, shift, symmetric)
-    if not symmetric:
-        # nothing counts them there
-        values, vectors = _with_far_ones(K, M, values, vectors, shift)
-    values.imag *= np.abs(values.imag) > COMPLEX * np.abs(values)
-    zero = np.full(len(values), NEUTRAL * abs(shift))
-    if symmetric:
-        quotient, round_off = quotients(K, M, vectors)
-        values, zero = (
-            quotient.astype(np.complex128),
-            np.maximum(ZERO * abs(shift), ROUND_OFF * round_off),
-        )
-    elastic = float(np.max(np.abs(values)))
-    # rigid modes are told from the elastic ones by the largest gap, not by the highest mode asked
-    # for
-    positive = np.sort(np.abs(values))
-    scale = next((v for v in positive if v > 1e-8 * elastic), elastic)
-    still = np.abs(values) < np.maximum(RIGID * scale, zero)
-    order = np.lexsort((values.real, ~still))[:count]
-    shapes = [mode_shape(system, model, vectors[k]) for k in order]
-    return Modes(
-        values[order].real,
-        shapes,
-        model,
-        system.size,
-        int(np.sum(still[order])),
-        values[order].imag,
-        unstable,
-    )
-
-
-def _with_far_ones(
-    K: PETSc.Mat,
-    M: PETSc.Mat,
-    values: npt.NDArray[np.complex128],
-    vectors: list[PETSc.Vec],
-    shift: float,
-) -> tuple[npt.NDArray[np.complex128], list[PETSc.Vec]]:
-    """Add pairs that diverge far beyond the shift, next to lower and lower ones.
-
-    What diverges is nearer to a shift that is twice as low than all that swings.
-    """
-    target, few = shift, min(len(values), AT_ONCE)
-    while target > FARTHEST * shift or target > FARTHER * np.min(values.real):
-        target = 10.0 * target
-        try:
-            found, there = eigenpairs(K, M, few, target, False)
-        except ConvergenceError:
-            # of few unknowns multipliers are all that is there
-            break
-        # of double ones, as of a square column, both
-        known, lowest = values, float(np.min(values.real))
-        for value, vector, own in zip(found, there, quotients(K, M, there)[0], strict=True):
-            new = np.min(np.abs(known - value)) > SAME * abs(value)
-            # of multipliers the quotient is another number
-            diverges = value.imag == 0.0 and abs(own - value.real) < SAME * abs(value)
-            if diverges and new and value.real < -RIGID * abs(shift):
-                values, vectors = np.append(values, value), [*vectors, vector]
-        if np.min(values.real) < lowest:
-            # go on from there
-            target = max(target, float(np.min(values.real)) / 5.0)
-    return values, vectors
-
-
-def _unstable(
-    model: Model, system: BlockSystem, K: PETSc.Mat, M: PETSc.Mat, above: float
-) -> int | None:
-    """Number of squares below `-above`, which leaves out those that are zero up to round-off."""
-    shifted = K.copy()
-    shifted.axpy(above, M)
-    return Stability(model, system, lambda: shifted).look().unstable
+    found = lowest(model, system, stiffness, mass, count, loaded)
+    shapes = [mode_shape(system, model, vector) for vector in found.vectors]
+    values = found.values
+    return Modes(values.real, shapes, model, system.size, found.rigid, values.imag, found.unstable)
 
 
 def _tangent_at(model: Model, state: Simulation | None) -> tuple[BlockSystem, Blocks, Blocks]:
@@ -223,17 +123,6 @@ def _tangent_at(model: Model, state: Simulation | None) -> tuple[BlockSystem, Bl
         return tangent(model)
     end, t = state.problem.start_factor, state.t
     return tangent(model, state.arrays(), lambda function: end(t, function))
-
-
-def shift_below(model: Model, loaded: bool) -> float:
-    """A negative shift of the size of the lowest eigenvalues, rad^2/s^2."""
-    found = bending_scales(model)
-    found += [float(np.min(data.omega2)) / SHIFT for data in model.modal]
-    if not found:
-        # rigid bodies swing by their weight, or by springs of whatever stiffness
-        weights = [w for w in model.scene.loads if loaded and isinstance(w, Gravity)]
-        found = [float(np.linalg.norm(w.acceleration)) / model.length for w in weights] or [1.0]
-    return -SHIFT * min(found)
 
 
 Shape = dict[str, Floats]

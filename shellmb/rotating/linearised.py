@@ -17,8 +17,8 @@ from shellmb.native.derivatives import Derivative
 from shellmb.rotating.axis import Axis
 from shellmb.rotating.frame import TurningFrame
 from shellmb.schemes.base import Levels
+from shellmb.simulate.eigenmodes import shift_below
 from shellmb.simulate.start.relaxation import Relaxation
-from shellmb.vibration import shift_below
 
 
 class Linearised:

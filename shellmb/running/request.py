@@ -10,7 +10,7 @@ from typing import Any
 from pydantic import TypeAdapter, ValidationError
 
 from shellmb.errors import SceneError
-from shellmb.observers.files.seal import checksum, is_sealed, sealed
+from shellmb.guarding.seal import checksum, is_sealed, sealed
 from shellmb.options.described import parse_mesh
 from shellmb.options.run import Options
 from shellmb.running.loader import SceneModule, demos, is_file_name, load

@@ -17,7 +17,7 @@ from shellmb.scene.control.events import Event
 from shellmb.scene.control.sensors import Condition, Formula, Sensor
 from shellmb.scene.control.signals import Acceleration, Command, Off, On
 from shellmb.scene.description import Body
-from shellmb.scene.initial import InitialVelocity
+from shellmb.scene.initial import FromMode, FromRun, FromShape, InitialVelocity
 from shellmb.scene.loads.body_loads import (
     FollowerForce,
     FollowerLineForce,
@@ -137,6 +137,9 @@ __all__ = [
     "FollowerMoment",
     "FollowerSurfaceForce",
     "Formula",
+    "FromMode",
+    "FromRun",
+    "FromShape",
     "GeneralSection",
     "Glue",
     "GmshFile",

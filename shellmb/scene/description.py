@@ -11,7 +11,7 @@ from shellmb.scene.beams.beam import Beam, Glue
 from shellmb.scene.control.controllers import Law
 from shellmb.scene.control.events import Event
 from shellmb.scene.control.sensors import Sensor, sensors_of
-from shellmb.scene.initial import InitialVelocity
+from shellmb.scene.initial import InitialVelocity, Starts
 from shellmb.scene.loads.contacts import Contact
 from shellmb.scene.loads.loads import Load
 from shellmb.scene.loads.potentials import Potential
@@ -70,7 +70,7 @@ class Description:
     glues: Annotated[tuple[InstanceOf[Glue], ...], BeforeValidator(_several)] = ()
     locks: Annotated[tuple[InstanceOf[Lock], ...], BeforeValidator(_several)] = ()
     assemble: bool = False
-    start: Literal["given", "equilibrium"] = "given"
+    start: Starts = "given"
     redundant: Literal["error", "drop"] = "error"
     path: PathFollowing | None = None
     potentials: Annotated[tuple[InstanceOf[Potential], ...], BeforeValidator(_several)] = ()
@@ -97,6 +97,12 @@ class Description:
     def static(self) -> bool:
         """Whether the scene has no velocities."""
         return is_static(self.scheme)
+
+    @property
+    def starts(self) -> tuple[Any, ...]:
+        """What the run starts from, one after the other; nothing where it starts as given."""
+        items = self.start if isinstance(self.start, tuple) else (self.start,)
+        return tuple(item for item in items if item != "given")
 
     @property
     def bodies(self) -> tuple[Body, ...]:

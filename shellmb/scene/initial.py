@@ -1,10 +1,17 @@
-"""Initial velocities."""
+"""What a run begins with: initial velocities, and states to start from."""
 
 from __future__ import annotations
 
-from shellmb.scene.values.validate import Name, Vec3, described
+import os
+from typing import Annotated, Any
 
-__all__ = ["InitialVelocity"]
+from pydantic import BeforeValidator
+
+from shellmb.errors import SceneError
+from shellmb.scene.values.positions import OfPosition
+from shellmb.scene.values.validate import Finite, Name, NonNegative, PositiveInt, Vec3, described
+
+__all__ = ["FromMode", "FromRun", "FromShape", "InitialVelocity", "Starts"]
 
 
 @described("initial velocity")
@@ -22,3 +29,99 @@ class InitialVelocity:
     spin: Vec3 = (0.0, 0.0, 0.0)
     about: Vec3 = (0.0, 0.0, 0.0)
     body: Name | None = None
+
+
+def _directory(value: object) -> object:
+    """The directory of a run, also where the run itself is given."""
+    found = getattr(value, "directory", value)
+    return os.fspath(found) if isinstance(found, os.PathLike) else found
+
+
+@described("start from a run")
+class FromRun:
+    """The last state of another run, or one of its frames; prestress stays.
+
+    The other run may have another scheme, other loads, supports, joints and sections. Its bodies
+    must have the same names, meshes and degrees. The time of the new run begins at 0.
+
+    Args:
+        run: The run, or its directory.
+        at: Time of a stored frame [s], of a path its arc length; None: the last state. Frames have
+            no velocities of directors, so the new run starts from them at rest.
+        velocities: Whether velocities are taken, too; False: the new run starts at rest.
+    """
+
+    run: Annotated[Name, BeforeValidator(_directory)]
+    at: NonNegative | None = None
+    velocities: bool = True
+
+
+@described("start from a mode")
+class FromMode:
+    """A natural mode about the state reached so far: the reference, or what stands before it.
+
+    Nodes move along straight lines and directors turn, so bodies that bend or turn are stretched by
+    the square of the amplitude: it must be small against the size of the bodies. The largest
+    displacement in the mode is ``amplitude``, its largest velocity is ``velocity``.
+
+    Args:
+        number: Number of the mode, from 1, in the order of `shellmb modes`, rigid modes included.
+        amplitude: Largest displacement [m].
+        velocity: Largest velocity [m/s]; positive: along a positive amplitude.
+    """
+
+    number: PositiveInt = 1
+    amplitude: Finite = 0.0
+    velocity: Finite = 0.0
+
+    def __post_init__(self) -> None:
+        """Refuse a mode without effect."""
+        if self.amplitude == 0.0 and self.velocity == 0.0:
+            raise SceneError(
+                "start from a mode: amplitude and velocity are 0; one of them must be different "
+                "from 0"
+            )
+
+
+@described("start from a shape")
+class FromShape:
+    """Given displacements and rotations of the nodes, as functions of the reference position.
+
+    Args:
+        displacement: ``displacement(x)`` for ``x`` of shape (3, n), shape (3, n) [m]; None: zero.
+        rotation: Rotation vectors of directors and sections, ``rotation(x)``, shape (3, n) [rad];
+            None: zero.
+        body: Name of the body; None: the only one.
+    """
+
+    displacement: OfPosition | None = None
+    rotation: OfPosition | None = None
+    body: Name | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse a shape without effect."""
+        if self.displacement is None and self.rotation is None:
+            raise SceneError(
+                "start from a shape: displacement and rotation are missing; one of them must be "
+                "given"
+            )
+
+
+WORDS = ("given", "equilibrium")
+RIGHT = "it must be 'given' or 'equilibrium'"
+
+
+def _starts(value: object) -> object:
+    """A start, or several of them, one after the other."""
+    items = value if isinstance(value, tuple) else (value,)
+    for item in items:
+        if item not in WORDS if isinstance(item, str) else not isinstance(item, START):
+            others = ", or FromRun, FromMode, FromShape"
+            raise ValueError(RIGHT + ("" if isinstance(item, str) else others))
+    if any(isinstance(item, FromRun) for item in items[1:]):
+        raise ValueError("FromRun must stand before all others")
+    return value
+
+
+START = (FromRun, FromMode, FromShape)
+Starts = Annotated[Any, BeforeValidator(_starts)]

@@ -12,7 +12,7 @@ from shellmb.scene.checks import whole as checks
 from shellmb.scene.checks.fields import check_fields, has_field
 from shellmb.scene.checks.linear import check_path
 from shellmb.scene.description import Body, Description
-from shellmb.scene.initial import InitialVelocity
+from shellmb.scene.initial import FromRun, FromShape, InitialVelocity
 from shellmb.scene.loads.contacts import Contact
 from shellmb.scene.loads.loads import Load
 from shellmb.scene.loads.potentials import Potential
@@ -65,8 +65,10 @@ class Scene(Description):
         locks: Joints that are held for some time.
         assemble: Whether the bodies are moved first so that the joints close, and get the nearest
             velocities at which nothing slips.
-        start: Where a dynamic scene starts: as it is given, or in static equilibrium under the
-            loads of time 0.
+        start: What a scene starts from: ``"given"``, the reference; ``"equilibrium"``, under the
+            loads of time 0, of a dynamic scene; the state of another run, a natural mode, or a
+            given shape (`FromRun`, `FromMode`, `FromShape`); or several of these, one after the
+            other.
         redundant: What becomes of constraints that others imply: an error, or they are dropped.
         path: Follows the path of static equilibria through limit points; None: load steps.
         potentials: Energies of the place of bodies.
@@ -173,7 +175,7 @@ class Scene(Description):
             left = tuple(f for f in self.output.fields if has_field(f, {"rigid", "joint"}))
             changes["output"] = replace(self.output, fields=left)
         new = changes.get("scheme", self.scheme)
-        changes |= _lost(new)
+        changes |= _lost(self, new)
         if dt is None and is_static(new) and t_end is not None and t_end < (self.dt or 0.0):
             changes["dt"] = None
         if is_static(new) and self.control.tolerance is not None:
@@ -202,14 +204,15 @@ class Scene(Description):
         return {b.name for b in found}
 
 
-def _lost(scheme: Any) -> dict[str, Any]:
+def _lost(scene: Scene, scheme: Any) -> dict[str, Any]:
     """What a scheme cannot have, with what is left of it."""
     lost: dict[str, Any] = {}
     if getattr(scheme, "name", scheme) != "static":
         # only equilibria have a path
         lost["path"] = None
     if is_static(scheme):
-        lost |= {"initial": (), "start": "given"}
+        still = tuple(s for s in scene.starts if isinstance(s, FromRun | FromShape))
+        lost |= {"initial": (), "start": still or "given"}
     if scheme not in DISSIPATIVE:
         lost["alpha"] = 1.0
     return lost

@@ -150,7 +150,7 @@ class Fields(Mapping[str, "xr.Dataset"]):
         """
         import pyvista as pv
 
-        from shellmb.observers.files.grids import read_grid
+        from shellmb.guarding.grids import read_grid
 
         at = self.nearest(t)
         blocks = pv.MultiBlock({name: pv.wrap(read_grid(self.file(name, at))) for name in self})
@@ -162,7 +162,7 @@ class Fields(Mapping[str, "xr.Dataset"]):
         import xarray as xr
         from xarray.core import indexing
 
-        from shellmb.observers.files.grids import read_grid
+        from shellmb.guarding.grids import read_grid
         from shellmb.show.lazy import OnFiles
         from shellmb.show.values import POSITION
 

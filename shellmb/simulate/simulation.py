@@ -141,7 +141,7 @@ class Simulation:
         self.model: Model
         self.model, self.redundant = checked_model(scene, comm)
         self.problem = Problem(self.model, self.scheme)
-        self._start = start = Start(self.problem, self.size.dt)
+        self._start = start = Start(self.problem, self.size.dt, scene)
         start.positions()
         start.velocities()
         start.accelerations()

@@ -37,9 +37,9 @@ from shellmb.scene import (
     Solver,
     StepControl,
 )
+from shellmb.simulate.eigenmodes import shift_below
 from shellmb.simulate.simulation import Silent, Simulation
 from shellmb.system.eigenvalues import eigenpairs
-from shellmb.vibration import shift_below
 from tests.bench.effects.plates import _quadratic
 
 E, RHO, LENGTH, SIDE = 2e11, 8000.0, 1.0, 0.1

@@ -13,8 +13,8 @@ import numpy as np
 
 from shellmb.arrays import Floats
 from shellmb.errors import ControlError, ConvergenceError, Stopped
+from shellmb.guarding.seal import checksum, sealed
 from shellmb.guarding.writing import drafted, make_folder, write_text
-from shellmb.observers.files.seal import checksum, sealed
 from shellmb.scene.fingerprint import Fingerprint, fingerprint
 from shellmb.simulate.simulation import Observer, Silent, Simulation
 

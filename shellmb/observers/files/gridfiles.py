@@ -15,12 +15,12 @@ from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
 
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
+from shellmb.guarding.grids import read_grid
 from shellmb.guarding.reading import read_bytes
+from shellmb.guarding.seal import checksum
 from shellmb.guarding.writing import write_bytes
 from shellmb.observers.files.grid import Grid
-from shellmb.observers.files.grids import read_grid
 from shellmb.observers.files.growingfile import GrowingFile
-from shellmb.observers.files.seal import checksum
 
 # what stands around the states in their list
 HEAD, END = '{"file-series-version": "1.0", "files": [\n', "\n]}\n"

@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
-import io
-import zipfile
 from pathlib import Path
 from typing import Annotated, Any
 
 from mpi4py import MPI
 
-import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, StringConstraints, ValidationError
 
 from shellmb.errors import SceneError
-from shellmb.guarding.reading import check_archive, read_bytes
+from shellmb.guarding.reading import read_bytes
+from shellmb.guarding.seal import checksum, is_sealed
 from shellmb.observers.files.checkpoint import FORMAT, STATE_FILE, Saved
-from shellmb.observers.files.seal import checksum, is_sealed
 from shellmb.observers.history import read_rows
 from shellmb.running.standard import HISTORY, STATE, SUMMARY
 from shellmb.running.tables import Damaged, first_error, read_table
+from shellmb.simulate.start.stored import read_arrays
 
 Count = Annotated[int, Field(ge=0)]
 Seconds = Annotated[float, Field(ge=0, allow_inf_nan=False)]
@@ -160,17 +158,9 @@ def _read_state(file: Path, ranks: int) -> dict[str, Any]:
 def _read_arrays(folder: Path, state: dict[str, Any], rank: int) -> dict[str, Any]:
     file = folder / f"{state['arrays']}-rank{rank}.npz"
     try:
-        content = read_bytes(file)
+        return read_arrays(file, state["arrays_sha256"][rank])
     except SceneError as error:
         raise Damaged(str(error)) from None
-    if checksum(content) != state["arrays_sha256"][rank]:
-        raise Damaged(f"{file} is damaged (its checksum differs)")
-    try:
-        with np.load(io.BytesIO(content), allow_pickle=False) as archive:
-            check_archive(archive.zip, len(content))
-            return {key: archive[key] for key in archive.files}
-    except (ValueError, OSError, zipfile.BadZipFile) as error:
-        raise Damaged(f"{file} is damaged ({error})") from None
 
 
 def _check_history(file: Path, state: dict[str, Any]) -> None:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from shellmb.errors import SceneError, ShellmbWarning
+from shellmb.scene.initial import FromMode
 from shellmb.scene.loads.loads import Gravity
 from shellmb.scene.loads.supports import Driven, Fixed
 from shellmb.scene.lookup import bodies_of, listed, said
@@ -95,7 +96,7 @@ def _velocities(scene: Description) -> None:
             f"{what}; it must be left out, because scheme {show(scene.scheme_name)} has no "
             "velocities as 'ep' and 'ed' have"
         )
-    if scene.start != "given":
+    if any(isinstance(s, str | FromMode) for s in scene.starts):
         raise SceneError(
             f"scene '{scene.name}': start is {show(scene.start)}; it must be left out, because "
             f"scheme {show(scene.scheme_name)} seeks equilibria anyway"
@@ -135,7 +136,7 @@ def check_begin(scene: Description) -> None:
     Raises:
         SceneError: If a support begins elsewhere.
     """
-    if scene.static or scene.start == "equilibrium":
+    if scene.static or any(not isinstance(s, FromMode) for s in scene.starts):
         return
     for support in scene.supports:
         if isinstance(support, Fixed):

@@ -62,7 +62,7 @@ def _given(scene: Description, scheme: str) -> None:
     """Where it starts, and what is asked for."""
     who = f"scene '{scene.name}'"
     for what, wrong in (
-        ("start is 'equilibrium'", scene.start == "equilibrium"),
+        ("start is 'equilibrium'", "equilibrium" in scene.starts),
         ("assemble is True", scene.assemble),
     ):
         if wrong:
@@ -100,6 +100,11 @@ def check_path(scene: Description) -> None:
     """
     if scene.path is None:
         return
+    if scene.starts:
+        raise SceneError(
+            f"scene '{scene.name}': start is {show(scene.start)}; a path starts from the unloaded "
+            "structure, so it must be left out"
+        )
     who = f"scene '{scene.name}': path following"
     if scene.scheme_name != "static":
         raise SceneError(

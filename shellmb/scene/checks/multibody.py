@@ -60,7 +60,7 @@ def check(scene: Description) -> None:
     for support in scene.supports:
         if isinstance(support, Fixed):
             _directors(scene, support)
-    if scene.static or scene.start == "equilibrium":
+    if scene.static or "equilibrium" in scene.starts:
         _supported(scene)
     if not scene.static:
         _massive(scene)

@@ -13,8 +13,8 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 
 from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError
+from shellmb.guarding.grids import read_grid
 from shellmb.observers.files.grid import lattice
-from shellmb.observers.files.grids import read_grid
 from shellmb.show.fields import NAMES, REFERENCE, Fields
 
 VERTEX, LINE = 1, 3

@@ -8,7 +8,7 @@ mechanism whose stiffness is singular until it carries its load.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from typing import Protocol
 
@@ -21,7 +21,7 @@ from dolfinx import fem
 from ufl import Form
 from ufl.core.expr import Expr
 
-from shellmb.bodyfields import body_field, residual_terms
+from shellmb.bodyfields import NONE, body_field, residual_terms
 from shellmb.errors import ConvergenceError
 from shellmb.model.body import LoadFactors, Rates, TimeFunction
 from shellmb.model.model import Model
@@ -59,6 +59,7 @@ class Relaxation:
         tau: Time that sets how far bodies move in a step, s.
         frames: A moving frame for each body, by name; None: they come to rest in space.
         time: When loads and prescribed motions are taken, s.
+        untested: Parts that are not wanted, and do not have to converge.
     """
 
     def __init__(
@@ -68,6 +69,7 @@ class Relaxation:
         tau: float,
         frames: Mapping[str, Frame] | None = None,
         time: float = 0.0,
+        untested: Collection[str] = (),
     ) -> None:
         self.model, self.levels, self.tau, self.time = model, levels, tau, time
         self.functions: dict[str, fem.Function] = {}
@@ -99,7 +101,13 @@ class Relaxation:
                 work = loads.virtual_work(unknown, test)
                 forms.append(None if work is None else -work)
             parts = tuple(
-                Part(p.title, body.mixed.dofs[p.name], p.scale, p.advice) for p in body.parts
+                Part(
+                    p.title,
+                    body.mixed.dofs[p.name],
+                    np.inf if p.name in untested else p.scale,
+                    p.advice,
+                )
+                for p in body.parts
             )
             residual = tuple(form for form in forms if form is not None)
             field = body_field(body, unknown, residual, numbers, parts)
@@ -138,6 +146,32 @@ class Relaxation:
                     moved = max(moved, here / part.scale)
             q[:] = unknown
         return float(self.model.comm.allreduce(moved, op=MPI.MAX))
+
+    def joined(self) -> tuple[float, str]:
+        """Give joints the places of the nodes that they are at; collective.
+
+        Returns:
+            How far nodes of two bodies that are one are apart, relative to their scales, and a body
+            that has them.
+        """
+        arrays = []
+        for field in self.system.fields:
+            arrays.append(self.levels[field.name].q.x.array.copy())
+            for link in field.links:
+                arrays[-1][link.dofs] = np.nan
+        self.system.x.array[:] = self.system.global_values(arrays, known=True)
+        self.system.scatter(self.system.x)
+        worst, mechanism = (0.0, ""), {body.name for body in self.model.mechanism.bodies}
+        for body in self.model.bodies:
+            q, joined = self.levels[body.name].q.x.array, self.functions[body.name].x.array
+            for part in body.parts:
+                if part.name in body.kinematic and body.name not in mechanism:
+                    dofs = body.mixed.dofs[part.name]
+                    apart = float(np.max(np.abs(joined[dofs] - q[dofs]), initial=0.0))
+                    worst = max(worst, (apart / part.scale, body.name))
+            linked = np.concatenate([NONE, *(link.dofs for link in body.links)])
+            q[linked] = joined[linked]
+        return max(self.model.comm.allgather(worst))
 
     def tangent(self) -> PETSc.Mat:
         """Derivative of the forces at the state without `M/tau^2`, as eigenproblems need it."""

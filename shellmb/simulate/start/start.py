@@ -2,21 +2,32 @@
 
 from __future__ import annotations
 
+import warnings
+from collections.abc import Callable
 from functools import cached_property
 
 import numpy as np
+from ufl import Form
 
 from shellmb.bodyfields import kinematic_dofs
 from shellmb.constraint_analysis.redundancy import RATE_STEP, largest_gap
-from shellmb.errors import ConvergenceError, SceneError
+from shellmb.errors import ConvergenceError, SceneError, ShellmbWarning
+from shellmb.model.body import Body
 from shellmb.model.joints.rolling import ContactGroup
 from shellmb.model.joints.slipping import refuse_slip
+from shellmb.scene import FromMode, Scene
+from shellmb.schemes.base import Levels
+from shellmb.schemes.linearised import strain_energy
 from shellmb.simulate.problem import Problem
 from shellmb.simulate.start.endforces import EndForces
+from shellmb.simulate.start.given import instant, largest_misfit, stress_dofs, take
 from shellmb.simulate.start.relaxation import Relaxation
+from shellmb.system.assembly.functionals import Functionals
 
 # a joint is open if its ends are apart by more than this part of the scene's length
 OPEN = 1e-9
+# a change of the kinetic energy of a given state that is no round-off
+LOST = 1e-9
 
 
 class Start:
@@ -25,11 +36,15 @@ class Start:
     Args:
         problem: The functions of all bodies, at rest in the reference configuration.
         dt: First step, s.
+        scene: The scene, as the user describes it.
     """
 
-    def __init__(self, problem: Problem, dt: float) -> None:
+    def __init__(self, problem: Problem, dt: float, scene: Scene) -> None:
         self.problem, self.model, self.scene = problem, problem.model, problem.model.scene
+        self._described = scene
         self._dt = dt
+        # whether a state was taken, and whether its resultants are to be found
+        self._taken = self._anew = False
         self._tied = any(body.coupled for body in self.model.bodies)
         # velocities of floating frames follow from those of their bodies
         self._following = any("frame" in body.kinematic for body in self.model.bodies)
@@ -41,22 +56,98 @@ class Start:
             SceneError: If a joint is open and the scene does not ask to close it.
             ConvergenceError: If the joints cannot be closed, or there is no equilibrium.
         """
+        for start in self.scene.starts:
+            if start != "equilibrium":
+                self._anew = take(start, self.problem, self._described) or self._anew
+                self._taken = True
+            elif self.problem.scheme.dynamic:
+                self._close()
+                self._relaxation.equilibrium()
+        self._close()
+
+    @cached_property
+    def _relaxation(self) -> Relaxation:
+        return Relaxation(self.model, self.problem.levels, self._dt)
+
+    @cached_property
+    def _instant(self) -> Relaxation:
+        """A relaxation for times so short that multipliers are round-off."""
+        return Relaxation(self.model, self.problem.levels, self._dt, untested=("lam", "mu", "hold"))
+
+    def _close(self) -> None:
+        """Close the joints, and find resultants of a state that has none; refuse what does not fit.
+
+        Statics finds an equilibrium in its first step, and small displacements add up.
+        """
+        if self._taken and not self.problem.scheme.dynamic:
+            return
         gap, name, said = 0.0, "", ""
         if self._tied:
             q = {name: levels.q for name, levels in self.problem.levels.items()}
             gap, name, said = largest_gap(self.model, q)
-        wanted = self.scene.start == "equilibrium" and self.problem.scheme.dynamic
-        if gap > OPEN and not self.scene.assemble:
-            raise SceneError(
-                f"joint '{name}': it is open by {said} in the given "
-                "positions; move its bodies, or use assemble=True"
-            )
-        if gap > OPEN or wanted:
-            relaxation = Relaxation(self.model, self.problem.levels, self._dt)
+        if not self._taken:
+            if gap > OPEN and not self.scene.assemble:
+                raise SceneError(
+                    f"joint '{name}': it is open by {said} in the given "
+                    "positions; move its bodies, or use assemble=True"
+                )
             if gap > OPEN:
-                relaxation.assemble()
-            if wanted:
-                relaxation.equilibrium()
+                self._relaxation.assemble()
+            return
+        misfit, body, words = largest_misfit(self.problem)
+        if misfit > OPEN and not self.scene.assemble:
+            raise SceneError(
+                f"scene '{self.scene.name}': a support or a prescribed motion of '{body}' begins "
+                f"{words} away from the state that the run starts from; prescribe what that state "
+                "has there, or use assemble=True"
+            )
+        if (misfit > OPEN or gap > OPEN or self._anew) and not self.problem.scheme.linear:
+            self._settle(name, said if gap > OPEN else "")
+        self._anew = False
+
+    def _settle(self, joint: str, gap: str) -> None:
+        """Hold the bodies where they are but for constraints, and find what follows from that."""
+        energy = self._energy(strain_energy) if self.scene.assemble else 0.0
+        levels = [(body, self.problem.levels[body.name].q.x.array) for body in self.model.bodies]
+        before = [q.copy() for _, q in levels]
+        apart, name = self._instant.joined()
+        if apart > OPEN and not self.scene.assemble:
+            raise SceneError(
+                f"scene '{self.scene.name}': in the state that the run starts from, '{name}' is "
+                f"{apart:.3g} of its scale away from what it is joined to; give both bodies the "
+                "same displacements and rotations there, or use assemble=True"
+            )
+        moved = self._instant.step(instant(self.model, self._dt), 0.0)
+        for (body, q), given in zip(levels, before, strict=True):
+            # multipliers there are those of the constraints' errors
+            found = np.concatenate([kinematic_dofs(body), stress_dofs(body)])
+            given[found] = q[found]
+            q[:] = given
+        if gap and moved > OPEN and not self.scene.assemble and not self._of_mode:
+            raise SceneError(
+                f"joint '{joint}': it is open by {gap} in the state that the run starts from; it "
+                "must be closed there, or use assemble=True"
+            )
+        if self.scene.assemble and moved > OPEN:
+            after = self._energy(strain_energy)
+            warnings.warn(
+                f"scene '{self.scene.name}': the state that the run starts from was moved by "
+                f"{moved:.3g} of the bodies' scales to fit supports and joints; its strain energy "
+                f"was {energy:.6g}, is {after:.6g}",
+                ShellmbWarning,
+                stacklevel=2,
+            )
+
+    @property
+    def _of_mode(self) -> bool:
+        """Whether the state is off its constraints by the square of a mode."""
+        return isinstance(self.scene.starts[-1], FromMode)
+
+    def _energy(self, of: Callable[[Body, Levels], Form | None]) -> float:
+        """An energy of all bodies at the start, J; collective."""
+        forms = [of(body, self.problem.levels[body.name]) for body in self.model.bodies]
+        some = [form for form in forms if form is not None and not form.empty()]
+        return float(Functionals([some], self.model.comm)()[0]) if some else 0.0
 
     def velocities(self) -> None:
         """Initial velocities, made consistent with supports, drivers and joints.
@@ -74,8 +165,12 @@ class Start:
                 v = self.problem.levels[body.name].rates["v"].x.array
                 u = body.mixed.dofs["u"].reshape(-1, 3)[nodes]
                 w = body.mixed.dofs["w"].reshape(-1, body.mixed.parts["w"][1])[nodes]
+                if self._taken and not self.problem.scheme.linear:
+                    now = self.problem.levels[body.name].q.x.array
+                    X, D = X + now[u], D + now[w].reshape(D.shape)
                 v[u] += linear + np.cross(spin, X - np.asarray(initial.about))
                 v[w] += np.cross(spin, D).reshape(w.shape)
+        carried = self._energy(_kinetic) if self._taken else 0.0
         self._given_velocities()
         if self.scene.initial and not self.scene.assemble:
             q = {name: levels.q for name, levels in self.problem.levels.items()}
@@ -91,6 +186,20 @@ class Start:
                     error.field,
                     error.norms,
                 ) from error
+        if carried > 0.0:
+            self._say_lost(carried)
+
+    def _say_lost(self, before: float) -> None:
+        """Warn of the energy of velocities that supports and joints do not allow."""
+        after = self._energy(_kinetic)
+        if abs(after - before) > LOST * before:
+            warnings.warn(
+                f"scene '{self.scene.name}': supports and joints do not allow the velocities of "
+                f"the state that the run starts from; their kinetic energy was {before:.6g}, is "
+                f"{after:.6g}",
+                ShellmbWarning,
+                stacklevel=2,
+            )
 
     def accelerations(self, t: float = 0.0) -> None:
         """Those of the equations of motion, for schemes that keep accelerations.
@@ -128,3 +237,7 @@ class Start:
             v = self.problem.levels[body.name].rates["v"].x.array
             for fixed in body.fixed:
                 v[fixed.dofs] = fixed.rate(RATE_STEP * self._dt)
+
+
+def _kinetic(body: Body, levels: Levels) -> Form | None:
+    return body.kinetic_energy(levels.rates["v"])

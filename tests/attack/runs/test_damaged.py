@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 
 from shellmb.errors import SceneError
+from shellmb.guarding.seal import sealed
 from shellmb.observers.files.checkpoint import FORMAT
-from shellmb.observers.files.seal import sealed
 from shellmb.observers.history import read_history
 from shellmb.running.resuming.resume import resume
 

@@ -12,8 +12,8 @@ import pytest
 
 from shellmb.api.runs import load
 from shellmb.errors import RunError, SceneError
+from shellmb.guarding.grids import check_grid, read_grid
 from shellmb.guarding.reading import check_archive, read_bytes
-from shellmb.observers.files.grids import check_grid, read_grid
 from shellmb.running.execute import execute
 from shellmb.running.loader import load as load_scene
 from shellmb.simulate.simulation import Silent

@@ -1,0 +1,112 @@
+"""The last state of another run, as it is saved in the run's directory."""
+
+from __future__ import annotations
+
+import io
+import zipfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from mpi4py import MPI
+
+import numpy as np
+
+from shellmb.arrays import Floats
+from shellmb.errors import SceneError
+from shellmb.guarding.reading import check_archive, read_bytes, read_json
+from shellmb.guarding.seal import checksum, is_sealed
+from shellmb.scene.schemes import is_static
+
+Arrays = dict[str, Floats]
+
+# where a run saves its state
+STATE, STATE_FILE = "state", "state.json"
+
+
+@dataclass(frozen=True)
+class Stored:
+    """The last state of a run.
+
+    Args:
+        arrays: This rank's values, by body and function, as of `Simulation.arrays`.
+        scene: Fingerprint of the run's scene.
+        dynamic: Whether the run has velocities.
+    """
+
+    arrays: Arrays
+    scene: dict[str, Any]
+    dynamic: bool
+
+
+def read_stored(directory: Path, comm: MPI.Comm, whole: bool = True) -> Stored:
+    """Read the last state of a run; collective.
+
+    Args:
+        directory: The run directory.
+        comm: Communicator, of as many ranks as the run's if the whole state is read.
+        whole: Whether the arrays are read, too.
+
+    Raises:
+        SceneError: If there is no such state, or it is damaged, or of another number of ranks.
+    """
+    found: Stored | None = None
+    wrong: str | None = None
+    try:
+        found = _read(directory, comm, whole)
+    except SceneError as error:
+        wrong = str(error)
+    wrong = next((w for w in comm.allgather(wrong) if w is not None), None)
+    if wrong is not None:
+        raise SceneError(wrong)
+    assert found is not None
+    return found
+
+
+def _read(directory: Path, comm: MPI.Comm, whole: bool) -> Stored:
+    file = directory / STATE / STATE_FILE
+    if not file.is_file():
+        raise SceneError(
+            f"start from a run: there is no state {file}; give the directory of a run that has "
+            "made a step"
+        )
+    values = read_json(file)
+    try:
+        name, sums = str(values["arrays"]), values["arrays_sha256"]
+        ranks, scene = values["ranks"], dict(values["scene"])
+        sealed = is_sealed(values)
+    except (KeyError, TypeError, ValueError):
+        sealed = False
+    if not sealed:
+        raise SceneError(f"start from a run: {file} is damaged or was edited; run it again")
+    dynamic = not is_static(scene.get("scheme"))
+    if not whole:
+        return Stored({}, scene, dynamic)
+    if ranks != comm.size:
+        raise SceneError(
+            f"start from a run: the run in {directory} was made on {ranks} ranks, not {comm.size}; "
+            f"start from it with `mpiexec -n {ranks}`"
+        )
+    arrays = read_arrays(file.parent / f"{name}-rank{comm.rank}.npz", sums[comm.rank])
+    return Stored(arrays, scene, dynamic)
+
+
+def read_arrays(file: Path, expected: str) -> Arrays:
+    """The arrays that a rank has saved.
+
+    Args:
+        file: Their file.
+        expected: Its checksum.
+
+    Raises:
+        SceneError: If it is not as it was written.
+    """
+    content = read_bytes(file)
+    if checksum(content) != expected:
+        raise SceneError(f"{file} is damaged (its checksum differs)")
+    try:
+        with np.load(io.BytesIO(content), allow_pickle=False) as archive:
+            check_archive(archive.zip, len(content))
+            return {key: archive[key] for key in archive.files}
+    except (ValueError, OSError, zipfile.BadZipFile) as error:
+        raise SceneError(f"{file} is damaged ({error})") from None
