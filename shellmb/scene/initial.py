@@ -34,7 +34,9 @@ class InitialVelocity:
 def _directory(value: object) -> object:
     """The directory of a run, also where the run itself is given."""
     found = getattr(value, "directory", value)
-    return os.fspath(found) if isinstance(found, os.PathLike) else found
+    if not isinstance(found, str | os.PathLike) or not os.fspath(found):
+        raise ValueError("it must be a run, or its directory")
+    return os.fspath(found)
 
 
 @described("start from a run")
@@ -51,7 +53,7 @@ class FromRun:
         velocities: Whether velocities are taken, too; False: the new run starts at rest.
     """
 
-    run: Annotated[Name, BeforeValidator(_directory)]
+    run: Annotated[str, BeforeValidator(_directory)]
     at: NonNegative | None = None
     velocities: bool = True
 

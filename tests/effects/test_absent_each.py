@@ -12,7 +12,7 @@ from shellmb.effects.catalogue.registry import EFFECTS, changed
 from shellmb.effects.count import count, kernels_of
 from shellmb.measuring.stepping import Stepping
 from shellmb.native.kernels import watched
-from shellmb.scene import Scene
+from shellmb.scene import FromMode, Scene
 from shellmb.simulate.simulation import Simulation
 from tests.bench.effects.rows import CASES, NO_ROW
 
@@ -75,6 +75,7 @@ BEFORE = {
 # looked into below, one by one
 SINGLE = {
     *("initial_velocity", "adaptivity", "path_following", "equilibrium_start", "assembly"),
+    "state_start",
     *(
         "geometric_nonlinearity",
         "own_strains",
@@ -234,6 +235,8 @@ def test_what_happens_before_the_first_step_has_kernels_of_its_own(pendulum) -> 
     fewer = needed(changed(hanging, ["equilibrium_start"], []))
     assert fewer < needed(hanging)
     assert fewer == needed(pendulum())
+    moved = pendulum(start=FromMode(1, 1e-6))
+    assert needed(changed(moved, ["state_start"], [])) == fewer < needed(moved)
 
 
 def test_observers_compile_what_they_look_at(plate, tmp_path) -> None:

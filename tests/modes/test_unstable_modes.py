@@ -91,7 +91,7 @@ def test_beyond_becks_load_modes_flutter_and_it_is_said() -> None:
 
 def solved_as(monkeypatch: pytest.MonkeyPatch, scene: Scene) -> bool:
     """Whether the eigenproblem of a scene is solved as a symmetric one."""
-    module, seen = sys.modules["shellmb.vibration"], []
+    module, seen = sys.modules["shellmb.simulate.eigenmodes"], []
     original = module.eigenpairs
 
     def watched(*given: Any) -> Any:

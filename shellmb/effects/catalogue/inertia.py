@@ -149,7 +149,18 @@ def _path(scene: Scene) -> Use:
 
 
 def _start(scene: Scene) -> Use:
-    return Use(scene.start == "equilibrium" and not scene.static, f"start={show(scene.start)}")
+    return Use("equilibrium" in scene.starts and not scene.static, f"start={show(scene.start)}")
+
+
+def _states(scene: Scene) -> tuple[Any, ...]:
+    """States that the scene starts from, without the equilibrium."""
+    return tuple(start for start in scene.starts if start != "equilibrium")
+
+
+def _given_state(scene: Scene) -> Use:
+    if not _states(scene):
+        return Use(False, "start: the reference, or an equilibrium about it")
+    return Use(True, f"start: {', '.join(start.label for start in _states(scene))}")
 
 
 def _assembly(scene: Scene) -> Use:
@@ -227,8 +238,20 @@ EFFECTS = (
         _GROUP,
         "static equilibrium before the first step",
         _start,
-        whole(lambda scene: replace(scene, start="given")),
-        whole(lambda scene: replace(scene, start="equilibrium")),
+        whole(lambda scene: replace(scene, start=_states(scene) or "given")),
+        whole(lambda scene: replace(scene, start=(*scene.starts, "equilibrium"))),
+    ),
+    Effect(
+        "state_start",
+        _GROUP,
+        "a start from the state of a run, a natural mode or a given shape",
+        _given_state,
+        whole(
+            lambda scene: replace(
+                scene, start="equilibrium" if "equilibrium" in scene.starts else "given"
+            )
+        ),
+        refuse("a state must be given: start=FromRun(...), FromMode(...) or FromShape(...)"),
     ),
     Effect(
         "assembly",

@@ -253,7 +253,7 @@ def _displace(body: Body, q: Floats, change: Floats, linear: bool) -> None:
     if linear:
         q += change
         return
-    D = body.reference_directors()
+    D = body.manifold.directors
     for part in sorted(body.kinematic):
         dofs = body.mixed.dofs[part].ravel()
         if part == "frame":

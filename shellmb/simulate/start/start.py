@@ -12,7 +12,7 @@ from ufl import Form
 from shellmb.bodyfields import kinematic_dofs
 from shellmb.constraint_analysis.redundancy import RATE_STEP, largest_gap
 from shellmb.errors import ConvergenceError, SceneError, ShellmbWarning
-from shellmb.model.body import Body
+from shellmb.model.body import Body, kinetic_energy
 from shellmb.model.joints.rolling import ContactGroup
 from shellmb.model.joints.slipping import refuse_slip
 from shellmb.scene import FromMode, Scene
@@ -240,4 +240,4 @@ class Start:
 
 
 def _kinetic(body: Body, levels: Levels) -> Form | None:
-    return body.kinetic_energy(levels.rates["v"])
+    return kinetic_energy(body, levels.rates["v"])

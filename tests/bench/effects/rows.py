@@ -30,6 +30,7 @@ _BESIDE = "is computed beside runs"
 NO_ROW = {
     "initial_velocity": _FIRST,
     "equilibrium_start": _FIRST,
+    "state_start": _FIRST,
     "assembly": _FIRST,
     "bending": "no shell or beam can do without",
     "drilling": "no shell has",
