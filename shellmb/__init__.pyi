@@ -40,7 +40,6 @@ def run(
     observers: Sequence[Observer] = (),
     pictures: bool | None = None,
     progress: bool = False,
-    errors: bool = False,
     comm: MPI.Comm | None = None,
     scheme: str | None = None,
     alpha: float | None = None,
@@ -56,6 +55,7 @@ def run(
     backend: Literal["newton", "snes"] | None = None,
     tolerance: float | None = None,
     end_forces: bool | None = None,
+    errors: bool | None = None,
     step_tolerance: float | None = None,
 ) -> Run: ...
 def study(

@@ -1,49 +1,134 @@
-"""Companions of a scene: the same with larger steps, and with other elements."""
+"""Companions of a scene: other steps, other elements, other tolerances, exact bodies."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 from shellmb.errors import SceneError
-from shellmb.scene import GmshFile, MeshFile, Scene
+from shellmb.meshes.surfaces.gmsh_mesh import CAD
+from shellmb.scene import GmshFile, MeshFile, Scene, Shell
+from shellmb.scene.values.models import Modal
 
-# of a tolerance by which steps are chosen, in place of twice the step
-LOOSER = 10.0
-# a motion is resolved by so many steps at least
-FEWEST = 10
+# tolerances by which steps are chosen go with this power of what would be the step
+POWER = 2.0
 
 
-def with_steps(scene: Scene, doublings: int) -> Scene:
-    """The scene with larger steps; with a larger tolerance where steps are chosen by one.
+@dataclass(frozen=True)
+class Change:
+    """What is different in a companion.
+
+    Args:
+        step: Factor on the step; where steps follow a tolerance, its square on that.
+        mesh: So many elements along a side replace one.
+        degree: Degree of the elements; None: as it is.
+        tolerance: Factor on the tolerance of Newton's method.
+        stiffness: Factor on the stiffness of contacts.
+        exact: Whether bodies that are reduced to modes, or linear, are exact.
+        scheme: Scheme; None: as it is.
+    """
+
+    step: float = 1.0
+    mesh: int = 1
+    degree: int | None = None
+    tolerance: float = 1.0
+    stiffness: float = 1.0
+    exact: bool = False
+    scheme: str | None = None
+
+    @property
+    def model(self) -> Change:
+        """The part of it that another model is built for."""
+        return replace(self, step=1.0)
+
+    def apply(self, scene: Scene) -> Scene:
+        """The companion of a scene.
+
+        Args:
+            scene: The scene.
+
+        Raises:
+            SceneError: If there is no such companion: nodes are at other places, say.
+        """
+        if self.scheme is not None and self.scheme != scene.scheme_name:
+            scene = scene.with_options(scheme=self.scheme)
+        if self.exact:
+            scene = _exact(scene)
+        if self.mesh != 1:
+            scene = with_meshes(scene, self.mesh)
+        if self.degree is not None:
+            scene = scene.with_options(degree=self.degree)  # type: ignore[arg-type]
+        if self.stiffness != 1.0:
+            stiff = (replace(c, stiffness=c.stiffness * self.stiffness) for c in scene.contacts)
+            scene = replace(scene, contacts=tuple(stiff))
+        if self.tolerance != 1.0:
+            tolerance = scene.solver.tolerance * self.tolerance
+            scene = replace(scene, solver=replace(scene.solver, tolerance=tolerance))
+        return scene if self.step == 1.0 else with_steps(scene, self.step)
+
+    def words(self) -> str:
+        """What it is, for messages: "3 times the step, twice the elements"."""
+        if self.step == 1.0:
+            step = []
+        elif self.step > 1.0:
+            step = [f"{self.step:g} times the step"]
+        else:
+            step = [f"1/{1 / self.step:g} of the step"]
+        parts = {
+            "twice the elements": self.mesh == 2,
+            f"{self.mesh} times the elements": self.mesh > 2,
+            f"degree {self.degree}": self.degree is not None,
+            "another tolerance of Newton's method": self.tolerance != 1.0,
+            f"{self.stiffness:g} times the stiffness of contacts": self.stiffness != 1.0,
+            "exact bodies": self.exact,
+            f"scheme '{self.scheme}'": self.scheme is not None,
+        }
+        return ", ".join([*step, *(said for said, here in parts.items() if here)]) or "the scene"
+
+
+def with_steps(scene: Scene, times: float) -> Scene:
+    """The scene with other steps; with another tolerance where steps are chosen by one.
 
     Args:
         scene: The scene.
-        doublings: How often the step is doubled.
+        times: Factor on the step.
 
     Raises:
         SceneError: If it is impossible.
     """
     control = scene.control
     if control.tolerance is not None:
-        tolerance = min(control.tolerance * LOOSER**doublings, 0.5)
+        tolerance = min(control.tolerance * times**POWER, 0.5)
         return replace(scene, control=replace(control, tolerance=tolerance))
-    times = 2**doublings
     limits = {"min_dt": control.min_dt, "max_dt": control.max_dt}
     changes: dict[str, Any] = {k: v * times for k, v in limits.items() if v is not None}
     assert scene.dt is not None
     return replace(scene, dt=scene.dt * times, control=replace(control, **changes))
 
 
-def doublings_of_meshes(scene: Scene) -> int:
-    """How often the step may be doubled where two meshes are compared, at most three times.
+def with_meshes(scene: Scene, times: int) -> Scene:
+    """The scene with more elements along each side, between whose nodes the old nodes stay nodes.
 
     Args:
         scene: The scene.
+        times: So many elements replace one.
+
+    Raises:
+        SceneError: If a mesh is read from a file.
     """
-    assert scene.dt is not None and scene.t_end is not None
-    steps = scene.t_end / scene.dt
-    return next((n for n in (3, 2, 1) if steps >= FEWEST * 2**n), 0)
+    for shell in scene.shells:
+        if not _is_meshed_anew(shell):
+            raise SceneError(f"the mesh of '{shell.name}' is read from a file and stays as it is")
+    shells = tuple(replace(s, mesh=(times * s.mesh[0], times * s.mesh[1])) for s in scene.shells)
+    beams = tuple(replace(b, elements=times * b.elements) for b in scene.beams)
+    return replace(scene, shells=shells, beams=beams)
+
+
+def _is_meshed_anew(shell: Shell) -> bool:
+    surface = shell.surface
+    if isinstance(surface, GmshFile):
+        return surface.path.suffix.lower() in CAD
+    return not isinstance(surface, MeshFile)
 
 
 def degree_of(scene: Scene) -> int | None:
@@ -55,30 +140,17 @@ def degree_of(scene: Scene) -> int | None:
     return min((b.degree for b in scene.meshed if b.model != "rigid"), default=None)
 
 
-def with_other_degree(scene: Scene) -> Scene:
-    """The scene with elements of degree 3 in place of 2, or of 2 in place of 3.
+def is_reduced(scene: Scene) -> bool:
+    """Whether a body deforms in modes, or by small strains about a frame.
 
     Args:
-        scene: The scene, with elements.
-
-    Raises:
-        SceneError: If it is impossible: nodes are at other places.
+        scene: The scene.
     """
-    return scene.with_options(degree=3 if degree_of(scene) == 2 else 2)
+    return any(b.model == "linear" or isinstance(b.model, Modal) for b in scene.meshed)
 
 
-def with_twice_the_elements(scene: Scene) -> Scene:
-    """The scene with twice the elements along each side, whose nodes stay nodes.
-
-    Args:
-        scene: The scene, with elements.
-
-    Raises:
-        SceneError: If a mesh is read from a file.
-    """
-    for shell in scene.shells:
-        if isinstance(shell.surface, GmshFile | MeshFile):
-            raise SceneError(f"the mesh of '{shell.name}' is read from a file and stays as it is")
-    shells = tuple(replace(s, mesh=(2 * s.mesh[0], 2 * s.mesh[1])) for s in scene.shells)
-    beams = tuple(replace(b, elements=2 * b.elements) for b in scene.beams)
-    return replace(scene, shells=shells, beams=beams)
+def _exact(scene: Scene) -> Scene:
+    for body in scene.meshed:
+        if body.model == "linear" or isinstance(body.model, Modal):
+            scene = scene.with_options(model="exact", body=body.name)
+    return scene

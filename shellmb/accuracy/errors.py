@@ -1,305 +1,266 @@
 """Errors of a run's results and histories, estimated from companions that cost less than the run.
 
-Step: the run against companions with two and four times the step. Mesh: two companions against
-each other, with elements of degree 2 and 3 (or with twice the elements) and up to eight times the
-step, in which the error of the step is the same. The error of a quantity is the sum of both.
-Statics have no error of the step; rigid bodies alone have none of the mesh.
+Step: the run against companions with three and nine times the step. Mesh: two companions against
+each other, with the run's elements and with twice as many, and nine times the step, in which the
+error of the step is the same. The error of a quantity is the sum of all parts. Statics have no
+error of the step; rigid bodies alone have none of the mesh.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
 from itertools import pairwise
-from math import isfinite, sqrt
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
 
 from mpi4py import MPI
 
-import numpy as np
-
-from shellmb.accuracy.companions import (
-    degree_of,
-    doublings_of_meshes,
-    with_other_degree,
-    with_steps,
-    with_twice_the_elements,
+from shellmb.accuracy.companions import Change, degree_of, is_reduced
+from shellmb.accuracy.estimates import (
+    NONE,
+    RATIO,
+    UNKNOWN,
+    mesh_error,
+    model_error,
+    step_error,
 )
-from shellmb.accuracy.estimates import NONE, Estimate, mesh_error, step_error
-from shellmb.errors import SceneError, ShellmbError
-from shellmb.measuring.stepping import free
+from shellmb.accuracy.family import Family
+from shellmb.accuracy.found import Errors, Found
+from shellmb.accuracy.kept import Kept, difference
+from shellmb.accuracy.remarks import remarks
+from shellmb.accuracy.repeat import Beginning
 from shellmb.observers.summary import write_json
 from shellmb.running.directory import written
 from shellmb.running.execute import RunResult, execute
-from shellmb.running.results import Results, plain_results
+from shellmb.running.request import Request
+from shellmb.running.results import Results
 from shellmb.running.standard import SUMMARY
 from shellmb.scene import Scene
+from shellmb.simulate.simulation import Observer
 from shellmb.studies.quantity import Quantity
-
-if TYPE_CHECKING:
-    import pandas as pd
+from shellmb.waiting import arrive
 
 # norms in which the history of a probe is judged
 NORMS = ("l2", "end", "max", "min")
-type Tell = Callable[[str], None]
+# steps of a motion, and of statics, that the largest steps of companions leave at least
+FEWEST, FEWEST_STATIC = 5, 2
+# of Newton's tolerance a looser one tells, where it is not far below all else
+LOOSE, LOOSER = 1e-7, 10.0
+# the penalty of contacts
+STIFFER = 4.0
 
 
 @dataclass(frozen=True)
-class Found:
-    """A number with its error.
+class Companions:
+    """What tells the errors of a run.
 
     Args:
-        value: The number: a result, or the size (norm) of a history.
-        mesh: Error of the mesh, in its unit.
-        step: Error of the time step.
+        mine: The run.
+        steps: The run and those with larger steps, each so many times that of the one before.
+        ratio: That factor; below 1 where a smaller step tells.
+        mesh: Two runs that differ in their elements; None: not known, or nothing to know.
+        better: Whether the first of them has the better elements.
+        others: Two runs by the part of the error that they differ in, and which share of it.
     """
 
-    value: float
-    mesh: Estimate
-    step: Estimate
+    mine: Kept
+    steps: tuple[Kept, ...]
+    ratio: float
+    mesh: tuple[Kept, Kept] | None
+    better: bool
+    others: Mapping[str, tuple[Kept, Kept, float] | None]
 
-    @property
-    def error(self) -> float:
-        """The sum of both."""
-        return self.mesh.error + self.step.error
+    def find(self, quantity: Quantity, scene: Scene, order: float) -> Found:
+        """A quantity with its error.
 
-    def to_dict(self) -> dict[str, float | None]:
-        """Plain values: what is not known is None."""
-        return {
-            "value": self.value,
-            "error": _finite(self.error),
-            "error_mesh": _finite(self.mesh.error),
-            "error_step": _finite(self.step.error),
-            "order_mesh": self.mesh.order,
-            "order_step": self.step.order,
-        }
+        Args:
+            quantity: The quantity.
+            scene: The scene.
+            order: Order of its scheme.
+        """
+        parts = {"mesh": NONE, "step": NONE}
+        if degree_of(scene) is not None:
+            away = None if self.mesh is None else difference(*self.mesh, quantity)
+            parts["mesh"] = mesh_error(away, self.better)
+        if not scene.static or scene.path is not None:
+            pairs = [difference(a, b, quantity) for a, b in pairwise(self.steps)]
+            parts["step"] = step_error([d for d in pairs if d is not None], order, self.ratio)
+        for name, pair in self.others.items():
+            away = None if pair is None else difference(pair[0], pair[1], quantity)
+            parts[name] = UNKNOWN if pair is None else model_error(away, pair[2])
+        return Found(self.mine.size(quantity), parts)
 
 
-@dataclass(frozen=True)
-class Errors:
-    """Errors of a run.
+def find_companions(family: Family, base: Change, steps: int) -> Companions:
+    """Run what tells the errors of a run that the family has; collective.
 
     Args:
-        results: By the names of the results.
-        probes: By the names of columns and norms, "tip:l2".
-        remarks: What is not in the errors, each a sentence.
+        family: The family.
+        base: What is different in the run.
+        steps: Its number of steps.
     """
+    mine = family.found[base]
+    assert mine is not None
+    scene = base.apply(family.scene)
+    moves = not scene.static or scene.path is not None
+    series, ratio = [mine], RATIO
+    if moves:
+        for times in (RATIO, RATIO**2):
+            larger = family.run(replace(base, step=base.step * times))
+            if larger is None:
+                break
+            series.append(larger)
+        if len(series) == 1:
+            # controllers that are sampled once a step have no larger ones
+            ratio = 0.5
+            smaller = family.run(replace(base, step=base.step * ratio))
+            series = [mine] if smaller is None else [smaller, mine]
+    mesh, better = None, True
+    times = _largest(scene, steps, len(series) if ratio > 1 else 1)
+    coarse = replace(base, step=base.step * times)
+    if degree_of(scene) is not None:
+        mesh, better = _mesh_pair(family, base, coarse, scene)
+    others: dict[str, tuple[Kept, Kept, float] | None] = {}
+    for name, change, share in _others(scene, coarse):
+        here, there = family.run(coarse), family.run(change)
+        others[name] = None if here is None or there is None else (there, here, share)
+    return Companions(mine, tuple(series), ratio, mesh, better, others)
 
-    results: dict[str, Found]
-    probes: dict[str, Found]
-    remarks: tuple[str, ...]
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values for `summary.json`."""
-        return {
-            "results": {k: f.to_dict() for k, f in self.results.items()},
-            "probes": {k: f.to_dict() for k, f in self.probes.items()},
-            "remarks": list(self.remarks),
-        }
+def _largest(scene: Scene, steps: int, known: int) -> float:
+    """Factor on the step of companions that differ in something else."""
+    if scene.path is not None:
+        return RATIO
+    if scene.static:
+        return next((float(n) for n in (5, 4, 3, 2) if steps >= FEWEST_STATIC * n), 1.0)
+    few = (RATIO**n for n in range(known - 1, 0, -1))
+    return next((times for times in few if steps >= FEWEST * times), 1.0)
 
 
-@dataclass(frozen=True)
-class _Kept:
-    """What is kept of a run: its numbers, its columns, how often events came."""
+def _mesh_pair(
+    family: Family, base: Change, coarse: Change, scene: Scene
+) -> tuple[tuple[Kept, Kept] | None, bool]:
+    """Two companions with different elements, and whether the first one has the better ones."""
+    divided, other = replace(coarse, mesh=2 * coarse.mesh), None
+    if degree_of(scene) == 2:
+        other = replace(coarse, degree=3)
+    # in statics degree 3 is the cheaper one, in motions it is the one that needs new kernels
+    found = [c for c in ((other, divided) if scene.static else (divided, other)) if c is not None]
+    if degree_of(scene) == 3:
+        found.append(replace(coarse, degree=2))
+    for change in found:
+        better = change.degree != 2
+        if (kept := family.run(change)) is None:
+            continue
+        # equilibria without a path do not depend on the steps that lead to them
+        same = base if scene.static and scene.path is None and better else coarse
+        mine = family.run(same)
+        return (None if mine is None else (kept, mine)), better
+    return None, True
 
-    results: Mapping[str, float]
-    history: pd.DataFrame
-    events: Mapping[str, int]
+
+def _others(scene: Scene, coarse: Change) -> list[tuple[str, Change, float]]:
+    """Parts of the error beside mesh and step: what tells each, and which share of it is gone."""
+    found = []
+    if scene.solver.tolerance > LOOSE:
+        found.append(("newton", replace(coarse, tolerance=1 / LOOSER), 1 - 1 / LOOSER))
+    if is_reduced(scene):
+        found.append(("model", replace(coarse, exact=True), 1.0))
+    if scene.contacts:
+        found.append(("contact", replace(coarse, stiffness=STIFFER), 1 - 1 / STIFFER))
+    return found
 
 
-def estimate_errors(
-    run: RunResult,
-    results: Results | None = None,
-    tell: Tell = lambda text: None,
-    comm: MPI.Comm = MPI.COMM_WORLD,
-) -> Errors:
+def estimate_errors(run: RunResult, begin: Beginning | None = None) -> Errors:
     """Run the companions of a run, and estimate its errors; collective.
 
     Args:
         run: The run, at its end.
-        results: What gave its results; None: the scene's own function.
-        tell: Is told which companion runs.
-        comm: Communicator.
-
-    Raises:
-        SceneError: If the scene follows a path, whose points are not those of its companions.
+        begin: An observer of the run that kept its first state; None: models are made anew.
     """
-    scene = run.scene
-    if scene.path is not None:
-        raise SceneError(
-            f"errors: the scene '{scene.name}' follows a path of equilibria; errors are estimated "
-            "of motions and of statics without `path`"
-        )
-    family = _Family(scene, results, tell, comm)
-    mine = _keep(run)
-    degree = degree_of(scene)
-    mesh: tuple[_Kept, _Kept] | None = None
-    steps: list[_Kept] = [mine]
-    if not scene.static:
-        for n in (1, 2):
-            if (kept := family.run(f"{2**n} times the step", n)) is None:
-                break
-            steps.append(kept)
-    better = degree != 3
-    if degree is not None:
-        n = 0 if scene.static else doublings_of_meshes(scene)
-        same = steps[n] if n < len(steps) else family.run(f"{2**n} times the step", n)
-        other = None
-        if same is not None:
-            other = family.run(f"degree {5 - degree}", n, with_other_degree, last=False)
-        if same is not None and other is None:
-            other, better = family.run("twice the elements", n, with_twice_the_elements), True
-        mesh = None if same is None or other is None else (same, other)
-    pairs = list(pairwise(steps))
-    order = float(run.simulation.scheme.order)
+    family, base = Family(run.scene, run.measure, run.simulation.model.comm), Change()
+    with ExitStack() as on:
+        family.take_up(run, begin, base, on)
+        found = find_companions(family, base, run.simulation.step)
+    return judged(found, family, run.scene, float(run.simulation.scheme.order))
 
-    def find(quantity: Quantity) -> Found:
-        value = _value(_take(mine, quantity), quantity)
-        of_mesh, of_step = NONE, NONE
-        if degree is not None:
-            away = None if mesh is None else _difference(*mesh, quantity)
-            of_mesh = mesh_error(away, better)
-        if not scene.static:
-            away_steps = [_difference(fine, coarse, quantity) for fine, coarse in pairs]
-            of_step = step_error([a for a in away_steps if a is not None], order)
-        return Found(value, of_mesh, of_step)
 
-    others = [*steps[1:2], *(mesh or ())[1:]]
-    return Errors(
-        {name: find(Quantity(name)) for name in mine.results},
-        {str(q): find(q) for name in _columns(mine, scene) for q in _norms(name)},
-        (*family.remarks, *_remarks(mine, others)),
+def judged(found: Companions, family: Family, scene: Scene, order: float) -> Errors:
+    """Errors of all quantities of a run.
+
+    Args:
+        found: Its companions.
+        family: Where they come from.
+        scene: Its scene.
+        order: Order of its scheme.
+    """
+    results = {name: found.find(Quantity(name), scene, order) for name in found.mine.results}
+    # along a path, points of two runs are not at the same loads
+    columns = [] if scene.path is not None else found.mine.columns(scene)
+    quantities = [Quantity(name, norm) for name in columns for norm in NORMS]
+    probes = {str(q): found.find(q, scene, order) for q in quantities}
+    said = remarks(
+        found.mine, found.steps, found.mesh, family.failures, scene, {**results, **probes}
     )
+    return Errors(results, probes, said)
 
 
-class _Family:
-    """Runs companions; what goes wrong with one is a remark."""
-
-    def __init__(self, scene: Scene, results: Results | None, tell: Tell, comm: MPI.Comm) -> None:
-        self._scene, self._tell, self._comm = scene, tell, comm
-        self._results = results or scene.results or _nothing
-        self.remarks: list[str] = []
-
-    def run(
-        self,
-        name: str,
-        doublings: int,
-        changed: Callable[[Scene], Scene] = lambda scene: scene,
-        last: bool = True,
-    ) -> _Kept | None:
-        """A companion; None where it cannot be, or fails.
-
-        Args:
-            name: What is different in it.
-            doublings: How often the step is doubled.
-            changed: Changes its elements.
-            last: Whether there is no other one in its place, so that a failure is a remark.
-        """
-        try:
-            scene = changed(self._scene)
-            scene = scene if scene.static else with_steps(scene, doublings)
-            self._tell(name)
-            done = execute(scene, None, [], comm=self._comm, pictures=False, results=self._results)
-        except ShellmbError as error:
-            if last:
-                self.remarks.append(f"no error can be told from {name}: {error}")
-            return None
-        kept = _keep(done)
-        del done
-        free(self._comm)
-        return kept
-
-
-def _nothing(run: RunResult) -> dict[str, float]:
-    return {}
-
-
-def _remarks(mine: _Kept, others: Sequence[_Kept]) -> list[str]:
-    """What makes the estimates doubtful."""
-    return [
-        f"event '{name}' comes {count} times in the run and {other.events.get(name, 0)} times in a "
-        "companion: errors after it are not known"
-        for other in others
-        for name, count in mine.events.items()
-        if other.events.get(name) != count
-    ]
-
-
-def _difference(fine: _Kept, coarse: _Kept, quantity: Quantity) -> float | None:
-    """How far a coarse run is from a fine one, in the unit of the quantity; None: not known."""
-    try:
-        reference, found = _take(fine, quantity), _take(coarse, quantity)
-    except SceneError:
-        return None
-    size = abs(_value(reference, quantity)) or 1.0
-    away = quantity.difference(found, reference) * size
-    return away if isfinite(away) else None
-
-
-def _take(kept: _Kept, quantity: Quantity) -> dict[str, Any]:
-    return quantity.take(kept.results, kept.history)
-
-
-def _value(taken: Mapping[str, Any], quantity: Quantity) -> float:
-    """The number that a quantity is, or the root mean square of a curve."""
-    return _rms(taken) if quantity.is_curve else float(taken["value"])
-
-
-def _rms(taken: Mapping[str, Any]) -> float:
-    t, y = np.array(taken["t"]), np.array(taken["y"])
-    if len(t) < 2 or t[-1] <= t[0]:
-        return float(np.abs(y).max(initial=0.0))
-    return sqrt(float(np.trapezoid(y**2, t)) / float(t[-1] - t[0]))
-
-
-def _keep(run: RunResult) -> _Kept:
-    events = {k: len(e["times"]) for k, e in run.summary.get("events", {}).items()}
-    return _Kept(plain_results(run.summary), run.history, events)
-
-
-def _columns(kept: _Kept, scene: Scene) -> list[str]:
-    """Columns of the history that belong to probes."""
-    names = [probe.name for probe in scene.probes]
-    return [
-        str(c)
-        for c in kept.history.columns
-        if any(c == n or str(c).startswith(f"{n}.") for n in names)
-    ]
-
-
-def _norms(name: str) -> list[Quantity]:
-    return [Quantity(name, norm) for norm in NORMS]
-
-
-def _finite(value: float) -> float | None:
-    return value if isfinite(value) else None
-
-
-def add_errors(
-    run: RunResult,
-    results: Results | None = None,
-    tell: Tell = lambda text: None,
-    comm: MPI.Comm = MPI.COMM_WORLD,
-) -> Errors:
+def add_errors(run: RunResult, begin: Beginning | None = None) -> Errors:
     """Estimate the errors of a run and put them into its summary, also the one on disk; collective.
 
     In the summary, `results` then has a table for each number, and `errors` those of the probes.
 
     Args:
         run: The run, at its end.
-        results: What gave its results; None: the scene's own function.
-        tell: Is told which companion runs.
-        comm: Communicator.
-
-    Raises:
-        SceneError: If errors of such a scene are not estimated.
+        begin: An observer of the run that kept its first state; None: models are made anew.
     """
-    found = estimate_errors(run, results, tell, comm)
-    plain = found.to_dict()
+    found = estimate_errors(run, begin)
+    write_errors(run, found)
+    return found
+
+
+def write_errors(run: RunResult, found: Errors) -> None:
+    """Put errors into the summary of a run, also the one on disk; collective.
+
+    Args:
+        run: The run.
+        found: Its errors.
+    """
+    plain, comm = found.to_dict(), run.simulation.model.comm
     run.summary["results"] = plain.pop("results")
     run.summary["errors"] = plain
     if run.out is not None and comm.rank == 0:
         with written(run.out, comm):
             write_json(run.out / SUMMARY, run.summary)
     comm.Barrier()
-    return found
+
+
+def execute_with_errors(
+    scene: Scene,
+    out: Path | str | None = None,
+    observers: Sequence[Observer] = (),
+    *,
+    comm: MPI.Comm = MPI.COMM_WORLD,
+    pictures: bool = True,
+    request: Request | None = None,
+    results: Results | None = None,
+) -> RunResult:
+    """Run a scene and estimate its errors; arguments and errors as of `execute`."""
+    begin = Beginning()
+    run = execute(
+        scene,
+        out,
+        [*observers, begin],
+        comm=comm,
+        pictures=False,
+        request=request,
+        results=results,
+    )
+    add_errors(run, begin)
+    if pictures and run.out is not None and comm.rank == 0:
+        from shellmb.show.pictures import budget_of, draw_directory
+
+        draw_directory(run.out, budget=budget_of(run.summary["wall_s"]))
+    arrive(comm)
+    return run

@@ -1,27 +1,32 @@
 """Errors of discretisation from companions of a run, and how much of an observed order to believe.
 
-*Step.* A quantity differs by `d1` from the one with twice the step, and this by `d2` from the one
-with four times it. If errors go with `h^p`,
+*Step.* A quantity differs by `d1` from the one with three times the step, and this by `d2` from the
+one with nine times it. If errors go with `h^p`,
 
-    p = log2(d2/d1),      error = F d1/(2^p - 1)
+    p = log(d2/d1)/log(3),      error = F d1/(3^p - 1)
 
 (P. J. Roache, J. Fluids Eng. 116 (1994) 405-413, with the factor of safety F). Under sudden loads
 orders of large steps are those of no other, so of orders above 1 half an order less is believed (or
-1), and one half at least. A difference that is smaller, by chance, than the order of the scheme
-allows is taken as large as that.
+1), and one half at least. A difference that is smaller, by chance, than what the order of the
+scheme allows by a good deal is taken as large as that.
 
 *Mesh.* Coarser meshes come close to the right answer by chance, and their orders are not those of
-finer ones (clamped corners). The difference of elements of degree 2 from those of degree 3 on the
-same mesh needs no order: it is the error but for that of degree 3, and a factor covers it. Where
-places of the scene are no nodes of the other degree, twice the elements take its part.
+finer ones (clamped corners). The difference from a better mesh needs no order: it is the error but
+for that of the better mesh, and a factor covers it. Twice the elements, and degree 3 in place of 2,
+differ from the run by about the same.
+
+`python -m tests.bench errors` measures what these factors cover.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import inf, log2
+from math import inf, log
 
-# factor of safety of the extrapolation, what is taken off an observed order, the least believed
-SAFETY, CAUTION, LOWEST = 1.25, 0.5, 0.5
+# factor between the steps of companions
+RATIO = 3.0
+# factor of safety of the extrapolation, what is taken off an observed order, the least believed,
+# and how far beyond the scheme's order differences have vanished by chance
+SAFETY, CAUTION, LOWEST, SLACK = 1.25, 0.5, 0.5, 2.0
 # error of a mesh over its difference from a better one, of first order at least
 BETTER = 2.0
 
@@ -38,17 +43,23 @@ class Estimate:
     error: float
     order: float | None = None
 
+    @property
+    def believed(self) -> float:
+        """The order that errors of finer runs are predicted by."""
+        return LOWEST if self.order is None else max(self.order - CAUTION, LOWEST)
+
 
 NONE, UNKNOWN = Estimate(0.0), Estimate(inf)
 
 
-def step_error(differences: Sequence[float], highest: float) -> Estimate:
+def step_error(differences: Sequence[float], highest: float, ratio: float = RATIO) -> Estimate:
     """Error of the step of a run.
 
     Args:
-        differences: Of the run from the one with twice the step, of this from the one with four
-            times it; the second one may be missing.
+        differences: Of the run from the one with `ratio` times the step, of this from the one with
+            the square of it; the second one may be missing.
         highest: Order of the scheme.
+        ratio: Factor between steps; that of a single companion may be below 1.
 
     Returns:
         The estimate. With one difference, the order is taken as 1; where differences grow as steps
@@ -57,18 +68,22 @@ def step_error(differences: Sequence[float], highest: float) -> Estimate:
     if not differences:
         return UNKNOWN
     fine = differences[0]
+    if ratio < 1:
+        return Estimate(SAFETY * fine / (1 - ratio))
     coarse = differences[1] if len(differences) > 1 else 0.0
     if coarse == 0.0:
-        return Estimate(SAFETY * fine)
-    fine = max(fine, coarse / 2**highest)
-    order = log2(coarse / fine)
+        return Estimate(SAFETY * fine / (ratio - 1))
+    possible = highest + SLACK
+    order = log(coarse / fine) / log(ratio) if fine > 0 else inf
     if order <= 0:
         return Estimate(SAFETY * fine, order)
-    believed = max(order - CAUTION, min(order, 1.0), LOWEST)
-    return Estimate(SAFETY * fine / (2**believed - 1), order)
+    if order > possible:
+        fine, order = coarse / ratio**possible, possible
+    believed = max(min(order, highest) - CAUTION, min(order, 1.0), LOWEST)
+    return Estimate(SAFETY * fine / (ratio**believed - 1), order)
 
 
-def mesh_error(difference: float | None, better: bool) -> Estimate:
+def mesh_error(difference: float | None, better: bool = True) -> Estimate:
     """Error of the mesh of a run.
 
     Args:
@@ -78,3 +93,13 @@ def mesh_error(difference: float | None, better: bool) -> Estimate:
     if difference is None:
         return UNKNOWN
     return Estimate(BETTER * difference if better else difference)
+
+
+def model_error(difference: float | None, share: float = 1.0) -> Estimate:
+    """Error of something that a companion has less of.
+
+    Args:
+        difference: From the companion; None: not known.
+        share: Part of the error that the companion is without.
+    """
+    return UNKNOWN if difference is None else Estimate(SAFETY * difference / share)

@@ -12,7 +12,7 @@ from shellmb.api.requested import requested
 from shellmb.api.rotating import RotatingModes, StateModes
 from shellmb.errors import SceneError
 from shellmb.options.described import options_of, takes
-from shellmb.options.run import ELEMENTS, Options
+from shellmb.options.run import ELEMENTS, NATURAL, Options
 from shellmb.scene import Scene
 
 if TYPE_CHECKING:
@@ -101,7 +101,7 @@ def modes(
 ) -> StateModes: ...
 
 
-@takes(*options_of(Options, *ELEMENTS))
+@takes(*options_of(Options, *ELEMENTS, "errors"))
 def modes(
     scene: Scene | Run | str,
     out: Path | str | None = None,
@@ -154,6 +154,8 @@ def modes(
             raise SceneError("modes: the scene is a run, and a state is given, too; give one")
         state, made_here = scene, scene.computed is not None
         scene = scene.scene if made_here else scene_of_run(scene.directory, "modes")[0]
+    if elements.get("errors") and not (rates is None and state is None and at is None):
+        raise SceneError(NATURAL)
     wanted = requested(scene, parameters, **elements)
     world = MPI.COMM_WORLD if comm is None else comm
     directory, temporary = place(out, world)
@@ -166,9 +168,13 @@ def modes(
     elif rates is None:
         if axis is not None or about is not None:
             raise SceneError("modes: axis and about are given without rates; give rates, too")
-        found, _ = find_modes(
+        found, summary = find_modes(
             wanted.scene, directory, count, loaded, results=measure, comm=world, pictures=draw
         )
+        if wanted.scene.errors:
+            from shellmb.accuracy.modes import add_mode_errors
+
+            add_mode_errors(wanted.scene, found, summary, directory, loaded, measure)
         made = ModeShapes(directory, found)
     else:
         from shellmb.rotating.files import find_campbell

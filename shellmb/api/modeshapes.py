@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from shellmb.observers.files.described import Described, read_described
+from shellmb.running.results import plain_results
 from shellmb.show.fields import Fields
 
 if TYPE_CHECKING:
@@ -67,7 +68,20 @@ class ModeShapes:
     @property
     def results(self) -> dict[str, float]:
         """What the scene measures of its modes."""
-        return dict(self.summary["results"])
+        return plain_results(self.summary)
+
+    @property
+    def errors(self) -> pd.DataFrame:
+        """Estimated errors, a row for each frequency ("f1") and result; empty without `errors`.
+
+        Columns: value, error, error_mesh, error_step, order_mesh, order_step. What the errors leave
+        out is in ``summary["errors"]["remarks"]``.
+        """
+        import pandas as pd
+
+        results = {k: v for k, v in self.summary["results"].items() if isinstance(v, dict)}
+        found = self.summary.get("errors", {}).get("modes", {})
+        return pd.DataFrame.from_dict({**found, **results}, orient="index")
 
     @cached_property
     def table(self) -> pd.DataFrame:

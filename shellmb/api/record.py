@@ -112,8 +112,9 @@ class Run:
     def errors(self) -> pd.DataFrame:
         """Estimated errors, a row for each result and each probe's history in a norm.
 
-        Columns: value, error, error_mesh, error_step, order_mesh, order_step; empty without
-        ``errors=True``. What the errors leave out is in ``summary["errors"]["remarks"]``.
+        Columns: value, error, error_mesh, error_step, order_mesh, order_step, and errors of other
+        parts where these are on; empty without ``errors=True``. What the errors leave out is in
+        ``summary["errors"]["remarks"]``.
         """
         import pandas as pd
 
@@ -158,9 +159,10 @@ class Run:
         Raises:
             SceneError: If there is no such column.
         """
+        from shellmb.show.account import bands
         from shellmb.show.plots import plot_history
 
-        return plot_history(self.history, self.described, columns)
+        return plot_history(self.history, self.described, columns, bands(self.summary))
 
     def picture(
         self, t: float | None = None, field: str | None = None, component: str | int | None = None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,6 +18,7 @@ from shellmb.scene import Scene
 if TYPE_CHECKING:
     from mpi4py import MPI
 
+    from shellmb.running.execute import RunResult
     from shellmb.simulate.simulation import Observer
 
 
@@ -30,7 +31,6 @@ def run(
     observers: Sequence[Observer] = (),
     pictures: bool | None = None,
     progress: bool = False,
-    errors: bool = False,
     comm: MPI.Comm | None = None,
     **options: Any,
 ) -> Run:
@@ -43,8 +43,6 @@ def run(
         observers: More observers; the numbers of those that measure enter the history.
         pictures: Whether pictures are drawn at the end; None: where `out` is given.
         progress: Whether progress is told on stderr.
-        errors: Whether errors are estimated beside the results and the histories of probes, from
-            runs with larger steps and elements of the other degree (`Run.errors`).
         comm: Communicator; None: all ranks.
         **options: Choices that replace the scene's, as `shellmb run` has them.
 
@@ -59,15 +57,13 @@ def run(
     wanted = requested(scene, parameters, **options)
     from mpi4py import MPI
 
-    from shellmb.running.execute import execute
-
     world = MPI.COMM_WORLD if comm is None else comm
     directory, temporary = place(out, world)
     if progress:
         from shellmb.observers.progress import ProgressReport
 
         observers = [*observers, ProgressReport()]
-    computed = execute(
+    computed = runner(wanted.scene)(
         wanted.scene,
         directory,
         observers,
@@ -77,14 +73,25 @@ def run(
         results=wanted.results,
     )
     world.Barrier()
-    if errors:
-        from shellmb.accuracy.errors import add_errors
-
-        add_errors(computed, wanted.results, comm=world)
     found = Run(computed.out or directory, computed)
     if temporary:
         gone_with(found, directory, world.rank)
     return found
+
+
+def runner(scene: Scene) -> Callable[..., RunResult]:
+    """What runs a scene: with its errors, where it asks for them.
+
+    Args:
+        scene: The scene.
+    """
+    if scene.errors:
+        from shellmb.accuracy.errors import execute_with_errors
+
+        return execute_with_errors
+    from shellmb.running.execute import execute
+
+    return execute
 
 
 def resume(
@@ -127,6 +134,10 @@ def resume(
         trust=trust,
     )
     world.Barrier()
+    if computed.scene.errors:
+        from shellmb.accuracy.errors import add_errors
+
+        add_errors(computed)
     return Run(Path(out), computed)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -11,7 +10,7 @@ from typer.core import TyperGroup
 
 from shellmb import __version__
 from shellmb.cli.effects import effects
-from shellmb.cli.failures import App, failures_reported, first_rank, run_check, tell
+from shellmb.cli.failures import App, failures_reported, first_rank, run_check
 from shellmb.cli.options import (
     CheckOption,
     JsonOption,
@@ -39,7 +38,7 @@ from shellmb.cli.report import (
 from shellmb.cli.study import study
 from shellmb.errors import SceneError
 from shellmb.options.described import options_of
-from shellmb.options.run import ELEMENTS, Options
+from shellmb.options.run import ELEMENTS, NATURAL, Options
 
 HELP = """Geometrically exact shells in flexible multibody dynamics.
 
@@ -118,9 +117,6 @@ def run(
     parameters: SetOption = None,
     out: OutOption = None,
     no_pictures: PicturesOption = False,
-    errors: Annotated[
-        bool, typer.Option("--errors", help="Estimate the errors of results and probes.")
-    ] = False,
     quiet: QuietOption = False,
     check: CheckOption = False,
     **options: Any,
@@ -130,7 +126,8 @@ def run(
     Works under mpiexec: `mpiexec -n 2 shellmb run SCENE`.
     """
     # a scene that has them keeps them
-    options["end_forces"] = options["end_forces"] or None
+    for name in ("end_forces", "errors"):
+        options[name] = options[name] or None
     request = requested(scene, parameters, **options)
     built, module = request.build()
     if check:
@@ -138,11 +135,11 @@ def run(
 
     from mpi4py import MPI
 
-    from shellmb.running.execute import execute
+    from shellmb.api.runs import runner
 
     name = f"{module.name}-{built.scheme_name}"
     with announced(built.name, quiet):
-        result = execute(
+        result = runner(built)(
             built,
             MPI.COMM_WORLD.bcast(out or default_directory(name)),
             _observers(quiet),
@@ -150,23 +147,11 @@ def run(
             request=request,
             results=module.results,
         )
-    if errors:
-        from shellmb.accuracy.errors import add_errors
-
-        add_errors(result, module.results, _tell_errors(quiet))
     if not quiet and first_rank():
         print_run(result)
     if check and module.check is not None:
         run_check(module.check, result.results)
     return result
-
-
-def _tell_errors(quiet: bool) -> Callable[[str], None]:
-    def say_which(name: str) -> None:
-        if not quiet and first_rank():
-            tell(f"errors: a run with {name}")
-
-    return say_which
 
 
 @app.command()
@@ -203,6 +188,10 @@ def resume(
             scene_file=scene,
             trust=trust,
         )
+        if result.scene.errors:
+            from shellmb.accuracy.errors import add_errors
+
+            add_errors(result)
     if not quiet and first_rank():
         print_run(result)
     return result
@@ -210,7 +199,7 @@ def resume(
 
 @app.command()
 @failures_reported
-@offers(*options_of(Options, *ELEMENTS))
+@offers(*options_of(Options, *ELEMENTS, "errors"))
 def modes(
     scene: SceneArgument,
     count: Annotated[int, typer.Option(min=1, help="Number of modes.")] = 6,
@@ -249,6 +238,9 @@ def modes(
     `shellmb modes sudden_load --state runs/first --at 0.1`
     """
     again = at is not None
+    elements["errors"] = elements["errors"] or None
+    if elements["errors"] and (again or state is not None or rate is not None):
+        raise SceneError(NATURAL)
     built, module, state = requested_run(scene, state, again, parameters, elements)
     moving = state is not None or again
     if moving and (check or loaded):
@@ -262,6 +254,7 @@ def modes(
 
     directory = MPI.COMM_WORLD.bcast(out or default_directory(f"{module.name}-modes"))
     options: Any = {"results": module.mode_results, "pictures": not no_pictures}
+    errors: Any = {}
     rates, line, point = numbers("rate", rate), numbers("axis", axis), numbers("about", about)
     found: Any
     if moving:
@@ -281,11 +274,16 @@ def modes(
     elif line is not None or point is not None:
         raise SceneError("modes: --axis and --about are given without --rate; give --rate, too")
     else:
-        found, results = find_modes(built, directory, count, loaded, **options)
+        found, summary = find_modes(built, directory, count, loaded, **options)
+        results = summary["results"]
+        if built.errors:
+            from shellmb.accuracy.modes import add_mode_errors
+
+            errors = add_mode_errors(built, found, summary, directory, loaded, module.mode_results)
     if not quiet and first_rank() and rates is not None:
         print_campbell(found, count, directory)
     elif not quiet and first_rank():
-        print_modes(found, directory)
+        print_modes(found, directory, errors)
     if check and module.check is not None:
         run_check(module.check, results)
     return found

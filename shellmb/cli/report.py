@@ -7,10 +7,10 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from operator import itemgetter
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from shellmb.cli.failures import tell
-from shellmb.show.account import account
+from shellmb.show.account import account, with_error
 
 if TYPE_CHECKING:
     from shellmb.rotating.campbell import Campbell
@@ -122,23 +122,33 @@ def print_state_modes(about: StateModes, directory: Path) -> None:
     say(f"written to {directory}")
 
 
-def print_modes(found: Modes, directory: Path) -> None:
+def print_modes(found: Modes, directory: Path, errors: Mapping[str, Any] | None = None) -> None:
     """Natural frequencies, and whether modes grow.
 
     Args:
         found: The modes.
+        errors: Frequencies with their errors by "f1", "f2", ..., and results.
         directory: Where everything about them is.
     """
     grows = bool(found.growth.any())
+    known = errors or {}
+    numbered = {f"f{k}" for k in range(1, len(found.frequencies) + 1)}
+    shown = [
+        with_error(known[name].to_dict()) if name in known else f"{frequency:.6g}"
+        for name, frequency in ((f"f{k}", f) for k, f in enumerate(found.frequencies, start=1))
+    ]
     rows = [
         (
             str(k + 1),
-            "rigid" if k < found.rigid else f"{frequency:.6g}",
+            "rigid" if k < found.rigid else shown[k],
             *([f"{growth:.4g}"] if grows else []),
         )
-        for k, (frequency, growth) in enumerate(zip(found.frequencies, found.growth, strict=True))
+        for k, growth in enumerate(found.growth)
     ]
     _print_columns(("mode", "frequency [Hz]", *(["growth [1/s]"] if grows else [])), rows)
+    for name, each in known.items():
+        if name not in numbered:
+            say(f"{name}: {with_error(each.to_dict())}")
     for warning in found.warnings:
         say(f"warning: {warning}")
     say(f"written to {directory}")

@@ -12,6 +12,10 @@ if TYPE_CHECKING:
 
 # options that are of meshes, and of the scene's solver
 ELEMENTS = ("mesh", "degree", "cell")
+NATURAL = (
+    "modes: errors are estimated of natural modes at rest only; leave out errors, or the rates and "
+    "the state"
+)
 _SOLVER = ("solve", "newton", "backend", "tolerance")
 
 
@@ -51,6 +55,10 @@ class Options:
         "Relative tolerance of Newton's method.", flag="--newton-tolerance"
     )
     end_forces: bool | None = option("Record forces at the end of steps, too.")
+    errors: bool | None = option(
+        "Estimate the errors of results and of histories of probes, from runs with larger steps "
+        "and more elements."
+    )
     step_tolerance: float | None = option(
         "Error of a step, relative to the size of bodies, by which steps are chosen; the step is "
         "the first one then. A step without it is fixed.",
@@ -79,6 +87,8 @@ class Options:
             lost["control"] = replace(scene.control, tolerance=None)
             scene = replace(scene, scheme=self.scheme, t_end=end, **lost)
             chosen["scheme"] = None
+        if (errors := chosen.pop("errors")) is not None:
+            scene = replace(scene, errors=errors)
         if end_forces is not None:
             scene = replace(scene, output=replace(scene.output, end_forces=end_forces))
         scene = scene.with_options(**chosen)

@@ -68,6 +68,7 @@ class RunResult:
         energy: The energy account.
         out: The run directory, if there is one.
         warnings: What the run says against itself; those of the summary, too.
+        measure: What gives its results.
     """
 
     scene: Scene
@@ -77,6 +78,7 @@ class RunResult:
     energy: EnergyAccount
     out: Path | None
     warnings: tuple[Caution, ...] = ()
+    measure: Results | None = None
 
     @cached_property
     def history(self) -> pd.DataFrame:
@@ -152,6 +154,7 @@ def carry_out(
     request: Request | None,
     results: Results | None,
     saved: Saved | None = None,
+    simulation: Simulation | None = None,
 ) -> RunResult:
     """Run a scene, or go on with it, in a directory that is this run's.
 
@@ -164,6 +167,7 @@ def carry_out(
         request: How the scene was asked for.
         results: Gives the `results` of the summary.
         saved: A state to go on from.
+        simulation: The scene's simulation, before its first step; None: it is made.
 
     Raises:
         SceneError, ConvergenceError, RunError, Stopped: As `execute`.
@@ -177,7 +181,7 @@ def carry_out(
         heard(comm) as doubts,
         _no_exit(),
     ):
-        simulation = Simulation(scene, comm)
+        simulation = simulation or Simulation(scene, comm)
     if directory is not None and request is not None and comm.rank == 0:
         with written(directory, comm):
             write_json(directory / REQUEST, request.to_dict())
@@ -196,7 +200,8 @@ def carry_out(
         failure = error
     before = doubted([*effect.doubts(scene), *doubts])
     wall = clock.perf_counter() - begin
-    result = _result(simulation, standard, directory, wall, failure, before)
+    measure = results or scene.results
+    result = _result(simulation, standard, directory, wall, failure, before, measure)
     try:
         with written(directory, comm):
             _write(result, standard, pictures and not isinstance(failure, Stopped))
@@ -207,7 +212,6 @@ def carry_out(
         raise _with_state(failure, directory, request, simulation) from failure.__cause__
     # the first rank has drawn
     arrive(comm)
-    measure = results or scene.results
     if measure is not None:
         result.summary["results"] = measured(measure, result, comm)
         if directory is not None and comm.rank == 0:
@@ -241,6 +245,7 @@ def _result(
     wall: float,
     failure: BaseException | None,
     before: tuple[Caution, ...],
+    measure: Results | None,
 ) -> RunResult:
     failed = None if failure is None else str(failure) or type(failure).__name__
     if isinstance(failure, KeyboardInterrupt):
@@ -251,7 +256,7 @@ def _result(
     summary |= path_points(simulation) | control_summary(simulation)
     summary |= {"warnings": [c.to_dict() for c in found]}
     energy = standard.sources.energy
-    return RunResult(simulation.scene, simulation, rows, summary, energy, directory, found)
+    return RunResult(simulation.scene, simulation, rows, summary, energy, directory, found, measure)
 
 
 def _write(result: RunResult, standard: StandardObservers, pictures: bool) -> None:

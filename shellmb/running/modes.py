@@ -34,7 +34,7 @@ def find_modes(
     results: Callable[[Modes], dict[str, float]] | None = None,
     comm: MPI.Comm = MPI.COMM_WORLD,
     pictures: bool = True,
-) -> tuple[Modes, dict[str, float]]:
+) -> tuple[Modes, dict[str, Any]]:
     """Find natural modes and write `modes.csv`, `summary.json`, their shapes and `modes.png`.
 
     Args:
@@ -47,7 +47,7 @@ def find_modes(
         pictures: Whether the modes are drawn.
 
     Returns:
-        The modes and the results.
+        The modes and their summary.
 
     Raises:
         SceneError: If a body has no mass, or `out` is not empty or cannot be written.
@@ -80,7 +80,7 @@ def find_modes(
             summary["results"] = measured(results, modes, comm, "mode_results")
             if comm.rank == 0:
                 write_json(directory / SUMMARY, summary)
-    return modes, summary["results"]
+    return modes, summary
 
 
 def _write(

@@ -78,6 +78,7 @@ class Description:
     units: Annotated[str | None, AfterValidator(_units)] = None
     controllers: Annotated[tuple[InstanceOf[Law], ...], BeforeValidator(_several)] = ()
     events: Annotated[tuple[InstanceOf[Event], ...], BeforeValidator(_several)] = ()
+    errors: bool = False
 
     @property
     def scheme_name(self) -> str:

@@ -77,6 +77,8 @@ class Scene(Description):
             labels have none. The numbers are in consistent units, whatever these are.
         controllers: Controllers, which read sensors and command motors, drivers and loads.
         events: What happens when conditions become true.
+        errors: Whether runs estimate the errors of results and of histories of probes, from
+            companions with larger steps and more elements (`docs/howto/errors.md`).
 
     Raises:
         SceneError: If anything is impossible, in one sentence that tells what would be right.

@@ -49,15 +49,27 @@ def account(summary: Mapping[str, Any]) -> dict[str, str]:
     return found
 
 
+def bands(summary: Mapping[str, Any]) -> dict[str, float]:
+    """Errors of the histories of probes (root mean square) by their names, those that are known.
+
+    Args:
+        summary: The summary of a run.
+    """
+    found = summary.get("errors", {}).get("probes", {}).items()
+    known = {name.removesuffix(":l2"): v["error"] for name, v in found if name.endswith(":l2")}
+    return {name: error for name, error in known.items() if error is not None}
+
+
 def with_error(found: Mapping[str, float | None]) -> str:
     """A number to the digits that hold, with its error and what that is due to.
 
     Args:
-        found: Value, error, error_mesh, error_step; None: not known.
+        found: Value, error, and its parts error_mesh, error_step, ...; None: not known.
     """
     value, error = found["value"], found["error"]
+    parts = {k.removeprefix("error_"): v for k, v in found.items() if k.startswith("error_")}
     if value is None or error is None:
-        unknown = " and ".join(k for k in ("mesh", "step") if found[f"error_{k}"] is None)
+        unknown = " and ".join(name for name, part in parts.items() if part is None)
         return f"{_number(value)} (error of the {unknown or 'value'} not known)"
     if error <= 0.0:
         return _number(value)
@@ -65,8 +77,8 @@ def with_error(found: Mapping[str, float | None]) -> str:
     last = math.floor(math.log10(error)) - 1
     digits = max(0, -last)
     shown = f"{value:.{digits}f}" if digits < 7 else f"{value:.{_significant(value, last)}e}"
-    parts = [f"{k} {found[f'error_{k}']:.1e}" for k in ("mesh", "step") if found[f"error_{k}"]]
-    return f"{shown} +- {error:.1e} ({', '.join(parts)})"
+    due = ", ".join(f"{name} {part:.1e}" for name, part in parts.items() if part)
+    return f"{shown} +- {error:.1e} ({due})"
 
 
 def _significant(value: float, last: int) -> int:

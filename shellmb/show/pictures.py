@@ -17,6 +17,7 @@ from shellmb.errors import RunError
 from shellmb.guarding.reading import read_json
 from shellmb.guarding.writing import drafted
 from shellmb.observers.files.described import Described, read_described
+from shellmb.show.account import bands
 from shellmb.show.fields import Fields
 
 if TYPE_CHECKING:
@@ -179,7 +180,7 @@ def _curves(
     several = len(history["t"]) > 2
     with mpl.rc_context({**STYLE, "savefig.dpi": RESOLUTION}):
         if described.probes:
-            made += plots.save(plots.probes(history, described), out / "probes.png")
+            made += plots.save(plots.probes(history, described, bands(summary)), out / "probes.png")
         if described.dynamic:
             made += plots.save(plots.energies(history, described), out / "energy.png")
         # of one step there is no history

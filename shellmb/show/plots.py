@@ -51,7 +51,10 @@ MARKS = {"limit point": "o", "bifurcation": "D"}
 
 
 def plot_history(
-    history: Table, scene: Described, columns: str | Sequence[str] | None = None
+    history: Table,
+    scene: Described,
+    columns: str | Sequence[str] | None = None,
+    errors: Mapping[str, float] | None = None,
 ) -> Figure:
     """Columns over time in one figure.
 
@@ -59,13 +62,14 @@ def plot_history(
         history: The history.
         scene: The scene.
         columns: Names of columns; None: the probes, or the energies where there are none.
+        errors: Estimated errors by column, drawn as bands.
 
     Raises:
         SceneError: If there is no such column.
     """
     with mpl.rc_context(STYLE):
         if columns is None:
-            return probes(history, scene) if scene.probes else energies(history, scene)
+            return probes(history, scene, errors) if scene.probes else energies(history, scene)
         names = [columns] if isinstance(columns, str) else list(columns)
         missing = next((n for n in names if n not in history), None)
         if missing is not None:
@@ -73,23 +77,41 @@ def plot_history(
         made = figure(7.0, 3.4)
         axes = made.subplots()
         draw_curves(axes, _column(history, "t"), {n: _column(history, n) for n in names})
+        _bands(axes, errors)
         legend(axes)
         axes.set_xlabel(scene.time_label)
         return made
 
 
-def probes(history: Table, scene: Described) -> Figure:
-    """One plot for each quantity that is probed."""
+def probes(history: Table, scene: Described, errors: Mapping[str, float] | None = None) -> Figure:
+    """One plot for each quantity that is probed.
+
+    Args:
+        history: The history.
+        scene: The scene.
+        errors: Estimated errors by probe, drawn as bands.
+    """
     kinds = list(dict.fromkeys(p.quantity for p in scene.probes))
     made, every = _rows(len(kinds), 2.8)
     for kind, axes in zip(kinds, every, strict=True):
         own = {p.name: _column(history, p.name) for p in scene.probes if p.quantity == kind}
         draw_curves(axes, _column(history, "t"), own)
+        _bands(axes, errors)
         mean = "mean " if scene.dynamic and kind in RESULTANTS else ""
         axes.set_ylabel(mean + _label(scene, kind))
         legend(axes)
     every[-1].set_xlabel(scene.time_label)
     return made
+
+
+def _bands(axes: Axes, errors: Mapping[str, float] | None) -> None:
+    """A band about each curve whose error is known."""
+    for line in list(axes.lines):
+        error = (errors or {}).get(str(line.get_label()))
+        if error:
+            t, y = (np.asarray(values, dtype=float) for values in line.get_data())
+            color, label = line.get_color(), f"{line.get_label()}: error (rms)"
+            axes.fill_between(t, y - error, y + error, alpha=0.25, color=color, lw=0, label=label)
 
 
 def joints(history: Table, scene: Described, size: float) -> Figure | None:

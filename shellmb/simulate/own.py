@@ -69,6 +69,14 @@ class OwnScene:
                     stacklevel=2,
                 )
 
+    @property
+    def remembers(self) -> bool:
+        """Whether a run may change an object of the user's, or a default of a function."""
+        held = (types.FunctionType, types.MethodType, functools.partial, np.random.Generator)
+        return any(
+            not is_ours(type(v).__module__) or isinstance(v, (*held, Iterator)) for v in self._kept
+        )
+
     def finish(self) -> None:
         """Remember what the run has changed outside of functions."""
         for function, before in self._before.items():

@@ -319,6 +319,25 @@ class Simulation:
         if self.control.ended is not None:
             self.t_end = self.t
 
+    @property
+    def repeatable(self) -> bool:
+        """Whether it can begin again: no law or event of the scene remembers the first time."""
+        control = self.scene.controllers or self.scene.all_events
+        return not (control or self._own.remembers or self.path is not None)
+
+    def begin_again(self, scene: Scene, arrays: Arrays, state: dict[str, Any]) -> None:
+        """Be at an earlier state, with other steps from there on.
+
+        Args:
+            scene: The scene, with other steps and step control.
+            arrays: As from `arrays`, before the first step.
+            state: As from `state`.
+        """
+        self.scene, self.t_end = scene, float(scene.t_end or 0.0)
+        self.restore(arrays, state)
+        self.size = self._size()
+        self.problem.iteration.refresh.forget()
+
     def state(self) -> dict[str, Any]:
         """Counters and step size, for a restart."""
         return {

@@ -166,11 +166,7 @@ def _record(
     choice: Choice, round_: int, cpu_s: float, result: RunResult, quantities: Sequence[Quantity]
 ) -> Record:
     summary = result.summary
-    forms = result.simulation.problem.forms.values()
-    stages = [made.stage for rows in forms for made in rows.values()]
-    # schemes with a single state have forces at the ends of steps, and no means
-    single = all(stage is not None and stage.single for stage in stages)
-    means: set[str] = set() if single else _means(result)
+    means = means_of(result)
     taken = {str(q): q.take(result.results, result.history, means) for q in quantities}
     if round_:
         # the curves are those of the first round
@@ -193,8 +189,17 @@ def _record(
     )
 
 
-def _means(result: RunResult) -> set[str]:
-    """Names of columns that are means over a step: those of sections, and all without a start."""
+def means_of(result: RunResult) -> set[str]:
+    """Names of columns that are means over a step: those of sections, and all without a start.
+
+    Args:
+        result: A run.
+    """
+    forms = result.simulation.problem.forms.values()
+    stages = [made.stage for rows in forms for made in rows.values()]
+    # schemes with a single state have forces at the ends of steps, and no means
+    if all(stage is not None and stage.single for stage in stages):
+        return set()
     history, probes = result.history, result.simulation.scene.probes
     sections = {probe.name for probe in probes if probe.quantity in RESULTANTS}
     return sections | {str(name) for name in history if math.isnan(history[name].iloc[0])}

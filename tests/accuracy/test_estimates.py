@@ -1,6 +1,7 @@
 """Estimates from companions: their formulas on errors that are known."""
 
 import math
+from math import log
 
 import pytest
 
@@ -8,8 +9,8 @@ from shellmb.accuracy.estimates import SAFETY, Estimate, mesh_error, step_error
 
 
 def differences(order: float, constant: float = 1e-3) -> list[float]:
-    """Of runs with errors `constant h^order`, with 1, 2 and 4 times the step."""
-    errors = [constant * h**order for h in (1, 2, 4)]
+    """Of runs with errors `constant h^order`, with 1, 3 and 9 times the step."""
+    errors = [constant * h**order for h in (1, 3, 9)]
     return [errors[1] - errors[0], errors[2] - errors[1]]
 
 
@@ -24,15 +25,22 @@ def test_power_laws_are_covered(order: float) -> None:
 def test_a_difference_that_vanishes_by_chance_is_not_believed() -> None:
     """Histories cross: numbers of two runs agree without being right."""
     by_chance = step_error([1e-12, 3e-3], highest=2)
-    assert by_chance.error > 0.1 * 3e-3 / 2**2
+    assert by_chance.error > 0.1 * 3e-3 / 3**4
 
 
 def test_growing_differences_are_errors() -> None:
     found = step_error([2e-3, 1e-3], highest=2)
-    assert found == Estimate(SAFETY * 2e-3, -1.0)
+    assert found == Estimate(SAFETY * 2e-3, pytest.approx(-log(2) / log(3)))
 
 
 def test_nothing_known_is_not_zero() -> None:
     assert math.isinf(step_error([], highest=2).error)
     assert math.isinf(mesh_error(None, better=True).error)
-    assert step_error([1e-3], highest=2) == Estimate(SAFETY * 1e-3)
+    assert step_error([1e-3], highest=2) == Estimate(SAFETY * 1e-3 / 2)
+
+
+def test_a_smaller_step_tells_of_first_order() -> None:
+    """Where the step cannot be larger, the run is compared with half of it."""
+    for order in (1.0, 2.0, 3.0):
+        found = step_error([1.0 - 0.5**order], highest=2, ratio=0.5)
+        assert 1 <= found.error <= 3

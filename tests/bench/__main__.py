@@ -37,9 +37,10 @@ class Peer(StrEnum):
     opensees = "opensees"
 
 
-@app.command()
+@app.callback(invoke_without_command=True)
 @failures_reported
 def bench(
+    context: typer.Context,
     scene: Annotated[
         list[BenchScene] | None, typer.Option(help="Plate; may be repeated; all if left out.")
     ] = None,
@@ -78,6 +79,8 @@ def bench(
     reading that clock takes a good part of a millisecond in some sandboxes. `--effects` and
     `--peer` read it once a round, and always take it.
     """
+    if context.invoked_subcommand is not None:
+        return
     from shellmb.running.request import parse_mesh
 
     if effects or effect:
@@ -115,6 +118,31 @@ def bench(
         )
         passed = run_bench(plan, out, json, check)
     if not passed:
+        raise typer.Exit(1)
+
+
+@app.command()
+@failures_reported
+def errors(
+    case: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME", help="Part of the name of a case; may be repeated."),
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Records; demos/studies/errors.json if left out.")
+    ] = None,
+    again: Annotated[bool, typer.Option("--again", help="Also cases with a record.")] = False,
+    docs: Annotated[
+        bool, typer.Option("--docs", help="Write the table of docs/evidence/accuracy.md.")
+    ] = False,
+) -> None:
+    """Compare errors that runs state with true ones, of runs that are far finer or exact values.
+
+    Cases that have a record are not run again; without any left, only the table is printed.
+    """
+    from tests.bench.errors.report import run_errors
+
+    if not run_errors(case or [], out, again, docs):
         raise typer.Exit(1)
 
 

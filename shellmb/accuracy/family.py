@@ -1,0 +1,91 @@
+"""Companions of a scene, each run once; what goes wrong with one is a remark."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+
+from mpi4py import MPI
+
+from shellmb.accuracy.companions import Change
+from shellmb.accuracy.kept import Kept, keep
+from shellmb.accuracy.repeat import Beginning, kept, run_again
+from shellmb.errors import ShellmbError, Stopped
+from shellmb.measuring.stepping import free
+from shellmb.running.execute import RunResult, execute
+from shellmb.running.results import Results
+from shellmb.scene import Scene
+
+
+class Family:
+    """Runs of one scene with changes.
+
+    Args:
+        scene: The scene.
+        results: Gives results; None: the scene's own function.
+        comm: Communicator.
+
+    Attributes:
+        found: What is kept of runs; None of those that failed.
+        failures: Why these failed.
+    """
+
+    def __init__(
+        self, scene: Scene, results: Results | None, comm: MPI.Comm = MPI.COMM_WORLD
+    ) -> None:
+        self.scene, self.comm = scene, comm
+        self._results = results or scene.results or _nothing
+        self.found: dict[Change, Kept | None] = {}
+        self.failures: dict[Change, str] = {}
+        # the last model is used again where only steps differ
+        self._model: Change | None = None
+        self._begin = Beginning()
+
+    def take_up(
+        self, run: RunResult, begin: Beginning | None, change: Change, on: ExitStack
+    ) -> None:
+        """Take up a run that is there already; its simulation is as it was when `on` is left.
+
+        Args:
+            run: The run, at its end.
+            begin: What kept the state before its first step; None: it cannot begin again.
+            change: What is different in it.
+            on: Left when the companions have run.
+        """
+        self.found[change] = keep(run)
+        if begin is not None and begin.simulation is run.simulation:
+            self._model, self._begin = change.model, begin
+            on.enter_context(kept(run.simulation))
+
+    def run(self, change: Change) -> Kept | None:
+        """A companion; None where it cannot be, or fails; collective.
+
+        Args:
+            change: What is different in it.
+        """
+        if change not in self.found:
+            self.found[change] = self._try(change)
+        return self.found[change]
+
+    def _try(self, change: Change) -> Kept | None:
+        try:
+            scene = change.apply(self.scene)
+            if change.model == self._model and self._begin.simulation is not None:
+                return keep(run_again(self._begin, scene, self._results, self.comm))
+            begin = Beginning()
+            run = execute(
+                scene, None, [begin], comm=self.comm, pictures=False, results=self._results
+            )
+        except Stopped:
+            raise
+        except ShellmbError as error:
+            self.failures[change] = str(error)
+            return None
+        self._model, self._begin = change.model, begin
+        found = keep(run)
+        del run
+        free(self.comm)
+        return found
+
+
+def _nothing(run: RunResult) -> dict[str, float]:
+    return {}

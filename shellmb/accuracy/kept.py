@@ -1,0 +1,113 @@
+"""What is kept of a run to compare it with others: its results, its history, its events."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import isfinite, sqrt
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from shellmb.errors import SceneError
+from shellmb.running.execute import RunResult
+from shellmb.running.results import plain_results
+from shellmb.scene import Scene
+from shellmb.studies.quantity import Quantity
+from shellmb.studies.runner import means_of
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+@dataclass(frozen=True)
+class Kept:
+    """A run without its simulation.
+
+    Args:
+        results: Its results.
+        history: Its history.
+        events: How often each event came.
+        means: Columns of the history that are means over a step.
+        seconds: Time of its steps [s].
+    """
+
+    results: Mapping[str, float]
+    history: pd.DataFrame
+    events: Mapping[str, int]
+    means: frozenset[str]
+    seconds: float
+
+    def take(self, quantity: Quantity) -> dict[str, Any]:
+        """What is compared of a quantity.
+
+        Args:
+            quantity: The quantity.
+
+        Raises:
+            SceneError: If there is none of that name.
+        """
+        return quantity.take(self.results, self.history, self.means)
+
+    def size(self, quantity: Quantity) -> float:
+        """The number that a quantity is, or the root mean square of a curve.
+
+        Args:
+            quantity: The quantity.
+        """
+        taken = self.take(quantity)
+        return rms(taken) if quantity.is_curve else float(taken["value"])
+
+    def columns(self, scene: Scene) -> list[str]:
+        """Columns of the history that belong to probes.
+
+        Args:
+            scene: The scene.
+        """
+        names = [probe.name for probe in scene.probes]
+        return [
+            str(c)
+            for c in self.history.columns
+            if any(c == n or str(c).startswith(f"{n}.") for n in names)
+        ]
+
+
+def keep(run: RunResult) -> Kept:
+    """What is kept of a run.
+
+    Args:
+        run: The run, at its end.
+    """
+    events = {k: len(e["times"]) for k, e in run.summary.get("events", {}).items()}
+    seconds = run.simulation.step_seconds
+    means = frozenset(means_of(run))
+    return Kept(plain_results(run.summary), run.history, events, means, seconds)
+
+
+def difference(fine: Kept, coarse: Kept, quantity: Quantity) -> float | None:
+    """How far a run is from a finer one, in the unit of the quantity; None: not known.
+
+    Args:
+        fine: The finer one.
+        coarse: The other one.
+        quantity: What is compared.
+    """
+    try:
+        reference, found = fine.take(quantity), coarse.take(quantity)
+        size = abs(fine.size(quantity)) or 1.0
+    except SceneError:
+        return None
+    away = quantity.difference(found, reference) * size
+    return away if isfinite(away) else None
+
+
+def rms(taken: Mapping[str, Any]) -> float:
+    """Root mean square of a curve.
+
+    Args:
+        taken: Times and values.
+    """
+    t, y = np.array(taken["t"]), np.array(taken["y"])
+    if len(t) < 2 or t[-1] <= t[0]:
+        return float(np.abs(y).max(initial=0.0))
+    return sqrt(float(np.trapezoid(y**2, t)) / float(t[-1] - t[0]))

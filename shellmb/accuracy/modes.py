@@ -1,0 +1,126 @@
+"""Errors of natural frequencies, from a model with better elements."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from shellmb.accuracy.companions import Change, degree_of, is_reduced
+from shellmb.accuracy.estimates import NONE, Estimate, mesh_error, model_error
+from shellmb.accuracy.found import Found
+from shellmb.errors import ShellmbError, Stopped
+from shellmb.observers.summary import write_json
+from shellmb.running.directory import written
+from shellmb.running.results import measured
+from shellmb.running.standard import SUMMARY
+from shellmb.scene import Scene
+from shellmb.vibration import Modes, natural_modes
+
+type ModeResults = Callable[[Modes], dict[str, float]]
+
+
+def add_mode_errors(
+    scene: Scene,
+    modes: Modes,
+    summary: dict[str, Any],
+    directory: Path,
+    loaded: bool = False,
+    results: ModeResults | None = None,
+) -> dict[str, Found]:
+    """Estimate errors of modes and put them into the summary, also the one on disk; collective.
+
+    In the summary, `errors` then has a table for each frequency, "f1", and `results` one for each
+    number.
+
+    Args:
+        scene: The scene.
+        modes: Its modes.
+        summary: Their summary.
+        directory: Where it is.
+        loaded: Whether they are about the static equilibrium.
+        results: What gave the results.
+
+    Returns:
+        Frequencies and results with their errors, by name.
+    """
+    found, remarks = mode_errors(scene, modes, summary["results"], loaded, results)
+    plain = {name: each.to_dict() for name, each in found.items()}
+    comm = modes.model.comm
+    summary["results"] = {name: plain.pop(name) for name in summary["results"]}
+    summary["errors"] = {"modes": plain, "remarks": remarks}
+    if comm.rank == 0:
+        with written(directory, comm):
+            write_json(directory / SUMMARY, summary)
+    comm.Barrier()
+    return found
+
+
+def mode_errors(
+    scene: Scene,
+    modes: Modes,
+    numbers: dict[str, float],
+    loaded: bool,
+    results: ModeResults | None,
+) -> tuple[dict[str, Found], list[str]]:
+    """Frequencies and results of modes with their errors, and what is not in these; collective.
+
+    Args:
+        scene: The scene.
+        modes: Its modes.
+        numbers: Its results.
+        loaded: Whether they are about the static equilibrium.
+        results: What gave the results.
+    """
+    mine = frequencies(modes) | numbers
+    parts: dict[str, list[Change]] = {}
+    if degree_of(scene) is not None:
+        parts["mesh"] = [Change(mesh=2)]
+    if degree_of(scene) == 2:
+        # the cheaper one
+        parts["mesh"].insert(0, Change(degree=3))
+    if is_reduced(scene):
+        parts["model"] = [Change(exact=True)]
+    errors: dict[str, dict[str, Estimate]] = {name: {"mesh": NONE, "step": NONE} for name in mine}
+    remarks = []
+    for part, changes in parts.items():
+        there, why = _companion(scene, modes, changes, loaded, results)
+        if there is None:
+            remarks.append(f"the error of the {part} is not known: {why}")
+        for name, value in mine.items():
+            away = abs(value - there[name]) if there is not None and name in there else None
+            errors[name][part] = mesh_error(away) if part == "mesh" else model_error(away)
+    for k in range(modes.rigid):
+        errors[f"f{k + 1}"] = {"mesh": NONE, "step": NONE}
+    return {name: Found(value, errors[name]) for name, value in mine.items()}, remarks
+
+
+def frequencies(modes: Modes) -> dict[str, float]:
+    """Frequencies [Hz] by the names "f1", "f2", ...
+
+    Args:
+        modes: The modes.
+    """
+    return {f"f{k}": float(f) for k, f in enumerate(modes.frequencies, start=1)}
+
+
+def _companion(
+    scene: Scene,
+    modes: Modes,
+    changes: Sequence[Change],
+    loaded: bool,
+    results: ModeResults | None,
+) -> tuple[dict[str, float] | None, str]:
+    """Numbers of the first companion that works, and why others do not."""
+    comm, why = modes.model.comm, ""
+    for change in changes:
+        try:
+            found = natural_modes(change.apply(scene), comm, len(modes.omega2), loaded)
+            numbers = {} if results is None else measured(results, found, comm, "mode_results")
+        except Stopped:
+            raise
+        except ShellmbError as error:
+            why = str(error)
+        else:
+            return frequencies(found) | numbers, why
+    return None, why

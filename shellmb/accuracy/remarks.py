@@ -1,0 +1,92 @@
+"""What makes estimated errors doubtful, or is not in them, in words."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+from math import isinf
+
+from shellmb.accuracy.companions import Change
+from shellmb.accuracy.found import Found
+from shellmb.accuracy.kept import Kept, difference
+from shellmb.scene import Scene
+from shellmb.studies.quantity import Quantity, parse_quantity
+
+# a difference between companions of so many times the quantity: nothing is resolved
+UNRESOLVED = 0.5
+# an order below which smaller steps hardly help
+CHAOS = 0.2
+# so many quantities are named
+NAMED = 4
+
+
+def remarks(
+    mine: Kept,
+    steps: Sequence[Kept],
+    mesh: tuple[Kept, Kept] | None,
+    failures: Mapping[Change, str],
+    scene: Scene,
+    found: Mapping[str, Found],
+) -> tuple[str, ...]:
+    """What is to be known of the errors, each a sentence.
+
+    Args:
+        mine: The run.
+        steps: It and those with larger steps.
+        mesh: Two companions that differ in their elements.
+        failures: Why companions failed.
+        scene: The scene.
+        found: Quantities with their errors.
+    """
+    said = [f"the run with {change.words()} fails: {why}" for change, why in failures.items()]
+    if not any(isinf(f.error) for f in found.values()):
+        # others tell in their place
+        said = []
+    unknown = {
+        name: [k for k, f in found.items() if name in f.parts and isinf(f.parts[name].error)]
+        for name in ("mesh", "step", "newton", "model", "contact")
+    }
+    for part, names in unknown.items():
+        if names:
+            said.append(f"the error of the {WORDS[part]} is not known of {_listed(names)}")
+    others = {id(k): k for k in (*steps, *(mesh or ())) if k is not mine}
+    for name, count in mine.events.items():
+        counts = {other.events.get(name, 0) for other in others.values()} - {count}
+        if counts:
+            said.append(
+                f"event '{name}' comes {count} times in the run and {min(counts)} times in a "
+                "companion: errors after it are not known"
+            )
+    named = {k: Quantity(k) if k in mine.results else parse_quantity(k) for k in found}
+    wild = [k for k, f in found.items() if _unresolved(f, named[k], steps)]
+    if wild:
+        said.append(
+            f"{_listed(wild)}: companions with larger steps are far from the run: an instability, "
+            "an event or chaos, or because steps are too large to tell; errors are rough"
+        )
+    if scene.path is not None:
+        said.append("histories along a path have no errors: points of two runs differ")
+    return tuple(said)
+
+
+WORDS = {
+    "mesh": "mesh",
+    "step": "step",
+    "newton": "tolerance of Newton's method",
+    "model": "reduced model",
+    "contact": "contact stiffness",
+}
+
+
+def _unresolved(found: Found, quantity: Quantity, steps: Sequence[Kept]) -> bool:
+    """Whether the difference from the next companion is as large as the quantity itself."""
+    order = found.parts["step"].order
+    if order is None or len(steps) < 2 or order > CHAOS:
+        return False
+    away = [difference(a, b, quantity) for a, b in pairwise(steps)]
+    return bool(away) and away[0] is not None and away[0] > UNRESOLVED * abs(found.value)
+
+
+def _listed(names: Sequence[str]) -> str:
+    shown = ", ".join(names[:NAMED])
+    return shown if len(names) <= NAMED else f"{shown} and {len(names) - NAMED} more"

@@ -1,0 +1,82 @@
+"""A simulation that begins again with other steps: companions of a run without a new model."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from mpi4py import MPI
+
+from shellmb.running.execute import RunResult, carry_out
+from shellmb.running.results import Results
+from shellmb.scene import Scene
+from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.stepping import Arrays
+
+
+class Beginning(Silent):
+    """An observer that keeps the state before the first step.
+
+    Attributes:
+        simulation: The simulation; None: it has not begun, or went on from a later state.
+        arrays: Its arrays.
+        counters: Its counters.
+    """
+
+    def __init__(self) -> None:
+        self.simulation: Simulation | None = None
+        self.arrays: Arrays = {}
+        self.counters: dict[str, Any] = {}
+
+    def start(self, simulation: Simulation) -> None:
+        """Keep the state."""
+        if simulation.step == 0 and simulation.repeatable:
+            self.simulation = simulation
+            self.arrays, self.counters = simulation.arrays(), simulation.state()
+
+
+@contextmanager
+def kept(simulation: Simulation) -> Iterator[None]:
+    """What a simulation is at its end it is again when this ends.
+
+    Args:
+        simulation: The simulation.
+    """
+    arrays, counters = simulation.arrays(), simulation.state()
+    scene, t_end, size, last = simulation.scene, simulation.t_end, simulation.size, simulation.last
+    levels = simulation.problem.levels.values()
+    stages = [(f, f.x.array.copy()) for level in levels for f in level.unknown.values()]
+    try:
+        yield
+    finally:
+        simulation.begin_again(scene, arrays, counters)
+        simulation.t_end, simulation.size, simulation.last = t_end, size, last
+        for function, values in stages:
+            function.x.array[:] = values
+
+
+def run_again(begin: Beginning, scene: Scene, results: Results, comm: MPI.Comm) -> RunResult:
+    """Run a scene with other steps on the simulation of a run.
+
+    Args:
+        begin: What kept the state before the run's first step.
+        scene: The scene, with other steps.
+        results: Its results.
+        comm: Communicator; the call is collective.
+
+    Raises:
+        ConvergenceError: If a step fails.
+        RunError: If `results` fails.
+    """
+    assert begin.simulation is not None
+    begin.simulation.begin_again(scene, begin.arrays, begin.counters)
+    return carry_out(
+        scene,
+        None,
+        comm=comm,
+        pictures=False,
+        request=None,
+        results=results,
+        simulation=begin.simulation,
+    )

@@ -1,0 +1,1 @@
+"""Whether stated errors are true: runs with errors beside references, far finer or exact"""
