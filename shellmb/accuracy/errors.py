@@ -30,6 +30,7 @@ from shellmb.accuracy.found import Errors, Found
 from shellmb.accuracy.kept import Kept, difference
 from shellmb.accuracy.remarks import remarks
 from shellmb.accuracy.repeat import Beginning
+from shellmb.barrier import arrive
 from shellmb.observers.summary import write_json
 from shellmb.running.directory import written
 from shellmb.running.execute import RunResult, execute
@@ -39,7 +40,6 @@ from shellmb.running.standard import SUMMARY
 from shellmb.scene import Scene
 from shellmb.simulate.simulation import Observer
 from shellmb.studies.quantity import Quantity
-from shellmb.waiting import arrive
 
 # norms in which the history of a probe is judged
 NORMS = ("l2", "end", "max", "min")

@@ -129,7 +129,7 @@ def errors(
         typer.Option(metavar="NAME", help="Part of the name of a case; may be repeated."),
     ] = None,
     out: Annotated[
-        Path | None, typer.Option(help="Records; demos/studies/errors.json if left out.")
+        Path | None, typer.Option(help="File of records; that of the table if left out.")
     ] = None,
     again: Annotated[bool, typer.Option("--again", help="Also cases with a record.")] = False,
     docs: Annotated[
