@@ -31,6 +31,8 @@ _API = {
     "StateModes": "shellmb.api.rotating",
     "Study": "shellmb.api.studies",
     "sweep": "shellmb.api.sweeps",
+    "sensitivities": "shellmb.sensitivity.run",
+    "Sensitivities": "shellmb.sensitivity.record",
 }
 _PACKAGES = ("errors", "forms", "scene")
 _ERRORS = (

@@ -27,6 +27,7 @@ from shellmb.errors import ShellmbError as ShellmbError
 from shellmb.errors import ShellmbWarning as ShellmbWarning
 from shellmb.scene import *
 from shellmb.scene import Scene
+from shellmb.sensitivity.record import Sensitivities as Sensitivities
 from shellmb.simulate.simulation import Observer
 
 __version__: str
@@ -83,3 +84,29 @@ def study(
     body: str | None = None,
     t_end: float | None = None,
 ) -> Study: ...
+def sensitivities(
+    scene: Callable[..., Scene] | str,
+    parameters: Sequence[str],
+    out: Path | str | None = None,
+    *,
+    values: Mapping[str, Any] | None = None,
+    scales: Mapping[str, float] | None = None,
+    columns: str = "all",
+    fields: bool = True,
+    comm: MPI.Comm | None = None,
+    scheme: str | None = None,
+    alpha: float | None = None,
+    dt: float | None = None,
+    t_end: float | None = None,
+    mesh: tuple[int, int] | str | None = None,
+    degree: Literal[2, 3] | None = None,
+    cell: Literal["quad", "tri"] | None = None,
+    body: str | None = None,
+    model: str | None = None,
+    solve: Literal["reduced", "full"] | None = None,
+    newton: Literal["auto", "modified", "full"] | None = None,
+    backend: Literal["newton", "snes"] | None = None,
+    tolerance: float | None = None,
+    end_forces: bool | None = None,
+    step_tolerance: float | None = None,
+) -> Sensitivities: ...

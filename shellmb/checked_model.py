@@ -13,7 +13,7 @@ from shellmb.scene import Scene
 
 
 def checked_model(
-    scene: Scene, comm: MPI.Comm, force: float | None = None
+    scene: Scene, comm: MPI.Comm, force: float | None = None, length: float | None = None
 ) -> tuple[Model, list[Redundant]]:
     """Build the model of a scene and look it through, before anything large is compiled.
 
@@ -21,6 +21,7 @@ def checked_model(
         scene: The scene.
         comm: Communicator.
         force: Unit of the multipliers of constraints, N, as of `build_model`.
+        length: Characteristic length, m, as of `build_model`.
 
     Returns:
         The model, and the constraints that are left out of it because others imply them.
@@ -31,7 +32,7 @@ def checked_model(
     """
     same_on_all(scene, comm)
     scene, modal = reduce_bodies(scene, comm)
-    model = build_model(scene, comm, modal, force)
+    model = build_model(scene, comm, modal, force, length)
     redundant = look_through(model)
     if scene.static:
         refuse_mechanisms(model)

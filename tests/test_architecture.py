@@ -63,6 +63,7 @@ TOP = (
     "studies",
     "accuracy",
     "measuring",
+    "sensitivity",
     "cli",
 )
 RANK |= dict.fromkeys(TOP, len(RANK))

@@ -19,7 +19,11 @@ if TYPE_CHECKING:
     from mpi4py import MPI
 
     from shellmb.running.execute import RunResult
+    from shellmb.sensitivity.record import Sensitivities
     from shellmb.simulate.simulation import Observer
+
+# what a directory of sensitivities has
+SENSITIVITIES = "sensitivities.json"
 
 
 @takes(*options_of(Options))
@@ -141,16 +145,20 @@ def resume(
     return Run(Path(out), computed)
 
 
-def load(directory: Path | str) -> Run | ModeShapes | RotatingModes:
-    """Read a run, or modes, from a directory; nothing of it is executed.
+def load(directory: Path | str) -> Run | ModeShapes | RotatingModes | Sensitivities:
+    """Read a run, modes or sensitivities from a directory; nothing of it is executed.
 
     Args:
         directory: It.
 
     Raises:
-        SceneError: If it holds neither, or is damaged.
+        SceneError: If it holds none of them, or is damaged.
     """
     folder = Path(directory)
+    if (folder / SENSITIVITIES).is_file():
+        from shellmb.sensitivity.record import Sensitivities
+
+        return Sensitivities(folder)
     if is_rotating(folder):
         return RotatingModes(folder)
     if not is_modes(folder):

@@ -35,6 +35,7 @@ from shellmb.cli.report import (
     print_state_modes,
     say,
 )
+from shellmb.cli.sensitivities import sensitivities
 from shellmb.cli.study import study
 from shellmb.errors import SceneError
 from shellmb.options.described import options_of
@@ -56,6 +57,7 @@ EXAMPLES = """Examples:
 - `shellmb run sudden_load --scheme ep4 --dt 5e-3 --out runs/first`: a run, and its directory
 - `shellmb run my_scene.py --set thickness=1e-3 --mesh 16x4`: your own, with other parameters
 - `shellmb report runs/first`: one page with everything about it
+- `shellmb sensitivities sudden_load --by thickness,force`: what results depend on
 - `shellmb study sudden_load --dt 2e-2,1e-2,5e-3 --scheme ep,ep4`: what accuracy costs
 """
 
@@ -307,6 +309,7 @@ def verify(
 
 app.command()(failures_reported(effects))
 app.command()(failures_reported(study))
+app.command()(failures_reported(sensitivities))
 for shows in (plot, view, report):
     app.command()(failures_reported(shows))
 

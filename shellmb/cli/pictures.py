@@ -40,12 +40,15 @@ def plot(
     if not first_rank():
         return
     from shellmb.api.modeshapes import ModeShapes
+    from shellmb.api.record import Run
     from shellmb.api.rotating import TABLE, RotatingModes
     from shellmb.api.runs import load
     from shellmb.show.pictures import save
 
     run = load(directory)
     folder = out or directory
+    if not isinstance(run, Run | ModeShapes | RotatingModes):
+        run = run.run
     if isinstance(run, RotatingModes):
         from shellmb.show.campbell import draw_campbell
 

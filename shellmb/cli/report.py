@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from shellmb.rotating.campbell import Campbell
     from shellmb.rotating.state import StateModes
     from shellmb.running.execute import RunResult
+    from shellmb.sensitivity.record import Sensitivities
     from shellmb.vibration import Modes
 
 
@@ -152,6 +153,24 @@ def print_modes(found: Modes, directory: Path, errors: Mapping[str, Any] | None 
     for warning in found.warnings:
         say(f"warning: {warning}")
     say(f"written to {directory}")
+
+
+def print_sensitivities(found: Sensitivities) -> None:
+    """Derivatives of results, or of probes at the end, by each parameter."""
+    for p in found.parameters:
+        rows = [
+            (
+                row.name,
+                f"{row.value:.6g}",
+                f"{row.derivative:.6g}",
+                f"{row.derivative * p.value / row.value:.4g}" if row.value else "",
+            )
+            for row in found.rows(p.name)
+        ]
+        _print_columns(("", "value", f"by {p.name}", "% for 1 %"), rows)
+    for warning in found.warnings:
+        say(f"warning: {warning}")
+    say(f"written to {found.directory}")
 
 
 def _print_columns(

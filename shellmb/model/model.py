@@ -123,7 +123,11 @@ class Model:
 
 
 def build_model(
-    scene: Scene, comm: MPI.Comm, modal: Sequence[ModalBody] = (), force: float | None = None
+    scene: Scene,
+    comm: MPI.Comm,
+    modal: Sequence[ModalBody] = (),
+    force: float | None = None,
+    length: float | None = None,
 ) -> Model:
     """Mesh the bodies and bind supports, loads and joints to them.
 
@@ -133,6 +137,7 @@ def build_model(
         modal: Bodies that are reduced to modes, with rigid bodies of the scene for their frames.
         force: Unit of the multipliers of constraints, N; None: what forces are alike to. A model
             that is to take the multipliers of another one has to have its unit.
+        length: Characteristic length, m, of which the same is true; None: that of the scene.
 
     Raises:
         SceneError: If something the scene names does not exist on the meshes.
@@ -157,7 +162,7 @@ def build_model(
         model.beams[beam.name] = build_beam(beam, comm, _loads_of(scene, beam), dynamic, line)
     doubt_thickness(comm, model.shells, model.beams)
     doubt_slits(comm, model.shells)
-    model.length = _length(scene, model)
+    model.length = _length(scene, model) if length is None else length
     model.force = force = _force(scene, model) if force is None else force
     nodes = [rigid_node(body, model.length) for body in scene.rigid_bodies]
     if _uses_ground(scene):

@@ -104,7 +104,7 @@ class SceneModule:
         Raises:
             SceneError: If a parameter is unknown, a value does not fit, or the scene is impossible.
         """
-        converted = {name: self._convert(name, text) for name, text in (values or {}).items()}
+        converted = {name: self.value(name, text) for name, text in (values or {}).items()}
         needed = [
             name
             for name, p in self.parameters.items()
@@ -129,7 +129,12 @@ class SceneModule:
             )
         return scene
 
-    def _convert(self, name: str, text: str) -> Any:
+    def value(self, name: str, text: str) -> Any:
+        """The value that a text means for a parameter.
+
+        Raises:
+            SceneError: If the parameter is unknown, or the text does not fit it.
+        """
         known = self.parameters
         if name not in known:
             listed = ", ".join(f"'{n}'" for n in known)

@@ -133,8 +133,12 @@ class StoredRequest:
         return file.is_file() and checksum(file.read_bytes()) == self.scene_sha256
 
 
-def parse_parameters(items: list[str]) -> dict[str, str]:
+def parse_parameters(items: list[str], flag: str = "--set") -> dict[str, str]:
     """Values of parameters from "name=value" items.
+
+    Args:
+        items: They.
+        flag: The option that they are of, for messages.
 
     Raises:
         SceneError: If an item is not of that form.
@@ -143,10 +147,10 @@ def parse_parameters(items: list[str]) -> dict[str, str]:
     for item in items:
         name, equals, text = item.partition("=")
         if not (equals and name.strip()):
-            raise SceneError(f"--set is '{item}'; it must be of the form name=value")
+            raise SceneError(f"{flag} is '{item}'; it must be of the form name=value")
         if name.strip() in values:
             raise SceneError(
-                f"--set gives {name.strip()} twice, {values[name.strip()]} and {text.strip()}; "
+                f"{flag} gives {name.strip()} twice, {values[name.strip()]} and {text.strip()}; "
                 "one of them must be left out"
             )
         values[name.strip()] = text.strip()

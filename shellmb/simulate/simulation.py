@@ -104,6 +104,7 @@ class Simulation:
     Args:
         scene: The scene.
         comm: Communicator.
+        like: Model of another scene whose units of multipliers and coordinates this one takes.
 
     Raises:
         SceneError: If it cannot be built, or cannot begin as it is described.
@@ -126,7 +127,9 @@ class Simulation:
 
     @taken_once()
     @petsc_in_words()
-    def __init__(self, scene: Scene, comm: MPI.Comm = MPI.COMM_WORLD) -> None:
+    def __init__(
+        self, scene: Scene, comm: MPI.Comm = MPI.COMM_WORLD, like: Model | None = None
+    ) -> None:
         begin = now()
         same_on_all(scene, comm)
         check_begin(scene)
@@ -139,7 +142,8 @@ class Simulation:
         self.size = self._size()
         self.last: StepInfo | None = None
         self.model: Model
-        self.model, self.redundant = checked_model(scene, comm)
+        units = (None, None) if like is None else (like.force, like.length)
+        self.model, self.redundant = checked_model(scene, comm, *units)
         self.problem = Problem(self.model, self.scheme)
         self._start = start = Start(self.problem, self.size.dt, scene)
         start.positions()
@@ -210,15 +214,7 @@ class Simulation:
             ConvergenceError: If the step fails at the smallest step size.
             ControlError: If a controller or an event fails.
         """
-        self.control.begin(self, observers)
-        if self.model.mechanism.update(self.t, self.problem.state) and self.scheme.dynamic:
-            self.problem.projection.project()
-            self._start.accelerations(self.t)
-            # velocities have jumped: what went before tells nothing
-            self.stepping.forget(velocities=True)
-            for observer in observers:
-                observer.switched(self)
-        self.model.mechanism.refresh(self.problem.levels)
+        self.begin_step(observers)
         if self.landing.corner(self.t):
             self.stepping.forget(velocities=False)
         while True:
@@ -259,6 +255,25 @@ class Simulation:
         self.size.accept(measured, dt)
         for observer in observers:
             observer.accepted(self)
+
+    def begin_step(self, observers: Sequence[Observer] = ()) -> None:
+        """Ask controllers, and switch what begins or ends to act at the current time.
+
+        Args:
+            observers: Those that controllers may read.
+
+        Raises:
+            ControlError: If a controller or an event fails.
+        """
+        self.control.begin(self, observers)
+        if self.model.mechanism.update(self.t, self.problem.state) and self.scheme.dynamic:
+            self.problem.projection.project()
+            self._start.accelerations(self.t)
+            # velocities have jumped: what went before tells nothing
+            self.stepping.forget(velocities=True)
+            for observer in observers:
+                observer.switched(self)
+        self.model.mechanism.refresh(self.problem.levels)
 
     def _measured(self, attempt: Attempt) -> tuple[float | None, float | None]:
         """Jump of a step, and what the size of steps follows: that, or its error."""

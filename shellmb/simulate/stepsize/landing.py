@@ -22,11 +22,14 @@ class Landing:
     Args:
         scene: The scene.
         events: Times at which something begins or ends to act, s.
+
+    Attributes:
+        times: All of them in their order, s.
     """
 
     def __init__(self, scene: Scene, events: Iterable[float]) -> None:
         self._corners = frozenset(corners(scene) if scene.control.tolerance is not None else ())
-        self._times = tuple(sorted({*events, *scene.control.times, *self._corners}))
+        self.times = tuple(sorted({*events, *scene.control.times, *self._corners}))
 
     def after(self, t: float, t_end: float) -> float:
         """The next one, s.
@@ -35,7 +38,7 @@ class Landing:
             t: Time, s.
             t_end: End of the run, s.
         """
-        return next((time for time in self._times if t < time < t_end), t_end)
+        return next((time for time in self.times if t < time < t_end), t_end)
 
     def corner(self, t: float) -> bool:
         """Whether forces or motions have a corner at a time [s], which steps have landed on."""

@@ -26,7 +26,7 @@ class Convergence:
 
     def __init__(self, system: BlockSystem) -> None:
         self.system = system
-        found = _owned_parts(system)
+        found = owned_parts(system)
         self.parts, dofs = [part for part, _ in found], [entries for _, entries in found]
         self._lib = native.cells().lib
         self._entries = np.concatenate([*dofs, np.zeros(0, np.int64)]).astype(np.int64)
@@ -136,12 +136,12 @@ class Convergence:
 def unknown_scales(system: BlockSystem) -> Floats:
     """Scale of the part of each unknown that this rank owns; one where there is none."""
     scales = np.ones(system.numbering.owned)
-    for part, entries in _owned_parts(system):
+    for part, entries in owned_parts(system):
         scales[entries] = part.scale
     return scales
 
 
-def _owned_parts(system: BlockSystem) -> list[tuple[Part, Ints]]:
+def owned_parts(system: BlockSystem) -> list[tuple[Part, Ints]]:
     """All parts, each with the places of its unknowns among those that this rank owns."""
     n, found = system.numbering, []
     for k, f in enumerate(system.fields):

@@ -1,0 +1,1 @@
+"""Sensitivities: exact derivatives of a run by parameters of its scene, fits and error bands."""

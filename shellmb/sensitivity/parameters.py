@@ -1,0 +1,215 @@
+"""Parameters of a scene function by which a run is differentiated, and the scenes beside it."""
+
+from __future__ import annotations
+
+import inspect
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from shellmb.errors import SceneError
+from shellmb.options.described import read
+from shellmb.options.run import Options
+from shellmb.running.loader import load
+from shellmb.scene import Scene
+from shellmb.scene.checks.effect import check_alpha
+from shellmb.scene.fingerprint import fingerprint
+
+# relative distance of the scenes at both sides: the error of central differences, its square, and
+# the round-off of forces over it are both below 1e-7 of the derivative
+STEP = 1e-5
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A parameter by which a run is differentiated.
+
+    Args:
+        name: Its name in the scene function.
+        value: Its value.
+        step: Distance of the values at both sides.
+    """
+
+    name: str
+    value: float
+    step: float
+
+    @property
+    def sides(self) -> tuple[float, float]:
+        """Values at both sides, the larger one first."""
+        return self.value + self.step, self.value - self.step
+
+    @property
+    def width(self) -> float:
+        """Distance of both sides as the numbers have it."""
+        above, below = self.sides
+        return above - below
+
+
+@dataclass(frozen=True)
+class Differentiated:
+    """A scene function at given values of its parameters.
+
+    Args:
+        make: The function.
+        name: What its run directory is called.
+        given: Values of its parameters; defaults are left out.
+        options: What replaces choices of the scene.
+        results: What it measures, if its module says so.
+        file: Its name or path; None: a function of the caller's.
+    """
+
+    make: Callable[..., Scene]
+    name: str
+    given: Mapping[str, Any]
+    options: Options
+    results: Callable[..., dict[str, float]] | None = None
+    file: str | None = None
+
+    def scene(self, **changed: float) -> Scene:
+        """The scene with some values changed.
+
+        Args:
+            changed: New values by name.
+
+        Raises:
+            SceneError: If it is impossible.
+        """
+        made = self.make(**{**self.given, **changed})
+        if not isinstance(made, Scene):
+            raise SceneError(
+                f"sensitivities: the scene function returns a {type(made).__name__}; it must "
+                "return a Scene"
+            )
+        made = self.options.apply(made)
+        if self.options.alpha is not None:
+            check_alpha(made, self.options.alpha)
+        return made
+
+    def at(self, **values: float) -> Differentiated:
+        """The function at other values of its parameters."""
+        return replace(self, given={**self.given, **values})
+
+
+def differentiated(
+    scene: Callable[..., Scene] | str, given: Mapping[str, Any] | None, **options: Any
+) -> Differentiated:
+    """A scene function that is to be differentiated.
+
+    Args:
+        scene: The function, the name of a bundled scene, or the path of a Python file.
+        given: Values of its parameters; of a scene that is named, as texts or not.
+        options: Of `Options`, what replaces choices of the scene.
+
+    Raises:
+        SceneError: If it is no function, or has no such parameters.
+    """
+    chosen = Options(**read(Options, options))
+    values = dict(given or {})
+    if isinstance(scene, str):
+        module = load(scene)
+        texts = {name: str(v) for name, v in values.items() if isinstance(v, str)}
+        known = {**values, **{name: module.value(name, text) for name, text in texts.items()}}
+        made = Differentiated(
+            module.module.scene, module.name, known, chosen, module.results, scene
+        )
+        _check_known(made, known)
+        return made
+    if isinstance(scene, Scene) or not callable(scene):
+        raise SceneError(
+            f"sensitivities: scene is a {type(scene).__name__}; it must be a function that makes a "
+            "Scene from its parameters, the name of a bundled scene, or the path of a Python file"
+        )
+    made = Differentiated(scene, getattr(scene, "__name__", "scene"), values, chosen)
+    _check_known(made, values)
+    return made
+
+
+def _check_known(made: Differentiated, names: Mapping[str, Any] | Sequence[str]) -> None:
+    """Refuse parameters that the function does not have."""
+    known = inspect.signature(made.make).parameters
+    if any(p.kind is p.VAR_KEYWORD for p in known.values()):
+        return
+    for name in names:
+        if name not in known:
+            listed = ", ".join(f"'{k}'" for k in known) or "none"
+            raise SceneError(
+                f"sensitivities: scene '{made.name}' has no parameter '{name}'; it has {listed}"
+            )
+
+
+def parameters_of(
+    made: Differentiated, names: Sequence[str], scales: Mapping[str, float] | None = None
+) -> tuple[Parameter, ...]:
+    """The parameters with their values and the distances of both sides.
+
+    Args:
+        made: The scene function.
+        names: Their names.
+        scales: Sizes by which steps are chosen; of others their values.
+
+    Raises:
+        SceneError: If one is unknown, named twice, no number, or zero without a scale.
+    """
+    if isinstance(names, str):
+        names = [names]
+    if not names:
+        raise SceneError("sensitivities: no parameter is named; name at least one")
+    _check_known(made, names)
+    signature, found = inspect.signature(made.make).parameters, list[Parameter]()
+    for name in names:
+        if any(p.name == name for p in found):
+            raise SceneError(f"sensitivities: parameter '{name}' is named twice; name it once")
+        default = signature[name].default if name in signature else inspect.Parameter.empty
+        value = made.given.get(name, default)
+        if value is inspect.Parameter.empty:
+            raise SceneError(f"sensitivities: parameter '{name}' has no value; give it one")
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise SceneError(
+                f"sensitivities: parameter '{name}' is {value!r:.40}; it must be a number"
+            )
+        scale = abs(float((scales or {}).get(name, value)))
+        if not (math.isfinite(value) and math.isfinite(scale) and scale > 0):
+            raise SceneError(
+                f"sensitivities: parameter '{name}' is {value:g}, which tells no step; give its "
+                f"size, as in scales={{'{name}': 1.0}}"
+            )
+        found.append(Parameter(name, float(value), STEP * scale))
+    return tuple(found)
+
+
+def beside(made: Differentiated, base: Scene, parameter: Parameter) -> tuple[Scene, Scene]:
+    """Scenes at both sides of a parameter.
+
+    Args:
+        made: The scene function.
+        base: The scene itself.
+        parameter: The parameter.
+
+    Raises:
+        SceneError: If one is impossible, or its steps are others.
+    """
+    found = []
+    for value in parameter.sides:
+        try:
+            scene = made.scene(**{parameter.name: value})
+        except SceneError as error:
+            raise SceneError(
+                f"sensitivities: parameter '{parameter.name}' = {value!r}, beside "
+                f"{parameter.value:g}, gives no scene: {error}"
+            ) from error
+        for name in ("scheme_name", "alpha", "dt", "t_end", "start", "assemble", "redundant"):
+            ours, its = getattr(base, name), getattr(scene, name)
+            if ours != its:
+                raise SceneError(
+                    f"sensitivities: parameter '{parameter.name}' changes {name} from {ours} to "
+                    f"{its}; steps and choices of the run are fixed, so it must not"
+                )
+        found.append(scene)
+    return found[0], found[1]
+
+
+def independent(above: Scene, below: Scene) -> bool:
+    """Whether both scenes describe the same physics: nothing depends on the parameter."""
+    return fingerprint(above, whole=True) == fingerprint(below, whole=True)

@@ -1,0 +1,200 @@
+"""Derivatives of a run by parameters of its scene, just computed or read back."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from shellmb.api.record import Run
+from shellmb.errors import SceneError
+from shellmb.guarding.reading import read_json
+from shellmb.guarding.writing import write_text
+from shellmb.sensitivity.parameters import Parameter
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+# names in a directory of sensitivities
+ABOUT, RUN, SIDES = "sensitivities.json", "run", ("above", "below")
+# columns of a history that say how a step was made
+OF_STEPS = ("step", "t", "dt", "iterations", "rejected", "jump", "wall_s")
+
+
+def side_folder(name: str, side: str) -> Path:
+    """Folder of a scene beside the run.
+
+    Args:
+        name: Name of the parameter.
+        side: "above" or "below".
+    """
+    return Path(f"by-{name}") / side
+
+
+def is_sensitivities(directory: Path) -> bool:
+    """Whether a directory holds sensitivities."""
+    return (directory / ABOUT).is_file()
+
+
+class Row(NamedTuple):
+    """A number with its derivative.
+
+    Args:
+        name: What it is.
+        value: Its value.
+        derivative: Its derivative.
+    """
+
+    name: str
+    value: float
+    derivative: float
+
+
+class Sensitivities:
+    """A run with its derivatives by parameters.
+
+    Args:
+        directory: Its directory.
+
+    Attributes:
+        run: The run itself.
+        parameters: The parameters with their values.
+        warnings: What the derivatives say against themselves, each a sentence.
+
+    Raises:
+        SceneError: If the directory holds no sensitivities.
+    """
+
+    def __init__(self, directory: Path | str) -> None:
+        self.directory = Path(directory)
+        file = self.directory / ABOUT
+        if not file.is_file():
+            raise SceneError(f"{self.directory} holds no {ABOUT}: the run did not come to its end")
+        try:
+            about = read_json(file)
+            self.parameters = tuple(Parameter(**p) for p in about["parameters"])
+            self.warnings = tuple(map(str, about["warnings"]))
+        except (TypeError, KeyError) as error:
+            raise SceneError(f"{file} is damaged ({error})") from None
+        self.run = Run(self.directory / RUN)
+
+    def _sides(self, parameter: Parameter) -> tuple[Run, Run]:
+        if parameter.name not in self._read:
+            above, below = (Run(self.directory / side_folder(parameter.name, s)) for s in SIDES)
+            self._read[parameter.name] = above, below
+        return self._read[parameter.name]
+
+    @cached_property
+    def _read(self) -> dict[str, tuple[Run, Run]]:
+        return {}
+
+    @cached_property
+    def history(self) -> pd.DataFrame:
+        """Derivatives of the history over time, columns by parameter and column of the history.
+
+        `history["thickness"]["tip_z"]` is that of the column `tip_z` by the thickness.
+        """
+        import pandas as pd
+
+        found = {}
+        for p in self.parameters:
+            above, below = (side.history for side in self._sides(p))
+            columns = [c for c in above.columns if c not in OF_STEPS]
+            found[p.name] = (above[columns] - below[columns]) / p.width
+        table = pd.concat(found, axis=1, names=["parameter", "column"])
+        return table.set_index(pd.Index(self.run.history["t"], name="t"))
+
+    @cached_property
+    def logarithmic(self) -> pd.DataFrame:
+        """Relative changes of the history over relative changes of parameters, `p/y dy/dp`."""
+        table = self.history.copy()
+        run = self.run.history
+        for p in self.parameters:
+            for name in table[p.name].columns:
+                value = run[name].to_numpy(dtype=float)
+                with np.errstate(divide="ignore", invalid="ignore"):
+                    scaled = table[p.name, name].to_numpy() * p.value / value
+                table[p.name, name] = np.where(np.isfinite(scaled), scaled, np.nan)
+        return table
+
+    @cached_property
+    def results(self) -> pd.DataFrame:
+        """Derivatives of the results, a row for each result and a column for each parameter."""
+        import pandas as pd
+
+        found = {}
+        for p in self.parameters:
+            above, below = (side.results for side in self._sides(p))
+            found[p.name] = {
+                name: _difference(above[name], below.get(name), p.width) for name in above
+            }
+        return pd.DataFrame(found)
+
+    def rows(self, parameter: str) -> list[Row]:
+        """What the run found with its derivative by a parameter.
+
+        Args:
+            parameter: Its name.
+
+        Returns:
+            The results of the scene; those of the probes at the end, if it has none.
+        """
+        if len(self.results):
+            values = self.run.results
+            slopes = self.results[parameter]
+            return [Row(name, float(values[name]), float(slopes[name])) for name in slopes.index]
+        last = self.run.history.iloc[-1]
+        slopes = self.history[parameter].iloc[-1]
+        probes = [p.name for p in self.run.described.probes]
+        return [
+            Row(f"{name} at the end", float(last[name]), float(slopes[name])) for name in probes
+        ]
+
+    @property
+    def fields(self) -> Mapping[str, FieldDerivatives]:
+        """Derivatives of fields by the names of parameters, and then of bodies."""
+        return {p.name: FieldDerivatives(self._sides(p), p) for p in self.parameters}
+
+    def write(self) -> None:
+        """Write the derivatives as CSV files beside the run."""
+        for p in self.parameters:
+            write_text(self.directory / f"history_{p.name}.csv", self.history[p.name].to_csv())
+        if len(self.results):
+            self.results.to_csv(self.directory / "results.csv", index_label="result")
+
+    def __repr__(self) -> str:
+        names = ", ".join(f"{p.name} = {p.value:g}" for p in self.parameters)
+        return f"<Sensitivities of '{self.run.name}' by {names}, {self.directory}>"
+
+
+class FieldDerivatives(Mapping[str, "xr.Dataset"]):
+    """Derivatives of the fields of all bodies by one parameter, computed when they are used.
+
+    Args:
+        sides: Runs at both sides of the parameter.
+        parameter: The parameter.
+    """
+
+    def __init__(self, sides: tuple[Run, Run], parameter: Parameter) -> None:
+        self._above, self._below = (side.fields for side in sides)
+        self._parameter = parameter
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._above)
+
+    def __len__(self) -> int:
+        return len(self._above)
+
+    def __getitem__(self, name: str) -> xr.Dataset:
+        above, below = self._above[name], self._below[name]
+        numbers = [key for key, data in above.data_vars.items() if data.dtype.kind == "f"]
+        made = (above[numbers] - below[numbers]) / self._parameter.width
+        return made.assign_attrs(by=self._parameter.name)
+
+
+def _difference(above: float, below: Any, width: float) -> float:
+    return float("nan") if below is None else (above - below) / width

@@ -1,0 +1,178 @@
+"""A run with the derivatives of all that it finds by parameters of its scene."""
+
+from __future__ import annotations
+
+import json
+import time as clock
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from shellmb.api.folders import gone_with, place
+from shellmb.errors import SceneError
+from shellmb.guarding.writing import write_text
+from shellmb.options.described import options_of, takes
+from shellmb.options.run import Options
+from shellmb.scene import Scene
+from shellmb.sensitivity.parameters import (
+    Differentiated,
+    Parameter,
+    beside,
+    differentiated,
+    independent,
+    parameters_of,
+)
+from shellmb.sensitivity.record import ABOUT, RUN, SIDES, Sensitivities, side_folder
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
+
+    from shellmb.simulate.simulation import Simulation
+
+COLUMNS = ("all", "probes")
+
+
+@takes(*options_of(Options))
+def sensitivities(
+    scene: Callable[..., Scene] | str,
+    parameters: Sequence[str],
+    out: Path | str | None = None,
+    *,
+    values: Mapping[str, Any] | None = None,
+    scales: Mapping[str, float] | None = None,
+    columns: str = "all",
+    fields: bool = True,
+    comm: MPI.Comm | None = None,
+    **options: Any,
+) -> Sensitivities:
+    """Run a scene, and differentiate all that the run finds by parameters of the scene.
+
+    Derivatives are those of the motion in its time steps, exact to about seven digits; they are
+    found step by step beside the run, whose factorisations they share (`sensitivity.tangent`).
+
+    Args:
+        scene: A function that makes the scene from its parameters, the name of a bundled scene, or
+            the path of a Python file.
+        parameters: Names of the parameters.
+        out: Directory to write, new or empty; None: a temporary one, which is gone with the result.
+        values: Values of parameters of the scene that replace its defaults.
+        scales: Sizes of parameters, where their values do not tell: of one that is zero, say.
+        columns: "all" columns of the history, or those of "probes" only, which costs less.
+        fields: Whether fields have derivatives, too.
+        comm: Communicator; None: all ranks.
+        **options: Choices that replace the scene's, as `shellmb run` has them.
+
+    Returns:
+        The run and its derivatives.
+
+    Raises:
+        SceneError: If the scene, a parameter or `out` is impossible, or the scene has what has no
+            derivative here: events, static paths.
+        ConvergenceError: If a step fails at the smallest step size.
+    """
+    made = differentiated(scene, values, **options)
+    chosen = parameters_of(made, parameters, scales)
+    if columns not in COLUMNS:
+        raise SceneError(f"sensitivities: columns is '{columns}'; it must be 'all' or 'probes'")
+    base = made.scene()
+    _refuse(base)
+    scenes = {p: beside(made, base, p) for p in chosen}
+    said = [
+        f"nothing depends on '{p.name}': its derivatives are zero"
+        for p, (above, below) in scenes.items()
+        if independent(above, below)
+    ]
+    from mpi4py import MPI
+
+    world = MPI.COMM_WORLD if comm is None else comm
+    directory, temporary = place(out, world)
+    from shellmb.running.directory import claimed
+
+    with claimed(directory, world, new=True):
+        _execute(made, base, scenes, directory, said, world, columns, fields and columns == "all")
+    world.Barrier()
+    found = Sensitivities(directory)
+    if temporary:
+        gone_with(found, directory, world.rank)
+    return found
+
+
+def _refuse(scene: Scene) -> None:
+    """Refuse what has no derivatives here.
+
+    Raises:
+        SceneError: If the scene has events or follows a path; says what to do.
+    """
+    if scene.path is not None:
+        raise SceneError(
+            f"sensitivities: scene '{scene.name}' follows a static path, whose steps are chosen by "
+            "its length; take load steps (path=None) for derivatives"
+        )
+    for event in scene.all_events:
+        raise SceneError(
+            f"sensitivities: event '{event.name}' of scene '{scene.name}' happens at a time that "
+            "moves with parameters, which these derivatives do not follow; remove it, or compare "
+            "runs (`sweep`)"
+        )
+
+
+def _execute(
+    made: Differentiated,
+    base: Scene,
+    scenes: Mapping[Parameter, tuple[Scene, Scene]],
+    directory: Path,
+    said: list[str],
+    comm: MPI.Comm,
+    columns: str,
+    fields: bool,
+) -> None:
+    """Run the scene with those beside it, and write what there is of each."""
+    from shellmb.running.execute import execute
+    from shellmb.sensitivity.sides import Side
+    from shellmb.sensitivity.tangent import Pair, Tangents
+
+    begin = clock.perf_counter()
+    sides: dict[Parameter, list[Side]] = {}
+
+    def make(run: Simulation) -> list[Pair]:
+        for p, both in scenes.items():
+            sides[p] = [
+                Side(scene, directory / side_folder(p.name, side), columns, fields, run)
+                for scene, side in zip(both, SIDES, strict=True)
+            ]
+        return [Pair(p, above.shadow, below.shadow) for p, (above, below) in sides.items()]
+
+    tangents = Tangents(make)
+    result = execute(
+        base,
+        directory / RUN,
+        [tangents],
+        comm=comm,
+        pictures=False,
+        results=made.results,
+    )
+    if columns == "all":
+        for both in sides.values():
+            for side in both:
+                side.finish(result.summary, clock.perf_counter() - begin, made.results)
+    for pair in tangents.pairs:
+        if pair.kinks:
+            first, count = pair.kinks[0], len(pair.kinks)
+            said.append(
+                f"the motion has a kink in '{pair.parameter.name}' at t = {first:g}"
+                + (f" and in {count - 1} more steps" if count > 1 else "")
+                + ": contact, a stop or friction changes within the distance of the differences; "
+                "derivatives after it are those of one side at best"
+            )
+    if comm.rank == 0:
+        about = {
+            "scene": base.name,
+            "parameters": [asdict(p) for p in scenes],
+            "columns": columns,
+            "fields": fields,
+            "warnings": said,
+            "iterations": tangents.iterations,
+        }
+        write_text(directory / ABOUT, json.dumps(about, indent=1) + "\n")
+        Sensitivities(directory).write()

@@ -1,0 +1,167 @@
+"""A shadow: a scene beside the one that runs, taken through the same steps by first derivatives.
+
+This is the only module of the room that touches the steps of a simulation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from mpi4py import MPI
+from petsc4py import PETSc
+
+import numpy as np
+import numpy.typing as npt
+
+from shellmb.errors import SceneError
+from shellmb.simulate.simulation import Observer, Simulation
+from shellmb.simulate.stepping import StepInfo
+from shellmb.system.nullspace.directors import any_pseudo_inverse, constraint, pseudo_inverse
+
+Floats = npt.NDArray[np.float64]
+
+
+class Shadow:
+    """A simulation of a scene with another value of one parameter, which solves nothing.
+
+    Its states are those of the run moved along their derivative. So are its unknowns, which the
+    caller finds from its residuals.
+
+    Args:
+        simulation: The simulation, at its start.
+        observers: What looks at it.
+    """
+
+    def __init__(self, simulation: Simulation, observers: Sequence[Observer]) -> None:
+        self.simulation, self.observers = simulation, list(observers)
+        self.problem, self.system = simulation.problem, simulation.problem.system
+        self.iteration = self.problem.iteration
+
+    def start(self) -> None:
+        """Start the observers."""
+        for observer in self.observers:
+            observer.start(self.simulation)
+
+    def begin(self, t: float, dt: float) -> None:
+        """Set all that acts in a step; unknowns come later; collective.
+
+        Args:
+            t: Time at its start, s.
+            dt: Its length, s.
+        """
+        self.simulation.begin_step(self.observers)
+        self.problem.prepare(t, dt)
+        self.iteration.begin(None, True)
+
+    def project(self, unknowns: Floats) -> Floats:
+        """Unknowns near given ones with fixed values, and directors that keep their constraints.
+
+        Args:
+            unknowns: One number for each unknown that this rank owns.
+
+        Returns:
+            The same array at each call.
+        """
+        system, x = self.system, self.system.x
+        x.array[:] = unknowns
+        self.iteration.nodes.normalise(x)
+        x.array[system.fixed] = system.fixed_values()
+        self._project_others(x)
+        return np.asarray(x.array_r)
+
+    def _project_others(self, x: PETSc.Vec) -> None:
+        """Nodes of which some components are fixed, and those that change little."""
+        nodes, seen = self.iteration.nodes, self.iteration.nodes.full
+        some = {k: s for k, s in nodes.sets.items() if s.partial or s.declared.linear}
+        if not self.system.comm.allreduce(len(some)):
+            return
+        self.system.scatter(x)
+        ids, changes = [np.zeros(0, np.int64)], [np.zeros(0)]
+        for k, s in some.items():
+            s.settled = False
+            found = s.correction(self.system.fields)
+            change = np.zeros(s.dofs.shape) if found is None else found * ~s.regular[:, None]
+            if s.declared.linear and s.state is None:
+                C, w = constraint(s.at(self.system.fields)), s.values[s.dofs]
+                change[s.regular] = -np.einsum("nic,ncj,nj->ni", pseudo_inverse(C), C, w)[s.regular]
+                for node, free, _ in s.partial:
+                    change[node, free] = -any_pseudo_inverse(C[node][:, free]) @ (C[node] @ w[node])
+            ids.append(nodes.rows[k].ravel())
+            changes.append(change.ravel())
+        x.array[:] += seen.set(np.concatenate(ids), np.concatenate(changes))
+
+    def residual(self, unknowns: Floats) -> Floats:
+        """Residual of the step at given unknowns, the same array at each call; collective."""
+        system = self.system
+        system.x.array[:] = unknowns
+        system.evaluate(system.x, system.b)
+        return np.asarray(system.b.array_r)
+
+    def solved(self, step: StepInfo) -> None:
+        """The unknowns that the fields hold are the solution of a step of the run."""
+        self.simulation.last = step
+        for observer in self.observers:
+            observer.solved(self.simulation)
+        self.problem.advance(step.dt)
+
+    def accepted(self, run: Simulation) -> None:
+        """Go with the run, whose step is accepted."""
+        own = self.simulation
+        assert run.last is not None
+        own.t, own.step, own.iterations = run.t, run.step, run.iterations
+        own.control.accept(run.last.dt, run.t)
+        for observer in self.observers:
+            observer.accepted(own)
+
+    def finish(self, run: Simulation, error: BaseException | None) -> None:
+        """End as the run ends."""
+        own = self.simulation
+        own.t_end, own.step_seconds = run.t_end, run.step_seconds
+        for observer in reversed(self.observers):
+            observer.finish(own, error)
+
+
+def check_alike(run: Simulation, shadow: Simulation, who: str) -> None:
+    """Refuse a scene whose unknowns do not correspond to those of the run; collective.
+
+    Args:
+        run: The run.
+        shadow: The other scene.
+        who: What the parameter is called.
+
+    Raises:
+        SceneError: If meshes, supports, joints or constraints that are left out are others.
+    """
+    ours, its = run.problem.system, shadow.problem.system
+    a, b = ours.numbering, its.numbering
+    cells = [
+        [np.asarray(f.function.function_space.dofmap.list) for f in system.fields]
+        for system in (ours, its)
+    ]
+    alike = (
+        np.array_equal(a.local_to_global, b.local_to_global)
+        and np.array_equal(a.offsets, b.offsets)
+        and all(np.array_equal(p, q) for p, q in zip(*cells, strict=True))
+    )
+    if not run.model.comm.allreduce(alike, op=MPI.LAND):
+        raise SceneError(
+            f"sensitivities: parameter '{who}' changes the mesh: it has other nodes or cells "
+            "beside the value than at it; only positions of nodes may depend on the parameter"
+        )
+    if not run.model.comm.allreduce(np.array_equal(ours.fixed, its.fixed), op=MPI.LAND):
+        raise SceneError(
+            f"sensitivities: parameter '{who}' changes which nodes are held; supports must stay at "
+            "the same nodes"
+        )
+    left = [{str(item) for item in sim.redundant} for sim in (run, shadow)]
+    if left[0] != left[1]:
+        raise SceneError(
+            f"sensitivities: parameter '{who}' changes which constraints are redundant; begin at a "
+            "position at which it does not"
+        )
+    times = [sorted(sim.landing.times) for sim in (run, shadow)]
+    if times[0] != times[1]:
+        raise SceneError(
+            f"sensitivities: parameter '{who}' moves a time at which a step ends, of a load, a "
+            "lock or a window; such times must not depend on it"
+        )

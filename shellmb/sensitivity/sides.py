@@ -1,0 +1,86 @@
+"""A scene beside the run with what observes it and is written of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from shellmb.observers.files.described import describe
+from shellmb.observers.history import History, Measuring
+from shellmb.observers.probes import Probes
+from shellmb.observers.summary import summarise, write_json
+from shellmb.running.directory import written
+from shellmb.running.execute import RunResult
+from shellmb.running.results import measured
+from shellmb.running.standard import HISTORY, SUMMARY, StandardObservers
+from shellmb.scene import Scene
+from shellmb.sensitivity.shadow import Shadow
+from shellmb.simulate.simulation import Observer, Simulation
+
+# observers that say whether to trust a run, or how to go on with it
+OF_THE_RUN = ("watch of ", "checkpoint", "stop")
+
+
+class Side:
+    """One of the two scenes beside a run.
+
+    Args:
+        scene: The scene.
+        folder: Where its history and fields are written.
+        columns: "all", or "probes" only.
+        fields: Whether its fields are written.
+        run: The run.
+
+    Attributes:
+        shadow: Its simulation.
+    """
+
+    def __init__(
+        self, scene: Scene, folder: Path, columns: str, fields: bool, run: Simulation
+    ) -> None:
+        self._folder, self._comm = folder, run.model.comm
+        comm = self._comm
+        if comm.rank == 0:
+            folder.mkdir(parents=True)
+        comm.Barrier()
+        simulation = Simulation(scene, comm, run.model)
+        self._standard: StandardObservers | None = None
+        if columns == "all":
+            self._standard = StandardObservers(folder)
+            left_out = OF_THE_RUN if fields else (*OF_THE_RUN, "frames")
+            named = self._standard.named.items()
+            chosen = [o for name, o in named if not name.startswith(left_out)]
+        else:
+            chosen = _only_probes(folder)
+        if comm.rank == 0:
+            describe(scene).write(folder)
+        self.shadow = Shadow(simulation, chosen)
+
+    def finish(
+        self, summary: Mapping[str, Any], wall: float, results: Callable[..., Any] | None
+    ) -> None:
+        """Evaluate and write the results; collective.
+
+        Args:
+            summary: That of the run.
+            wall: Wall time, s.
+            results: What the scene measures, if its module says so.
+        """
+        assert self._standard is not None
+        simulation, sources = self.shadow.simulation, self._standard.sources
+        own = {**summary, **summarise(simulation, sources, wall, None)}
+        energy = sources.energy
+        made = RunResult(simulation.scene, simulation, sources.history.rows, own, energy, None)
+        measure = results or simulation.scene.results
+        if measure is not None:
+            own["results"] = measured(measure, made, self._comm)
+        if self._comm.rank == 0:
+            with written(self._folder, self._comm):
+                write_json(self._folder / SUMMARY, own)
+
+
+def _only_probes(folder: Path) -> list[Observer]:
+    """Observers of the probes, and the history of these."""
+    probes: Measuring = Probes()
+    return [probes, History([probes], folder / HISTORY)]  # type: ignore[list-item]

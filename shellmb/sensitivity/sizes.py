@@ -1,0 +1,64 @@
+"""How large derivatives of the unknowns are, part by part: the iteration for them ends by it."""
+
+from __future__ import annotations
+
+from mpi4py import MPI
+
+import numpy as np
+import numpy.typing as npt
+
+from shellmb.system.assembly.blocks import BlockSystem
+from shellmb.system.newton.convergence import owned_parts
+
+Floats = npt.NDArray[np.float64]
+
+# forces follow from motions by stiffnesses: so many times the change of motions is as good
+FORCES = 1e-2
+# a part whose derivatives are smaller than this share of the largest ones, each in its unit, is
+# round-off of these
+LEAST = 1e-4
+# differences of both sides below this, in their units, are compared with it: unknowns are known to
+# 1e-16 of their units, and better than to 1e-5 of this nothing can be
+SMALL = 1e-9
+
+
+class Sizes:
+    """Compares changes of derivatives with these, part by part.
+
+    Args:
+        system: The block system of the run.
+
+    Attributes:
+        weight: One over the unit of each unknown that this rank owns; zero where there is none.
+    """
+
+    def __init__(self, system: BlockSystem) -> None:
+        # jumps of velocities follow from the states
+        found = [(p, e) for p, e in owned_parts(system) if np.isfinite(p.scale)]
+        self._comm = system.comm
+        self._entries = np.concatenate([*(e for _, e in found), np.zeros(0, np.int64)])
+        counts = np.array([len(e) for _, e in found], dtype=np.int64)
+        self._there = np.flatnonzero(counts)
+        self._starts = (np.cumsum(counts) - counts)[self._there]
+        self._scales = np.array([p.scale for p, _ in found])
+        self._moves = np.array([np.isfinite(p.bound) for p, _ in found])
+        self._share = np.where(self._moves, 1.0, FORCES)
+        self.weight = np.zeros(system.numbering.owned)
+        self.weight[self._entries] = 1.0 / np.repeat(self._scales, counts)
+
+    def relative(self, change: Floats, whole: Floats) -> float:
+        """Largest change of a part relative to the whole of it; the same on all ranks.
+
+        Args:
+            change: Change of the difference of both sides.
+            whole: The difference.
+        """
+        table = np.zeros((2, len(self._scales)))
+        for row, values in zip(table, (change, whole), strict=True):
+            if len(self._there):
+                row[self._there] = np.maximum.reduceat(np.abs(values[self._entries]), self._starts)
+        if self._comm.size > 1:
+            self._comm.Allreduce(MPI.IN_PLACE, table, op=MPI.MAX)
+        changes, sizes = table / self._scales
+        least = max(SMALL, LEAST * float(np.max(sizes[self._moves], initial=0.0)))
+        return float(np.max(self._share * changes / np.maximum(sizes, least), initial=0.0))

@@ -1,0 +1,196 @@
+"""Tangents: the derivatives of each step of a run, found beside it while it runs.
+
+With the residual `R(u; s, p)` of a step, `u` being its unknowns, `s` the state at its start and `p`
+a parameter, the derivatives `s' = ds/dp` and `u' = du/dp` obey
+
+    J u' = -[R(u; s + eps s', p + eps) - R(u; s - eps s', p - eps)] / (2 eps),   J = dR/du
+
+and the state at the end is that which the scheme makes of both. The residuals are those of two
+scenes beside the run (`Shadow`): constants, loads and positions differ, kernels do not. Nothing has
+to be differentiated by hand, so that all that a residual may hold has derivatives.
+
+Factors of `J` that the run has may be those of an earlier state. So the equation is solved by
+iteration, `u'` being moved within the differences, too: what is left contracts as the run's own
+iteration does. Directors are brought back to their constraints at both sides before each residual,
+finitely; the difference is the derivative of that retraction.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+from shellmb.errors import ConvergenceError
+from shellmb.sensitivity.guess import Guess
+from shellmb.sensitivity.parameters import STEP, Parameter
+from shellmb.sensitivity.shadow import Shadow, check_alike
+from shellmb.sensitivity.sizes import Sizes
+from shellmb.simulate.simulation import Silent, Simulation
+
+Floats = npt.NDArray[np.float64]
+
+# change of derivatives relative to them at which the iteration ends if it goes on contracting
+TOLERANCE = 1e-9
+# and beyond which derivatives are no good where it ends without progress
+USELESS = 1e-5
+# iterations with old factors, and with new ones
+PATIENCE, MOST = 12, 30
+# contraction that is none any more
+STALLED = 0.5
+# change of the unknowns by which both sides do not mirror each other, relative to the derivative,
+# beyond which the run has a kink between them: what is smooth leaves `STEP` times its curvature
+KINK = 0.05
+
+
+@dataclass
+class Pair:
+    """The scenes at both sides of a parameter.
+
+    Args:
+        parameter: The parameter.
+        above: The scene with the larger value.
+        below: The scene with the smaller one.
+
+    Attributes:
+        kinks: Times of steps at which both sides do not mirror each other, s.
+    """
+
+    parameter: Parameter
+    above: Shadow
+    below: Shadow
+    guess: Guess = field(default_factory=Guess)
+    kinks: list[float] = field(default_factory=list)
+
+    @property
+    def sides(self) -> tuple[Shadow, Shadow]:
+        """Both of them."""
+        return self.above, self.below
+
+
+class Tangents(Silent):
+    """Finds derivatives step by step, as an observer of the run.
+
+    Unknowns at both sides are `u + d` and `u - d`; the derivative is `d` over half the distance of
+    the values, so that `d` is as small as the step whatever the units of the parameter.
+
+    Args:
+        make: Makes the scenes beside the run.
+
+    Attributes:
+        pairs: They, as soon as the run begins.
+        iterations: Number of iterations so far.
+    """
+
+    def __init__(self, make: Callable[[Simulation], Sequence[Pair]]) -> None:
+        self._make = make
+        self.pairs: list[Pair] = []
+        self.iterations = 0
+
+    def start(self, simulation: Simulation) -> None:
+        """Start both sides at states that mirror each other about that of the run."""
+        self.pairs = list(self._make(simulation))
+        system, scene = simulation.problem.system, simulation.scene
+        self._kinked = bool(scene.contacts or scene.elements or scene.controllers)
+        self._sizes = Sizes(system)
+        self._given, self._change = system.x.duplicate(), system.x.duplicate()
+        self._states = list(simulation.live().values())
+        self._both = {
+            id(pair): [list(s.simulation.live().values()) for s in pair.sides]
+            for pair in self.pairs
+        }
+        for pair in self.pairs:
+            for side in pair.sides:
+                check_alike(simulation, side.simulation, pair.parameter.name)
+            self._centre(pair)
+            for side in pair.sides:
+                side.start()
+
+    def _centre(self, pair: Pair) -> None:
+        """Move the states of both sides so that their mean is the state of the run."""
+        for own, above, below in zip(self._states, *self._both[id(pair)], strict=True):
+            half = 0.5 * (above - below)
+            np.add(own, half, out=above)
+            np.subtract(own, half, out=below)
+
+    def solved(self, simulation: Simulation) -> None:
+        """Find the derivatives of the step that the run has just solved."""
+        assert simulation.last is not None
+        step, unknowns = simulation.last, np.array(simulation.problem.system.x.array_r)
+        for pair in self.pairs:
+            for side in pair.sides:
+                side.begin(step.t, step.dt)
+            found = self._solve(simulation, pair, unknowns)
+            pair.guess.found(found, self._sizes.weight, step.dt)
+            for side in pair.sides:
+                side.solved(step)
+
+    def _solve(self, simulation: Simulation, pair: Pair, u: Floats) -> Floats:
+        """Derivatives of the unknowns, times the size of the parameter."""
+        assert simulation.last is not None
+        linear, last = simulation.problem.iteration.linear, simulation.last
+        above, below = pair.sides
+        d = STEP * pair.guess.next(len(u), last.dt)
+        before = contraction = now = 1.0
+        for count in range(1, MOST + 1):
+            if count == PATIENCE:
+                # the run itself goes on with them
+                _check(linear.factorise())
+            d = self._mirrored(pair, u, d)
+            rest = above.residual(u + d) - below.residual(u - d)
+            change = STEP * self._solution(simulation, rest)
+            d = d - change
+            self.iterations += 1
+            now = self._sizes.relative(change, d)
+            if count > 1:
+                contraction = now / before
+            if now * min(1.0, contraction) <= TOLERANCE:
+                break
+            if count > 2 and contraction > STALLED and now <= USELESS:
+                break
+            before = now or 1.0
+        else:
+            raise ConvergenceError(
+                f"sensitivities: the derivatives by '{pair.parameter.name}' do not converge at "
+                f"t = {last.t:g} (last relative change {now:.1e}); use smaller steps",
+                None,
+                {},
+            )
+        d = self._mirrored(pair, u, d)
+        same = above.residual(u + d) + below.residual(u - d)
+        if self._kinked:
+            if self._sizes.relative(STEP * self._solution(simulation, same), d) > KINK:
+                pair.kinks.append(last.t)
+        return d / STEP
+
+    def _mirrored(self, pair: Pair, u: Floats, d: Floats) -> Floats:
+        """A change of the unknowns that keeps the constraints of both sides to first order."""
+        return np.asarray(0.5 * (pair.above.project(u + d) - pair.below.project(u - d)))
+
+    def _solution(self, simulation: Simulation, rest: Floats) -> Floats:
+        """`J^-1` times a difference of residuals, over twice the relative distance of the sides."""
+        # of the size of the unknowns: what the run corrects by the way is round-off of these
+        self._given.array[:] = rest * (0.5 / STEP)
+        _check(simulation.problem.iteration.linear.solve(self._given, self._change, False))
+        return np.asarray(self._change.array_r)
+
+    def accepted(self, simulation: Simulation) -> None:
+        """Go to the end of the step."""
+        for pair in self.pairs:
+            self._centre(pair)
+            for side in pair.sides:
+                side.accepted(simulation)
+
+    def finish(self, simulation: Simulation, error: BaseException | None) -> None:
+        """End with the run."""
+        for pair in self.pairs:
+            for side in pair.sides:
+                side.finish(simulation, error)
+
+
+def _check(reason: str | None) -> None:
+    """Raise an error if the linear solution failed."""
+    if reason is not None:
+        raise ConvergenceError(f"sensitivities: {reason}", None, {})

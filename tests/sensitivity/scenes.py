@@ -1,0 +1,115 @@
+"""Scene functions whose parameters are of every kind, small enough for many whole runs."""
+
+import math
+
+import shellmb as sm
+
+# schemes in which sections may be damped
+DAMPED = ("ep", "ed", "ep4", "ed3")
+STATIC = ("static", "linear")
+STEEL = {"E": 210e9, "nu": 0.3, "density": 7800.0}
+Z = (0.0, 0.0, 1.0)
+
+
+def plate(
+    scheme="ep",
+    alpha=None,
+    thickness=4e-3,
+    E=210e9,
+    density=7800.0,
+    length=1.0,
+    force=400.0,
+    frequency=20.0,
+    speed=2.0,
+    damping=2e-4,
+    dt=2e-3,
+    steps=4,
+):
+    """A clamped strip in large motion: material, size, load, time function, initial velocity."""
+    damped = sm.ShellDamping(bending=damping) if scheme in DAMPED else None
+    more = {} if damped is None else {"damping": damped}
+    steel = sm.Isotropic(E, 0.3, thickness, density, **more)
+    strip = sm.Shell("strip", sm.Rectangle(length, 0.2), steel, mesh=(3, 1))
+    load = sm.EdgeForce("right", (0, 0, force), time=lambda t: 1 + math.sin(frequency * t))
+    motion = {} if scheme in STATIC else {"initial": sm.InitialVelocity((0, 0, speed))}
+    chosen = {} if alpha is None else {"alpha": alpha}
+    return sm.Scene(
+        "plate",
+        strip,
+        supports=sm.Clamped("left"),
+        loads=load,
+        probes=(
+            sm.Probe("tip", (length, 0.1, 0), component=2),
+            sm.Probe("moment", (length / 3, 0.1, 0), quantity="bending", component=0),
+        ),
+        scheme=scheme,
+        dt=dt,
+        t_end=steps * dt,
+        **motion,
+        **chosen,
+    )
+
+
+def vault(scheme="ep", radius=1.0, thickness=0.01, force=2e3, gravity=9.81, dt=2e-3, steps=3):
+    """A curved panel from equilibrium: the directors of the reference depend on the radius."""
+    panel = sm.Shell(
+        "panel",
+        sm.Cylinder(radius, 0.5, angles=(0, 60)),
+        sm.Isotropic(1e9, 0.3, thickness, 1000.0),
+        mesh=(3, 1),
+    )
+    return sm.Scene(
+        "vault",
+        panel,
+        supports=sm.Clamped("left"),
+        loads=(
+            sm.Gravity((0, 0, -gravity)),
+            sm.EdgeForce("right", (force, 0, 0), time=lambda t: 1 + 200 * t),
+        ),
+        scheme=scheme,
+        dt=dt,
+        t_end=steps * dt,
+        **({} if scheme in STATIC else {"start": "equilibrium"}),
+    )
+
+
+def mechanism(
+    scheme="ep",
+    alpha=None,
+    stiffness=40.0,
+    viscosity=0.3,
+    cord=2e3,
+    mass=0.5,
+    arm=1.0,
+    rate=3.0,
+    radius=0.01,
+    dt=5e-3,
+    steps=4,
+):
+    """A driven rigid crank, a beam on a hinge with spring and damper, a cord to the ground."""
+    section = sm.CircularSection(radius=radius, **STEEL)
+    beam = sm.Beam("beam", sm.Line((arm, 0, 0), (arm + 1.0, 0, 0)), section, elements=2)
+    crank = sm.RigidBody("crank", mass, (0.1, 0.1, 0.1), position=(arm / 2, 0, 0))
+    chosen = {} if alpha is None else {"alpha": alpha}
+    ends = (arm, 1.0, 0), (arm + 1.0, 0, 0)
+    return sm.Scene(
+        "mechanism",
+        beams=beam,
+        rigid_bodies=crank,
+        joints=(
+            sm.Revolute("pivot", sm.GROUND, "crank", at=(0, 0, 0), axis=Z),
+            sm.Revolute("hinge", "crank", "beam", at=(arm, 0, 0), axis=Z),
+        ),
+        drivers=sm.Driver("motor", "pivot", rotation=lambda t: rate * t + t * t),
+        elements=(
+            sm.JointSpring("spring", "hinge", stiffness=stiffness, rest=0.2),
+            sm.JointDamper("damper", "hinge", viscosity=viscosity),
+            sm.Spring("cord", sm.GROUND, "beam", *ends, stiffness=cord, length=1.0),
+        ),
+        loads=sm.Gravity((0, -9.81, 0)),
+        probes=sm.Probe("end", (arm + 1.0, 0, 0), body="beam", component=1),
+        scheme=scheme,
+        dt=dt,
+        t_end=steps * dt,
+        **chosen,
+    )

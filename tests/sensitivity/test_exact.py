@@ -1,0 +1,137 @@
+"""Derivatives of whole runs are those that central differences of whole runs give.
+
+The kind: a derivative of any column of any run by any parameter of a scene function. Schemes,
+bodies and kinds of parameters are varied; the reference is runs that know nothing of derivatives.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import shellmb as sm
+from shellmb.running.execute import execute
+from tests.sensitivity import scenes
+
+# relative distance of the reference, whose own error is a few times its square
+APART = 1e-4
+# what users are told; the reference's own error is 1e-8 to 2e-7 of it
+EXACT = 1e-6
+# derivatives that are zero, as of momenta across the plane of a motion: their round-off, relative
+# to the column over the parameter and to the derivatives of columns of the same name
+ZERO = 1e-7
+# what is round-off by itself
+NOISE = {"energy_balance", "director_error", "constraint_error"}
+TIGHT = {"newton": "full", "tolerance": 1e-11}
+
+CASES = [
+    pytest.param(scenes.plate, {"scheme": "ep"}, ("length",), id="plate-ep"),
+    pytest.param(scenes.mechanism, {"scheme": "ed"}, ("arm",), id="mechanism-ed"),
+    pytest.param(scenes.vault, {"scheme": "ep4"}, ("radius",), id="vault-ep4"),
+]
+PLATE = ("thickness", "E", "density", "length", "force", "frequency", "speed", "damping")
+MECHANISM = ("stiffness", "viscosity", "cord", "mass", "arm", "rate", "radius")
+MOTIONS = ("ep", "ed", "ep4", "ed3", "generalized-alpha")
+MANY = [
+    *((scenes.plate, s, PLATE) for s in scenes.DAMPED),
+    (scenes.plate, "generalized-alpha", PLATE[:-1]),
+    (scenes.plate, "linear-dynamics", ("thickness", "length", "speed")),
+    *((scenes.plate, s, ("thickness", "E", "length", "force")) for s in scenes.STATIC),
+    *((scenes.vault, s, ("radius", "thickness", "force", "gravity")) for s in (*MOTIONS, "static")),
+    *((scenes.mechanism, s, MECHANISM) for s in MOTIONS),
+]
+
+
+def differences(make: Callable[..., sm.Scene], given: dict, name: str, value: float) -> dict:
+    """Derivatives of all columns by central differences of whole runs."""
+
+    def columns(at: float) -> dict:
+        scene = make(**given | {name: at})
+        run = execute(replace(scene, solver=replace(scene.solver, **TIGHT)))
+        return {key: run.column(key) for key in run.rows[0]}
+
+    above, below = value * (1 + APART), value * (1 - APART)
+    a, b = columns(above), columns(below)
+    return {key: (a[key] - b[key]) / (above - below) for key in a}
+
+
+def largest(values: np.ndarray) -> float:
+    return float(np.nanmax(np.abs(values), initial=0.0))
+
+
+def stem(column: str) -> str:
+    """What components of a vector have in common: `momentum` of `momentum_x`, `hinge.F`."""
+    return column.rstrip("xyz123").rstrip("_FM")
+
+
+def assert_exact(make: Callable[..., sm.Scene], given: dict, names: tuple, **options) -> None:
+    found = sm.sensitivities(make, names, values=given, fields=False, **TIGHT, **options)
+    run, compared = found.run.history, 0
+    for p in found.parameters:
+        exact = differences(make, given, p.name, p.value)
+        for column in found.history[p.name].columns:
+            if column in NOISE:
+                continue
+            wrong = largest(found.history[p.name][column] - exact[column])
+            size = largest(exact[column])
+            alike = max(largest(exact[c]) for c in exact if stem(c) == stem(column))
+            round_off = ZERO * max(alike, largest(run[column]) / abs(p.value))
+            assert wrong <= EXACT * size + round_off + 1e-12, (p.name, column, wrong / size)
+            compared += size > round_off
+    assert compared > 3 * len(names)
+
+
+@pytest.mark.parametrize(("make", "given", "names"), CASES)
+def test_derivatives_are_exact(make: Callable[..., sm.Scene], given: dict, names: tuple) -> None:
+    assert_exact(make, given, names)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("make", "scheme", "names"), MANY)
+def test_derivatives_are_exact_everywhere(
+    make: Callable[..., sm.Scene], scheme: str, names: tuple
+) -> None:
+    assert_exact(make, {"scheme": scheme}, names)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("scheme", ["ep", "ed", "ep4"])
+def test_all_unknowns_in_one_matrix_give_the_same(scheme: str) -> None:
+    """Without the reduction directors and multipliers are unknowns like others."""
+    assert_exact(scenes.vault, {"scheme": scheme}, ("radius", "thickness"), solve="full")
+    assert_exact(scenes.mechanism, {"scheme": scheme}, ("arm", "stiffness"), solve="full")
+
+
+def test_taylor_remainder_is_of_second_order() -> None:
+    value, apart = 4e-3, (4e-2, 2e-2)
+    found = sm.sensitivities(scenes.plate, ("thickness",), columns="probes", **TIGHT)
+
+    def tip(thickness: float) -> np.ndarray:
+        scene = scenes.plate(thickness=thickness)
+        return execute(replace(scene, solver=replace(scene.solver, **TIGHT))).column("tip")
+
+    start, slope = tip(value), found.history["thickness"]["tip"].to_numpy()
+    rest = [np.abs(tip(value * (1 + h)) - start - value * h * slope).max() for h in apart]
+    # 0.05: terms of third order
+    assert abs(np.log2(rest[0] / rest[1]) - 2) < 0.05
+
+
+def test_run_is_bit_for_bit_that_without_derivatives() -> None:
+    alone = execute(scenes.plate(scheme="ed"))
+    beside = sm.sensitivities(scenes.plate, ("E",), values={"scheme": "ed"}, fields=False)
+    for name in set(alone.rows[0]) - {"wall_s"}:
+        np.testing.assert_array_equal(alone.column(name), beside.run.history[name], name)
+
+
+@pytest.mark.slow
+def test_automatic_newton_gives_the_same_derivatives() -> None:
+    """Old factors are for an iteration that ends where new ones do at once."""
+    full, auto = (
+        sm.sensitivities(
+            scenes.plate, ("thickness",), values={"steps": 8}, columns="probes", newton=newton
+        ).history["thickness"]
+        for newton in ("full", "auto")
+    )
+    # the tolerance of the iteration, times what forces amplify it by
+    np.testing.assert_allclose(auto["tip"], full["tip"], rtol=1e-6, atol=1e-9)

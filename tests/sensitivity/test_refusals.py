@@ -1,0 +1,65 @@
+"""What has no derivatives is refused with a sentence before anything runs, or said."""
+
+import pytest
+
+import shellmb as sm
+from tests.sensitivity import scenes
+
+
+def elements(count: float = 3.0) -> sm.Scene:
+    """A scene whose mesh follows a number."""
+    steel = sm.Isotropic(210e9, 0.3, 4e-3, 7800.0)
+    shell = sm.Shell("strip", sm.Rectangle(1, 0.2), steel, mesh=(int(count + 0.5), 1))
+    return sm.Scene("mesh", shell, supports=sm.Clamped("left"), scheme="ep", dt=1e-3, t_end=1e-3)
+
+
+def stepped(dt: float = 1e-3) -> sm.Scene:
+    """A scene whose step is a parameter."""
+    return scenes.plate(dt=dt)
+
+
+def ignored(thickness: float = 4e-3, colour: float = 1.0) -> sm.Scene:
+    """A parameter without use."""
+    return scenes.plate(thickness=thickness, steps=1)
+
+
+@pytest.mark.parametrize(
+    ("names", "values", "said"),
+    [
+        (("width",), {}, "scene 'plate' has no parameter 'width'; it has 'scheme', 'alpha'"),
+        ((), {}, "no parameter is named; name at least one"),
+        (("E", "E"), {}, "parameter 'E' is named twice"),
+        (("scheme",), {}, "parameter 'scheme' is 'ep'; it must be a number"),
+        (("force",), {"force": 0.0}, r"give its size, as in scales=\{'force': 1.0\}"),
+        (("dt",), {}, "parameter 'dt' changes dt from"),
+    ],
+)
+def test_bad_parameters(names: tuple, values: dict, said: str) -> None:
+    with pytest.raises(sm.SceneError, match=said):
+        sm.sensitivities(scenes.plate, names, values=values)
+
+
+def test_scene_is_a_function() -> None:
+    with pytest.raises(sm.SceneError, match="scene is a Scene; it must be a function"):
+        sm.sensitivities(scenes.plate(), ("E",))  # type: ignore[arg-type]
+
+
+def test_events_move() -> None:
+    def scene(force: float = 1.0) -> sm.Scene:
+        made = scenes.plate(force=force)
+        event = sm.Event("far", when=sm.Sensor("tip") >= 0.1)
+        return sm.Scene(**{**vars(made), "events": event})
+
+    with pytest.raises(sm.SceneError, match=r"event 'far' .* moves with parameters"):
+        sm.sensitivities(scene, ("force",))
+
+
+def test_mesh_keeps_its_topology() -> None:
+    with pytest.raises(sm.SceneError, match="'count' changes the mesh"):
+        sm.sensitivities(elements, ("count",), values={"count": 2.5})
+
+
+def test_nothing_depends_on_it() -> None:
+    found = sm.sensitivities(ignored, ("colour",), columns="probes")
+    assert found.warnings == ("nothing depends on 'colour': its derivatives are zero",)
+    assert (found.history["colour"].dropna() == 0).all(axis=None)
