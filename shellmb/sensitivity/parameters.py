@@ -199,7 +199,7 @@ def beside(made: Differentiated, base: Scene, parameter: Parameter) -> tuple[Sce
                 f"sensitivities: parameter '{parameter.name}' = {value!r}, beside "
                 f"{parameter.value:g}, gives no scene: {error}"
             ) from error
-        for name in ("scheme_name", "alpha", "dt", "t_end", "start", "assemble", "redundant"):
+        for name in ("scheme_name", "alpha", "dt", "t_end", "assemble", "redundant"):
             ours, its = getattr(base, name), getattr(scene, name)
             if ours != its:
                 raise SceneError(
