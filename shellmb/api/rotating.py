@@ -106,6 +106,11 @@ class RotatingModes:
             f"{self.rates[0]:g} to {self.rates[-1]:g} rad/s, {self.verdict}, {self.directory}>"
         )
 
+    def _repr_html_(self) -> str:
+        from shellmb.show.report import campbell_card
+
+        return campbell_card(self, self.plot())
+
 
 class StateModes(ModeShapes):
     """Modes about a state of a run in their directory, as seen from a frame that turns along.

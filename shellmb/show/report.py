@@ -15,6 +15,8 @@ from shellmb.guarding.reading import read_bytes, read_json
 from shellmb.guarding.writing import write_text
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from shellmb.observers.files.described import Described
     from shellmb.show.fields import Fields
 
@@ -121,6 +123,20 @@ def modes_card(modes: ShownModes) -> str:
         picture = f'<p class="quiet">{html.escape(str(error))}</p>'
     said = "".join(_warning(each) for each in modes.warnings)
     return f"<div><p><b>{html.escape(repr(modes)[1:-1])}</b></p>{said}{picture}{rows}</div>"
+
+
+def campbell_card(modes: Any, diagram: Figure) -> str:
+    """Modes at several rates in a notebook: the verdict, and their Campbell diagram.
+
+    Args:
+        modes: The modes.
+        diagram: Their diagram.
+    """
+    drawn = io.BytesIO()
+    diagram.savefig(drawn, format="png", dpi=100)
+    said = "" if modes.stable else _warning(modes.verdict)
+    picture = image_tag(drawn.getvalue(), "Campbell diagram")
+    return f"<div><p><b>{html.escape(repr(modes)[1:-1])}</b></p>{said}{picture}</div>"
 
 
 def write_report(run: Shown, file: Path) -> Path:

@@ -39,6 +39,8 @@ def test_python(script: Path, tmp_path: Path) -> None:
     assert made.computed is not None
     np.testing.assert_allclose(read.frequencies, made.computed.frequencies, rtol=1e-12)
     assert (tmp_path / "out" / "campbell.png").stat().st_size > 0
+    # in a notebook
+    assert 'alt="Campbell diagram"' in read._repr_html_()
     # the wobble turns the rim about an axis across: its two parts are a quarter of a turn apart
     wobble = 1 + int(np.argmin(np.abs(made.computed.modes[1].omega - 0.8 * 2.0)))
     shapes = read.at(2.0)

@@ -134,7 +134,7 @@ def test_strains_and_curvatures_have_units_of_their_own(component: str, unit: st
 
 def plate(**more: Any) -> Scene:
     shell = Shell("plate", Rectangle(1.0, 0.5), Isotropic(1.0, 0.3, 0.2, 1.0), mesh=(1, 1))
-    return Scene("plate", shell, Clamped("left"), **{"units": "m, kg, s"} | more)
+    return Scene("plate", shell, supports=Clamped("left"), **{"units": "m, kg, s"} | more)
 
 
 @pytest.mark.parametrize("moves", [False, True])

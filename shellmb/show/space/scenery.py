@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -12,9 +12,10 @@ from shellmb.arrays import Floats, Ints
 from shellmb.errors import RunError
 from shellmb.observers.files.described import Described
 from shellmb.show.fields import Fields
-from shellmb.show.space.colours import Colouring, colouring, values
+from shellmb.show.space.colours import MARKS, Colouring, colouring, values
 from shellmb.show.space.display import canvas, has_display
 from shellmb.show.space.shapes import Shape, State, read_state, shape_of
+from shellmb.show.space.smooth import smooth
 from shellmb.show.space.views import View, axes, enlargement, look, view_of
 
 if TYPE_CHECKING:
@@ -26,8 +27,11 @@ WIDTH = 960
 COLOURS, NO_VALUE = "viridis", "lightgrey"
 REFERENCE_LINE = "#8a8a8a"
 JOINTS = "joints"
-# an arrow of the largest force, part of the size of the scene
-ARROW = 0.25
+RIGID = "#c9772b"
+# an arrow of the largest force, and radii of beams without a size, of pins and of rigid bodies,
+# parts of the size of the scene
+ARROW, THIN, PIN, KNOB = 0.25, 0.004, 0.007, 0.01
+LIT: dict[str, Any] = {"ambient": 0.35, "diffuse": 0.7, "specular": 0.25, "specular_power": 20}
 
 
 @dataclass(frozen=True)
@@ -131,6 +135,49 @@ def _joints(state: dict[str, State]) -> dict[str, Floats]:
     return state[JOINTS].arrays if JOINTS in state else {}
 
 
+class _Part:
+    """Something of a body: flat pieces, lines, rods about lines, balls about dots.
+
+    Args:
+        name: Name of the body.
+        at: Gives values at its points from those at the body's nodes.
+        mesh: Its points, with pieces, lines or nothing between them.
+        radius: Radius of rods or balls; None: pieces and lines are drawn as they are.
+    """
+
+    def __init__(
+        self, name: str, at: Callable[[Floats], Floats], mesh: Any, radius: float | None
+    ) -> None:
+        self.name, self.mesh, self._at, self._radius = name, mesh, at, radius
+        self.drawn = self._solid()
+
+    def _solid(self) -> Any:
+        if self._radius is None:
+            return self.mesh
+        if self.mesh.n_lines:
+            return self.mesh.tube(radius=self._radius, n_sides=16, capping=True)
+        import pyvista as pv
+
+        ball = pv.Sphere(radius=self._radius, theta_resolution=16, phi_resolution=16)
+        return self.mesh.glyph(geom=ball, scale=False, orient=False)
+
+    def move(self, x: Floats, values: Floats | None) -> None:
+        """Move it to positions, and colour it by values, at the nodes of the body."""
+        self.mesh.points = self._at(x)
+        if values is not None:
+            self.mesh.point_data["shown"] = self._at(values)
+        if self._radius is not None:
+            self.drawn.copy_from(self._solid())
+        elif self.mesh.n_faces:
+            self.mesh.compute_normals(
+                cell_normals=False,
+                split_vertices=False,
+                auto_orient_normals=False,
+                consistent_normals=False,
+                inplace=True,
+            )
+
+
 class Stage:
     """States drawn one after the other on the same stage.
 
@@ -149,7 +196,7 @@ class Stage:
         vtkMapper.SetResolveCoincidentTopologyPolygonOffsetParameters(2.0, 2.0)
         vtkMapper.SetResolveCoincidentTopologyLineOffsetParameters(-2.0, -2.0)
         self._what, self._plotter, self._marks = what, plotter, marks
-        self._meshes: list[tuple[str, Any, bool]] = []
+        self._parts: list[_Part] = []
         self._arrows: Any = None
         self._title: Any = None
         self._arrow = pv.Arrow(tip_resolution=12, shaft_resolution=12)
@@ -158,22 +205,27 @@ class Stage:
         for name, shape in what.shapes.items():
             colours = values(shape, first[name], what.shown)
             self._reference(pv, shape)
-            if len(shape.faces):
-                faces = pv.PolyData.from_regular_faces(shape.reference, shape.faces.astype(int))
-                self._add(name, faces, colours, ambient=0.45, diffuse=0.6, specular=0.0)
-                outlines = pv.PolyData(shape.reference, lines=_lines(shape.outlines))
-                style: dict[str, Any] = {"color": "black", "opacity": 0.5, "line_width": 1.0}
-                self._add(name, outlines, None, **style)
-            if len(shape.lines):
-                lines = pv.PolyData(shape.reference, lines=_lines(shape.lines))
-                thick = 2.0 if name == JOINTS else 5.0
-                self._add(name, lines, colours, line_width=thick, render_lines_as_tubes=True)
+            fine = smooth(shape)
+            X = fine.at(shape.reference)
+            if len(fine.faces):
+                faces = pv.PolyData.from_regular_faces(X, fine.faces.astype(int))
+                self._add(name, fine.at, faces, colours, smooth_shading=True, **LIT)
+                outlines = pv.PolyData(X, lines=_lines(fine.outlines))
+                style: dict[str, Any] = {"color": "black", "opacity": 0.35, "line_width": 1.0}
+                self._add(name, fine.at, outlines, None, **style)
+            if len(fine.lines):
+                lines = pv.PolyData(X, lines=_lines(fine.lines))
+                if name == JOINTS:
+                    self._add(name, fine.at, lines, None, color=REFERENCE_LINE, line_width=2.0)
+                else:
+                    radius = max(shape.thickness / 2, THIN * what.view.size)
+                    self._add(name, fine.at, lines, colours, radius, smooth_shading=True, **LIT)
             if len(shape.dots):
                 dots = pv.PolyData(shape.reference[shape.dots])
-                colour = "white" if name == JOINTS else "#d9822b"
-                size = 9.0 if name == JOINTS else 14.0
-                plotter.add_mesh(dots, color=colour, point_size=size, render_points_as_spheres=True)
-                self._meshes.append((name, dots, True))
+                radius = (PIN if name == JOINTS else KNOB) * what.view.size
+                colour = "white" if name == JOINTS else RIGID
+                style = {"color": colour, "smooth_shading": True, **LIT}
+                self._add(name, shape.marked, dots, None, radius, **style)
         if marks and what.bar and self._coloured is not None:
             scale = plotter.add_scalar_bar(
                 " ",
@@ -199,14 +251,24 @@ class Stage:
 
     _coloured: Any = None
 
-    def _add(self, name: str, mesh: Any, colours: Floats | None, **style: Any) -> None:
+    def _add(
+        self,
+        name: str,
+        at: Callable[[Floats], Floats],
+        mesh: Any,
+        colours: Floats | None,
+        radius: float | None = None,
+        **style: Any,
+    ) -> None:
+        if colours is not None:
+            mesh.point_data["shown"] = at(colours)
+        part = _Part(name, at, mesh, radius)
         if colours is None:
-            style.setdefault("color", NO_VALUE)
-            self._plotter.add_mesh(mesh, **style)
+            style.setdefault("color", RIGID if name in MARKS else NO_VALUE)
+            self._plotter.add_mesh(part.drawn, **style)
         else:
-            mesh.point_data["shown"] = colours
             actor = self._plotter.add_mesh(
-                mesh,
+                part.drawn,
                 scalars="shown",
                 clim=self._what.limits,
                 cmap=COLOURS,
@@ -214,7 +276,7 @@ class Stage:
                 **style,
             )
             self._coloured = actor.mapper
-        self._meshes.append((name, mesh, False))
+        self._parts.append(part)
 
     def _reference(self, pv: Any, shape: Shape) -> None:
         """The border of the reference, thin and grey."""
@@ -230,12 +292,11 @@ class Stage:
             states: States by the name of the body.
         """
         what = self._what
-        for name, mesh, dots in self._meshes:
-            shape = what.shapes[name]
-            x = what.place(name, states[name])
-            mesh.points = x[shape.dots] if dots else x
-            if "shown" in mesh.point_data:
-                mesh.point_data["shown"] = values(shape, states[name], what.shown)
+        for part in self._parts:
+            name = part.name
+            coloured = "shown" in part.mesh.point_data
+            shown = values(what.shapes[name], states[name], what.shown) if coloured else None
+            part.move(what.place(name, states[name]), shown)
         self._forces(states)
         if not self._marks:
             return

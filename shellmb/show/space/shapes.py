@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -32,6 +32,9 @@ class Shape:
         lines: Nodes along each line, shape (l, k).
         dots: Nodes that are marked, shape (d,).
         labels: A name for each node, or none.
+        cells: Nodes of each element, shape (c, k), of those that are drawn as faces or lines.
+        places: Where these nodes are on the reference cell, shape (k, 1 or 2).
+        thickness: Diameter of the lines, or 0 where nobody says.
     """
 
     name: str
@@ -41,6 +44,13 @@ class Shape:
     lines: Ints
     dots: Ints
     labels: tuple[str, ...] = ()
+    cells: Ints = field(default_factory=lambda: np.zeros((0, 1), dtype=np.int64))
+    places: Floats = field(default_factory=lambda: np.zeros((0, 1)))
+    thickness: float = 0.0
+
+    def marked(self, values: Floats) -> Floats:
+        """Values at the nodes that are marked, from those at all nodes."""
+        return np.asarray(values[self.dots])
 
     @property
     def border(self) -> Ints:
@@ -72,15 +82,17 @@ def shape_of(fields: Fields, name: str) -> Shape:
     first = next((k for k, t in enumerate(types) if t != VERTEX), None)
     nothing = np.zeros((0, 3), dtype=np.int64)
     faces, outlines, lines = nothing, nothing, nothing[:, :2]
+    table, places = nothing[:, :1], np.zeros((0, 1))
     if first is not None:
         cell = grid.GetCell(int(first))
         table = np.array([c for c, t in zip(own, types, strict=True) if t == types[first]])
         points = np.array(cell.GetParametricCoords()).reshape(-1, 3)
+        places = points[:, : cell.GetCellDimension()]
         if cell.GetCellDimension() == 1:
             # the ends come first, as everywhere in VTK
             lines = table if types[first] == LINE else table[:, np.argsort(points[:, 0])]
         else:
-            pieces, around = lattice(points[:, :2])
+            pieces, around = lattice(places)
             faces = table[:, pieces].reshape(-1, pieces.shape[1])
             outlines = table[:, around]
     strings = point_data.GetAbstractArray(NAMES)
@@ -89,7 +101,9 @@ def shape_of(fields: Fields, name: str) -> Shape:
         if strings is not None
         else ()
     )
-    return Shape(name, reference, faces, outlines, lines, dots, labels)
+    size = grid.GetCellData().GetArray("size")
+    thickness = float(_numbers(size).max()) if size is not None else 0.0
+    return Shape(name, reference, faces, outlines, lines, dots, labels, table, places, thickness)
 
 
 @dataclass(frozen=True)
