@@ -244,6 +244,7 @@ def scene(
         elements=elements,
         probes=probes,
         scheme="ed",
+        alpha=1.0,
         dt=dt,
         t_end=t_end,
         output=Output(frames=101),

@@ -68,6 +68,7 @@ def scene(rigid: bool = False, dt: float = 0.01, t_end: float = 3.0):
             Probe("tip speed", (LENGTH, 0.0, 0.0), "velocity", 0, body="panel"),
         ],
         scheme="ed3",
+        alpha=1.0,
         dt=dt,
         t_end=t_end,
         output=Output(frames=61),

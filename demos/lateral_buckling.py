@@ -272,7 +272,9 @@ def results(run: Any) -> dict[str, float]:
     else:
         bow = run.scene.body("plate").curve.position(middle)
     found["imperfection"] = float(bow[1, 0])
-    found["dissipates"] = float(run.scene.scheme_name in ("ed", "ed3") and run.scene.alpha > 0)
+    found["dissipates"] = float(
+        run.scene.scheme_name in ("ed", "ed3") and run.scene.dissipation > 0
+    )
     for name in ("energy_balance_error", "constraint_max", "rejected_steps"):
         found[name] = run.summary[name]
     return found

@@ -12,7 +12,6 @@ from shellmb.options.run import Options
 from shellmb.running.loader import SceneModule
 from shellmb.running.request import Request
 from shellmb.scene import Scene
-from shellmb.scene.checks.effect import check_alpha
 
 
 @dataclass(frozen=True)
@@ -58,8 +57,6 @@ def requested(
                 "out where the scene is made already"
             )
         made = chosen.apply(scene)
-        if chosen.alpha is not None:
-            check_alpha(made, chosen.alpha)
         return Requested(made, scene.name.replace("/", "-"))
     if not isinstance(scene, str):
         raise SceneError(

@@ -24,6 +24,7 @@ from shellmb.model.shells.shell import ShellModel
 from shellmb.scene import Gravity, InitialVelocity, RigidBody, Scene
 from shellmb.scene.checks.fields import has_field
 from shellmb.scene.checks.reduced import groups_of
+from shellmb.scene.loads.loads import PointLoad
 from shellmb.scene.loads.supports import Fixed, Hinged
 from shellmb.scene.lookup import said
 from shellmb.scene.multibody.elements import PointElement
@@ -240,7 +241,7 @@ class _Reduction:
                 found.append(replace(support, body=target.name))
                 rigid = rigid and stays_rigid(support, target)
                 fixed = isinstance(support, Fixed)
-                wheres = (support.where,) if fixed else edges(support)
+                wheres = (support.at,) if fixed else edges(support)
                 places += [(target.name, where, support.label) for where in wheres]
         nodes = [shared_nodes(self.mesh(name), where, who) for name, where, who in places]
         # edges with a node in common, perhaps on shells that are joined, are no frames of their own
@@ -273,13 +274,13 @@ class _Reduction:
         (target,) = self._scene.bodies_of(load)
         if target.name not in self.group:
             return load
-        frame = self._frame(target.name, load.point, load.label, load.label).frame
-        at = self.point(target.name, load.point, load.label)
-        return replace(load, body=frame.name, point=at)
+        frame = self._frame(target.name, load.at, load.label, load.label).frame
+        at = self.point(target.name, load.at, load.label)
+        return replace(load, body=frame.name, at=at)
 
     def spread(self, load: Any) -> Any:
         """A load that is distributed over a shell or beam, with its name; None: another one."""
-        if hasattr(load, "point") or (isinstance(load, Gravity) and load.body is None):
+        if isinstance(load, PointLoad) or (isinstance(load, Gravity) and load.body is None):
             return None
         (target,) = self._scene.bodies_of(load)
         if target.name not in self.group:
@@ -295,7 +296,7 @@ class _Reduction:
         for item in items:
             (target,) = self._scene.bodies_of(item)
             if target.name in group:
-                found[item.name] = target.name, item.on, said(item)
+                found[item.name] = target.name, item.at, said(item)
         return found
 
     def acting(self, item: Any) -> Any:
@@ -303,7 +304,7 @@ class _Reduction:
         (target,) = self._scene.bodies_of(item)
         if target.name not in self.group:
             return item
-        return replace(item, body=self.group[target.name], on=None)
+        return replace(item, body=self.group[target.name], at=None)
 
     def velocity(self, given: InitialVelocity) -> InitialVelocity:
         """The velocity of a reduced body is that of its frame."""
@@ -317,8 +318,8 @@ class _Reduction:
         (target,) = self._scene.bodies_of(probe)
         changes: dict[str, Any] = {}
         if target.name in self.group:
-            at = self.point(target.name, probe.point, said(probe))
-            changes = {"point": at, "body": self.group[target.name]}
+            at = self.point(target.name, probe.at, said(probe))
+            changes = {"at": at, "body": self.group[target.name]}
             if probe.quantity not in MOTIONS:
                 # sensors know it by its name; a frame has no resultants
                 changes["quantity"] = "displacement"

@@ -25,7 +25,7 @@ from shellmb.scene.multibody.rigid import Interface
 
 def edges(support: Any) -> Iterator[str]:
     """Names of the edges of a support that are held each by a joint of its own."""
-    yield from (support.edge,) if isinstance(support.edge, str) else support.edge
+    yield from (support.at,) if isinstance(support.at, str) else support.at
 
 
 def stays_rigid(support: Support, target: Any) -> bool:

@@ -38,7 +38,7 @@ from shellmb.model.supports.pointloads import point_loads
 from shellmb.model.supports.prescribed import Prescribed
 from shellmb.model.supports.supports import SupportRows
 from shellmb.scene import Beam, Scene, Shell
-from shellmb.scene.loads.loads import Gravity, Load
+from shellmb.scene.loads.loads import Gravity, Load, PointLoad
 from shellmb.scene.multibody.elements import PointElement
 from shellmb.scene.multibody.rolling import Contact
 
@@ -243,7 +243,9 @@ def _turnable(model: Model) -> None:
 def _loads_of(scene: Scene, body: Shell | Beam) -> list[Load]:
     """Distributed loads of a body; those at points are bodies of the system themselves."""
     return [
-        load for load in scene.loads if not hasattr(load, "point") and body in scene.bodies_of(load)
+        load
+        for load in scene.loads
+        if not isinstance(load, PointLoad) and body in scene.bodies_of(load)
     ]
 
 

@@ -99,6 +99,6 @@ def check_probes(scene: Scene, meshed: Mapping[str, ShellModel | BeamModel]) -> 
     for probe in scene.probes:
         (target,) = scene.bodies_of(probe)
         if target.name in meshed:
-            local_point(meshed[target.name], probe.point, f"probe '{probe.name}'")
+            local_point(meshed[target.name], probe.at, f"probe '{probe.name}'")
         if probe.frame is not None and probe.frame in meshed:
             local_point(meshed[probe.frame], probe.frame_at, f"probe '{probe.name}'")

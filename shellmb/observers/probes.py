@@ -97,9 +97,9 @@ class Probes(Silent):
                     if modal is None
                     else ModalResultants(simulation, body.name)
                 )
-            nodes = local_nodes(body, cast(Any, probe.point), who)
+            nodes = local_nodes(body, cast(Any, probe.at), who)
             return (partial(self._resultants[body.name].sums, nodes, probe.quantity),)
-        spot = _spot(simulation, given.name, probe.point, who)
+        spot = _spot(simulation, given.name, probe.at, who)
         if probe.frame is None:
             turns = self._turns.get(probe.name)
             return (_total(simulation, *spot, probe.quantity, turns),)

@@ -83,7 +83,7 @@ class Options:
         if self.scheme in ("static", "linear") and not scene.static and self.dt is None:
             # a time step is no load step: take the default one
             end = scene.t_end if self.t_end is None else self.t_end
-            lost: dict[str, Any] = {"dt": None, "start": "given", "alpha": 1.0}
+            lost: dict[str, Any] = {"dt": None, "start": "given", "alpha": None}
             lost["control"] = replace(scene.control, tolerance=None)
             scene = replace(scene, scheme=self.scheme, t_end=end, **lost)
             chosen["scheme"] = None

@@ -138,7 +138,7 @@ def _turning(scene: Scene) -> Iterator[tuple[Any, Any]]:
             yield initial.spin, np.asarray(initial.about) + shift
     for support in scene.supports:
         if isinstance(support, Driven) and support.angle is not None:
-            yield support.axis, support.origin
+            yield support.axis, support.about
     for driver in scene.drivers:
         joint: Any = scene.joint(driver.joint)
         if driver.rotation is not None and _grounded(joint):
@@ -149,7 +149,7 @@ def bearing(scene: Scene) -> Axis | None:
     """The axis of the first driven edge or bearing to ground; None without any."""
     for support in scene.supports:
         if isinstance(support, Driven) and support.angle is not None:
-            return Axis(three("axis", support.axis), three("about", support.origin))
+            return Axis(three("axis", support.axis), three("about", support.about))
     for joint in scene.joints:
         if isinstance(joint, Revolute | Cylindrical) and _grounded(joint):
             place = _place(scene, joint, joint.first, joint.at)
@@ -220,15 +220,15 @@ def check_steady(scene: Scene, axis: Axis, loaded: bool) -> None:
         if isinstance(support, Driven):
             if support.translation is not None:
                 raise SceneError(
-                    f"modes: {said(support)} {show(support.edge)} has a translation; where all "
+                    f"modes: {said(support)} {show(support.at)} has a translation; where all "
                     "turns steadily it must have an angle only"
                 )
             if support.angle is not None and not (
-                axis.along(support.axis) and axis.has(support.origin, size)
+                axis.along(support.axis) and axis.has(support.about, size)
             ):
                 raise SceneError(
-                    f"modes: {said(support)} {show(support.edge)} turns about "
-                    f"{show(support.axis)} through {show(support.origin)}; it must turn about "
+                    f"modes: {said(support)} {show(support.at)} turns about "
+                    f"{show(support.axis)} through {show(support.about)}; it must turn about "
                     f"{show(axis.axis)} through {show(axis.about)}, as the scene does"
                 )
     for load in scene.loads if loaded else ():

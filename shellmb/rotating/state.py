@@ -317,7 +317,7 @@ def _check_turns(scene: Scene, line: Axis) -> None:
     """Whether all of a scene turns along, as it is held in space."""
     for support in scene.supports:
         if not isinstance(support, Driven):
-            place = getattr(support, "edge", getattr(support, "at", ""))
+            place = getattr(support, "at", "")
             raise SceneError(
                 f"modes: {said(support)} {show(place)} stands in space, and does not turn along"
             )

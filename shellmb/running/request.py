@@ -16,7 +16,6 @@ from shellmb.options.run import Options
 from shellmb.running.loader import SceneModule, demos, is_file_name, load
 from shellmb.running.tables import Damaged, first_error, read_table
 from shellmb.scene import Scene
-from shellmb.scene.checks.effect import check_alpha
 
 __all__ = [
     "Options",
@@ -54,8 +53,6 @@ class Request:
         """
         module = load(self.scene)
         scene = self.options.apply(module.build(self.parameters))
-        if self.options.alpha is not None:
-            check_alpha(scene, self.options.alpha)
         return scene, module
 
     def to_dict(self) -> dict[str, Any]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import KW_ONLY
 from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field, InstanceOf
@@ -22,7 +23,7 @@ from shellmb.scene.multibody.joints import Joint
 from shellmb.scene.multibody.rigid import RigidBody
 from shellmb.scene.paths import PathFollowing
 from shellmb.scene.probes import Probe
-from shellmb.scene.schemes import LINEAR, is_static
+from shellmb.scene.schemes import DISSIPATIVE, LINEAR, is_static
 from shellmb.scene.settings import Output, Solver, StepControl
 from shellmb.scene.shells.shell import Join, Shell
 from shellmb.scene.units import parse_units
@@ -49,13 +50,14 @@ class Description:
 
     name: Name
     shells: Annotated[tuple[InstanceOf[Shell], ...], BeforeValidator(_several)] = ()
+    _: KW_ONLY
     supports: Annotated[tuple[InstanceOf[Support], ...], BeforeValidator(_several)] = ()
     loads: Annotated[tuple[InstanceOf[Load], ...], BeforeValidator(_several)] = ()
     joins: Annotated[tuple[InstanceOf[Join], ...], BeforeValidator(_several)] = ()
     initial: Annotated[tuple[InstanceOf[InitialVelocity], ...], BeforeValidator(_several)] = ()
     probes: Annotated[tuple[InstanceOf[Probe], ...], BeforeValidator(_several)] = ()
     scheme: Any = "static"
-    alpha: Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)] = 1.0
+    alpha: Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)] | None = None
     dt: Positive | None = None
     t_end: Positive | None = None
     solver: Solver = Solver()
@@ -86,6 +88,12 @@ class Description:
         return (
             self.scheme if isinstance(self.scheme, str) else str(getattr(self.scheme, "name", ""))
         )
+
+    @property
+    def dissipation(self) -> float:
+        """The ``alpha`` that its scheme works with: the given one, or the scheme's own."""
+        own = DISSIPATIVE.get(self.scheme, 0.0) if isinstance(self.scheme, str) else 0.0
+        return own if self.alpha is None else self.alpha
 
     @property
     def linear(self) -> bool:
@@ -120,7 +128,7 @@ class Description:
         """The locks that an event switches, or of which a window begins before the scene's end."""
         end = self.t_end or 0.0
         return tuple(
-            k for k in self.locks if k.switch or any(start < end for start, _ in k.windows or ())
+            k for k in self.locks if k.switch or any(start < end for start, _ in k.active or ())
         )
 
     @property

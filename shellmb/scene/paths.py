@@ -28,8 +28,8 @@ class PathFollowing:
             None: it ends at ``t_end`` only.
         load_levels: Load factors at which steps end, whenever the path passes them.
         iterations: Newton iterations that a step is to need; the step is adapted to it.
-        turn: Angle between the tangents at both ends of a step beyond which the step is repeated
-            with a smaller one [degrees].
+        turn_deg: Angle between the tangents at both ends of a step beyond which the step is
+            repeated with a smaller one [degrees].
         branches: What to do at bifurcations: ``"ignore"`` them, ``"detect"`` and locate them by the
             inertia of the stiffness matrix, or ``"switch"`` to the other branch.
         side: On which side of the path a branch is taken.
@@ -39,7 +39,7 @@ class PathFollowing:
     load_end: Finite | None = None
     load_levels: tuple[Finite, ...] = ()
     iterations: PositiveInt = 5
-    turn: Angle = 30.0
+    turn_deg: Angle = 30.0
     branches: Literal["ignore", "detect", "switch"] = "detect"
     side: Annotated[Literal[1, -1], Untrue] = 1
     switches: PositiveInt = 1

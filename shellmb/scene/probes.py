@@ -37,7 +37,7 @@ class Probe:
 
     Args:
         name: Its column in ``history.csv``.
-        point: A named point, or coordinates (x, y, z): of a node of a shell or a beam, of any
+        at: A named point, or coordinates (x, y, z): of a node of a shell or a beam, of any
             point of a rigid body [m]; or an ``Offset`` from a node.
         quantity: What is recorded; of a shell ``"director"``, of a beam or a rigid body
             ``"rotation"`` (a rotation vector [rad], continuous: it goes on beyond pi about an axis
@@ -57,7 +57,7 @@ class Probe:
     """
 
     name: Name
-    point: Point
+    at: Point
     quantity: Quantity = "displacement"
     component: Annotated[Literal[0, 1, 2, "norm"], Untrue] = 2
     body: Name | None = None

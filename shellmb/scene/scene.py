@@ -47,8 +47,9 @@ class Scene(Description):
         scheme: ``"static"``, ``"linear"`` (statics, small displacements), ``"linear-dynamics"``
             (the same in time), ``"ep"``, ``"ed"``, ``"ep4"``, ``"ed3"``, a rival
             (``"generalized-alpha"``, ``"ed-printed"``), or a scheme object.
-        alpha: Dissipation of schemes that have one, 0 (none) to 1: the spectral radius at infinite
-            frequency is (1 - alpha)/(1 + alpha).
+        alpha: Numerical dissipation of schemes that have one, 0 (none) to 1: the spectral radius at
+            infinite frequency is (1 - alpha)/(1 + alpha). None: 0.5, and 1/9 (a spectral radius of
+            0.8) of ``"generalized-alpha"``. Other schemes ignore it, with a warning.
         dt: Time step [s]; in statics the load step in the same measure as ``t_end``; if left out
             a tenth of ``t_end``, or all of it where the scheme is linear.
         t_end: Time at the end [s]; in statics 1 if left out.
@@ -177,7 +178,11 @@ class Scene(Description):
             left = tuple(f for f in self.output.fields if has_field(f, {"rigid", "joint"}))
             changes["output"] = replace(self.output, fields=left)
         new = changes.get("scheme", self.scheme)
-        changes |= _lost(self, new)
+        lost = _lost(self, new)
+        if alpha is not None:
+            # what is said for a scheme without dissipation is kept, and warned of
+            lost.pop("alpha", None)
+        changes |= lost
         if dt is None and is_static(new) and t_end is not None and t_end < (self.dt or 0.0):
             changes["dt"] = None
         if is_static(new) and self.control.tolerance is not None:
@@ -216,7 +221,7 @@ def _lost(scene: Scene, scheme: Any) -> dict[str, Any]:
         still = tuple(s for s in scene.starts if isinstance(s, FromRun | FromShape))
         lost |= {"initial": (), "start": still or "given"}
     if scheme not in DISSIPATIVE:
-        lost["alpha"] = 1.0
+        lost["alpha"] = None
     return lost
 
 

@@ -9,6 +9,7 @@ from ufl.core.expr import Expr
 
 from shellmb.forms.constraints.leap import Leap
 from shellmb.forms.steps.discrete import mean
+from shellmb.scene.schemes import DISSIPATIVE
 from shellmb.schemes.base import (
     END,
     JumpStage,
@@ -43,7 +44,7 @@ class EnergyDecaying:
         alpha: Dissipation, from 0 (none) to 1 (asymptotic annihilation).
     """
 
-    alpha: float = 1.0
+    alpha: float = DISSIPATIVE["ed"]
     name: str = "ed"
     title: str = "energy decaying (ED)"
     dynamic: bool = True

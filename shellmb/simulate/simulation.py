@@ -135,7 +135,7 @@ class Simulation:
         check_begin(scene)
         self._own = OwnScene(scene)
         self.scene = scene = self._own.scene
-        self.scheme: Scheme = make_scheme(scene.scheme, scene.alpha)
+        self.scheme: Scheme = make_scheme(scene.scheme, scene.dissipation)
         assert scene.dt is not None and scene.t_end is not None
         self.t, self.t_end = 0.0, float(scene.t_end)
         self.step, self.iterations = 0, 0

@@ -107,6 +107,9 @@ class Base:
         if options.scheme == scene.scheme_name:
             # the scene's own stays as it is: it may be an object that no name stands for
             options = replace(options, scheme=None)
+        if (choice.scheme or scene.scheme_name) not in DISSIPATIVE:
+            # of several schemes some have no dissipation
+            options = replace(options, alpha=None)
         return options.apply(scene)
 
     def complete(self, module: SceneModule, choice: Choice) -> Choice:
@@ -118,7 +121,7 @@ class Base:
         scene = self.build(module, choice)
         found: dict[str, Any] = {
             "scheme": scene.scheme_name,
-            "alpha": scene.alpha if scene.scheme_name in DISSIPATIVE else None,
+            "alpha": scene.dissipation if scene.scheme_name in DISSIPATIVE else None,
             "solve": scene.solver.solve,
             "tolerance": scene.solver.tolerance,
             "dt": scene.dt,

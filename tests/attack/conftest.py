@@ -14,6 +14,8 @@ def bind():
     """Bind a scene to its meshes and write its forms, short of compiling anything."""
 
     def bound(scene):
-        return Problem(build_model(scene, MPI.COMM_WORLD), make_scheme(scene.scheme, scene.alpha))
+        return Problem(
+            build_model(scene, MPI.COMM_WORLD), make_scheme(scene.scheme, scene.dissipation)
+        )
 
     return bound

@@ -257,7 +257,7 @@ GOOD = {
         Fixed("left", (0, 0, 0.1)), Fixed("left", (0, None, 0.1)), Fixed("left", (None, 0, None))
     ),
     "the same motion in other words": lambda: plate(
-        Driven("left", axis=(1, 0, 0), origin=(0, 0, 0), angle=lambda t: 0.2 * t),
+        Driven("left", axis=(1, 0, 0), about=(0, 0, 0), angle=lambda t: 0.2 * t),
         Driven("left", axis=(-2, 0, 0), angle=lambda t: -0.2 * t, translation=lambda t: (0, 0, 0)),
     ),
     "a corner on the axis": lambda: plate(

@@ -178,7 +178,7 @@ FREE: dict[str, tuple[dict[str, Any], str]] = {
         "rigid body 'rod' can turn about y",
     ),
     "a lock that is not on yet": (
-        pendulum(locks=Lock("pin", windows=(0.5, 1.0))),
+        pendulum(locks=Lock("pin", active=(0.5, 1.0))),
         "rigid body 'rod' can turn about y",
     ),
     "a joint that does not act yet": (
@@ -282,7 +282,7 @@ HELD: dict[str, dict[str, Any]] = {
     ),
     "a motor": pendulum(elements=Motor("motor", "pin", law=lambda x, rate, t: 3.0 - x)),
     "a driver": pendulum(drivers=Driver("driver", "pin", rotation=lambda t: 0.1 * t)),
-    "a lock": pendulum(locks=Lock("pin", windows=(0.0, 1.0))),
+    "a lock": pendulum(locks=Lock("pin", active=(0.0, 1.0))),
     "a foundation": plate(shells=bed((0, 1, 2))),
     "a soft foundation": plate(shells=bed((0, 1, 2), 1e-6)),
     "a foundation and a support": plate(HALF, Fixed("left", (None, 0, None)), shells=bed((2,))),

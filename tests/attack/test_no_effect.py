@@ -119,18 +119,6 @@ NOTHING = "there is nothing to check, because it defines no"
     ("arguments", "change", "message"),
     [
         (
-            ("run", "--alpha", "1.0"),
-            "",
-            "scene 'soft': alpha=1.0 has no effect: 'ep' "
-            "takes no numerical dissipation from the scene; remove alpha, or use 'ed' or 'ed3'",
-        ),
-        (
-            ("run", "--alpha", "0.5", "--scheme", "static"),
-            "",
-            "scene 'soft': alpha=0.5 has no effect: 'static' "
-            "takes no numerical dissipation from the scene; remove alpha, or use 'ed' or 'ed3'",
-        ),
-        (
             ("run", "--t-end", "0.05"),
             "",
             "scene 'soft': dt is 0.1; it must be at most t_end, which is 0.05",

@@ -156,7 +156,7 @@ def test_static_force_of_a_penetration(run, ball) -> None:
     sheet = Shell("sheet", Rectangle(0.4, 0.3), section, mesh=(2, 2))
     held = Fixed(("left", "right", "bottom", "top"), displacement=(0, 0, -depth))
     for on, size in (("left", 0.3), (("left", "right"), 0.6), ("left-bottom", 1.0)):
-        contact = Contact("floor", Plane(), k, on=on, smoothing=s)
+        contact = Contact("floor", Plane(), k, at=on, smoothing=s)
         scene = Scene("press", shells=sheet, supports=held, contacts=contact, dt=1.0)
         end = run(scene).history.iloc[-1]
         assert_allclose(end["floor.normal"], k * (depth - s / 2) * size, rtol=1e-9)

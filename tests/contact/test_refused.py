@@ -59,13 +59,13 @@ def hinged(stop: Any, scheme: str = "ep", *others: Any) -> Scene:
             "radius is 0.2; it must be less than that of the ball",
         ),
         (lambda: scene(contacts=contact(body="bell")), "contact 'floor': there is no .* 'bell'"),
-        (lambda: scene(contacts=contact(on="lug")), "has no point 'lug'"),
+        (lambda: scene(contacts=contact(at="lug")), "has no point 'lug'"),
         (
-            lambda: scene(rigid_bodies=(), shells=PLATE, contacts=contact(on="edge")),
+            lambda: scene(rigid_bodies=(), shells=PLATE, contacts=contact(at="edge")),
             "shell 'plate' has no place 'edge'; its edges and areas are 'left'",
         ),
         (
-            lambda: scene(rigid_bodies=(), shells=PLATE, contacts=contact(on=("left", "left-top"))),
+            lambda: scene(rigid_bodies=(), shells=PLATE, contacts=contact(at=("left", "left-top"))),
             "it must be edges and areas, or points, and not both",
         ),
         (lambda: scene(contacts=(contact(), contact())), "another potential, contact, joint or el"),

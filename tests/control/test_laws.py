@@ -51,7 +51,7 @@ def law(t, readings, state, dt):
         (lambda: X >= "1", "'1': a sensor can be compared and calculated with a number"),
         (lambda: X.rate.rate, "it is a rate already"),
         (lambda: Event("e", True), "event 'e': when is True; it must be a condition"),
-        (lambda: Lock("j"), "of windows and conditions (when, until) none is given"),
+        (lambda: Lock("j"), "of active and conditions (when, until) none is given"),
         (lambda: Lock("j", (0, 1), when=X > 1), "both are given"),
         (lambda: Lock("j", when="e", until=X > 1), "it must be the event's"),
         (lambda: Motor("m", "j"), "of law and command neither is given"),

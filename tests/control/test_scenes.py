@@ -71,7 +71,7 @@ BAD = {
         "locks": Lock("slide", when="e")
     },
     "gravity: time: there is no event 'e'": {"loads": Gravity(time=On("e"))},
-    "driver 'd': translation is Off(event='e', function=None), which jumps": {
+    "driver 'd': translation is Off(event='e', time=None), which jumps": {
         "events": Event("e", X > 1),
         "drivers": Driver("d", "slide", translation=Off("e")),
     },

@@ -69,7 +69,9 @@ def test_a_rolled_strip() -> None:
     def scene(elements: int) -> Scene:
         strip = Shell("strip", Rectangle(1.0, 0.25), section, mesh=(elements, 1))
         load = EdgeMoment("right", (0, -2 * math.pi * float(section.D[0, 0]), 0))
-        return Scene("rolled", strip, Clamped("left"), load, scheme="static", dt=0.25)
+        return Scene(
+            "rolled", strip, supports=Clamped("left"), loads=load, scheme="static", dt=0.25
+        )
 
     # under a dead moment it is unstable, too, which is said beside
     coarse, fine = (execute(scene(n)).warnings for n in (3, 8))
@@ -111,6 +113,6 @@ def test_opposite_directors() -> None:
 def test_neighbours_of_shells(cell: Any, count: int) -> None:
     """Along the lines of nodes: of a square 3x3 points, of two triangles the diagonals of four."""
     plate = Shell("plate", Rectangle(1.0, 1.0), Isotropic(1.0, 0.3, 0.1), mesh=(1, 1), cell=cell)
-    scene = Scene("plate", plate, Clamped("left"), scheme="static", dt=1.0)
+    scene = Scene("plate", plate, supports=Clamped("left"), scheme="static", dt=1.0)
     body = Simulation(scene).model.shells["plate"]
     assert len(_Neighbours(body)._pairs) == count

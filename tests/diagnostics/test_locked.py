@@ -116,7 +116,9 @@ def _plate(distortion: float) -> Scene:
     plate = replace(plate, distortion=distortion)
     # D times a curvature of one
     moment = EdgeMoment("right", (0.0, -2e11 * 1e-6 / 12, 0.0))
-    return Scene("far", plate, Clamped("left"), moment, scheme="static", dt=0.5, t_end=1.0)
+    return Scene(
+        "far", plate, supports=Clamped("left"), loads=moment, scheme="static", dt=0.5, t_end=1.0
+    )
 
 
 def _tube(distortion: float) -> Scene:
@@ -125,7 +127,7 @@ def _tube(distortion: float) -> Scene:
     tube = Shell("tube", surface, Isotropic(2e11, 0.3, 1e-4), (8, 4), distortion=distortion)
     names = {"left": (0, 1, 0), "right": (1, 0, 0), "bottom": (0, 0, 1)}
     symmetry = [SymmetryPlane(name, normal) for name, normal in names.items()]
-    return Scene("tube", tube, symmetry, Pressure(1.0), scheme="linear")
+    return Scene("tube", tube, supports=symmetry, loads=Pressure(1.0), scheme="linear")
 
 
 @pytest.mark.parametrize(

@@ -169,7 +169,7 @@ def test_a_stiff_body_loses_the_spin_that_is_said() -> None:
     stiff = Isotropic(E=1e4, nu=0.3, thickness=0.2, density=1.0)
     plate = Shell("plate", Rectangle(1.0, 0.5), stiff, mesh=(2, 1))
     spin = InitialVelocity(spin=(0, 0, 0.25), about=(0.5, 0.25, 0))
-    run = execute(Scene("spin", plate, initial=spin, scheme="ed", dt=1.0, t_end=10.0))
+    run = execute(Scene("spin", plate, initial=spin, scheme="ed", alpha=1.0, dt=1.0, t_end=10.0))
     (caution,) = [c for c in run.warnings if c.watch == "stiff spin"]
     about = run.column("angular_momentum_z") - 0.5 * run.column("momentum_y")
     about += 0.25 * run.column("momentum_x")
@@ -234,7 +234,10 @@ def strip(model: str = "exact", mesh: tuple[int, int] = (6, 1)) -> Shell:
 def test_rotations_of_small_displacements(angle: float) -> None:
     """A cantilever under a moment turns by `M L/D` at its end, where 0.1 rad are small."""
     load = EdgeMoment("right", (0, -angle * D / L, 0))
-    said = of("small displacements", Scene("bent", strip(), Clamped("left"), load, scheme="linear"))
+    said = of(
+        "small displacements",
+        Scene("bent", strip(), supports=Clamped("left"), loads=load, scheme="linear"),
+    )
     assert len(said) == (angle > 0.1)
     for caution in said:
         assert caution.value == pytest.approx(angle, rel=1e-3)
@@ -249,7 +252,7 @@ def test_rotations_about_the_frame_of_a_linear_body(angle: float) -> None:
     """Two moments bend a strip on hinges; its frame stays, and its ends turn by `M L/(2 D)`."""
     m = 2 * angle * D / L
     loads = (EdgeMoment("right", (0, -m, 0)), EdgeMoment("left", (0, m, 0)))
-    scene = Scene("bow", strip("linear"), HINGES, loads, scheme="static", dt=1.0)
+    scene = Scene("bow", strip("linear"), supports=HINGES, loads=loads, scheme="static", dt=1.0)
     said = [c for c in of("linear bodies", scene) if "relative to its frame" in c.says]
     assert len(said) == (angle > 0.1)
     for caution in said:
@@ -261,7 +264,7 @@ def test_forces_along_a_linear_body(share: float) -> None:
     """A part of Euler's load beside a small load across: so much softer a column is."""
     euler = math.pi**2 * D / L**2
     loads = (EdgeForce("right", (-share * euler, 0, 0)), SurfaceForce((0, 0, 1.0)))
-    scene = Scene("column", strip("linear"), HINGES, loads, scheme="static", dt=1.0)
+    scene = Scene("column", strip("linear"), supports=HINGES, loads=loads, scheme="static", dt=1.0)
     said = [c for c in of("linear bodies", scene) if "squares of its rotations" in c.says]
     assert len(said) == (share > 0.01)
     for caution in said:

@@ -64,7 +64,7 @@ def test_an_inextensible_strip_rolls_up_without_growing() -> None:
     strip = Shell("strip", Rectangle(length, 0.1), steel, mesh=(8, 1), stretching=False)
     moment = math.pi * 1e9 * h**3 / 12 / length
     load = EdgeMoment("right", (0.0, -moment, 0.0))
-    scene = Scene("roll", strip, Clamped("left"), load, dt=1.0)
+    scene = Scene("roll", strip, supports=Clamped("left"), loads=load, dt=1.0)
     tip = displacement(solved(scene), (length, 0.0, 0.0))
     radius = length / math.pi
     # elements of 22.5 degrees: the mesh's part is 0.1 % (measured)

@@ -141,7 +141,10 @@ def test_what_a_scene_needs_stays(plate, free, pendulum) -> None:
         changed(pendulum(), ["revolute_joint:pin"], [])
     held = pendulum(
         scheme="static", dt=None, t_end=None, elements=(), loads=(),
-        joints=[Weld("foot", "ground", "arm", at=(0, 0, 0)), Weld("top", "arm", "bar", (1, 0, 0))],
+        joints=[
+            Weld("foot", "ground", "arm", at=(0, 0, 0)),
+            Weld("top", "arm", "bar", at=(1, 0, 0)),
+        ],
     )  # fmt: skip
     with pytest.raises(SceneError, match="it can move rigidly"):
         changed(held, ["weld_joint:foot"], [])

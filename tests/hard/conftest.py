@@ -102,7 +102,7 @@ def watch() -> type[Watched]:
     return Watched
 
 
-def soft_plate(scheme: Any, alpha: float = 1.0, **more: Any) -> Scene:
+def soft_plate(scheme: Any, alpha: float | None = None, **more: Any) -> Scene:
     """A soft plate of 1 x 0.5 on 2 x 1 elements, or as `mesh`, `section`, ... say."""
     names = ("mesh", "cell", "distortion", "section", "surface", "geometry_order")
     own = {name: more.pop(name) for name in names if name in more}

@@ -53,7 +53,7 @@ def _end(scene: Scene) -> np.ndarray:
     return node.center + q[rigid.local("second", "u")] + arm @ frame
 
 
-@pytest.mark.parametrize(("scheme", "alpha"), [("ep", 1.0), ("ed", 1.0)])
+@pytest.mark.parametrize(("scheme", "alpha"), [("ep", 0.0), ("ed", 1.0)])
 def test_mass_of_a_joint_is_carried_by_its_ends(scheme: str, alpha: float) -> None:
     with_joint = _end(_double_pendulum(True, scheme=scheme, alpha=alpha))
     with_rods = _end(_double_pendulum(False, scheme=scheme, alpha=alpha))

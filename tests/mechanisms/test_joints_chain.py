@@ -31,7 +31,7 @@ from shellmb.scene import (
 )
 
 STEPS, DT = 12, 0.02
-SCHEMES = [("ep", 1.0), ("ed", 0.0), ("ed", 0.5), ("ed", 1.0), ("ep4", 1.0), ("ed3", 0.5)]
+SCHEMES = [("ep", 0.0), ("ed", 0.0), ("ed", 0.5), ("ed", 1.0), ("ep4", 0.0), ("ed3", 0.5)]
 # an axis that is not that of anything else, and one across it
 AXIS, ACROSS = (0.2, 1.0, 0.3), (1.0, -0.2, 0.0)
 KINDS: dict[str, tuple[type[Joint], dict[str, Any]]] = {

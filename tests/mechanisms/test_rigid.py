@@ -29,7 +29,7 @@ from shellmb.scene.multibody.rigid import rotation_matrix
 from shellmb.simulate.simulation import Simulation
 from shellmb.verify.problems.mechanisms import free_body, path_of
 
-SCHEMES = [("ep", 1.0), ("ed", 0.0), ("ed", 1.0), ("ep4", 0.0), ("ed3", 0.5)]
+SCHEMES = [("ep", 0.0), ("ed", 0.0), ("ed", 1.0), ("ep4", 0.0), ("ed3", 0.5)]
 GRAVITY = Gravity((0, 0, -9.81))
 TILT = rotation_matrix((0.3, -0.5, 0.4))
 

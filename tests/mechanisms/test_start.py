@@ -25,7 +25,7 @@ from shellmb.simulate.simulation import Simulation
 
 Y = (0.0, 1.0, 0.0)
 A, B, C, D = (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), (1.2, 0.0, 1.3), (1.2, 0.0, 0.0)
-SCHEMES = [("ep", 1.0), ("ed", 1.0), ("ep4", 0.0), ("ed3", 0.5)]
+SCHEMES = [("ep", 0.0), ("ed", 1.0), ("ep4", 0.0), ("ed3", 0.5)]
 MOTION = {"dt": 0.01, "t_end": 0.2, "scheme": "ep"}
 
 

@@ -41,7 +41,7 @@ from shellmb.scene import (
 
 SKIN = Isotropic(E=2e9, nu=0.3, thickness=0.01, density=1000.0)
 FLANGE = {"flange": lambda x: x[0] < 0.5}
-SCHEMES = [("ep", 1.0), ("ed", 0.0), ("ed", 0.5), ("ep4", 1.0), ("ed3", 0.5)]
+SCHEMES = [("ep", 0.0), ("ed", 0.0), ("ed", 0.5), ("ep4", 0.0), ("ed3", 0.5)]
 # one of each kind every day
 SLOW = [("ed", 0.0), ("ed3", 0.5)]
 MARKED = [pytest.param(*s, marks=pytest.mark.slow if s in SLOW else ()) for s in SCHEMES]
@@ -75,7 +75,10 @@ def test_clamped_strip_leaves_a_shorter_plate(cell) -> None:
     # triangles of the longer plate lie the other way round
     assert np.allclose(corner(held), corner(expected), rtol=1e-9, atol=1e-3 * (cell == "tri"))
     welded = execute(
-        loaded(plate(cell=cell), joints=Weld("bolts", GROUND, "plate", (0.5, 0, 0), "flange"))
+        loaded(
+            plate(cell=cell),
+            joints=Weld("bolts", GROUND, "plate", at=(0.5, 0, 0), second_at="flange"),
+        )
     ).history.iloc[-1]
     assert np.allclose(corner(welded), corner(held), rtol=1e-8)
     # what the bolts carry holds the load at the tip where that is now
@@ -178,7 +181,7 @@ def test_flange_on_the_end_of_a_beam() -> None:
         plate(areas={}),
         beams=Beam("arm", Line((-1, 0, 0), (0, 0, 0)), section, elements=1),
         supports=Clamped("start", body="arm"),
-        joints=Weld("bolts", "arm", "plate", "end", "left"),
+        joints=Weld("bolts", "arm", "plate", at="end", second_at="left"),
         loads=Gravity(),
         scheme="linear",
     )
@@ -218,7 +221,7 @@ def test_physical_groups_are_areas() -> None:
     assert np.array_equal(np.sort(mesh.areas["flange"]), np.flatnonzero(centers[:, 0] < 1))
     assert 0 < len(mesh.areas["flange"]) < count
     scene = Scene(
-        "plate", shell, Clamped("flange"), PointForce((2, 1, 0), (0, 0, 1)),
+        "plate", shell, supports=Clamped("flange"), loads=PointForce((2, 1, 0), (0, 0, 1)),
         probes=Probe("tip", (2, 1, 0)),
     )  # fmt: skip
     last = execute(scene).history.iloc[-1]
@@ -274,7 +277,7 @@ WRONG = {
     ),
     "rigid body 'hub': its mass is 0; it must be greater than 0": lambda: bolted(
         FRAME, scheme="ep", drivers=(),
-        joints=[Weld("bolts", "hub", "plate", (0, -0.25, 0), "left-bottom")],
+        joints=[Weld("bolts", "hub", "plate", at=(0, -0.25, 0), second_at="left-bottom")],
     ),
     "weld 'bolts': the directors of 'plate' have no inertia": lambda: bolted(
         HUB, scheme="ep", shell=plate(rotary_inertia=False)

@@ -80,7 +80,7 @@ def test_two_and_four_cells_are_as_stiff_however_thin(mesh) -> None:
 def shares(*supports) -> np.ndarray:
     """Fully integrated shares of the elements of a plate in a scene, without the common one."""
     shell = Shell("s", Rectangle(1.0, 0.7), Isotropic(E, 0.3, 1e-3, 1e3), mesh=(2, 2), cell="tri")
-    scene = Scene("s", shell, supports, scheme="ep", dt=1.0, t_end=1.0)
+    scene = Scene("s", shell, supports=supports, scheme="ep", dt=1.0, t_end=1.0)
     share = build_model(scene, MPI.COMM_SELF).shells["s"].section.share.x.array
     return share[share > 2 * share.min()]
 

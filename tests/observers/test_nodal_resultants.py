@@ -30,7 +30,11 @@ def deviation(mesh: tuple[int, int], cell: str, degree: int = 2, unit: float = 1
     forces = SurfaceForce(lambda X: (pull * X[0], pull * X[1], 0 * X[0]))
     output = Output(fields=("N",))
     # it keeps its files
-    run = sm.run(Scene("rotor", shell, held, forces, scheme="linear", t_end=1.0, output=output))
+    run = sm.run(
+        Scene(
+            "rotor", shell, supports=held, loads=forces, scheme="linear", t_end=1.0, output=output
+        )
+    )
     found = run.fields["rotor"]
     x, y, _ = found["reference"].values.T
     largest = pull / 8 * np.array([L**2, B**2, B**2])

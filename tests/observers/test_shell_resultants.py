@@ -27,7 +27,13 @@ def test_cantilever_strip_in_tension_and_bending(cell):
         EdgeMoment("right", (0, -MOMENT, 0)),
     ]
     scene = Scene(
-        "strip", shell, Clamped("left"), loads, probes=probes(0), scheme="linear", t_end=1.0
+        "strip",
+        shell,
+        supports=Clamped("left"),
+        loads=loads,
+        probes=probes(0),
+        scheme="linear",
+        t_end=1.0,
     )
     last = execute(scene).history.iloc[-1]
     # M11 is conjugate to x,1 . d,1: positive where the director leans forward along x

@@ -138,7 +138,7 @@ def test_far_from_its_frame_it_is_wrong_and_says_so() -> None:
 def test_its_path_by_arc_length_is_that_by_load_steps(kind) -> None:
     """To the tolerance of the load at its end, 1e-9."""
     force = PointForce(CORNER if kind == "plate" else TIP, (0, 0, 10.0))
-    probe = Probe("tip", force.point, component=2)
+    probe = Probe("tip", force.at, component=2)
     held = {"supports": Clamped("left" if kind == "plate" else "start"), "probes": probe}
     more = {**body(kind, "linear"), **held, "loads": force, "scheme": "static", "dt": 0.25}
     steps = execute(Scene("steps", **more)).history

@@ -70,7 +70,11 @@ def tumbling(model: Any, scheme: str = "ep4", alpha: float = 0.0) -> Kept:
 @pytest.mark.parametrize("held", [False, pytest.param(True, marks=SLOW)])
 def test_modes_are_those_of_the_full_body(held) -> None:
     """A body in all of the modes that are asked for has them exactly: round-off of eigenvalues."""
-    more = {"joints": Weld("bolts", "ground", "plate", (0, 0.2, 0), "left")} if held else {}
+    more = (
+        {"joints": Weld("bolts", "ground", "plate", at=(0, 0.2, 0), second_at="left")}
+        if held
+        else {}
+    )
     found = [
         natural_modes(
             Scene("modes", plate(model), scheme="ep", dt=1, t_end=1, **more),
@@ -169,7 +173,7 @@ def test_statics_knows_modes_too() -> None:
         scene = Scene(
             "cantilever",
             plate(model),
-            joints=Weld("bolts", "ground", "plate", (0, 0.2, 0), "left"),
+            joints=Weld("bolts", "ground", "plate", at=(0, 0.2, 0), second_at="left"),
             loads=PointForce(CORNER, (0, 0, 0.05)),
             probes=Probe("tip", CORNER),
             scheme="static",
@@ -212,7 +216,9 @@ def test_places_that_share_nodes_move_together_or_are_refused() -> None:
     (data,) = natural_modes(scene, count=1).model.modal
     assert len(data.interfaces) == 1
     with pytest.raises(SceneError) as caught:
-        welds = [Weld(at, "ground", "plate", (0, 0, 0), at) for at in ("left", "bottom")]
+        welds = [
+            Weld(at, "ground", "plate", at=(0, 0, 0), second_at=at) for at in ("left", "bottom")
+        ]
         natural_modes(replace(scene, supports=(), joints=welds), count=1)
     assert str(caught.value) == (
         "weld 'bottom': shell 'plate' is reduced to modes, and 'bottom' shares nodes with 'left', "

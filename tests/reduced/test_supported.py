@@ -167,7 +167,7 @@ REFUSED = {
     "weld 'w': shell 'plate' is reduced to modes, and 'bottom' shares nodes with 'left', which "
     "supports hold: attach elsewhere, or the model must be 'exact'": {
         "supports": Hinged("left"),
-        "joints": Weld("w", "ground", "plate", (1.0, 0.0, 0.0), "bottom"),
+        "joints": Weld("w", "ground", "plate", at=(1.0, 0.0, 0.0), second_at="bottom"),
     },
     "driven edge: shell 'plate' is reduced to modes and would be moved; what moves it must be a "
     "Driver of a joint, and supports must hold it where it is": {

@@ -39,7 +39,7 @@ RUBS = HERE | {"friction": 0.3, "slip_speed": 0.01, "damping": 0.1}
 FLOOR = Plane((0, 0, -0.01), (0.05, 0.1, 1))
 ACTING: dict[str, dict[str, Any]] = {
     "plane": {"contacts": Contact("it", FLOOR, 1e5)},
-    "edge": {"contacts": Contact("it", FLOOR, 1e4, on="right")},
+    "edge": {"contacts": Contact("it", FLOOR, 1e4, at="right")},
     "friction": {"contacts": Contact("it", FLOOR, **RUBS)},
     "ball": {"contacts": Contact("it", Ball((0.8, 0.1, -0.31), 0.3), 1e6)},
     "rod": {"contacts": Contact("it", Rod((0.8, 0.1, -0.31), (0, 1, 0), 0.3), **RUBS)},

@@ -113,7 +113,9 @@ def test_offset_twist_shears_the_centroid():
 
 
 def test_general_section():
-    section = GeneralSection([1e6, 5e5, 5e5, 10, 20, 30], 2.0, (0.1, 0.2), (1.0, 0.5, 2.0))
+    section = GeneralSection(
+        [1e6, 5e5, 5e5, 10, 20, 30], 2.0, first_moments=(0.1, 0.2), second_moments=(1.0, 0.5, 2.0)
+    )
     np.testing.assert_array_equal(section.stiffness, np.diag([1e6, 5e5, 5e5, 10, 20, 30]))
     assert section.mass == (2.0, (0.1, 0.2), (1.0, 0.5, 2.0))
     assert section.size == pytest.approx(np.sqrt(12 * 30 / 1e6))
@@ -129,5 +131,5 @@ def test_general_section():
 def test_general_section_holds_any_coupling():
     shape = RectangularSection(210e9, 0.3, 1e-3, 5e-2, 7800, offset=(0.5, 0.1))
     m, first, second = shape.mass
-    section = GeneralSection(shape.stiffness, m, first, second)
+    section = GeneralSection(shape.stiffness, m, first_moments=first, second_moments=second)
     np.testing.assert_allclose(section.stiffness, shape.stiffness, rtol=1e-14)

@@ -131,10 +131,10 @@ BAD = {
     "edge force: force is (1, 2); it must be a vector of three numbers": lambda: EdgeForce(
         "left", (1, 2)
     ),
-    "edge force: edge is 3; it must be the name of an edge or a tuple of such names": lambda: (
+    "edge force: at is 3; it must be the name of an edge or a tuple of such names": lambda: (
         EdgeForce(3, (1, 2, 3))
     ),
-    "point force: point is (0, 0); it must be the name of a point, finite coordinates (x, y, z), "
+    "point force: at is (0, 0); it must be the name of a point, finite coordinates (x, y, z), "
     "or an Offset": lambda: PointForce((0, 0), (0, 0, 1)),
     "pressure: p is inf; it must be a finite number": lambda: Pressure(float("inf")),
     "pressure: there is no parameter value; its parameters are p, body, time": lambda: Pressure(
@@ -212,7 +212,7 @@ BAD = {
     "'left-top', 'right-top', or give coordinates": lambda: made_of(
         PLATE, supports=HELD, probes=Probe("p", "tip")
     ),
-    "probe 'p': point is ('left-top', 'right-top'); it must be the name of a point, finite "
+    "probe 'p': at is ('left-top', 'right-top'); it must be the name of a point, finite "
     "coordinates (x, y, z), or an Offset": lambda: Probe("p", ("left-top", "right-top")),
     "join: shell 'roof' has no edge 'x'; its edges are 'left', 'right', 'bottom', 'top'": lambda: (
         made_of(PLATE, ROOF, joins=Join("plate", "roof", "left", "x"))

@@ -103,13 +103,15 @@ BAD = {
     "weld 'j': rigid body 'crank' has no point 'nut'; its points are 'origin', 'center', 'pin', or "
     "give coordinates": lambda: moving(CRANK, joints=Weld("j", "crank", at="nut")),
     "weld 'j': beam 'beam' has no point 'tip'; its points are 'start', 'end', or give "
-    "coordinates": lambda: moving(BEAM, CRANK, joints=Weld("j", "crank", "beam", "pin", "tip")),
+    "coordinates": lambda: moving(
+        BEAM, CRANK, joints=Weld("j", "crank", "beam", at="pin", second_at="tip")
+    ),
     "weld 'j': shell 'plate' has no point 'tip'; its points are 'left-bottom', 'right-bottom', "
     "'left-top', 'right-top', or give coordinates": lambda: moving(
-        PLATE, CRANK, joints=Weld("j", "crank", "plate", "pin", "tip")
+        PLATE, CRANK, joints=Weld("j", "crank", "plate", at="pin", second_at="tip")
     ),
     "weld 'j': the ground has no point 'pin'; it must be given by coordinates (x, y, z)": lambda: (
-        moving(CRANK, joints=Weld("j", "ground", "crank", "pin"))
+        moving(CRANK, joints=Weld("j", "ground", "crank", at="pin"))
     ),
     "weld 'j': at is missing; it must be given where the first body is the ground": lambda: moving(
         CRANK, joints=Weld("j", "ground", "crank")
@@ -121,19 +123,19 @@ BAD = {
         PLATE, CRANK, joints=Revolute("j", "crank", "plate", axis=Z)
     ),
     f"universal joint 'j': first {SHELL_END}": lambda: moving(
-        PLATE, CRANK, joints=Universal("j", "plate", "crank", TIP, axis=Z, second_axis=(1, 0, 0))
+        PLATE, CRANK, joints=Universal("j", "plate", "crank", at=TIP, axis=Z, second_axis=(1, 0, 0))
     ),
     f"weld 'j': first {SHELL_END}": lambda: moving(
-        PLATE, CRANK, joints=Weld("j", "plate", "crank", TIP)
+        PLATE, CRANK, joints=Weld("j", "plate", "crank", at=TIP)
     ),
     f"in-plane joint 'j': first {SHELL_END}": lambda: moving(
-        PLATE, CRANK, joints=InPlane("j", "plate", "crank", TIP, normal=Z)
+        PLATE, CRANK, joints=InPlane("j", "plate", "crank", at=TIP, normal=Z)
     ),
     f"shell revolute joint 'j': first {SHELL_END}": lambda: moving(
-        PLATE, CRANK, joints=ShellRevolute("j", "plate", "crank", TIP)
+        PLATE, CRANK, joints=ShellRevolute("j", "plate", "crank", at=TIP)
     ),
     "shell revolute joint 'j': second is rigid body 'crank'; it must be a shell, or use "
-    "Weld": lambda: moving(BEAM, CRANK, joints=ShellRevolute("j", "beam", "crank", TIP)),
+    "Weld": lambda: moving(BEAM, CRANK, joints=ShellRevolute("j", "beam", "crank", at=TIP)),
     "shell revolute joint 'j': second is the ground; it must be a shell, or use Weld": lambda: (
         moving(BEAM, joints=ShellRevolute("j", "beam", at=TIP))
     ),
@@ -141,7 +143,9 @@ BAD = {
         moving(CRANK, joints=Distance("j", "crank", length=1))
     ),
     "distance joint 'j': at and second_at are both (1.0, 0.0, 0.0); they must differ where no "
-    "length is given": lambda: moving(CRANK, joints=Distance("j", "crank", "ground", TIP, TIP)),
+    "length is given": lambda: moving(
+        CRANK, joints=Distance("j", "crank", "ground", at=TIP, second_at=TIP)
+    ),
     "spherical joint 'j': active has the window (1, 2); it must begin between 0 and the scene's "
     "end 1": lambda: moving(CRANK, joints=Spherical("j", "crank", active=(1, 2))),
     "spherical joint 'j': active has the window (-1, 2); it must begin between 0 and the scene's "
@@ -184,7 +188,7 @@ BAD = {
     "driver 'd': rotation gives nan at t = 0; it must give a finite number": lambda: moving(
         CRANK, joints=HINGE, drivers=Driver("d", "hinge", lambda t: NAN)
     ),
-    "lock of joint 'hinge': windows has the window (-2, 3); it must begin at 0 or later": lambda: (
+    "lock of joint 'hinge': active has the window (-2, 3); it must begin at 0 or later": lambda: (
         moving(CRANK, joints=HINGE, locks=Lock("hinge", (-2, 3)))
     ),
     # springs between points
@@ -225,9 +229,9 @@ BAD = {
     "clamped edge: beam 'beam' has no edge 'left'; its edges are 'start', 'end'": lambda: moving(
         BEAM, supports=Clamped("left")
     ),
-    "scene 's': drivers[0] is Lock(joint='slide', windows=((1.0, 2.0),), coordinate=Non...; it "
+    "scene 's': drivers[0] is Lock(joint='slide', active=((1.0, 2.0),), coordinate=None...; it "
     "must be a driver; what this is, belongs into locks=": lambda: moving(
-        drivers=Lock("slide", windows=(1.0, 2.0))
+        drivers=Lock("slide", active=(1.0, 2.0))
     ),
     "clamped edge: 'crank' is a rigid body; it must be a shell or beam": lambda: moving(
         CRANK, supports=Clamped("left", body="crank")
@@ -292,13 +296,13 @@ def test_message(message):
 
 
 SHELL_JOINTS = {
-    "spherical, shell first": Spherical("j", "plate", "crank", TIP),
+    "spherical, shell first": Spherical("j", "plate", "crank", at=TIP),
     "spherical, shell second": Spherical("j", "crank", "plate"),
-    "distance": Distance("j", "plate", "crank", TIP, "pin", length=0.1),
+    "distance": Distance("j", "plate", "crank", at=TIP, second_at="pin", length=0.1),
     "in plane": InPlane("j", "crank", "plate", normal=Z),
     "weld": Weld("j", "crank", "plate"),
     "shell revolute": ShellRevolute("j", "crank", "plate"),
-    "shell revolute on the ground": ShellRevolute("j", "ground", "plate", TIP),
+    "shell revolute on the ground": ShellRevolute("j", "ground", "plate", at=TIP),
 }
 
 
@@ -308,15 +312,15 @@ def test_joints_that_a_shells_node_has(name):
 
 
 def test_a_rigid_shell_has_a_frame():
-    moving(SOLID, CRANK, joints=Revolute("j", "plate", "crank", "right-top", axis=Z))
+    moving(SOLID, CRANK, joints=Revolute("j", "plate", "crank", at="right-top", axis=Z))
     moving(SOLID, probes=Probe("p", "left-top", "rotation"))
 
 
 @pytest.mark.parametrize(
     "connection",
     [
-        {"joints": Revolute("j", "crank", "beam", "pin", axis=Z)},
-        {"joints": Spherical("j", "ground", "crank", TIP)},
+        {"joints": Revolute("j", "crank", "beam", at="pin", axis=Z)},
+        {"joints": Spherical("j", "ground", "crank", at=TIP)},
         {"elements": Spring("k", "beam", "crank", "end", "pin", 1.0, length=1)},
     ],
 )

@@ -42,8 +42,8 @@ CRANK = RigidBody("crank", 1, (1, 1, 1), position=(1, 0, 0), points={"pin": (1, 
 PLATE = Shell("plate", Rectangle(1, 1), Isotropic(1.0, 0.3, 0.01, density=1.0))
 JOINTS = (
     Revolute("hinge", "crank", "beam", axis=Z),
-    Cylindrical("guide", "ground", "crank", (2, 0, 0), axis=Z),
-    Screw("screw", "beam", "crank", "start", "pin", axis=Z, pitch=0.01),
+    Cylindrical("guide", "ground", "crank", at=(2, 0, 0), axis=Z),
+    Screw("screw", "beam", "crank", at="start", second_at="pin", axis=Z, pitch=0.01),
 )
 
 

@@ -51,8 +51,8 @@ JOINT = "name, first, second, at, second_at, mass, active"
 ONES = np.ones((3, 3))
 
 
-def mass_of(*args):
-    return GeneralSection((1,) * 6, *args)
+def mass_of(mass, first, second=(0.0, 0.0, 0.0)):
+    return GeneralSection((1,) * 6, mass, first_moments=first, second_moments=second)
 
 
 BAD = {
@@ -61,10 +61,10 @@ BAD = {
         (1, 2, 3), (1, 2, 3)
     ),
     "line: end is (0, 1); it must be a vector of three numbers": lambda: Line((0, 0, 0), (0, 1)),
-    "circular arc: angle is 0.0; it must not be zero and at most a turn of 2 pi": lambda: (
+    "circular arc: angle_rad is 0.0; it must not be zero and at most a turn of 2 pi": lambda: (
         CircularArc((0, 0, 0), (1, 0, 0), (0, 0, 1), 0)
     ),
-    "circular arc: angle is -7.0; it must not be zero and at most a turn of 2 pi": lambda: (
+    "circular arc: angle_rad is -7.0; it must not be zero and at most a turn of 2 pi": lambda: (
         CircularArc((0, 0, 0), (1, 0, 0), (0, 0, 1), -7)
     ),
     "circular arc: axis is (0, 0, 0); it must not be zero": lambda: CircularArc(
@@ -200,10 +200,10 @@ BAD = {
     ),
     "weld 'j': active is ((0, 2), (1, 3)); its times must increase from each start to its end to "
     "the next start": lambda: Weld("j", "a", active=((0, 2), (1, 3))),
-    "lock: windows is (); it must be a pair (start, end) of times, or several pairs": lambda: Lock(
+    "lock: active is (); it must be a pair (start, end) of times, or several pairs": lambda: Lock(
         "j", ()
     ),
-    "lock: windows is (2, 1); its times must increase from each start to its end to the next "
+    "lock: active is (2, 1); its times must increase from each start to its end to the next "
     "start": lambda: Lock("j", (2, 1)),
     # drivers and force elements
     "driver 'd': neither rotation nor translation is given; give one at least": lambda: Driver(
@@ -242,9 +242,9 @@ BAD = {
         FollowerLineForce((0, 0, NAN))
     ),
     "line moment: moment is 1; it must be a vector of three numbers": lambda: LineMoment(1),
-    "point moment: point is (1, 2); it must be the name of a point, finite coordinates (x, y, z), "
+    "point moment: at is (1, 2); it must be the name of a point, finite coordinates (x, y, z), "
     "or an Offset": lambda: PointMoment((1, 2), (0, 0, 1)),
-    "follower force: components is missing; its parameters are point, components, body, "
+    "follower force: components is missing; its parameters are at, components, body, "
     "time": lambda: FollowerForce("end"),
     "probe 'p': quantity is 'torque'; it must be 'displacement', 'position', 'velocity', "
     "'director', 'rotation', 'angular_velocity', 'force', 'moment', "

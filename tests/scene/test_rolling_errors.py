@@ -55,7 +55,7 @@ def rolling(**more: Any) -> Rolling:
             "rolling joint 'roll': second is 'ground'; it must be the body that moves on the plane",
         ),
         (
-            lambda: KnifeEdge("cut", GROUND, "wheel", (0, 0, 0), normal=Z, direction=(0, 0, 1)),
+            lambda: KnifeEdge("cut", GROUND, "wheel", at=(0, 0, 0), normal=Z, direction=(0, 0, 1)),
             "knife-edge joint 'cut': direction .* is normal to the plane",
         ),
     ],

@@ -42,15 +42,15 @@ class MyScheme:
 
 
 def test_static_times_are_filled_in():
-    scene = Scene("s", PLATE, Clamped("left"))
+    scene = Scene("s", PLATE, supports=Clamped("left"))
     assert (scene.static, scene.scheme_name, scene.dt, scene.t_end) == (True, "static", 0.1, 1.0)
-    assert Scene("s", PLATE, Clamped("left"), t_end=5).dt == 0.5
-    linear = Scene("s", PLATE, Clamped("left"), scheme="linear")
+    assert Scene("s", PLATE, supports=Clamped("left"), t_end=5).dt == 0.5
+    linear = Scene("s", PLATE, supports=Clamped("left"), scheme="linear")
     assert (linear.static, linear.dt, linear.t_end) == (True, 1.0, 1.0)
 
 
 def test_options_replace_what_is_given_only():
-    scene = Scene("s", [PLATE], [Clamped("left")], loads=[Pressure(3.0)])
+    scene = Scene("s", [PLATE], supports=[Clamped("left")], loads=[Pressure(3.0)])
     other = scene.with_options(scheme="ed", alpha=0.5, dt=0.01, t_end=2, mesh=(3, 4), cell="tri")
     assert (other.scheme, other.alpha, other.dt, other.t_end) == ("ed", 0.5, 0.01, 2.0)
     assert (other.shells[0].mesh, other.shells[0].cell) == ((3, 4), "tri")
@@ -68,7 +68,7 @@ def test_scheme_objects():
 
 def test_items_find_their_shells():
     join = Join("plate", "wall", "left", "bottom")
-    scene = Scene("s", [PLATE, WALL], Clamped("right", body="plate"), joins=[join])
+    scene = Scene("s", [PLATE, WALL], supports=Clamped("right", body="plate"), joins=[join])
     assert scene.shell("wall") is WALL
     assert scene.shells_of(Gravity()) == (PLATE, WALL)
     assert scene.shells_of(InitialVelocity(body="wall")) == (WALL,)
@@ -78,7 +78,7 @@ def test_items_find_their_shells():
 def test_support_reaches_through_joins():
     third = Shell("third", Rectangle(1, 1), STEEL)
     joins = [Join("plate", "wall", "left", "bottom"), Join("third", "wall", "left", "top")]
-    Scene("s", [PLATE, WALL, third], Clamped("right", body="third"), joins=joins)
+    Scene("s", [PLATE, WALL, third], supports=Clamped("right", body="third"), joins=joins)
 
 
 def test_numpy_is_welcome():
@@ -86,12 +86,12 @@ def test_numpy_is_welcome():
     assert (section.E, section.nu, section.thickness) == (2e11, 0.25, 0.01)
     assert SurfaceForce(np.arange(3)).force == (0.0, 1.0, 2.0)
     assert Shell("a", Rectangle(1, 1), STEEL, mesh=np.array([2, 3])).mesh == (2, 3)
-    assert Fixed(np.zeros(3), (0, None, Sine(1.0))).where == (0.0, 0.0, 0.0)
+    assert Fixed(np.zeros(3), (0, None, Sine(1.0))).at == (0.0, 0.0, 0.0)
 
 
 def test_forces_may_depend_on_position():
     load = SurfaceForce(lambda x: np.stack([0 * x[0], 0 * x[0], np.sin(x[0])]))
-    Scene("s", PLATE, Clamped("left"), load)
+    Scene("s", PLATE, supports=Clamped("left"), loads=load)
 
 
 @pytest.mark.parametrize(

@@ -304,6 +304,6 @@ def test_every_dissipation_reaches_its_scheme() -> None:
         DISSIPATIVE
     )
     for name in DISSIPATIVE:
-        scene = double_pendulum("ep", 1.0, 20).with_options(scheme=name, alpha=0.25)
-        made: Any = make_scheme(scene.scheme, scene.alpha)
+        scene = double_pendulum("ep", 0.0, 20).with_options(scheme=name, alpha=0.25)
+        made: Any = make_scheme(scene.scheme, scene.dissipation)
         assert made.alpha == 0.25

@@ -310,7 +310,7 @@ def test_a_follower_load_has_no_inertia_and_a_path() -> None:
 
 def test_a_sharp_turn_at_the_smallest_step_is_an_error() -> None:
     roof = hinged_roof.scene().with_options(mesh=(2, 2))
-    scene = replace(roof, path=PathFollowing(turn=0.1), dt=0.3, control=StepControl(min_dt=0.2))
+    scene = replace(roof, path=PathFollowing(turn_deg=0.1), dt=0.3, control=StepControl(min_dt=0.2))
     with pytest.raises(ConvergenceError, match=r"t = 0, step 1, .*turns by \d+ degrees"):
         execute(scene)
 

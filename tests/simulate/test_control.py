@@ -22,7 +22,8 @@ STRIP = Shell("strip", Rectangle(1.0, 0.5), SOFT, mesh=(2, 1))
 
 
 def scene(scheme: str = "ed", **more: object) -> Scene:
-    choices = {"alpha": 1.0, "dt": 0.1, "t_end": 1.0, "supports": Clamped("left")}
+    choices: dict[str, object] = {"dt": 0.1, "t_end": 1.0, "supports": Clamped("left")}
+    choices |= {"alpha": 1.0} if scheme == "ed" else {}
     choices |= {"loads": EdgeForce("right", (0.0, 0.0, 5e-3))}
     return Scene("strip", STRIP, scheme=scheme, **(choices | more))  # type: ignore[arg-type]
 

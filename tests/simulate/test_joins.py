@@ -140,6 +140,6 @@ def test_load_histories_of_joined_shells(run, at) -> None:
     """A load whose time function ends at zero leaves nothing behind in statics."""
     scene = frame(upright(0.8), (10.0, 0, 0), dt=0.5, t_end=1.0)
     (load,) = scene.loads
-    loads = EdgeForce(load.edge, load.force, body="arm", time=Table((0.0, 0.5, 1.0), (0, 1, 0)))
+    loads = EdgeForce(load.at, load.force, body="arm", time=Table((0.0, 0.5, 1.0), (0, 1, 0)))
     simulation = run(Scene(**{**vars(scene), "loads": loads}))
     assert np.linalg.norm(at(simulation, "arm", (1.0, 0.1, 0.8))) < 1e-9

@@ -28,7 +28,9 @@ def plate(solver: Solver, dt: float | None, force: float) -> Scene:
     steel = Isotropic(E=210e9, nu=0.3, thickness=1e-3)
     shell = Shell("plate", Rectangle(1.0, 0.5), steel, mesh=(2, 1))
     load = EdgeForce("right", (0, 0, force))
-    return Scene("plate", shell, Clamped("left"), load, scheme="linear", dt=dt, solver=solver)
+    return Scene(
+        "plate", shell, supports=Clamped("left"), loads=load, scheme="linear", dt=dt, solver=solver
+    )
 
 
 @pytest.mark.parametrize("solve", ["reduced", "full"])

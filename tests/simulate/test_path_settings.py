@@ -53,7 +53,7 @@ def test_settings_are_checked() -> None:
     with pytest.raises(SceneError, match=r"load_levels is \(0.5, 0.0\); they must be different"):
         PathFollowing(load_levels=(0.5, 0.0))
     with pytest.raises(SceneError, match=r"path following: turn is 120; it must be less than 90"):
-        PathFollowing(turn=120)
+        PathFollowing(turn_deg=120)
 
 
 def test_another_scheme_leaves_the_path_out() -> None:

@@ -81,7 +81,7 @@ def test_what_is_passed_on_the_way_is_said() -> None:
     """Straight all the time, far beyond its load in the middle and unloaded at the end."""
     scene = strip(1e-2, 1.8)
     load = scene.loads[0]
-    there = sm.EdgeForce(load.edge, load.force, time=lambda t: min(t, 1.0 - t) * 2)
+    there = sm.EdgeForce(load.at, load.force, time=lambda t: min(t, 1.0 - t) * 2)
     run = sm.run(replace(scene, loads=there))
     (sentence,) = said(run)
     assert "on the way were unstable in up to 1 direction" in sentence

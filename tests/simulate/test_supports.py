@@ -104,7 +104,7 @@ def test_a_driven_edge_goes_where_it_is_told(run, at) -> None:
     """A plate carried once round by its edge, nothing else acting: it arrives as it left."""
     drive = Driven(
         "left",
-        origin=(0.2, 0.0, 0.1),
+        about=(0.2, 0.0, 0.1),
         axis=(1.0, 2.0, -1.0),
         angle=lambda t: 2.0 * t,
         translation=lambda t: (0.1 * t, 0.0, -0.3 * t),

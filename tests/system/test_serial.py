@@ -28,8 +28,8 @@ def simulation(request) -> Simulation:
     scene = Scene(
         "plate",
         shell,
-        Clamped("left"),
-        EdgeForce("right", (0, 0, 10.0)),
+        supports=Clamped("left"),
+        loads=EdgeForce("right", (0, 0, 10.0)),
         scheme=request.param,
         dt=0.01,
         t_end=1.0,

@@ -117,7 +117,7 @@ def _nonlinearity(scene: Scene) -> Use:
 def _linear(scene: Scene) -> Scene:
     if scene.static:
         return replace(scene, scheme="linear", dt=None)
-    return replace(scene, scheme="linear-dynamics", alpha=1.0)
+    return replace(scene, scheme="linear-dynamics", alpha=None)
 
 
 def _nonlinear(scene: Scene) -> Scene:

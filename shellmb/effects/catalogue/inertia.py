@@ -31,7 +31,7 @@ def _dissipates(scene: Scene) -> bool:
 
 
 def _alpha(scene: Scene) -> float:
-    return float(scene.alpha if isinstance(scene.scheme, str) else scene.scheme.alpha)
+    return float(scene.dissipation if isinstance(scene.scheme, str) else scene.scheme.alpha)
 
 
 def _turns(body: Flexible) -> bool:
@@ -58,7 +58,7 @@ def _statics(scene: Scene) -> Scene:
             "the scene has initial velocities, which only inertia carries; it must have none"
         )
     # a time step is no load step
-    lost: dict[str, Any] = {"control": StepControl(), "start": "given", "alpha": 1.0}
+    lost: dict[str, Any] = {"control": StepControl(), "start": "given", "alpha": None}
     return replace(scene, scheme="static", dt=None, **lost)
 
 
@@ -114,10 +114,10 @@ def _with_dissipation(scene: Scene) -> Scene:
         )
     if not _dissipates(scene):
         scheme = "ed3" if scene.scheme == "ep4" else "ed"
-        return replace(scene, scheme=scheme, alpha=scene.alpha or 1.0)
+        return replace(scene, scheme=scheme, alpha=scene.alpha or None)
     if isinstance(scene.scheme, str):
-        return replace(scene, alpha=1.0)
-    return replace(scene, scheme=replace(scene.scheme, alpha=1.0))
+        return replace(scene, alpha=None)
+    return replace(scene, scheme=replace(scene.scheme, alpha=0.5))
 
 
 def _adaptivity(scene: Scene) -> Use:

@@ -120,7 +120,7 @@ class _Glued:
 
     def driven(self, support: Driven) -> Bools:
         """At which nodes of the line a support moves the shell's director, shape (n,)."""
-        nodes = shared_nodes(self.shell, support.edge, support.label)
+        nodes = shared_nodes(self.shell, support.at, support.label)
         return np.asarray(np.isin(self.line.dofs["w"], nodes.dofs["w"]).all(axis=1))
 
     def clamp(self, where: Bools, rotation: Callable[[float], Floats] | None = None) -> None:

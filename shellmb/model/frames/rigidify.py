@@ -242,7 +242,7 @@ def _load(
     (target,) = scene.bodies_of(load)
     if target.name not in beams:
         return load
-    nodes = shared_nodes(beams[target.name], node_of(load.point), load.label)
+    nodes = shared_nodes(beams[target.name], node_of(load.at), load.label)
     vector = np.asarray(load.components) @ nodes.directors[0]
     return replace(load, components=_triple(bodies[target.name].axes.T @ vector))
 
@@ -285,7 +285,7 @@ def _welds(scene: Scene, meshes: RigidMeshes) -> list[Joint]:
     for join in scene.joins:
         if join.first in meshes:
             who = f"join of {join.first} and {join.second}"
-            x = shared_nodes(meshes[join.first], join.first_edge, who).x[0]
+            x = shared_nodes(meshes[join.first], join.at, who).x[0]
             welds.append(_weld(who, join.first, join.second, x))
     for glue in scene.glues:
         if glue.shell in meshes:

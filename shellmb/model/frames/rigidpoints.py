@@ -26,13 +26,13 @@ def pointed(item: Any, scene: Scene, meshes: RigidMeshes) -> Any:
         scene: The scene.
         meshes: Meshes of the bodies that are rigid, by name.
     """
-    point = getattr(item, "point", None)
+    point = getattr(item, "at", None)
     if not isinstance(point, Offset):
         return item
     (target,) = scene.bodies_of(item)
     if target.name not in meshes:
         return item
-    return replace(item, point=_end(point, meshes[target.name], said(item)))
+    return replace(item, at=_end(point, meshes[target.name], said(item)))
 
 
 def ended(item: Any, meshes: RigidMeshes) -> Any:
@@ -59,6 +59,6 @@ def ended(item: Any, meshes: RigidMeshes) -> Any:
 
 
 def _end(offset: Offset, mesh: ShellModel | BeamModel, who: str) -> tuple[float, ...]:
-    nodes = shared_nodes(mesh, offset.node, who)
+    nodes = shared_nodes(mesh, offset.at, who)
     arm = arm_components(offset.by, nodes.directors[0], who, f"'{mesh.name}'")
     return tuple(float(c) for c in nodes.x[0] + arm @ nodes.directors[0])

@@ -346,6 +346,6 @@ def _locks(
             comm, kind, labels, coordinates, force * length / coordinates[0].size
         )
         # an event's windows are known as the run goes on
-        windows = [signals.windows[k.switch] if k.switch else k.windows or () for k in locks]
+        windows = [signals.windows[k.switch] if k.switch else k.active or () for k in locks]
         found.append(Locks(group, windows, scene.t_end))
     return found

@@ -76,7 +76,7 @@ class Finder:
     def _on_mesh(self, body: Meshed, where: Where, who: str) -> End:
         if where is None:
             raise SceneError(f"{who}: at is missing; body '{body.name}' needs one of its nodes")
-        node = where.node if isinstance(where, Offset) else where
+        node = where.at if isinstance(where, Offset) else where
         nodes = shared_nodes(body, node, who)
         if len(nodes.x) != 1:
             raise SceneError(

@@ -127,7 +127,7 @@ def potential_groups(
         (body,) = scene.bodies_of(item)
         points = reduced.get(item.name)
         if points is None:
-            points = acting_points(body.name, item.on, find, meshed, rigid_meshes, said(item))
+            points = acting_points(body.name, item.at, find, meshed, rigid_meshes, said(item))
         if isinstance(item, Potential):
             groups.append(UserPotential(item, comm, points, length))
         else:

@@ -27,8 +27,8 @@ def join_shells(
         SceneError: If the nodes of the two edges do not coincide, or the normals are opposite.
     """
     who = f"join of '{first.name}' and '{second.name}'"
-    a = shared_nodes(first, join.first_edge, who)
-    b = shared_nodes(second, join.second_edge, who)
+    a = shared_nodes(first, join.at, who)
+    b = shared_nodes(second, join.second_at, who)
     _coincide(a, b, first, who)
     cosine = np.sum(a.director * b.director, axis=1)
     degrees = np.degrees(np.arccos(np.clip(cosine, -1, 1)))

@@ -100,18 +100,18 @@ class ShellLoads(DistributedLoads):
                 )
             case EdgeForce():
                 force = load_forms.dead_force(self._field(load, "force"), du)
-                return force, body.ds(load.edge, "edge force")
+                return force, body.ds(load.at, "edge force")
             case FollowerEdgeForce():
                 components = constant(load.components)
                 basis = self._edge_basis()
                 return (
                     load_forms.follower_force(components, u, w, basis, du),
-                    body.ds(load.edge, "follower edge force"),
+                    body.ds(load.at, "follower edge force"),
                 )
             case EdgeMoment():
                 d, given = body.surface.D + w, self._field(load, "moment")
                 moment = load_forms.director_moment(given, d, dw)
-                return moment, body.ds(load.edge, "edge moment")
+                return moment, body.ds(load.at, "edge moment")
         raise NotImplementedError(f"no form for {type(load).__name__}")
 
     def _field(self, load: Load, name: str, size: int = 3) -> Expr:

@@ -51,7 +51,7 @@ def refuse_idle_loads(scene: Scene, bodies: Mapping[str, Meshed], prescribed: Pr
             continue
         supports = _holding(load, bodies[described.name], prescribed)
         if supports:
-            where = getattr(load, "edge", None) or getattr(load, "point", None)
+            where = getattr(load, "at", None)
             raise SceneError(
                 f"{said(load)}: it has no effect at {show(where)} of {said(described)}, where "
                 f"{' and '.join(supports)} holds it; it must act elsewhere, or be left out"
@@ -65,10 +65,9 @@ def _holding(load: Any, body: Meshed, prescribed: Prescribed) -> list[str]:
     force = None if given is None or callable(given) else np.array(given)
     if force is not None and not force.any():
         return []
-    where = load.edge if hasattr(load, "edge") else load.point
     # at the end of an arm a force turns the node, too
-    works = {part: force} | ({"w": None} if isinstance(where, Offset) else {})
-    nodes = shared_nodes(body, node_of(where), said(load))
+    works = {part: force} | ({"w": None} if isinstance(load.at, Offset) else {})
+    nodes = shared_nodes(body, node_of(load.at), said(load))
     found: dict[str, None] = {}
     for part, along in works.items():
         for dofs in nodes.dofs[part]:

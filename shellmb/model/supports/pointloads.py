@@ -176,7 +176,7 @@ def point_loads(scene: Scene, comm: MPI.Comm, find: Finder) -> list[PointLoads]:
         if not isinstance(load, PointForce | PointMoment | FollowerForce | FollowerMoment):
             continue
         (body,) = scene.bodies_of(load)
-        end = find(body.name, load.point, load.label)
+        end = find(body.name, load.at, load.label)
         if isinstance(load, PointMoment) and not end.framed:
             _refuse_drilling(load, end)
         vectors = end.needed(_WORK[type(load)][1])

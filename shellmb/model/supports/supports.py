@@ -51,7 +51,7 @@ class SupportRows:
         self._prescribed, self._dynamic = prescribed, dynamic
         self.arms: list[NodalConstraint] = []
         self._turn: PrescribedTurn | None = None
-        where = getattr(support, "edge", None) or getattr(support, "where", None)
+        where = support.at
         label = said(support)
         self._who = f"{label} {show(where)}" if "edge" in label else f"{label} at {show(where)}"
 
@@ -63,29 +63,29 @@ class SupportRows:
         """
         match support := self._support:
             case scene_supports.Clamped():
-                self._hold(support.edge, "u")
-                self._hold(support.edge, "w")
+                self._hold(support.at, "u")
+                self._hold(support.at, "w")
             case scene_supports.Hinged() if np.any(support.offset):
                 self._at_offset(support, list(np.eye(3)))
             case scene_supports.Hinged():
-                self._hold(support.edge, "u")
+                self._hold(support.at, "u")
             case scene_supports.SoftSupport() if np.any(support.offset):
                 self._at_offset(support, [np.asarray(support.axis, dtype=float)])
             case scene_supports.SoftSupport():
-                self._plane(support.edge, "u", support.axis)
+                self._plane(support.at, "u", support.axis)
             case scene_supports.Diaphragm():
                 for direction in frame_about(support.axis)[:2]:
-                    self._plane(support.edge, "u", direction)
+                    self._plane(support.at, "u", direction)
             case scene_supports.HardSupport():
-                self._plane(support.edge, "u", support.axis)
-                self._along_edge(support.edge)
+                self._plane(support.at, "u", support.axis)
+                self._along_edge(support.at)
             case scene_supports.SymmetryPlane():
-                self._plane(support.edge, "u", support.normal)
+                self._plane(support.at, "u", support.normal)
                 self._crosses(support)
-                self._plane(support.edge, "w", support.normal)
+                self._plane(support.at, "w", support.normal)
             case scene_supports.Fixed():
-                self._components(support.where, "u", support.displacement)
-                self._components(support.where, "w", support.director)
+                self._components(support.at, "u", support.displacement)
+                self._components(support.at, "w", support.director)
             case scene_supports.Driven():
                 self._drive(support)
             case _:
@@ -95,7 +95,7 @@ class SupportRows:
         self, support: scene_supports.Hinged | scene_supports.SoftSupport, directions: list[Floats]
     ) -> None:
         """Hold the ends of arms: in motion what their directors do needs inertia."""
-        body, nodes = self._body, self._nodes(support.edge)
+        body, nodes = self._body, self._nodes(support.at)
         if self._dynamic and "lam" not in body.jump_parts:
             raise SceneError(
                 f"{self._who}: offset is {show(support.offset)} and the directors of "
@@ -107,7 +107,7 @@ class SupportRows:
         ]
         self.arms.append(
             arm_plane(
-                f"displacement plane of '{body.name}' off {show(support.edge)}",
+                f"displacement plane of '{body.name}' off {show(support.at)}",
                 body.domain.mesh.comm,
                 body.name,
                 {part: np.tile(nodes.dofs[part], (len(directions), 1)) for part in ("u", "w")},
@@ -123,7 +123,7 @@ class SupportRows:
         """A director along the normal of its plane cannot stay in it."""
         body = self._body
         normal = np.asarray(support.normal) / np.linalg.norm(support.normal)
-        shared = self._nodes(support.edge)
+        shared = self._nodes(support.at)
         along = np.abs(np.abs(shared.directors[:, 0] @ normal) - 1) < PARALLEL
         if isinstance(body, ShellModel) and along.any():
             at = said_point(shared.x[int(np.argmax(along))], body.domain.length)
@@ -204,8 +204,8 @@ class SupportRows:
             body.fixed.append(FixedDofs(dofs, partial(_nothing, len(dofs)), moving=False))
 
     def _drive(self, support: scene_supports.Driven) -> None:
-        nodes = self._nodes(support.edge)
-        origin = np.asarray(support.origin, dtype=float)
+        nodes = self._nodes(support.at)
+        origin = np.asarray(support.about, dtype=float)
         axis = np.asarray(support.axis, dtype=float)
         axis = axis / np.linalg.norm(axis)
 
@@ -220,11 +220,11 @@ class SupportRows:
             return (turned(nodes.x - origin, t) + shift).ravel()
 
         if support.angle:
-            who = f"the support Driven({support.edge!r}) of '{self._body.name}'"
+            who = f"the support Driven({support.at!r}) of '{self._body.name}'"
             self._turn = PrescribedTurn(who, support.angle, unknown=False)
-        self._hold(support.edge, "u", displacement)
+        self._hold(support.at, "u", displacement)
         self._turn = None
-        self._hold(support.edge, "w", lambda t: turned(nodes.director, t).ravel())
+        self._hold(support.at, "w", lambda t: turned(nodes.director, t).ravel())
 
 
 def _nothing(count: int, t: float) -> Floats:

@@ -38,7 +38,7 @@ class SupportForces:
         numbers = {carrier.name: k for k, carrier in enumerate(self._held.carriers)}
         taken: dict[str, Bools] = {}
         for support in model.scene.supports:
-            where: Any = getattr(support, "edge", None) or getattr(support, "where", None)
+            where: Any = getattr(support, "at", None)
             for described in model.scene.bodies_of(support):
                 body = model.meshed[described.name]
                 count = len(body.mixed.nodes("u"))

@@ -134,13 +134,13 @@ class CircularArc(Curve):
         center: A point of the axis [m].
         start: Where the arc begins [m].
         axis: Direction of the axis.
-        angle: Angle of the turn, right-handed about the axis [rad]; 2 pi closes the circle.
+        angle_rad: Angle of the turn, right-handed about the axis [rad]; 2 pi closes the circle.
     """
 
     center: Vec3
     start: Vec3
     axis: Axis
-    angle: Finite
+    angle_rad: Finite
 
     def __post_init__(self) -> None:
         """Check that there is an arc.
@@ -148,10 +148,10 @@ class CircularArc(Curve):
         Raises:
             SceneError: If the angle is zero or more than a turn, or ``start`` is on the axis.
         """
-        if not 0 < abs(self.angle) <= 2 * math.pi * (1 + 1e-12):
+        if not 0 < abs(self.angle_rad) <= 2 * math.pi * (1 + 1e-12):
             raise SceneError(
-                f"circular arc: angle is {show(self.angle)}; it must not be zero and at most a "
-                "turn of 2 pi"
+                f"circular arc: angle_rad is {show(self.angle_rad)}; it must not be zero "
+                "and at most a turn of 2 pi"
             )
         if not self.radius > 1e-12 * float(np.linalg.norm(np.subtract(self.start, self.center))):
             raise SceneError(
@@ -174,15 +174,17 @@ class CircularArc(Curve):
     def position(self, xi: Points) -> Points:
         """Reference positions, shape (3, n)."""
         foot, radial, across = self._axes
-        a = self.angle * np.asarray(xi)
+        a = self.angle_rad * np.asarray(xi)
         return np.asarray(
             foot[:, None] + np.multiply.outer(radial, np.cos(a)) + np.outer(across, np.sin(a))
         )
 
     def _derivative(self, xi: Points) -> Points:
         _, radial, across = self._axes
-        a = self.angle * xi
-        return self.angle * np.asarray(np.outer(across, np.cos(a)) - np.outer(radial, np.sin(a)))
+        a = self.angle_rad * xi
+        return self.angle_rad * np.asarray(
+            np.outer(across, np.cos(a)) - np.outer(radial, np.sin(a))
+        )
 
 
 @described("arc")

@@ -8,6 +8,7 @@ y2 K_3``, ``2 e_12 = Gamma_2 - y3 K_1``, ``2 e_13 = Gamma_3 + y2 K_1``.
 from __future__ import annotations
 
 import math
+from dataclasses import KW_ONLY
 from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
@@ -98,6 +99,7 @@ class GeneralSection(BeamSection):
 
     stiffness: Annotated[Any, BeforeValidator(_stiffness)]
     mass_per_length: NonNegative = 0.0
+    _: KW_ONLY
     first_moments: Pair = (0.0, 0.0)
     second_moments: tuple[Finite, Finite, Finite] = (0.0, 0.0, 0.0)
     size: Positive = 0.0

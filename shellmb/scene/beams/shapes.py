@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import KW_ONLY
 from functools import cached_property
 from typing import Annotated
 
@@ -127,6 +128,7 @@ class RectangularSection(_Shape):
     width: Positive
     height: Positive
     density: NonNegative = 0.0
+    _: KW_ONLY
     shear_correction: Positive = 5 / 6
     offset: Pair = (0.0, 0.0)
     G: Positive | None = None
@@ -229,6 +231,7 @@ class CircularSection(_Round):
     nu: PoissonRatio | None
     radius: Positive
     density: NonNegative = 0.0
+    _: KW_ONLY
     shear_correction: Positive | None = None
     offset: Pair = (0.0, 0.0)
     G: Positive | None = None
@@ -264,6 +267,7 @@ class TubularSection(_Round):
     radius: Positive
     thickness: Positive
     density: NonNegative = 0.0
+    _: KW_ONLY
     shear_correction: Positive | None = None
     offset: Pair = (0.0, 0.0)
     G: Positive | None = None

@@ -19,18 +19,18 @@ from shellmb.scene.values.validate import show
 if TYPE_CHECKING:
     from shellmb.scene.description import Body, Description
 
-__all__ = ["check", "check_alpha", "check_begin", "doubts"]
+__all__ = ["check", "check_begin", "dissipates", "doubts"]
 
 # a step longer than the whole run by less than this fraction of it is round-off
 ROUND_OFF = 1e-9
 # sizes whose squares are numbers
 SPAN = 1e-100, 1e100
-# alpha of a scene that says nothing about it, and of one without dissipation
-UNSAID = (1.0, 0.0)
 
 
 def check(scene: Description) -> None:
-    """Check that velocities, weights, steps and dissipation are asked for where there are any.
+    """Check that velocities, weights and steps are given where there are any.
+
+    What has no effect and does no harm, as `alpha` of a scheme without dissipation, is warned of.
 
     Raises:
         SceneError: At the first thing that would have no effect.
@@ -38,14 +38,18 @@ def check(scene: Description) -> None:
     _steps(scene)
     if scene.static:
         _velocities(scene)
-        for sentence in _weights(scene):
-            warnings.warn(sentence, ShellmbWarning, stacklevel=2)
+    for sentence in _without_effect(scene):
+        warnings.warn(sentence, ShellmbWarning, stacklevel=2)
 
 
 def doubts(scene: Description) -> tuple[str, ...]:
     """What was warned of when the scene and its sections were made, for the record of a run."""
     found = [sentence for shell in scene.shells for sentence in shell.section.doubts]
-    return tuple(dict.fromkeys([*found, *(_weights(scene) if scene.static else ())]))
+    return tuple(dict.fromkeys([*found, *_without_effect(scene)]))
+
+
+def _without_effect(scene: Description) -> tuple[str, ...]:
+    return (*_idle_alpha(scene), *(_weights(scene) if scene.static else ()))
 
 
 def dissipates(scene: Description) -> bool:
@@ -53,23 +57,19 @@ def dissipates(scene: Description) -> bool:
     return scene.scheme in DISSIPATIVE
 
 
-def check_alpha(scene: Description, alpha: float) -> None:
-    """Refuse a dissipation for a scheme that has none, or one of its own.
-
-    Raises:
-        SceneError: If it would have no effect.
-    """
-    if not dissipates(scene):
-        raise SceneError(
-            f"scene '{scene.name}': alpha={show(alpha)} has no effect: {show(scene.scheme_name)} "
-            "takes no numerical dissipation from the scene; remove alpha, or use 'ed' or 'ed3'"
-        )
+def _idle_alpha(scene: Description) -> tuple[str, ...]:
+    """A dissipation for a scheme that has none, or one of its own."""
+    if not scene.alpha or dissipates(scene):
+        return ()
+    return (
+        f"scene '{scene.name}': alpha={show(scene.alpha)} has no effect: "
+        f"{show(scene.scheme_name)} takes no numerical dissipation from the scene; remove alpha, "
+        "or use 'ed' or 'ed3'",
+    )
 
 
 def _steps(scene: Description) -> None:
     assert scene.dt is not None and scene.t_end is not None
-    if scene.alpha not in UNSAID:
-        check_alpha(scene, scene.alpha)
     low, high = SPAN
     if not low <= scene.dt <= high:
         raise SceneError(

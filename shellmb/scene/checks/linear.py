@@ -44,7 +44,7 @@ def check(scene: Description) -> None:
         if isinstance(support, Driven):
             _small(scene, support.angle, f"{said(support)}: angle")
     for lock in scene.acting_locks:
-        late = [start for start, _ in lock.windows or () if start > 0]
+        late = [start for start, _ in lock.active or () if start > 0]
         if lock.switch is not None:
             raise SceneError(
                 f"lock of joint '{lock.joint}': event '{lock.switch}' switches it; {scheme} it "

@@ -80,7 +80,7 @@ def check_point(body: Body, point: Any, who: str) -> None:
                 f"{who}: the offset is {show(point.by)} and {said(body)} has no single director; "
                 "it must be a vector"
             )
-        point = point.node
+        point = point.at
     if known is not None and isinstance(point, str) and point not in known:
         raise SceneError(
             f"{who}: {said(body)} has no point '{point}'; its points are {listed(known)}, "

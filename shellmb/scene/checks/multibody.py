@@ -170,10 +170,10 @@ def _coordinates(scene: Description) -> None:
             finite_in_time(getattr(driver, name), scene.t_end, f"{said(driver)}: {name}", 1)
     for lock in scene.locks:
         # one that begins after the end, as of a run that is cut short, is just not there
-        for start, end in lock.windows or ():
+        for start, end in lock.active or ():
             if start < 0:
                 raise SceneError(
-                    f"lock of joint '{lock.joint}': windows has the window ({start:g}, {end:g}); "
+                    f"lock of joint '{lock.joint}': active has the window ({start:g}, {end:g}); "
                     "it must begin at 0 or later"
                 )
     for element in scene.elements:
@@ -221,9 +221,9 @@ def _quantity(scene: Description, probe: Any) -> None:
     q = probe.quantity
     if probe.frame is not None:
         _frame(scene, probe)
-    if isinstance(probe.point, Offset) and q not in MOTIONS:
+    if isinstance(probe.at, Offset) and q not in MOTIONS:
         raise SceneError(
-            f"{said(probe)}: quantity is {show(q)} and point an Offset; point must be a node"
+            f"{said(probe)}: quantity is {show(q)} and at an Offset; at must be a node"
         )
     if q in ("membrane", "bending", "shear") and not isinstance(body, Shell):
         needed = "a shell; of a beam record force and moment"

@@ -40,7 +40,7 @@ def check_potentials(scene: Description) -> None:
                 "linearised)"
             )
         (body,) = bodies_of(scene, item)
-        _place(body, item.on, who)
+        _place(body, item.at, who)
     for stop in scene.elements:
         if isinstance(stop, JointStop) and scene.linear:
             raise SceneError(

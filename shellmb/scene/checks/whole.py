@@ -24,9 +24,11 @@ from shellmb.scene.checks.locations import (
 from shellmb.scene.checks.names import check_names
 from shellmb.scene.checks.potentials import check_potentials
 from shellmb.scene.checks.signals import check_signals
+from shellmb.scene.loads.loads import EdgeLoad, PointLoad
 from shellmb.scene.loads.supports import Driven, Fixed, HardSupport, Support
 from shellmb.scene.lookup import bodies_of, find_shell, kind_of, listed, said
 from shellmb.scene.multibody.joints import GROUND
+from shellmb.scene.probes import Probe
 from shellmb.scene.schemes import QUADRATIC, SCHEMES
 from shellmb.scene.shells.sections import LinearSection
 from shellmb.scene.values.positions import values_at
@@ -120,7 +122,7 @@ def _quadratic(scene: Description) -> None:
         return
     bodies: list[Any] = [*scene.shells, *scene.beams]
     light = {b.name: not (b.rotary_inertia and b.section.masses[2]) for b in bodies if b.nodal}
-    alpha = getattr(scene.scheme, "alpha", scene.alpha if scheme == "ed3" else 0.0)
+    alpha = getattr(scene.scheme, "alpha", scene.dissipation if scheme == "ed3" else 0.0)
     for body in scene.meshed:
         if alpha == 0 and light.get(body.name):
             raise SceneError(
@@ -160,16 +162,16 @@ def _targets(scene: Description) -> None:
     for item in items:
         who = said(item)
         for body in bodies_of(scene, item):
-            if hasattr(item, "edge"):
+            if isinstance(item, Fixed):
+                _edge_or_point(body, item.at, who)
+            elif isinstance(item, Support | EdgeLoad):
                 # what is along an edge, as HardSupport and loads are, has no meaning on an area
                 held = isinstance(item, Support) and not isinstance(item, HardSupport)
-                check_edges(body, item.edge, who, areas_of(body) if held else ())
-            if hasattr(item, "point"):
-                check_point(body, item.point, who)
-            if isinstance(item, Fixed):
-                _edge_or_point(body, item.where, who)
+                check_edges(body, item.at, who, areas_of(body) if held else ())
+            elif isinstance(item, PointLoad | Probe):
+                check_point(body, item.at, who)
     for join in scene.joins:
-        for name, edge in ((join.first, join.first_edge), (join.second, join.second_edge)):
+        for name, edge in ((join.first, join.at), (join.second, join.second_at)):
             check_edges(find_shell(scene, name, "join"), edge, "join")
 
 

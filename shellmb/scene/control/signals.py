@@ -66,20 +66,20 @@ class Switched(Signal):
 
     Attributes:
         event: Name of the event.
-        function: What it is multiplied by.
+        time: The function of time that it multiplies; None: 1.
     """
 
     event: str
-    function: TimeFunction | None
+    time: TimeFunction | None
 
     def times(self, t: float) -> float:
         """What is switched, at the time ``t`` [s]."""
-        return 1.0 if self.function is None else float(self.function(t))
+        return 1.0 if self.time is None else float(self.time(t))
 
     @property
     def corners(self) -> tuple[float, ...]:
         """Those of what is switched [s]."""
-        return getattr(self.function, "corners", ())
+        return getattr(self.time, "corners", ())
 
 
 @described("switch on")
@@ -88,11 +88,11 @@ class On(Switched):
 
     Args:
         event: Name of the event.
-        function: A function of time in place of 1.
+        time: A function of time in place of 1.
     """
 
     event: Name
-    function: TimeFunction | None = None
+    time: TimeFunction | None = None
 
     def __call__(self, t: float) -> float:
         """No event is on before the run."""
@@ -105,11 +105,11 @@ class Off(Switched):
 
     Args:
         event: Name of the event.
-        function: A function of time in place of 1.
+        time: A function of time in place of 1.
     """
 
     event: Name
-    function: TimeFunction | None = None
+    time: TimeFunction | None = None
 
     def __call__(self, t: float) -> float:
         """No event is on before the run."""

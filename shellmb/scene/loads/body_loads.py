@@ -6,7 +6,7 @@ dead load keeps its direction, a follower load turns with the directors.
 
 from __future__ import annotations
 
-from shellmb.scene.loads.loads import Load
+from shellmb.scene.loads.loads import Load, PointLoad
 from shellmb.scene.multibody.offsets import Point
 from shellmb.scene.values.times import TimeFunction
 from shellmb.scene.values.validate import Name, Vec3, described
@@ -67,54 +67,54 @@ class LineMoment(Load):
 
 
 @described("point moment")
-class PointMoment(Load):
+class PointMoment(PointLoad):
     """A moment at a node of a shell or beam, or on a rigid body.
 
     A shell carries none about its director: at the start the moment must be across it; what is
     about it later, when the shell has turned, does no work.
 
     Args:
-        point: A named point, or coordinates (x, y, z) [m].
+        at: A named point, or coordinates (x, y, z) [m].
         moment: Its components, the axis fixed in space [N m].
         body: Name of the body.
         time: Function of time.
     """
 
-    point: Point
+    at: Point
     moment: Vec3
     body: Name | None = None
     time: TimeFunction | None = None
 
 
 @described("follower force")
-class FollowerForce(Load):
+class FollowerForce(PointLoad):
     """A force at a node of a beam or a point of a rigid body that turns with it.
 
     Args:
-        point: A named point, or coordinates (x, y, z) [m].
+        at: A named point, or coordinates (x, y, z) [m].
         components: Along d1, d2, d3 [N].
         body: Name of the body.
         time: Function of time.
     """
 
-    point: Point
+    at: Point
     components: Vec3
     body: Name | None = None
     time: TimeFunction | None = None
 
 
 @described("follower moment")
-class FollowerMoment(Load):
+class FollowerMoment(PointLoad):
     """A moment at a node of a beam, or on a rigid body, that turns with it.
 
     Args:
-        point: A named point, or coordinates (x, y, z) [m].
+        at: A named point, or coordinates (x, y, z) [m].
         components: Along d1, d2, d3 [N m].
         body: Name of the body.
         time: Function of time.
     """
 
-    point: Point
+    at: Point
     components: Vec3
     body: Name | None = None
     time: TimeFunction | None = None

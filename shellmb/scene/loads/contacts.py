@@ -86,7 +86,7 @@ class Contact:
         stiffness: Force per penetration: per area of a shell [N/m^3], per length of an edge or a
             beam [N/m^2], or at each point [N/m].
         body: Name of the body; None: the only one.
-        on: Where on it: edges or areas of a shell, or points, as a name, several, or coordinates
+        at: Where on it: edges or areas of a shell, or points, as a name, several, or coordinates
             [m]; None: all of a shell or beam, or the reference point of a rigid body.
         radius: Distance from the points to the surface that touches: the radius of a ball, half
             the thickness of a plate [m].
@@ -102,7 +102,7 @@ class Contact:
     obstacle: InstanceOf[Obstacle]
     stiffness: Positive
     body: Name | None = None
-    on: Place | None = None
+    at: Place | None = None
     radius: NonNegative = 0.0
     smoothing: NonNegative = 0.0
     damping: NonNegative = 0.0

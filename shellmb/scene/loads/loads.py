@@ -11,7 +11,7 @@ material 1-direction, the one across it, and the normal.
 
 from __future__ import annotations
 
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from shellmb.scene.multibody.offsets import Point
 from shellmb.scene.values.positions import OfPosition
@@ -20,12 +20,14 @@ from shellmb.scene.values.validate import Edge, Finite, Name, Vec3, described
 
 __all__ = [
     "EdgeForce",
+    "EdgeLoad",
     "EdgeMoment",
     "FollowerEdgeForce",
     "FollowerSurfaceForce",
     "Gravity",
     "Load",
     "PointForce",
+    "PointLoad",
     "Pressure",
     "SurfaceForce",
 ]
@@ -43,6 +45,26 @@ class Load:
     body: str | None
     time: TimeFunction | None
     label: ClassVar[str] = "load"
+
+
+class EdgeLoad(Load):
+    """Any load along edges of a shell.
+
+    Attributes:
+        at: The edge or edges.
+    """
+
+    at: Any
+
+
+class PointLoad(Load):
+    """Any load at one point of a body.
+
+    Attributes:
+        at: A named point, coordinates, or an ``Offset`` from a node.
+    """
+
+    at: Any
 
 
 @described("surface force")
@@ -91,69 +113,69 @@ class Pressure(Load):
 
 
 @described("edge force")
-class EdgeForce(Load):
+class EdgeForce(EdgeLoad):
     """A dead force per unit length of an edge.
 
     Args:
-        edge: The edge or edges.
+        at: The edge or edges.
         force: Its components [N/m], or a function of the position.
         body: Name of the shell.
         time: Function of time.
     """
 
-    edge: Edge
+    at: Edge
     force: Vec3 | OfPosition
     body: Name | None = None
     time: TimeFunction | None = None
 
 
 @described("follower edge force")
-class FollowerEdgeForce(Load):
+class FollowerEdgeForce(EdgeLoad):
     """A force per unit length of an edge that turns with the shell.
 
     Args:
-        edge: The edge or edges.
+        at: The edge or edges.
         components: Along E1, E2, E3 [N/m].
         body: Name of the shell.
         time: Function of time.
     """
 
-    edge: Edge
+    at: Edge
     components: Vec3
     body: Name | None = None
     time: TimeFunction | None = None
 
 
 @described("edge moment")
-class EdgeMoment(Load):
+class EdgeMoment(EdgeLoad):
     """A moment per unit length of an edge.
 
     Args:
-        edge: The edge or edges.
+        at: The edge or edges.
         moment: Its components, the axis fixed in space [N m/m], or a function of the position.
         body: Name of the shell.
         time: Function of time.
     """
 
-    edge: Edge
+    at: Edge
     moment: Vec3 | OfPosition
     body: Name | None = None
     time: TimeFunction | None = None
 
 
 @described("point force")
-class PointForce(Load):
+class PointForce(PointLoad):
     """A dead force at one point.
 
     Args:
-        point: A named point, or coordinates (x, y, z): of a node of a shell or a beam, of any
+        at: A named point, or coordinates (x, y, z): of a node of a shell or a beam, of any
             point of a rigid body [m]; or an ``Offset`` from a node.
         force: Its components [N].
         body: Name of the body.
         time: Function of time.
     """
 
-    point: Point
+    at: Point
     force: Vec3
     body: Name | None = None
     time: TimeFunction | None = None

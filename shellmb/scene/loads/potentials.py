@@ -25,7 +25,7 @@ class Potential:
             position, and ``at.directors`` are the deformed directors: one of a shell, three of a
             beam or a rigid body.
         body: Name of the body; None: the only one.
-        on: Where on it: edges or areas of a shell, or a point, as a name, several, or coordinates
+        at: Where on it: edges or areas of a shell, or a point, as a name, several, or coordinates
             [m]; None: all of a shell or beam, or the reference point of a rigid body.
         parameters: Numbers of the energy by name; others do not compile anew.
     """
@@ -33,5 +33,5 @@ class Potential:
     name: Name
     energy: Callable[..., Any]
     body: Name | None = None
-    on: Place | None = None
+    at: Place | None = None
     parameters: Mapping[Name, Finite] = field(default_factory=dict)

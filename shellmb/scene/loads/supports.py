@@ -1,10 +1,11 @@
 """Supports and prescribed motions.
 
-Every ``edge`` is the name of an edge or a tuple of names; ``body`` names the shell and may be left
-out where the scene has one only. An area of a shell (``Shell(areas=...)``) is held in the same way,
-all of its nodes: by its name in the place of an edge's, except where a support goes along an edge
-(``HardSupport``). ``Clamped``, ``Hinged`` and ``Fixed`` hold beams too: their edges
-are ``start`` and ``end``. Rigid bodies are held by joints to the ground.
+Every ``at`` is the name of an edge or a tuple of names, unless the support says more; ``body``
+names the shell and may be left out where the scene has one only. An area of a shell
+(``Shell(areas=...)``) is held in the same way, all of its nodes: by its name in the place of an
+edge's, except where a support goes along an edge (``HardSupport``). ``Clamped``, ``Hinged`` and
+``Fixed`` hold beams too: their edges are ``start`` and ``end``. Rigid bodies are held by
+joints to the ground.
 """
 
 from __future__ import annotations
@@ -41,9 +42,11 @@ class Support:
 
     Attributes:
         label: What messages call it.
+        at: Where it holds the body.
         body: Name of the supported shell or beam, or None.
     """
 
+    at: Any
     body: str | None
     label: ClassVar[str] = "support"
 
@@ -53,11 +56,11 @@ class Clamped(Support):
     """Neither displacement nor rotation.
 
     Args:
-        edge: The edge or edges.
+        at: The edge or edges.
         body: Name of the shell or beam.
     """
 
-    edge: Edge
+    at: Edge
     body: Name | None = None
 
 
@@ -66,13 +69,13 @@ class Hinged(Support):
     """No displacement; the directors are free.
 
     Args:
-        edge: The edge or edges.
+        at: The edge or edges.
         body: Name of the shell or beam.
         offset: From the nodes to what is held, as in ``Offset``: of a shell the distance along the
             director [m], so that a hinge may be on one of its faces.
     """
 
-    edge: Edge
+    at: Edge
     body: Name | None = None
     offset: Arm = 0.0
 
@@ -82,13 +85,13 @@ class SoftSupport(Support):
     """Simple support: no displacement along one axis, everything else free.
 
     Args:
-        edge: The edge or edges.
+        at: The edge or edges.
         axis: Direction of the displacement that is held, for a plate its normal.
         body: Name of the shell.
         offset: From the nodes to what is held: the distance along the director [m].
     """
 
-    edge: Edge
+    at: Edge
     axis: Axis = (0.0, 0.0, 1.0)
     body: Name | None = None
     offset: Arm = 0.0
@@ -99,12 +102,12 @@ class HardSupport(Support):
     """Simple support without twist: also the director does not lean along a straight edge.
 
     Args:
-        edge: The edge or edges.
+        at: The edge or edges.
         axis: Direction of the displacement that is held, for a plate its normal.
         body: Name of the shell.
     """
 
-    edge: Edge
+    at: Edge
     axis: Axis = (0.0, 0.0, 1.0)
     body: Name | None = None
 
@@ -114,12 +117,12 @@ class Diaphragm(Support):
     """A thin wall at an edge: no displacement in its plane; across it and in rotation all is free.
 
     Args:
-        edge: The edge or edges.
+        at: The edge or edges.
         axis: Normal of the wall, for a cylinder its axis.
         body: Name of the shell.
     """
 
-    edge: Edge
+    at: Edge
     axis: Axis
     body: Name | None = None
 
@@ -129,12 +132,12 @@ class SymmetryPlane(Support):
     """The edge stays in its plane, and the director too.
 
     Args:
-        edge: The edge or edges.
+        at: The edge or edges.
         normal: Normal of the plane.
         body: Name of the shell.
     """
 
-    edge: Edge
+    at: Edge
     normal: Axis
     body: Name | None = None
 
@@ -144,14 +147,14 @@ class Fixed(Support):
     """Single components held or moved as prescribed.
 
     Args:
-        where: An edge or several (of a beam ``start`` or ``end``), a named point, or the
+        at: An edge or several (of a beam ``start`` or ``end``), a named point, or the
             coordinates (x, y, z) of a node [m].
         displacement: For each component the value [m], a function of time, or None where free.
         director: The same for the change of the director of a shell [-].
         body: Name of the shell or beam.
     """
 
-    where: Place
+    at: Place
     displacement: Components = (None, None, None)
     director: Components = (None, None, None)
     body: Name | None = None
@@ -164,7 +167,7 @@ class Fixed(Support):
         """
         if all(c is None for c in self.displacement + self.director):
             raise SceneError(
-                f"fixed components: nothing is held at {show(self.where)}; "
+                f"fixed components: nothing is held at {show(self.at)}; "
                 "give at least one component of displacement or director"
             )
 
@@ -173,20 +176,20 @@ class Fixed(Support):
 class Driven(Support):
     """A clamped edge carried along by a rigid motion.
 
-    Positions on the edge are ``origin + R(angle(t)) (X - origin) + translation(t)``, directors
+    Positions on the edge are ``about + R(angle(t)) (X - about) + translation(t)``, directors
     ``R(angle(t)) D``.
 
     Args:
-        edge: The edge or edges.
-        origin: A point of the axis of rotation [m].
+        at: The edge or edges.
+        about: A point of the axis of rotation [m].
         axis: Its direction.
         angle: Angle of rotation over time [rad]; None: no rotation.
         translation: Displacement (3,) over time [m]; None: none.
         body: Name of the shell.
     """
 
-    edge: Edge
-    origin: Vec3 = (0.0, 0.0, 0.0)
+    at: Edge
+    about: Vec3 = (0.0, 0.0, 0.0)
     axis: Axis = (0.0, 0.0, 1.0)
     angle: TimeFunction | None = None
     translation: Callable[[float], Any] | None = None
@@ -200,7 +203,7 @@ class Driven(Support):
         """
         if self.angle is None and self.translation is None:
             raise SceneError(
-                f"driven edge: neither angle nor translation is given for {show(self.edge)}; "
+                f"driven edge: neither angle nor translation is given for {show(self.at)}; "
                 "give one at least, or use Clamped"
             )
 

@@ -67,16 +67,16 @@ class Lock:
 
     Args:
         joint: Name of the joint.
-        windows: One window ``(start, end)`` of time [s] or several; a lock whose windows all
-            begin after the scene's end does not act.
+        active: When it acts: one window ``(start, end)`` of time [s] or several; a lock whose
+            windows all begin after the scene's end does not act.
         coordinate: Which coordinate; None: all that the joint has.
-        when: In place of windows the condition at which it begins to act, as
+        when: In place of ``active`` the condition at which it begins to act, as
             ``Sensor("hinge.rotation") >= 1.5``, or the name of an event: it acts while that is on.
         until: The condition at which it ends to act; without ``when`` it acts from the start.
     """
 
     joint: Name
-    windows: Windows | None = None
+    active: Windows | None = None
     coordinate: Coordinate | None = None
     when: Name | InstanceOf[Condition] | None = None
     until: InstanceOf[Condition] | None = None
@@ -88,10 +88,10 @@ class Lock:
             SceneError: If nothing does, or two things do.
         """
         said = f"lock of joint '{self.joint}'"
-        if (self.windows is None) == (self.when is None and self.until is None):
-            state = "none is" if self.windows is None else "both are"
+        if (self.active is None) == (self.when is None and self.until is None):
+            state = "none is" if self.active is None else "both are"
             raise SceneError(
-                f"{said}: of windows and conditions (when, until) {state} given; it must be one of "
+                f"{said}: of active and conditions (when, until) {state} given; it must be one of "
                 "them"
             )
         if isinstance(self.when, str) and self.until is not None:
@@ -102,7 +102,7 @@ class Lock:
     @property
     def event(self) -> Event | None:
         """The event of its own conditions."""
-        if self.windows is not None or isinstance(self.when, str):
+        if self.active is not None or isinstance(self.when, str):
             return None
         which = "" if self.coordinate is None else f" {self.coordinate}"
         when = ALWAYS if self.when is None else self.when

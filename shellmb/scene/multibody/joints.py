@@ -11,7 +11,7 @@ halves, and may act in windows ``(start, end)`` of time only.
 
 from __future__ import annotations
 
-from dataclasses import field
+from dataclasses import KW_ONLY, field
 from typing import ClassVar
 
 import numpy as np
@@ -71,6 +71,7 @@ class Joint:
     name: Name
     first: Name
     second: Name = GROUND
+    _: KW_ONLY
     at: Point | None = None
     second_at: Point | None = None
     mass: NonNegative = 0.0

@@ -41,12 +41,12 @@ class Offset:
     so its arm is along that: a lug, a hinge on the lower face.
 
     Args:
-        node: The node: a named point, or its coordinates (x, y, z) [m].
+        at: The node: a named point, or its coordinates (x, y, z) [m].
         by: From there to the point in the reference configuration, in the scene's axes [m]; of a
             shell also one number, the distance along the director.
     """
 
-    node: Spot
+    at: Spot
     by: Arm
 
 
@@ -66,7 +66,7 @@ Point = Annotated[str | tuple[float, float, float] | InstanceOf[Offset], BeforeV
 
 def node_of(point: Any) -> Any:
     """The node of an offset point; anything else as it is."""
-    return point.node if isinstance(point, Offset) else point
+    return point.at if isinstance(point, Offset) else point
 
 
 def arm_components(by: Any, directors: Floats, who: str, body: str) -> Floats:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import warnings
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import KW_ONLY, replace
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -90,6 +90,7 @@ class Laminate(LinearSection):
     """
 
     plies: tuple[Ply, ...]
+    _: KW_ONLY
     shear_correction: Annotated[Positive | Literal["energy"], BeforeValidator(_correction)] = 5 / 6
     offset: FiniteAt = 0.0
     damping: ShellTimes = 0.0

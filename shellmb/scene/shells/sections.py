@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import KW_ONLY
 from functools import cached_property
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Protocol
 
@@ -245,6 +246,7 @@ class Isotropic(LinearSection):
     nu: PoissonRatio
     thickness: PositiveAt
     density: NonNegative = 0.0
+    _: KW_ONLY
     shear_correction: Positive = 5 / 6
     offset: FiniteAt = 0.0
     damping: ShellTimes = 0.0
@@ -302,6 +304,7 @@ class Orthotropic(LinearSection):
     G23: Positive
     thickness: PositiveAt
     density: NonNegative = 0.0
+    _: KW_ONLY
     angle: FiniteAt = 0.0
     shear_correction: Positive = 5 / 6
     offset: FiniteAt = 0.0
@@ -344,6 +347,7 @@ class Hyperelastic(Section):
     thickness: Positive
     density: NonNegative
     stiffness: Positive
+    _: KW_ONLY
     damping: ShellTimes = 0.0
     mass_damping: NonNegative = 0.0
 

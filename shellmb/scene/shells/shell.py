@@ -140,16 +140,16 @@ class Join:
     Args:
         first: Name of one shell.
         second: Name of the other.
-        first_edge: Edge or edges of the first shell.
-        second_edge: Edge or edges of the second.
+        at: Edge or edges of the first shell.
+        second_at: Edge or edges of the second.
         kind: ``"smooth"``: one director for both; ``"kink"``: each its own, the angle between them
             locked; ``"auto"``: whichever the surfaces' normals along the edge tell.
     """
 
     first: Name
     second: Name
-    first_edge: Edge
-    second_edge: Edge
+    at: Edge
+    second_at: Edge
     kind: Literal["auto", "smooth", "kink"] = "auto"
 
     def __post_init__(self) -> None:

@@ -8,6 +8,8 @@ from typing import Any, get_args
 import numpy as np
 from pydantic import ValidationError
 
+from shellmb.scene.values.renamed import name_of_today
+
 
 def plain(value: Any) -> Any:
     """NumPy scalars and arrays as Python numbers and lists, anything else as it is."""
@@ -27,6 +29,7 @@ def in_words(error: BaseException) -> str:
     return text if isinstance(error, TypeError | ValueError) else f"{type(error).__name__}: {text}"
 
 
+UNKNOWN = "unexpected_keyword_argument"
 _BOUNDS = {
     "greater_than": ("greater than", "gt"),
     "greater_than_equal": ("at least", "ge"),
@@ -65,6 +68,18 @@ def _requirement(error: Any) -> str:
     return str(_KINDS.get(kind, error["msg"].replace("Input should", "it should")))
 
 
+def _too_many(label: str, cls: Any) -> str:
+    """Of a class that is given more than it takes without names."""
+    first = [f.name for f in fields(cls) if not f.kw_only]
+    others = [f.name for f in fields(cls) if f.kw_only]
+    if not others:
+        return f"{label}: it has {len(first)} parameters, and more are given: {', '.join(first)}"
+    return (
+        f"{label}: more than {', '.join(first)} are given without their names; the others must "
+        f"have theirs: {'=, '.join(others)}="
+    )
+
+
 def _field(place: Any, names: list[str]) -> str:
     """Name of a parameter that pydantic gives by name or by position."""
     return names[place] if isinstance(place, int) and place < len(names) else str(place)
@@ -78,9 +93,14 @@ def sentence(label: str, cls: type, failure: ValidationError) -> str:
         cls: The class.
         failure: What pydantic says.
     """
-    error = failure.errors(include_url=False)[0]
-    loc, kind = error["loc"], error["type"]
     names = [f.name for f in fields(cls)]
+    errors = failure.errors(include_url=False)
+    for error in errors:
+        former = str(error["loc"][0]) if error["loc"] else ""
+        if error["type"] == UNKNOWN and (today := name_of_today(former, names)):
+            return f"{label}: {former} is now called {today}; write {today}=..."
+    error = errors[0]
+    loc, kind = error["loc"], error["type"]
     first = loc[0] if loc else ""
     where = _field(first, names)
     where += "".join(f"[{i}]" for i in loc[1:] if isinstance(i, int))
@@ -89,8 +109,8 @@ def sentence(label: str, cls: type, failure: ValidationError) -> str:
     if kind in ("missing", "missing_argument"):
         return f"{label}: {where} is missing; its parameters are {', '.join(names)}"
     if kind == "unexpected_positional_argument":
-        return f"{label}: it has {len(names)} parameters, and more are given: {', '.join(names)}"
-    if kind == "unexpected_keyword_argument":
+        return _too_many(label, cls)
+    if kind == UNKNOWN:
         return f"{label}: there is no parameter {where}; its parameters are {', '.join(names)}"
     right = _requirement(error)
     if not loc:

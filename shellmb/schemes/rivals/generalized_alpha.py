@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 from dolfinx import fem
 
+from shellmb.scene.schemes import DISSIPATIVE
 from shellmb.schemes.base import (
     END,
     Levels,
@@ -74,7 +75,7 @@ class GeneralizedAlpha(SingleStage):
             frequency is `rho = (1 - alpha)/(1 + alpha)`.
     """
 
-    alpha: float = 1.0
+    alpha: float = DISSIPATIVE["generalized-alpha"]
     name: str = "generalized-alpha"
     order: int = 2
     dynamic: bool = True

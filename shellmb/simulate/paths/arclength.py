@@ -71,7 +71,7 @@ class ArcSize(StepSize):
             path: What is wanted.
         """
         by_iterations = math.sqrt(path.iterations / max(iterations, 1))
-        by_turn = WANTED_TURN * math.radians(path.turn) / max(turned, 1e-12)
+        by_turn = WANTED_TURN * math.radians(path.turn_deg) / max(turned, 1e-12)
         factor = min(by_iterations, by_turn)
         self.factor = min(self.settings.growth, max(self.settings.shrink, factor))
 
@@ -192,7 +192,7 @@ class PathSteps:
             # of thin bodies the reduced matrix does not know where a flat branch goes, and the
             # factors of the count are at hand
             derivative = -self._branches.apply_inverse(self._bordered.load)
-        sharp = math.radians(self._path.turn)
+        sharp = math.radians(self._path.turn_deg)
         if before is not None and self._angle(before, derivative) > sharp:
             # next to a bifurcation round-off along the null vector swamps the path's own direction;
             # or that is the null vector, where a branch comes back to the path that it left
@@ -232,7 +232,7 @@ class PathSteps:
         state = self._look(factor, system.x.array_r - x, t + dt)
         cosine = self._dot(start.tangent, state.tangent)
         turned = math.acos(min(max(cosine, -1.0), 1.0))
-        if not turned <= math.radians(self._path.turn):
+        if not turned <= math.radians(self._path.turn_deg):
             raise ConvergenceError(
                 f"the path turns by {math.degrees(turned):.0f} degrees in one step; try a smaller "
                 "first step, or a larger turn",

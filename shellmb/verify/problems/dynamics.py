@@ -44,7 +44,14 @@ def tumbling(scheme: str, alpha: float) -> Scene:
     pulse = Table((0.0, PULSE / 2, PULSE), (0.0, 1.0, 0.0))
     load = EdgeForce("right", (20.0, 10.0, 40.0), time=pulse)
     return Scene(
-        "tumbling", (STRIP,), (), (load,), scheme=scheme, alpha=alpha, dt=DT, t_end=STEPS * DT
+        "tumbling",
+        (STRIP,),
+        supports=(),
+        loads=(load,),
+        scheme=scheme,
+        alpha=alpha,
+        dt=DT,
+        t_end=STEPS * DT,
     )
 
 
@@ -54,8 +61,8 @@ def sudden_load(scheme: str, alpha: float) -> Scene:
     return Scene(
         "sudden",
         (STRIP,),
-        (Clamped("left"),),
-        (load,),
+        supports=(Clamped("left"),),
+        loads=(load,),
         scheme=scheme,
         alpha=alpha,
         dt=DT,
@@ -108,8 +115,8 @@ def _vibration(scheme: str, alpha: float, steps: int) -> Scene:
     return Scene(
         "vibration",
         (plate,),
-        (Clamped("left"),),
-        (load,),
+        supports=(Clamped("left"),),
+        loads=(load,),
         scheme=scheme,
         alpha=alpha,
         dt=1 / steps,
@@ -127,8 +134,8 @@ def _flight(scheme: str, alpha: float, steps: int) -> Scene:
     return Scene(
         "flight",
         (plate,),
-        (),
-        (load,),
+        supports=(),
+        loads=(load,),
         initial=(spin,),
         scheme=scheme,
         alpha=alpha,
@@ -185,8 +192,8 @@ def _sway(scheme: Any, steps: int) -> Scene:
     return Scene(
         "sway",
         (Shell("plate", Rectangle(1.0, 0.5), thin, mesh=(2, 1)),),
-        (Clamped("left"),),
-        (EdgeForce("right", (2e-3, 5e-3, 25e-3), time=lambda t: math.sin(1.5 * t) ** 4),),
+        supports=(Clamped("left"),),
+        loads=(EdgeForce("right", (2e-3, 5e-3, 25e-3), time=lambda t: math.sin(1.5 * t) ** 4),),
         scheme=scheme,
         dt=1.6 / steps,
         t_end=1.6,
@@ -218,7 +225,7 @@ def _amplitude_ratio(alpha: float) -> float:
     scene = Scene(
         "bar",
         (bar,),
-        (Clamped("left"), Fixed("bottom", displacement=(None, 0.0, None))),
+        supports=(Clamped("left"), Fixed("bottom", displacement=(None, 0.0, None))),
         scheme="ed",
         alpha=alpha,
         dt=dt,

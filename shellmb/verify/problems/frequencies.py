@@ -64,7 +64,7 @@ def _bending(scene: Scene, count: int, rigid: int = 0) -> tuple[Floats, Modes]:
 def _free(surface: Rectangle, section: Isotropic | Laminate, *supports: Support) -> Scene:
     """A plate for modes only, 8x8."""
     shell = Shell("plate", surface, section)
-    return Scene("plate", (shell,), supports, scheme="ep", dt=1.0, t_end=1.0)
+    return Scene("plate", (shell,), supports=supports, scheme="ep", dt=1.0, t_end=1.0)
 
 
 @case("frequencies/square")

@@ -25,7 +25,13 @@ def strip(length: float, load: Load, steps: int) -> Scene:
     """A cantilever strip along x, loaded at its end in equal load steps."""
     shell = Shell("strip", Rectangle(length, 1.0), Isotropic(E, 0.0, THICKNESS), mesh=MESH)
     return Scene(
-        "strip", (shell,), (Clamped("left"),), (load,), scheme="static", dt=1 / steps, t_end=1.0
+        "strip",
+        (shell,),
+        supports=(Clamped("left"),),
+        loads=(load,),
+        scheme="static",
+        dt=1 / steps,
+        t_end=1.0,
     )
 
 

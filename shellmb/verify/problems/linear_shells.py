@@ -38,7 +38,7 @@ def scordelis_lo() -> Scene:
     shell = Shell("roof", surface, Isotropic(4.32e8, 0.0, 0.25), mesh=MESH)
     supports = (SymmetryPlane("left", X), SymmetryPlane("bottom", Y), DIAPHRAGM)
     weight = SurfaceForce((0.0, 0.0, -90.0))
-    return Scene("roof", (shell,), supports, (weight,), scheme="linear")
+    return Scene("roof", (shell,), supports=supports, loads=(weight,), scheme="linear")
 
 
 def _graded(s: Floats) -> Floats:
@@ -61,7 +61,7 @@ def pinched_cylinder(surface: Surface, section: Isotropic, force: float, *ends: 
     shell = Shell("cylinder", surface, section, mesh=MESH)
     symmetry = (SymmetryPlane("left", X), SymmetryPlane("right", Z), SymmetryPlane("bottom", Y))
     load = PointForce("left-bottom", (0.0, 0.0, -force / 4))
-    return Scene("cylinder", (shell,), (*symmetry, *ends), (load,), scheme="linear")
+    return Scene("cylinder", (shell,), supports=(*symmetry, *ends), loads=(load,), scheme="linear")
 
 
 def hemisphere(hole: float, force: float = 1.0, scheme: str = "linear", steps: int = 1) -> Scene:
@@ -85,7 +85,15 @@ def hemisphere(hole: float, force: float = 1.0, scheme: str = "linear", steps: i
         PointForce("left-top", (force, 0.0, 0.0)),
         PointForce("right-top", (0.0, -force, 0.0)),
     )
-    return Scene("hemisphere", (shell,), supports, loads, scheme=scheme, dt=1 / steps, t_end=1.0)
+    return Scene(
+        "hemisphere",
+        (shell,),
+        supports=supports,
+        loads=loads,
+        scheme=scheme,
+        dt=1 / steps,
+        t_end=1.0,
+    )
 
 
 @case("linear shells/Scordelis-Lo")

@@ -66,7 +66,7 @@ def _strip(loads: Sequence[Load], *supports: Support) -> Scene:
     section = Isotropic(E, 0.0, THICKNESS, density=DENSITY)
     shell = Shell("strip", Rectangle(LENGTH, WIDTH), section, mesh=(6, 1))
     return Scene(
-        "strip", (shell,), supports, loads=tuple(loads), scheme="static", dt=0.1, t_end=1.0
+        "strip", (shell,), supports=supports, loads=tuple(loads), scheme="static", dt=0.1, t_end=1.0
     )
 
 

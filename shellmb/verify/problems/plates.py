@@ -84,8 +84,8 @@ def strips() -> Iterator[Check]:
         scene = Scene(
             "strip",
             (Shell("plate", Rectangle(length, width), section, mesh=(8, 2)),),
-            (Clamped("left"),),
-            (EdgeForce("right", (0.0, 0.0, force * bending)),),
+            supports=(Clamped("left"),),
+            loads=(EdgeForce("right", (0.0, 0.0, force * bending)),),
             scheme="linear",
         )
         shear = float(section.G[0, 0]) * width
@@ -133,7 +133,7 @@ def _circle(clamped: bool, thickness: float, point_load: bool) -> float:
         else SurfaceForce((0.0, 0.0, bending))
     )
     rim = Clamped("top") if clamped else SoftSupport("top")
-    scene = Scene("circle", (shell,), (*symmetry, rim), (load,), scheme="linear")
+    scene = Scene("circle", (shell,), supports=(*symmetry, rim), loads=(load,), scheme="linear")
     return float(linear_displacement(scene, "pole")[2])
 
 

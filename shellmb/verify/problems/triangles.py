@@ -46,7 +46,7 @@ DISTORTED, FAR = 0.25, 0.1
 
 def _moving(shell: Shell, *supports: Support) -> Scene:
     """A scene for modes only."""
-    return Scene("modes", (shell,), supports, scheme="ep", dt=1.0, t_end=1.0)
+    return Scene("modes", (shell,), supports=supports, scheme="ep", dt=1.0, t_end=1.0)
 
 
 def _in_plane(modes: Modes) -> list[int]:
@@ -72,8 +72,8 @@ def cantilever() -> Iterator[Check]:
             scene = Scene(
                 "web",
                 (replace(shell, cell=cell),),
-                (Clamped("left"),),
-                (EdgeForce("right", (0.0, force / height, 0.0)),),
+                supports=(Clamped("left"),),
+                loads=(EdgeForce("right", (0.0, force / height, 0.0)),),
                 scheme="linear",
             )
             bending, shear = STEEL * t * height**3 / 12, STEEL / 2 / (1 + NU) * t * height / 1.2
@@ -164,7 +164,7 @@ def curved() -> Iterator[Check]:
 
 def _growth(shell: Shell, supports: tuple[Support, ...], axis: int) -> list[tuple[str, float]]:
     """Least, largest, mean radial displacement over `p R^2/(E t)`; radius and pressure are one."""
-    scene = Scene("tube", (shell,), supports, (Pressure(1.0),), scheme="linear")
+    scene = Scene("tube", (shell,), supports=supports, loads=(Pressure(1.0),), scheme="linear")
     simulation = solved(scene)
     (body,) = simulation.model.shells.values()
     state = simulation.problem.levels[shell.name].unknown[simulation.problem.last].x.array
@@ -196,7 +196,7 @@ def hypar(thickness: float, mesh: int, cell: Cell, distortion: float = 0.0) -> S
         "hypar", Parametric(position), section, (mesh, mesh), cell=cell, distortion=distortion
     )
     weight = SurfaceForce((0.0, 0.0, -DENSITY * thickness))
-    return Scene("hypar", (shell,), (Clamped("left"),), (weight,), scheme="linear")
+    return Scene("hypar", (shell,), supports=(Clamped("left"),), loads=(weight,), scheme="linear")
 
 
 @case("triangles/hypar", slow=True)

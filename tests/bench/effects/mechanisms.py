@@ -129,8 +129,10 @@ CASES = (
     _joint("distance", Distance("tie", "a", "b", at=_MIDDLE, second_at=(1.0, 0.0, 0.0))),
     _joint("in_plane", InPlane("tie", "a", "b", at=_MIDDLE, normal=AXIS)),
     Case("shell_revolute_joint", _shell_revolute),
-    _joint("rolling", Rolling("tie", "a", "b", (0, 0, -0.1), normal=ACROSS, radius=0.1)),
-    _joint("knife_edge", KnifeEdge("tie", "a", "b", _MIDDLE, normal=ACROSS, direction=(1, 0, 0))),
+    _joint("rolling", Rolling("tie", "a", "b", at=(0, 0, -0.1), normal=ACROSS, radius=0.1)),
+    _joint(
+        "knife_edge", KnifeEdge("tie", "a", "b", at=_MIDDLE, normal=ACROSS, direction=(1, 0, 0))
+    ),
     _of_hinge("joint_mass", mass=0.1),
     _of_hinge("joint_windows", active=((0.0, T_END),)),
     _with("driver", drivers=Driver("drive", "pin", rotation=_turned)),
@@ -146,7 +148,7 @@ CASES = (
     ),
     # one that never comes: what it costs to look
     _with("event", events=Event("far", Sensor("hinge.rotation") >= 9.0)),
-    _with("potential", potentials=Potential("field", _field, "b", on=_END, parameters={"k": 10.0})),
-    _with("contact", contacts=Contact("floor", Plane((0, 0, -0.2)), 1e3, "b", on=_END)),
+    _with("potential", potentials=Potential("field", _field, "b", at=_END, parameters={"k": 10.0})),
+    _with("contact", contacts=Contact("floor", Plane((0, 0, -0.2)), 1e3, "b", at=_END)),
     _with("observe_joints"),
 )

@@ -11,6 +11,7 @@ from shellmb.errors import ConvergenceError
 from shellmb.measuring.times import Stopwatch
 from shellmb.model.locations.nodes import local_nodes
 from shellmb.scene import Scene, StepControl
+from shellmb.scene.schemes import DISSIPATIVE
 from shellmb.simulate.simulation import Simulation
 from tests.bench.peers.codes import OURS
 from tests.bench.peers.dynamics.history import TipHistory
@@ -54,7 +55,7 @@ class OurMotion:
             base,
             shells=(replace(base.shells[0], mesh=self.mesh),),
             scheme=self.scheme,
-            alpha=self.alpha,
+            alpha=self.alpha if self.scheme in DISSIPATIVE else None,
             dt=self.dt,
             solver=replace(base.solver, tolerance=self.tolerance),
             # a step that fails is not taken again with a smaller one

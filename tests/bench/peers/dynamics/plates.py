@@ -28,7 +28,7 @@ EXACT = 1e-6
 def _ours() -> Runs:
     meshes = ((3, 1), (4, 1), (8, 1), (8, 2), (10, 2), (12, 2))
     steps = (2e-2, 1e-2, 7.8125e-3, 5e-3, 2.5e-3)
-    schemes = (("ep", 1.0), ("ed", 1.0), ("ed", 0.0), ("ep4", 0.0), ("ed3", 0.5))
+    schemes = (("ep", 0.0), ("ed", 1.0), ("ed", 0.0), ("ep4", 0.0), ("ed3", 0.5))
     return Runs(
         (
             OurPlate((24, 4), 1e-3, "ep4", 0.0, tolerance=EXACT),
@@ -76,7 +76,7 @@ STUDY = Study(
     {
         OURS: Runs(
             (OurPlate((3, 1), 1e-2, "ed", 0.0), OurPlate((2, 1), 1e-2)),
-            [OurPlate((2, 1), 2e-2, s, alpha) for s, alpha in (("ep", 1.0), ("ed", 0.0))],
+            [OurPlate((2, 1), 2e-2, s, alpha) for s, alpha in (("ep", 0.0), ("ed", 0.0))],
         ),
         EXUDYN: Runs(
             (ExudynPlate((4, 1), 2.5e-3), ExudynPlate((2, 1), 2.5e-3)),

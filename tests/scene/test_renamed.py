@@ -1,0 +1,60 @@
+"""Former names of parameters: an error says the name of today. One table, and a page of it."""
+
+from dataclasses import fields, is_dataclass
+from pathlib import Path
+
+import pytest
+
+from shellmb import scene
+from shellmb.errors import SceneError
+from shellmb.scene.values.renamed import RENAMED
+
+DESCRIBED = [c for name in scene.__all__ if is_dataclass(c := getattr(scene, name))]
+PAGE = Path(__file__).parents[2] / "docs" / "reference" / "vocabulary.md"
+
+
+def cases():
+    for former, today in RENAMED.items():
+        for cls in DESCRIBED:
+            names = [f.name for f in fields(cls)]
+            for name in today:
+                if name in names and former not in names:
+                    yield former, name, cls
+
+
+def test_every_entry_is_of_some_class():
+    assert {(former, name) for former, name, _ in cases()} == {
+        (former, name) for former, today in RENAMED.items() for name in today
+    }
+
+
+@pytest.mark.parametrize("former", RENAMED)
+def test_a_former_name_is_rejected_with_the_new_one(former):
+    """Whatever else is missing or wrong."""
+    for name, cls in [(name, cls) for given, name, cls in cases() if given == former]:
+        with pytest.raises(SceneError) as refused:
+            cls(**{former: "left"})
+        assert str(refused.value).endswith(f": {former} is now called {name}; write {name}=...")
+
+
+def test_the_page_has_them_all():
+    text = PAGE.read_text()
+    for former, today in RENAMED.items():
+        assert any(f"| `{former}` | `{name}` |" in text for name in today), former
+
+
+def test_few_parameters_go_without_names():
+    assert {
+        cls: [f.name for f in fields(cls) if not f.kw_only]
+        for cls in (scene.Scene, scene.Revolute, scene.Laminate)
+    } == {
+        scene.Scene: ["name", "shells"],
+        scene.Revolute: ["name", "first", "second"],
+        scene.Laminate: ["plies"],
+    }
+    with pytest.raises(SceneError) as refused:
+        scene.Revolute("hinge", "ground", "arm", (0, 0, 0), axis=(0, 0, 1))
+    assert str(refused.value) == (
+        "revolute joint 'hinge': more than name, first, second are given without their names; the "
+        "others must have theirs: at=, second_at=, mass=, active=, axis="
+    )
