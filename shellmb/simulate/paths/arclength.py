@@ -235,7 +235,7 @@ class PathSteps:
         if not turned <= math.radians(self._path.turn_deg):
             raise ConvergenceError(
                 f"the path turns by {math.degrees(turned):.0f} degrees in one step; try a smaller "
-                "first step, or a larger turn",
+                "first step, or a larger turn_deg",
                 field=None,
                 norms={},
             )
