@@ -335,6 +335,25 @@ def test_a_body_knows_no_scheme() -> None:
         assert not named & of_time, name
 
 
+def test_schemes_answer_for_themselves() -> None:
+    """Nobody asks of what class a scheme is, or takes what is missing for a kind of scheme."""
+    schemes = {
+        node.name
+        for module, path in MODULES.items()
+        if module.startswith("shellmb.schemes.")
+        for node in ast.walk(ast.parse(path.read_text()))
+        if isinstance(node, ast.ClassDef)
+    }
+    for module, path in MODULES.items():
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "isinstance":
+                asked = {n.id for n in ast.walk(node.args[1]) if isinstance(n, ast.Name)}
+                assert not asked & schemes, f"{module}, line {node.lineno}"
+            if isinstance(node, ast.Compare) and isinstance(node.ops[0], ast.Is | ast.IsNot):
+                looked_at = {getattr(n, "attr", getattr(n, "id", "")) for n in ast.walk(node.left)}
+                assert not looked_at & {"push", "scaled"}, f"{module}, line {node.lineno}"
+
+
 def test_no_circles() -> None:
     arrows = {m: {n for n in imports(m) if n in MODULES and n != m} for m in MODULES}
     # raises CycleError, which names the modules

@@ -32,7 +32,10 @@ def turned(
     """
     quad = measure(angle).quad
     a_i, a_f = angle(path.start), ufl.variable(angle(path.end))
-    rate_i, rate_f = variation(angle, path.start, path.push), variation(angle, path.end, path.rate)
+    rate_i, rate_f = (
+        variation(angle, path.start, path.start_velocity),
+        variation(angle, path.end, path.end_velocity),
+    )
     x, D, z = path.mean, path.chord, path.bow
     bow = ufl.variable(2 * variation(angle, x + 0.4 * z, z) + quad(D, D) / 6)
     alpha = path.alpha
@@ -46,7 +49,7 @@ def turned(
     stress = ufl.variable(ufl.as_vector([*mean, *half, *(last * normal)]))
     chord = quad(D, dq) / 6
     if k == 0:
-        change = *variation(angle, x, dq), *chord, *quad(path.swing, dq)
+        change = *variation(angle, x, dq), *chord, *quad(path.mean_velocity, dq)
     else:
         late = variation(angle, x + 0.4 * z, dq) / 3
         change = *chord, *late, *variation(angle, path.middle, dq)
@@ -55,4 +58,4 @@ def turned(
 
 def turning_rate(angle: Callable[[Expr], Expr], path: Path) -> Expr:
     """Rate of the angle at the end of the step, times the step, where `angle` is of length one."""
-    return ufl.dot(perpendicular(angle(path.end)), variation(angle, path.end, path.rate))
+    return ufl.dot(perpendicular(angle(path.end)), variation(angle, path.end, path.end_velocity))

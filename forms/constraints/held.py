@@ -13,7 +13,7 @@ from ufl.core.expr import Expr
 
 from shellmb.forms.constraints.leap import Leap, LeapRow, leap_row, slip_row
 from shellmb.forms.constraints.nonholonomic import Slip, interval_row, path_row
-from shellmb.forms.constraints.pathconstraints import ConstraintRow, constraint_row, held_row
+from shellmb.forms.constraints.pathconstraints import ConstraintRow, held_row
 from shellmb.forms.steps.discrete import variation
 from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.path import Path
@@ -97,7 +97,7 @@ class Rolling(NamedTuple):
 
     def path(self, path: Path, k: int, dq: Expr, inertialess: bool) -> ConstraintRow:
         """Nothing slips in the mean, nor at the end (N1)."""
-        a = constraint_row(self.held.function, path, k, dq)
+        a = held_row(self.held.function, path, k, dq)
         b = path_row(self.slip, path, k, dq)
         other = None if a.other is None or b.other is None else both(a.other, b.other)
         return ConstraintRow(both(a.own, b.own), other, both(a.value, b.value), a.multipliers)

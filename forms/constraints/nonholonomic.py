@@ -167,6 +167,6 @@ def path_row(slip: Slip, path: Path, k: int, dq: Expr) -> ConstraintRow:
         extra = (1 - alpha**2) / 6 * path.shake + 2 * alpha / 3 * z
         other = turned(D, dq) / 6 + turned(dq, extra) + alpha / 3 * turned(z, dq)
         value = slip(path.mean, D) + turned(D, z)
-        return ConstraintRow(slip(path.mean, dq), other, value, (path.end, path.rate))
-    own, value = slip(path.middle, dq) / 3, slip(path.end, path.rate)
-    return ConstraintRow(own, turned(D, dq) / 6, value, (path.rate, path.end))
+        return ConstraintRow(slip(path.mean, dq), other, value, (path.end, path.end_velocity))
+    own, value = slip(path.middle, dq) / 3, slip(path.end, path.end_velocity)
+    return ConstraintRow(own, turned(D, dq) / 6, value, (path.end_velocity, path.end))

@@ -25,7 +25,6 @@ from typing import NamedTuple
 from ufl.core.expr import Expr
 
 from shellmb.forms.measure import measure
-from shellmb.forms.steps.discrete import variation
 from shellmb.forms.steps.path import Path
 
 
@@ -47,51 +46,19 @@ class ConstraintRow(NamedTuple):
 
 
 def held_row(
-    function: Callable[[Expr], Expr], path: Path, k: int, dq: Expr, inertialess: bool
+    function: Callable[[Expr], Expr], path: Path, k: int, dq: Expr, inertialess: bool = False
 ) -> ConstraintRow:
-    """Quadratic constraints in one of the rows, eq. (Q4) or (Q6).
+    """Quadratic constraints in one of the rows, eq. (Q4) or (Q6), and their forces without work.
 
     Args:
         function: The constraints as a function of the state.
-        path: The step.
+        path: The step, whose rows say where multipliers act and what vanishes.
         k: Row, 0 for P0 and 1 for P1.
         dq: Direction.
         inertialess: Whether what they hold has no inertia.
     """
-    return (massless_row if inertialess else constraint_row)(function, path, k, dq)
-
-
-def constraint_row(function: Callable[[Expr], Expr], path: Path, k: int, dq: Expr) -> ConstraintRow:
-    """Forces of quadratic constraints that do no work, and the constraints, eq. (Q4).
-
-    Args:
-        function: The constraints as a function of the state.
-        path: The step.
-        k: Row, 0 for P0 and 1 for P1.
-        dq: Direction.
-    """
-    quad = measure(function).quad
-    if k == 0:
-        mean, swing = variation(function, path.mean, dq), quad(path.swing, dq)
-        return ConstraintRow(mean, swing, function(path.end), (path.end, path.rate))
-    middle, chord = variation(function, path.middle, dq), quad(path.chord, dq) / 6
-    value = variation(function, path.end, path.rate)
-    return ConstraintRow(middle, chord, value, (path.rate, path.end))
-
-
-def massless_row(function: Callable[[Expr], Expr], path: Path, k: int, dq: Expr) -> ConstraintRow:
-    """As `constraint_row` where nothing has inertia, eq. (Q6); P1 demands the value at the middle.
-
-    Args:
-        function: The constraints as a function of the state.
-        path: The step.
-        k: Row, 0 for P0 and 1 for P1.
-        dq: Direction.
-    """
-    quad = measure(function).quad
-    if k == 0:
-        mean, chord = variation(function, path.mean, dq), quad(path.chord, dq) / 2
-        return ConstraintRow(mean, chord, function(path.end), (path.end, path.rate))
-    turned, chord = path.middle - 0.75 * path.bow, quad(path.chord, dq) / 6
-    value = function(path.middle - 1.5 * path.bow)
-    return ConstraintRow(variation(function, turned, dq), chord, value, (path.rate, path.end))
+    g, row = measure(function), path.rows[k]
+    held = row.massless if inertialess else row.holding
+    own, other = (path.slope(g, slope, dq) for slope in (held.own, held.other))
+    first, second = path.end, path.end_velocity
+    return ConstraintRow(own, other, held.vanishes(g, path), ((first, second), (second, first))[k])

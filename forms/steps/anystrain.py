@@ -98,7 +98,7 @@ class AnyStep(NamedTuple):
     Args:
         places: `P1` at Gauss' points.
         rows: What the rows P0 and P1 have of the stresses.
-        shares: Those of each unknown state in mean, chord, bow and swing, and in the states that
+        shares: Those of each unknown state in the states of the path, and in the states that
             hold the resultants of the rows P0 and P1.
     """
 
@@ -112,13 +112,13 @@ class AnyStrain:
 
     Args:
         strain: The strain.
-        states: Mean, chord, bow and swing of the path.
+        states: Mean, chord, bow and mean velocity of the path.
         places: `P1` at Gauss' points.
     """
 
     def __init__(self, strain: Measure, states: Sequence[Expr], places: tuple[Expr, Expr]) -> None:
         self._strain, (x, D, z, y) = strain, states
-        self._chord, self._swing = D, y
+        self._chord, self._velocity = D, y
         self._middle = m = x + z
         self._points = [x + p / 2 * D for p in places]
         self._rates = [D + 6 * p * z for p in places]
@@ -129,7 +129,7 @@ class AnyStrain:
 
     def _second(self, dq: Expr) -> Expr:
         """`H(y, dq)`."""
-        return second_variation(self._strain.value, self._middle, self._swing, dq)
+        return second_variation(self._strain.value, self._middle, self._velocity, dq)
 
     def moments(self, alpha: Expr) -> tuple[Expr, Expr]:
         """Strains of which `S_0` and `S_1` are the stresses."""

@@ -46,13 +46,13 @@ schemes a sub-interval is a path without bow, its stress the average of (22), (3
 ============  =====================================================================  ====
 symbol        name                                                                   eq.
 ============  =====================================================================  ====
-`x, D, z, y`  mean, chord, bow and swing of the path                                 -
+`x, D, z, y`  mean, chord, bow and mean velocity of the path                         -
 `S_0, S_1`    stress `C E_0`, `C E_1`: `E_0 = <s>`, `2 E_1 = e_f - e_i + alpha bow`  (Q3)
 ============  =====================================================================  ====
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import ufl
 from ufl.core.expr import Expr
@@ -148,11 +148,11 @@ class Rows(NamedTuple):
     """What the rows of a step that see the same strains are made of.
 
     Args:
-        states: Mean, chord, bow and swing of the path as functions that the scheme fills.
+        states: Mean, chord, bow and mean velocity of the path as functions that the scheme fills.
         stresses: Stresses with what they act on in all of the rows.
         pairs: The same in each row, with derivatives.
         numbers: Numbers of the unknown states whose rows they are.
-        moving: Number of the states that are not always zero: without a bow and a swing two.
+        moving: Number of the states that are not always zero: of a sub-interval two.
     """
 
     states: tuple[Expr, ...]
@@ -162,66 +162,127 @@ class Rows(NamedTuple):
     moving: int = 4
 
 
+class Numbers(Protocol):
+    """A slope as numbers, `c lin(dq) + quad(y, dq)`, with weights of the states x, D, z, y."""
+
+    @property
+    def c(self) -> float:
+        """Share of the reference configuration."""
+        ...
+
+    @property
+    def weights(self) -> Any:
+        """Those of the states, shape (4,)."""
+        ...
+
+
+class Holding(NamedTuple):
+    """Quadratic constraints in a row.
+
+    Args:
+        own: What the multipliers of the row itself act on.
+        other: What those of the other row act on.
+        vanishes: What the row demands to vanish, of the constraints as a measure and the step.
+    """
+
+    own: Numbers
+    other: Numbers
+    vanishes: Callable[[Measure, "Path"], Expr]
+
+
+class PathRow(NamedTuple):
+    """A row of a step that is quadratic in time.
+
+    Args:
+        stresses: What `S_0` and `S_1` act on.
+        holding: Constraints of what has inertia.
+        massless: Constraints of what has none.
+        inertia: What the inertia sees of the step, times the square of its length.
+        works: What forces of the row work on.
+        load: Weight of a load at a time in [0, 1].
+    """
+
+    stresses: tuple[Numbers, Numbers]
+    holding: Holding
+    massless: Holding
+    inertia: Callable[["Path"], Any]
+    works: Callable[["Path"], Any]
+    load: Callable[[float], float]
+
+
 class Path(NamedTuple):
     """A step; its states are expressions of the unknown ones, or functions that follow these.
 
     Args:
         start: State at the start, `q_i`.
         end: Unknown state at the end, `q_f`; its resultants and multipliers are those of P0.
-        push: Velocity at the start times the step, `h v_i`.
-        rate: Unknown velocity at the end times the step; its resultants are those of P1.
+        start_velocity: Velocity at the start times the step, `h v_i`.
+        end_velocity: Unknown velocity at the end times the step; its resultants are those of P1.
         alpha: Dissipation.
         mean: `x`.
         chord: `D = q_f - q_i`.
         bow: `z`, by eq. (Q1).
-        swing: `y`, what the second stress and multiplier turn with in row P0, eqs. (Q2), (Q4).
+        mean_velocity: `y`, what the second stress and multiplier turn with in row P0, eqs. (Q2),
+            (Q4): half of a mean of the velocities, times the step.
+        rows: The rows P0 and P1.
     """
 
-    start: Expr
-    end: Expr
-    push: Expr
-    rate: Expr
-    alpha: Expr
-    mean: Expr
-    chord: Expr
-    bow: Expr
-    swing: Expr
+    start: Any
+    end: Any
+    start_velocity: Any
+    end_velocity: Any
+    alpha: Any
+    mean: Any
+    chord: Any
+    bow: Any
+    mean_velocity: Any
+    rows: tuple[PathRow, PathRow]
 
     @property
-    def middle(self) -> Expr:
+    def states(self) -> tuple[Any, Any, Any, Any]:
+        """Mean, chord, bow and mean velocity."""
+        return self.mean, self.chord, self.bow, self.mean_velocity
+
+    @property
+    def middle(self) -> Any:
         """`(q_i + q_f)/2`."""
         return self.mean + self.bow
 
     @property
-    def acceleration(self) -> tuple[Expr, Expr]:
+    def acceleration(self) -> tuple[Any, Any]:
         """What the inertia sees in the rows P0 and P1, times the square of the step, eq. (Q2)."""
-        return self.rate - self.push, self.rate + self.push - 2 * self.chord
+        first, second = (row.inertia(self) for row in self.rows)
+        return first, second
 
     @property
-    def moved(self) -> tuple[Expr, Expr]:
-        """What forces of the rows P0 and P1 work on: the chord, and six times the bow."""
-        return self.chord, 6 * self.bow
+    def moved(self) -> tuple[Any, Any]:
+        """What forces of the rows P0 and P1 work on."""
+        first, second = (row.works(self) for row in self.rows)
+        return first, second
 
     @property
-    def shake(self) -> Expr:
+    def shake(self) -> Any:
         """Second coefficient of the velocity times the step, `h v_2`: what alpha damps, (Q5)."""
-        return (self.push + self.rate) / 2 - self.chord
+        return (self.start_velocity + self.end_velocity) / 2 - self.chord
 
-    def at(self, tau: Any) -> Expr:
+    def at(self, tau: Any) -> Any:
         """State at a time in [0, 1]."""
         return self.mean + (tau - 0.5) * self.chord + (6 * tau**2 - 6 * tau + 1) * self.bow
 
-    def velocity(self, tau: Any) -> Expr:
+    def velocity(self, tau: Any) -> Any:
         """Its rate, times the step."""
         return self.chord + 6 * (2 * tau - 1) * self.bow
 
-
-def path_of(start: Expr, end: Expr, push: Expr, rate: Expr, alpha: Expr) -> Path:
-    """A step in terms of the state and the velocity at both of its ends; as of `Path`."""
-    chord, late, early = end - start, (1 + alpha) * rate, (1 - alpha) * push
-    bow = (late - early - 2 * alpha * chord) / 12
-    mean, swing = (start + end) / 2 - bow, (early + late) / 4
-    return Path(start, end, push, rate, alpha, mean, chord, bow, swing)
+    def slope(self, measure: Measure, numbers: Numbers, dq: Expr) -> Expr:
+        """What a multiplier of a measure acts on."""
+        c = float(numbers.c) or 1.0
+        parts = zip(numbers.weights, self.states, strict=True)
+        found = [q if w == c else float(w / c) * q for w, q in parts if w != 0]
+        state = sum(found[1:], found[0])
+        if numbers.c == 0:
+            return measure.quad(state, dq)
+        slope = measure.change(state, dq)
+        return slope if c == 1 else c * slope
 
 
 def slope_at(measure: Measure, slope: Slope, states: Sequence[Expr], dq: Expr) -> Expr:
@@ -303,10 +364,10 @@ class Step(NamedTuple):
 
     @property
     def states(self) -> tuple[Expr, ...]:
-        """Mean, chord, bow and swing of the path as functions that the scheme fills."""
+        """Mean, chord, bow and mean velocity of the path as functions that the scheme fills."""
         return self.rows.states
 
     def bow_of(self, strain: Measure) -> Expr:
         """Bow of a strain's own path, of which the dissipation takes the energy (Q5)."""
         p = self.path
-        return moment_of(strain, self.points.bow, (p.mean, p.chord, p.bow, p.swing))
+        return moment_of(strain, self.points.bow, p.states)

@@ -51,7 +51,7 @@ def stress_work(
         section: The section.
         layout: Parts of the state.
         strain: Its strains.
-        states: Mean, chord, bow and swing of the path, or the first few of them.
+        states: Mean, chord, bow and mean velocity of the path, or the first few of them.
         stress: The stress.
         tests: Virtual displacement of each row.
     """

@@ -69,7 +69,7 @@ class NonlinearPath:
         section: Its mixed form.
         layout: Parts of the state.
         strain: Strains of the displacements.
-        states: Mean, chord, bow and swing of the path.
+        states: Mean, chord, bow and mean velocity of the path.
         points: What the step consists of.
     """
 

@@ -11,7 +11,6 @@ import numpy as np
 
 from shellmb.diagnostics.base import Caution
 from shellmb.observers.summary import Sources
-from shellmb.schemes.quadratic import QuadraticInTime
 from shellmb.simulate.simulation import Silent, Simulation
 from shellmb.simulate.stepsize.tolerance import ErrorSize
 
@@ -86,7 +85,7 @@ class StepErrors(Silent):
         if tolerance is None or size.total <= ADDED * tolerance:
             return
         found, scheme = size.total, simulation.scheme
-        lost = isinstance(scheme, QuadraticInTime) and scheme.alpha > 0
+        lost = scheme.rotations.slows
         behind = (
             f", and what spins lags by up to {size.lag:.1e} more, as each step takes of its speed"
             if lost

@@ -16,7 +16,7 @@ from shellmb.model.frames.beam import BeamModel
 from shellmb.model.model import Model
 from shellmb.model.shells.shell import ShellModel
 from shellmb.native.derivatives import CachedDerivative, Derivative
-from shellmb.schemes.base import at_state
+from shellmb.schemes.interval import at_state
 from shellmb.schemes.residuals.forces import sub_forces
 from shellmb.schemes.residuals.rows import Span
 from shellmb.system.assembly.blocks import BlockSystem

@@ -154,7 +154,7 @@ def any_terms(
         trial: Direction of derivatives.
         integrate: Integral of densities, one for each quadrature rule.
     """
-    held, alpha = (step.path.end, step.path.rate), step.path.alpha
+    held, alpha = (step.path.end, step.path.end_velocity), step.path.alpha
     along = AnyStrain(strain, step.states, step.whole.places)
     common = section, layout, along, held, alpha
     first = [pair[0] for pair in any_stresses(*common)]

@@ -1,24 +1,28 @@
 """What a time scheme is: which states it solves for, and at which states forms are taken.
 
 A scheme is data and a few small functions; it knows no bodies, only their functions at the start
-of a
-step and the unknown functions of its stages. A new scheme is one class with the members of `Scheme`
-and, to be tested, one line in `registry.py`.
+of a step and the unknown functions of its stages. A new scheme is one class with the members of
+`Scheme`, of which `defaults.Defaults` has those that most schemes share, and, to be tested, one
+line in `registry.py`.
 """
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
 from dolfinx import fem
+from ufl import Form
 from ufl.core.expr import Expr
 
 from shellmb.forms.constraints.leap import Leap
-from shellmb.forms.steps.discrete import mean
 from shellmb.forms.steps.mixed import Interval
-from shellmb.model.body import Rates
+from shellmb.forms.steps.path import Step
+from shellmb.model.body import Body, Rates
+from shellmb.schemes.interval import at_state as at_state
+from shellmb.schemes.interval import interval as interval
 
 Values = npt.NDArray[np.float64]
 Motion = Callable[[float], Values]
@@ -42,7 +46,7 @@ class Levels:
         rates: Rates at the start of the step that the scheme keeps ("v", say).
         unknown: Unknown state of each stage, by its name; and "b", the unknown jump of velocities,
             of bodies whose jump is coupled to that of others.
-        push: Velocity at the start times the step, for schemes that are quadratic in time.
+        scaled: Rates at the start times the step, of those in `Scheme.scaled`.
         tangent: Takes a jump of velocities and a state, and returns the jump without what the
             constraints at the nodes forbid at that state; for bodies without an unknown jump.
         reference: Functions that stay zero, at which a linear scheme takes its forms
@@ -53,7 +57,7 @@ class Levels:
     rates: Mapping[str, fem.Function]
     unknown: Mapping[str, fem.Function]
     tangent: Callable[[Expr, Expr], Expr] = lambda b, mid: b
-    push: fem.Function | None = None
+    scaled: Mapping[str, fem.Function] = MappingProxyType({})
     reference: "Levels | None" = None
 
 
@@ -122,14 +126,95 @@ class Rotations:
             `2 atan(w dt/2)` in place of `w dt`: 5 per cent less at 0.75.
         stiff_loss: Part of its angular momentum that a body which does not stretch loses in a step,
             over the square of its angle in the step; 0 where the scheme does without.
+        slows: Whether each step takes of the speed of what spins, stiff or not.
     """
 
     largest: float
     stiff_loss: float = 0.0
+    slows: bool = False
 
 
 # of all schemes whose positions are linear in a step or its parts, and that do no more about it
 LINEAR_PATH = Rotations(0.75)
+
+
+@dataclass(frozen=True)
+class LocalError:
+    """What a scheme is off by in one step, as a derivative of the motion.
+
+    A scheme of order p is off by `factor * h^(p + 1) * q^(p + 1)` at the end of a step from an
+    exact state. In a vibration and in steady rotation of frequency w these are `(w h)^3/12` of the
+    amplitude for EP (the mid-point rule), `(w h)^5/720` for EP4 (Gauss' method with two stages),
+    and `alpha (w h)^4/72` for ED3 (Radau IIA with alpha = 1).
+
+    Args:
+        degree: Derivative of the motion that it is proportional to, and power of the step.
+        factor: Of both.
+    """
+
+    degree: int
+    factor: float
+
+    @property
+    def order(self) -> int:
+        """Order of the scheme."""
+        return self.degree - 1
+
+    def per_radian(self, angle: float) -> float:
+        """Error of a motion by the time it has turned by one radian, relative to its amplitude.
+
+        Args:
+            angle: By which it turns in a step, rad.
+        """
+        return float(self.factor * angle**self.order)
+
+
+class Resulting(Protocol):
+    """A body that has resultants."""
+
+    def mean_resultants(self, step: Step) -> Expr:
+        """Means over a step that is quadratic in time."""
+        ...
+
+    def averaged_resultants(self, span: Interval) -> Expr:
+        """Those of the averaged stress of a sub-interval."""
+        ...
+
+
+class StepForms(Protocol):
+    """Residuals of a body in a step, and what is read of a step that was solved."""
+
+    @property
+    def stages(self) -> dict[str, Any]:
+        """Residuals by the names of their stages (`residuals.residual.StageForms`)."""
+        ...
+
+    def advance(
+        self,
+        q: Values,
+        rates: Mapping[str, Values],
+        unknown: Mapping[str, Values],
+        dt: float,
+        tangent: Tangent,
+    ) -> dict[str, Values]:
+        """Rates at the end of the step; as of `Scheme.advance`."""
+        ...
+
+    def middle(self) -> Values:
+        """Where the forces acted that balance the momentum of the step, as a local array."""
+        ...
+
+    def mean_state(self) -> Expr:
+        """State of which mean forces over the step are."""
+        ...
+
+    def mean_resultants(self, body: Resulting) -> Expr:
+        """Means of a shell's or beam's resultants over the step."""
+        ...
+
+    def dissipated(self) -> list[Form]:
+        """Energy that the step dissipates over alpha, as far as its states tell."""
+        ...
 
 
 class Scheme(Protocol):
@@ -142,10 +227,14 @@ class Scheme(Protocol):
         dynamic: Whether there are velocities.
         stages: Names of the stages; `END` is the state at the end of the step.
         rates: Names of the rates that it keeps from step to step.
+        scaled: Those of them that its rows take times the step, as what is unknown.
+        balance: Stages whose rows balance the momentum of a step: with the mean of the forces, and
+            with their first moment in time where there is such a row.
         conserves: Any of "energy", "momentum", "angular momentum".
         linear: Whether displacements are small: forms are linearised about the reference.
         jumps: Whether the jump of velocities is unknown where constraints tie it to others.
         rotations: How well it follows bodies that turn.
+        local_error: What it is off by in a step.
     """
 
     @property
@@ -161,6 +250,10 @@ class Scheme(Protocol):
     @property
     def rates(self) -> tuple[str, ...]: ...  # noqa: D102
     @property
+    def scaled(self) -> tuple[str, ...]: ...  # noqa: D102
+    @property
+    def balance(self) -> tuple[str, ...]: ...  # noqa: D102
+    @property
     def conserves(self) -> frozenset[str]: ...  # noqa: D102
     @property
     def linear(self) -> bool: ...  # noqa: D102
@@ -168,6 +261,18 @@ class Scheme(Protocol):
     def jumps(self) -> bool: ...  # noqa: D102
     @property
     def rotations(self) -> Rotations: ...  # noqa: D102
+    @property
+    def local_error(self) -> LocalError: ...  # noqa: D102
+
+    def forms(self, body: Body, levels: Levels, dt: fem.Constant) -> StepForms:
+        """Residuals of one body in a step.
+
+        Args:
+            body: The body.
+            levels: Its functions.
+            dt: Length of the step.
+        """
+        ...
 
     def expand(self, levels: Levels, dt: fem.Constant) -> dict[str, Stage]:
         """Stages in terms of the functions of one body."""
@@ -201,14 +306,24 @@ class Scheme(Protocol):
         """Rates at the end of the step; `tangent` is that of `Levels` for arrays."""
         ...
 
-    def moved(self, q: Any, push: Any, unknown: Mapping[str, Any]) -> dict[str, Any]:
+    def moved(
+        self, q: Any, scaled: Mapping[str, Any], unknown: Mapping[str, Any]
+    ) -> dict[str, Any]:
         """What the forces of each row work on over a step, for arrays and expressions alike.
 
         Args:
             q: State at the start.
-            push: As of `Levels`.
+            scaled: As of `Levels`.
             unknown: States of the stages.
         """
+        ...
+
+    def first_guess(self, stage: str, q: Values, scaled: Mapping[str, Values]) -> Values | float:
+        """Values of a stage's unknown state before a step; arguments as of `moved`."""
+        ...
+
+    def resultants(self, start: Values, unknown: Mapping[str, Values]) -> Values:
+        """Resultants of the state at the end from those at the start and of the stages."""
         ...
 
     def dissipation(self) -> tuple[float, str | None]:
@@ -219,16 +334,6 @@ class Scheme(Protocol):
 def has_energy_law(scheme: Scheme) -> bool:
     """Whether "energy change = work - dissipation" is exact: it is kept, or what falls is known."""
     return "energy" in scheme.conserves or scheme.dissipation()[0] > 0
-
-
-def interval(a: Expr, b: Expr, beta: Expr | float = 0.0) -> Interval:
-    """The sub-interval from `a` to `b`: forces at its mid-point, constraints at its end."""
-    return Interval(a=a, b=b, mid=mean(a, b), at=b, unknown=b, beta=beta)
-
-
-def at_state(q: Expr) -> Interval:
-    """A single state, as in statics."""
-    return Interval(a=q, b=q, mid=q, at=q, unknown=q, beta=0.0)
 
 
 def end_velocity(motion: Motion, t: float, dt: float) -> Values:

@@ -1,24 +1,25 @@
-"""Energy-preserving scheme of section 3 of the paper."""
+"""Energy-preserving scheme of section 3 of the paper, eqs. (19), (23), (25)-(27).
+
+The step is one sub-interval (`interval`) from `q_i` to `q_f`. With `D = q_f - q_i` and
+`q_m = (q_i + q_f)/2`
+
+    (v_i + v_f)/2 = D/h                                                                        (23)
+    M (v_f - v_i)/h dq + C (e_i + e_f)/2.De(q_m) dq + lambda.Dg(q_m) dq = p.dq           (25)-(27)
+    g(q_f) = 0                                                                               (19)
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 from dolfinx import fem
 
-from shellmb.schemes.base import (
-    LINEAR_PATH,
-    Levels,
-    Rotations,
-    Stage,
-    Tangent,
-    Values,
-    interval,
-)
-from shellmb.schemes.single import SingleStage
+from shellmb.schemes.base import Levels, Stage, Tangent, Values
+from shellmb.schemes.defaults import Defaults
+from shellmb.schemes.interval import interval
 
 
 @dataclass(frozen=True)
-class EnergyPreserving(SingleStage):
+class EnergyPreserving(Defaults):
     """Mid-point forces with averaged stresses, eqs. (23), (26), (27); second order.
 
     Energy and both momenta are conserved whatever the step.
@@ -32,18 +33,12 @@ class EnergyPreserving(SingleStage):
     rates: tuple[str, ...] = ("v",)
     conserves: frozenset[str] = frozenset({"energy", "momentum", "angular momentum"})
     linear: bool = False
-    jumps: bool = False
-    rotations: Rotations = LINEAR_PATH
 
     def expand(self, levels: Levels, dt: fem.Constant) -> dict[str, Stage]:
-        """Eq. (23) gives `v_f = 2 (q_f - q_i)/dt - v_i`; `(v_f - v_i)/dt` is the rate."""
-        q, v, qf = levels.q, levels.rates["v"], levels.unknown["f"]
-        velocity = (qf - q) / dt
-        return {
-            "f": Stage(
-                interval(q, qf), rate=2 * (velocity - v) / dt, velocity=velocity, chord=velocity
-            )
-        }
+        """The only row: the rate of the velocities is `(v_f - v_i)/h = 2 (D/h - v_i)/h`, (23)."""
+        q_i, v_i, q_f = levels.q, levels.rates["v"], levels.unknown["f"]
+        v = (q_f - q_i) / dt
+        return {"f": Stage(interval(q_i, q_f), rate=2 * (v - v_i) / dt, velocity=v, chord=v)}
 
     def advance(
         self,

@@ -1,4 +1,9 @@
-"""Schemes quadratic in time: energy preserving of order 4, energy decaying of order 3."""
+"""Schemes quadratic in time, eqs. (Q1)-(Q6): energy preserving of order 4, decaying of order 3.
+
+All of them stands on this page: edit a number, and it is what is compiled. `forms.steps.path` says
+where the equations come from. A step of length h goes from `q_i, v_i` to the unknown `q_f, v_f`;
+its rows are tested with P0 = 1 and P1 = 2 tau - 1.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -6,25 +11,78 @@ from typing import Any
 
 from dolfinx import fem
 
-from shellmb.forms.steps.path import Path, path_of
+from shellmb.forms.steps.path import Holding, Path, PathRow
+from shellmb.model.body import Body
 from shellmb.schemes.base import (
     END,
-    JumpStage,
     Levels,
+    LocalError,
     Motion,
     Rotations,
     Stage,
-    Tangent,
+    StepForms,
     Values,
     end_velocity,
 )
+from shellmb.schemes.defaults import Defaults
+from shellmb.schemes.notation import D, De, H, MomentWeights, PathPage, lin, quad, x, y, z
+from shellmb.schemes.residuals.pathforms import PathForms
 
 # unknown velocities at the end, times the step
 RATE = "v"
 
 
+def path_of(q_i: Any, q_f: Any, hv_i: Any, hv_f: Any, alpha: Any) -> Path:
+    """Mean, chord, bow and mean velocity of the path, eq. (Q1), for numbers and expressions alike.
+
+    Args:
+        q_i: State at the start.
+        q_f: State at the end.
+        hv_i: Velocity at the start times the step.
+        hv_f: Velocity at the end times the step.
+        alpha: Dissipation.
+    """
+    chord = q_f - q_i
+    bow = ((1 + alpha) * hv_f - (1 - alpha) * hv_i - 2 * alpha * chord) / 12
+    mean, mean_velocity = (q_i + q_f) / 2 - bow, ((1 - alpha) * hv_i + (1 + alpha) * hv_f) / 4
+    return Path(q_i, q_f, hv_i, hv_f, alpha, mean, chord, bow, mean_velocity, (P0, P1))
+
+
+# A strain's own path has the mean <s>, the ends e_i and e_f, and the bow s_i + s_f - 2 <s>.
+MEAN = lin(x) + (quad(x, x) - quad(z, z) + quad(D, D) / 4) / 2 - quad(D, y) / 6
+CHANGE = lin(D) + quad(x + z, D)
+BOW = 2 * lin(z) + 2 * quad(x + z, z) + quad(D, y) / 3
+
+
+def strains(alpha: float) -> tuple[MomentWeights, MomentWeights]:
+    """Strains of which `S_0` and `S_1` are the stresses, eq. (Q3)."""
+    return MEAN, (CHANGE + alpha * BOW) / 2
+
+
+# Rows: h^2 M acceleration + S_0.(...) + S_1.(...) + lambda.(...) = loads                 (Q2), (Q4)
+P0 = PathRow(
+    stresses=(De(x), H(y) / 3),
+    holding=Holding(De(x), H(y), lambda g, path: g.value(path.end)),
+    # of what has no inertia, eq. (Q6)
+    massless=Holding(De(x), H(D) / 2, lambda g, path: g.value(path.end)),
+    inertia=lambda path: path.end_velocity - path.start_velocity,
+    works=lambda path: path.chord,
+    load=lambda tau: 1.0,
+)
+P1 = PathRow(
+    stresses=(H(D) / 6, De(x + z) / 3),
+    holding=Holding(De(x + z), H(D) / 6, lambda g, path: g.change(path.end, path.end_velocity)),
+    massless=Holding(De(x + z / 4), H(D) / 6, lambda g, path: g.value(path.at(0.5))),
+    inertia=lambda path: path.end_velocity + path.start_velocity - 2 * path.chord,
+    works=lambda path: 6 * path.bow,
+    load=lambda tau: 2 * tau - 1,
+)
+# with less dissipation the error of fourth order is the larger one in steps of practical length
+LEAST_ALPHA = 0.1
+
+
 @dataclass(frozen=True)
-class QuadraticInTime:
+class QuadraticInTime(Defaults):
     """State and velocity quadratic over a step, stresses linear, eqs. (Q1)-(Q5).
 
     Unknown are the state and the velocity at the end of a step, `q_f` and `h v_f`. Energy is kept
@@ -49,8 +107,8 @@ class QuadraticInTime:
     dynamic: bool = True
     stages: tuple[str, ...] = (END, RATE)
     rates: tuple[str, ...] = ("v",)
-    linear: bool = False
-    jumps: bool = False
+    scaled: tuple[str, ...] = ("v",)
+    balance: tuple[str, ...] = (END, RATE)
 
     @property
     def title(self) -> str:
@@ -63,7 +121,14 @@ class QuadraticInTime:
         """How well it follows bodies that turn."""
         # 1.5 rad: rational functions that vibrations are multiplied by turn by 0.6 % less (alpha =
         # 0) to 1.6 % less there, and lose 5 % (alpha = 1)
-        return Rotations(1.5)
+        return Rotations(1.5, slows=self.alpha > 0)
+
+    @property
+    def local_error(self) -> LocalError:
+        """What it is off by in a step."""
+        if self.alpha == 0:
+            return LocalError(5, 1 / 720)
+        return LocalError(4, max(self.alpha, LEAST_ALPHA) / 72)
 
     @property
     def order(self) -> int:
@@ -75,24 +140,22 @@ class QuadraticInTime:
         """Linear momentum always, energy without dissipation, angular momentum to the order."""
         return frozenset({"momentum"} | ({"energy"} if self.alpha == 0 else set()))
 
+    @property
+    def page(self) -> PathPage:
+        """The equations as numbers."""
+        return PathPage(path_of, strains, BOW, (P0, P1))
+
     def expand(self, levels: Levels, dt: fem.Constant) -> dict[str, Stage]:
-        """Rows are no sub-intervals here: see `path`."""
+        """Rows are no sub-intervals here: see `forms`."""
         return {}
 
-    def path(self, levels: Levels) -> Path:
-        """The step of one body."""
-        assert levels.push is not None
-        alpha = fem.Constant(levels.q.function_space.mesh, float(self.alpha))
-        unknown = levels.unknown
-        return path_of(levels.q, unknown[END], levels.push, unknown[RATE], alpha)
-
-    def jump(self, levels: Levels, dt: fem.Constant) -> JumpStage | None:
-        """Velocities do not jump."""
-        return None
+    def forms(self, body: Body, levels: Levels, dt: fem.Constant) -> StepForms:
+        """Residuals of one body in the rows P0 and P1."""
+        return PathForms(body, self, levels, dt)
 
     def load_weight(self, stage: str, tau: float) -> float:
         """The test functions P0 and P1."""
-        return 1.0 if stage == END else 2 * tau - 1
+        return (P0 if stage == END else P1).load(tau)
 
     def prescribed(
         self, stage: str, motion: Motion, t: float, dt: float, rates: Mapping[str, Values]
@@ -108,30 +171,32 @@ class QuadraticInTime:
         rates: Mapping[str, Values],
         unknown: Mapping[str, Values],
         dt: float,
-        tangent: Tangent,
+        tangent: Any,
     ) -> dict[str, Values]:
         """Velocity at the end."""
         return {"v": unknown[RATE] / dt}
+
+    def first_guess(self, stage: str, q: Values, scaled: Mapping[str, Values]) -> Values | float:
+        """A straight path: the bow of a very long step would lead astray."""
+        return q if stage == END else (1 - self.alpha) / (1 + self.alpha) * scaled["v"]
 
     def resultants(self, start: Values, unknown: Mapping[str, Values]) -> Values:
         """Resultants of the state at the end from those at the start and of the rows, eq. (Q3)."""
         a = self.alpha
         return (2 * unknown[RATE] + (1 - a) * start + 2 * a * unknown[END]) / (1 + a)
 
-    def mean(self, q: Any, push: Any, unknown: Mapping[str, Any]) -> Any:
-        """Mean of the path; arguments as of `moved`."""
-        bow = self.moved(q, push, unknown)[RATE] / 6
-        return (q + unknown[END]) / 2 - bow
+    def path(self, q: Any, scaled: Mapping[str, Any], unknown: Mapping[str, Any]) -> Path:
+        """The path of a step; arguments as of `moved`."""
+        return path_of(q, unknown[END], scaled["v"], unknown[RATE], self.alpha)
 
-    def moved(self, q: Any, push: Any, unknown: Mapping[str, Any]) -> dict[str, Any]:
+    def moved(
+        self, q: Any, scaled: Mapping[str, Any], unknown: Mapping[str, Any]
+    ) -> dict[str, Any]:
         """What forces of each row work on over a step: the chord, and six times the bow."""
-        chord = unknown[END] - q
-        a = self.alpha
-        bow = ((1 + a) * unknown[RATE] - (1 - a) * push) / 2 - a * chord
-        return {END: chord, RATE: bow}
+        return dict(zip((END, RATE), self.path(q, scaled, unknown).moved, strict=True))
 
     def dissipation(self) -> tuple[float, str | None]:
-        """There is no jump; what alpha damps is in `path`."""
+        """There is no jump; what alpha damps is (Q5)."""
         return self.alpha, None
 
 

@@ -1,9 +1,11 @@
 """The schemes by name. Tests of order, energy, momenta and constraints run over this list."""
 
 from collections.abc import Callable
+from typing import Any, cast
 
 from shellmb.errors import SceneError
 from shellmb.schemes.base import Scheme
+from shellmb.schemes.defaults import Defaults
 from shellmb.schemes.ed import EnergyDecaying
 from shellmb.schemes.ep import EnergyPreserving, LinearDynamics
 from shellmb.schemes.quadratic import QuadraticInTime, energy_decaying_3
@@ -36,7 +38,21 @@ def make_scheme(scheme: str | Scheme, alpha: float) -> Scheme:
         SceneError: If there is no scheme of that name.
     """
     if not isinstance(scheme, str):
-        return scheme
+        return completed(scheme)
     if scheme not in SCHEMES:
         raise SceneError(f"scheme is '{scheme}'; it must be one of {', '.join(SCHEMES)}")
     return SCHEMES[scheme](alpha)
+
+
+def completed(scheme: Scheme) -> Scheme:
+    """A scheme with the members of `Defaults` that it does not have.
+
+    Args:
+        scheme: The scheme, of a class that may be a user's.
+    """
+    kind = type(scheme)
+    if issubclass(kind, Defaults):
+        return scheme
+    whole: Any = object.__new__(type(kind.__name__, (kind, Defaults), {}))
+    whole.__dict__.update(vars(scheme))
+    return cast(Scheme, whole)

@@ -5,20 +5,13 @@ from dataclasses import dataclass
 
 from dolfinx import fem
 
-from shellmb.schemes.base import (
-    LINEAR_PATH,
-    Levels,
-    Rotations,
-    Stage,
-    Tangent,
-    Values,
-    at_state,
-)
-from shellmb.schemes.single import SingleStage
+from shellmb.schemes.base import Levels, Stage, Tangent, Values
+from shellmb.schemes.defaults import Defaults
+from shellmb.schemes.interval import at_state
 
 
 @dataclass(frozen=True)
-class Static(SingleStage):
+class Static(Defaults):
     """Static equilibrium at the end of each load step."""
 
     name: str = "static"
@@ -29,11 +22,9 @@ class Static(SingleStage):
     rates: tuple[str, ...] = ()
     conserves: frozenset[str] = frozenset()
     linear: bool = False
-    jumps: bool = False
-    rotations: Rotations = LINEAR_PATH
 
     def expand(self, levels: Levels, dt: fem.Constant) -> dict[str, Stage]:
-        """All forces at the unknown state."""
+        """All forces at the unknown state, `S.De(q_f) dq + lambda.Dg(q_f) dq = p.dq`."""
         return {"f": Stage(at_state(levels.unknown["f"]))}
 
     def advance(

@@ -22,13 +22,11 @@ from shellmb.bodyfields import (
 from shellmb.errors import ConvergenceError
 from shellmb.model.body import Body, TimeFunction
 from shellmb.model.model import Model
-from shellmb.schemes.base import END, Levels, Scheme
+from shellmb.schemes.base import END, Levels, Scheme, StepForms
 from shellmb.schemes.linearised import at_reference
-from shellmb.schemes.quadratic import RATE, QuadraticInTime
-from shellmb.schemes.residuals.pathforms import PathForms
-from shellmb.schemes.residuals.residual import StageForms, stage_forms
+from shellmb.schemes.residuals.residual import StageForms
 from shellmb.simulate.predictor import Predictor
-from shellmb.simulate.pushes import Pushes
+from shellmb.simulate.scaled_rates import ScaledRates
 from shellmb.simulate.start.consistent import VelocityProjection
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.assembly.fields import (
@@ -62,7 +60,7 @@ class Problem:
         forms: Residuals by body name and stage.
         system: The block system.
         iteration: What Newton's method iterates.
-        paths: Steps of the bodies by their name, for schemes that are quadratic in time.
+        steps: Steps of the bodies by their name.
         load_factor: Factor of all loads, where it is an unknown; None: loads depend on time.
     """
 
@@ -72,7 +70,7 @@ class Problem:
         self.levels: dict[str, Levels] = {}
         self.forms: dict[str, dict[str, StageForms]] = {}
         self._dt, self._time = list[fem.Constant](), list[fem.Constant]()
-        self.paths: dict[str, PathForms] = {}
+        self.steps: dict[str, StepForms] = {}
         for body in model.bodies:
             self._add(body)
         names = [
@@ -109,7 +107,7 @@ class Problem:
     @cached_property
     def predictor(self) -> Predictor:
         """Extrapolates the steps before."""
-        rates = [k for (_, stage), k in self._index.items() if stage == RATE]
+        rates = [k for (_, stage), k in self._index.items() if stage in self.scheme.scaled]
         return Predictor(self.iteration, owned_places(self.system, rates))
 
     def _add(self, body: Body) -> None:
@@ -125,7 +123,7 @@ class Problem:
             {rate: function(rate) for rate in self.scheme.rates},
             {stage: function(f"q_{stage}") for stage in stages},
             body.manifold.tangent,
-            function("push") if isinstance(self.scheme, QuadraticInTime) else None,
+            {rate: function(f"scaled_{rate}") for rate in self.scheme.scaled},
         )
         if self.scheme.linear:
             levels = replace(levels, reference=at_reference(levels))
@@ -133,11 +131,8 @@ class Problem:
         self._dt.append(dt)
         self._time.append(time)
         self.levels[body.name] = levels
-        if isinstance(self.scheme, QuadraticInTime):
-            made = self.paths[body.name] = PathForms(body, self.scheme, levels, dt)
-            self.forms[body.name] = made.forms()
-        else:
-            self.forms[body.name] = stage_forms(body, self.scheme, levels, dt)
+        self.steps[body.name] = made = self.scheme.forms(body, levels, dt)
+        self.forms[body.name] = made.stages
 
     def _field(self, body: Body, stage: str) -> Field:
         jump = stage == JUMP
@@ -171,14 +166,19 @@ class Problem:
         declared, levels = body_directors(body), self.levels[body.name]
         if declared is None or (body.leaps and stage == JUMP):
             return None
-        if levels.push is not None:
+        # where velocities are unknown, too, directors and these are on one path
+        for rate, velocity in levels.scaled.items():
             numbers = {
                 key: self._index[body.name, s]
-                for key, s in (("state", END), ("rate", RATE))
+                for key, s in (("state", END), ("rate", rate))
                 if s != stage
             }
             alpha = self.scheme.dissipation()[0]
-            more = {"before": levels.q, "push": levels.push, "massless": body.manifold.inertialess}
+            more = {
+                "before": levels.q,
+                "start_velocity": velocity,
+                "massless": body.manifold.inertialess,
+            }
             return DirectorPath(**vars(declared) | more | numbers, alpha=alpha)
         found = self.forms[body.name][stage].stage
         if found is None:
@@ -219,8 +219,8 @@ class Problem:
         for constant, middle in zip(self._dt, self._time, strict=True):
             constant.value = dt  # type: ignore[assignment]
             middle.value = t + (dt / 2 if self.scheme.dynamic else dt)  # type: ignore[assignment]
-        if self.paths:
-            self._pushes.take(dt)
+        if self.scheme.scaled:
+            self._scaled_rates.take(dt)
         for name, stages in self.forms.items():
             for stage, forms in stages.items():
                 for sample in forms.samples:
@@ -229,25 +229,18 @@ class Problem:
         self._start_from_state()
 
     @cached_property
-    def _pushes(self) -> Pushes:
-        """Velocities at the start times the step."""
-        fields = [(self.levels[name], stage == RATE) for name, stage in self._index]
+    def _scaled_rates(self) -> ScaledRates:
+        """Rates at the start times the step."""
+        fields = [(self.levels[name], stage) for name, stage in self._index]
         links = [self._bodies[name].links for name, _ in self._index]
-        return Pushes(self.system, fields, links)
+        return ScaledRates(self.system, fields, links)
 
     def _start_from_state(self) -> None:
-        """The first guess is the state at the start of the step; velocities do not jump.
-
-        A quadratic path is guessed straight: the bow of a very long step would lead astray.
-        """
+        """Take the first guess of the scheme, from the state at the start of the step."""
         for levels in self.levels.values():
+            scaled = {rate: f.x.array for rate, f in levels.scaled.items()}
             for stage, unknown in levels.unknown.items():
-                if stage == RATE:
-                    assert levels.push is not None
-                    alpha = self.scheme.dissipation()[0]
-                    unknown.x.array[:] = (1 - alpha) / (1 + alpha) * levels.push.x.array
-                else:
-                    unknown.x.array[:] = 0.0 if stage == JUMP else levels.q.x.array
+                unknown.x.array[:] = self.scheme.first_guess(stage, levels.q.x.array, scaled)
 
     def _prescribe(self, name: str, stage: str, t: float, dt: float) -> None:
         levels, values = self.levels[name], []
@@ -256,7 +249,7 @@ class Problem:
                 rates = {k: f.x.array[fixed.dofs] for k, f in levels.rates.items()}
                 values.append(self.scheme.prescribed(stage, fixed.value, t, dt, rates))
             else:
-                values.append(fixed.value(t) * (stage != RATE))
+                values.append(fixed.value(t) * (stage not in self.scheme.scaled))
         if values:
             given = np.concatenate(values)
             # behind these come the parts of a jump that have no equations: zero
@@ -312,17 +305,15 @@ class Problem:
             unknown = {s: f.x.array for s, f in levels.unknown.items()}
             rates = {k: f.x.array for k, f in levels.rates.items()}
             tangent = self._bodies[name].manifold.tangent_values
-            advance = self.paths[name].advance if name in self.paths else self.scheme.advance
-            new = advance(levels.q.x.array, rates, unknown, dt, tangent)
+            new = self.steps[name].advance(levels.q.x.array, rates, unknown, dt, tangent)
             for key, values in new.items():
                 levels.rates[key].x.array[kinematic] = values[kinematic]
-            end = unknown[self.last]
-            if isinstance(self.scheme, QuadraticInTime):
-                # the unknown ones stay: they are means over the step
-                dofs, end = self._resultant_dofs[name], end.copy()
-                rows = {stage: values[dofs] for stage, values in unknown.items()}
-                end[dofs] = self.scheme.resultants(levels.q.x.array[dofs], rows)
-            levels.q.x.array[:] = end
+            # the unknown ones stay: they may be means over the step
+            dofs = self._resultant_dofs[name]
+            rows = {stage: values[dofs] for stage, values in unknown.items()}
+            resultants = self.scheme.resultants(levels.q.x.array[dofs], rows)
+            levels.q.x.array[:] = unknown[self.last]
+            levels.q.x.array[dofs] = resultants
 
     @cached_property
     def projection(self) -> VelocityProjection:
@@ -337,9 +328,9 @@ class Problem:
         """Work of the forces that hold or move the fixed dofs, over the step just solved, J."""
         found = {}
         for name, levels in self.levels.items():
-            push = None if levels.push is None else levels.push.x.array
+            scaled = {rate: f.x.array for rate, f in levels.scaled.items()}
             unknown = {stage: f.x.array for stage, f in levels.unknown.items()}
-            found[name] = self.scheme.moved(levels.q.x.array, push, unknown)
+            found[name] = self.scheme.moved(levels.q.x.array, scaled, unknown)
         moved = [found[name][stage] for name, stage in self._index]
         path = self.system.global_values(moved)[self.system.fixed]
         return float(self.model.comm.allreduce(float(np.dot(self.system.reactions, path))))

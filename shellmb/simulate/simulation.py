@@ -19,7 +19,6 @@ from shellmb.model.model import Model
 from shellmb.scene import Scene
 from shellmb.scene.checks.effect import check_begin
 from shellmb.schemes.base import Scheme
-from shellmb.schemes.localerror import local_error
 from shellmb.schemes.registry import make_scheme
 from shellmb.simulate.control.control import Control
 from shellmb.simulate.dropped import DroppedConstraints
@@ -169,7 +168,7 @@ class Simulation:
             return ArcSize(control, dt)
         if control.tolerance is None:
             return StepSize(control, dt)
-        law = local_error(self.scheme)
+        law = self.scheme.local_error
         noise = law.per_radian(solver.tolerance ** (1 / law.degree))
         return ErrorSize(control, dt, self.t_end, law.order, noise, law.factor)
 

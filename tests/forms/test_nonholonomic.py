@@ -8,10 +8,10 @@ import ufl
 from dolfinx import fem
 
 from shellmb.forms.constraints.nonholonomic import path_row
-from shellmb.forms.constraints.pathconstraints import constraint_row
+from shellmb.forms.constraints.pathconstraints import held_row
 from shellmb.forms.steps.discrete import variation
-from shellmb.forms.steps.path import path_of
 from shellmb.meshes.nodes import node_mesh, node_space
+from shellmb.schemes.quadratic import path_of
 
 SIZE, ROWS = 3, 2
 GENERAL = np.random.default_rng(5)
@@ -93,7 +93,7 @@ def test_rates_of_positions_have_the_forces_of_positions(alpha: float) -> None:
     for k in range(2):
         ours, theirs = (
             path_row(rate, step.path, k, step.dq),
-            constraint_row(position, step.path, k, step.dq),
+            held_row(position, step.path, k, step.dq),
         )
         # the second multiplier of (Q4) is a third of ours
         own, other = (1, 1 / 3) if k == 0 else (1 / 3, 1)

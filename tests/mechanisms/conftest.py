@@ -43,9 +43,9 @@ class ConstraintWork(Silent):
     def solved(self, simulation: Simulation) -> None:
         for body, stages in self._groups:
             levels = simulation.problem.levels[body.name]
-            push = None if levels.push is None else levels.push.x.array
+            scaled = {rate: f.x.array for rate, f in levels.scaled.items()}
             unknown = {stage: f.x.array for stage, f in levels.unknown.items()}
-            moved = simulation.scheme.moved(levels.q.x.array, push, unknown)
+            moved = simulation.scheme.moved(levels.q.x.array, scaled, unknown)
             total = 0.0
             for stage, forms in stages.items():
                 force = np.zeros_like(levels.q.x.array)

@@ -141,15 +141,14 @@ def test_strains_of_the_paper_are_a_special_case(what: str, monkeypatch) -> None
         scene = plate(None, "ed3", 0.5, supports=Clamped("left"))
         problem, rng = Simulation(scene).problem, np.random.default_rng(7)
         levels, (body,) = problem.levels["plate"], problem.model.bodies
-        assert levels.push is not None
-        for function in (levels.q, levels.push, *levels.unknown.values()):
+        for function in (levels.q, *levels.scaled.values(), *levels.unknown.values()):
             function.x.array[:] = 0.1 * rng.normal(size=len(function.x.array))
         problem.system.follow()
         (term,) = problem.forms["plate"]["f"].terms
         parts = [f for some in term.derivatives.values() for f in some]
         if what == "rows":
             rows = fem.assemble_vector(compiled(term.residual)).array
-            lost = compiled(bow_energy(body, problem.paths["plate"].step, levels.q))
+            lost = compiled(bow_energy(body, problem.steps["plate"].step, levels.q))
             found.append([rows, np.array([fem.assemble_scalar(lost)])])
             continue
         assert len({kernel_name(k) for k in compile_all(parts)}) == 1

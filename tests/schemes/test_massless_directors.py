@@ -11,8 +11,7 @@ import ufl
 from dolfinx import fem, mesh
 
 from shellmb.errors import SceneError
-from shellmb.forms.constraints.pathconstraints import massless_row
-from shellmb.forms.steps.path import path_of
+from shellmb.forms.constraints.pathconstraints import held_row
 from shellmb.observers.account.energy import EnergyAccount
 from shellmb.scene import (
     AlongEdge,
@@ -34,6 +33,7 @@ from shellmb.scene import (
     Shell,
     Solver,
 )
+from shellmb.schemes.quadratic import path_of
 from shellmb.simulate.simulation import Silent, Simulation
 from shellmb.system.nullspace.directorpath import MasslessPath, path_bases
 
@@ -261,7 +261,7 @@ def test_forces_of_any_quadratic_constraint_do_no_work() -> None:
     def g(q: Any) -> Any:
         return ufl.as_vector([ufl.dot(q, Q * q) / 2 + q[0] - 0.3 * q[2] + 0.2])
 
-    first, second = (massless_row(g, path, k, d) for k, d in enumerate(path.moved))
+    first, second = (held_row(g, path, k, d, True) for k, d in enumerate(path.moved))
     ends = g(path.end)[0] - g(path.start)[0]
     around = 2 * (g(path.start)[0] + g(path.end)[0] - 2 * second.value[0])
     for work, expected in (

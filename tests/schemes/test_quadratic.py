@@ -28,21 +28,14 @@ from shellmb.scene import (
     Spherical,
 )
 from shellmb.scene.schemes import DISSIPATIVE
+from shellmb.schemes.notation import MomentWeights
+from shellmb.schemes.quadratic import BOW, P0, P1, QuadraticInTime, strains
 from shellmb.schemes.registry import SCHEMES, make_scheme
-from shellmb.schemes.residuals.weights import (
-    BOW,
-    END,
-    PUSH,
-    RATE,
-    SLOPES,
-    START,
-    MomentWeights,
-    moments,
-    path_states,
-)
+from shellmb.schemes.residuals.weights import END, END_VELOCITY, START, START_VELOCITY
 from shellmb.simulate.simulation import Silent, Simulation
 from shellmb.verify.problems.mechanisms import double_pendulum, pendulum_centers
 
+PAGE, SLOPES = QuadraticInTime().page, (P0.stresses, P1.stresses)
 GENERAL = np.random.default_rng(3)
 SIZE = 4
 # exact for what stands in the forms: of degree 5 at most
@@ -76,12 +69,12 @@ def evaluated(weights: MomentWeights, states: np.ndarray, L: np.ndarray, Q: np.n
 def test_moments_are_those_of_a_path_of_the_strain(alpha: float, measure) -> None:
     """(Q3): the path (Q1) through the strains at both ends, with their rates there."""
     (L, Q), known = measure, GENERAL.normal(size=(4, SIZE))
-    ends, pushes = known[[START, END]], known[[PUSH, RATE]]
+    ends, pushes = known[[START, END]], known[[START_VELOCITY, END_VELOCITY]]
     e = ends @ L + np.einsum("ni,ij,nj->n", ends, Q, ends) / 2
     rates = pushes @ L + np.einsum("ni,ij,nj->n", ends, Q, pushes)
-    mean, chord, bow, _ = path_states(alpha) @ [e[0], rates[0], e[1], rates[1]]
-    states = path_states(alpha) @ known
-    found = [evaluated(m, states, L, Q) for m in (*moments(alpha), BOW)]
+    mean, chord, bow, _ = PAGE.states(alpha) @ [e[0], rates[0], e[1], rates[1]]
+    states = PAGE.states(alpha) @ known
+    found = [evaluated(m, states, L, Q) for m in (*strains(alpha), BOW)]
     # round-off of some dozens of products
     np.testing.assert_allclose(found, [mean, chord / 2 + alpha * bow, 2 * bow], rtol=1e-11)
 
@@ -90,7 +83,7 @@ def test_moments_are_those_of_a_path_of_the_strain(alpha: float, measure) -> Non
 def test_forces_work_on_the_path_of_the_strain(alpha: float, measure) -> None:
     """(Q4): the mean forces act on is that over the path, and their work is that on `s'`."""
     (L, Q), known = measure, GENERAL.normal(size=(4, SIZE))
-    states = path_states(alpha) @ known
+    states = PAGE.states(alpha) @ known
     gradient = L + at(states, TAUS) @ Q
     slopes = np.array(
         [[slope.c * L + Q @ (slope.weights @ states) for slope in row] for row in SLOPES]
@@ -100,7 +93,7 @@ def test_forces_work_on_the_path_of_the_strain(alpha: float, measure) -> None:
         np.testing.assert_allclose(slopes[row, 0], exact, rtol=1e-12, atol=1e-12)
     # those of P1 are tested with `q' = D + 6 z P1`
     work = np.einsum("rki,ri->k", slopes, [states[1], 6 * states[2]])
-    change = 2 * evaluated(moments(0.0)[1], states, L, Q)
+    change = 2 * evaluated(strains(0.0)[1], states, L, Q)
     np.testing.assert_allclose(work, [change, evaluated(BOW, states, L, Q)], rtol=1e-11)
 
 
@@ -108,12 +101,12 @@ def test_forces_work_on_the_path_of_the_strain(alpha: float, measure) -> None:
 def test_the_path_obeys_the_equations_of_its_velocity(alpha: float) -> None:
     """(Q1): `<q' - h v> = 0`, `<P1 (q' - h v)> = alpha h v_2 / 3`, and the ends."""
     known = GENERAL.normal(size=(4, SIZE))
-    states = path_states(alpha) @ known
+    states = PAGE.states(alpha) @ known
     ends = at(states, np.array([0.0, 1.0]))
     np.testing.assert_allclose(ends, known[[START, END]], rtol=1e-12, atol=1e-12)
     rate = states[1] + np.outer(6 * (2 * TAUS - 1), states[2])
     # the velocity that is quadratic, with its ends and, by P0, its mean
-    first, last = known[PUSH], known[RATE]
+    first, last = known[START_VELOCITY], known[END_VELOCITY]
     second = (first + last) / 2 - states[1]
     v = at((states[1], last - first, second), TAUS)
     np.testing.assert_allclose(WEIGHTS @ (rate - v), 0, atol=1e-12)
@@ -123,10 +116,10 @@ def test_the_path_obeys_the_equations_of_its_velocity(alpha: float) -> None:
 @pytest.mark.parametrize("alpha", [0.0, 0.7])
 def test_derivatives_of_moments(alpha: float, measure) -> None:
     (L, Q), known = measure, GENERAL.normal(size=(4, SIZE))
-    combine = path_states(alpha)
+    combine = PAGE.states(alpha)
     change = GENERAL.normal(size=SIZE)
-    for moment in moments(alpha):
-        for column in (END, RATE):
+    for moment in strains(alpha):
+        for column in (END, END_VELOCITY):
             moved = [known.copy(), known.copy()]
             # central differences of what is quadratic are exact
             moved[0][column] += change
@@ -139,16 +132,16 @@ def test_derivatives_of_moments(alpha: float, measure) -> None:
 
 def amplification(alpha: float, angle: float) -> np.ndarray:
     """Matrix of a step of the oscillator `q'' = -angle^2 q` on `(q, h v)`, by (Q1) to (Q3)."""
-    combine, (first, second) = path_states(alpha), moments(alpha)
+    combine, (first, second) = PAGE.states(alpha), strains(alpha)
     # rows P0 and P1 of the four states; the strain is q itself
     inertia = np.zeros((2, 4))
-    inertia[0, [PUSH, RATE]] = -1, 1
-    inertia[1, [PUSH, RATE]] = 1, 1
+    inertia[0, [START_VELOCITY, END_VELOCITY]] = -1, 1
+    inertia[1, [START_VELOCITY, END_VELOCITY]] = 1, 1
     inertia[1] -= 2 * combine[1]
     stress = angle**2 * np.array([first.linear @ combine, second.linear @ combine])
     forces = [[slope.c for slope in row] for row in SLOPES]
     rows = inertia + forces @ stress
-    return np.linalg.solve(rows[:, [END, RATE]], -rows[:, [START, PUSH]])
+    return np.linalg.solve(rows[:, [END, END_VELOCITY]], -rows[:, [START, START_VELOCITY]])
 
 
 @pytest.mark.parametrize("alpha", [0.0, 0.3, 0.5, 1.0])

@@ -260,11 +260,11 @@ class AngleEquations:
 
     def path(self, path: Path, k: int, dq: Expr) -> Form:
         """The equation and its rate at the end of a step, two forces without work for both."""
-        of, torques = self._of, (self._torque(path.end), self._torque(path.rate))
+        of, torques = self._of, (self._torque(path.end), self._torque(path.end_velocity))
         if k == 0:
             gap = of.gap(path.end, self._x(path.start))
         else:
-            gap = as_row(self._x(path.rate) - turning_rate(of.angle, path))
+            gap = as_row(self._x(path.end_velocity) - turning_rate(of.angle, path))
         return self._form(torques[k], turned(of.angle, path, k, dq, torques), gap, dq)
 
     def velocity(self, v: Expr, mid: Expr, dv: Expr) -> Form:

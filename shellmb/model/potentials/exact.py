@@ -69,7 +69,7 @@ class ExactEnergy(WithoutTerms):
         """Virtual work over a step, with stresses linear in time, eq. (Q2)."""
         (measured, e), p = self._over(step), step.path
         stresses = forms.path_stresses(self.potential, e, p.alpha)
-        states = p.mean, p.chord, p.bow, p.swing
+        states = p.states
         work = sum(
             ufl.dot(stress, slope_at(measured, on.slopes[k], states, dq))
             for stress, on in zip(stresses, step.rows.stresses, strict=True)

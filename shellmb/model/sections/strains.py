@@ -116,8 +116,7 @@ class AnyStrains(Strains):
         return AnyStrain(self.strain, states, step.whole.places)
 
     def _bow_of(self, step: Step) -> Expr:
-        p = step.path
-        return self._over(step, (p.mean, p.chord, p.bow, p.swing)).bow
+        return self._over(step, step.path.states).bow
 
     def mean(self, step: Step) -> Any:
         """Means over a step."""

@@ -7,7 +7,7 @@ run.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from mpi4py import MPI
@@ -22,7 +22,6 @@ from shellmb.model.body import strain_energy as stored_energy
 from shellmb.observers.account.sizes import stiffness_of
 from shellmb.schemes.base import Levels
 from shellmb.schemes.linearised import strain_energy
-from shellmb.schemes.residuals.forces import bow_energy, jump_energy
 from shellmb.simulate.simulation import Silent, Simulation
 from shellmb.system.assembly.functionals import Functionals
 
@@ -46,7 +45,7 @@ def scalar(forms: list[Form | None], comm: MPI.Comm) -> Scalar | None:
     return lambda: float(functional()[0])
 
 
-def present(forms: list[Form | None]) -> list[Form]:
+def present(forms: Sequence[Form | None]) -> list[Form]:
     """Those of some forms that there are."""
     return [form for form in forms if form is not None and not form.empty()]
 
@@ -131,7 +130,7 @@ class EnergyAccount(Silent):
             return forms
         for body in bodies:
             levels = simulation.problem.levels[body.name]
-            moved = simulation.scheme.moved(levels.q, levels.push, levels.unknown)
+            moved = simulation.scheme.moved(levels.q, levels.scaled, levels.unknown)
             for name, stage in simulation.problem.forms[body.name].items():
                 for sample in stage.samples:
                     form = (
@@ -145,33 +144,19 @@ class EnergyAccount(Silent):
         return forms
 
     def _dissipation(self, simulation: Simulation) -> tuple[dict[str, list[Form]], ...]:
-        """Both parts of `c^2`, eq. (34), by body: of the jump of states, and of velocities."""
+        """What is dissipated over alpha by body, eqs. (34), (Q5): by states, and by velocities."""
         elastic: dict[str, list[Form]] = {}
         inert: dict[str, list[Form]] = {}
         self._alpha, stage = simulation.scheme.dissipation()
         self._jumps: list[_VelocityJump] = []
-        if self._alpha and simulation.problem.paths:
-            # of the bow of strains and of velocities, eq. (Q5)
-            for body in simulation.model.bodies:
-                made = simulation.problem.paths[body.name]
-                path = made.path
-                bow = 2 * (path.rate + path.start - path.end) / (1 + path.alpha)
-                kinetic = kinetic_energy(body, path.shake / made.dt)
-                four = None if kinetic is None else 4 * kinetic
-                lost = present([bow_energy(body, made.step, bow), four])
-                if lost:
-                    elastic[body.name], inert[body.name] = lost, []
-        if self._alpha and stage is not None:
-            for body in simulation.model.bodies:
-                levels = simulation.problem.levels[body.name]
-                jump = _VelocityJump(levels)
-                form = kinetic_energy(body, jump.function)
-                if form is not None:
-                    self._jumps.append(jump)
-                jumps = jump_energy(body, levels.q, levels.unknown[stage])
-                parts = present([jumps]), present([form])
-                if any(parts):
-                    elastic[body.name], inert[body.name] = parts
+        for body in simulation.model.bodies if self._alpha else ():
+            lost, moving = present(simulation.problem.steps[body.name].dissipated()), []
+            if stage is not None:
+                jump = _VelocityJump(simulation.problem.levels[body.name])
+                moving = present([kinetic_energy(body, jump.function)])
+                self._jumps += [jump] if moving else []
+            if lost or moving:
+                elastic[body.name], inert[body.name] = lost, moving
         return elastic, inert
 
     def _energies(self) -> None:

@@ -15,7 +15,6 @@ from ufl.algorithms.ad import expand_derivatives
 from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats
-from shellmb.forms.steps.discrete import stress_average
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.reduced.data import amplitudes
 from shellmb.model.shells.shell import ShellModel
@@ -39,16 +38,10 @@ class MeanAmplitudes:
         self._values: Floats | None = None
         self._read: fem.Expression | None = None
         modes = self._state.modes
-        self._mesh, levels = modes.mixed.space.mesh, problem.levels[modes.name]
-        if modes.name in problem.paths:
-            mean: Expr = problem.paths[modes.name].path.mean
-        elif simulation.scheme.dynamic:
-            dt = fem.Constant(self._mesh, 1.0)
-            span = simulation.scheme.expand(levels, dt)[problem.last].span
-            single = span.a is span.b
-            mean = span.at if single else stress_average(span.a, span.b, span.beta)
-        else:
+        self._mesh = modes.mixed.space.mesh
+        if not simulation.scheme.dynamic:
             return
+        mean = problem.steps[modes.name].mean_state()
         middle = np.full((1, 1), 0.5)
         self._read = compiled_expression(ufl.as_vector(amplitudes(modes.layout, mean)), middle)
 

@@ -75,12 +75,8 @@ class Resultants:
         self._levels = levels = problem.levels[body.name]
         found = [_linear(body.resultants((levels.reference or levels).q), levels)]
         self._start: fem.Function | None = None
-        if body.name in problem.paths:
-            found.append(body.mean_resultants(problem.paths[body.name].step))
-        elif simulation.scheme.dynamic:
-            dt = fem.Constant(body.mixed.space.mesh, 1.0)
-            stage = simulation.scheme.expand(levels.reference or levels, dt)[problem.last]
-            averaged = body.averaged_resultants(stage.span)
+        if simulation.scheme.dynamic:
+            averaged = problem.steps[body.name].mean_resultants(body)
             # looked at when the step is accepted, and its start is overwritten
             self._start = fem.Function(body.mixed.space, name="start")
             found.append(ufl.replace(_linear(averaged, levels), {levels.q: self._start}))

@@ -25,33 +25,14 @@ from shellmb.arrays import Floats
 from shellmb.model.body import Body
 from shellmb.native.kernels import compiled
 from shellmb.observers.forces.reactions import Arms, HeldForces, NodalForces, cells_of
-from shellmb.schemes.quadratic import RATE, QuadraticInTime
 from shellmb.schemes.residuals.residual import StageForms
 from shellmb.simulate.simulation import Simulation
 from shellmb.system.assembly.loops import LoopResiduals, PlacedForm
 
 
 def last_middle(simulation: Simulation, body: str) -> Floats:
-    """Dofs of a body at the middle of the last stage of the step just solved.
-
-    Where forces are those of a single state, that state; where displacements are small the
-    reference; over a step that is quadratic in time the mean.
-    """
-    problem, scheme = simulation.problem, simulation.scheme
-    levels = problem.levels[body]
-    if isinstance(scheme, QuadraticInTime) and levels.push is not None:
-        unknown = {stage: f.x.array for stage, f in levels.unknown.items()}
-        return np.asarray(scheme.mean(levels.q.x.array, levels.push.x.array, unknown))
-    if levels.reference is not None:
-        return np.asarray(levels.reference.q.x.array)
-    end = levels.unknown[problem.last].x.array
-    stage = problem.forms[body][problem.last].stage
-    if stage is not None and stage.single:
-        return np.asarray(end)
-    stages = scheme.stages
-    k = stages.index(problem.last)
-    before = levels.unknown[stages[k - 1]] if k else levels.q
-    return np.asarray((before.x.array + end) / 2)
+    """Dofs of a body where forces acted that balance the momentum of the step just solved."""
+    return simulation.problem.steps[body].middle()
 
 
 @dataclass(frozen=True)
@@ -78,8 +59,7 @@ class Impulse:
 
     def __init__(self, simulation: Simulation) -> None:
         problem, model = simulation.problem, simulation.model
-        quadratic = isinstance(simulation.scheme, QuadraticInTime)
-        stages = [problem.last, *([RATE] if quadratic else [])]
+        stages = simulation.scheme.balance
         self._rows = [_Acting(simulation, stage) for stage in stages]
         self._held = [HeldForces(problem, model, stage) for stage in stages]
 
@@ -96,8 +76,8 @@ class Impulse:
                 else:
                     levels = simulation.problem.levels[carrier.name]
                     unknown = {stage: f.x.array for stage, f in levels.unknown.items()}
-                    q, push = levels.q.x.array, getattr(levels.push, "x", levels.q.x).array
-                    chord = scheme.moved(q, push, unknown)[simulation.problem.last]
+                    scaled = {rate: f.x.array for rate, f in levels.scaled.items()}
+                    chord = scheme.moved(levels.q.x.array, scaled, unknown)[simulation.problem.last]
                     arms = Arms(np.asarray(chord / 2), whole=0.0)
                 found, gross = carrier.resultants(arms, [f for f in forces if f is not None])
                 if number:

@@ -3,22 +3,42 @@
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import cached_property
+from typing import Any, Protocol
 
 import numpy as np
 import ufl
 from dolfinx import fem
+from ufl import Form
 from ufl.core.expr import Expr
 
 from shellmb.forms.steps.path import Path, Step
-from shellmb.model.body import Body, Dofs, Rates
-from shellmb.schemes.base import END, Levels, Tangent, Values
-from shellmb.schemes.quadratic import QuadraticInTime
-from shellmb.schemes.residuals.forces import path_forces, path_term
+from shellmb.model.body import Body, Dofs, Rates, kinetic_energy
+from shellmb.schemes.base import END, Levels, Resulting, Scheme, Tangent, Values
+from shellmb.schemes.notation import PathPage
+from shellmb.schemes.residuals.forces import bow_energy, path_forces, path_term
 from shellmb.schemes.residuals.pathpoints import at_points, of_any_form
 from shellmb.schemes.residuals.residual import Sample, StageForms, acting, averaged
 from shellmb.schemes.residuals.rows import NAMES, PathStates, both_rows, constants
 from shellmb.schemes.residuals.strainrates import over_path
-from shellmb.schemes.residuals.weights import moments, path_pairs, path_states
+from shellmb.schemes.residuals.weights import path_pairs
+
+
+class PathScheme(Scheme, Protocol):
+    """A scheme that is quadratic in time."""
+
+    @property
+    def alpha(self) -> float:
+        """Dissipation."""
+        ...
+
+    @property
+    def page(self) -> PathPage:
+        """Its equations."""
+        ...
+
+    def path(self, q: Any, scaled: Mapping[str, Any], unknown: Mapping[str, Any]) -> Path:
+        """The path of a step; arguments as of `Scheme.moved`."""
+        ...
 
 
 class PathForms:
@@ -37,33 +57,32 @@ class PathForms:
         dt: Length of the step.
     """
 
-    def __init__(
-        self, body: Body, scheme: QuadraticInTime, levels: Levels, dt: fem.Constant
-    ) -> None:
+    def __init__(self, body: Body, scheme: PathScheme, levels: Levels, dt: fem.Constant) -> None:
         self._body, self._scheme, self._levels, self.dt = body, scheme, levels, dt
-        self._mesh = levels.q.function_space.mesh
-        self.path: Path = scheme.path(levels)
-        assert levels.push is not None
-        sources = (levels.q, levels.push, *levels.unknown.values())
-        self.states = PathStates(sources, path_states(scheme.alpha))
-        unknown, alpha = tuple(levels.unknown.values()), scheme.alpha
+        self._mesh, page, alpha = levels.q.function_space.mesh, scheme.page, scheme.alpha
+        unknown, (velocity,) = tuple(levels.unknown.values()), levels.scaled.values()
+        constant = fem.Constant(self._mesh, float(alpha))
+        self.path: Path = page.path_of(levels.q, unknown[0], velocity, unknown[1], constant)
+        self.states = PathStates((levels.q, velocity, *unknown), page.states(alpha))
         common = self._mesh, self.states.functions
-        rows = both_rows(*common, [path_pairs(alpha, k) for k in (0, 1)], unknown, moments(1.0))
-        points = at_points(*common, alpha, unknown)
-        self.step = Step(self.path, rows, points, of_any_form(self._mesh, alpha))
+        pairs = [path_pairs(page, alpha, k) for k in (0, 1)]
+        rows = both_rows(*common, pairs, unknown, page.strains(1.0))
+        points = at_points(page, *common, alpha, unknown)
+        self.step = Step(self.path, rows, points, of_any_form(page, self._mesh, alpha))
 
-    def forms(self) -> dict[str, StageForms]:
+    @cached_property
+    def stages(self) -> dict[str, StageForms]:
         """Residuals of both rows, by the name of their stage."""
         body, result = self._body, {}
         terms, work = path_term(body, self.step), None
         if body.damping is not None:
             alpha, states = self._scheme.alpha, self.states.functions
-            sources = self.path.start, self.path.end, self.path.rate
-            along = over_path(self._mesh, alpha, states, sources, self.dt)
+            sources = self.path.start, self.path.end, self.path.end_velocity
+            along = over_path(self._scheme.page, self._mesh, alpha, states, sources, self.dt)
             terms.append(body.damping.term(along, *body.mixed.arguments))
             work = body.damping.work(along)
         # derivatives by functions that follow the unknown states have one kernel for both of these
-        followed = dict(zip(NAMES, self.states.functions, strict=True))
+        followed: Any = dict(zip(NAMES, self.states.functions, strict=True))
         step = self.step._replace(path=self.path._replace(**followed))
         for k, (stage, unknown) in enumerate(self._levels.unknown.items()):
             dq = ufl.TestFunction(unknown.function_space)
@@ -93,9 +112,33 @@ class PathForms:
         new, free = self._scheme.advance(q, rates, unknown, dt, tangent), self._inertialess
         if len(free):
             # all that is carried on of it: strains of the next step begin with its rate there
-            push, rows = dt * rates["v"][free], {s: values[free] for s, values in unknown.items()}
-            new["v"][free] = sum(self._scheme.moved(q[free], push, rows).values()) / dt
+            rows = {s: values[free] for s, values in unknown.items()}
+            moved = self._scheme.moved(q[free], {"v": dt * rates["v"][free]}, rows)
+            new["v"][free] = sum(moved.values()) / dt
         return new
+
+    def middle(self) -> Values:
+        """Mean of the path of the step just solved, where the mean of the forces acts."""
+        levels, scaled = self._levels, {k: f.x.array for k, f in self._levels.scaled.items()}
+        unknown = {stage: f.x.array for stage, f in levels.unknown.items()}
+        return np.asarray(self._scheme.path(levels.q.x.array, scaled, unknown).mean)
+
+    def mean_state(self) -> Expr:
+        """Mean of the path."""
+        return self.path.mean
+
+    def mean_resultants(self, body: Resulting) -> Expr:
+        """Mean of a shell's or beam's resultants, those of `S_0`."""
+        return body.mean_resultants(self.step)
+
+    def dissipated(self) -> list[Form]:
+        """Energy that the step dissipates over alpha, eq. (Q5)."""
+        path = self.path
+        # of the resultants, by (Q3)
+        bow = 2 * (path.end_velocity + path.start - path.end) / (1 + path.alpha)
+        kinetic = kinetic_energy(self._body, path.shake / self.dt)
+        four = None if kinetic is None else 4 * kinetic
+        return [f for f in (bow_energy(self._body, self.step, bow), four) if f is not None]
 
     @cached_property
     def _inertialess(self) -> Dofs:

@@ -8,36 +8,34 @@ from ufl.core.expr import Expr
 
 from shellmb.forms.steps.anystrain import AnyRow, AnyStep
 from shellmb.forms.steps.path import Moment, Points
+from shellmb.schemes.notation import MomentWeights, PathPage
 from shellmb.schemes.residuals.rows import bare_moment, bare_slope, both_rows, constants
 from shellmb.schemes.residuals.weights import (
-    BOW,
     POINTS,
-    SLOPES,
     UNKNOWN,
     ChangeWeights,
-    MomentWeights,
     PairWeights,
     at_end,
     at_point,
-    combined,
-    moments,
-    path_states,
     rate_at_point,
     slope_at_point,
 )
 
 
-def at_points(mesh: Any, states: tuple[Expr, ...], alpha: float, unknown: Sequence[Expr]) -> Points:
+def at_points(
+    page: PathPage, mesh: Any, states: tuple[Expr, ...], alpha: float, unknown: Sequence[Expr]
+) -> Points:
     """What rows of nonlinear sections consist of.
 
     Args:
+        page: The page of the scheme.
         mesh: Mesh of the body.
-        states: Mean, chord, bow and swing of the path.
+        states: Mean, chord, bow and mean velocity of the path.
         alpha: Dissipation.
         unknown: Unknown states of the rows P0 and P1.
     """
     first, second = unknown
-    parts = path_states(alpha)[:, UNKNOWN].T
+    parts = page.states(alpha)[:, UNKNOWN].T
 
     def changes(shares: Sequence[float]) -> dict[int, ChangeWeights]:
         """Of moments, with the shares of the unknown states in their resultants."""
@@ -45,33 +43,36 @@ def at_points(mesh: Any, states: tuple[Expr, ...], alpha: float, unknown: Sequen
         return {c: ChangeWeights(s, share != 0, share, 1.0) for c, (s, share) in numbered}
 
     def row(k: int) -> list[PairWeights]:
-        of_points = [(at_point(p), slope_at_point(k, p), True, changes((1.0, p))) for p in POINTS]
+        of_points = [
+            (at_point(page, p), slope_at_point(page, k, p), True, changes((1.0, p))) for p in POINTS
+        ]
         return [PairWeights(*pair) for pair in of_points]
 
     def free(weights: MomentWeights) -> Moment:
         return bare_moment(mesh, weights, first)
 
-    rates = [free(rate_at_point(p)) for p in POINTS]
+    rates = [free(rate_at_point(page, p)) for p in POINTS]
     held = [first + constants(mesh, p)[0] * second for p in POINTS]
-    half, none = combined((alpha / 2, BOW)), changes((0.0, 0.0))
-    damping = [[PairWeights(half, SLOPES[k][1], False, none)] for k in range(2)]
+    half, none = alpha / 2 * page.bow, changes((0.0, 0.0))
+    damping = [[PairWeights(half, page.slopes(k)[1], False, none)] for k in range(2)]
     return Points(
         both_rows(mesh, states, [row(0), row(1)], held),
         (rates[0], rates[1]),
-        free(at_end(-1)),
-        free(at_end(1)),
-        free(combined((2.0, moments(0.0)[1]))),
-        free(BOW),
-        (bare_slope(mesh, SLOPES[0][0]), bare_slope(mesh, SLOPES[1][0])),
-        both_rows(mesh, states, damping, [first], [BOW]),
+        free(at_end(page, -1)),
+        free(at_end(page, 1)),
+        free(2.0 * page.strains(0.0)[1]),
+        free(page.bow),
+        (bare_slope(mesh, page.slopes(0)[0]), bare_slope(mesh, page.slopes(1)[0])),
+        both_rows(mesh, states, damping, [first], [page.bow]),
         alpha > 0,
     )
 
 
-def of_any_form(mesh: Any, alpha: float) -> AnyStep:
+def of_any_form(page: PathPage, mesh: Any, alpha: float) -> AnyStep:
     """What rows of strains of any form consist of.
 
     Args:
+        page: The page of the scheme.
         mesh: Mesh of the body.
         alpha: Dissipation.
     """
@@ -85,5 +86,5 @@ def of_any_form(mesh: Any, alpha: float) -> AnyStep:
     rows = row((0.5, 0.5), 0.0, 1 / 3, 0), row([p / 2 for p in POINTS], 1 / 3, 0.0, 1)
     # of the states on the path, and of those that hold the resultants of both rows
     held = np.eye(2)
-    shares = np.concatenate([path_states(alpha)[:, UNKNOWN], held]).T
+    shares = np.concatenate([page.states(alpha)[:, UNKNOWN], held]).T
     return AnyStep((first, last), rows, tuple(constants(mesh, list(s)) for s in shares))

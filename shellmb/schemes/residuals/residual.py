@@ -4,16 +4,33 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
 import ufl
 from dolfinx import fem
 from ufl import Form
 from ufl.core.expr import Expr
 
 from shellmb.errors import SceneError
+from shellmb.forms.steps.discrete import stress_average
+from shellmb.forms.steps.mixed import Interval
 from shellmb.model.body import Body, Leaping, LoadFactors, Rates, Term, TimeFunction
-from shellmb.schemes.base import END, GAUSS_TIMES, GAUSS_WEIGHTS, Levels, Scheme, Stage
+from shellmb.schemes.base import (
+    END,
+    GAUSS_TIMES,
+    GAUSS_WEIGHTS,
+    Levels,
+    Resulting,
+    Scheme,
+    Stage,
+    Values,
+)
 from shellmb.schemes.linearised import change
-from shellmb.schemes.residuals.forces import jump_constraint, sub_forces, velocity_constraint
+from shellmb.schemes.residuals.forces import (
+    jump_constraint,
+    jump_energy,
+    sub_forces,
+    velocity_constraint,
+)
 from shellmb.schemes.residuals.rows import PathStates, Span
 from shellmb.schemes.residuals.strainrates import over_interval
 
@@ -129,6 +146,56 @@ class StageForms:
     terms: tuple[Term, ...] = ()
     states: PathStates | None = None
     damping: Form | None = None
+
+
+class IntervalForms:
+    """Residuals of a scheme that is made of sub-intervals.
+
+    Args:
+        body: The body.
+        scheme: The scheme.
+        levels: The body's functions.
+        dt: Length of the step.
+
+    Attributes:
+        stages: Residuals by the names of their stages.
+        advance: Rates at the end of the step.
+    """
+
+    def __init__(self, body: Body, scheme: Scheme, levels: Levels, dt: fem.Constant) -> None:
+        self._body, self._levels, self._scheme, self._dt = body, levels, scheme, dt
+        self.stages = stage_forms(body, scheme, levels, dt)
+        self.advance = scheme.advance
+
+    def _last(self, levels: Levels) -> Interval:
+        return self._scheme.expand(levels, self._dt)[END].span
+
+    def middle(self) -> Values:
+        """The middle of the last sub-interval; the state of a single one, or the reference."""
+        levels = self._levels
+        if levels.reference is not None:
+            return np.asarray(levels.reference.q.x.array)
+        ends: Any = self._last(levels)
+        a, b = ends.a, ends.b
+        return np.asarray(b.x.array if a is b else (a.x.array + b.x.array) / 2)
+
+    def mean_state(self) -> Expr:
+        """State of which the averaged stress of the last sub-interval is."""
+        span = self._last(self._levels)
+        return span.at if span.a is span.b else stress_average(span.a, span.b, span.beta)
+
+    def mean_resultants(self, body: Resulting) -> Expr:
+        """Resultants of the averaged stress of the last sub-interval."""
+        levels = self._levels
+        return body.averaged_resultants(self._last(levels.reference or levels))
+
+    def dissipated(self) -> list[Form]:
+        """Elastic part of `c^2`, eq. (34), of the jump to the first stage."""
+        stage = self._scheme.dissipation()[1]
+        if stage is None:
+            return []
+        found = jump_energy(self._body, self._levels.q, self._levels.unknown[stage])
+        return [] if found is None else [found]
 
 
 def stage_forms(

@@ -13,24 +13,23 @@ from ufl.core.expr import Expr
 from shellmb.forms.steps.discrete import mean
 from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.path import Change, Moment, Pair, Rows, Slope, Stress
+from shellmb.schemes.notation import MomentWeights, SlopeWeights
 from shellmb.schemes.residuals.weights import (
     FIRST,
     LAST,
     SINGLE,
-    MomentWeights,
     PairWeights,
-    SlopeWeights,
     interval_pair,
     single_pair,
 )
 
 Floats = npt.NDArray[np.float64]
 
-NAMES = ("mean", "chord", "bow", "swing")
+NAMES = ("mean", "chord", "bow", "mean_velocity")
 
 
 class PathStates:
-    """Mean, chord, bow and swing of a body's path as functions that follow the unknown ones.
+    """States of a body's path as functions that follow the unknown ones: `NAMES`.
 
     Args:
         sources: Functions whose combinations they are.
@@ -40,8 +39,8 @@ class PathStates:
     def __init__(self, sources: Sequence[fem.Function], weights: Floats) -> None:
         self.sources, self.weights = sources, weights
         space = sources[0].function_space
-        mean, chord, bow, swing = (fem.Function(space, name=name) for name in NAMES)
-        self.functions = mean, chord, bow, swing
+        mean, chord, bow, velocity = (fem.Function(space, name=name) for name in NAMES)
+        self.functions = mean, chord, bow, velocity
 
 
 def constants(mesh: Any, values: object) -> tuple[Expr, ...]:
@@ -59,7 +58,7 @@ def slope_of(mesh: Any, weights: SlopeWeights) -> Slope:
 
 def moment_of(mesh: Any, weights: MomentWeights, holder: Expr) -> Moment:
     """A moment with its numbers as Constants; `holder` is the state that holds its resultants."""
-    linear, products = (constants(mesh, w) for w in weights)
+    linear, products = (constants(mesh, w) for w in (weights.linear, weights.products))
     return Moment(linear, products, holder)
 
 
@@ -116,7 +115,7 @@ def both_rows(
 
     Args:
         mesh: Mesh of the body.
-        states: Mean, chord, bow and swing of the path.
+        states: Mean, chord, bow and mean velocity of the path.
         rows: Stresses of each row, the same ones in both.
         holders: States that hold the resultants of the stresses.
         like: Moments that are not zero where those of some scheme are not; None: these themselves.

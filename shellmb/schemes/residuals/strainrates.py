@@ -6,50 +6,45 @@ from typing import Any
 import numpy as np
 from ufl.core.expr import Expr
 
+from shellmb.arrays import Floats
 from shellmb.forms.steps.damping import Straining
 from shellmb.forms.steps.path import Moment, Rows, Stress
+from shellmb.schemes.interval import A, B
+from shellmb.schemes.notation import De, MomentWeights, PathPage, SlopeWeights, e, lin, x, z
 from shellmb.schemes.residuals.rows import both_rows, bound, constants, moment_of
 from shellmb.schemes.residuals.weights import (
     AT_REFERENCE,
-    BOW,
+    FIRST,
     LAST,
-    MIDDLE,
-    SLOPES,
     UNKNOWN,
     ChangeWeights,
-    Floats,
-    MomentWeights,
     PairWeights,
-    SlopeWeights,
-    combined,
-    moments,
-    path_states,
 )
 
 # changes of a strain over a sub-interval, and over the one before and behind it, whose chord is z
-CHANGE = MomentWeights(np.array([0.0, 1, 0, 0]), np.array([0.0, 1, 0, 0, 0, 0, 0]))
-BEFORE = MomentWeights(np.array([0.0, 0, 1, 0]), np.array([0, 0, 1, 0, -1 / 2, -1 / 2, 0]))
-BEHIND = MomentWeights(np.array([0.0, 0, 1, 0]), np.array([0, 0, 1, 0, 1 / 2, 1 / 2, 0]))
+CHANGE = e(B) - e(A)
+BEFORE = e(A) - e(A - z)
+BEHIND = e(B + z) - e(B)
+
+# state at the start, and the unknown ones of the rows P0 and P1
+type Sources = tuple[Expr, Expr, Expr]
 
 # what the rows of a scheme of one and of two sub-intervals see, the shares of the unknown states in
 # x, D, z, y there, and what the work (D2) is of
-type Sources = tuple[Expr, Expr, Expr]
-type Parts = tuple[tuple[float, MomentWeights], ...]
-
-ROWS: dict[tuple[int, int], Parts] = {
-    (1, 0): ((1, CHANGE),),
-    (2, 0): ((4, CHANGE), (1, BEHIND)),
-    (2, 1): ((1, CHANGE), (1, BEFORE)),
+ROWS: dict[tuple[int, int], MomentWeights] = {
+    (1, 0): CHANGE,
+    (2, 0): 4 * CHANGE + BEHIND,
+    (2, 1): CHANGE + BEFORE,
 }
 SHARES: dict[tuple[int, int], list[Floats]] = {
     (1, 0): [LAST],
-    (2, 0): [np.array([0.5, 1, -1, 0]), np.array([0.0, 0, 1, 0])],
-    (2, 1): [np.array([0.5, -1, 1, 0]), LAST],
+    (2, 0): [LAST - z, z],
+    (2, 1): [FIRST + z, LAST],
 }
-WORKS: dict[tuple[int, int], list[Parts]] = {
-    (1, 0): [((1, CHANGE),)],
-    (2, 0): [((1, CHANGE), (1, BEHIND)), ((1, CHANGE),)],
-    (2, 1): [((1, CHANGE), (1, BEFORE)), ((1, BEFORE),)],
+WORKS: dict[tuple[int, int], list[MomentWeights]] = {
+    (1, 0): [CHANGE],
+    (2, 0): [CHANGE + BEHIND, CHANGE],
+    (2, 1): [CHANGE + BEFORE, BEFORE],
 }
 
 
@@ -71,9 +66,8 @@ def over_interval(
     """
     n = 1 + place[0]
 
-    def weights(parts: Parts) -> MomentWeights:
-        found = combined(*parts)
-        return MomentWeights(found.linear, np.zeros(7)) if linear else found
+    def weights(strain: MomentWeights) -> MomentWeights:
+        return lin(strain.linear) if linear else strain
 
     def holder(moment: MomentWeights) -> Expr:
         """Resultants of states change as strains do."""
@@ -81,7 +75,7 @@ def over_interval(
         parts = [c * state for c, state in zip(numbers, states[1:n], strict=True)]
         return sum(parts[1:], parts[0])
 
-    slope, seen = AT_REFERENCE if linear else MIDDLE, weights(ROWS[place])
+    slope, seen = AT_REFERENCE if linear else De(x), weights(ROWS[place])
     shares = [float(seen.linear @ share) for share in SHARES[place]]
     pair = _pair(seen, slope, SHARES[place], shares)
     works = [weights(work) for work in WORKS[place]]
@@ -92,18 +86,24 @@ def over_interval(
 
 
 def over_path(
-    mesh: Any, alpha: float, states: tuple[Expr, ...], sources: Sources, dt: Expr
+    page: PathPage,
+    mesh: Any,
+    alpha: float,
+    states: tuple[Expr, ...],
+    sources: Sources,
+    dt: Expr,
 ) -> Straining:
     """The rows of a step that is quadratic in time.
 
     Args:
+        page: The page of the scheme.
         mesh: Mesh of the body.
         alpha: Dissipation.
-        states: Mean, chord, bow and swing of the path.
+        states: Mean, chord, bow and mean velocity of the path.
         sources: State at the start, and the unknown ones of both rows.
         dt: Length of the step.
     """
-    change, shares = combined((2.0, moments(0.0)[1])), path_states(alpha)[:, UNKNOWN].T
+    change, shares = 2.0 * page.strains(0.0)[1], page.states(alpha)[:, UNKNOWN].T
     # resultants are S_0 and S_1 of (Q3): what of S_i and of them the bow and the change are
     bow = np.array([1.0, -1, 1]) * 2 / (1 + alpha)
     held = np.array([0.0, 0, 2]) - alpha * bow, bow
@@ -113,13 +113,13 @@ def over_path(
         return sum(parts[1:], parts[0])
 
     own = held[0], 3 * held[1]
-    seen = list(zip((change, combined((3.0, BOW))), own, strict=True))
+    seen = list(zip((change, 3.0 * page.bow), own, strict=True))
     pairs = [
         [_pair(moment, slope, shares, w[1:]) for (moment, w), slope in zip(seen, row, strict=True)]
-        for row in SLOPES
+        for row in (page.slopes(0), page.slopes(1))
     ]
     works: tuple[Moment, ...] = tuple(
-        moment_of(mesh, *both) for both in zip((change, BOW), map(holder, held), strict=True)
+        moment_of(mesh, *both) for both in zip((change, page.bow), map(holder, held), strict=True)
     )
     return Straining(both_rows(mesh, states, pairs, [holder(w) for w in own]), works, dt)
 

@@ -14,9 +14,9 @@ from shellmb.schemes.base import (
     Stage,
     Tangent,
     Values,
-    at_state,
 )
-from shellmb.schemes.single import SingleStage
+from shellmb.schemes.defaults import Defaults
+from shellmb.schemes.interval import at_state
 
 # a free rotation is too slow by `(1 + 10 alpha^2)/12` of its squared angle in a step (measured:
 # 0.083, 0.17, 0.89 for alpha = 0, 1/3, 1); 5 per cent of the angle are the bound
@@ -55,7 +55,7 @@ class Weights(NamedTuple):
 
 
 @dataclass(frozen=True)
-class GeneralizedAlpha(SingleStage):
+class GeneralizedAlpha(Defaults):
     """Second order, with a chosen spectral radius at infinite frequency; no energy law.
 
     J. Chung and G. M. Hulbert, J. Appl. Mech. 60 (1993) 371-375, with the constraints of index 3
@@ -82,8 +82,6 @@ class GeneralizedAlpha(SingleStage):
     stages: tuple[str, ...] = (END,)
     rates: tuple[str, ...] = ("v", "a", "acceleration")
     conserves: frozenset[str] = frozenset()
-    linear: bool = False
-    jumps: bool = False
 
     @property
     def title(self) -> str:

@@ -25,7 +25,8 @@ from shellmb.bodyfields import NONE, body_field, residual_terms
 from shellmb.errors import ConvergenceError
 from shellmb.model.body import LoadFactors, Rates, TimeFunction
 from shellmb.model.model import Model
-from shellmb.schemes.base import Levels, at_state
+from shellmb.schemes.base import Levels
+from shellmb.schemes.interval import at_state
 from shellmb.schemes.residuals.forces import sub_forces
 from shellmb.schemes.residuals.rows import Span
 from shellmb.system.assembly.blocks import BlockSystem

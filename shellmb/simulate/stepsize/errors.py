@@ -1,6 +1,6 @@
 """Estimate of the error of a step from the positions and directors at its end and before it.
 
-A scheme of order p is off in a step by `C h^(p+1) q^(p+1)` (`schemes.localerror`). That
+A scheme of order p is off in a step by `C h^(p+1) q^(p+1)` (`schemes.base.LocalError`). That
 derivative is a divided difference of the last p + 2 states, the new one among them: what the
 polynomial through the states before misses the new state by, up to a factor. A motion as large as
 the body with this derivative turns by the *equivalent angle*
@@ -27,7 +27,7 @@ from mpi4py import MPI
 import numpy as np
 
 from shellmb.arrays import Floats, Int32s
-from shellmb.schemes.localerror import LocalError, local_error
+from shellmb.schemes.base import LocalError
 from shellmb.simulate.problem import Problem
 
 # parts of a body that tell where it is
@@ -46,7 +46,7 @@ class StepErrors:
 
     def __init__(self, problem: Problem) -> None:
         self._problem, self._comm = problem, problem.model.comm
-        self._law: LocalError = local_error(problem.scheme)
+        self._law: LocalError = problem.scheme.local_error
         self._where: list[tuple[str, Int32s]] = []
         scales: list[Floats] = []
         for body in problem.model.bodies:

@@ -90,17 +90,17 @@ class DirectorPath(Directors):
     """Directors at the end of a step that is quadratic in time, or their velocities times the step.
 
     Both fields have it, that of the velocities with `state`. Forces act along the path, whose
-    states are combinations of `before`, `push` and the two unknown ones (eq. Q4).
+    states are combinations of `before`, `start_velocity` and the two unknown ones (eq. Q4).
 
     Args:
-        push: Velocity at the start times the step.
+        start_velocity: Velocity at the start times the step.
         alpha: Dissipation.
         state: Number of the field that has the directors; -1 in that field itself.
         rate: Number of the field that has the velocities; -1 in that field itself.
         massless: Whether they have no inertia, and are held at the middle of the step (eq. Q6).
     """
 
-    push: fem.Function | None = None
+    start_velocity: fem.Function = field(kw_only=True)
     alpha: float = 0.0
     state: int = -1
     rate: int = -1

@@ -144,10 +144,10 @@ class DirectorNodes:
     def _path(self, end: Floats, rate: Floats) -> PathDirectors:
         """The same from values at the nodes."""
         path = self.path
-        assert path is not None and path.before is not None and path.push is not None
+        assert path is not None and path.before is not None
         start, end = self.reference + path.before.x.array[self.dofs], self.reference + end
         make = MasslessPath if path.massless else PathDirectors
-        return make(start, path.push.x.array[self.dofs], end, rate, path.alpha)
+        return make(start, path.start_velocity.x.array[self.dofs], end, rate, path.alpha)
 
     def mean(self, fields: Sequence[Field]) -> Floats:
         """Directors at which forces act."""

@@ -9,8 +9,8 @@ The forces of the multipliers of both rows act along the columns of (eq. Q4)
 
     G = [ C(x)^T, C(s)^T; C(D)^T/6, C(m)^T ]
 
-with the mean `x`, the swing `s`, the chord `D` and the middle `m` of the path. Tests are the
-columns of `Y` with `G^T Y = 0`: those of single directors at `x` and at `m`, corrected along
+with mean `x`, mean velocity `s`, chord `D` and middle `m` of the path. Tests are the columns of
+`Y` with `G^T Y = 0`: those of single directors at `x` and at `m`, corrected along
 `C(x)^+` and `C(m)^+`.
 
 Directors without inertia obey `g(d) = 0` at the middle in place of `C(d) V = 0`, and have other
@@ -57,14 +57,14 @@ class PathDirectors(NamedTuple):
 
     Args:
         start: Directors at the start.
-        push: Their velocities there times the step.
+        start_velocity: Their velocities there times the step.
         end: Directors at the end.
         rate: Their velocities there times the step.
         alpha: Dissipation.
     """
 
     start: Floats
-    push: Floats
+    start_velocity: Floats
     end: Floats
     rate: Floats
     alpha: float
@@ -72,7 +72,7 @@ class PathDirectors(NamedTuple):
     def of(self, node: int) -> "PathDirectors":
         """Those of one node."""
         one = slice(node, node + 1)
-        states = self.start[one], self.push[one], self.end[one], self.rate[one]
+        states = self.start[one], self.start_velocity[one], self.end[one], self.rate[one]
         return type(self)(*states, self.alpha)
 
     @property
@@ -89,7 +89,7 @@ class PathDirectors(NamedTuple):
     def bow(self) -> Floats:
         """Bow of the path."""
         a = self.alpha
-        return ((1 + a) * self.rate - (1 - a) * self.push - 2 * a * self.chord) / 12
+        return ((1 + a) * self.rate - (1 - a) * self.start_velocity - 2 * a * self.chord) / 12
 
     @property
     def mean(self) -> Floats:
@@ -102,10 +102,10 @@ class PathDirectors(NamedTuple):
         return self.middle
 
     @property
-    def swing(self) -> Floats:
+    def mean_velocity(self) -> Floats:
         """What the second multiplier's force turns with."""
         a = self.alpha
-        return ((1 - a) * self.push + (1 + a) * self.rate) / 4
+        return ((1 - a) * self.start_velocity + (1 + a) * self.rate) / 4
 
     def rate_rows(self) -> tuple[Floats, Floats]:
         """Directors that the rate is tangent at, and what its constraints have of the state."""
@@ -122,7 +122,9 @@ class PathDirectors(NamedTuple):
 
     def force_rows(self) -> Floats:
         """`G^T`, shape (n, 2 c, 6 k)."""
-        x, s, D, m = (constraint(d) for d in (self.mean, self.swing, self.chord / 6, self.second))
+        x, s, D, m = (
+            constraint(d) for d in (self.mean, self.mean_velocity, self.chord / 6, self.second)
+        )
         return np.block([[x, D], [s, m]])
 
 
@@ -140,7 +142,7 @@ class MasslessPath(PathDirectors):
         return (self.middle + self.half) / 2
 
     @property
-    def swing(self) -> Floats:
+    def mean_velocity(self) -> Floats:
         """What the second multiplier's force turns with."""
         return self.chord / 2
 
@@ -152,7 +154,7 @@ class MasslessPath(PathDirectors):
     def allowed(self) -> Floats:
         """The rate with which directors at the middle are orthonormal."""
         a, bow = self.alpha, (self.middle - orthonormal(self.half)) / 1.5
-        return np.asarray((12 * bow + (1 - a) * self.push + 2 * a * self.chord) / (1 + a))
+        return np.asarray((12 * bow + (1 - a) * self.start_velocity + 2 * a * self.chord) / (1 + a))
 
     def excess(self) -> Floats:
         """What constraints at the middle are off by, in terms of the rate, shape (n, c)."""
@@ -166,7 +168,7 @@ def path_bases(path: PathDirectors) -> tuple[Half, Half]:
     along = -pseudo_inverse(constraint(place)) @ (other @ T)
     T_x, T_m = tangent(path.mean), tangent(path.second)
     P_x, P_m = (pseudo_inverse(constraint(d)) for d in (path.mean, path.second))
-    D, s = constraint(path.chord / 6), constraint(path.swing)
+    D, s = constraint(path.chord / 6), constraint(path.mean_velocity)
     # Y = [T_x a + P_x beta; T_m b + P_m gamma] with beta + D (..) = 0 and gamma + s (..) = 0
     DP, sP = D @ P_m, s @ P_x
     one = np.eye(D.shape[1])

@@ -1,4 +1,4 @@
-"""Velocities at the start of a step times the step, for schemes that are quadratic in time."""
+"""Rates at the start of a step times the step, for schemes whose unknowns are such, too."""
 
 from collections.abc import Sequence
 
@@ -9,28 +9,28 @@ from shellmb.schemes.base import Levels
 from shellmb.system.assembly.blocks import BlockSystem
 
 
-class Pushes:
-    """Fills `push` of all levels, that of nodes which are linked to other bodies, too.
+class ScaledRates:
+    """Fills `scaled` of all levels, that of nodes which are linked to other bodies, too.
 
     Joints have no velocities of their own: those of their nodes are the bodies'.
 
     Args:
         system: The block system.
-        fields: Functions of each of its fields, and whether the field is one of velocities.
+        fields: Functions and stage of each of its fields.
         links: Links of each.
     """
 
     def __init__(
         self,
         system: BlockSystem,
-        fields: Sequence[tuple[Levels, bool]],
+        fields: Sequence[tuple[Levels, str]],
         links: Sequence[Sequence[NodeLink]],
     ) -> None:
         self._system, self._fields = system, list(fields)
         self._linked = {
             k: np.concatenate(dofs)
-            for k, (levels, rates) in enumerate(fields)
-            if rates and (dofs := [link.dofs for link in links[k]])
+            for k, (levels, stage) in enumerate(fields)
+            if stage in levels.scaled and (dofs := [link.dofs for link in links[k]])
         }
         self._vector = system.x.duplicate()
         self._any = bool(system.comm.allreduce(len(self._linked)))
@@ -42,11 +42,11 @@ class Pushes:
             dt: Length of the step, s.
         """
         system, found = self._system, []
-        for levels, rates in self._fields:
-            assert levels.push is not None
-            if rates:
-                np.multiply(levels.rates["v"].x.array, dt, out=levels.push.x.array)
-            found.append(levels.push.x.array)
+        for levels, stage in self._fields:
+            ((rate, scaled),) = levels.scaled.items()
+            if stage == rate:
+                np.multiply(levels.rates[rate].x.array, dt, out=scaled.x.array)
+            found.append(scaled.x.array)
         if not self._any:
             return
         for k, linked in self._linked.items():

@@ -1,0 +1,80 @@
+"""What most schemes have in common: those whose only unknown state is that at the end of a step."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from dolfinx import fem
+
+from shellmb.model.body import Body
+from shellmb.schemes.base import (
+    END,
+    LINEAR_PATH,
+    JumpStage,
+    Levels,
+    LocalError,
+    Motion,
+    Rotations,
+    StepForms,
+    Values,
+)
+from shellmb.schemes.residuals.residual import IntervalForms
+
+
+class Defaults:
+    """Members of `Scheme` that a scheme without states in between need not write.
+
+    Velocities do not jump, and nothing is known of a dissipation.
+    """
+
+    scaled: tuple[str, ...] = ()
+    balance: tuple[str, ...] = (END,)
+    linear: bool = False
+    jumps: bool = False
+
+    @property
+    def rotations(self) -> Rotations:
+        """How well it follows bodies that turn: as linear paths do."""
+        return LINEAR_PATH
+
+    @property
+    def local_error(self) -> LocalError:
+        """What it is off by in a step, where nothing else is known: as the mid-point rule is."""
+        return LocalError(3, 1 / 12) if getattr(self, "order", 2) > 1 else LocalError(2, 1 / 2)
+
+    def forms(self, body: Body, levels: Levels, dt: fem.Constant) -> StepForms:
+        """Residuals of one body by the sub-intervals of the stages."""
+        return IntervalForms(body, self, levels, dt)  # type: ignore[arg-type]
+
+    def jump(self, levels: Levels, dt: fem.Constant) -> JumpStage | None:
+        """Velocities do not jump, if there are any."""
+        return None
+
+    def load_weight(self, stage: str, tau: float) -> float:
+        """The mean over the step, or the only value that acts (`residual.stage_forms`)."""
+        return 1.0
+
+    def prescribed(
+        self, stage: str, motion: Motion, t: float, dt: float, rates: Mapping[str, Values]
+    ) -> Values:
+        """The motion at the end of the step."""
+        return motion(t + dt)
+
+    def moved(
+        self, q: Any, scaled: Mapping[str, Any], unknown: Mapping[str, Any]
+    ) -> dict[str, Any]:
+        """The step; work of forces at its end is of first order."""
+        return {END: unknown[END] - q}
+
+    def first_guess(self, stage: str, q: Values, scaled: Mapping[str, Values]) -> Values | float:
+        """The state at the start of the step."""
+        return q
+
+    def resultants(self, start: Values, unknown: Mapping[str, Values]) -> Values:
+        """Those of the unknown state."""
+        return unknown[END]
+
+    def dissipation(self) -> tuple[float, str | None]:
+        """Nothing is dissipated, or it is not known."""
+        return 0.0, None
