@@ -1,5 +1,6 @@
 """Natural frequencies and modes about the reference or a loaded state (SLEPc, shift and invert)."""
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from mpi4py import MPI
@@ -9,12 +10,13 @@ import numpy as np
 
 from shellmb.arrays import Floats
 from shellmb.checked_model import checked_model
+from shellmb.diagnostics.elements.locked_modes import locked_modes
 from shellmb.errors import SceneError, petsc_in_words
 from shellmb.modal.tangent import Blocks, tangent
 from shellmb.model.model import Model
 from shellmb.observers.fields.modal import ModalNodes, modal_members
 from shellmb.scene import Scene
-from shellmb.simulate.eigenmodes import lowest
+from shellmb.simulate.eigenmodes import Lowest, lowest
 from shellmb.simulate.simulation import Simulation
 from shellmb.system.assembly.blocks import BlockSystem
 
@@ -34,6 +36,7 @@ class Modes:
         rigid: Number of rigid-body modes, which are the first ones.
         imaginary: Imaginary parts of the squares, zero where these are real.
         unstable: Number of directions in which the state is unstable; None where it is not known.
+        locked: Sentences on bodies that are too stiff, as their elements lock.
     """
 
     omega2: Floats
@@ -43,6 +46,7 @@ class Modes:
     rigid: int
     imaginary: Floats
     unstable: int | None
+    locked: Sequence[str] = ()
 
     @property
     def omega(self) -> Floats:
@@ -59,7 +63,7 @@ class Modes:
 
     @property
     def warnings(self) -> list[str]:
-        """What says that the state is unstable."""
+        """What says that the state is unstable, or that elements lock."""
         said, growth = [], self.growth
         places = np.flatnonzero(growth > 0)
         if len(places):
@@ -76,7 +80,7 @@ class Modes:
                 f"the state is unstable in {self.unstable} directions, {len(places)} of which are "
                 "among the modes; ask for more modes"
             )
-        return said
+        return [*said, *self.locked]
 
     @property
     def frequencies(self) -> Floats:
@@ -114,7 +118,39 @@ def natural_modes(
     found = lowest(model, system, stiffness, mass, count, loaded)
     shapes = [mode_shape(system, model, vector) for vector in found.vectors]
     values = found.values
-    return Modes(values.real, shapes, model, system.size, found.rigid, values.imag, found.unstable)
+    return Modes(
+        values.real,
+        shapes,
+        model,
+        system.size,
+        found.rigid,
+        values.imag,
+        found.unstable,
+        _locked(model, system, found, state),
+    )
+
+
+def _locked(
+    model: Model, system: BlockSystem, found: Lowest, state: Simulation | None
+) -> list[str]:
+    """Sentences on bodies whose elements lock in modes; collective."""
+    place = {f.name: system.numbering.slice(k) for k, f in enumerate(system.fields)}
+    directors = None
+    if state is not None:
+        arrays = state.arrays()
+
+        def directors(name: str) -> Floats:
+            return arrays[f"{name}/q"][model.shells[name].mixed.dofs["w"]].reshape(-1, 3)
+
+    def parts(values: Floats) -> Callable[[str], Floats]:
+        return lambda name: values[place[name]]
+
+    modes = [
+        (k + 1, found.energies[k], parts(system.local_values(found.vectors[k])))
+        for k in range(found.rigid, len(found.vectors))
+        if found.energies[k] > 0
+    ]
+    return locked_modes(model, modes, directors) if modes else []
 
 
 def _tangent_at(model: Model, state: Simulation | None) -> tuple[BlockSystem, Blocks, Blocks]:

@@ -48,12 +48,14 @@ class Lowest:
         vectors: Their vectors, all unknowns of the system.
         rigid: Number of rigid motions.
         unstable: Number of directions in which the state is unstable; None where it is not known.
+        energies: Halves of the quadratic forms of the stiffness, of the size of each vector.
     """
 
     values: npt.NDArray[np.complex128]
     vectors: list[PETSc.Vec]
     rigid: int
     unstable: int | None
+    energies: list[float]
 
 
 def lowest(
@@ -100,7 +102,9 @@ def lowest(
     scale = next((v for v in positive if v > 1e-8 * elastic), elastic)
     still = np.abs(values) < np.maximum(RIGID * scale, zero)
     order = np.lexsort((values.real, ~still))[:count]
-    return Lowest(values[order], [vectors[k] for k in order], int(np.sum(still[order])), unstable)
+    kept, rigid = [vectors[k] for k in order], int(np.sum(still[order]))
+    energies = [float(np.real(vector.dot(K * vector))) / 2 for vector in kept]
+    return Lowest(values[order], kept, rigid, unstable, energies)
 
 
 def _with_far_ones(

@@ -3,6 +3,7 @@
 import re
 from dataclasses import replace
 
+import numpy as np
 import pytest
 import ufl
 
@@ -22,6 +23,7 @@ from shellmb.scene import (
     SymmetryPlane,
 )
 from shellmb.verify.problems.triangles import hypar
+from shellmb.vibration import natural_modes
 
 
 def hanging(thickness: float, mesh: int, distortion: float, **own) -> Scene:
@@ -82,6 +84,57 @@ def _quadratic(strains, p):
 
     bent = plane(strains.eps) + t**2 / 12 * plane(strains.kap)
     return E * t / (1 - nu**2) / 2 * bent + 5 / 12 * G * t * ufl.dot(strains.gam, strains.gam)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("distortion", [0.0, 0.25])
+@pytest.mark.parametrize("thickness", [1e-4, 1e-5])
+def test_forces_of_little_energy_that_hold_a_very_thin_body(thickness, distortion) -> None:
+    """A quarter of a cylinder bent by its edge; nothing is said of a regular mesh."""
+    section = Isotropic(2e11, 0.3, thickness)
+    panel = Shell("hypar", Cylinder(1.0, 1.0, angles=(0.0, 90.0)), section, (8, 8))
+    panel = replace(panel, distortion=distortion)
+    moment = EdgeMoment("right", (0.0, 0.0, 1e8 * thickness**3))
+    tip = Probe("tip", (0.0, 1.0, 1.0), component=0)
+    scene = Scene("panel", panel, Clamped("left"), moment, probes=tip, scheme="linear")
+    deflection, said = told(scene)
+    # of a strip that is bent alike all over: at the angle a it turns by a times the curvature
+    exact = 1e8 * 12 / 2e11 * (1 - 0.3**2) * (np.pi / 2 - 1)
+    if distortion:
+        # 0.16 and 0.10 of the deflection are left
+        assert said is not None
+        assert 0.4 < said < exact / abs(deflection) - 1
+    else:
+        assert said is None
+        # edges along the strip bend otherwise
+        assert abs(deflection) == pytest.approx(exact, rel=0.01)
+
+
+def test_a_body_that_does_not_stretch() -> None:
+    """It is ten times too stiff and more at the least distortion."""
+    own = {"stretching": False}
+    right, none = told(hanging(1e-3, 8, 0.0, **own))
+    wrong, said = told(hanging(1e-3, 8, 0.05, **own))
+    assert none is None
+    assert said is not None and 0.05 < said < right / wrong - 1
+
+
+def test_natural_modes_tell_by_how_much_they_are_too_high() -> None:
+    """Beside those of the regular mesh, which are within a per cent."""
+    found = []
+    for distortion in (0.0, 0.25):
+        scene = hypar(1e-3, 8, "quad", distortion)
+        section = Isotropic(2e11, 0.3, 1e-3, 8000.0)
+        shell = replace(scene.shells[0], section=section)
+        found.append(natural_modes(Scene("modes", shell, scene.supports), count=3))
+    right, wrong = found
+    assert right.warnings == []
+    (sentence,) = wrong.warnings
+    said = re.search(r"modes 1, 2, 3 .* that of (\d) most of all, by .*about (\d+) %", sentence)
+    assert said is not None
+    high = wrong.frequencies / right.frequencies - 1
+    assert int(said[1]) == 1 + np.argmax(high)
+    assert float(said[2]) / 100 == pytest.approx(high.max(), rel=1 / 3)
 
 
 @pytest.mark.slow

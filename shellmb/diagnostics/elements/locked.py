@@ -1,186 +1,28 @@
-"""Distorted quadrilaterals lock where a thin curved body bends.
-
-Bending a curved surface without stretching it asks for displacements along it that stand in ratio
-to those across. Elements that are no parallelograms cannot follow: over an element whose normal
-turns by `kappa h` a curvature `chi` leaves membrane strains of the size `d kappa h * h chi`, `d`
-being the part of its shape that is no parallelogram, beside bending strains of `t chi`. Whether a
-body can lock is thus a matter of its mesh, `d kappa h * h / t`. By how much it does the run shows:
-these strains change sign within elements and jump between them, while true ones are smooth on any
-mesh that is fine enough. The energy of what membrane forces differ by from their means at the nodes
-(O. C. Zienkiewicz and J. Z. Zhu, Int. J. Numer. Meth. Engng 24 (1987) 337-357), as a share `s` of
-the strain energy, is what the body is too stiff by, `s / (1 - 3 s / 2)`: the body wrinkles to
-lessen it, which takes half as much again in bending. Measured (`docs/limits.md`): it is right to a
-third up to 40 per cent, and too little beyond.
-"""
+"""A run tells of distorted quadrilaterals that lock where a thin curved body bends."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from typing import Any
 
-from mpi4py import MPI
-
-import basix
-import numpy as np
-import ufl
-from dolfinx import fem, la
-
-from shellmb.arrays import Floats
 from shellmb.diagnostics.base import Caution, said_of
-from shellmb.forms.steps.mixed import LinearMixed
-from shellmb.meshes.spaces import reading_element
-from shellmb.model.shells.shell import ShellModel
-from shellmb.native.expressions import compiled_expression
+from shellmb.diagnostics.elements.locking import (
+    BOUND,
+    Mesh,
+    Roughness,
+    excess,
+    least,
+    places,
+    why,
+)
 from shellmb.observers.account.energy import Scalar, scalar
 from shellmb.observers.fields.nodal import state
 from shellmb.observers.summary import Sources
 from shellmb.schemes.linearised import strain_energy
 from shellmb.simulate.simulation import Silent, Simulation
 
-# of stiffness: what smooth fields leave on coarse meshes stays below
-BOUND = 0.03
-# d kappa h * h/t, root of the mean square, below which nothing was too stiff by BOUND
-PRONE = 2.0
-# from which on the estimate is too low: of the excess, and of that measure
-MUCH, FAR = 0.4, 40.0
-# sides that are parallel to this part of the thickness
-NOTHING = 1e-6
 # locking does not come and go: it costs next to nothing to look at every tenth step, and at the end
 EVERY = 10
-# cosine of an angle of 20 degrees: fields are not continued across folds
-FOLD = 0.94
-
-
-class _Mesh:
-    """How far a mesh makes a shell of quadrilaterals lock in bending: `d kappa h * h/t`.
-
-    Args:
-        body: The shell.
-
-    Attributes:
-        distorted: Whether there is anything but parallelograms on it, as seen from its surface.
-    """
-
-    def __init__(self, body: ShellModel) -> None:
-        domain = body.mixed.space.mesh
-        count = domain.topology.index_map(2).size_local
-        # corners come first, in the order of a tensor product
-        x = domain.geometry.x[domain.geometry.dofmaps[0][:count, :4]]
-        self._comm, self._corners = domain.comm, body.mixed.subspaces["u"].dofmap.list[:count, :4]
-        first = (x[:, 1] - x[:, 0] + x[:, 3] - x[:, 2]) / 2
-        second = (x[:, 2] - x[:, 0] + x[:, 3] - x[:, 1]) / 2
-        normal = np.cross(first, second)
-        self._area = np.linalg.norm(normal, axis=1)
-        normal /= self._area[:, None]
-        bilinear = x[:, 0] - x[:, 1] - x[:, 2] + x[:, 3]
-        bilinear -= np.sum(bilinear * normal, axis=1)[:, None] * normal
-        # d h/t, with d over h
-        self._shape = np.linalg.norm(bilinear, axis=1) / body.section.sizes.thickness
-        self.distorted = self._mean(self._shape) > NOTHING
-
-    def _mean(self, values: Floats) -> float:
-        """Root of the mean square over the surface; collective."""
-        here = np.array([np.sum(values**2 * self._area), np.sum(self._area)])
-        self._comm.Allreduce(MPI.IN_PLACE, here)
-        return float(np.sqrt(here[0] / here[1]))
-
-    def proneness(self, directors: Floats) -> float:
-        """That number; collective.
-
-        Args:
-            directors: At the nodes, shape (n, 3).
-        """
-        d = directors[self._corners]
-        return self._mean(self._shape * np.linalg.norm(d[:, [3, 2]] - d[:, [0, 1]], axis=2).max(1))
-
-
-class _Roughness:
-    """Energy of what the membrane forces of a shell differ by from their means at the nodes.
-
-    Args:
-        body: A shell of quadrilaterals with membrane strains.
-    """
-
-    def __init__(self, body: ShellModel) -> None:
-        mixed, inner = body.mixed, reading_element(body.mixed.subspaces["u"])
-        domain, form = mixed.space.mesh, body.section.formulation
-        nodes = basix.ufl.element("P", domain.basix_cell(), max(body.shell.degree - 1, 1))
-        self._space = fem.functionspace(domain, basix.ufl.blocked_element(nodes, shape=(10,)))
-        self._cells = self._space.dofmap.list[: domain.topology.index_map(2).size_local]
-        at, points = nodes.basix_element.points, np.asarray(inner.points, dtype=np.float64)
-        self._up = _table(inner, at)
-        self._down = _table(nodes.basix_element, points)
-        rule, weights = basix.make_quadrature(domain.basix_cell(), 2 * inner.degree)
-        self._places = {
-            part: mixed.dofs[part].reshape(-1, len(points), 5)[: len(self._cells), :, :3]
-            for part in ("N", "S")
-            if part in mixed.dofs
-        }
-        self._scale = body.section.sizes.stiffness
-        area = ufl.JacobianDeterminant(domain)
-        wanted = [area, *body.surface.e1, *body.surface.e2]
-        if "S" not in self._places:
-            assert isinstance(form, LinearMixed) and form.A_inv is not None
-            wanted += [form.A_inv[i, j] for i in range(3) for j in range(3)]
-        values = compiled_expression(ufl.as_vector(wanted), points)
-        found = np.asarray(values.eval(domain, np.arange(len(self._cells), dtype=np.int32)))
-        found = found.reshape(len(self._cells), len(points), len(wanted))
-        self._area = np.abs(found[..., 0]) * (np.asarray(weights) @ _table(inner, rule))
-        self._axes, self._compliance = (
-            part.reshape(*found.shape[:2], -1, 3) for part in np.split(found[..., 1:], [6], axis=2)
-        )
-
-    def energy(self, q: Floats) -> float:
-        """The energy, J, of the cells of this rank; collective.
-
-        Args:
-            q: Local array of a state.
-        """
-        N = self._scale * self._rough(q[self._places["N"]], 1.0)
-        if "S" in self._places:
-            strain = self._rough(q[self._places["S"]], 0.5)
-        else:
-            strain = np.einsum("cgij,cgj->cgi", self._compliance, N)
-        return float(np.sum(np.abs(np.sum(N * strain, axis=-1)) * self._area) / 2)
-
-    def _rough(self, v: Floats, half: float) -> Floats:
-        """Components less those of the continuous field, shape (cells, points, 3).
-
-        Args:
-            v: Components (11, 22, 12) at the points of the cells, shape (cells, points, 3).
-            half: Entry of the tensor for a component 12 of one.
-        """
-        e = self._axes
-        T = np.zeros((*v.shape[:2], 2, 2))
-        T[..., 0, 0], T[..., 1, 1] = v[..., 0], v[..., 1]
-        T[..., 0, 1] = T[..., 1, 0] = half * v[..., 2]
-        in_space = np.einsum("cgab,cgai,cgbj->cgij", T, e, e)
-        rows, columns = np.triu_indices(3)
-        normal = np.cross(e[..., 0, :], e[..., 1, :])
-        one = np.ones((*v.shape[:2], 1))
-        at = np.concatenate([in_space[..., rows, columns], normal, one], axis=-1)
-        at = np.einsum("ng,cgk->cnk", self._up, at)
-        total = fem.Function(self._space)
-        sums = total.x.array.reshape(-1, 10)
-        np.add.at(sums, self._cells, at)
-        total.x.scatter_reverse(la.InsertMode.add)
-        total.x.scatter_forward()
-        mean = sums / np.maximum(sums[:, 9:], 1.0)
-        found = mean[self._cells]
-        folded = np.linalg.norm(found[..., 6:9], axis=-1) < FOLD
-        found[folded] = at[folded]
-        smooth = np.zeros((*v.shape[:2], 3, 3))
-        entries = np.einsum("gn,cnk->cgk", self._down, found[..., :6])
-        smooth[..., rows, columns] = entries
-        smooth[..., columns, rows] = entries
-        back = np.einsum("cgij,cgai,cgbj->cgab", smooth, e, e)
-        kept = np.stack([back[..., 0, 0], back[..., 1, 1], back[..., 0, 1] / half], axis=-1)
-        return np.asarray(v - kept)
-
-
-def _table(element: basix.finite_element.FiniteElement, points: Any) -> Floats:
-    """Values of the functions of a scalar element at points, shape (points, functions)."""
-    return np.asarray(element.tabulate(0, points))[0, :, :, 0]
 
 
 class Locked(Silent):
@@ -193,8 +35,8 @@ class Locked(Silent):
     name = "locking"
 
     def __init__(self, sources: Sources) -> None:
-        self._meshes: dict[str, _Mesh] = {}
-        self._found: dict[str, tuple[_Roughness, Scalar]] = {}
+        self._meshes: dict[str, Mesh] = {}
+        self._found: dict[str, tuple[Roughness, Scalar]] = {}
         self._steps = 0
         # by body energies of roughness and of all strains, summed over what was looked at, and the
         # largest proneness
@@ -203,11 +45,9 @@ class Locked(Silent):
     def start(self, simulation: Simulation) -> None:
         """Find the shells whose meshes are distorted; the others cost nothing more."""
         for name, body in simulation.model.shells.items():
-            quads = body.mixed.space.mesh.basix_cell() == basix.CellType.quadrilateral
-            if quads and body.shell.stretching:
-                mesh = _Mesh(body)
-                if mesh.distorted:
-                    self._meshes[name] = mesh
+            mesh = places(body)
+            if mesh is not None:
+                self._meshes[name] = mesh
 
     def accepted(self, simulation: Simulation) -> None:
         """Look at every tenth step."""
@@ -222,13 +62,13 @@ class Locked(Silent):
             if not simulation.scheme.linear:
                 d = d + q[body.mixed.dofs["w"]].reshape(-1, 3)
             prone = mesh.proneness(d)
-            if prone < PRONE:
+            if prone < least(body):
                 continue
             if name not in self._found:
                 form = strain_energy(body, simulation.problem.levels[name])
                 energy = scalar([form], simulation.model.comm)
                 assert energy is not None
-                self._found[name] = _Roughness(body), energy
+                self._found[name] = Roughness(body), energy
             roughness, energy = self._found[name]
             here = simulation.model.comm.allreduce(roughness.energy(q))
             rough, strain, most = self._sums.get(name, (0.0, 0.0, 0.0))
@@ -240,20 +80,11 @@ class Locked(Silent):
             self._look(simulation)
         for name, (rough, energy, prone) in self._sums.items():
             share = rough / energy if energy > 0 else 0.0
-            excess = stiffened(share)
-            if excess > BOUND:
-                least = "at least " if max(excess / MUCH, prone / FAR) > 1 else ""
-                yield Caution(
-                    self.name,
-                    name,
-                    excess,
-                    BOUND,
-                    f"{said_of(simulation, name)} is too stiff in bending, by {least}about "
-                    f"{100 * excess:.0f} %: {100 * share:.0f} % of its strain energy is "
-                    "of membrane forces that jump between elements, as those of distorted "
-                    "quadrilaterals do where a thin curved body bends; use a finer or a more "
-                    "regular mesh, or degree=3",
-                )
+            body = simulation.model.shells[name]
+            found = excess(body, share, prone)
+            if found.value > BOUND:
+                said = f"{said_of(simulation, name)} is too stiff in bending, by {found.said}"
+                yield Caution(self.name, name, found.value, BOUND, f"{said}: {why(body, share)}")
 
     def state(self) -> dict[str, Any]:
         """The sums so far."""
@@ -263,12 +94,3 @@ class Locked(Silent):
         """Take them up."""
         self._steps = state["steps"]
         self._sums = {n: (s[0], s[1], s[2]) for n, s in state["sums"].items()}
-
-
-def stiffened(share: float) -> float:
-    """By what part of its stiffness a body is too stiff.
-
-    Args:
-        share: Of jumps of membrane forces in its strain energy.
-    """
-    return share / max(1 - 1.5 * share, 0.2)
