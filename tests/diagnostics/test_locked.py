@@ -126,7 +126,7 @@ def test_natural_modes_tell_by_how_much_they_are_too_high() -> None:
         scene = hypar(1e-3, 8, "quad", distortion)
         section = Isotropic(2e11, 0.3, 1e-3, 8000.0)
         shell = replace(scene.shells[0], section=section)
-        found.append(natural_modes(Scene("modes", shell, scene.supports), count=3))
+        found.append(natural_modes(Scene("modes", shell, supports=scene.supports), count=3))
     right, wrong = found
     assert right.warnings == []
     (sentence,) = wrong.warnings
