@@ -20,6 +20,8 @@ __version__ = "0.1.0"
 _API = {
     "run": "shellmb.api.runs",
     "modes": "shellmb.api.modal",
+    "matrices": "shellmb.api.matrices",
+    "Matrices": "shellmb.api.matrices",
     "study": "shellmb.api.studies",
     "load": "shellmb.api.runs",
     "resume": "shellmb.api.runs",

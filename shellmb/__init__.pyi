@@ -8,6 +8,8 @@ from mpi4py import MPI
 from shellmb import errors as errors
 from shellmb import forms as forms
 from shellmb import scene as scene
+from shellmb.api.matrices import Matrices as Matrices
+from shellmb.api.matrices import matrices as matrices
 from shellmb.api.modal import modes as modes
 from shellmb.api.modeshapes import ModeShapes as ModeShapes
 from shellmb.api.record import Run as Run

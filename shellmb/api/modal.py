@@ -27,6 +27,7 @@ def modes(
     loaded: bool = False,
     *,
     rates: None = None,
+    buckling: bool = False,
     parameters: Mapping[str, Any] | None = None,
     pictures: bool | None = None,
     comm: MPI.Comm | None = None,
@@ -113,12 +114,13 @@ def modes(
     about: Sequence[float] | None = None,
     state: Run | Path | str | None = None,
     at: float | None = None,
+    buckling: bool = False,
     parameters: Mapping[str, Any] | None = None,
     pictures: bool | None = None,
     comm: MPI.Comm | None = None,
     **elements: Any,
 ) -> ModeShapes | RotatingModes | StateModes:
-    """Natural frequencies and modes of a scene, rigid-body modes included.
+    """Natural frequencies and modes of a scene, rigid-body modes included, or buckling modes.
 
     Args:
         scene: A scene, the name of a bundled one, or the path of a Python file; or a run, whose
@@ -134,6 +136,7 @@ def modes(
             time, in a frame that turns as the state does, or with the one rate of `rates`.
         at: Time of that state, s, up to which the scene is run as it is, from where the run is or
             from the start; without a run the scene itself.
+        buckling: Whether load factors of linear buckling under the scene's loads are found.
         parameters: Values of the parameters of a scene that is named.
         pictures: Whether the modes are drawn; None: where `out` is given.
         comm: Communicator; None: all ranks.
@@ -162,7 +165,17 @@ def modes(
     measure = wanted.module.mode_results if wanted.module is not None else None
     draw = out is not None if pictures is None else pictures
     made: ModeShapes | RotatingModes | StateModes
-    if state is not None or at is not None:
+    if buckling:
+        from shellmb.running.buckling import find_buckling
+
+        if loaded or any(item is not None for item in (rates, axis, about, state, at)):
+            raise SceneError(
+                "modes: buckling is about the reference; loaded, rates, axis, about, state and at "
+                "must be left out"
+            )
+        buckled = find_buckling(wanted.scene, directory, count, comm=world, pictures=draw)
+        made = ModeShapes(directory, buckled)
+    elif state is not None or at is not None:
         frame = (rates, axis, about)
         made = _about(wanted.scene, directory, state, at, count, loaded, frame, draw, world)
     elif rates is None:

@@ -1,4 +1,4 @@
-"""Natural modes, just found or read back: frequencies, shapes, pictures."""
+"""Modes of vibration or buckling, just found or read back: numbers, shapes, pictures."""
 
 from __future__ import annotations
 
@@ -16,13 +16,14 @@ if TYPE_CHECKING:
     import pyvista as pv
 
     from shellmb.rotating.state import StateModes as AboutState
+    from shellmb.running.buckling import BucklingModes
     from shellmb.vibration import Modes
 
 TABLE = "modes.csv"
 
 
 class ModeShapes:
-    """Natural modes in their directory, lowest first.
+    """Modes of vibration or of linear buckling in their directory, lowest first.
 
     Args:
         directory: The directory.
@@ -37,7 +38,9 @@ class ModeShapes:
         SceneError: If the directory holds no modes.
     """
 
-    def __init__(self, directory: Path | str, computed: Modes | AboutState | None = None) -> None:
+    def __init__(
+        self, directory: Path | str, computed: Modes | AboutState | BucklingModes | None = None
+    ) -> None:
         self.directory, self.computed = Path(directory), computed
         self.described: Described = read_described(self.directory)
 
@@ -53,7 +56,19 @@ class ModeShapes:
 
         A mode that grows without swinging has a negative one: its rate of growth over 2 pi.
         """
-        return list(self.summary["frequencies_hz"])
+        return list(self.summary.get("frequencies_hz", []))
+
+    @property
+    def load_factors(self) -> list[float]:
+        """Load factors of linear buckling, ascending; of vibrations there are none."""
+        return list(self.summary.get("load_factors", []))
+
+    @property
+    def captions(self) -> list[str]:
+        """What pictures and tables say of each mode: its frequency, or its load factor."""
+        from shellmb.show.modes import captions
+
+        return captions(self.described, self.summary)
 
     @property
     def warnings(self) -> list[str]:
@@ -63,7 +78,7 @@ class ModeShapes:
     @property
     def rigid(self) -> int:
         """How many of them, the first ones, are rigid-body motions."""
-        return int(self.summary["rigid_modes"])
+        return int(self.summary.get("rigid_modes", 0))
 
     @property
     def results(self) -> dict[str, float]:
@@ -108,7 +123,7 @@ class ModeShapes:
         """All modes in one image (PIL)."""
         from shellmb.show.modes import modes_image
 
-        return modes_image(self.fields, self.described, self.frequencies, self.rigid)
+        return modes_image(self.fields, self.described, self.summary)
 
     def animate(self, mode: int, file: Path | str | None = None) -> Path:
         """One period of a mode as an animation.
@@ -123,6 +138,11 @@ class ModeShapes:
         return animate_mode(self.fields, self.described, mode, target)
 
     def __repr__(self) -> str:
+        if self.load_factors:
+            return (
+                f"<ModeShapes of '{self.described.name}': {len(self.load_factors)} buckling modes, "
+                f"lowest load factor {self.load_factors[0]:.6g}, {self.directory}>"
+            )
         count, first = len(self.frequencies), next(iter(self.frequencies[self.rigid :]), None)
         lowest = "" if first is None else f", lowest {first:.6g} Hz"
         return (

@@ -28,6 +28,7 @@ from shellmb.cli.options import (
 from shellmb.cli.pictures import plot, report, view
 from shellmb.cli.report import (
     announced,
+    print_buckling,
     print_campbell,
     print_list,
     print_modes,
@@ -224,6 +225,9 @@ def modes(
         float | None,
         typer.Option(metavar="TIME", help="About the state at a time [s], by running up to it."),
     ] = None,
+    buckling: Annotated[
+        bool, typer.Option("--buckling", help="Load factors of linear buckling.")
+    ] = False,
     parameters: SetOption = None,
     out: OutOption = None,
     no_pictures: PicturesOption = False,
@@ -238,6 +242,9 @@ def modes(
 
     With --state complex modes about the state of a run, frozen in time, with --at that of a time:
     `shellmb modes sudden_load --state runs/first --at 0.1`
+
+    With --buckling load factors at which the linear solution under the loads becomes unstable:
+    `shellmb modes lateral_plate --buckling`
     """
     again = at is not None
     elements["errors"] = elements["errors"] or None
@@ -259,6 +266,19 @@ def modes(
     errors: Any = {}
     rates, line, point = numbers("rate", rate), numbers("axis", axis), numbers("about", about)
     found: Any
+    if buckling:
+        given = loaded, check, moving, rates is not None, line is not None, point is not None
+        if any(given):
+            raise SceneError(
+                "modes: --buckling is about the reference; --loaded, --check, --rate, --axis, "
+                "--about, --state and --at must be left out"
+            )
+        from shellmb.running.buckling import find_buckling
+
+        found = find_buckling(built, directory, count, pictures=not no_pictures)
+        if not quiet and first_rank():
+            print_buckling(found, directory)
+        return found
     if moving:
         from shellmb.rotating.files import find_state_modes
 

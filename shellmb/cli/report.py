@@ -15,6 +15,7 @@ from shellmb.show.account import account, with_error
 if TYPE_CHECKING:
     from shellmb.rotating.campbell import Campbell
     from shellmb.rotating.state import StateModes
+    from shellmb.running.buckling import BucklingModes
     from shellmb.running.execute import RunResult
     from shellmb.sensitivity.record import Sensitivities
     from shellmb.vibration import Modes
@@ -171,6 +172,20 @@ def print_sensitivities(found: Sensitivities) -> None:
     for warning in found.warnings:
         say(f"warning: {warning}")
     say(f"written to {found.directory}")
+
+
+def print_buckling(found: BucklingModes, directory: Path) -> None:
+    """Load factors of linear buckling.
+
+    Args:
+        found: The modes.
+        directory: Where everything about them is.
+    """
+    rows = [(str(k), f"{factor:.6g}") for k, factor in enumerate(found.factors, start=1)]
+    _print_columns(("mode", "load factor"), rows)
+    if found.negative is not None:
+        say(f"under the opposite load: {-found.negative:.6g}")
+    say(f"written to {directory}")
 
 
 def _print_columns(

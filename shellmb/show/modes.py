@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -43,24 +43,33 @@ def _mode(fields: Fields, described: Described, mode: int) -> Showing:
     return replace(what, factor=factor, view=view_of(np.concatenate([nodes, *ends])))
 
 
-def modes_image(
-    fields: Fields, described: Described, frequencies: Sequence[float], rigid: int
-) -> Image:
+def captions(described: Described, summary: Mapping[str, Any]) -> list[str]:
+    """What is written below each mode: its frequency, or its load factor.
+
+    Args:
+        described: The scene.
+        summary: Summary of the modes.
+    """
+    if "load_factors" in summary:
+        return [f"load factor {factor:.4g}" for factor in summary["load_factors"]]
+    time, rigid = described.labels.of("time"), summary["rigid_modes"]
+    unit = {"s": "Hz", "ms": "kHz"}.get(time, f"1/{time}" if time else "")
+    numbers = enumerate(summary["frequencies_hz"], start=1)
+    return ["rigid" if k <= rigid else f"{f:.4g} {unit}".rstrip() for k, f in numbers]
+
+
+def modes_image(fields: Fields, described: Described, summary: Mapping[str, Any]) -> Image:
     """All modes, with the same largest displacement.
 
     Args:
         fields: Their shapes.
         described: The scene.
-        frequencies: Their frequencies.
-        rigid: Number of rigid-body modes, which are the first ones.
+        summary: Their summary.
     """
     from PIL import Image
 
-    time = described.labels.of("time")
-    unit = {"s": "Hz", "ms": "kHz"}.get(time, f"1/{time}" if time else "")
     drawn = []
-    for k, frequency in enumerate(frequencies, start=1):
-        text = "rigid" if k <= rigid else f"{frequency:.4g} {unit}".rstrip()
+    for k, text in enumerate(captions(described, summary), start=1):
         what = replace(_mode(fields, described, k), caption=f"mode {k}: {text}", bar=False)
         drawn += list(images(what, WIDTH))
     columns = min(COLUMNS, len(drawn))

@@ -85,9 +85,7 @@ def _draw(directory: Path, out: Path, budget: float | None) -> list[Path]:
         if along == "mode":
             from shellmb.show.modes import modes_image
 
-            image = modes_image(
-                fields, described, summary["frequencies_hz"], summary["rigid_modes"]
-            )
+            image = modes_image(fields, described, summary)
             return [save(image, out / "modes.png")]
         made = _shape(fields, described, out / "shape.png")
     except RunError as error:

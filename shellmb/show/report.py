@@ -83,12 +83,8 @@ class ShownModes(Protocol):
     """What a notebook shows of modes (`shellmb.api.modeshapes.ModeShapes`)."""
 
     @property
-    def rigid(self) -> int:
-        """How many of them are rigid."""
-
-    @property
-    def frequencies(self) -> list[float]:
-        """Frequencies, Hz."""
+    def captions(self) -> list[str]:
+        """What is said of each of them."""
 
     @property
     def warnings(self) -> list[str]:
@@ -113,10 +109,7 @@ def card(run: Shown) -> str:
 
 def modes_card(modes: ShownModes) -> str:
     """Modes in a notebook: their picture and frequencies."""
-    rows = _table(
-        (f"mode {k}", "rigid" if k <= modes.rigid else f"{f:.6g}")
-        for k, f in enumerate(modes.frequencies, start=1)
-    )
+    rows = _table((f"mode {k}", text) for k, text in enumerate(modes.captions, start=1))
     try:
         picture = image_tag(_png(modes.picture()), "modes")
     except RunError as error:

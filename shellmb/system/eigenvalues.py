@@ -141,3 +141,45 @@ def shift_and_invert(solver: Any) -> None:
     for key, option in MUMPS_OPTIONS.items():
         options[f"{prefix}st_{key}"] = option
     solver.setFromOptions()
+
+
+def nearest_to_zero(
+    K: PETSc.Mat, G: PETSc.Mat, count: int
+) -> tuple[npt.NDArray[np.complex128], list[PETSc.Vec]]:
+    """Numbers nearest to zero at which `K + number G` is singular, with their vectors.
+
+    Args:
+        K: A regular matrix.
+        G: Another one.
+        count: How many are wanted.
+
+    Raises:
+        ConvergenceError: If `K` has no factors, or none is found.
+    """
+    from slepc4py import SLEPc
+
+    solver = SLEPc.EPS().create(K.getComm())
+    minus = G.copy()
+    minus.scale(-1.0)
+    solver.setOperators(K, minus)
+    solver.setProblemType(SLEPc.EPS.ProblemType.GNHEP)
+    solver.setType(SLEPc.EPS.Type.KRYLOVSCHUR)
+    solver.setWhichEigenpairs(SLEPc.EPS.Which.TARGET_MAGNITUDE)
+    solver.setTarget(0.0)
+    solver.setDimensions(count, min(max(4 * count, 40), K.getSize()[0]))
+    solver.setTolerances(1e-10, 500)
+    shift_and_invert(solver)
+    try:
+        solver.solve()
+    except PETSc.Error as error:
+        raise ConvergenceError(
+            f"buckling: the stiffness matrix has no factors (PETSc error {error.ierr}); nothing "
+            "may move freely in the reference configuration"
+        ) from error
+    found = []
+    for k in range(solver.getConverged()):
+        vector, imaginary = K.createVecRight(), K.createVecRight()
+        found.append((complex(solver.getEigenpair(k, vector, imaginary)), vector))
+    if not found:
+        raise ConvergenceError("buckling: no load factor was found; the loads strain nothing")
+    return np.array([value for value, _ in found]), [vector for _, vector in found]

@@ -86,7 +86,7 @@ SINGLE = {
         "joins",
         "glues",
     ),
-    *("modes_in_rotation", "modes_of_states"),
+    *("modes_in_rotation", "modes_of_states", "linear_buckling"),
 }
 # there is nothing to leave out
 NEVER = {"bending", "drilling"}

@@ -29,4 +29,9 @@ EFFECTS = (
         "complex modes about states of runs, with their accelerations and forces",
         "shellmb modes RUN_DIR --at TIME",
     ),
+    _modes(
+        "linear_buckling",
+        "load factors of linear buckling: eigenvalues of the geometric stiffness",
+        "shellmb modes SCENE --buckling",
+    ),
 )

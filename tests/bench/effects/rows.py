@@ -36,6 +36,7 @@ NO_ROW = {
     "drilling": "no shell has",
     "modes_in_rotation": _BESIDE,
     "modes_of_states": _BESIDE,
+    "linear_buckling": _BESIDE,
 }
 _MADE: dict[str, Case] = {case.effect: case for case in (*PLATES, *MECHANISMS)}
 # in the order of the registry, which is that of their groups

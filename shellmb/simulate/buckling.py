@@ -1,0 +1,118 @@
+"""Linear buckling: load factors at which the stiffness of a linear solution becomes singular.
+
+The stiffness is `K + lambda G`: that of the reference, and the geometric stiffness of the
+resultants and constraint forces of the linear static solution, with the load stiffness of forces
+that follow. Displacements before buckling do not count, as in the classical theory.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from mpi4py import MPI
+from petsc4py import PETSc
+
+import numpy as np
+
+from shellmb.arrays import Floats
+from shellmb.bodyfields import kinematic_dofs
+from shellmb.checked_model import checked_model
+from shellmb.errors import ConvergenceError, SceneError
+from shellmb.modal.tangent import tangent
+from shellmb.model.model import Model
+from shellmb.scene import Scene
+from shellmb.simulate.simulation import Simulation
+from shellmb.system.assembly.blocks import BlockSystem
+from shellmb.system.eigenvalues import nearest_to_zero
+
+# imaginary parts beyond this of a factor are no round-off
+COMPLEX = 1e-6
+# so many more numbers are looked for where too few of them are positive, so many times
+MORE, TRIES = 2, 4
+# times the smallest number: larger ones are infinite, and known by round-off
+INFINITE = 1e8
+
+
+@dataclass(frozen=True)
+class BucklingFactors:
+    """Load factors of linear buckling.
+
+    Args:
+        factors: The lowest positive factors, ascending.
+        negative: The negative factor nearest to zero; None if none was found: the load would have
+            to act the other way.
+        vectors: Vector of each positive factor, all unknowns of the system.
+        system: The block system.
+        model: The model.
+    """
+
+    factors: Floats
+    negative: float | None
+    vectors: list[PETSc.Vec]
+    system: BlockSystem
+    model: Model
+
+
+def linear_buckling(scene: Scene, comm: MPI.Comm, count: int) -> BucklingFactors:
+    """Find the lowest load factors at which a scene buckles; collective.
+
+    Args:
+        scene: The scene with its loads; its scheme does not matter.
+        comm: Communicator.
+        count: Number of factors.
+
+    Raises:
+        SceneError: If the scene has no load, or cannot be solved with small displacements.
+        ConvergenceError: If there are fewer factors.
+    """
+    if count < 1:
+        raise SceneError(f"buckling: count is {count}; it must be at least 1")
+    if not scene.loads:
+        raise SceneError("buckling: the scene has no load; it must have the one that is multiplied")
+    still = scene.with_options(scheme="linear")
+    state = Simulation(still, comm)
+    model, _ = checked_model(still, comm, state.model.force)
+    state.run()
+    arrays = _forces(model, state.arrays())
+    end, t = state.problem.start_factor, state.t
+    system, stiffness, _ = tangent(model)
+    K = system.symmetric_matrix(stiffness, 1.0)
+    loaded, at_load, _ = tangent(model, arrays, lambda function: end(t, function))
+    G = loaded.symmetric_matrix(at_load, 1.0)
+    G.axpy(-1.0, K, PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN)
+    if not G.norm() > 0:
+        raise SceneError("buckling: the loads strain nothing; give loads that do")
+    wanted = count
+    for _ in range(TRIES):
+        wanted = min(MORE * wanted, system.size)
+        values, vectors = nearest_to_zero(K, G, wanted)
+        sizes = np.abs(values)
+        real = (np.abs(values.imag) <= COMPLEX * sizes) & (sizes < INFINITE * sizes.min())
+        positive = [k for k in range(len(values)) if real[k] and values[k].real > 0]
+        if len(positive) >= count:
+            break
+    else:
+        raise ConvergenceError(
+            f"buckling: {len(positive)} of {count} positive load factors were found among "
+            f"{len(values)}; ask for fewer, or turn the load round"
+        )
+    order = sorted(positive, key=lambda k: values[k].real)[:count]
+    negative = [float(v.real) for v, r in zip(values, real, strict=True) if r and v.real < 0]
+    return BucklingFactors(
+        np.array([values[k].real for k in order]),
+        max(negative, default=None),
+        [vectors[k] for k in order],
+        system,
+        model,
+    )
+
+
+def _forces(model: Model, arrays: Mapping[str, Floats]) -> dict[str, Floats]:
+    """Resultants and multipliers of a state, in the reference configuration."""
+    found = {}
+    for body in model.bodies:
+        q = arrays[f"{body.name}/q"].copy()
+        q[kinematic_dofs(body)] = 0.0
+        found[f"{body.name}/q"] = q
+    return found

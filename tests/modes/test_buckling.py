@@ -1,0 +1,78 @@
+"""Linear buckling beside closed forms, other loads and meshes, and the path of equilibria."""
+
+import math
+from dataclasses import replace
+from typing import Any
+
+from mpi4py import MPI
+
+import numpy as np
+import pytest
+
+import shellmb as sm
+from shellmb.errors import ConvergenceError, SceneError
+from shellmb.simulate.buckling import linear_buckling
+from shellmb.verify.problems.linear_shells import compressed_plate
+
+E, SIDE = 70e9, 0.01
+
+
+def column(force: Any, **more: Any) -> sm.Scene:
+    """A clamped column of a square section, pushed at its end."""
+    section = sm.RectangularSection(E=E, nu=0.3, width=2 * SIDE, height=SIDE)
+    beam = sm.Beam("column", sm.Line((0, 0, 0), (1, 0, 0)), section, elements=3)
+    return sm.Scene(
+        "column",
+        beams=beam,
+        supports=sm.Clamped("start"),
+        loads=sm.PointForce("end", force),
+        **more,
+    )
+
+
+EULER = math.pi**2 / 4 * E * 2 * SIDE**4 / 12
+
+
+@pytest.mark.parametrize("size", [1e-3, 1.0, -1.0])
+def test_factors_scale_with_the_load(size: float) -> None:
+    """A force of half the size has twice the factor; pulled, it buckles under the opposite load."""
+    load = size * EULER
+    if size < 0:
+        with pytest.raises(ConvergenceError, match="0 of 1 positive load factors"):
+            linear_buckling(column((-load, 0, 0)), MPI.COMM_WORLD, 1)
+        return
+    found = linear_buckling(column((-load, 0, 0)), MPI.COMM_WORLD, 2)
+    # shear and stretching before it buckles: a few SIDE^2
+    np.testing.assert_allclose(found.factors * size, [1.0, 4.0], rtol=1e-3)
+
+
+def test_a_path_bifurcates_at_the_factor() -> None:
+    """A plate whose displacements before buckling are small, by path following."""
+    scene, _ = compressed_plate("quad", 100.0, 4)
+    factor = linear_buckling(scene, MPI.COMM_WORLD, 1).factors[0]
+    path = sm.PathFollowing(branches="detect", load_end=1.1 * factor)
+    run = sm.run(replace(scene, scheme="static", path=path, dt=1.0, t_end=100.0))
+    (point,) = run.summary["path"]
+    # strains before buckling are (h/a)^2
+    assert point["load_factor"] == pytest.approx(factor, rel=1e-3)
+
+
+def test_buckling_is_written_and_read_back(tmp_path) -> None:  # type: ignore[no-untyped-def]
+    found = sm.modes(column((-EULER, 0, 0)), tmp_path / "b", 2, buckling=True, pictures=False)
+    again = sm.load(tmp_path / "b")
+    assert isinstance(again, sm.ModeShapes)
+    assert found.load_factors == again.load_factors and len(found.load_factors) == 2
+    assert again.captions[0].startswith("load factor 1") and "buckling modes" in repr(again)
+    shape = again.fields["column"]["displacement"].sel(mode=1).values
+    # its largest displacement is one, at the end, to the weak side
+    assert np.max(np.abs(shape)) == pytest.approx(1.0) and abs(shape[:, 2]).max() == 1.0
+
+
+def test_bad_input_gets_a_sentence() -> None:
+    free = replace(column((1.0, 0, 0)), loads=())
+    with pytest.raises(SceneError, match="the scene has no load"):
+        linear_buckling(free, MPI.COMM_WORLD, 1)
+    with pytest.raises(SceneError, match="count is 0"):
+        linear_buckling(column((1.0, 0, 0)), MPI.COMM_WORLD, 0)
+    with pytest.raises(SceneError, match="buckling is about the reference; loaded"):
+        sm.modes(column((1.0, 0, 0)), buckling=True, loaded=True)
