@@ -166,7 +166,7 @@ def modes(
     draw = out is not None if pictures is None else pictures
     made: ModeShapes | RotatingModes | StateModes
     if buckling:
-        from shellmb.running.buckling import find_buckling
+        from shellmb.running.modes import find_buckling
 
         if loaded or any(item is not None for item in (rates, axis, about, state, at)):
             raise SceneError(

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     import pyvista as pv
 
     from shellmb.rotating.state import StateModes as AboutState
-    from shellmb.running.buckling import BucklingModes
+    from shellmb.running.modes import BucklingModes
     from shellmb.vibration import Modes
 
 TABLE = "modes.csv"

@@ -273,7 +273,7 @@ def modes(
                 "modes: --buckling is about the reference; --loaded, --check, --rate, --axis, "
                 "--about, --state and --at must be left out"
             )
-        from shellmb.running.buckling import find_buckling
+        from shellmb.running.modes import find_buckling
 
         found = find_buckling(built, directory, count, pictures=not no_pictures)
         if not quiet and first_rank():

@@ -15,8 +15,8 @@ from shellmb.show.account import account, with_error
 if TYPE_CHECKING:
     from shellmb.rotating.campbell import Campbell
     from shellmb.rotating.state import StateModes
-    from shellmb.running.buckling import BucklingModes
     from shellmb.running.execute import RunResult
+    from shellmb.running.modes import BucklingModes
     from shellmb.sensitivity.record import Sensitivities
     from shellmb.vibration import Modes
 
