@@ -183,7 +183,8 @@ def compressed_plate(cell: Cell, slenderness: float, n: int = 8) -> tuple[Scene,
     )
     loads = (EdgeForce("left", (unit, 0, 0)), EdgeForce("right", (-unit, 0, 0)))
     plate = Shell("plate", Rectangle(1.0, 1.0), section, mesh=(n, n), cell=cell)
-    return Scene("plate", (plate,), supports, loads, scheme="linear"), unit
+    scene = Scene("plate", (plate,), supports=supports, loads=loads, scheme="linear")
+    return scene, unit
 
 
 def compressed_cylinder(cell: Cell, mesh: tuple[int, int]) -> Scene:
@@ -206,7 +207,7 @@ def compressed_cylinder(cell: Cell, mesh: tuple[int, int]) -> Scene:
     )
     shell = Shell("sector", surface, section, mesh=mesh, cell=cell)
     load = EdgeForce("top", (0, 0, -force))
-    return Scene("sector", (shell,), supports, (load,), scheme="linear")
+    return Scene("sector", (shell,), supports=supports, loads=(load,), scheme="linear")
 
 
 @case("linear shells/buckling")
