@@ -13,7 +13,6 @@ from shellmb.options.described import read
 from shellmb.options.run import Options
 from shellmb.running.loader import load
 from shellmb.scene import Scene
-from shellmb.scene.checks.effect import check_alpha
 from shellmb.scene.fingerprint import fingerprint
 
 # relative distance of the scenes at both sides: the error of central differences, its square, and
@@ -82,10 +81,7 @@ class Differentiated:
                 f"sensitivities: the scene function returns a {type(made).__name__}; it must "
                 "return a Scene"
             )
-        made = self.options.apply(made)
-        if self.options.alpha is not None:
-            check_alpha(made, self.options.alpha)
-        return made
+        return self.options.apply(made)
 
     def at(self, **values: float) -> Differentiated:
         """The function at other values of its parameters."""
