@@ -30,5 +30,6 @@ def test_marks_have_sources(peer: str) -> None:
     assert marks
     assert {name: m for name, m in marks.items() if m in SOME} == {n: s[0] for n, s in said.items()}
     assert all(re.search(r"\]\(https://\S+\)$", text) for _, text in said.values())
-    missing = section.partition("Not found: ")[2].strip().rstrip(".").split("; ")
+    # its lines are wrapped
+    missing = " ".join(section.partition("Not found: ")[2].split()).rstrip(".").split("; ")
     assert {m.lower() for m in missing} == {n.lower() for n, m in marks.items() if m == NOT_FOUND}
