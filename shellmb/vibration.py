@@ -14,6 +14,7 @@ from shellmb.diagnostics.elements.locked_modes import locked_modes
 from shellmb.errors import SceneError, petsc_in_words
 from shellmb.modal.tangent import Blocks, tangent
 from shellmb.model.model import Model
+from shellmb.native.assembler import assembled_as
 from shellmb.observers.fields.modal import ModalNodes, modal_members
 from shellmb.scene import Scene
 from shellmb.simulate.eigenmodes import Lowest, lowest
@@ -89,6 +90,7 @@ class Modes:
 
 
 @petsc_in_words()
+@assembled_as(lambda scene, *_, **__: scene.solver)
 def natural_modes(
     scene: Scene, comm: MPI.Comm = MPI.COMM_WORLD, count: int = 6, loaded: bool = False
 ) -> Modes:

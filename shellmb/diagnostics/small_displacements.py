@@ -23,7 +23,7 @@ from shellmb.observers.fields.nodal import nodal_bodies
 from shellmb.observers.summary import Sources
 from shellmb.scene.checks.linear import SMALL_ANGLE
 from shellmb.simulate.simulation import Silent, Simulation
-from shellmb.system.assembly.functionals import Functionals
+from shellmb.system.assembly.functionals import functionals
 
 # energy of bending below this share of all of it is round-off
 STRAIGHT = 1e-12
@@ -297,7 +297,7 @@ class LinearBodies(_AboutFrames):
         self._forces = [
             (
                 GeometricStiffness(body),
-                Functionals([present([strain_energy(body, state(body.name))])], comm),
+                functionals([present([strain_energy(body, state(body.name))])], comm),
             )
             for body, _ in self._bodies
         ]

@@ -12,7 +12,7 @@ from shellmb.arrays import Floats
 from shellmb.forms.floating.geometric_stiffness import of_beam, of_shell
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.shells.shell import ShellModel
-from shellmb.system.assembly.functionals import Functionals
+from shellmb.system.assembly.functionals import functionals
 
 
 class GeometricStiffness:
@@ -36,7 +36,7 @@ class GeometricStiffness:
             stiffness = float(body.beam.section.stiffness[0, 0])
         self._units = np.array([1.0, 1.0, stiffness])
         dx = ufl.dx(space.mesh, degree=2)
-        self._energies = Functionals([[density * dx] for density in densities], space.mesh.comm)
+        self._energies = functionals([[density * dx] for density in densities], space.mesh.comm)
 
     def of(self, state: Floats, R: Floats | None = None) -> Floats:
         """Of forces along the body, of stretching, and of squares if edges were held, J.

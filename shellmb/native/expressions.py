@@ -8,6 +8,8 @@ from ufl.algorithms.analysis import extract_coefficients, extract_constants
 from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats
+from shellmb.native import reference
+from shellmb.native.assembler import is_native
 from shellmb.native.kernels import cache_folder, comm_of, compile_missing, loaded, module_name
 
 
@@ -21,6 +23,8 @@ def compiled_expression(value: Expr, points: Floats) -> fem.Expression:
     Raises:
         RunError: If the C compiler fails; on all ranks.
     """
+    if not is_native():
+        return reference.compiled_expression(value, points)
     item = value, np.reshape(points, (len(points), -1))
     compile_missing([item], comm_of(value))
     kernel = loaded(cache_folder(), module_name(item), "expression")

@@ -25,10 +25,12 @@ from ufl.core.expr import Expr
 from shellmb.barrier import arrive
 from shellmb.errors import RunError
 from shellmb.guarding.surroundings import cache_root, user_options
+from shellmb.native.assembler import is_native
 from shellmb.native.compiling.compiler import compile_new, library
 from shellmb.native.compiling.flags import KERNEL_FLAGS, Item, flags_for
 from shellmb.native.compiling.store import is_whole, loading, usable
 from shellmb.native.derivatives import CachedDerivative, Record, read, write
+from shellmb.native.reference import compiled_form
 
 JIT_OPTIONS = {"cffi_extra_compile_args": KERNEL_FLAGS}
 
@@ -103,6 +105,8 @@ def compile_with_derivatives(
     """
     if not forms:
         return []
+    if not is_native():
+        return [compiled_form(f if isinstance(f, Form) else f.form(), flags) for f in forms]
     comm = comm_of(forms[0] if isinstance(forms[0], Form) else forms[0].of)
     cache_folder()  # on all ranks, as it may be refused
     places, records = comm.bcast(_known(forms, flags) if comm.rank == 0 else None)
@@ -334,7 +338,8 @@ def kernel_name(form: fem.Form) -> str:
         form: A compiled form.
     """
     kernel: Any = form.module
-    return str(kernel.name)
+    # DOLFINx has a module of Python there
+    return str(kernel.name if isinstance(kernel, Kernel) else kernel.__name__)
 
 
 @contextmanager

@@ -16,7 +16,7 @@ NATURAL = (
     "modes: errors are estimated of natural modes at rest only; leave out errors, or the rates and "
     "the state"
 )
-_SOLVER = ("solve", "newton", "backend", "tolerance")
+_SOLVER = ("solve", "newton", "backend", "assembler", "tolerance")
 
 
 @dataclass(frozen=True)
@@ -51,6 +51,9 @@ class Options:
         "When to refactorise: auto, once per step (modified), or every iteration (full)."
     )
     backend: Literal["newton", "snes"] | None = option("DOLFINx's Newton solver or PETSc's.")
+    assembler: Literal["native", "reference"] | None = option(
+        "Loops in C, or forms assembled by DOLFINx alone, with all unknowns in one matrix: slow."
+    )
     tolerance: float | None = option(
         "Relative tolerance of Newton's method.", flag="--newton-tolerance"
     )

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError
+from shellmb.native.assembler import assembled_as
 from shellmb.rotating.axis import Axis, check_steady, find_axis
 from shellmb.rotating.branches import track
 from shellmb.rotating.modes import SPARE, TurningModes, check_count, modes_at
@@ -102,6 +103,7 @@ class Campbell:
         )
 
 
+@assembled_as(lambda scene, *_, **__: scene.solver)
 def campbell(
     scene: Scene,
     rates: Sequence[float],

@@ -10,6 +10,7 @@ import numpy.typing as npt
 from shellmb.arrays import Floats
 from shellmb.errors import ConvergenceError, SceneError, petsc_in_words
 from shellmb.model.model import Model
+from shellmb.native.assembler import assembled_as
 from shellmb.rotating.linearised import Linearised
 from shellmb.rotating.quadratic import Pair, product, solve_quadratic, turned
 from shellmb.rotating.rigid import FreeMotions
@@ -97,6 +98,7 @@ class TurningModes:
 
 
 @petsc_in_words()
+@assembled_as(lambda turning, *_, **__: turning.model.scene.solver)
 def modes_at(turning: SteadyRotation, rate: float, count: int, spare: int = 0) -> TurningModes:
     """Modes about the relative equilibrium at a rate.
 
@@ -114,6 +116,7 @@ def modes_at(turning: SteadyRotation, rate: float, count: int, spare: int = 0) -
 
 
 @petsc_in_words()
+@assembled_as(lambda turning, *_, **__: turning.model.scene.solver)
 def modes_of(turning: Linearised, count: int, spare: int = 0) -> TurningModes:
     """Modes about the state that a system has, in the frame as it turns.
 

@@ -19,6 +19,8 @@ from shellmb.checked_model import checked_model
 from shellmb.errors import ConvergenceError, SceneError
 from shellmb.model.body import Body, added
 from shellmb.model.model import Model
+from shellmb.model.sections.damping import together
+from shellmb.native.assembler import assembled_as
 from shellmb.rotating.axis import Axis, bearing, check_steady, three
 from shellmb.rotating.frame import TurningFrame
 from shellmb.rotating.linearised import Linearised
@@ -159,6 +161,7 @@ class MovingState(Linearised):
         standing: Why the frame does not turn; "" where it does.
     """
 
+    @assembled_as(lambda self, scene, *_, **__: scene.solver)
     def __init__(
         self,
         scene: Scene,

@@ -31,6 +31,9 @@ class Solver:
             Where all is linear there is one factorisation; in linear dynamics ``"auto"`` solves
             once in each step, and the others a second time, which takes out round-off.
         backend: DOLFINx's ``NewtonSolver`` or PETSc's SNES.
+        assembler: ``"native"`` loops in C, or the ``"reference"``: forms compiled and assembled by
+            DOLFINx alone, all unknowns in one matrix. It is slow, has the same results to
+            round-off, and tells whether a result depends on the loops.
         tolerance: Relative tolerance, tested for every field by itself.
         max_iterations: Iterations after which a step counts as not converged.
     """
@@ -38,6 +41,7 @@ class Solver:
     solve: Literal["reduced", "full"] = "reduced"
     newton: Literal["auto", "modified", "full"] = "auto"
     backend: Literal["newton", "snes"] = "newton"
+    assembler: Literal["native", "reference"] = "native"
     tolerance: Positive = 1e-9
     max_iterations: PositiveInt = 30
 

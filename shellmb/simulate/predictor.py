@@ -15,7 +15,6 @@ from petsc4py import PETSc
 import numpy as np
 
 from shellmb.arrays import Floats, Ints
-from shellmb.native import library as native
 from shellmb.system.newton.iteration import Iteration
 
 # so many states are kept: polynomials of degree 0, 1, 2, 3 in time
@@ -39,11 +38,7 @@ class Predictor:
         self._nodes, self._convergence = iteration.nodes, iteration.convergence
         self._rates = rates
         self._guess = iteration.system.x.duplicate()
-        self._owned = iteration.system.numbering.owned
-        self._guesses = np.zeros((STATES, self._owned))
-        module = native.cells()
-        self._lib, self._pointers = module.lib, module.ffi.new("double *[]", STATES)
-        self._places = len(rates), native.longs(rates)
+        self._guesses = np.zeros((STATES, iteration.system.numbering.owned))
         self.clear()
 
     def clear(self) -> None:
@@ -80,11 +75,15 @@ class Predictor:
             less: What is subtracted.
             to: Gets them, shape (degrees, n).
         """
-        past, pointer = self._past, native.doubles
-        found = pointer(weights(tuple(t / dt for t in self._times)))
-        sizes = first, len(to), len(past), self._owned
-        where = pointer(less), pointer(to)
-        self._lib.foresee(*sizes, self._pointers, found, *self._places, dt, *where)
+        rows = weights(tuple(t / dt for t in self._times))
+        for out, row in zip(to, rows[first:], strict=False):
+            np.multiply(row[0], self._past[0], out=out)
+            for weight, state in zip(row[1:], self._past[1:], strict=True):
+                if weight:
+                    out += weight * state
+            out[self._rates] *= dt
+            if less is not None:
+                out -= less
 
     def accept(self, x: PETSc.Vec, key: Hashable, dt: float) -> None:
         """Remember the solution of a step.
@@ -109,13 +108,8 @@ class Predictor:
             ]
             self._errors += found[len(old) :]
         new[self._rates] /= dt
-        self._remember([new, *self._past[: STATES - 1]])
+        self._past = [new, *self._past[: STATES - 1]]
         self._times = (0.0, *(t - dt for t in self._times))[:STATES]
-
-    def _remember(self, states: list[Floats]) -> None:
-        self._past = states
-        for k, state in enumerate(states):
-            self._pointers[k] = native.doubles(state)
 
     def arrays(self) -> dict[str, Floats]:
         """What a restart needs of the past: unknowns that this rank owns."""
@@ -138,7 +132,7 @@ class Predictor:
             state: As from `state`.
             key: That of the step to come.
         """
-        self._remember([np.array(arrays[str(k)]) for k in range(len(arrays))])
+        self._past = [np.array(arrays[str(k)]) for k in range(len(arrays))]
         self._times, self._errors = tuple(state["times"]), list(state["errors"])
         self._key = key
 

@@ -22,6 +22,7 @@ from shellmb.bodyfields import (
 from shellmb.errors import ConvergenceError
 from shellmb.model.body import Body, TimeFunction
 from shellmb.model.model import Model
+from shellmb.native.assembler import is_native
 from shellmb.schemes.base import END, Levels, Scheme, StepForms
 from shellmb.schemes.linearised import at_reference
 from shellmb.schemes.residuals.residual import StageForms
@@ -90,7 +91,7 @@ class Problem:
         solver = model.scene.solver
         newton = f"linear {solver.newton}" if scheme.linear else solver.newton
         settings = NewtonSettings(solver.tolerance, solver.max_iterations, newton)
-        reduction = Reduction if solver.solve == "reduced" else None
+        reduction = Reduction if solver.solve == "reduced" and is_native() else None
         self.iteration = Iteration(self.system, settings, new_prefix(self), reduction)
         self.newton = NEWTON[solver.backend](self.iteration)
 

@@ -16,6 +16,7 @@ from shellmb.errors import ConvergenceError, petsc_in_words
 from shellmb.forms.steps.discrete import taken_once
 from shellmb.model.alike import same_on_all
 from shellmb.model.model import Model
+from shellmb.native.assembler import assembled_as
 from shellmb.scene import Scene
 from shellmb.scene.checks.effect import check_begin
 from shellmb.schemes.base import Scheme
@@ -126,6 +127,7 @@ class Simulation:
 
     @taken_once()
     @petsc_in_words()
+    @assembled_as(lambda self, scene, *_, **__: scene.solver)
     def __init__(
         self, scene: Scene, comm: MPI.Comm = MPI.COMM_WORLD, like: Model | None = None
     ) -> None:
@@ -173,6 +175,7 @@ class Simulation:
         return ErrorSize(control, dt, self.t_end, law.order, noise, law.factor)
 
     @petsc_in_words()
+    @assembled_as(lambda self, *_, **__: self.scene.solver)
     def run(self, observers: Sequence[Observer] = ()) -> None:
         """Step to the end.
 
@@ -206,6 +209,7 @@ class Simulation:
         """Whether the end is reached before the last time."""
         return self.stepping.finished or self.control.ended is not None
 
+    @assembled_as(lambda self, *_, **__: self.scene.solver)
     def advance(self, observers: Sequence[Observer] = ()) -> None:
         """One accepted step, after as many rejected ones as it takes.
 

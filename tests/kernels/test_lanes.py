@@ -14,7 +14,7 @@ from shellmb.native import library as native
 from shellmb.native.compiling.flags import LANES
 from shellmb.native.kernels import compile_all, compiled
 from shellmb.native.library import side_by_side
-from shellmb.system.assembly.functionals import Functionals, vector_of
+from shellmb.system.assembly.functionals import functionals, vector_of
 from shellmb.system.assembly.loops import FormLoop, LoopResiduals, MeshGeometry
 from shellmb.system.assembly.numbering import cell_dofs
 
@@ -138,7 +138,7 @@ def test_any_number_of_cells(cells: int, cell: mesh.CellType):
     _same(_residual(u, compiled(residual)), exact)
     value = fem.assemble_scalar(compiled(energy, ONE))
     # the second one finds what the first one left
-    functional = Functionals([[energy], [energy]], MPI.COMM_SELF)
+    functional = functionals([[energy], [energy]], MPI.COMM_SELF)
     _same(functional(), value)
     _same(functional(), value)
     # beside a sum of two forms, three numbers of one
@@ -146,7 +146,7 @@ def test_any_number_of_cells(cells: int, cell: mesh.CellType):
     axes = vector_of(u.function_space.mesh, len(densities))
     vector = ufl.dot(ufl.as_vector(densities), axes) * ufl.dx
     exact = [fem.assemble_scalar(compiled(f * ufl.dx, ONE)) for f in densities]
-    functional = Functionals([[energy, energy], [vector, vector]], MPI.COMM_SELF)
+    functional = functionals([[energy, energy], [vector, vector]], MPI.COMM_SELF)
     _same(functional() / 2, [value, *exact])
 
 

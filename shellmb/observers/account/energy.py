@@ -23,7 +23,7 @@ from shellmb.observers.account.sizes import stiffness_of
 from shellmb.schemes.base import Levels
 from shellmb.schemes.linearised import strain_energy
 from shellmb.simulate.simulation import Silent, Simulation
-from shellmb.system.assembly.functionals import Functionals
+from shellmb.system.assembly.functionals import functionals
 
 # work from outside that has columns of its own
 WORKS = ("loads", "terms")
@@ -41,7 +41,7 @@ def scalar(forms: list[Form | None], comm: MPI.Comm) -> Scalar | None:
     some = present(forms)
     if not some:
         return None
-    functional = Functionals([some], comm)
+    functional = functionals([some], comm)
     return lambda: float(functional()[0])
 
 
@@ -98,7 +98,7 @@ class EnergyAccount(Silent):
         stored = [present([stored_energy(b, levels[b.name].q)]) for b in self._potentials]
         elastic, inert = self._dissipation(simulation)
         ends = [present(kinetic), present(strain), *stored, *inert.values()]
-        self._ends = Functionals(ends, comm)
+        self._ends = functionals(ends, comm)
         loads, terms = (present(self._work(simulation, kind, others)) for kind in WORKS)
         lost = [present(self._work(simulation, "terms", [b])) for b in self._potentials]
         steps = [loads, terms, *lost, *elastic.values()]
@@ -106,7 +106,7 @@ class EnergyAccount(Silent):
             self.values.setdefault("potential_energy", 0.0)
             self.values |= {f"{b.item.name}.loss": 0.0 for b in self._potentials} | self.values
         self._names = tuple(inert)
-        self._step = Functionals(steps, comm)
+        self._step = functionals(steps, comm)
         self._acting = scheme.dynamic and any(steps)
         for name in self._names:
             self.dissipated.setdefault(name, 0.0)

@@ -22,7 +22,7 @@ from shellmb.arrays import Floats
 from shellmb.observers.account.energy import EnergyAccount, present
 from shellmb.observers.forces.impulse import Impulse
 from shellmb.simulate.simulation import Silent, Simulation
-from shellmb.system.assembly.functionals import Functionals, vector_of
+from shellmb.system.assembly.functionals import Functionals, functionals, vector_of
 
 KINDS = {"momentum": "linear", "angular momentum": "angular"}
 # impulses of loads, of supports, and of impacts at which something begins to act
@@ -88,7 +88,7 @@ class Momentum(Silent):
             # of small motions about the reference positions
             q, v = (levels.reference or levels).q, levels.rates["v"]
             forms.append(_both(body, q, v, axes))
-        return Functionals([present(forms)], simulation.model.comm)
+        return functionals([present(forms)], simulation.model.comm)
 
     def _total_mass(self, simulation: Simulation, bodies: list[Any]) -> float:
         """Mass, as the momentum of a unit velocity along that velocity."""
@@ -99,7 +99,7 @@ class Momentum(Silent):
             part = "u" if "u" in body.mixed.dofs else "u1"
             velocity.x.array[body.mixed.dofs[part].reshape(-1, 3)[:, 0]] = 1.0
             forms.append(_both(body, simulation.problem.levels[body.name].q, velocity, axes))
-        return float(Functionals([present(forms)], simulation.model.comm)()[0])
+        return float(functionals([present(forms)], simulation.model.comm)()[0])
 
     def _take(self) -> None:
         self._now.flat = self._momenta()

@@ -19,12 +19,14 @@ import numpy as np
 
 from shellmb.arrays import Floats
 from shellmb.model.frames.rigid import GROUND, RigidBodies
-from shellmb.native import library as native
 from shellmb.observers.fields.nodal import Nodes, nodal_bodies
 from shellmb.simulate.simulation import Silent, Simulation
 
 # of the diagonal, so that what does not turn at all has a fit, too
 TINY = 1e-12
+# `sum a x b` of `sum a b`
+CROSS = np.zeros((3, 3, 3))
+CROSS[[0, 1, 2], [1, 2, 0], [2, 0, 1]], CROSS[[0, 1, 2], [2, 0, 1], [1, 2, 0]] = 1.0, -1.0
 
 
 @dataclass
@@ -128,8 +130,7 @@ class _Flexible:
     """
 
     def __init__(self, name: str, nodes: Nodes) -> None:
-        self.name, self._nodes, self._lib = name, nodes, native.cells().lib
-        self._struct, self._directors = nodes.struct(), nodes.directors
+        self.name, self._nodes, self._directors = name, nodes.sums(), nodes.directors
         self.sums = np.zeros(43)
 
     def sum(self, start: Floats, end: Floats) -> float:
@@ -139,8 +140,7 @@ class _Flexible:
             start: Dofs of the body at the start of the step.
             end: Those at its end.
         """
-        pointers = map(native.doubles, (start, end, self.sums))
-        square = self._lib.turning(self._struct, self._directors, *pointers)
+        square = self._nodes.turning(self._directors, start, end, self.sums)
         return math.sqrt(square / _directions(self._directors))
 
 
@@ -172,10 +172,30 @@ def fit(sums: Floats) -> tuple[float, float]:
     Args:
         sums: Of its nodes, as from `turning` of `sums.c`, shape (43,).
     """
-    found = np.zeros(2)
-    native.cells().lib.turned(native.doubles(sums), TINY, native.doubles(found))
-    tangent, radius = found.tolist()
-    return 2 * math.atan(tangent / 2), radius
+    count, x, dx = sums[0], sums[1:4], sums[4:7]
+    xx, xdx, dd, ddd = sums[7:].reshape(4, 3, 3)
+    about, moved = xx - np.outer(x, x) / count, xdx - np.outer(x, dx) / count
+    size = np.trace(about) / count
+    if not size > 0:
+        return 0.0, 0.0
+    # best fit of `dr = w x r`: the length of `w` is twice the tangent of half the angle
+    inertia = _inertia(about) / size + _inertia(dd)
+    inertia += TINY * inertia.max() * np.eye(3)
+    try:
+        spin = np.linalg.solve(inertia, np.einsum("ijk,jk->i", CROSS, moved / size + ddd))
+    except np.linalg.LinAlgError:
+        return 0.0, 0.0
+    tangent = float(np.linalg.norm(spin))
+    if not tangent > 0:
+        return 0.0, 0.0
+    # of nodes on the axis there may be less than nothing, by round-off
+    square = max(float(spin @ _inertia(about) @ spin) / count, 0.0)
+    return 2 * math.atan(tangent / 2), math.sqrt(square) / tangent
+
+
+def _inertia(squares: Floats) -> Floats:
+    """`sum (r.r I - r r)` of `sum r r`."""
+    return np.asarray(np.trace(squares) * np.eye(3) - squares)
 
 
 def _directions(directors: int) -> int:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -13,7 +12,7 @@ from shellmb.model.frames.beam import BeamModel
 from shellmb.model.frames.rigid import RigidBodies
 from shellmb.model.model import Model
 from shellmb.model.shells.shell import ShellModel
-from shellmb.native.library import CArrays
+from shellmb.native.assembler import NodeSums, operations
 from shellmb.simulate.simulation import Simulation
 
 type NodalBody = ShellModel | BeamModel | RigidBodies
@@ -207,20 +206,16 @@ class Nodes:
         """
         return np.concatenate([self._u[marked].ravel(), self._w[marked].ravel()])
 
-    def struct(self, turning: Int32s | None = None) -> Any:
-        """The nodes for the loops of `sums.c`.
+    def sums(self, turning: Int32s | None = None) -> NodeSums:
+        """Sums over the nodes.
 
         Args:
             turning: Dofs of more vectors that turn with the body, and are zero in the reference.
         """
-        more = np.reshape([] if turning is None else turning, (-1, 3))
-        dofs = np.concatenate([self._u.ravel(), self._w.ravel(), more.ravel()]).astype(np.int32)
-        reference = np.concatenate([self._X.ravel(), self._D.ravel(), np.zeros(more.size)])
-        self._arrays = CArrays()
-        members = {"dofs": self._arrays(dofs), "reference": self._arrays(reference)}
-        positions = len(self._X)
-        members |= {"positions": positions, "arms": len(dofs) // 3 - positions}
-        return self._arrays.many("Nodes", [members])
+        more = np.reshape([] if turning is None else turning, (-1, 3)).astype(np.int64)
+        dofs = np.concatenate([self._u, self._w.reshape(-1, 3), more])
+        reference = np.concatenate([self._X, self._D.reshape(-1, 3), np.zeros(more.shape)])
+        return operations().node_sums(dofs, reference, len(self._X))
 
     def now(self, simulation: Simulation, name: str) -> NodalValues:
         """Values at the nodes, between two steps of a simulation.

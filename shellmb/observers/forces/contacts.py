@@ -14,7 +14,7 @@ from shellmb.model.potentials.group import PotentialGroup
 from shellmb.observers.forces.impulse import last_middle
 from shellmb.observers.forces.reactions import resistance
 from shellmb.simulate.simulation import Silent, Simulation
-from shellmb.system.assembly.loops import LoopResiduals
+from shellmb.system.assembly.residuals import Residuals
 
 AXES = ("Fx", "Fy", "Fz")
 CONTACT = ("normal", "friction")
@@ -30,7 +30,7 @@ class _Loop(NamedTuple):
     """
 
     group: PotentialGroup
-    loop: LoopResiduals
+    loop: Residuals
     place: Floats
 
 

@@ -23,11 +23,12 @@ from ufl import Form
 
 from shellmb.arrays import Floats
 from shellmb.model.body import Body
-from shellmb.native.kernels import compiled
-from shellmb.observers.forces.reactions import Arms, HeldForces, NodalForces, cells_of
+from shellmb.native.kernels import compile_all
+from shellmb.observers.forces.reactions import Arms, HeldForces, NodalForces
 from shellmb.schemes.residuals.residual import StageForms
 from shellmb.simulate.simulation import Simulation
-from shellmb.system.assembly.loops import LoopResiduals, PlacedForm
+from shellmb.system.assembly.meshgroups import residuals_of
+from shellmb.system.assembly.residuals import Residuals
 
 
 def last_middle(simulation: Simulation, body: str) -> Floats:
@@ -103,14 +104,13 @@ class _Acting(NodalForces):
         problem = simulation.problem
         super().__init__(problem.system)
         # all of what potentials exert comes from outside; residuals are against it
-        self._forces: list[tuple[float, slice, LoopResiduals]] = []
+        self._forces: list[tuple[float, slice, Residuals]] = []
         for body in simulation.model.bodies:
             row, outside = problem.forms[body.name][stage], body in simulation.model.potentials
             forms = row.residual if outside else self._work(row, body)
             if forms:
                 number, system = problem.number(body.name, stage), problem.system
-                placed: list[PlacedForm] = [(compiled(form), (0,), -1) for form in forms]
-                loops = LoopResiduals([(cells_of(system, number), placed)])
+                loops = residuals_of(system, number, compile_all(forms))
                 where = system.numbering.slice(number)
                 self._forces.append((-1.0 if outside else 1.0, where, loops))
         self._local = np.zeros(len(problem.system.numbering.local_to_global))

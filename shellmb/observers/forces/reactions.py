@@ -12,12 +12,11 @@ import numpy as np
 from shellmb.arrays import Bools, Floats
 from shellmb.model.model import Model
 from shellmb.model.reduced.onframe import OnArms
-from shellmb.native import library as native
 from shellmb.observers.fields.nodal import NodalBody, Nodes, nodal_bodies
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.assembly.fields import Field
-from shellmb.system.assembly.loops import LoopResiduals, MeshCells
-from shellmb.system.assembly.meshgroups import MeshGroup
+from shellmb.system.assembly.meshgroups import residuals_of
+from shellmb.system.assembly.residuals import Residuals
 
 
 class Assembled(Protocol):
@@ -35,14 +34,7 @@ class Assembled(Protocol):
         ...
 
 
-def cells_of(system: BlockSystem, number: int) -> MeshCells:
-    """The cells of one field of a system alone, with its own local dofs."""
-    return MeshCells([system.fields[number]], [0], [system.held[number]])
-
-
-def resistance(
-    problem: Assembled, name: str, stage: str | None = None
-) -> tuple[LoopResiduals, Floats]:
+def resistance(problem: Assembled, name: str, stage: str | None = None) -> tuple[Residuals, Floats]:
     """What assembles the virtual work of a group's forces in a row, and place for it.
 
     Args:
@@ -51,8 +43,8 @@ def resistance(
         stage: The row; None: that of the state at the end of a step.
     """
     number, system = problem.number(name, stage or problem.last), problem.system
-    group = MeshGroup(system, [number], cells_of(system, number))
-    return LoopResiduals([group.residuals]), np.zeros(problem.fields[number].size_all)
+    forms = [form for form, rows in system.residual_forms if rows == (number,)]
+    return residuals_of(system, number, forms), np.zeros(problem.fields[number].size_all)
 
 
 class Arms(NamedTuple):
@@ -152,8 +144,7 @@ class Carrier:
 
     def __init__(self, name: str, body: NodalBody, where: slice) -> None:
         self.name, self._nodes, self._where = name, Nodes(body), where
-        self._lib = native.cells().lib
-        self._struct = self._nodes.struct(turning=body.mixed.dofs.get("bubble"))
+        self._sums = self._nodes.sums(turning=body.mixed.dofs.get("bubble"))
         # a node that two bodies share counts on the one that it belongs to
         index_map = body.mixed.space.dofmap.index_map
         self._counted = np.ones(index_map.size_local + index_map.num_ghosts)
@@ -181,10 +172,8 @@ class Carrier:
             counted = np.zeros(len(counted))
             counted[marked] = self._counted[marked]
         found = np.zeros((len(forces), 7))
-        arguments = self._struct, native.doubles(arms.q), arms.whole
         for row, values in zip(found, forces, strict=True):
-            pointers = map(native.doubles, (values[self._where], counted, row))
-            self._lib.resultants(*arguments, *pointers)
+            row[:] = self._sums.resultants(arms.q, arms.whole, values[self._where], counted)
         return found[:, :6], float(found[:, 6].sum())
 
 

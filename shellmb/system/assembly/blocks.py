@@ -20,10 +20,11 @@ from ufl import Form
 from shellmb.arrays import Floats, Ints
 from shellmb.clock import now
 from shellmb.native import library as native
+from shellmb.native.assembler import is_native
 from shellmb.native.derivatives import CachedDerivative, Derivative
 from shellmb.native.kernels import compile_with_derivatives
 from shellmb.system.assembly.fields import Field, Followers
-from shellmb.system.assembly.following import Following
+from shellmb.system.assembly.following import following
 from shellmb.system.assembly.general import general_position
 from shellmb.system.assembly.numbering import Numbering
 from shellmb.system.assembly.residuals import DolfinxResiduals, Residuals, RowForm
@@ -76,11 +77,14 @@ class BlockSystem:
         self.x = PETSc.Vec().createMPI(sizes, comm=comm)
         self.b = self.x.duplicate()
         start = now()
-        native.begin(comm)
+        if is_native():
+            native.begin(comm)
         self._compile()
-        self.follow = Following(followers)
+        self.follow = following(followers)
         self.jit_seconds = now() - start
-        self.residuals: Residuals = DolfinxResiduals(self.residual_forms, fields, n)
+        self.residuals: Residuals = DolfinxResiduals(
+            self.residual_forms, fields, n.offsets.tolist()
+        )
         self._rows = [
             PETSc.IS().createStride(f.size_all, int(n.offsets[k]), 1, comm=PETSc.COMM_SELF)
             for k, f in enumerate(fields)
@@ -167,14 +171,11 @@ class BlockSystem:
         self._no_columns = [np.zeros(0, dtype=np.int8) for _ in self.fields]
         owned = everywhere[(everywhere >= n.start) & (everywhere < n.start + n.owned)]
         self.fixed = owned - n.start
-        self._held_rows = (len(self.fixed), native.longs(self.fixed))
         self._diagonal = self.x.duplicate()
         self._diagonal.array[:] = 0.0
         self._diagonal.array[self.fixed] = 1.0
         self.values = np.zeros(n.owned)
         self.reactions = np.zeros(len(self.fixed))
-        self._given = (native.doubles(self.values), native.doubles(self.reactions))
-        self._lib = native.cells().lib
 
     @property
     def forms(self) -> list[Form]:
@@ -236,9 +237,9 @@ class BlockSystem:
         local[:] = 0.0
         self.residuals.add(local)
         self.exchange.collect(b)
-        values, reactions = self._given
-        unknowns, entries = native.doubles(x.array_r), native.doubles(b.array)
-        self._lib.hold(*self._held_rows, unknowns, values, entries, reactions)
+        entries = b.array
+        self.reactions[:] = entries[self.fixed]
+        entries[self.fixed] = x.array_r[self.fixed] - self.values[self.fixed]
 
     def jacobian(self, x: PETSc.Vec, A: PETSc.Mat) -> None:
         """Assemble the Jacobian into `A`. The functions must hold `x` already."""

@@ -1,13 +1,41 @@
 """Functions that follow the unknown ones, in one call of `unknowns.c`."""
 
 from collections.abc import Sequence
-from typing import Any
+from functools import partial
+from typing import Any, Protocol
 
 import numpy as np
 
 from shellmb.native import library as native
+from shellmb.native.assembler import is_native
 from shellmb.native.library import CArrays
 from shellmb.system.assembly.fields import Followers
+
+
+class Follow(Protocol):
+    """Gives functions that follow others their values."""
+
+    def __call__(self) -> None:
+        """Take the values of their sources."""
+        ...
+
+
+def following(followers: Sequence[Followers]) -> Follow:
+    """Make what gives functions that follow others their values.
+
+    Args:
+        followers: The functions.
+    """
+    return Following(followers) if is_native() else partial(_follow, followers)
+
+
+def _follow(followers: Sequence[Followers]) -> None:
+    for some in followers:
+        sources = [source.x.array for source in some.sources]
+        for function, row in zip(some.functions, some.weights, strict=True):
+            # what is always zero stays so
+            if np.any(row):
+                function.x.array[:] = sum(w * s for w, s in zip(row, sources, strict=True) if w)
 
 
 class Following:

@@ -1,10 +1,10 @@
-"""Integrals over meshes: energies, momenta, work; one loop in C over the cells of each mesh."""
+"""Integrals over meshes: energies, momenta, work."""
 
 from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, Protocol
 
 from mpi4py import MPI
 
@@ -15,6 +15,7 @@ from ufl import Form
 
 from shellmb.arrays import Floats
 from shellmb.native import library as native
+from shellmb.native.assembler import is_native
 from shellmb.native.kernels import compile_all
 from shellmb.system.assembly.loops import FormLoop, MeshGeometry
 
@@ -29,16 +30,61 @@ def vector_of(mesh: Any, size: int) -> Any:
     return ufl.TestFunction(fem.functionspace(mesh, ("DG", 0, (size,))))
 
 
-class Functionals:
-    """Several sums of integrals, evaluated together as often as they are called.
+class Functionals(Protocol):
+    """Several sums of integrals, evaluated together as often as they are called."""
 
-    DOLFINx's own `assemble_scalar` packs coefficients and constants anew each time, which takes
-    most of its time on small meshes.
+    def __call__(self) -> Floats:
+        """Their values, the same on all ranks, shape (n,); overwritten by the next call."""
+        ...
+
+
+def functionals(sums: Sequence[Sequence[Form]], comm: MPI.Comm) -> Functionals:
+    """Make what evaluates several sums of integrals.
 
     Args:
         sums: Forms that add up to each number, without arguments; or all of them linear forms in
             `vector_of` the same size, that add up to so many numbers.
         comm: Communicator of their meshes; calls are collective.
+    """
+    return LoopFunctionals(sums, comm) if is_native() else DolfinxFunctionals(sums, comm)
+
+
+class DolfinxFunctionals:
+    """Sums of integrals, form by form, by DOLFINx.
+
+    Args:
+        sums: As of `functionals`.
+        comm: As of `functionals`.
+    """
+
+    def __init__(self, sums: Sequence[Sequence[Form]], comm: MPI.Comm) -> None:
+        self._comm, self._sums = comm, [(compile_all(forms), _size(forms)) for forms in sums]
+
+    def __call__(self) -> Floats:
+        """Their values."""
+        values = [np.zeros(size) for _, size in self._sums]
+        for total, (forms, size) in zip(values, self._sums, strict=True):
+            for form in forms:
+                if form.rank == 0:
+                    total += float(np.real(fem.assemble_scalar(form)))
+                else:
+                    # one test function for each cell and component
+                    here = form.function_spaces[0].dofmap.index_map.size_local
+                    total += fem.assemble_vector(form).array[: size * here].reshape(-1, size).sum(0)
+        found = np.concatenate([np.zeros(0), *values])
+        self._comm.Allreduce(MPI.IN_PLACE, found)
+        return found
+
+
+class LoopFunctionals:
+    """Sums of integrals by one loop in C over the cells of each mesh.
+
+    DOLFINx's own `assemble_scalar` packs coefficients and constants anew each time, which takes
+    most of its time on small meshes.
+
+    Args:
+        sums: As of `functionals`.
+        comm: As of `functionals`.
     """
 
     def __init__(self, sums: Sequence[Sequence[Form]], comm: MPI.Comm) -> None:

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
+from dolfinx import fem
+
+from shellmb.native.assembler import is_native
 from shellmb.system.assembly.blocks import BlockSystem
-from shellmb.system.assembly.loops import MeshCells, PlacedForm, Rows
+from shellmb.system.assembly.loops import LoopResiduals, MeshCells, PlacedForm, Rows
+from shellmb.system.assembly.residuals import DolfinxResiduals, Residuals
 
 
 @dataclass(frozen=True)
@@ -61,3 +66,18 @@ def mesh_groups(system: BlockSystem) -> list[MeshGroup]:
         )
         for numbers in groups.values()
     ]
+
+
+def residuals_of(system: BlockSystem, number: int, forms: Sequence[fem.Form]) -> Residuals:
+    """Make what assembles residuals of one field alone, with its own local dofs.
+
+    Args:
+        system: The system.
+        number: Number of the field.
+        forms: Compiled residuals.
+    """
+    field = system.fields[number]
+    if not is_native():
+        return DolfinxResiduals([(form, (0,)) for form in forms], [field], [0])
+    cells = MeshCells([field], [0], [system.held[number]])
+    return LoopResiduals([(cells, [(form, (0,), -1) for form in forms])])

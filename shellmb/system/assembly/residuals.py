@@ -9,7 +9,7 @@ from dolfinx import fem
 
 from shellmb.arrays import Floats, Ints
 from shellmb.system.assembly.fields import Field
-from shellmb.system.assembly.numbering import Numbering, cell_dofs
+from shellmb.system.assembly.numbering import cell_dofs
 
 # a compiled residual with the numbers of the fields whose rows it has
 RowForm = tuple[fem.Form, tuple[int, ...]]
@@ -33,20 +33,20 @@ class DolfinxResiduals:
     Args:
         forms: Compiled forms with the numbers of the fields whose rows they are.
         fields: The fields.
-        numbering: Place of each field in the local arrays.
+        offsets: First place of each in the local arrays.
     """
 
     def __init__(
-        self, forms: Sequence[RowForm], fields: Sequence[Field], numbering: Numbering
+        self, forms: Sequence[RowForm], fields: Sequence[Field], offsets: Sequence[int]
     ) -> None:
-        self._forms, self._fields, self._numbering = forms, fields, numbering
+        self._forms, self._fields, self._offsets = forms, fields, offsets
 
     @cached_property
     def _placed(self) -> list[tuple[fem.Form, Ints]]:
         """Forms with the places of their rows; found when they are first assembled by these."""
         tables = [
-            cell_dofs(f.function.function_space) + self._numbering.slice(k).start
-            for k, f in enumerate(self._fields)
+            cell_dofs(field.function.function_space) + int(offset)
+            for field, offset in zip(self._fields, self._offsets, strict=False)
         ]
         found = []
         for form, rows in self._forms:

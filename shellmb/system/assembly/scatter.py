@@ -13,6 +13,7 @@ import numpy as np
 
 from shellmb.arrays import Floats
 from shellmb.native import library as native
+from shellmb.native.assembler import is_native
 from shellmb.system.assembly.numbering import Numbering
 
 
@@ -39,14 +40,14 @@ class Exchange(Protocol):
 
 
 def exchange(numbering: Numbering, arrays: Sequence[Floats], x: PETSc.Vec) -> Exchange:
-    """That of a system: loops in C where one process has all unknowns.
+    """Make that of a system: loops in C where one process has all unknowns.
 
     Args:
         numbering: Unknowns of the local dofs.
         arrays: Arrays of the fields.
         x: A vector of unknowns.
     """
-    if x.getComm().size == 1:
+    if is_native() and x.getComm().size == 1:
         return SerialExchange(numbering, arrays)
     return ParallelExchange(numbering, arrays, x)
 

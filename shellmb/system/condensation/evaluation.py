@@ -9,6 +9,7 @@ import numpy as np
 from shellmb.native import library as native
 from shellmb.native.library import CArrays
 from shellmb.system.assembly.blocks import BlockSystem
+from shellmb.system.assembly.following import Following
 from shellmb.system.assembly.loops import LoopResiduals
 from shellmb.system.assembly.scatter import SerialExchange
 
@@ -26,6 +27,7 @@ class AtOnce:
         self, system: BlockSystem, exchange: SerialExchange, residuals: LoopResiduals
     ) -> None:
         self._lib, pointer = native.cells().lib, CArrays()
+        assert isinstance(system.follow, Following)
         cells, kernels, counts = zip(*residuals.meshes, strict=True)
         self._evaluation = pointer.many(
             "Evaluation",

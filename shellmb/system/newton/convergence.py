@@ -9,7 +9,7 @@ import numpy as np
 
 from shellmb.arrays import Floats, Ints
 from shellmb.errors import ConvergenceError
-from shellmb.native import library as native
+from shellmb.native.assembler import operations
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.assembly.fields import Part
 
@@ -28,18 +28,11 @@ class Convergence:
         self.system = system
         found = owned_parts(system)
         self.parts, dofs = [part for part, _ in found], [entries for _, entries in found]
-        self._lib = native.cells().lib
         self._entries = np.concatenate([*dofs, np.zeros(0, np.int64)]).astype(np.int64)
         self._ends = np.cumsum([0, *(len(d) for d in dofs)]).astype(np.int64)
-        self._where = (len(self.parts), native.longs(self._ends), native.longs(self._entries))
         self._scales = np.array([p.scale for p in self.parts])
-        self._bounds = np.array([p.bound for p in self.parts])
-        # changes of all parts, and their sizes, which give way to relative changes
-        self._table = np.zeros((2, len(self.parts)))
-        # the largest relative change, how far the largest motion went, whether it went too far
-        self._found = np.zeros(3)
-        tables = (self._scales, self._bounds, self._table, self._found)
-        self._relate = (len(self.parts), *map(native.doubles, tables))
+        bounds = np.array([p.bound for p in self.parts])
+        self._sizes = operations().part_sizes(self._ends, self._entries, self._scales, bounds)
         self._serial = system.comm.size == 1
         self.iterations = 0
 
@@ -53,9 +46,15 @@ class Convergence:
         Raises:
             ConvergenceError: If the iteration diverges.
         """
-        self._judge(x.array_r, dx.array_r)
+        table = self._sizes.table
+        self._sizes.largest(dx.array_r, table[0])
+        self._sizes.largest(x.array_r, table[1])
+        if not self._serial:
+            # a NaN is infinite, and wins
+            self.system.comm.Allreduce(MPI.IN_PLACE, table, op=MPI.MAX)
+        self._sizes.relate()
         self.iterations += 1
-        largest, moved, diverged = self._found.tolist()
+        largest, moved, diverged = self._sizes.found.tolist()
         if diverged:
             raise self.error("the iteration diverged")
         return largest, moved
@@ -70,15 +69,12 @@ class Convergence:
         Returns:
             Shape (k,).
         """
-        count, found = len(changes), np.empty(len(changes))
-        table = np.empty((count + 1, len(self.parts)))
-        sizes, rows = native.doubles(table[0]), native.doubles(table[1:])
-        self._lib.largest(*self._where, native.doubles(x), sizes)
-        self._lib.largest_of_each(count, len(x), *self._where, native.doubles(changes), rows)
+        table = np.empty((len(changes) + 1, len(self.parts)))
+        for values, row in zip((x, *changes), table, strict=True):
+            self._sizes.largest(values, row)
         if not self._serial:
             self.system.comm.Allreduce(MPI.IN_PLACE, table, op=MPI.MAX)
-        self._lib.relate_each(count, *self._relate[:2], sizes, rows, native.doubles(found))
-        return found
+        return self._sizes.relative(table[0], table[1:])
 
     def typical(self, x: Floats) -> Floats:
         """How large the part of each unknown is: its scale, or its largest value; collective.
@@ -90,27 +86,15 @@ class Convergence:
             Shape (n,); of unknowns without a part, their own size.
         """
         found, sizes = np.abs(x), np.zeros(len(self.parts))
-        self._lib.largest(*self._where, native.doubles(x), native.doubles(sizes))
+        self._sizes.largest(x, sizes)
         self.system.comm.Allreduce(MPI.IN_PLACE, sizes, op=MPI.MAX)
         scales = np.where(np.isfinite(self._scales), self._scales, 0.0)
         found[self._entries] = np.repeat(np.maximum(scales, sizes), np.diff(self._ends))
         return found
 
-    def _judge(self, x: Floats, dx: Floats) -> None:
-        """Compare changes of the parts with their scales or own sizes, whichever is larger."""
-        if self._serial:
-            pair = native.doubles(x), native.doubles(dx)
-            self._lib.judge(*self._where, *pair, *self._relate[1:])
-            return
-        for values, row in zip((dx, x), self._table, strict=True):
-            # a NaN wins, of all ranks, too
-            self._lib.largest(*self._where, native.doubles(values), native.doubles(row))
-        self.system.comm.Allreduce(MPI.IN_PLACE, self._table, op=MPI.MAX)
-        self._lib.relate(*self._relate)
-
     def worst(self) -> tuple[str, float]:
         """Title of the part with the largest relative update, and that."""
-        last = self._table[1]
+        last = self._sizes.table[1]
         worst = int(np.argmax(last))
         return self.parts[worst].name, float(last[worst])
 
@@ -123,7 +107,7 @@ class Convergence:
         """
         if not self.iterations:
             return ConvergenceError(f"Newton failed: {reason}", field=None, norms={})
-        last = self._table[1]
+        last = self._sizes.table[1]
         part = self.parts[int(np.argmax(last))]
         return ConvergenceError(
             f"Newton failed after {self.iterations} iterations: {reason}; the {part.name} did "

@@ -10,6 +10,7 @@ import numpy as np
 
 from shellmb.arrays import Bools, Floats
 from shellmb.native import library as native
+from shellmb.native.assembler import is_native
 from shellmb.system.assembly.fields import DirectorPath, DirectorRates, Field
 from shellmb.system.nullspace.directorbases import Bases, DirectorBases
 from shellmb.system.nullspace.directorpath import (
@@ -80,12 +81,11 @@ class DirectorNodes:
         self.free = np.where(self.held, 0, self.size)
         self.values = field.function.x.array
         self.settled = False
-        self._lib = native.cells().lib
         self.partial = self._partial()
         alike = self.size == 2 and not self.partial
         midway = not declared.linear and self.rates is None and self.path is None
         self._directors: DirectorBases | None = None
-        if alike and midway and declared.before is not None:
+        if alike and midway and declared.before is not None and is_native():
             before = declared.before.x.array
             self._directors = DirectorBases(
                 self.dofs, self.held, self.reference, before, self.values
@@ -274,7 +274,7 @@ class DirectorNodes:
             return None
         if self.state is not None:
             return self._rate_correction(fields) if self.partial else None
-        self.settled = self._lib.violation(*self._now) <= ROUND_OFF
+        self.settled = native.cells().lib.violation(*self._now) <= ROUND_OFF
         if self.settled and not self.partial:
             return None
         out = np.zeros(self.dofs.shape)

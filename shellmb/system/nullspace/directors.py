@@ -16,6 +16,7 @@ import numpy as np
 
 from shellmb.arrays import Floats
 from shellmb.native import library as native
+from shellmb.native.assembler import operations
 
 # singular values of constraints below this, of directors of unit length, are none
 DEPENDENT = 1e-8
@@ -128,8 +129,7 @@ def rotated(d: Floats, change: Floats, most: float = math.inf) -> tuple[Floats, 
         Directors, shape (n, 3 k), orthonormal but for those; whether there are any of those.
     """
     out, change = np.array(d, order="C"), np.ascontiguousarray(change)
-    pointers = native.doubles(out), native.doubles(change)
-    return out, native.cells().lib.turn(len(out), out.shape[1] // 3, *pointers, most) > 0
+    return out, operations().turn(out, change, most) > 0
 
 
 def orthonormal(d: Floats) -> Floats:
@@ -142,5 +142,5 @@ def orthonormal(d: Floats) -> Floats:
         Shape (n, 3 k).
     """
     out = np.array(d, order="C")
-    native.cells().lib.normalise(len(out), out.shape[1] // 3, native.doubles(out))
+    operations().normalise(out)
     return out

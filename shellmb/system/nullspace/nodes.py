@@ -11,6 +11,7 @@ import numpy as np
 
 from shellmb.arrays import Floats, Ints
 from shellmb.native import library as native
+from shellmb.native.assembler import is_native
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.nullspace.directornodes import TURN, DirectorNodes
 from shellmb.system.nullspace.ghosts import Numbers
@@ -53,11 +54,12 @@ class SystemNodes:
         self._places = {k: s.dofs + int(n.offsets[k]) for k, s in self.sets.items()}
         self._given = {k: self.rows[k][s.regular] for k, s in self.sets.items()}
         here = {k: rows - self.full.start for k, rows in self._given.items()}
-        alone = all(
+        # the loops turn nodes in place; no rank has nodes whose unknowns others own, as nodes may
+        # that bodies share
+        alone = is_native() and all(
             not (s.rates or s.massless) and np.all((rows >= 0) & (rows < n.owned))
             for s, rows in zip(self.sets.values(), here.values(), strict=True)
         )
-        # no rank has nodes whose unknowns others own, as nodes may that bodies share
         alone = bool(system.comm.allreduce(alone, op=MPI.MIN))
         self._loops = (
             [

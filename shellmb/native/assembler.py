@@ -1,0 +1,151 @@
+"""Which assembler works: the loops in C, or the reference in plain DOLFINx and NumPy."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from functools import wraps
+from typing import Any, Literal, Protocol
+
+from shellmb.arrays import Floats, Ints
+
+Assembler = Literal["native", "reference"]
+
+_CHOSEN: ContextVar[Assembler] = ContextVar("assembler", default="native")
+
+
+def is_native() -> bool:
+    """Whether what is made now is to be the loops in C."""
+    return _CHOSEN.get() == "native"
+
+
+@contextmanager
+def assembled_by(assembler: Assembler) -> Iterator[None]:
+    """Make all that is built meanwhile with an assembler.
+
+    Args:
+        assembler: Its name.
+    """
+    token = _CHOSEN.set(assembler)
+    try:
+        yield
+    finally:
+        _CHOSEN.reset(token)
+
+
+def assembled_as[**P, R](
+    solver: Callable[..., Any],
+) -> Callable[[Callable[P, R]], Callable[P, R]]:
+    """Decorate a function such that it works with the assembler of a scene.
+
+    Args:
+        solver: Finds the scene's solver settings among the function's arguments.
+    """
+
+    def decorate(function: Callable[P, R]) -> Callable[P, R]:
+        @wraps(function)
+        def call(*args: P.args, **kwargs: P.kwargs) -> R:
+            with assembled_by(solver(*args, **kwargs).assembler):
+                return function(*args, **kwargs)
+
+        return call
+
+    return decorate
+
+
+class PartSizes(Protocol):
+    """Sizes of the parts of all unknowns, and changes relative to them.
+
+    Attributes:
+        table: Changes of all parts, and their sizes, which give way to relative changes; shape
+            (2, parts).
+        found: Largest relative change, how far the largest motion went relative to its scale, and
+            whether one reached its bound.
+    """
+
+    table: Floats
+    found: Floats
+
+    def largest(self, values: Floats, out: Floats) -> None:
+        """Largest absolute value of each part, infinite if one is no number, into `out`."""
+        ...
+
+    def relate(self) -> None:
+        """Fill `found` from the table."""
+        ...
+
+    def relative(self, sizes: Floats, changes: Floats) -> Floats:
+        """Largest relative change of a part for each row of `changes`, shape (k, parts)."""
+        ...
+
+
+class NodeSums(Protocol):
+    """Sums over the nodes of a body: positions first, then directors and what turns like them."""
+
+    def resultants(self, q: Floats, whole: float, forces: Floats, counted: Floats) -> Floats:
+        """Force, moment about the origin and sum of the sizes of forces at nodes, shape (7,).
+
+        Args:
+            q: Dofs of a state, or changes of them.
+            whole: One for a state, zero for changes.
+            forces: Forces at all dofs of the body.
+            counted: One at dofs that count, zero at others.
+        """
+        ...
+
+    def turning(self, directors: int, start: Floats, end: Floats, sums: Floats) -> float:
+        """Largest square of the changes of a node's directors in a step; fills the sums.
+
+        Args:
+            directors: Number of directors of a node.
+            start: Dofs of the body at the start of the step.
+            end: Those at its end.
+            sums: Number of positions, their sum in the middle of the step, that of their changes,
+                and the sums of `x x, x dx, d d, d dd` of positions and directors, shape (43,).
+        """
+        ...
+
+
+class Operations(Protocol):
+    """Operations on arrays that have a loop in C, beside assembly and elimination."""
+
+    def turn(self, d: Floats, change: Floats, most: float) -> int:
+        """Turn directors by a change of them, as `directors.rotated` says, in place."""
+        ...
+
+    def normalise(self, d: Floats) -> None:
+        """Bring nearly orthonormal directors to length one and right angles, in place."""
+        ...
+
+    def part_sizes(self, ends: Ints, entries: Ints, scales: Floats, bounds: Floats) -> PartSizes:
+        """Sizes of parts of unknowns.
+
+        Args:
+            ends: Where each part begins and the last one ends among `entries`.
+            entries: Unknowns of all parts.
+            scales: Scale of each part.
+            bounds: Change of each part that is too large.
+        """
+        ...
+
+    def node_sums(self, dofs: Ints, reference: Floats, positions: int) -> NodeSums:
+        """Sums over nodes.
+
+        Args:
+            dofs: Of vectors of three: positions and what turns with the body, shape (n, 3).
+            reference: Their values where the dofs are zero, shape (n, 3).
+            positions: How many of them are positions.
+        """
+        ...
+
+
+def operations() -> Operations:
+    """The operations of the assembler that works."""
+    if is_native():
+        from shellmb.native.operations import Loops
+
+        return Loops()
+    from shellmb.native.reference import Reference
+
+    return Reference()

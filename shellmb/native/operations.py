@@ -1,0 +1,83 @@
+"""Operations on arrays by loops in C."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from shellmb.arrays import Floats, Ints
+from shellmb.native import library as native
+from shellmb.native.assembler import NodeSums, PartSizes
+
+
+class Loops:
+    """Operations by the loops of `nodes.c`, `unknowns.c` and `sums.c`."""
+
+    def __init__(self) -> None:
+        self._lib = native.cells().lib
+
+    def turn(self, d: Floats, change: Floats, most: float) -> int:
+        """Turn directors by a change of them."""
+        pointers = native.doubles(d), native.doubles(change)
+        return int(self._lib.turn(len(d), d.shape[1] // 3, *pointers, most))
+
+    def normalise(self, d: Floats) -> None:
+        """Bring nearly orthonormal directors to length one and right angles."""
+        self._lib.normalise(len(d), d.shape[1] // 3, native.doubles(d))
+
+    def part_sizes(self, ends: Ints, entries: Ints, scales: Floats, bounds: Floats) -> PartSizes:
+        """Sizes of parts of unknowns."""
+        return _PartSizes(ends, entries, scales, bounds)
+
+    def node_sums(self, dofs: Ints, reference: Floats, positions: int) -> NodeSums:
+        """Sums over nodes."""
+        return _NodeSums(dofs, reference, positions)
+
+
+class _PartSizes:
+    def __init__(self, ends: Ints, entries: Ints, scales: Floats, bounds: Floats) -> None:
+        count, self._lib = len(scales), native.cells().lib
+        self.table, self.found = np.zeros((2, count)), np.zeros(3)
+        self._kept = ends, entries, scales, bounds
+        self._where = count, native.longs(ends), native.longs(entries)
+        tables = map(native.doubles, (scales, bounds, self.table, self.found))
+        self._relate = count, *tables
+
+    def largest(self, values: Floats, out: Floats) -> None:
+        """Largest absolute value of each part."""
+        self._lib.largest(*self._where, native.doubles(values), native.doubles(out))
+
+    def relate(self) -> None:
+        """Fill `found` from the table."""
+        self._lib.relate(*self._relate)
+
+    def relative(self, sizes: Floats, changes: Floats) -> Floats:
+        """Largest relative change of a part for each row."""
+        found = np.empty(len(changes))
+        pointers = map(native.doubles, (sizes, changes, found))
+        self._lib.relate_each(len(changes), *self._relate[:2], *pointers)
+        return found
+
+
+class _NodeSums:
+    def __init__(self, dofs: Ints, reference: Floats, positions: int) -> None:
+        self._lib, self._pointer = native.cells().lib, native.CArrays()
+        p = self._pointer
+        members = {
+            "dofs": p(dofs.astype(np.int32).ravel()),
+            "reference": p(np.ascontiguousarray(reference, dtype=float).ravel()),
+            "positions": positions,
+            "arms": len(dofs) - positions,
+        }
+        self._struct = p.many("Nodes", [members])
+
+    def resultants(self, q: Floats, whole: float, forces: Floats, counted: Floats) -> Floats:
+        """Force, moment and gross size of forces."""
+        found = np.zeros(7)
+        pointers = map(native.doubles, (forces, counted, found))
+        self._lib.resultants(self._struct, native.doubles(q), whole, *pointers)
+        return found
+
+    def turning(self, directors: int, start: Floats, end: Floats, sums: Floats) -> float:
+        """Sums of a step, and the largest square of changes."""
+        pointers = map(native.doubles, (start, end, sums))
+        return float(self._lib.turning(self._struct, directors, *pointers))

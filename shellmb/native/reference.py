@@ -1,0 +1,156 @@
+"""The reference: compiled forms by DOLFINx, and operations on arrays by NumPy.
+
+Nothing here is of the room around it: no C of ours, no language of FFCx's, no vectors.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from dolfinx import fem
+from ufl import Form
+from ufl.core.expr import Expr
+
+from shellmb.arrays import Floats, Ints
+from shellmb.native.assembler import NodeSums, PartSizes
+
+# the plain code of FFCx, in a reasonable time
+FLAGS = {"cffi_extra_compile_args": ["-O1", "-g0"]}
+
+
+def compiled_form(form: Form, flags: Sequence[str] = ()) -> fem.Form | None:
+    """A form compiled by DOLFINx; None for one that is empty.
+
+    Args:
+        form: The form.
+        flags: Flags of the C compiler in place of the usual ones.
+    """
+    if form.empty():
+        return None
+    options = {"cffi_extra_compile_args": [*flags]} if flags else FLAGS
+    made: fem.Form = fem.form(form, jit_options=options)
+    return made
+
+
+def compiled_expression(value: Expr, points: Floats) -> fem.Expression:
+    """An expression compiled by DOLFINx.
+
+    Args:
+        value: The expression.
+        points: Where on the reference element it is wanted, shape (n, dimension).
+    """
+    options: Any = FLAGS
+    return fem.Expression(value, points, jit_options=options)
+
+
+class Reference:
+    """Operations by NumPy."""
+
+    def turn(self, d: Floats, change: Floats, most: float) -> int:
+        """Turn directors by a change of them."""
+        far = (change * change).sum(axis=1) > most * most
+        moved = d[far] + change[far]
+        turned = _turned_vectors if d.shape[1] == 3 else _turned_triples
+        d[:] = turned(d, change)
+        d[far] = moved
+        return int(far.sum())
+
+    def normalise(self, d: Floats) -> None:
+        """Bring nearly orthonormal directors to length one and right angles."""
+        if d.shape[1] == 3:
+            d /= np.sqrt((d * d).sum(axis=1))[:, None]
+            return
+        v = d.reshape(-1, 3, 3)
+        for _ in range(4):
+            v = _nearer(v)
+        d[:] = v.reshape(d.shape)
+
+    def part_sizes(self, ends: Ints, entries: Ints, scales: Floats, bounds: Floats) -> PartSizes:
+        """Sizes of parts of unknowns."""
+        return _PartSizes(ends, entries, scales, bounds)
+
+    def node_sums(self, dofs: Ints, reference: Floats, positions: int) -> NodeSums:
+        """Sums over nodes."""
+        return _NodeSums(dofs, reference, positions)
+
+
+def _turned_vectors(d: Floats, change: Floats) -> Floats:
+    """Single directors turned by `r = d x change / 2`."""
+    across = change - (d * change).sum(axis=1)[:, None] * d
+    quarter = (across * across).sum(axis=1)[:, None] / 4
+    out = ((1 - quarter) * d + across) / (1 + quarter)
+    return np.asarray(out / np.sqrt((out * out).sum(axis=1))[:, None])
+
+
+def _turned_triples(d: Floats, change: Floats) -> Floats:
+    """Triples of directors turned, each of which sees two thirds of the rotation."""
+    v, change = d.reshape(-1, 3, 3), change.reshape(-1, 3, 3)
+    r = np.cross(v, change).sum(axis=1)[:, None, :] / 4
+    once = np.cross(r, v)
+    out = v + 2 / (1 + (r * r).sum(axis=2))[:, :, None] * (once + np.cross(r, once))
+    return _nearer(out).reshape(d.shape)
+
+
+def _nearer(v: Floats) -> Floats:
+    """One step of Newton's method from triples to the nearest orthonormal ones."""
+    gram = v @ v.transpose(0, 2, 1)
+    return np.asarray(1.5 * v - 0.5 * gram @ v)
+
+
+class _PartSizes:
+    def __init__(self, ends: Ints, entries: Ints, scales: Floats, bounds: Floats) -> None:
+        self._parts = [entries[a:b] for a, b in itertools.pairwise(ends)]
+        self._scales, self._bounds = scales, bounds
+        self.table, self.found = np.zeros((2, len(scales))), np.zeros(3)
+
+    def largest(self, values: Floats, out: Floats) -> None:
+        """Largest absolute value of each part."""
+        for k, part in enumerate(self._parts):
+            size = np.abs(values[part]).max(initial=0.0)
+            out[k] = np.inf if np.isnan(size) else size
+
+    def _relative(self, sizes: Floats, changes: Floats) -> Floats:
+        finite = np.where(np.isfinite(changes), changes, 0.0)
+        ratio = finite / np.maximum(sizes, self._scales)
+        return np.where(np.isfinite(changes), ratio, np.inf)
+
+    def relate(self) -> None:
+        """Fill `found` from the table."""
+        changes, sizes = self.table
+        sizes[:] = self._relative(sizes, changes)
+        bounded = np.isfinite(self._bounds)
+        moved = (changes[bounded] / self._scales[bounded]).max(initial=0.0)
+        self.found[:] = sizes.max(initial=0.0), moved, np.any(~(changes < self._bounds))
+
+    def relative(self, sizes: Floats, changes: Floats) -> Floats:
+        """Largest relative change of a part for each row."""
+        return np.array([self._relative(sizes, row).max(initial=0.0) for row in changes])
+
+
+class _NodeSums:
+    def __init__(self, dofs: Ints, reference: Floats, positions: int) -> None:
+        self._dofs, self._reference, self._positions = dofs, reference, positions
+
+    def resultants(self, q: Floats, whole: float, forces: Floats, counted: Floats) -> Floats:
+        """Force, moment and gross size of forces."""
+        at = whole * self._reference + q[self._dofs]
+        force = counted[self._dofs] * forces[self._dofs]
+        on_positions = force[: self._positions]
+        gross = np.linalg.norm(on_positions, axis=1).sum()
+        moment = np.cross(at, force).sum(axis=0)
+        return np.array([*on_positions.sum(axis=0), *moment, gross])
+
+    def turning(self, directors: int, start: Floats, end: Floats, sums: Floats) -> float:
+        """Sums of a step, and the largest square of changes."""
+        first, last = start[self._dofs], end[self._dofs]
+        middle, change = self._reference + (first + last) / 2, last - first
+        n = self._positions
+        sums[0], sums[1:4], sums[4:7] = n, middle[:n].sum(axis=0), change[:n].sum(axis=0)
+        for place, part in ((7, slice(None, n)), (25, slice(n, None))):
+            sums[place : place + 9] = (middle[part].T @ middle[part]).ravel()
+            sums[place + 9 : place + 18] = (middle[part].T @ change[part]).ravel()
+        squares = (change[n:] ** 2).reshape(-1, 3 * directors).sum(axis=1)
+        return float(squares.max(initial=0.0))

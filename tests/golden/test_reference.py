@@ -1,0 +1,134 @@
+"""`assembler="reference"`: DOLFINx, NumPy and PETSc alone give what the native loops give.
+
+Each scheme and each kind of body is run with the native room shut: neither its loops nor its
+kernels can be had. Quick tests have two scenes; the others compile for a minute, and `.ci/run` has
+them as a job of its own.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from mpi4py import MPI  # noqa: F401  (before dolfinx)
+
+import numpy as np
+import pytest
+
+from shellmb.native import kernels, library
+from shellmb.native.assembler import NodeSums, PartSizes
+from shellmb.native.operations import Loops
+from shellmb.native.reference import Reference
+from shellmb.scene import Scene
+from shellmb.vibration import natural_modes
+from tests.golden import runs, scenes
+
+# as for histories that are frozen: the worst that was seen is 8e-13
+BOUND = 1e-10
+QUICK = ("beam static", "beam ed")
+SLOW = ("shell ep", "shell ep4", "shell ed3", "shell generalized-alpha", "chain ep4", "chain ed3")
+SLOW += ("joint ed", "contact ep4", "modal ep", "hyperelastic ep")
+RANDOM = np.random.default_rng(0)
+
+
+def shut(*_: object, **__: object) -> None:
+    raise AssertionError("the reference asks for what is native")
+
+
+@pytest.fixture
+def alone(monkeypatch) -> None:
+    """Shut the native room."""
+    for name in ("cells", "begin", "_build", "_compiled"):
+        monkeypatch.setattr(library, name, shut)
+    for name in ("compile_new", "loaded"):
+        monkeypatch.setattr(kernels, name, shut)
+
+
+def by_reference(scene: Scene) -> Scene:
+    return replace(scene, solver=replace(scene.solver, assembler="reference"))
+
+
+@pytest.mark.parametrize("name", [*QUICK, *(pytest.param(n, marks=pytest.mark.slow) for n in SLOW)])
+def test_runs_are_those_of_the_loops(name: str, alone, monkeypatch) -> None:
+    make = scenes.SCENES[name]
+    monkeypatch.setitem(runs.SCENES, name, lambda: by_reference(make()))
+    apart = runs.differences(runs.history(name), runs.frozen()[name])
+    worst = max(apart, key=apart.__getitem__)
+    assert apart[worst] < BOUND, worst
+
+
+@pytest.mark.slow
+def test_modes_are_those_of_the_loops(monkeypatch) -> None:
+    scene = scenes.SCENES["beam static"]()
+    native = natural_modes(scene, count=4).omega2
+    with monkeypatch.context() as patch:
+        for name in ("cells", "begin", "_build", "_compiled"):
+            patch.setattr(library, name, shut)
+        found = natural_modes(by_reference(scene), count=4).omega2
+    # eigenvalues by a Krylov method that ends at 1e-8
+    np.testing.assert_allclose(found, native, rtol=1e-7)
+
+
+@pytest.mark.mpi
+@pytest.mark.slow
+def test_two_ranks_are_one(mpirun) -> None:
+    source = (
+        "from dataclasses import replace; from tests.golden import runs, scenes; "
+        "make = scenes.SCENES['beam ed']; scene = make(); "
+        "runs.SCENES['beam ed'] = lambda: replace(scene, "
+        "solver=replace(scene.solver, assembler='reference')); runs.main(['beam ed'])"
+    )
+    (line,) = mpirun(2, "-c", source).splitlines()
+    assert float(line.removeprefix("beam ed: ").split()[0]) < BOUND
+
+
+@pytest.mark.parametrize("directors", [1, 3])
+def test_directors_turn_alike(directors: int) -> None:
+    """Orthonormal ones and changes near and beyond the bound."""
+    d = np.linalg.qr(RANDOM.normal(size=(20, 3, 3)))[0][:, :directors].reshape(20, -1).copy()
+    change = 0.05 * RANDOM.normal(size=d.shape)
+    change[3] *= 10
+    found = [d.copy(), d.copy()]
+    far = [ops.turn(x, change, 0.3) for ops, x in zip((Loops(), Reference()), found, strict=True)]
+    assert far[0] == far[1] > 0
+    np.testing.assert_allclose(found[1], found[0], atol=1e-14)
+    found = [d + 0.01 * change, d + 0.01 * change]
+    for ops, x in zip((Loops(), Reference()), found, strict=True):
+        ops.normalise(x)
+    np.testing.assert_allclose(found[1], found[0], atol=1e-14)
+
+
+@pytest.mark.parametrize("spoilt", [0.0, np.nan, np.inf])
+def test_sizes_of_parts_are_alike(spoilt: float) -> None:
+    """Parts with and without a bound, an empty one, and one with what is no number."""
+    ends, entries = np.array([0, 4, 4, 9]), np.array([3, 1, 7, 0, 2, 4, 5, 6, 8])
+    scales, bounds = np.array([1.0, 0.5, 1e-3]), np.array([0.3, np.inf, np.inf])
+    values = RANDOM.normal(size=(3, 9))
+    values[1, 4] += spoilt
+
+    def all_of(sizes: PartSizes) -> list[np.ndarray]:
+        table = np.zeros((3, 3))
+        for row, some in zip(table, values, strict=True):
+            sizes.largest(some, row)
+        sizes.table[:] = table[1], table[0]
+        sizes.relate()
+        return [table, sizes.table, sizes.found, sizes.relative(table[0], table[1:])]
+
+    parts = [ops.part_sizes(ends, entries, scales, bounds) for ops in (Loops(), Reference())]
+    for one, other in zip(*map(all_of, parts), strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
+@pytest.mark.parametrize("directors", [1, 3])
+def test_sums_over_nodes_are_alike(directors: int) -> None:
+    dofs = RANDOM.permutation(90)[: 3 * 5 * (1 + directors)].reshape(-1, 3)
+    reference, q, more = RANDOM.normal(size=dofs.shape), *RANDOM.normal(size=(2, 90))
+    counted = RANDOM.integers(0, 2, 90).astype(float)
+
+    def all_of(nodes: NodeSums) -> list[np.ndarray]:
+        sums = np.zeros(43)
+        square = nodes.turning(directors, q, more, sums)
+        return [nodes.resultants(q, 1.0, more, counted), sums, np.array(square)]
+
+    both = [ops.node_sums(dofs, reference, 5) for ops in (Loops(), Reference())]
+    for one, other in zip(*map(all_of, both), strict=True):
+        np.testing.assert_allclose(one, other, rtol=1e-12, atol=1e-12)
