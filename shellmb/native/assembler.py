@@ -68,7 +68,16 @@ class PartSizes(Protocol):
     found: Floats
 
     def largest(self, values: Floats, out: Floats) -> None:
-        """Largest absolute value of each part, infinite if one is no number, into `out`."""
+        """Largest absolute value of each part of vectors, infinite if one is no number.
+
+        Args:
+            values: The vectors, shape (k, n) or (n,).
+            out: Gets them, shape (k, parts) or (parts,).
+        """
+        ...
+
+    def judge(self, x: Floats, dx: Floats) -> None:
+        """Fill table and `found` from unknowns and their changes, all in one process."""
         ...
 
     def relate(self) -> None:
@@ -129,6 +138,27 @@ class Operations(Protocol):
         """
         ...
 
+    def foresee(
+        self,
+        first: int,
+        weights: Floats,
+        past: Floats,
+        rates: tuple[Ints, float],
+        less: Floats | None,
+        to: Floats,
+    ) -> None:
+        """Extrapolate states by polynomials.
+
+        Args:
+            first: Lowest degree that is asked for.
+            weights: Of each state for the polynomials of degree 0, 1, ..., lower triangular.
+            past: The states, shape (k, n).
+            rates: Unknowns that are velocities times the step, and its length, s.
+            less: What is subtracted.
+            to: Gets them, shape (degrees, n).
+        """
+        ...
+
     def node_sums(self, dofs: Ints, reference: Floats, positions: int) -> NodeSums:
         """Sums over nodes.
 
@@ -139,13 +169,15 @@ class Operations(Protocol):
         """
         ...
 
+    def rotation(self, sums: Floats, tiny: float) -> tuple[float, float]:
+        """Find the rotation that fits the sums of `NodeSums.turning` best.
 
-def operations() -> Operations:
-    """The operations of the assembler that works."""
-    if is_native():
-        from shellmb.native.operations import Loops
+        Args:
+            sums: Of all nodes of a body, shape (43,).
+            tiny: Of the diagonal, so that what does not turn at all has a fit, too.
 
-        return Loops()
-    from shellmb.native.reference import Reference
-
-    return Reference()
+        Returns:
+            Twice the tangent of half the angle, and the radius of gyration of the positions about
+            the axis, m.
+        """
+        ...

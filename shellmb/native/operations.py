@@ -1,4 +1,4 @@
-"""Operations on arrays by loops in C."""
+"""Operations on arrays: by loops in C, or by NumPy where the reference works."""
 
 from __future__ import annotations
 
@@ -6,7 +6,13 @@ import numpy as np
 
 from shellmb.arrays import Floats, Ints
 from shellmb.native import library as native
-from shellmb.native.assembler import NodeSums, PartSizes
+from shellmb.native.assembler import NodeSums, Operations, PartSizes, is_native
+from shellmb.native.reference import Reference
+
+
+def operations() -> Operations:
+    """The operations of the assembler that works."""
+    return Loops() if is_native() else Reference()
 
 
 class Loops:
@@ -28,9 +34,31 @@ class Loops:
         """Sizes of parts of unknowns."""
         return _PartSizes(ends, entries, scales, bounds)
 
+    def foresee(
+        self,
+        first: int,
+        weights: Floats,
+        past: Floats,
+        rates: tuple[Ints, float],
+        less: Floats | None,
+        to: Floats,
+    ) -> None:
+        """Extrapolate states by polynomials."""
+        pointer = native.doubles
+        sizes, places = (first, len(to), *past.shape), (len(rates[0]), native.longs(rates[0]))
+        states = pointer(past), pointer(weights)
+        self._lib.foresee(*sizes, *states, *places, rates[1], pointer(less), pointer(to))
+
     def node_sums(self, dofs: Ints, reference: Floats, positions: int) -> NodeSums:
         """Sums over nodes."""
         return _NodeSums(dofs, reference, positions)
+
+    def rotation(self, sums: Floats, tiny: float) -> tuple[float, float]:
+        """Twice the tangent of half the angle of a rotation, and the radius about its axis."""
+        found = np.zeros(2)
+        self._lib.turned(native.doubles(sums), tiny, native.doubles(found))
+        tangent, radius = found.tolist()
+        return tangent, radius
 
 
 class _PartSizes:
@@ -44,7 +72,13 @@ class _PartSizes:
 
     def largest(self, values: Floats, out: Floats) -> None:
         """Largest absolute value of each part."""
-        self._lib.largest(*self._where, native.doubles(values), native.doubles(out))
+        count, size = (1, len(values)) if values.ndim == 1 else values.shape
+        pointers = native.doubles(values), native.doubles(out)
+        self._lib.largest_of_each(count, size, *self._where, *pointers)
+
+    def judge(self, x: Floats, dx: Floats) -> None:
+        """Fill table and `found`."""
+        self._lib.judge(*self._where, native.doubles(x), native.doubles(dx), *self._relate[1:])
 
     def relate(self) -> None:
         """Fill `found` from the table."""

@@ -17,6 +17,9 @@ from ufl.core.expr import Expr
 from shellmb.arrays import Floats, Ints
 from shellmb.native.assembler import NodeSums, PartSizes
 
+# `sum a x b` of `sum a b`
+AXIAL = np.zeros((3, 3, 3))
+AXIAL[[0, 1, 2], [1, 2, 0], [2, 0, 1]], AXIAL[[0, 1, 2], [2, 0, 1], [1, 2, 0]] = 1.0, -1.0
 # the plain code of FFCx, in a reasonable time
 FLAGS = {"cffi_extra_compile_args": ["-O1", "-g0"]}
 
@@ -72,9 +75,51 @@ class Reference:
         """Sizes of parts of unknowns."""
         return _PartSizes(ends, entries, scales, bounds)
 
+    def foresee(
+        self,
+        first: int,
+        weights: Floats,
+        past: Floats,
+        rates: tuple[Ints, float],
+        less: Floats | None,
+        to: Floats,
+    ) -> None:
+        """Extrapolate states by polynomials."""
+        to[:] = weights[first : first + len(to)] @ past
+        to[:, rates[0]] *= rates[1]
+        if less is not None:
+            to -= less
+
     def node_sums(self, dofs: Ints, reference: Floats, positions: int) -> NodeSums:
         """Sums over nodes."""
         return _NodeSums(dofs, reference, positions)
+
+    def rotation(self, sums: Floats, tiny: float) -> tuple[float, float]:
+        """Twice the tangent of half the angle of a rotation, and the radius about its axis."""
+        count, x, dx = sums[0], sums[1:4], sums[4:7]
+        xx, xdx, dd, ddd = sums[7:].reshape(4, 3, 3)
+        about, moved = xx - np.outer(x, x) / count, xdx - np.outer(x, dx) / count
+        size = np.trace(about) / count
+        if not size > 0:
+            return 0.0, 0.0
+        # of `dr = w x r`
+        inertia = _inertia(about) / size + _inertia(dd)
+        inertia += tiny * inertia.max() * np.eye(3)
+        try:
+            spin = np.linalg.solve(inertia, np.einsum("ijk,jk->i", AXIAL, moved / size + ddd))
+        except np.linalg.LinAlgError:
+            return 0.0, 0.0
+        tangent = float(np.linalg.norm(spin))
+        if not tangent > 0:
+            return 0.0, 0.0
+        # of nodes on the axis there may be less than nothing, by round-off
+        square = max(float(spin @ _inertia(about) @ spin) / count, 0.0)
+        return tangent, float(np.sqrt(square)) / tangent
+
+
+def _inertia(squares: Floats) -> Floats:
+    """`sum (r.r I - r r)` of `sum r r`."""
+    return np.asarray(np.trace(squares) * np.eye(3) - squares)
 
 
 def _turned_vectors(d: Floats, change: Floats) -> Floats:
@@ -109,8 +154,13 @@ class _PartSizes:
     def largest(self, values: Floats, out: Floats) -> None:
         """Largest absolute value of each part."""
         for k, part in enumerate(self._parts):
-            size = np.abs(values[part]).max(initial=0.0)
-            out[k] = np.inf if np.isnan(size) else size
+            size = np.abs(values[..., part]).max(axis=-1, initial=0.0)
+            out[..., k] = np.where(np.isnan(size), np.inf, size)
+
+    def judge(self, x: Floats, dx: Floats) -> None:
+        """Fill table and `found`."""
+        self.largest(np.stack([dx, x]), self.table)
+        self.relate()
 
     def _relative(self, sizes: Floats, changes: Floats) -> Floats:
         finite = np.where(np.isfinite(changes), changes, 0.0)

@@ -15,6 +15,7 @@ from petsc4py import PETSc
 import numpy as np
 
 from shellmb.arrays import Floats, Ints
+from shellmb.native.operations import operations
 from shellmb.system.newton.iteration import Iteration
 
 # so many states are kept: polynomials of degree 0, 1, 2, 3 in time
@@ -36,16 +37,16 @@ class Predictor:
 
     def __init__(self, iteration: Iteration, rates: Ints) -> None:
         self._nodes, self._convergence = iteration.nodes, iteration.convergence
-        self._rates = rates
+        self._rates, self._operations = rates, operations()
         self._guess = iteration.system.x.duplicate()
         self._guesses = np.zeros((STATES, iteration.system.numbering.owned))
         self.clear()
 
     def clear(self) -> None:
         """Forget the past: motion does not continue smoothly."""
-        # the last states, the newest first; each an array of its own, which who was given it may
-        # keep
-        self._past: list[Floats] = []
+        # the last states, the newest first, shape (k, n): a new array with each step, so that who
+        # was given one may keep it
+        self._past = np.zeros((0, self._guesses.shape[1]))
         # times from the first of them to each, s
         self._times: tuple[float, ...] = ()
         self._errors: list[float] = []
@@ -76,14 +77,7 @@ class Predictor:
             to: Gets them, shape (degrees, n).
         """
         rows = weights(tuple(t / dt for t in self._times))
-        for out, row in zip(to, rows[first:], strict=False):
-            np.multiply(row[0], self._past[0], out=out)
-            for weight, state in zip(row[1:], self._past[1:], strict=True):
-                if weight:
-                    out += weight * state
-            out[self._rates] *= dt
-            if less is not None:
-                out -= less
+        self._operations.foresee(first, rows, self._past, (self._rates, dt), less, to)
 
     def accept(self, x: PETSc.Vec, key: Hashable, dt: float) -> None:
         """Remember the solution of a step.
@@ -108,7 +102,7 @@ class Predictor:
             ]
             self._errors += found[len(old) :]
         new[self._rates] /= dt
-        self._past = [new, *self._past[: STATES - 1]]
+        self._past = np.vstack([new, self._past[: STATES - 1]])
         self._times = (0.0, *(t - dt for t in self._times))[:STATES]
 
     def arrays(self) -> dict[str, Floats]:
@@ -132,7 +126,7 @@ class Predictor:
             state: As from `state`.
             key: That of the step to come.
         """
-        self._past = [np.array(arrays[str(k)]) for k in range(len(arrays))]
+        self._past = np.array([arrays[str(k)] for k in range(len(arrays))])
         self._times, self._errors = tuple(state["times"]), list(state["errors"])
         self._key = key
 

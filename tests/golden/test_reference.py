@@ -107,11 +107,13 @@ def test_sizes_of_parts_are_alike(spoilt: float) -> None:
 
     def all_of(sizes: PartSizes) -> list[np.ndarray]:
         table = np.zeros((3, 3))
-        for row, some in zip(table, values, strict=True):
-            sizes.largest(some, row)
-        sizes.table[:] = table[1], table[0]
+        sizes.largest(values[0], table[0])
+        sizes.largest(values[1:], table[1:])
+        sizes.table[:] = table[2], table[0]
         sizes.relate()
-        return [table, sizes.table, sizes.found, sizes.relative(table[0], table[1:])]
+        apart = [sizes.table.copy(), sizes.found.copy()]
+        sizes.judge(values[0], values[1])
+        return [table, *apart, sizes.table, sizes.found, sizes.relative(table[0], table[1:])]
 
     parts = [ops.part_sizes(ends, entries, scales, bounds) for ops in (Loops(), Reference())]
     for one, other in zip(*map(all_of, parts), strict=True):
@@ -132,3 +134,25 @@ def test_sums_over_nodes_are_alike(directors: int) -> None:
     both = [ops.node_sums(dofs, reference, 5) for ops in (Loops(), Reference())]
     for one, other in zip(*map(all_of, both), strict=True):
         np.testing.assert_allclose(one, other, rtol=1e-12, atol=1e-12)
+
+
+@pytest.mark.parametrize("axis", [(0.0, 0.0, 0.1), (0.3, -0.2, 0.5), (0.0, 0.0, 0.0)])
+def test_rotations_of_bodies_are_alike(axis: tuple[float, float, float]) -> None:
+    x = RANDOM.normal(size=(6, 3))
+    dx = np.cross(axis, x)
+    pairs = (x.T @ x, x.T @ dx) * 2
+    sums = np.array([6.0, *x.sum(0), *dx.sum(0), *np.ravel(pairs)])
+    one, other = (ops.rotation(sums, 1e-12) for ops in (Loops(), Reference()))
+    np.testing.assert_allclose(one, other, rtol=1e-9, atol=1e-12)
+    assert one[0] == pytest.approx(np.linalg.norm(axis), abs=1e-9)
+
+
+@pytest.mark.parametrize(("first", "degrees"), [(0, 3), (2, 1)])
+def test_states_are_extrapolated_alike(first: int, degrees: int) -> None:
+    past, weights = RANDOM.normal(size=(3, 8)), np.tril(RANDOM.normal(size=(3, 3)))
+    less, rates = RANDOM.normal(size=8), (np.array([1, 5]), 0.1)
+    for known in (None, less):
+        both = np.zeros((2, degrees, 8))
+        for ops, to in zip((Loops(), Reference()), both, strict=True):
+            ops.foresee(first, weights, past, rates, known, to)
+        np.testing.assert_allclose(*both, rtol=1e-13, atol=1e-13)

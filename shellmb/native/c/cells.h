@@ -169,6 +169,8 @@ void bases(int, const int64_t *, const double *, const double *, const double *,
 void copy_pieces(int, double **, const int *, double **);
 void follow(int count, const int *sizes, const int *terms, double **from,
              const double *weights, double **to);
+void foresee(int, int, int, int, const double *, const double *, int64_t, const int64_t *, double,
+             const double *, double *);
 void put_rows(int, const int64_t *, const int64_t *, int, const double *, int, double *);
 double violation(int, int, const int64_t *, const double *, const double *, const unsigned char *);
 int turn(int, int, double *, const double *, double);
@@ -185,6 +187,9 @@ void evaluate(const Evaluation *, const double *, double *);
 void to_values(int, int, const int64_t *, const int64_t *, const double *, const double *,
                double *);
 void largest(int, const int64_t *, const int64_t *, const double *, double *);
+void largest_of_each(int, int64_t, int, const int64_t *, const int64_t *, const double *, double *);
+void judge(int, const int64_t *, const int64_t *, const double *, const double *, const double *,
+           const double *, double *, double *);
 void relate_each(int, int, const double *, const double *, const double *, double *);
 void solve_with(void *);
 int solve(const Solution *, int, Factors *, const double *, const double *, const double *,
@@ -195,3 +200,4 @@ void relate(int, const double *, const double *, double *, double *);
 void across(int, const double *, double *);
 void resultants(const Nodes *, const double *, double, const double *, const double *, double *);
 double turning(const Nodes *, int, const double *, const double *, double *);
+void turned(const double *, double, double *);

@@ -26,6 +26,26 @@ void follow(int count, const int *sizes, const int *terms, double **from,
     }
 }
 
+/* What polynomials of so many degrees through `states` foresee, less what is `known` (or NULL): row
+ * `first + k` of the weights (states, states), lower triangular, for row k of `out` (degrees, n); of
+ * unknowns that are rates, times `dt`. */
+void foresee(int first, int degrees, int states, int n, const double *past, const double *weights,
+             int64_t rates, const int64_t *rate, double dt, const double *known, double *out)
+{
+    for (int degree = first; degree < first + degrees; ++degree, out += n) {
+        const double *weight = weights + degree * states;
+        for (int i = 0; i < n; ++i)
+            out[i] = weight[0] * past[i];
+        for (int term = 1; term <= degree; ++term)
+            for (int i = 0; i < n; ++i)
+                out[i] += weight[term] * past[(int64_t)term * n + i];
+        for (int64_t i = 0; i < rates; ++i)
+            out[rate[i]] *= dt;
+        for (int i = 0; known && i < n; ++i)
+            out[i] -= known[i];
+    }
+}
+
 /* Some rows of a table from rows of another one, which may be narrower. */
 void put_rows(int count, const int64_t *to, const int64_t *from, int width, const double *values,
               int table_width, double *table)
@@ -141,6 +161,14 @@ void relate(int parts, const double *scales, const double *bounds, double *table
     }
 }
 
+/* Largest absolute values of parts of several vectors, (count, size), for each (parts,). */
+void largest_of_each(int count, int64_t size, int parts, const int64_t *starts,
+                     const int64_t *entries, const double *values, double *out)
+{
+    for (int k = 0; k < count; ++k)
+        largest(parts, starts, entries, values + k * size, out + k * parts);
+}
+
 /* Largest relative change of a part of each of several changes, (count, parts); `sizes` (parts,). */
 void relate_each(int count, int parts, const double *scales, const double *sizes,
                  const double *changes, double *out)
@@ -152,6 +180,16 @@ void relate_each(int count, int parts, const double *scales, const double *sizes
             out[k] = relative > out[k] ? relative : out[k];
         }
     }
+}
+
+/* Changes of parts, and what is found of them, in one process: as of `relate`. */
+void judge(int parts, const int64_t *starts, const int64_t *entries, const double *x,
+           const double *dx, const double *scales, const double *bounds, double *table,
+           double *found)
+{
+    largest(parts, starts, entries, dx, table);
+    largest(parts, starts, entries, x, table + parts);
+    relate(parts, scales, bounds, table, found);
 }
 
 /* From the residual to the right-hand side of the reduced system, in one process, with what is kept

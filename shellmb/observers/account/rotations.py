@@ -19,14 +19,12 @@ import numpy as np
 
 from shellmb.arrays import Floats
 from shellmb.model.frames.rigid import GROUND, RigidBodies
+from shellmb.native.operations import operations
 from shellmb.observers.fields.nodal import Nodes, nodal_bodies
 from shellmb.simulate.simulation import Silent, Simulation
 
 # of the diagonal, so that what does not turn at all has a fit, too
 TINY = 1e-12
-# `sum a x b` of `sum a b`
-CROSS = np.zeros((3, 3, 3))
-CROSS[[0, 1, 2], [1, 2, 0], [2, 0, 1]], CROSS[[0, 1, 2], [2, 0, 1], [1, 2, 0]] = 1.0, -1.0
 
 
 @dataclass
@@ -172,30 +170,8 @@ def fit(sums: Floats) -> tuple[float, float]:
     Args:
         sums: Of its nodes, as from `turning` of `sums.c`, shape (43,).
     """
-    count, x, dx = sums[0], sums[1:4], sums[4:7]
-    xx, xdx, dd, ddd = sums[7:].reshape(4, 3, 3)
-    about, moved = xx - np.outer(x, x) / count, xdx - np.outer(x, dx) / count
-    size = np.trace(about) / count
-    if not size > 0:
-        return 0.0, 0.0
-    # best fit of `dr = w x r`: the length of `w` is twice the tangent of half the angle
-    inertia = _inertia(about) / size + _inertia(dd)
-    inertia += TINY * inertia.max() * np.eye(3)
-    try:
-        spin = np.linalg.solve(inertia, np.einsum("ijk,jk->i", CROSS, moved / size + ddd))
-    except np.linalg.LinAlgError:
-        return 0.0, 0.0
-    tangent = float(np.linalg.norm(spin))
-    if not tangent > 0:
-        return 0.0, 0.0
-    # of nodes on the axis there may be less than nothing, by round-off
-    square = max(float(spin @ _inertia(about) @ spin) / count, 0.0)
-    return 2 * math.atan(tangent / 2), math.sqrt(square) / tangent
-
-
-def _inertia(squares: Floats) -> Floats:
-    """`sum (r.r I - r r)` of `sum r r`."""
-    return np.asarray(np.trace(squares) * np.eye(3) - squares)
+    tangent, radius = operations().rotation(sums, TINY)
+    return 2 * math.atan(tangent / 2), radius
 
 
 def _directions(directors: int) -> int:

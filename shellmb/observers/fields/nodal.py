@@ -12,7 +12,8 @@ from shellmb.model.frames.beam import BeamModel
 from shellmb.model.frames.rigid import RigidBodies
 from shellmb.model.model import Model
 from shellmb.model.shells.shell import ShellModel
-from shellmb.native.assembler import NodeSums, operations
+from shellmb.native.assembler import NodeSums
+from shellmb.native.operations import operations
 from shellmb.simulate.simulation import Simulation
 
 type NodalBody = ShellModel | BeamModel | RigidBodies

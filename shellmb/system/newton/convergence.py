@@ -9,7 +9,7 @@ import numpy as np
 
 from shellmb.arrays import Floats, Ints
 from shellmb.errors import ConvergenceError
-from shellmb.native.assembler import operations
+from shellmb.native.operations import operations
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.assembly.fields import Part
 
@@ -46,13 +46,14 @@ class Convergence:
         Raises:
             ConvergenceError: If the iteration diverges.
         """
-        table = self._sizes.table
-        self._sizes.largest(dx.array_r, table[0])
-        self._sizes.largest(x.array_r, table[1])
-        if not self._serial:
-            # a NaN is infinite, and wins
-            self.system.comm.Allreduce(MPI.IN_PLACE, table, op=MPI.MAX)
-        self._sizes.relate()
+        if self._serial:
+            self._sizes.judge(x.array_r, dx.array_r)
+        else:
+            self._sizes.largest(dx.array_r, self._sizes.table[0])
+            self._sizes.largest(x.array_r, self._sizes.table[1])
+            # what is no number is infinite, and wins
+            self.system.comm.Allreduce(MPI.IN_PLACE, self._sizes.table, op=MPI.MAX)
+            self._sizes.relate()
         self.iterations += 1
         largest, moved, diverged = self._sizes.found.tolist()
         if diverged:
@@ -70,8 +71,8 @@ class Convergence:
             Shape (k,).
         """
         table = np.empty((len(changes) + 1, len(self.parts)))
-        for values, row in zip((x, *changes), table, strict=True):
-            self._sizes.largest(values, row)
+        self._sizes.largest(x, table[0])
+        self._sizes.largest(changes, table[1:])
         if not self._serial:
             self.system.comm.Allreduce(MPI.IN_PLACE, table, op=MPI.MAX)
         return self._sizes.relative(table[0], table[1:])

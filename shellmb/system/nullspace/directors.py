@@ -16,7 +16,7 @@ import numpy as np
 
 from shellmb.arrays import Floats
 from shellmb.native import library as native
-from shellmb.native.assembler import operations
+from shellmb.native.operations import operations
 
 # singular values of constraints below this, of directors of unit length, are none
 DEPENDENT = 1e-8
