@@ -19,7 +19,6 @@ from shellmb.checked_model import checked_model
 from shellmb.errors import ConvergenceError, SceneError
 from shellmb.model.body import Body, added
 from shellmb.model.model import Model
-from shellmb.model.sections.damping import together
 from shellmb.native.assembler import assembled_as
 from shellmb.rotating.axis import Axis, bearing, check_steady, three
 from shellmb.rotating.frame import TurningFrame

@@ -22,7 +22,7 @@ from shellmb.simulate.problem import Problem
 from shellmb.simulate.start.endforces import EndForces
 from shellmb.simulate.start.given import instant, largest_misfit, stress_dofs, take
 from shellmb.simulate.start.relaxation import Relaxation
-from shellmb.system.assembly.functionals import Functionals
+from shellmb.system.assembly.functionals import functionals
 
 # a joint is open if its ends are apart by more than this part of the scene's length
 OPEN = 1e-9
@@ -147,7 +147,7 @@ class Start:
         """An energy of all bodies at the start, J; collective."""
         forms = [of(body, self.problem.levels[body.name]) for body in self.model.bodies]
         some = [form for form in forms if form is not None and not form.empty()]
-        return float(Functionals([some], self.model.comm)()[0]) if some else 0.0
+        return float(functionals([some], self.model.comm)()[0]) if some else 0.0
 
     def velocities(self) -> None:
         """Initial velocities, made consistent with supports, drivers and joints.
