@@ -29,6 +29,7 @@ from shellmb.errors import (
     ShellmbError,
     Stopped,
 )
+from shellmb.native.assembler import assembled_as
 from shellmb.observers.account.energy import EnergyAccount
 from shellmb.observers.control import control_summary
 from shellmb.observers.files.checkpoint import Saved
@@ -144,6 +145,7 @@ def execute(
         )
 
 
+@assembled_as(lambda scene, *_, **__: scene.solver)
 def carry_out(
     scene: Scene,
     directory: Path | None,
