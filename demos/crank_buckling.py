@@ -163,7 +163,7 @@ def snap(t: np.ndarray, y: np.ndarray) -> float:
 
 
 def check(results: dict[str, float]) -> None:
-    """The same way up; with the other code's offset the same snap, within a millisecond.
+    """Compare with the other code; with its offset the same snap, within a millisecond.
 
     A shell, which cannot warp and contract at its clamped edge, is stiffer and snaps 3 ms later.
     """

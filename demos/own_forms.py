@@ -113,7 +113,7 @@ class Newmark:
 
     @property
     def rotations(self) -> Any:
-        """Those of positions that are linear in a step."""
+        """Rotations of positions that are linear in a step."""
         from shellmb.schemes.base import LINEAR_PATH
 
         return LINEAR_PATH

@@ -59,7 +59,7 @@ def energy(p: Expr, k: Expr, s: Expr) -> Expr:
 
 
 def force(p: Expr, k: Expr, s: Expr) -> Expr:
-    """Its force, the slope of the energy."""
+    """Force of the contact, the slope of the energy."""
     rising = k * p**2 / (2 * ufl.conditional(ufl.gt(s, 0), s, 1))
     return ufl.conditional(ufl.gt(p, 0), ufl.conditional(ufl.lt(p, s), rising, k * (p - s / 2)), 0)
 

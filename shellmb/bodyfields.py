@@ -113,7 +113,7 @@ def without_jump(body: Body) -> list[Dofs]:
 
 
 def without_impulse(body: Body) -> list[Dofs]:
-    """Those, and a floating frame: it has no mass, and what its velocity jumps by means nothing."""
+    """Dofs without an impulse: resultants and a floating frame, which has no mass."""
     floating = [body.mixed.dofs[p] for p in ("frame", "hold") if p in body.mixed.dofs]
     return without_jump(body) + floating
 

@@ -8,6 +8,7 @@ import sys
 import tomllib
 from collections import Counter
 from collections.abc import Iterator
+from functools import cache
 from graphlib import TopologicalSorter
 from pathlib import Path
 
@@ -197,6 +198,7 @@ def test_light_imports(module: str, allowed: set[str]) -> None:
     assert set(result.stdout.split()) & HEAVY <= allowed
 
 
+@cache
 def parsed(module: str) -> list[ast.AST]:
     return list(ast.walk(ast.parse(MODULES[module].read_text())))
 
@@ -258,6 +260,26 @@ def test_nothing_of_others_is_replaced() -> None:
     streams = found.pop("shellmb.guarding.streams", set())
     assert streams <= {"setattr(sys, name, open(os.devnull, mode))"}
     assert found == REPLACED
+
+
+def test_docstrings_begin_with_what_a_thing_is_or_does() -> None:
+    """A first line is a noun or a verb phrase, and needs no other docstring to be understood."""
+    begins = re.compile(r"(The same|As (of|in|for|from)|Those|That (of|is)|Its?|They|Them)\b")
+    kinds = ast.Module | ast.ClassDef | ast.FunctionDef
+    found = [
+        f"{module}.{getattr(node, 'name', '')}: {text.splitlines()[0]}"
+        for module in MODULES
+        for node in parsed(module)
+        if isinstance(node, kinds) and (text := ast.get_docstring(node)) and begins.match(text)
+    ]
+    assert not found
+
+
+def test_loops_in_c_are_called_by_the_rooms_that_have_them() -> None:
+    """Others reach them through the operations, which the reference has, too."""
+    rooms = ("shellmb.native", "shellmb.system", BENCH)
+    users = {m for m in MODULES if "shellmb.native.library" in set(imports(m))}
+    assert all(module.startswith(rooms) for module in users)
 
 
 def test_descriptors_of_the_process_stay_open() -> None:

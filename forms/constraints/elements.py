@@ -110,7 +110,7 @@ def linear_forces(k: Expr, e: Stretch, alpha: Expr) -> tuple[Expr, Expr]:
 
 
 def spring_forces(U: Potential, e: Stretch, alpha: Expr, size: Expr) -> tuple[Expr, Expr]:
-    """The same of any spring; with it the energy law (Q5) is exact.
+    """Forces of any spring over a step, with which the energy law (Q5) is exact.
 
     The slopes along the path, projected on linear functions of time, and the small correction that
     makes their work the change of the energy.

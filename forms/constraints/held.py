@@ -56,12 +56,12 @@ class Held(NamedTuple):
     function: Callable[[Expr], Expr]
 
     def interval(self, span: Interval, dq: Expr) -> ConstraintRow:
-        """They hold at the end; their forces are along the gradient at the middle."""
+        """Hold constraints at the end; their forces are along the gradient at the middle."""
         g = self.function
         return ConstraintRow(variation(g, span.mid, dq), None, g(span.at), (span.unknown, None))
 
     def path(self, path: Path, k: int, dq: Expr, inertialess: bool) -> ConstraintRow:
-        """They and their rates hold at the end (Q4), or they do at the middle, too (Q6)."""
+        """Hold constraints and rates at the end (Q4), or constraints at the middle, too (Q6)."""
         return held_row(self.function, path, k, dq, inertialess)
 
     def velocity(self, v: Expr, mid: Expr, dv: Expr) -> ConstraintRow:

@@ -90,7 +90,7 @@ def slip_row(slip: Slip, leap: Leap, dq: Expr) -> LeapRow:
 
 
 def leap_row(function: Callable[[Expr], Expr], leap: Leap, dq: Expr) -> LeapRow:
-    """The same of quadratic constraints on positions.
+    """Row of a velocity jump of quadratic constraints on positions.
 
     Args:
         function: The constraints as a function of the state.

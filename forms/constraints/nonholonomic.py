@@ -149,7 +149,7 @@ def interval_row(slip: Slip, span: Interval, dq: Expr) -> tuple[Expr, Expr]:
 
 
 def path_row(slip: Slip, path: Path, k: int, dq: Expr) -> ConstraintRow:
-    """The same in one of the rows of a step that is quadratic in time, eq. (N1).
+    """Row of a nonholonomic constraint over a step that is quadratic in time, eq. (N1).
 
     Args:
         slip: The constraints.

@@ -36,7 +36,7 @@ def of_shell(N: Expr, u: Expr, R: Expr, surf: Surface) -> tuple[Expr, Expr, Expr
 
 
 def of_beam(N: Expr, u: Expr, R: Expr, line: Line) -> tuple[Expr, Expr, Expr]:
-    """The same per length, J/m.
+    """Energy of a beam per length, J/m.
 
     Args:
         N: Forces along the directors, shape (3,), N; the first is that along the line.

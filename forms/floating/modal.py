@@ -68,7 +68,7 @@ def seen_apart(z: Expr, parts: Three, w: Vectors) -> Expr:
 
 
 def held_apart(gap: Expr, arm: Three, shift: Three, w: Vectors) -> Expr:
-    """The same of the arm to an interface, `A_a + shift_a`; m.
+    """Offset of the arm to an interface, `A_a + shift_a`; m.
 
     Args:
         gap: Displacement of the interface less that of the frame.

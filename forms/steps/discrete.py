@@ -52,7 +52,7 @@ def variation(measure: Callable[[Expr], Expr], q: Expr, dq: Expr, *like: Expr) -
 
 
 def second_variation(measure: Callable[[Expr], Expr], q: Expr, first: Expr, second: Expr) -> Expr:
-    """The same twice, in two directions."""
+    """Second variation, in two directions."""
     derivative, (z, *directions) = derivatives(measure, _space(q, first, second), 2)
     return ufl.replace(derivative, dict(zip((z, *directions), (q, first, second), strict=True)))
 

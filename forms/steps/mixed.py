@@ -72,7 +72,7 @@ class Formulation(Protocol):
         ...
 
     def averaged(self, strain: Measure, layout: Layout, span: Interval) -> Expr:
-        """The same of the averaged stress of a sub-interval."""
+        """Resultants of the averaged stress of a sub-interval, the one that acts in its row."""
         ...
 
 
@@ -187,7 +187,7 @@ class LinearMixed:
         return self.stored(strain.value(q), self.forces(layout, q))
 
     def stored(self, e: Expr, N: Expr) -> Density:
-        """The same of any strains, shape (8,), and resultants, shape (5,)."""
+        """Stored energy of any strains, shape (8,), and resultants, shape (5,)."""
         N = self._at_state(e, N)
         full, _ = self._forces(e, N)
         s = membrane_shear(e)
@@ -205,14 +205,14 @@ class LinearMixed:
         return self.joined(strain.value(q), self.forces(layout, q))
 
     def averaged(self, strain: Measure, layout: Layout, span: Interval) -> Expr:
-        """The same of the averaged stress of a sub-interval, the one that acts in its row."""
+        """Resultants of the averaged stress of a sub-interval, the one that acts in its row."""
         e = stress_average(strain.value(span.a), strain.value(span.b), span.beta)
         last = self.forces(layout, span.b)
         N = self.where_held(last, stress_average(self.forces(layout, span.a), last, span.beta))
         return self.joined(e, N)
 
     def joined(self, e: Expr, N: Expr) -> Expr:
-        """The same of any strains, shape (8,), and resultants, shape (5,)."""
+        """All resultants of any strains, shape (8,), and resultants of its own, shape (5,)."""
         n, Q = split(N)
         kap = bending(e)
         m = self.D * kap

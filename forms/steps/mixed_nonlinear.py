@@ -138,7 +138,7 @@ class NonlinearMixed:
         return self.stress(assumed(strain, layout).value(q))
 
     def averaged(self, strain: Measure, layout: Layout, span: Interval) -> Expr:
-        """The same of the averaged stress of a sub-interval, the discrete gradient."""
+        """Resultants of the averaged stress of a sub-interval, the discrete gradient."""
         s = assumed(strain, layout).value
         first = s(span.a)
         last = first if span.a is span.b else s(span.b)

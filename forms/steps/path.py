@@ -172,7 +172,7 @@ class Numbers(Protocol):
 
     @property
     def weights(self) -> Any:
-        """Those of the states, shape (4,)."""
+        """Weights of the states, shape (4,)."""
         ...
 
 
@@ -270,7 +270,7 @@ class Path(NamedTuple):
         return self.mean + (tau - 0.5) * self.chord + (6 * tau**2 - 6 * tau + 1) * self.bow
 
     def velocity(self, tau: Any) -> Any:
-        """Its rate, times the step."""
+        """Rate of the state, times the step."""
         return self.chord + 6 * (2 * tau - 1) * self.bow
 
     def slope(self, measure: Measure, numbers: Numbers, dq: Expr) -> Expr:

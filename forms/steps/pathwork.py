@@ -111,7 +111,7 @@ def interval_work(
     dq: Expr,
     acting: Acting = at_middle,
 ) -> list[Expr]:
-    """The same over a sub-interval, for any strains: averaged stresses on the mid-point's strains.
+    """Work over a sub-interval, for any strains: averaged stresses on the mid-point's strains.
 
     Stresses are averaged such that the work is the change of the energy, eqs. (20)-(22), (32).
     """

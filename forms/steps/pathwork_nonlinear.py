@@ -157,7 +157,7 @@ class NonlinearPath:
         return found
 
     def damping_change(self, pair: Pair, change: Change, dq: Expr, trial: Expr) -> list[Expr]:
-        """Its derivative by an unknown state: the stiffness is that at the start."""
+        """Derivative by an unknown state: the stiffness is that at the start."""
         points, states, found = self._points, self._states, []
         for psi, measure in self._parts:
             stiffness = tangent(psi, moment_of(measure, points.start, states))

@@ -229,7 +229,7 @@ def _by_axes(compliance: Floats, resultants: Floats, K: Floats) -> Floats:
 
 
 def _by_line(C: Floats, resultants: Floats, K: Floats) -> Floats:
-    """The same where the axial strain is that of the line through the tension centre."""
+    """Strains where the axial strain is that of the line through the tension centre."""
     B = np.linalg.solve(C[:3, :3], C[:3, 3:])
     c2, c3 = -B[0, 2], B[0, 1]
     # from the line to the centre: Gamma + Hc kappa

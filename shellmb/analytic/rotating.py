@@ -46,7 +46,7 @@ def flapping(eta: float, count: int = 3, hub: float = 0.0) -> Floats:
 
 
 def lagging(eta: float, count: int = 3, hub: float = 0.0) -> Floats:
-    """The same in the plane, where the centrifugal force follows: `omega^2 - Omega^2`."""
+    """Frequencies in the plane, where the centrifugal force follows: `omega^2 - Omega^2`."""
     return np.asarray(np.sqrt(flapping(eta, count, hub) ** 2 - eta**2))
 
 

@@ -55,7 +55,7 @@ class RotatingModes:
 
     @property
     def verdict(self) -> str:
-        """The same as a sentence, which names the first mode that grows."""
+        """The stability as a sentence, which names the first mode that grows."""
         return str(self.summary["verdict"])
 
     @property
@@ -140,7 +140,7 @@ class StateModes(ModeShapes):
 
     @property
     def verdict(self) -> str:
-        """The same as a sentence, and whether the state is too far from a steady motion."""
+        """The stability as a sentence, which names the first mode that grows."""
         return str(self.summary["verdict"])
 
     def __repr__(self) -> str:

@@ -122,7 +122,7 @@ class Motions:
     def _rigid(
         self, name: str, u: Dofs, w: Dofs, X: Floats, D: Floats
     ) -> tuple[Dofs, Ints, Floats]:
-        """The same of dofs at positions and directors that move with a body."""
+        """Rigid motions of dofs at positions and directors that move with a body."""
         frame, turns = self.frames[name], np.eye(3)
         moves = np.zeros((*u.shape, 6))
         moves[:, :, :3] = frame.size * turns

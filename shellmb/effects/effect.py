@@ -125,7 +125,7 @@ def whole(change: Callable[[Scene], Scene]) -> Change:
 
 
 def fixed(used: bool, why: str) -> Callable[[Scene], Use]:
-    """The same for all scenes."""
+    """Say whether all scenes have the effect, and why."""
     return lambda scene: Use(used, why)
 
 

@@ -43,7 +43,7 @@ def free(comm: MPI.Comm = MPI.COMM_WORLD) -> None:
 
 
 def observers_of_run(folder: Path) -> dict[str, Observer]:
-    """Those of `shellmb run` by their names.
+    """Observers of `shellmb run` by their names.
 
     Args:
         folder: What they write goes there; what they say goes nowhere.

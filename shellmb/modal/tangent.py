@@ -83,5 +83,5 @@ def bending_scale(body: ShellModel | BeamModel) -> float:
 
 
 def bending_scales(model: Model) -> list[float]:
-    """Those of all shells and beams, rad^2/s^2."""
+    """Scales of the bending frequencies of all shells and beams, rad^2/s^2."""
     return [bending_scale(body) for body in model.meshed.values()]

@@ -138,12 +138,12 @@ class SubInterval(Protocol):
 
     @property
     def span(self) -> Interval:
-        """Its states as expressions."""
+        """States of the step as expressions."""
         ...
 
     @property
     def rows(self) -> Rows | None:
-        """Its states as functions that follow the unknown ones; None where it has no such."""
+        """States as functions that follow the unknown ones; None where there are no such."""
         ...
 
 
@@ -294,7 +294,7 @@ class Body(Protocol):
 
     @property
     def manifold(self) -> Manifold:
-        """Its directors."""
+        """Directors of the body."""
         ...
 
     @property

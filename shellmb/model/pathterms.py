@@ -114,7 +114,7 @@ def point_terms(
     trial: Expr,
     integrate: Callable[[list[Expr]], Form],
 ) -> Term:
-    """The same of a nonlinear section, at Gauss' points in time; arguments as of `path_terms`."""
+    """Terms of a nonlinear section, at Gauss' points in time; arguments as of `path_terms`."""
     residual, dq = integrate(section.work(tests)), _single(trial)
     if points.dissipates:
         residual += integrate(section.damping(tests))
@@ -142,7 +142,7 @@ def any_terms(
     trial: Any,
     integrate: Callable[[list[Expr]], Form],
 ) -> Term:
-    """The same of a linear section with strains of any form: one kernel for all derivatives.
+    """Terms of a linear section with strains of any form: one kernel for all derivatives.
 
     Args:
         section: Its mixed form.

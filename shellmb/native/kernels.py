@@ -55,7 +55,7 @@ class Kernel:
         return _ffi().cast("uintptr_t", self.form)
 
     def reads(self, coefficients: Sequence[Any]) -> list[Any]:
-        """Those of the coefficients that it reads, in its own order, as DOLFINx takes them."""
+        """Find the coefficients that it reads, in its own order, as DOLFINx takes them."""
         places, count = self.form.original_coefficient_positions, self.form.num_coefficients
         return [coefficients[places[i]]._cpp_object for i in range(count)]
 

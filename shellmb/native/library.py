@@ -97,12 +97,12 @@ def doubles(array: Floats | None) -> Any:
 
 
 def longs(array: Ints) -> Any:
-    """The same of integers."""
+    """Pointer for C to an array's integers, which the caller keeps alive."""
     return cells().ffi.from_buffer("int64_t[]", array)
 
 
 def bytes_of(array: npt.NDArray[np.uint8]) -> Any:
-    """The same of bytes."""
+    """Pointer for C to an array's bytes, which the caller keeps alive."""
     return cells().ffi.from_buffer("unsigned char[]", array)
 
 

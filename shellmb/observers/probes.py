@@ -162,7 +162,7 @@ def _spot(simulation: Simulation, name: str, point: Any, who: str) -> Where:
 
 
 def _plain_spot(simulation: Simulation, name: str, point: Any, who: str) -> Where:
-    """The same on a rigid body, or a body whose nodes are unknowns."""
+    """Spot on a rigid body, or a body whose nodes are unknowns."""
     model = simulation.model
     described = model.scene.body(name)
     if isinstance(described, RigidBody):

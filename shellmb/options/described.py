@@ -55,7 +55,7 @@ class Option:
 
     @property
     def flag(self) -> str:
-        """Its name on the command line."""
+        """Name of the option on the command line."""
         return self.about.flag or "--" + self.name.replace("_", "-")
 
     @property

@@ -65,7 +65,7 @@ class Axis:
 
     @property
     def unit(self) -> Floats:
-        """Its unit vector."""
+        """Unit vector along the axis."""
         vector = np.asarray(self.axis, dtype=float)
         return np.asarray(vector / np.linalg.norm(vector))
 

@@ -147,7 +147,7 @@ class Scene(Description):
         body: str | None = None,
         model: str | None = None,
     ) -> Scene:
-        """The same scene with some choices replaced, checked again; None keeps a choice.
+        """Replace some choices and check the scene again; None keeps a choice.
 
         What a new scheme cannot have is left out: the path of a static scene, initial velocities,
         the start and the tolerance of a dynamic one, the dissipation; and of a new model of all

@@ -177,7 +177,7 @@ class Resulting(Protocol):
         ...
 
     def averaged_resultants(self, span: Interval) -> Expr:
-        """Those of the averaged stress of a sub-interval."""
+        """Resultants of the averaged stress of a sub-interval."""
         ...
 
 

@@ -72,7 +72,7 @@ class Defaults:
         return q
 
     def resultants(self, start: Values, unknown: Mapping[str, Values]) -> Values:
-        """Those of the unknown state."""
+        """Resultants of the unknown state."""
         return unknown[END]
 
     def dissipation(self) -> tuple[float, str | None]:

@@ -70,10 +70,10 @@ class Shown(Protocol):
 
     @property
     def fields(self) -> Fields:
-        """Its fields."""
+        """Fields of the snapshots."""
 
     def picture(self) -> Any:
-        """Its last state, as an image."""
+        """Image of the last state."""
 
     def draw(self) -> Any:
         """Draw all pictures."""

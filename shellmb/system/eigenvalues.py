@@ -82,7 +82,7 @@ def eigenpairs(
 
 
 def _left(value: float, vector: PETSc.Vec, K: PETSc.Mat, M: PETSc.Mat) -> float:
-    """As of `left`, of the equation of an eigenvalue in the direction of its vector."""
+    """Share that is left of the equation of an eigenvalue in the direction of its vector."""
     y, terms = K.createVecLeft(), []
     for factor, A in ((1.0, K), (-value, M)):
         A.mult(vector, y)

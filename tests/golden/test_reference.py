@@ -8,6 +8,7 @@ them as a job of its own.
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 from mpi4py import MPI  # noqa: F401  (before dolfinx)
 
@@ -72,6 +73,7 @@ def test_modes_are_those_of_the_loops(monkeypatch) -> None:
 @pytest.mark.slow
 def test_two_ranks_are_one(mpirun) -> None:
     source = (
+        f"import sys; sys.path.insert(0, {str(Path(__file__).parents[2])!r}); "
         "from dataclasses import replace; from tests.golden import runs, scenes; "
         "make = scenes.SCENES['beam ed']; scene = make(); "
         "runs.SCENES['beam ed'] = lambda: replace(scene, "

@@ -129,7 +129,7 @@ def _twisting(made: matplotlib.figure.Figure, results: Results) -> None:
 
 
 def _comparison(names: dict[str, str], curve: Curve, label: str) -> Any:
-    """The same curve of several runs for each panel."""
+    """Draw the same curve of several runs in each panel."""
 
     def draw(made: matplotlib.figure.Figure, results: Results) -> None:
         every = _panels(made, label)

@@ -146,7 +146,7 @@ class Springs(ElementGroup):
         return self.given(e) if self.law else forms.linear_potential(self.parameter)(e)
 
     def holds(self, step: float) -> Bools:
-        """As of all; linear ones do always."""
+        """Which springs answer a motion by a force; linear ones do always."""
         if self.law is not None:
             return super().holds(step)
         return np.array([item.parameter > 0 for item in self.items])

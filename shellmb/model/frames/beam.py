@@ -222,7 +222,7 @@ class BeamModel(FrameBody):
         return self._twice(e, formulation.forces(self.layout, q))
 
     def averaged_resultants(self, span: Interval) -> Expr:
-        """The same of the averaged stress of a sub-interval, the one that acts in its row."""
+        """Resultants of the averaged stress of a sub-interval, the one that acts in its row."""
         found = self.section.formulation.averaged(self.strain, self.layout, span)
         return self._twice(*found)
 
@@ -237,7 +237,7 @@ class BeamModel(FrameBody):
 
     @cached_property
     def elastic(self) -> tuple[Strains]:
-        """Its strains with their section."""
+        """Strains of the beam with their section."""
         section, reduced = self.section.formulation, self.rules.reduced
         return (Strains(section, self.layout, self.strain, lambda d: d[0] * reduced),)
 
@@ -247,7 +247,7 @@ class BeamModel(FrameBody):
         return beam_forms.strain_measure(self.line, self._motion)
 
     def mean_resultants(self, step: Step) -> Expr:
-        """The same as means over a step that is quadratic in time."""
+        """Resultants as means over a step that is quadratic in time."""
         return self._twice(*self.elastic[0].mean(step))
 
     def loads(self) -> LoadFactors | None:

@@ -36,7 +36,7 @@ def pointed(item: Any, scene: Scene, meshes: RigidMeshes) -> Any:
 
 
 def ended(item: Any, meshes: RigidMeshes) -> Any:
-    """The same of the ends of a joint or force element; of a weld along a region a node of it.
+    """A joint or force element with its ends on rigid bodies; of a weld along a region one node.
 
     Args:
         item: It.

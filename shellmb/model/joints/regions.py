@@ -39,7 +39,7 @@ class BoundNode(BoundJoint):
 
     @property
     def shown(self) -> Floats:
-        """The same axes for all nodes, those of the scene as they turn with the first body."""
+        """Axes of all nodes: those of the scene as they turn with the first body."""
         return np.eye(3)
 
 

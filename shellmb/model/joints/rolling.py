@@ -173,7 +173,7 @@ class ContactGroup(JointGroup):
         return found
 
     def gaps(self, states: Floats) -> Floats:
-        """As of joints: positions only."""
+        """Largest violations over local states, of positions only."""
         found = [self._evaluate(s)[:, : self._made.rows] for s in states]
         slips = np.zeros((len(self.nodes.item), self._made.slips))
         return np.hstack([np.max(np.abs(found), axis=0), slips])

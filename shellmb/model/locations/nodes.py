@@ -28,7 +28,7 @@ class Meshed(Protocol):
 
     @property
     def domain(self) -> SurfaceMesh | LineMesh:
-        """Its mesh with names."""
+        """Mesh of the body with names."""
         ...
 
     def node_directors(self) -> Floats:

@@ -46,7 +46,7 @@ class Reduced:
 
     @property
     def comm(self) -> MPI.Comm:
-        """Its communicator."""
+        """Communicator of the mesh."""
         return self.modes.mixed.space.mesh.comm
 
 

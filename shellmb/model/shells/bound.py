@@ -107,7 +107,7 @@ class BoundShell:
 
     @property
     def domain(self) -> SurfaceMesh:
-        """Its mesh with names."""
+        """Mesh of the shell with names."""
         return self.surface_mesh
 
     @property

@@ -34,7 +34,7 @@ class ShellModel(BoundShell):
 
     @cached_property
     def elastic(self) -> tuple[Strains, ...]:
-        """Its strains with their section, and the hourglass control."""
+        """Strains of the shell with their section, and the hourglass control."""
         return shell_strains(self)
 
     @cached_property
@@ -100,7 +100,7 @@ class ShellModel(BoundShell):
         return ufl.as_vector(components)
 
     def _tangent_values(self, b: Floats, mid: Floats) -> Floats:
-        """The same for the values at the nodes."""
+        """Values at the nodes of a jump, its director part without momentum."""
         if self.mass is None or self.mass.I is None:
             return b
         place = self.mixed.dofs["w"]
@@ -167,11 +167,11 @@ class ShellModel(BoundShell):
         return self.section.formulation.resultants(self.strain, self.layout, q)
 
     def averaged_resultants(self, span: Interval) -> Expr:
-        """The same of the averaged stress of a sub-interval, the one that acts in its row."""
+        """Resultants of the averaged stress of a sub-interval, the one that acts in its row."""
         return self.section.formulation.averaged(self.strain, self.layout, span)
 
     def mean_resultants(self, step: Step) -> Expr:
-        """The same as means over a step that is quadratic in time."""
+        """Resultants as means over a step that is quadratic in time."""
         own = self.elastic[0]
         if isinstance(own, HyperelasticStrains):
             return own.mean_stress(step)

@@ -46,7 +46,7 @@ def scalar(forms: list[Form | None], comm: MPI.Comm) -> Scalar | None:
 
 
 def present(forms: Sequence[Form | None]) -> list[Form]:
-    """Those of some forms that there are."""
+    """Forms that there are, of some."""
     return [form for form in forms if form is not None and not form.empty()]
 
 

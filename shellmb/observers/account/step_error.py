@@ -27,7 +27,7 @@ class StepError(Silent):
             self._error = last.error
 
     def measure(self) -> dict[str, float]:
-        """It, where there is one."""
+        """Error of the step, where there is one."""
         return {"error_estimate": self._error} if self._controlled else {}
 
 

@@ -45,7 +45,7 @@ class AskedFields:
             chosen.solved()
 
     def of(self, name: str, part: Drawn, fields: dict[str, Floats]) -> dict[str, Floats]:
-        """Its fields on rank 0, nothing elsewhere; collective.
+        """Fields of a body on rank 0, nothing elsewhere; collective.
 
         Args:
             name: Name of the part.

@@ -64,7 +64,7 @@ class ModalState:
         return found[:FRAME], found[FRAME:]
 
     def now(self, simulation: Simulation, rate: str | None = None) -> tuple[Floats, Floats]:
-        """The same between two steps of a simulation.
+        """Values between two steps of a simulation.
 
         Args:
             simulation: The simulation.

@@ -57,7 +57,7 @@ class MeanAmplitudes:
         self._values = found
 
     def now(self) -> Floats:
-        """Those of the step solved last; before the first one, and in statics, of the state."""
+        """Resultants of the step solved last; before the first, and in statics, of the state."""
         if self._values is not None and self._simulation.last is not None:
             return self._values
         return self._state.now(self._simulation)[1]

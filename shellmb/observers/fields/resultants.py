@@ -35,15 +35,15 @@ class Resulting(Protocol):
     mixed: MixedSpace
 
     def resultants(self, q: Expr) -> Expr:
-        """Its resultants as one vector."""
+        """Resultants as one vector."""
         ...
 
     def averaged_resultants(self, span: Interval) -> Expr:
-        """The same of the averaged stress of a sub-interval."""
+        """Resultants of the averaged stress of a sub-interval."""
         ...
 
     def mean_resultants(self, step: Step) -> Expr:
-        """The same as means over a step that is quadratic in time."""
+        """Resultants as means over a step that is quadratic in time."""
         ...
 
 

@@ -211,7 +211,7 @@ class Arc(Curve):
 
     @cached_property
     def circle(self) -> CircularArc:
-        """The same arc with center, axis and angle."""
+        """Arc by its center, axis and angle."""
         a, b, c = (np.asarray(p) for p in (self.start, self.middle, self.end))
         u, v = b - a, c - a
         n = np.cross(u, v)

@@ -143,7 +143,7 @@ class PID(Law):
 
     @property
     def outputs(self) -> tuple[str, ...]:  # type: ignore[override]
-        """Its only one."""
+        """Names of the outputs, of which there is one."""
         return ("u",)
 
     @property

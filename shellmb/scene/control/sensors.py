@@ -32,7 +32,7 @@ class Quantity:
     """A number that a run knows at the end of each step; to be calculated and compared with."""
 
     def value(self, read: Reading, t: float) -> float:
-        """Its value.
+        """Value of the quantity.
 
         Args:
             read: What sensors read.
@@ -99,7 +99,7 @@ class Sensor(Quantity):
 
     @property
     def rate(self) -> Sensor:
-        """Its rate.
+        """Rate of the value.
 
         Raises:
             SceneError: If it is one already.
@@ -173,7 +173,7 @@ class Formula(Quantity):
         _check_operands(f"formula: '{self.operation}' of", self.parts)
 
     def value(self, read: Reading, t: float) -> float:
-        """Its value."""
+        """Value of the quantity."""
         return _OPERATIONS[self.operation](*(_value(part, read, t) for part in self.parts))
 
 

@@ -78,7 +78,7 @@ class Switched(Signal):
 
     @property
     def corners(self) -> tuple[float, ...]:
-        """Those of what is switched [s]."""
+        """Corners of what is switched [s]."""
         return getattr(self.time, "corners", ())
 
 

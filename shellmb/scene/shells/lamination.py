@@ -101,7 +101,7 @@ class Layup:
 
     @property
     def heights(self) -> list[Any]:
-        """The same above the reference surface, one more than layers, shape (...) [m]."""
+        """Heights above the reference surface, one more than layers, shape (...) [m]."""
         return [z + self.offset for z in self._faces]
 
     @cached_property

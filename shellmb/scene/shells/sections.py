@@ -39,7 +39,7 @@ class Value(Protocol):
     """Gives the value of a parameter that may be a function of the position."""
 
     def __call__(self, name: str, given: Any, least: Least | None) -> Any:
-        """Its value.
+        """Value of the parameter.
 
         Args:
             name: What messages call it.
@@ -123,7 +123,7 @@ class LinearSection(Section):
 
     @cached_property
     def functions(self) -> dict[str, OfPosition]:
-        """Its parameters that are functions of the position, by their names."""
+        """Parameters that are functions of the position, by their names."""
         found: dict[str, OfPosition] = {}
 
         def note(name: str, given: Any, least: Least | None) -> Any:

@@ -22,7 +22,7 @@ NO_NUMBERS = {"b": "truth values", "c": "complex numbers"}
 def values_at(
     function: OfPosition, x: NDArray[np.float64], size: int, who: str
 ) -> NDArray[np.float64]:
-    """Its values, checked.
+    """Checked values at points.
 
     Args:
         function: The function.

@@ -29,7 +29,7 @@ def interval_forces(body: Body, span: Interval, dq: Expr) -> Form | None:
 def sub_forces(
     body: Body, sub: SubInterval, dq: Expr, trial: Expr
 ) -> tuple[Form | None, list[Term]]:
-    """The same, what has kernels that know no scheme as terms.
+    """Forces of a sub-interval: what has kernels that know no scheme as terms.
 
     Args:
         body: The body.

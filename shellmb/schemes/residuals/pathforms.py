@@ -33,7 +33,7 @@ class PathScheme(Scheme, Protocol):
 
     @property
     def page(self) -> PathPage:
-        """Its equations."""
+        """Equations of the page."""
         ...
 
     def path(self, q: Any, scaled: Mapping[str, Any], unknown: Mapping[str, Any]) -> Path:
@@ -108,7 +108,7 @@ class PathForms:
         dt: float,
         tangent: Tangent,
     ) -> dict[str, Values]:
-        """As of the scheme; where directors have no inertia the rate of the path at its end."""
+        """Advance as the scheme does; without inertia rates are those of the path at its end."""
         new, free = self._scheme.advance(q, rates, unknown, dt, tangent), self._inertialess
         if len(free):
             # all that is carried on of it: strains of the next step begin with its rate there

@@ -155,7 +155,7 @@ class Span:
 
     @cached_property
     def rows(self) -> Rows | None:
-        """Its states as functions; None where it is none between two of them."""
+        """States as functions; None where it is none between two of them."""
         unknown, number = self._unknown, self._number
         a, b, mid, at, held, beta = self._of
         holder = unknown[number]

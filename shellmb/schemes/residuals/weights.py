@@ -121,7 +121,7 @@ def at_point(page: PathPage, p: float) -> MomentWeights:
 
 
 def rate_at_point(page: PathPage, p: float) -> MomentWeights:
-    """Its rate times the weight of the point."""
+    """Rate times the weight of the point."""
     _, half = page.strains(0.0)
     return half + 3 * p / 2 * page.bow
 

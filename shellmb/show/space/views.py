@@ -42,7 +42,7 @@ class View:
 
     @property
     def size(self) -> float:
-        """Its diagonal."""
+        """Diagonal of the box."""
         return float(np.linalg.norm(self.high - self.low))
 
     def height(self, width: int) -> int:

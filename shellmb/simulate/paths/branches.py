@@ -202,7 +202,7 @@ class Branches:
     def _locate_return(
         self, a: PathState, b: PathState, shorter: Callable[[float], PathState]
     ) -> None:
-        """The same where a branch comes back to the path that it left, and the load turns there.
+        """Locate where a branch comes back to the path that it left, and the load turns there.
 
         An eigenvalue touches zero without a change of sign. Arguments as of `locate`.
         """

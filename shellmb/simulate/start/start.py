@@ -202,7 +202,7 @@ class Start:
             )
 
     def accelerations(self, t: float = 0.0) -> None:
-        """Those of the equations of motion, for schemes that keep accelerations.
+        """Find accelerations from the equations of motion, for schemes that keep them.
 
         Args:
             t: Time, s.

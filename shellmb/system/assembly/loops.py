@@ -98,7 +98,7 @@ class MeshCells(MeshGeometry):
             self.dofs[:, place] = table + offsets[k]
 
     def arranged(self, order: Ints) -> MeshCells:
-        """The same cells with their unknowns in another order.
+        """Make cells with their unknowns in another order.
 
         Args:
             order: Place of each unknown in the order of these.

@@ -90,7 +90,7 @@ class ParallelExchange:
 
 
 class SerialExchange:
-    """The same in one process, without messages: one call of `unknowns.c` each.
+    """Exchange in one process, without messages: one call of `unknowns.c` each.
 
     Args:
         numbering: Unknowns of the local dofs.

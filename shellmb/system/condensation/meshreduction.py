@@ -198,7 +198,7 @@ class MeshReduction:
         self._call("reduce", single, b, change)
 
     def reduce_inner(self, single: bool, r: Floats, change: Floats) -> None:
-        """The same for what cells do not share after the projection: `r` gets parts of it."""
+        """Reduce what cells do not share after the projection: `r` gets parts of it."""
         if self.inner:
             self._call("reduce_inner", single, r, change)
 

@@ -43,7 +43,7 @@ class Passes(Protocol):
 
 
 def passes(numbers: ReducedNumbers, parts: Sequence[MeshReduction], single: bool) -> Passes:
-    """Those of a reduction: one call each where one process has all unknowns.
+    """Passes of a reduction: one call each where one process has all unknowns.
 
     Args:
         numbers: Numbers of the reduced unknowns.
@@ -105,7 +105,7 @@ class ParallelPasses:
 
 
 class SerialPasses:
-    """The same in one process, by one call of `unknowns.c` each.
+    """Passes in one process, by one call of `unknowns.c` each.
 
     Args:
         numbers: Numbers of the reduced unknowns.

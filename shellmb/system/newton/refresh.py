@@ -168,7 +168,7 @@ class Modified:
         return self._wanted
 
     def factorised(self, cost: float) -> None:
-        """It is that of the state before the next update."""
+        """Note a factorisation, at the state before the next update."""
         self._cost = cost
         self._solutions, self._iterations, self._last, self._usual = 0, 0, 0, None
         self._wanted, self._exists = self._far, True
@@ -260,7 +260,7 @@ class Once:
         return self._wanted
 
     def factorised(self, cost: float) -> None:
-        """It serves from now on."""
+        """Note a factorisation, which serves from now on."""
         self._wanted = False
 
     def converged(self, update: float, moved: float, tolerance: float) -> bool:

@@ -66,7 +66,7 @@ class Running[T]:
         return self
 
     def __enter__(self) -> None:
-        """It runs already."""
+        """Nothing to do: `now` is set."""
 
     def __exit__(self, *failure: object) -> None:
         """Nothing runs any more."""

@@ -58,6 +58,6 @@ class DirectorBases:
         self._arguments = (n, native.longs(places), *pointers)
 
     def __call__(self) -> Bases:
-        """Those at the current state; overwritten by the next call."""
+        """Bases at the current state; overwritten by the next call."""
         self._lib.bases(*self._arguments)
         return self._bases

@@ -142,7 +142,7 @@ class DirectorNodes:
         return self._path(end[self.dofs], rate[self.dofs])
 
     def _path(self, end: Floats, rate: Floats) -> PathDirectors:
-        """The same from values at the nodes."""
+        """Path of the directors from values at the nodes."""
         path = self.path
         assert path is not None and path.before is not None
         start, end = self.reference + path.before.x.array[self.dofs], self.reference + end
@@ -299,7 +299,7 @@ class DirectorNodes:
         return *places, *values, native.bytes_of(regular)
 
     def _rate_correction(self, fields: Sequence[Field]) -> Floats:
-        """The same of rates at the end of a path; of nodes that are free, rotations keep it."""
+        """Correction of rates at the end of a path; of nodes that are free, rotations keep it."""
         out, path = np.zeros(self.dofs.shape), self.along(fields)
         for node, free, _ in self.partial:
             one = path.of(node)

@@ -70,7 +70,7 @@ class PathDirectors(NamedTuple):
     alpha: float
 
     def of(self, node: int) -> "PathDirectors":
-        """Those of one node."""
+        """Path of one node."""
         one = slice(node, node + 1)
         states = self.start[one], self.start_velocity[one], self.end[one], self.rate[one]
         return type(self)(*states, self.alpha)
@@ -188,7 +188,7 @@ def path_bases(path: PathDirectors) -> tuple[Half, Half]:
 
 
 def partial_bases(path: PathDirectors, free: Bools, size: int) -> tuple[Half, Half]:
-    """The same of one node, of which only some components are free, `size` directions in all.
+    """Bases of one node, of which only some components are free, `size` directions in all.
 
     Args:
         path: States of that node, shape (1, 3 k).

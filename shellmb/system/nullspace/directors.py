@@ -99,7 +99,7 @@ def pseudo_inverse(C: Floats) -> Floats:
 
 
 def any_pseudo_inverse(rows: Floats) -> Floats:
-    """That of the constraints of one node, shape (c, m), which may depend on one another."""
+    """Pseudo-inverse of constraints of one node, shape (c, m), which may depend on one another."""
     if not np.all(np.isfinite(rows)):
         return np.full(rows.T.shape, np.nan)
     return np.asarray(np.linalg.pinv(rows, rcond=DEPENDENT))

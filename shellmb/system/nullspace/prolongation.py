@@ -45,7 +45,7 @@ class RowMap:
         self._struct = self._pointer.many("Rows", [self.members])
 
     def _entries(self, rows: Ints) -> dict[str, Any]:
-        """Those that there are in some of the rows, by their number among them."""
+        """Entries that there are in some of the rows, by their number among them."""
         row, k = np.nonzero(self.columns[rows] >= 0)
         at = rows[row] * self.columns.shape[1] + k
         lists = {"row": row, "column": self.places[rows[row], k], "at": at}

@@ -85,7 +85,7 @@ def _own_energy(section: Isotropic) -> dict[str, Any]:
 
 
 def _of_steel(scene: Scene) -> Scene:
-    """The same plate with the section whose energy it is."""
+    """A plate with the section whose energy it is."""
     steel = _plate("ep", (1, 1)).shells[0].section
     return replace(scene, shells=(replace(scene.shells[0], section=steel),))
 

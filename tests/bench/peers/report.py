@@ -137,7 +137,7 @@ def best(found: Comparison) -> list[Point]:
 
 
 def times_ours(found: Comparison, point: Point) -> float:
-    """Its time by that of our fastest run with at most its error; nan if we have none."""
+    """Time by that of our fastest run with at most its error; nan if we have none."""
     mine = found.best(OURS, found.judged(point))
     return point.cpu_s / mine.cpu_s if mine else math.nan
 

@@ -34,7 +34,7 @@ class ExudynMotion:
 
     @property
     def how(self) -> str:
-        """Its time scheme in words."""
+        """Time scheme in words."""
         newton = "" if self.modified else ", full Newton"
         return f"rho={self.spectral_radius:g}{newton}"
 

@@ -30,7 +30,7 @@ class Motion(Protocol):
 
     @property
     def how(self) -> str:
-        """Its time scheme in words, and its element where there are several."""
+        """Time scheme in words, and its element where there are several."""
         ...
 
     def run(self) -> TipHistory:
@@ -57,7 +57,7 @@ class Runs:
 
 @dataclass(frozen=True)
 class Study:
-    """The same motion in several codes.
+    """A motion in several codes.
 
     Args:
         name: Of its files.

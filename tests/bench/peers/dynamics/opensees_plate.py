@@ -56,7 +56,7 @@ class OpenSeesPlate:
 
     @property
     def how(self) -> str:
-        """Its time scheme in words, and its element where there are several."""
+        """Time scheme in words, and its element where there are several."""
         return f"{self.element}, {self.integrator}"
 
     def run(self) -> TipHistory:

@@ -38,7 +38,7 @@ class OurMotion:
 
     @property
     def how(self) -> str:
-        """Its time scheme in words."""
+        """Time scheme in words."""
         name = self.scheme.upper()
         return f"{name} alpha={self.alpha:g}" if self.scheme in ("ed", "ed3") else name
 

@@ -93,7 +93,7 @@ STUDY = Study(
 def large_load(
     peers: Collection[str], steps: Sequence[float] = (4e-3, 1e-3), t_end: float = 1.0
 ) -> list[tuple[Motion, TipHistory]]:
-    """The same plate, 12x2, under 40 N: who comes through, with which step.
+    """A plate, 12x2, under 40 N: who comes through, with which step.
 
     Args:
         peers: Codes beside ours.
