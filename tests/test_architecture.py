@@ -83,7 +83,7 @@ REPLACED = {
     "shellmb.native.compiling.generated": {"ValueNumberer.get_node_symbols"},
 }
 HEAVY = {"dolfinx", "basix", "ffcx", "ufl", "petsc4py", "slepc4py", "mpi4py", "gmsh"}
-MAX_LINES = 400
+MAX_LINES = 500
 # modules of one folder; scenes that a user starts by name stay beside one another
 MAX_MODULES, NO_ROOM = 12, {"demos"}
 

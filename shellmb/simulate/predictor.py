@@ -126,7 +126,8 @@ class Predictor:
             state: As from `state`.
             key: That of the step to come.
         """
-        self._past = np.array([arrays[str(k)] for k in range(len(arrays))])
+        states = [arrays[str(k)] for k in range(len(arrays))]
+        self._past = np.array(states).reshape(-1, self._guesses.shape[1])
         self._times, self._errors = tuple(state["times"]), list(state["errors"])
         self._key = key
 
