@@ -392,8 +392,8 @@ FAULTS = (
     Fault(
         "bodies that do not stretch are looked at as others are",
         "shellmb/diagnostics/elements/locking.py",
-        "return PRONE if body.shell.stretching else NOTHING",
-        "return PRONE",
+        "return kind(body).prone if body.shell.stretching else NOTHING",
+        "return kind(body).prone",
         ("tests/diagnostics/test_locked.py::test_a_body_that_does_not_stretch",),
     ),
 )

@@ -1,4 +1,4 @@
-"""A run tells of distorted quadrilaterals that lock where a thin curved body bends."""
+"""A run tells of elements that lock where a thin curved body bends."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from typing import Any
 
 from shellmb.diagnostics.base import Caution, said_of
 from shellmb.diagnostics.elements.locking import (
-    BOUND,
     Mesh,
     Roughness,
     excess,
+    kind,
     least,
     places,
     why,
@@ -26,7 +26,7 @@ EVERY = 10
 
 
 class Locked(Silent):
-    """Watches what distorted quadrilaterals add to the stiffness of thin curved bodies.
+    """Watches what elements that lock add to the stiffness of thin curved bodies.
 
     Args:
         sources: The observers of the run.
@@ -82,9 +82,9 @@ class Locked(Silent):
             share = rough / energy if energy > 0 else 0.0
             body = simulation.model.shells[name]
             found = excess(body, share, prone)
-            if found.value > BOUND:
+            if found.value > (bound := kind(body).bound):
                 said = f"{said_of(simulation, name)} is too stiff in bending, by {found.said}"
-                yield Caution(self.name, name, found.value, BOUND, f"{said}: {why(body, share)}")
+                yield Caution(self.name, name, found.value, bound, f"{said}: {why(body, share)}")
 
     def state(self) -> dict[str, Any]:
         """The sums so far."""

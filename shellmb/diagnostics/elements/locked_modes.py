@@ -1,4 +1,4 @@
-"""Natural modes tell of distorted quadrilaterals that lock where a thin curved body bends."""
+"""Natural modes tell of elements that lock where a thin curved body bends."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ import numpy as np
 
 from shellmb.arrays import Floats
 from shellmb.diagnostics.elements.locking import (
-    BOUND,
     Roughness,
     excess,
+    kind,
     least,
     places,
     why,
@@ -42,7 +42,10 @@ def locked_modes(
         for number, energy, part in modes:
             share = model.comm.allreduce(roughness.energy(part(name))) / energy
             found.append((excess(body, share, prone), share, number))
-        (worst, share, most), numbers = max(found), [n for e, _, n in found if e.value > BOUND]
+        (worst, share, most), numbers = (
+            max(found),
+            [n for e, _, n in found if e.value > kind(body).bound],
+        )
         if numbers:
             # squares of frequencies are in proportion to stiffness
             high = worst._replace(value=float(np.sqrt(1 + worst.value)) - 1)

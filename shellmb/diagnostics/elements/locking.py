@@ -1,15 +1,15 @@
-"""How distorted quadrilaterals lock where a thin curved body bends.
+"""How distorted quadrilaterals, and triangles, lock where a thin curved body bends.
 
 Bending a curved surface without stretching it asks for displacements along it that stand in ratio
 to those across. Elements that are no parallelograms cannot follow: over an element whose normal
 turns by `kappa h` a curvature `chi` leaves membrane strains of the size `d kappa h * h chi`, `d`
 being the part of its shape that is no parallelogram, beside bending strains of `t chi`. Whether a
-body can lock is thus a matter of its mesh, `p = d kappa h * h / t`. By how much it does the run
-shows: these strains change sign within elements and jump between them, while true ones are smooth
-on any mesh that is fine enough. The energy of what membrane forces differ by from their means at
-the nodes (O. C. Zienkiewicz and J. Z. Zhu, Int. J. Numer. Meth. Engng 24 (1987) 337-357), as a
-share `s` of the strain energy, is what the body is too stiff by, `s / (1 - 3 s / 2)`: the body
-wrinkles to lessen it, which takes half as much again in bending.
+body can lock is thus a matter of its mesh, `p = d kappa h * h / t`; of triangles `d` is one. By
+how much it does the run shows: these strains change sign within elements and jump between them,
+while true ones are smooth on any mesh that is fine enough. The energy of what membrane forces
+differ by from their means at the nodes (O. C. Zienkiewicz and J. Z. Zhu, Int. J. Numer. Meth. Engng
+24 (1987) 337-357), as a share `s` of the strain energy, is what the body is too stiff by,
+`s / (1 - 3 s / 2)`: the body wrinkles to lessen it, which takes half as much again in bending.
 
 Where `p` is large the body is held by these forces, however small their energy is: it falls as
 `1/p`. Measured (`docs/limits.md`). A body that is held not to stretch is the end of this: its
@@ -28,38 +28,47 @@ import numpy as np
 import ufl
 from dolfinx import fem, la
 
-from shellmb.arrays import Floats
+from shellmb.arrays import Floats, Int32s
 from shellmb.forms.steps.mixed import LinearMixed
-from shellmb.meshes.spaces import reading_element
+from shellmb.meshes.spaces import MixedSpace, reading_element
 from shellmb.model.shells.shell import ShellModel
 from shellmb.native.expressions import compiled_expression
 
-# of stiffness: what smooth fields leave on coarse meshes stays below
-BOUND = 0.03
-# `p`, root of the mean square, below which nothing was too stiff by BOUND
-PRONE = 2.0
-# from which on the estimate is too low: of the excess, and of `p`
-MUCH, FAR = 0.4, 20.0
 
-
-class Held(NamedTuple):
-    """Where a body is held by forces of little energy.
+class Kind(NamedTuple):
+    """What was measured of a kind of element.
 
     Args:
-        least: `s p` beyond which it is: with degree 2 regular meshes of trapezoids have 0.06, and
-            what is too stiff has 1.8 and more; with degree 3 these are 4 and 85.
+        bound: Excess of stiffness that smooth fields on coarse meshes do not have.
+        prone: `p`, root of the mean square, below which nothing was too stiff by that.
+        far: `p` from which on the estimate is too low.
+        held: `s p` beyond which a body is held by forces of little energy.
         each: `p` over what the body is then too stiff by at least.
         most: What it is then too stiff by at least however large `p` is.
+        still: `s` beyond which a body that does not stretch does not bend either.
     """
 
-    least: float
+    bound: float
+    prone: float
+    far: float
+    held: float
     each: float
     most: float
+    still: float
 
 
-HELD = {2: Held(1.0, 500.0, 1.0), 3: Held(30.0, 5000.0, 0.3)}
-# of a body that does not stretch: of `s`, and what it is too stiff by at least
-MULTIPLE, LEAST = 20.0, 0.1
+# `s p` of regular meshes, as far as they do not lock, and of the least distorted ones that do: 0.06
+# and 1.8, 4 and 85, 4 and 27
+KINDS = {
+    ("quadrilateral", 2): Kind(0.03, 2.0, 20.0, 1.0, 500.0, 1.0, 20.0),
+    ("quadrilateral", 3): Kind(0.03, 2.0, 20.0, 30.0, 5000.0, 0.3, 20.0),
+    ("triangle", 2): Kind(0.05, 10.0, 10.0, 20.0, 2000.0, 0.3, 1e-6),
+}
+# excess from which on the estimate is too low
+MUCH = 0.4
+# of a body that does not stretch: what it is too stiff by at least; and the part that jumps have in
+# the energy of all membrane forces, below which these carry loads
+LEAST, JUMPS = 0.1, 0.1
 # sides that are parallel to this part of the thickness
 NOTHING = 1e-6
 
@@ -92,44 +101,50 @@ def excess(body: ShellModel, share: float, prone: float) -> Excess:
         share: Of jumps of membrane forces in its strain energy, `s`.
         prone: How far its mesh makes it lock, `p`.
     """
+    found = kind(body)
     if not body.shell.stretching:
-        return Excess(LEAST if share > MULTIPLE else 0.0, True)
+        return Excess(LEAST if share > found.still else 0.0, True)
     value = share / max(1 - 1.5 * share, 0.2)
-    held = HELD[body.shell.degree]
-    if prone > FAR and share * prone > held.least:
-        value = max(value, min(prone / held.each, held.most))
-    return Excess(value, value > MUCH or prone > FAR)
+    if prone > found.far and share * prone > found.held:
+        value = max(value, min(prone / found.each, found.most))
+    return Excess(value, value > MUCH or prone > found.far)
+
+
+def kind(body: ShellModel) -> Kind:
+    """What was measured of its elements."""
+    return KINDS[body.mixed.space.mesh.topology.cell_name(), body.shell.degree]
 
 
 def least(body: ShellModel) -> float:
     """`p` below which nothing locks; bodies that do not stretch do so wherever it is not zero."""
-    return PRONE if body.shell.stretching else NOTHING
+    return kind(body).prone if body.shell.stretching else NOTHING
 
 
 def why(body: ShellModel, share: float) -> str:
     """What is wrong and what helps, in words; arguments as of `excess`."""
     if not body.shell.stretching:
         return (
-            "on distorted quadrilaterals a curved body that is held not to stretch cannot bend as "
-            "it should; use a regular mesh, or stretching=True"
+            "on distorted elements a curved body that is held not to stretch cannot bend as it "
+            "should; use a regular mesh of quadrilaterals, or stretching=True"
         )
+    whose, helps = "distorted quadrilaterals", "or degree=3"
+    if body.mixed.space.mesh.basix_cell() == basix.CellType.triangle:
+        whose, helps = "triangles", "or quadrilaterals"
     return (
         f"{100 * share:.3g} % of its strain energy is of membrane forces that jump between "
-        "elements, as those of distorted quadrilaterals do where a thin curved body bends; use a "
-        "finer or a more regular mesh, or degree=3"
+        f"elements, as those of {whose} do where a thin curved body bends; use a finer or a more "
+        f"regular mesh, {helps}"
     )
 
 
 def places(body: ShellModel) -> Mesh | None:
     """The mesh of a shell, if it can lock; None where it cannot. Collective."""
-    if body.mixed.space.mesh.basix_cell() != basix.CellType.quadrilateral:
-        return None
     mesh = Mesh(body)
     return mesh if mesh.distorted else None
 
 
 class Mesh:
-    """How far a mesh makes a shell of quadrilaterals lock in bending.
+    """How far a mesh makes a shell lock in bending.
 
     Args:
         body: The shell.
@@ -141,18 +156,27 @@ class Mesh:
     def __init__(self, body: ShellModel) -> None:
         domain = body.mixed.space.mesh
         count = domain.topology.index_map(2).size_local
-        # corners come first, in the order of a tensor product
-        x = domain.geometry.x[domain.geometry.dofmaps[0][:count, :4]]
-        self._comm, self._corners = domain.comm, body.mixed.subspaces["u"].dofmap.list[:count, :4]
-        first = (x[:, 1] - x[:, 0] + x[:, 3] - x[:, 2]) / 2
-        second = (x[:, 2] - x[:, 0] + x[:, 3] - x[:, 1]) / 2
-        normal = np.cross(first, second)
-        self._area = np.linalg.norm(normal, axis=1)
-        normal /= self._area[:, None]
-        bilinear = x[:, 0] - x[:, 1] - x[:, 2] + x[:, 3]
-        bilinear -= np.sum(bilinear * normal, axis=1)[:, None] * normal
+        corners = 3 if domain.basix_cell() == basix.CellType.triangle else 4
+        # corners come first, of quadrilaterals in the order of a tensor product
+        x = domain.geometry.x[domain.geometry.dofmaps[0][:count, :corners]]
+        self._comm = domain.comm
+        self._corners = body.mixed.subspaces["u"].dofmap.list[:count, :corners]
+        if corners == 3:
+            self._sides = [1, 2, 0], [0, 1, 2]
+            self._area = np.linalg.norm(np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]), axis=1)
+            size = np.sqrt(self._area)
+        else:
+            self._sides = [3, 2], [0, 1]
+            first = (x[:, 1] - x[:, 0] + x[:, 3] - x[:, 2]) / 2
+            second = (x[:, 2] - x[:, 0] + x[:, 3] - x[:, 1]) / 2
+            normal = np.cross(first, second)
+            self._area = np.linalg.norm(normal, axis=1)
+            normal /= self._area[:, None]
+            bilinear = x[:, 0] - x[:, 1] - x[:, 2] + x[:, 3]
+            bilinear -= np.sum(bilinear * normal, axis=1)[:, None] * normal
+            size = np.linalg.norm(bilinear, axis=1)
         # d h/t, with d over h
-        self._shape = np.linalg.norm(bilinear, axis=1) / body.section.sizes.thickness
+        self._shape = size / body.section.sizes.thickness
         self.distorted = self._mean(self._shape) > NOTHING
 
     def _mean(self, values: Floats) -> float:
@@ -167,15 +191,15 @@ class Mesh:
         Args:
             directors: At the nodes, shape (n, 3).
         """
-        d = directors[self._corners]
-        return self._mean(self._shape * np.linalg.norm(d[:, [3, 2]] - d[:, [0, 1]], axis=2).max(1))
+        d, (ends, starts) = directors[self._corners], self._sides
+        return self._mean(self._shape * np.linalg.norm(d[:, ends] - d[:, starts], axis=2).max(1))
 
 
 class Roughness:
     """Energy of what the membrane forces of a shell differ by from their means at the nodes.
 
     Args:
-        body: A shell of quadrilaterals.
+        body: The shell.
     """
 
     def __init__(self, body: ShellModel) -> None:
@@ -189,11 +213,11 @@ class Roughness:
         self._down = _table(nodes.basix_element, points)
         rule, weights = basix.make_quadrature(domain.basix_cell(), 2 * inner.degree)
         self._places = {
-            part: mixed.dofs[part].reshape(-1, len(points), 5)[: len(self._cells), :, :3]
+            part: _membrane(mixed, part, len(points))[: len(self._cells)]
             for part in ("N", "S")
             if part in mixed.dofs
         }
-        self._scale = body.section.sizes.stiffness
+        self._scale, self._held = body.section.sizes.stiffness, not body.shell.stretching
         area = ufl.JacobianDeterminant(domain)
         wanted = [area, *body.surface.e1, *body.surface.e2]
         if "S" not in self._places:
@@ -215,11 +239,19 @@ class Roughness:
         Args:
             q: Local array of a state.
         """
-        N = self._scale * self._rough(q[self._places["N"]], 1.0)
+        every = self._scale * q[self._places["N"]]
+        N = self._rough(every, 1.0)
         if "S" in self._places:
-            strain = self._rough(q[self._places["S"]], 0.5)
-        else:
-            strain = np.einsum("cgij,cgj->cgi", self._compliance, N)
+            return self._stored(N, self._rough(q[self._places["S"]], 0.5))
+        found = self._stored(N, self._strain(N))
+        if self._held and found < JUMPS * self._stored(every, self._strain(every)):
+            return 0.0
+        return found
+
+    def _strain(self, N: Floats) -> Floats:
+        return np.asarray(np.einsum("cgij,cgj->cgi", self._compliance, N))
+
+    def _stored(self, N: Floats, strain: Floats) -> float:
         return float(np.sum(np.abs(np.sum(N * strain, axis=-1)) * self._area) / 2)
 
     def _rough(self, v: Floats, half: float) -> Floats:
@@ -255,6 +287,15 @@ class Roughness:
         back = np.einsum("cgij,cgai,cgbj->cgab", smooth, e, e)
         kept = np.stack([back[..., 0, 0], back[..., 1, 1], back[..., 0, 1] / half], axis=-1)
         return np.asarray(v - kept)
+
+
+def _membrane(mixed: MixedSpace, part: str, points: int) -> Int32s:
+    """Places of the membrane components in a state, shape (cells, points, 3)."""
+    cells = mixed.subspaces[part].dofmap
+    # those of triangles come before the shear forces, which are of another space
+    size = 3 if cells.bs == 1 else 5
+    places = mixed.dofs[part].reshape(-1, cells.bs)[cells.list].reshape(len(cells.list), -1)
+    return places[:, : size * points].reshape(-1, points, size)[..., :3]
 
 
 def _table(element: basix.finite_element.FiniteElement, points: Any) -> Floats:
