@@ -35,6 +35,7 @@ class Peer(StrEnum):
 
     exudyn = "exudyn"
     opensees = "opensees"
+    kratos = "kratos"
 
 
 @app.callback(invoke_without_command=True)

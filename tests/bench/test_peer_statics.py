@@ -7,11 +7,11 @@ import pytest
 
 from shellmb.errors import SceneError
 from shellmb.measuring.tables import markdown
-from tests.bench.peers.codes import EXUDYN, OPENSEES, OURS
+from tests.bench.peers.codes import EXUDYN, KRATOS, OPENSEES, OURS
 from tests.bench.peers.statics import hemisphere, roll_up
 from tests.bench.peers.statics.problem import COLUMNS, Solved, Static, compared, sentence
 
-PEERS = {EXUDYN: "exudyn", OPENSEES: "openseespy"}
+PEERS = {EXUDYN: "exudyn", OPENSEES: "openseespy", KRATOS: "KratosMultiphysics"}
 
 
 def there(code):
@@ -63,7 +63,7 @@ def test_our_hemisphere():
     assert not found.failed and 0.005 < found.error < 0.03
 
 
-@pytest.mark.parametrize("code", [EXUDYN, OPENSEES])
+@pytest.mark.parametrize("code", list(PEERS))
 @pytest.mark.parametrize("problem", [roll_up.PROBLEM, hemisphere.PROBLEM])
 def test_without_the_peer(monkeypatch, code, problem):
     find = importlib.util.find_spec
@@ -91,6 +91,21 @@ class TestOpenSees:
         # flat elements, few of them: far from it, but on its load
         assert not answer.failed
         assert 2.0 < answer.moved[0, 0] < 4.0 and 3.0 < -answer.moved[1, 1] < 8.0
+
+
+@there(KRATOS)
+class TestKratos:
+    def test_the_strip_is_a_polygon_that_closes(self):
+        cases = [Static(KRATOS, (n, 1), "thin", 8) for n in (8, 16)]
+        found = compared(roll_up.PROBLEM, cases, (KRATOS,), 1)
+        # chords in place of arcs: of second order
+        assert found[0].error == pytest.approx(4 * found[1].error, rel=0.05)
+        (failed,) = compared(roll_up.PROBLEM, [Static(KRATOS, (8, 1), "thin")], (KRATOS,), 1)
+        assert failed.error == np.inf and "load step 1" in failed.failed
+
+    def test_the_hemisphere(self):
+        (found,) = compared(hemisphere.PROBLEM, [Static(KRATOS, (8, 8), "thin", 10)], (KRATOS,), 1)
+        assert not found.failed and 0.02 < found.error < 0.06
 
 
 @there(EXUDYN)

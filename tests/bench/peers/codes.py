@@ -6,7 +6,7 @@ import importlib.util
 
 from shellmb.errors import SceneError
 
-OURS, EXUDYN, OPENSEES = "shellmb", "Exudyn", "OpenSees"
+OURS, EXUDYN, OPENSEES, KRATOS = "shellmb", "Exudyn", "OpenSees", "Kratos"
 
 
 def require_package(package: str) -> None:

@@ -47,7 +47,8 @@ def run_peer(
         names: Peers, keys of `PEERS`.
         out: Folder of the motions' pictures and numbers, and of all tables, by the names of
             `MOTIONS` and `STATICS`; None: none of them.
-        as_json: Whether stdout gets the runs of the plate as a JSON list, and nothing else.
+        as_json: Whether stdout gets the runs of the plate, or of peers without motions those of the
+            static problems, as a JSON list and nothing else.
         fast: Whether only a few runs are made.
         check: Whether the times are judged.
 
@@ -64,7 +65,7 @@ def run_peer(
     moved = [
         (study, _compared(study, peers, fast)) for study in MOTIONS if set(peers) & {*study.every}
     ]
-    large = plates.large_load(peers, *(((1e-2,), 0.05) if fast else ()))
+    large = [] if not moved else plates.large_load(peers, *(((1e-2,), 0.05) if fast else ()))
     solved = []
     for static in STATICS:
         tell(static.title)
@@ -78,13 +79,14 @@ def run_peer(
         for name, lines in tables.items():
             write_text(out / f"{name}.md", "\n".join(lines) + "\n")
     if as_json:
-        say(to_json(moved[0][1].points))
+        say(to_json(moved[0][1].points if moved else [s for _, some in solved for s in some]))
     to = console(stderr=as_json)
     for study, found in moved:
         line(to, f"{study.title}:")
         _print(to, found)
-    _print_large(to, large)
-    line(to, NOTE)
+    if moved:
+        _print_large(to, large)
+        line(to, NOTE)
     for static, some in solved:
         line(to, f"{static.title}:")
         print_table(to, problem.COLUMNS, some)

@@ -17,8 +17,8 @@ from shellmb.arrays import Floats
 from shellmb.demos import hemisphere
 from shellmb.demos.hemisphere import FORCE, INWARD, RADIUS
 from shellmb.measuring.times import Stopwatch
-from tests.bench.peers import exudyn, opensees
-from tests.bench.peers.codes import EXUDYN, OPENSEES, OURS
+from tests.bench.peers import exudyn, kratos, opensees
+from tests.bench.peers.codes import EXUDYN, KRATOS, OPENSEES, OURS
 from tests.bench.peers.statics import ours
 from tests.bench.peers.statics.problem import TOLERANCE, Answer, Problem, Static
 
@@ -34,6 +34,7 @@ CASES = (
     *(Static(OURS, (n, n), "degree 3") for n in (6, 8, 12, 16)),
     *(Static(EXUDYN, (n, n), "", 6) for n in (8, 12, 16, 20, 24)),
     Static(EXUDYN, (16, 16), "", 4),
+    *(Static(KRATOS, (n, n), "thin", 10) for n in (8, 16, 24, 32)),
     *(Static(OPENSEES, (n, n), "ASD", 16) for n in (8, 16)),
     Static(OPENSEES, (8, 8), "NLDKGQ", 16),
 )
@@ -77,6 +78,19 @@ def _exudyn(case: Static) -> Answer:
     return Answer(moved, iterations, cpu, failed)
 
 
+def _kratos(case: Static) -> Answer:
+    nx, ny = case.mesh
+    mesh = kratos.Mesh(kratos.require(), case.mesh, SECTION, _place)
+    a, b = mesh.node(0, ny), mesh.node(nx, ny)
+    for j in range(ny + 1):
+        mesh.fix(mesh.node(0, j), 0, 1, int(j == ny), 1, 0, 1)
+        mesh.fix(mesh.node(nx, j), 1, 0, 0, 0, 1, 1)
+    mesh.load(a, 0, FORCE / 2)
+    mesh.load(b, 1, -FORCE / 2)
+    iterations, cpu, failed = mesh.solve(case.load_steps, TOLERANCE)
+    return Answer(np.array([mesh.moved(a), mesh.moved(b)]), iterations, cpu, failed)
+
+
 def _opensees(case: Static) -> Answer:
     ops, (nx, ny) = opensees.require(), case.mesh
     mesh = opensees.Mesh(ops, case.mesh, case.element, SECTION, _place)
@@ -115,7 +129,12 @@ PROBLEM = Problem(
     "hemisphere",
     "pinched hemisphere under its full load",
     CASES,
-    (CASES[0], Static(EXUDYN, (4, 4), "", 10), Static(OPENSEES, (4, 4), "ASD", 8)),
-    {OURS: _ours, OPENSEES: _opensees, EXUDYN: _exudyn},
+    (
+        CASES[0],
+        Static(EXUDYN, (4, 4), "", 10),
+        Static(OPENSEES, (4, 4), "ASD", 8),
+        Static(KRATOS, (4, 4), "thin", 10),
+    ),
+    {OURS: _ours, OPENSEES: _opensees, KRATOS: _kratos, EXUDYN: _exudyn},
     relative,
 )

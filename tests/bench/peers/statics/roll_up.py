@@ -14,8 +14,8 @@ import numpy as np
 from shellmb.arrays import Floats
 from shellmb.demos import roll_up
 from shellmb.measuring.times import Stopwatch
-from tests.bench.peers import exudyn, opensees
-from tests.bench.peers.codes import EXUDYN, OPENSEES, OURS
+from tests.bench.peers import exudyn, kratos, opensees
+from tests.bench.peers.codes import EXUDYN, KRATOS, OPENSEES, OURS
 from tests.bench.peers.statics import ours
 from tests.bench.peers.statics.problem import TOLERANCE, Answer, Problem, Static
 
@@ -29,6 +29,8 @@ CASES = (
     *(Static(OURS, (n, 1), "degree 3") for n in (4, 8)),
     *(Static(OPENSEES, (n, 1), "ASD") for n in (8, 16, 32, 64)),
     *(Static(OPENSEES, (16, 1), "NLDKGQ", steps) for steps in (20, 40, 100)),
+    *(Static(KRATOS, (16, 1), "thin", steps) for steps in (1, 4)),
+    *(Static(KRATOS, (n, 1), "thin", 8) for n in (8, 16, 32, 64)),
     *(Static(EXUDYN, (16, 1), "", steps) for steps in (1, 2, 4)),
     *(Static(EXUDYN, (n, 1), "", 8) for n in (4, 8, 16, 32)),
 )
@@ -76,6 +78,18 @@ def _opensees(case: Static) -> Answer:
     return Answer(np.array(moved), iterations, cpu, failed)
 
 
+def _kratos(case: Static) -> Answer:
+    (nx, _) = case.mesh
+    mesh = kratos.Mesh(kratos.require(), case.mesh, SECTION, _place)
+    for node, _ in mesh.edge(0):
+        mesh.fix(node, *[1] * 6)
+    for node, share in mesh.edge(nx):
+        mesh.load(node, 4, -MOMENT * share)
+    iterations, cpu, failed = mesh.solve(case.load_steps, TOLERANCE)
+    moved = [mesh.moved(mesh.node(nx * k // 4, 0)) for k in range(1, 5)]
+    return Answer(np.array(moved), iterations, cpu, failed)
+
+
 def _exudyn(case: Static) -> Answer:
     exu, (nx, ny) = exudyn.require(), case.mesh
     with exudyn.quiet():
@@ -92,7 +106,7 @@ PROBLEM = Problem(
     "roll_up",
     "strip rolled into a circle by its end moment",
     CASES,
-    (CASES[1], CASES[6], Static(EXUDYN, (4, 1), "", 8)),
-    {OURS: _ours, OPENSEES: _opensees, EXUDYN: _exudyn},
+    (CASES[1], CASES[6], Static(EXUDYN, (4, 1), "", 8), Static(KRATOS, (8, 1), "thin", 8)),
+    {OURS: _ours, OPENSEES: _opensees, KRATOS: _kratos, EXUDYN: _exudyn},
     distance,
 )
