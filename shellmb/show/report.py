@@ -194,7 +194,7 @@ def _turnable(run: Shown) -> str:
     said = f"{what.title(what.states[0])}; colours: {what.shown.label}, {low:.4g} to {high:.4g}"
     return (
         f'<iframe title="shape" loading="lazy" srcdoc="{html.escape(inner, quote=True)}"></iframe>'
-        f'<p class="quiet">To be turned with the mouse. {html.escape(said)}</p>'
+        f'<p class="quiet">Turn it with the mouse. {html.escape(said)}</p>'
     )
 
 

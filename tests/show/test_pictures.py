@@ -142,3 +142,25 @@ def test_a_machine_that_cannot_draw_says_so(tmp_path, monkeypatch) -> None:
 
     with pytest.raises(sm.RunError, match="there is no display; use `shellmb report RUN`"):
         show(fields, described)
+
+
+@needs_drawing
+def test_what_comes_nearer_than_the_reference_is_not_cut_off(tmp_path) -> None:
+    """The camera must see from what is nearest now, and not from what was nearest at first."""
+    a, e = np.radians([AZIMUTH, ELEVATION])
+    eye = np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])
+    files = GridFiles(tmp_path, wall("a", 0.0), {})
+    for k, moved in enumerate((0.0, 6.0)):
+        files.write(k, {"displacement": np.tile(moved * eye, (4, 1))})
+    files.list([0.0, 1.0])
+    files.close()
+    body = sm.RigidBody("a", 1.0, (1, 1, 1))
+    described = describe(sm.Scene("wall", rigid_bodies=body, scheme="ep", dt=1, t_end=1))
+    fields = Fields(tmp_path, described.bodies, described.labels)
+    what = showing(fields, described, [0.0, 1.0], "displacement", factor=1.0)
+    areas = [
+        int((np.asarray(image.convert("L")) < 245).sum())
+        for image in images(what, 400, marks=False)
+    ]
+    # a wall across the line of sight, seen from afar: it grows a little
+    assert 0.9 * areas[0] < areas[1] < 2.0 * areas[0], areas

@@ -31,7 +31,7 @@ RIGID = "#c9772b"
 # an arrow of the largest force, and radii of beams without a size, of pins and of rigid bodies,
 # parts of the size of the scene
 ARROW, THIN, PIN, KNOB = 0.25, 0.004, 0.007, 0.01
-LIT: dict[str, Any] = {"ambient": 0.35, "diffuse": 0.7, "specular": 0.25, "specular_power": 20}
+LIT: dict[str, Any] = {"ambient": 0.45, "diffuse": 0.65, "specular": 0.25, "specular_power": 20}
 
 
 @dataclass(frozen=True)
@@ -49,6 +49,7 @@ class Showing:
         force: The largest force in a joint, 0 without any.
         caption: What stands above instead of the time.
         bar: Whether the scale of the colours is drawn.
+        colours: A colour map of matplotlib's, or its name.
     """
 
     described: Described
@@ -61,6 +62,7 @@ class Showing:
     force: float
     caption: str = ""
     bar: bool = True
+    colours: Any = COLOURS
 
     @property
     def extent(self) -> View:
@@ -271,7 +273,7 @@ class Stage:
                 part.drawn,
                 scalars="shown",
                 clim=self._what.limits,
-                cmap=COLOURS,
+                cmap=self._what.colours,
                 show_scalar_bar=False,
                 **style,
             )
@@ -298,6 +300,8 @@ class Stage:
             shown = values(what.shapes[name], states[name], what.shown) if coloured else None
             part.move(what.place(name, states[name]), shown)
         self._forces(states)
+        # what comes nearer than the reference must not be cut off
+        self._plotter.renderer.ResetCameraClippingRange()
         if not self._marks:
             return
         text = what.title(states)
