@@ -91,7 +91,8 @@ def without_margins(drawn: Sequence[Image.Image]) -> list[Image.Image]:
     every = np.array([box for box in boxes if box])
     low = np.maximum(every[:, :2].min(axis=0) - MARGIN, 0)
     high = np.minimum(every[:, 2:].max(axis=0) + MARGIN, drawn[0].size)
-    return [each.crop((*map(int, low), *map(int, high))) for each in drawn]
+    left, top, right, bottom = map(int, (*low, *high))
+    return [each.crop((left, top, right, bottom)) for each in drawn]
 
 
 def _small(image: Image.Image, text: str) -> Image.Image:

@@ -105,8 +105,8 @@ def study(
         quantity: Names of results, or "COLUMN:NORM" of the history with the norm end, max, min,
             mean, l2 or sup; none: the first probe.
         parameters: Values of the scene's parameters.
-        repeat: Rounds of all, in turn, for the times.
-        out: Directory of the records; a study in it goes on. None: nothing is kept.
+        repeat: Number of rounds over all runs, for the times.
+        out: Directory of the records; a study in it continues. None: nothing is kept.
         clock: "wall" or "cpu".
         tell: Is told what is going on.
         **options: Choices and references, as `shellmb study` has them.

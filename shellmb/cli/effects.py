@@ -24,17 +24,20 @@ def effects(
         typer.Option("--with", metavar="EFFECT[:PART]", help="Run again with it."),
     ] = None,
     parameters: SetOption = None,
-    steps: Annotated[int, typer.Option(min=1, help="Steps of a round of the table.")] = 10,
+    steps: Annotated[int, typer.Option(min=1, help="Steps per round of the table.")] = 10,
     repeat: Annotated[
-        int | None, typer.Option(min=1, help="Rounds of the table (3), runs compared (1).")
+        int | None,
+        typer.Option(
+            min=1, help="Rounds of the table (default 3), or of compared runs (default 1)."
+        ),
     ] = None,
     quick: Annotated[
-        bool, typer.Option("--quick", help="Only what is there and why: nothing is built.")
+        bool, typer.Option("--quick", help="List effects and reasons only; build nothing.")
     ] = False,
     json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
     **options: Any,
 ) -> None:
-    """Show what a scene simulates and what it leaves out, why, and what each effect costs.
+    """Show which effects a scene simulates, which it omits, why, and what each costs.
 
     With `--without` or `--with` the scene is run as it is and with that changed: the change of its
     results beside that of its time. PART is one body, joint or element: `--without stretching:arm`.

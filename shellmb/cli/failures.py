@@ -89,7 +89,7 @@ def run_check(check: Callable[[dict[str, float]], None], results: dict[str, floa
         raise FailedCheck(f"check failed: {said}") from error
     except Exception as error:
         raise RunError(
-            f"check() of the scene fails: {in_words(error)}; all else is finished and saved"
+            f"check() of the scene fails: {in_words(error)}; everything else is finished and saved"
         ) from error
 
 
@@ -133,7 +133,9 @@ def failures_reported[**P, T](command: Callable[P, T]) -> Callable[P, T]:
 def _sentence(error: BaseException) -> tuple[str, int]:
     """What a user is told of an error, and the exit code; nothing of a bug."""
     if isinstance(error, Unprinted):
-        said = f"error: what is printed cannot be written ({error}); all else is finished and saved"
+        said = (
+            f"error: the output cannot be written ({error}); everything else is finished and saved"
+        )
         return said, EXIT + signal.SIGPIPE if error.broken else 1
     if isinstance(error, KeyboardInterrupt) or STOPPING.asked is not None:
         # a compiler that gets the signal, too, fails in its own way
@@ -145,7 +147,7 @@ def _sentence(error: BaseException) -> tuple[str, int]:
     if isinstance(error, ShellmbError):
         return f"error: {error}", 2 if isinstance(error, SceneError) else 1
     if isinstance(error, MemoryError):
-        return f"error: the scene does not fit the memory ({error}); take coarser meshes", 1
+        return f"error: the scene does not fit the memory ({error}); use coarser meshes", 1
     if isinstance(error, Exception) and user_frame(error) is not None:
         notes = "; ".join(["", *getattr(error, "__notes__", [])])
         return f"error: a function of the scene fails: {in_words(error)}{notes}", 1

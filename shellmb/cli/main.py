@@ -124,7 +124,7 @@ def run(
     check: CheckOption = False,
     **options: Any,
 ) -> Any:
-    """Run a scene and leave its results in a directory.
+    """Run a scene and write its results to a directory.
 
     Works under mpiexec: `mpiexec -n 2 shellmb run SCENE`.
     """
@@ -162,7 +162,8 @@ def run(
 def resume(
     directory: Annotated[Path, typer.Argument(metavar="RUN_DIR", help="Directory of a run.")],
     scene: Annotated[
-        str | None, typer.Argument(metavar="[SCENE]", help="The scene's file, if it has one.")
+        str | None,
+        typer.Argument(metavar="[SCENE]", help="File of the scene, if it is defined in one."),
     ] = None,
     trust: Annotated[
         bool, typer.Option("--trust", help="Execute the file that RUN_DIR names as its scene.")
@@ -170,7 +171,7 @@ def resume(
     no_pictures: PicturesOption = False,
     quiet: QuietOption = False,
 ) -> Any:
-    """Go on with a run from its last good state.
+    """Continue a run from its last saved state.
 
     The scene is built again with the same options, on the same number of ranks; it has to be the
     same scene. A file is executed only if it is named here, or trusted.
@@ -207,23 +208,33 @@ def modes(
     scene: SceneArgument,
     count: Annotated[int, typer.Option(min=1, help="Number of modes.")] = 6,
     loaded: Annotated[
-        bool, typer.Option("--loaded", help="About the static equilibrium under the loads.")
+        bool,
+        typer.Option("--loaded", help="Linearise about the static equilibrium under the loads."),
     ] = False,
     rate: Annotated[
         str | None,
-        typer.Option(metavar="RATES", help="About steady rotations [rad/s], as 0,5,10."),
+        typer.Option(
+            metavar="RATES", help="Linearise about steady rotations [rad/s], such as 0,5,10."
+        ),
     ] = None,
     axis: Annotated[
-        str | None, typer.Option(metavar="X,Y,Z", help="Axis of rotation, if not the scene's.")
+        str | None, typer.Option(metavar="X,Y,Z", help="Axis of rotation; default: the scene's.")
     ] = None,
-    about: Annotated[str | None, typer.Option(metavar="X,Y,Z", help="A point of the axis.")] = None,
+    about: Annotated[
+        str | None, typer.Option(metavar="X,Y,Z", help="A point on the axis of rotation.")
+    ] = None,
     state: Annotated[
         Path | None,
-        typer.Option(metavar="RUN_DIR", help="About the last state of a run of the scene."),
+        typer.Option(
+            metavar="RUN_DIR", help="Linearise about the last state of a run of the scene."
+        ),
     ] = None,
     at: Annotated[
         float | None,
-        typer.Option(metavar="TIME", help="About the state at a time [s], by running up to it."),
+        typer.Option(
+            metavar="TIME",
+            help="Linearise about the state at this time [s]; the scene is run up to it.",
+        ),
     ] = None,
     buckling: Annotated[
         bool, typer.Option("--buckling", help="Load factors of linear buckling.")
@@ -316,11 +327,14 @@ def modes(
 def verify(
     json: JsonOption = False,
     case: Annotated[
-        str | None, typer.Option(metavar="PATTERN", help="Only cases with this in their name.")
+        str | None,
+        typer.Option(metavar="PATTERN", help="Run only the cases whose name contains this."),
     ] = None,
-    slow: Annotated[bool, typer.Option("--slow", help="Also those that take minutes.")] = False,
+    slow: Annotated[
+        bool, typer.Option("--slow", help="Also run the cases that take minutes.")
+    ] = False,
 ) -> None:
-    """Compare with analytic, published and independent reference values."""
+    """Compare results with analytic, published and independent reference values."""
     from shellmb.cli.verify import run_verification
 
     if not run_verification(case, slow, json):

@@ -32,17 +32,19 @@ SceneArgument = Annotated[
     str, typer.Argument(metavar="SCENE", help="Name of a bundled scene, or path of a Python file.")
 ]
 OutOption = Annotated[
-    Path | None, typer.Option(help="Run directory; runs/SCENE-SCHEME-TIME if left out.")
+    Path | None, typer.Option(help="Run directory; default: runs/SCENE-SCHEME-TIME.")
 ]
 CheckOption = Annotated[
-    bool, typer.Option("--check", help="Fail unless the scene's reference values are met.")
+    bool, typer.Option("--check", help="Fail unless results match the scene's reference values.")
 ]
 QuietOption = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")]
 SetOption = Annotated[
     list[str] | None,
-    typer.Option("--set", metavar="NAME=VALUE", help="Parameter of the scene; may be repeated."),
+    typer.Option(
+        "--set", metavar="NAME=VALUE", help="Set a parameter of the scene; may be repeated."
+    ),
 ]
-PicturesOption = Annotated[bool, typer.Option("--no-pictures", help="Draw no pictures.")]
+PicturesOption = Annotated[bool, typer.Option("--no-pictures", help="Do not draw pictures.")]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print a JSON list.")]
 
 

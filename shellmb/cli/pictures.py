@@ -15,12 +15,13 @@ RunArgument = Annotated[
     Path, typer.Argument(metavar="RUN_DIR", help="Directory of a run, or of modes.")
 ]
 FieldOption = Annotated[
-    str | None, typer.Option(help="What the colours show: N, force, velocity, deformation, ...")
+    str | None,
+    typer.Option(help="Field that the colours show: N, force, velocity, deformation, ..."),
 ]
 ComponentOption = Annotated[
-    str | None, typer.Option(help="Component of the field, as 11, z or norm (its magnitude).")
+    str | None, typer.Option(help="Component of the field, such as 11, z or norm (magnitude).")
 ]
-TimeOption = Annotated[float | None, typer.Option("--t", help="Time; the last state if left out.")]
+TimeOption = Annotated[float | None, typer.Option("--t", help="Time; default: the last state.")]
 
 
 def plot(
@@ -29,11 +30,13 @@ def plot(
     component: ComponentOption = None,
     t: TimeOption = None,
     animation: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Also an animation, .gif or .mp4.")
+        Path | None, typer.Option(metavar="FILE", help="Also write an animation, .gif or .mp4.")
     ] = None,
-    out: Annotated[Path | None, typer.Option(help="Folder; the run's if left out.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder of the pictures; default: that of the run.")
+    ] = None,
 ) -> None:
-    """Draw the pictures of a run anew; with --field or --t only its shape.
+    """Draw the pictures of a run again, or with --field or --t only its shape.
 
     `shellmb plot runs/x --field N --component 11 --animation n11.mp4`
     """
@@ -90,10 +93,13 @@ def view(
 def report(
     directory: RunArgument,
     out: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="The page; report.html in the run.")
+        Path | None,
+        typer.Option(
+            metavar="FILE", help="File of the page; default: report.html in the run directory."
+        ),
     ] = None,
 ) -> None:
-    """Write one HTML page with everything about a run, which needs no other file."""
+    """Write one self-contained HTML page with everything about a run."""
     if not first_rank():
         return
     say(f"written: {_run(directory, 'report').report(out)}")

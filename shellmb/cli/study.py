@@ -32,7 +32,10 @@ SCENES = options_of(Options, "body", "t_end")
 @offers(*AXES, *SCENES)
 def study(
     scene: Annotated[
-        str | None, typer.Argument(metavar="[SCENE]", help="Bundled scene, or a Python file.")
+        str | None,
+        typer.Argument(
+            metavar="[SCENE]", help="Name of a bundled scene, or path of a Python file."
+        ),
     ] = None,
     quantity: Annotated[
         list[str] | None,
@@ -43,19 +46,20 @@ def study(
         ),
     ] = None,
     parameters: SetOption = None,
-    clock: Annotated[Clock, typer.Option(help="Wall or processor times.")] = Clock.wall,
+    clock: Annotated[Clock, typer.Option(help="Measure wall or processor times.")] = Clock.wall,
     bundled: Annotated[
         str | None, typer.Option(metavar="NAME", help="A bundled study, `all`, or `list`.")
     ] = None,
     out: Annotated[
-        Path | None, typer.Option(help="Records, numbers, picture; a study in it goes on.")
+        Path | None,
+        typer.Option(help="Folder of records, tables and picture; a study in it continues."),
     ] = None,
     json: JsonOption = False,
     no_pictures: PicturesOption = False,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Do not tell each run.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Do not report each run.")] = False,
     **options: Any,
 ) -> None:
-    """What accuracy costs in time: error against time of all combinations of what is named.
+    """Measure what accuracy costs: error against time for all combinations of the given options.
 
     Every option with commas is a list. Records are kept in `--out` (runs/study-SCENE if left out)
     run by run; a study that was stopped goes on there. Times are of the steps, set-up and
@@ -124,7 +128,7 @@ def _run(title: str, sweep: Sweep, folder: Path, clock: str, quiet: bool) -> lis
     try:
         measured = measure(sweep, folder, report)
     except KeyboardInterrupt:
-        tell(f"stopped; the same command goes on in {folder}")
+        tell(f"stopped; the same command continues in {folder}")
         raise
     return evaluate(measured, clock, title)
 

@@ -137,7 +137,7 @@ def _agree(model: Model, unknowns: Unknowns, given: Given, times: list[float]) -
         raise SceneError(
             f"the supports of {' and '.join(names)} contradict one another: two of them prescribe "
             f"the {what}, with values {apart[late]:.3g} apart at t = "
-            f"{times[late]:g}; take one of them away"
+            f"{times[late]:g}; remove one of them"
         )
 
 
@@ -216,7 +216,7 @@ def refuse(model: Model, redundant: list[Redundant]) -> None:
         if item.contradicts:
             raise SceneError(
                 f"{said(row.owner, row.body)}: its motion contradicts {others}: no velocities "
-                "satisfy them all; take one of the drivers, supports or joints away"
+                "satisfy them all; remove one of the drivers, supports or joints"
             )
     counts: dict[str, int] = {}
     for item in redundant:

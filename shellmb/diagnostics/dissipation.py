@@ -37,7 +37,7 @@ class Dissipation(Silent):
             worst,
             share,
             BOUND,
-            f"the scheme dissipates {share:.0%} of the energy that was there or was put in, "
+            f"the scheme dissipates {share:.0%} of the energy that was present or supplied, "
             f"{part:.0%} of it in {said_of(simulation, worst)}: motion that the step does not "
             f"resolve; before you trust the rest, compare with "
             f"{remedies(simulation.scheme, 'a smaller step', 'a smaller alpha')}",

@@ -75,7 +75,8 @@ class StepErrors(Silent):
                 reach,
                 KNOWN * tolerance,
                 f"all bodies move by less than {reach:.1e} of their size: the tolerance of "
-                f"{tolerance:g}, which is relative to it, says little of their motion; use one of "
+                f"{tolerance:g}, which is relative to it, says little about their motion; use "
+                "one of "
                 f"about {1e-2 * reach:.0e}",
             )
 

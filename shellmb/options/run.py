@@ -30,41 +30,44 @@ class Options:
         "Time scheme (ep, ed, ep4, ed3, generalized-alpha, ed-printed, linear-dynamics), or "
         "statics (static, linear)."
     )
-    alpha: float | None = option("Dissipation of schemes that have one, from 0 to 1.")
-    dt: float | None = option("Time or load step [s].")
-    t_end: float | None = option("Time at the end [s].")
+    alpha: float | None = option("Numerical dissipation of ed and ed3, 0 to 1 (0.5 by default).")
+    dt: float | None = option("Time step or load step [s].")
+    t_end: float | None = option("End time [s].")
     mesh: tuple[int, int] | None = option(
-        "Counts of elements of every shell along its two sides, as 8x4; of beams the first one.",
+        "Elements along the two sides of every shell, such as 8x4; beams take the first number.",
         metavar="NxM",
         parse=parse_mesh,
     )
-    degree: Literal[2, 3] | None = option("Degree of every shell and beam.")
-    cell: Literal["quad", "tri"] | None = option("Quadrilaterals or triangles of every shell.")
-    body: str | None = option("The only shell or beam that gets mesh, degree, cell and model.")
+    degree: Literal[2, 3] | None = option("Polynomial degree of every shell and beam.")
+    cell: Literal["quad", "tri"] | None = option("Use quadrilaterals or triangles for every shell.")
+    body: str | None = option("Apply mesh, degree, cell and model to this shell or beam only.")
     model: str | None = option(
-        "How every shell and beam deforms: exact, linear, modal:K, rigid.", metavar="MODEL"
+        "How shells and beams deform: exact, linear, modal:K (K modes), or rigid.", metavar="MODEL"
     )
     solve: Literal["reduced", "full"] | None = option(
-        "Linear systems with as few unknowns as possible, or all."
+        "Solve for the reduced or for all (full) unknowns."
     )
     newton: Literal["auto", "modified", "full"] | None = option(
         "When to refactorise: auto, once per step (modified), or every iteration (full)."
     )
-    backend: Literal["newton", "snes"] | None = option("DOLFINx's Newton solver or PETSc's.")
+    backend: Literal["newton", "snes"] | None = option(
+        "Newton solver: DOLFINx's (newton) or PETSc's (snes)."
+    )
     assembler: Literal["native", "reference"] | None = option(
-        "Loops in C, or forms assembled by DOLFINx alone, with all unknowns in one matrix: slow."
+        "Assemble with loops in C (native), or slowly by DOLFINx alone, with all unknowns in one "
+        "matrix (reference)."
     )
     tolerance: float | None = option(
         "Relative tolerance of Newton's method.", flag="--newton-tolerance"
     )
-    end_forces: bool | None = option("Record forces at the end of steps, too.")
+    end_forces: bool | None = option("Also record forces at the end of steps.")
     errors: bool | None = option(
         "Estimate the errors of results and of histories of probes, from runs with larger steps "
         "and more elements."
     )
     step_tolerance: float | None = option(
-        "Error of a step, relative to the size of bodies, by which steps are chosen; the step is "
-        "the first one then. A step without it is fixed.",
+        "Adapt steps to this error, relative to the body size; dt is the first step. Steps are "
+        "fixed without it.",
         flag="--tolerance",
     )
 

@@ -26,12 +26,12 @@ class StudyOptions:
     step_tolerance: tuple[float, ...] = several(Options, "step_tolerance", "T,T,...", positive)
     tolerance: tuple[float, ...] = several(Options, "tolerance", "T,T,...", positive)
     exact: float | None = option(
-        "The exact value of the (only) quantity; else a finer run is the reference."
+        "Exact value of the quantity. Without it a finer run is the reference."
     )
     reference: str | None = option(
-        "Scheme of the finer run; EP4, or ED with the least alpha, where there is one."
+        "Scheme of the reference run: ep4, or else ed with the smallest alpha, if they are swept."
     )
     refine: int = option(
-        "How much finer it is than the finest run, in steps and elements per side.", REFINE
+        "Refinement of the reference run, in steps and in elements per side.", REFINE
     )
-    repeat: int = option("Rounds of all, in turn, for the times.", REPEAT)
+    repeat: int = option("Number of rounds over all runs, for the times.", REPEAT)

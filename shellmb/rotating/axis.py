@@ -191,13 +191,13 @@ def check_steady(scene: Scene, axis: Axis, loaded: bool) -> None:
         if isinstance(body.model, Modal) or body.linear:
             what = "has linear strains" if body.linear else "is reduced to modes"
             raise SceneError(
-                f"modes: {said(body)} {what}, which know no stiffness by the pull of a rotation; "
+                f"modes: {said(body)} {what}, which have no stiffening by rotation; "
                 "its model must be 'exact'"
             )
     acting: tuple[Any, ...] = (*scene.potentials, *scene.contacts)
     for item in acting:
         raise SceneError(
-            f"modes: {said(item)} stays in space and does not turn along; leave it out"
+            f"modes: {said(item)} is fixed in space and does not rotate with the system; remove it"
         )
     for joint in scene.joints:
         if isinstance(joint, Contact):

@@ -88,7 +88,7 @@ class Campbell:
         bound = max(modes.neutral for modes in near)
         return (
             f"; at {at} rad/s more eigenvalues than at other rates are below {bound:.3g}/s and "
-            "count as zero: a critical speed is near by, where it is not decided whether they grow"
+            "count as zero: a critical speed is near, where it is undecided whether they grow"
         )
 
     @property

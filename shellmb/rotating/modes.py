@@ -138,7 +138,7 @@ def modes_of(turning: Linearised, count: int, spare: int = 0) -> TurningModes:
     kept = [*zero[:rigid], *found[len(zero) :]][: count + spare]
     if len(kept) < count:
         raise ConvergenceError(
-            f"modes: count is {count}; there are {len(kept)} modes, ask for no more"
+            f"modes: count is {count}; there are {len(kept)} modes, request no more"
         )
     pairs = tuple(_upright(pair, turning) for pair in kept)
     whirl = [(product(turning.transport, p, p) / product(turning.mass, p, p)).imag for p in pairs]

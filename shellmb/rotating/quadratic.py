@@ -65,7 +65,8 @@ def solve_quadratic(
             break
     else:
         raise ConvergenceError(
-            f"modes: {found} of {wanted} eigenvalues converged; ask for fewer modes, or refine"
+            f"modes: {found} of {wanted} eigenvalues converged; request fewer modes, or "
+            "refine the mesh"
         )
     pairs = []
     for k in range(found):

@@ -214,12 +214,12 @@ def check_state(scene: Scene, scheme: str) -> None:
     if scheme in ("linear", "linear-dynamics"):
         raise SceneError(
             f"modes: the state is of the scheme '{scheme}', whose equations are those about the "
-            "reference; ask for the modes without a state"
+            "reference; compute the modes without a state"
         )
     if scene.path is not None:
         raise SceneError(
             "modes: the state is of a static path, where the factor of the loads is unknown; "
-            "multiply the loads by it and ask for the modes of the loaded scene, without a state"
+            "multiply the loads by it and compute the modes of the loaded scene, without a state"
         )
     if scene.controllers:
         names = ", ".join(f"'{c.name}'" for c in scene.controllers)
@@ -321,7 +321,8 @@ def _check_turns(scene: Scene, line: Axis) -> None:
         if not isinstance(support, Driven):
             place = getattr(support, "at", "")
             raise SceneError(
-                f"modes: {said(support)} {show(place)} stands in space, and does not turn along"
+                f"modes: {said(support)} {show(place)} is fixed in space and does not rotate "
+                "with the system"
             )
     # these know only rates, which are those in space whatever the frame
     kept = tuple(e for e in scene.elements if not isinstance(e, JointDamper | Motor))

@@ -122,7 +122,7 @@ def written(directory: Path | None, comm: MPI.Comm) -> Iterator[None]:
             raise
         raise RunError(
             f"{directory} cannot be written ({error.strerror}); the last state that was written "
-            "is whole: make room, and `shellmb resume` goes on from it",
+            "is whole: make room, and `shellmb resume` continues from it",
             alone=comm.size > 1,
         ) from error
 

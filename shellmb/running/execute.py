@@ -291,7 +291,7 @@ def _with_state(
         return Stopped(
             failure.signal,
             f"t = {simulation.t:g}, step {simulation.step}; `shellmb resume {directory}{scene}` "
-            "goes on from there",
+            "continues from there",
         )
     return failure
 
@@ -314,7 +314,7 @@ def take_up(simulation: Simulation, named: dict[str, Observer], saved: Saved) ->
     if now != then:
         raise SceneError(
             f"resume: the state does not fit the scene '{simulation.scene.name}', which has other "
-            "bodies, meshes or schemes now; undo the changes, or start the run anew"
+            "bodies, meshes or schemes now; undo the changes, or start the run again"
         )
     simulation.restore(saved.arrays, saved.simulation)
     for name, observer in named.items():

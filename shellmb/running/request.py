@@ -209,7 +209,7 @@ def scene_of_run(
 
 def _lost(what: str) -> str:
     return (
-        f"resume: {what}; the state may be whole: go on from Python with "
+        f"resume: {what}; the state may be whole: continue from Python with "
         "`shellmb.running.resuming.resume.resume(directory, scene=...)`"
     )
 

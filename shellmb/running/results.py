@@ -38,7 +38,8 @@ def measured(
     wrong = next((w for w in comm.allgather(wrong) if w is not None), None)
     if wrong is not None:
         raise RunError(
-            f"all is computed and saved but the results: {wrong}; mend {function}() of the scene"
+            f"everything is computed and saved except the results: {wrong}; correct "
+            f"{function}() of the scene"
             + (", and `shellmb resume` evaluates the run" if function == "results" else "")
         )
     return found

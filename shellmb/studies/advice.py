@@ -100,7 +100,7 @@ def sentence(judged: Judged, targets: Sequence[Target]) -> str:
         targets: Its targets, the largest error first.
     """
     if not judged.good:
-        return f"No run came through: nothing can be said about {judged.quantity}."
+        return f"No run succeeded: nothing is known about {judged.quantity}."
     parts: list[str] = []
     base: Offer | None = None
     alone = _alone(judged)
@@ -108,7 +108,9 @@ def sentence(judged: Judged, targets: Sequence[Target]) -> str:
         asked = f"{100 * target.error:g} % error in {judged.quantity}{alone}"
         if not target.known:
             known = f"{100 * judged.reference.uncertainty:.2g} %"
-            parts.append(f"{asked} cannot be told: the reference is known to {known} only.")
+            parts.append(
+                f"{asked} cannot be determined: the reference is accurate to {known} only."
+            )
         elif not target.offers:
             parts.append(f"{asked} is not reached: {_best(judged)}.")
         else:

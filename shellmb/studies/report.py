@@ -146,14 +146,14 @@ def _print_reference(finding: Finding, to: Console) -> None:
     if finding.judged.quantity.is_curve:
         text = f"reference: the curve of {reference.source}"
     if not reference.own and reference.source != "exact":
-        text += f", not a run of ours; known to {100 * reference.uncertainty:.2g} %"
+        text += f", not one of our runs; accurate to {100 * reference.uncertainty:.2g} %"
     if reference.own:
         by = "two runs, order 2 assumed"
         if reference.order is not None:
             by = f"three runs, observed order {reference.order:.2g}"
         if reference.order is not None and reference.order <= 0:
             by = "three runs, whose differences do not shrink"
-        text += f", a run of our own; known to {100 * reference.uncertainty:.2g} % ({by})"
+        text += f", one of our runs; accurate to {100 * reference.uncertainty:.2g} % ({by})"
     line(to, text)
 
 

@@ -63,7 +63,8 @@ def eigenpairs(
         ) from error
     if solver.getConverged() < count:
         raise ConvergenceError(
-            f"modes: {solver.getConverged()} of {count} modes converged; ask for fewer, or refine"
+            f"modes: {solver.getConverged()} of {count} modes converged; request fewer, or "
+            "refine the mesh"
         )
     pairs = []
     for k in range(solver.getConverged()):
@@ -74,7 +75,7 @@ def eigenpairs(
             pairs.append((value, imaginary if value.imag < 0 else vector))
     if len(pairs) < count:
         raise ConvergenceError(
-            f"modes: count is {count}; there are {len(pairs)} modes, ask for no more"
+            f"modes: count is {count}; there are {len(pairs)} modes, request no more"
         )
     pairs.sort(key=lambda pair: (pair[0].real, -pair[0].imag))
     kept = pairs[:count]

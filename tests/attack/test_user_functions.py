@@ -114,7 +114,7 @@ LATER = {
     ),
     "results that end the program": (
         "import sys\ndef scene(): return made()\ndef results(run): sys.exit()",
-        "all is computed and saved but the results: bad.py, line 10: SystemExit",
+        "everything is computed and saved except the results: bad.py, line 10: SystemExit",
     ),
     "a damper that raises": (
         "def law(rate):\n    return rate.speed\n"

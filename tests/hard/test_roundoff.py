@@ -158,7 +158,7 @@ def test_forces_that_round_off_decides_are_said() -> None:
     taken.restore(watch.state() | {"worst": 10 * bound})
     (caution,) = taken.cautions(simulation)
     assert caution.value == 10 * bound
-    assert "known to 1.0e-05 of its largest value only at t = 0.0" in caution.says
+    assert "known to 1.0e-05 of its largest value only, at t = 0.0" in caution.says
 
 
 @pytest.mark.parametrize("dt", [0.01, 0.012])

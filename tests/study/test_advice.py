@@ -75,9 +75,9 @@ def test_the_sentence_is_honest():
     uncertain = judged([point("ep", 0.1, 5e-4, 1.0, uncertainty=2e-3)], uncertainty=2e-3)
     told = sentence(uncertain, find_targets(uncertain, [1e-2, 1e-3]))
     assert "(its error is below 0.2 %)" in told
-    assert told.endswith("cannot be told: the reference is known to 0.2 % only.")
+    assert told.endswith("cannot be determined: the reference is accurate to 0.2 % only.")
     failed = judged([Point(Choice(scheme="ep", dt=0.1), failed="no convergence")])
-    assert "No run came through" in sentence(failed, find_targets(failed))
+    assert "No run succeeded" in sentence(failed, find_targets(failed))
 
 
 def test_a_family_that_misses_is_named(two_schemes):

@@ -93,7 +93,7 @@ def test_a_study_is_stopped_and_goes_on(tmp_path, monkeypatch):
     stop = 3
     result = study(*arguments)
     assert result.exit_code == 130
-    assert f"stopped; the same command goes on in {out}" in result.stderr
+    assert f"stopped; the same command continues in {out}" in result.stderr
     assert len((out / RECORDS).read_text().splitlines()) == 1 + 3
 
     stop = None

@@ -51,7 +51,8 @@ class Alternating(Silent):
             yield from self._caution(
                 _units(rows, ""),
                 "alternates from step to step, by {share:.2g} times its mean over two: velocities "
-                "violate constraints a little, or something vibrates faster than steps resolve; "
+                "violate constraints a little, or something vibrates faster than the steps "
+                "resolve; "
                 f"use {ways}, or --end-forces for means without alternation",
             )
             return

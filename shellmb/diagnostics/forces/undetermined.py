@@ -39,7 +39,7 @@ class Undetermined(Silent):
                 None,
                 self._worst,
                 KNOWN,
-                f"the {self._what} is known to {self._worst:.1e} of its largest value only at "
+                f"the {self._what} is known to {self._worst:.1e} of its largest value only, at "
                 f"t = {self._time:g}: constraints nearly depend on one another there, and "
                 "round-off decides how they share forces; use joints with fewer constraints, or do "
                 "not rely on their forces near such positions",

@@ -82,7 +82,7 @@ class Unstable(Silent):
                 float(count),
                 0.0,
                 f"the equilibrium at the end, {factor}, is unstable in {_directions(now)}"
-                f"{self._since()}: nothing stays in it; {REMEDIES}",
+                f"{self._since()}: the structure does not stay in it; {REMEDIES}",
             )
         elif self._first is not None:
             yield Caution(

@@ -13,7 +13,7 @@ _STANDARD = (
     "Simulation(scene).run(observers)"
 )
 _RUN = "every run has it"
-_FILES = "`shellmb run` has it, execute(scene, out=None) has not"
+_FILES = "`shellmb run` has it, execute(scene, out=None) does not"
 
 
 def _probes(scene: Scene) -> Use:
@@ -61,8 +61,8 @@ EFFECTS = (
         _GROUP,
         "forces and coordinates of joints",
         _joints,
-        refuse("it says nothing without joints, and is there where there are some"),
-        refuse("there is no joint to look at; the scene must have one"),
+        refuse("it is present if the scene has joints"),
+        refuse("there is no joint; the scene must have one"),
         (),
         "joints",
     ),

@@ -112,7 +112,7 @@ def _refuse_shared(folder: Path) -> None:
         if found.st_mode & stat.S_IWOTH and not sticky:
             raise RunError(
                 f"the cache of kernels, {folder}, is not used: everybody can write {place}, and "
-                f"put programs there; take that right away (chmod o-w), or {SAY}",
+                f"put programs there; remove that permission (chmod o-w), or {SAY}",
                 alone=True,
             )
 

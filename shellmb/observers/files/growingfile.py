@@ -48,9 +48,7 @@ class GrowingFile:
         """A file that is not there any more would take what nobody finds again."""
         own = os.fstat(self._file.fileno())
         if own.st_nlink == 0:
-            raise FileNotFoundError(
-                errno.ENOENT, "it was removed while the run goes on", str(self._path)
-            )
+            raise FileNotFoundError(errno.ENOENT, "it was removed during the run", str(self._path))
 
     def close(self) -> None:
         """Close the file."""

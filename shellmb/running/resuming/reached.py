@@ -132,7 +132,7 @@ def _check_whole(saved: Saved, run: Path | None) -> None:
     ):
         raise SceneError(
             f"the static run in {run} is at {t:g} of {end:g}; its loads are not whole yet, "
-            "let it come to its end"
+            "let it finish first"
         )
 
 

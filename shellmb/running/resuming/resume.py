@@ -97,7 +97,7 @@ def _same_scene(scene: Scene, then: dict[str, Any], stored: StoredRequest | None
         edited = "" if stored is None or stored.unchanged else f"; {REQUEST} was edited"
         raise SceneError(
             f"resume: the state is not of the scene '{scene.name}' as it is now: "
-            f"{_in_words(physical)}{edited}; undo the changes, or start the run anew"
+            f"{_in_words(physical)}{edited}; undo the changes, or start the run again"
         )
     return [f"other numerical settings: {_in_words(numerical)}"] if numerical else []
 

@@ -20,7 +20,7 @@ from shellmb.simulate.start.stored import read_arrays
 
 Count = Annotated[int, Field(ge=0)]
 Seconds = Annotated[float, Field(ge=0, allow_inf_nan=False)]
-ANEW = "start the run anew in another directory"
+ANEW = "start the run again in another directory"
 
 
 class _Table(BaseModel):
@@ -128,7 +128,7 @@ def read_saved(directory: Path, comm: MPI.Comm) -> Saved:
 def _sentence(error: Exception) -> str:
     if isinstance(error, SceneError):
         return str(error)
-    return f"resume: {error}, so the run cannot go on from it; {ANEW}"
+    return f"resume: {error}, so the run cannot continue from it; {ANEW}"
 
 
 def _read_state(file: Path, ranks: int) -> dict[str, Any]:
@@ -139,7 +139,7 @@ def _read_state(file: Path, ranks: int) -> dict[str, Any]:
     if version != FORMAT and isinstance(version, int) and 0 < version < FORMAT:
         raise SceneError(
             f"resume: the state in {file.parent} has format {version}; this version of shellmb "
-            f"reads format {FORMAT}, so start the run anew"
+            f"reads format {FORMAT}, so start the run again"
         )
     if not is_sealed(values):
         raise Damaged(f"{file} is damaged or was edited (its checksum differs)")

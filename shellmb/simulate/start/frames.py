@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy.spatial import cKDTree
 
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
@@ -69,6 +68,9 @@ class StoredFrame:
 
     def _matched(self, known: Floats, X: Floats, body: str) -> npt.NDArray[np.intp]:
         """Which of the known positions each node has."""
+        # a run without such a start does not load it
+        from scipy.spatial import cKDTree
+
         if not len(X):
             return np.zeros(0, dtype=np.intp)
         length = max(float(np.max(np.ptp(X, axis=0))), SAME)

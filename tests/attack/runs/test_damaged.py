@@ -135,7 +135,7 @@ def test_states_that_are_impossible(case: str, run: Path) -> None:
     change, named = IMPOSSIBLE[case]
     edit(run / "state" / "state.json", change, seal=True)
     said, _ = outcome(run)
-    assert named in said and "start the run anew" in said
+    assert named in said and "start the run again" in said
 
 
 def test_an_edited_state_is_refused(run: Path) -> None:
