@@ -270,10 +270,6 @@ class Body(Protocol):
     fixed: list[FixedDofs]
     links: tuple[NodeLink, ...]
     kinematic: frozenset[str]  # parts that have velocities
-    # whether constraints tie its jump of velocities to others: then it is unknown, with equations
-    coupled: bool
-    # whether constraints then hold velocities at the end of a step (`forms.constraints.leap`)
-    leaps: bool
     # thickness over length: how much stiffer than bending the body is in its own plane or line
     slenderness: float
 

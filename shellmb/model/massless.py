@@ -31,8 +31,6 @@ class Massless:
     links: tuple[NodeLink, ...]
     fixed: list[FixedDofs] = field(default_factory=list)
     kinematic: frozenset[str] = frozenset()
-    coupled: bool = False
-    leaps: bool = False
     slenderness: float = 1.0
     jump_parts: frozenset[str] = frozenset()
     damping: Damped | None = None

@@ -51,6 +51,8 @@ class Levels:
             constraints at the nodes forbid at that state; for bodies without an unknown jump.
         reference: Functions that stay zero, at which a linear scheme takes its forms
             (`schemes.linearised`); None for others.
+        slides: Whether constraints hold velocities at the end of a step with an unknown jump
+            (`forms.constraints.leap`).
     """
 
     q: fem.Function
@@ -59,6 +61,7 @@ class Levels:
     tangent: Callable[[Expr, Expr], Expr] = lambda b, mid: b
     scaled: Mapping[str, fem.Function] = MappingProxyType({})
     reference: "Levels | None" = None
+    slides: bool = False
 
 
 @dataclass(frozen=True)

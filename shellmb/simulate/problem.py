@@ -117,7 +117,7 @@ class Problem:
         def function(name: str) -> fem.Function:
             return fem.Function(space, name=f"{name}_{body.name}")
 
-        jumps = body.coupled and self.scheme.jumps
+        jumps = self.scheme.jumps and self.model.coupled(body)
         stages = (*self.scheme.stages, JUMP) if jumps else self.scheme.stages
         levels = Levels(
             function("q"),
@@ -125,6 +125,7 @@ class Problem:
             {stage: function(f"q_{stage}") for stage in stages},
             body.manifold.tangent,
             {rate: function(f"scaled_{rate}") for rate in self.scheme.scaled},
+            slides=self.model.slides,
         )
         if self.scheme.linear:
             levels = replace(levels, reference=at_reference(levels))
@@ -165,7 +166,7 @@ class Problem:
     def _directors(self, body: Body, stage: str) -> Directors | None:
         """The directors of a stage, with the start of its sub-interval."""
         declared, levels = body_directors(body), self.levels[body.name]
-        if declared is None or (body.leaps and stage == JUMP):
+        if declared is None or (stage == JUMP and self.model.slides):
             return None
         # where velocities are unknown, too, directors and these are on one path
         for rate, velocity in levels.scaled.items():

@@ -53,7 +53,6 @@ class FrameBody:
         self.fixed: list[FixedDofs] = []
         self.links: tuple[NodeLink, ...] = ()
         # set with the model: where there are frames, jumps of velocities are unknown
-        self.coupled = self.leaps = False
         self.inertialess = False
         self.slenderness = 1.0
         self.kinematic = frozenset({"u", "w"})

@@ -90,7 +90,6 @@ class BoundShell:
         self.links: tuple[NodeLink, ...] = ()
         self.kinematic = frozenset({"u", "w", "bubble"} & self.mixed.parts.keys())
         # set where joints tie the shell's velocities to those of other bodies
-        self.coupled = self.leaps = False
         self.slenderness = slenderness = self.section.sizes.thickness / surface_mesh.length
         label = f"of shell '{shell.name}'"
         scales = {

@@ -218,7 +218,7 @@ def stage_forms(
 
     def leaping(dq: Expr) -> Leaping:
         """Constraints on velocities at the end of a step with a jump."""
-        return None if jump is None or not body.leaps else jump_constraint(body, jump.leap, dq)
+        return None if jump is None or not levels.slides else jump_constraint(body, jump.leap, dq)
 
     for number, (name, stage) in enumerate(scheme.expand(levels, dt).items()):
         unknown = levels.unknown[name]

@@ -45,7 +45,7 @@ class Start:
         self._dt = dt
         # whether a state was taken, and whether its resultants are to be found
         self._taken = self._anew = False
-        self._tied = any(body.coupled for body in self.model.bodies)
+        self._tied = any(map(self.model.coupled, self.model.bodies))
         # velocities of floating frames follow from those of their bodies
         self._following = any("frame" in body.kinematic for body in self.model.bodies)
 

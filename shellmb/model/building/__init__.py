@@ -1,0 +1,1 @@
+"""Stages in which a model is made, each of which returns what it made."""
