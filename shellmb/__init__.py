@@ -35,6 +35,9 @@ _API = {
     "sweep": "shellmb.api.sweeps",
     "sensitivities": "shellmb.sensitivity.run",
     "Sensitivities": "shellmb.sensitivity.record",
+    "fit": "shellmb.sensitivity.fitting.fit",
+    "Fit": "shellmb.sensitivity.fitting.fitted",
+    "rank": "shellmb.sensitivity.fitting.rank",
 }
 _PACKAGES = ("errors", "forms", "scene")
 _ERRORS = (

@@ -5,6 +5,8 @@ from typing import Any, Literal
 
 from mpi4py import MPI
 
+import pandas as pd
+
 from shellmb import errors as errors
 from shellmb import forms as forms
 from shellmb import scene as scene
@@ -29,6 +31,8 @@ from shellmb.errors import ShellmbError as ShellmbError
 from shellmb.errors import ShellmbWarning as ShellmbWarning
 from shellmb.scene import *
 from shellmb.scene import Scene
+from shellmb.sensitivity.fitting.fitted import Fit as Fit
+from shellmb.sensitivity.fitting.rank import rank as rank
 from shellmb.sensitivity.record import Sensitivities as Sensitivities
 from shellmb.simulate.simulation import Observer
 
@@ -113,3 +117,30 @@ def sensitivities(
     end_forces: bool | None = None,
     step_tolerance: float | None = None,
 ) -> Sensitivities: ...
+def fit(
+    scene: Callable[..., Scene] | str,
+    data: pd.DataFrame,
+    parameters: Sequence[str],
+    *,
+    noise: float | Mapping[str, float] | None = None,
+    values: Mapping[str, Any] | None = None,
+    bounds: Mapping[str, tuple[float | None, float | None]] | None = None,
+    scales: Mapping[str, float] | None = None,
+    runs: int = 30,
+    tell: Callable[[str], None] | None = None,
+    scheme: str | None = None,
+    alpha: float | None = None,
+    dt: float | None = None,
+    t_end: float | None = None,
+    mesh: tuple[int, int] | str | None = None,
+    degree: Literal[2, 3] | None = None,
+    cell: Literal["quad", "tri"] | None = None,
+    body: str | None = None,
+    model: str | None = None,
+    solve: Literal["reduced", "full"] | None = None,
+    newton: Literal["auto", "modified", "full"] | None = None,
+    backend: Literal["newton", "snes"] | None = None,
+    tolerance: float | None = None,
+    end_forces: bool | None = None,
+    step_tolerance: float | None = None,
+) -> Fit: ...

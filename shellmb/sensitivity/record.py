@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
+    from shellmb.sensitivity.fitting.band import Band
+
 # names in a directory of sensitivities
 ABOUT, RUN, SIDES = "sensitivities.json", "run", ("above", "below")
 # columns of a history that say how a step was made
@@ -133,6 +135,20 @@ class Sensitivities:
                 name: _difference(above[name], below.get(name), p.width) for name in above
             }
         return pd.DataFrame(found)
+
+    def band(self, covariance: Any) -> Band:
+        """What an uncertainty of the parameters does to each history and result.
+
+        Args:
+            covariance: Covariance of the parameters, a DataFrame by their names or an array in
+                their order; or standard deviations by name.
+
+        Raises:
+            SceneError: If it is none, or of other parameters.
+        """
+        from shellmb.sensitivity.fitting.band import Band
+
+        return Band(self, covariance)
 
     def rows(self, parameter: str) -> list[Row]:
         """What the run found with its derivative by a parameter.

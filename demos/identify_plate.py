@@ -1,0 +1,109 @@
+"""Identify modulus, damping and tip mass of a plate from a noisy record of its tip (`sm.fit`).
+
+A steel strip carries a small mass at its free end, and is pulled to the side by a sudden force.
+What is measured is the deflection of the tip and of the middle, each with noise. The record is made
+by a run with known values, so that the fit can be judged.
+"""
+
+# KIND: start here
+# CI: shellmb run identify_plate --check --no-pictures
+# CI: python -m shellmb.demos.identify_plate
+
+import numpy as np
+
+import shellmb as sm
+
+# what the record is made with, and where a fit begins
+TRUTH = {"E": 200e9, "damping": 3e-3, "mass": 0.08}
+GUESS = {"E": 215e9, "damping": 2e-3, "mass": 0.06}
+# standard deviation of the noise of both sensors [m]: a tenth of a millimetre
+NOISE = 1e-4
+# a normal distribution has 95 % within two deviations, and all of a few hundred within five
+WITHIN, ALL = 2.0, 5.0
+
+
+def scene(
+    E: float = TRUTH["E"],
+    damping: float = TRUTH["damping"],
+    mass: float = TRUTH["mass"],
+    t_end: float = 0.4,
+):
+    """The strip with the mass at its end.
+
+    Args:
+        E: Young's modulus [Pa].
+        damping: Time of the damping in bending [s].
+        mass: Mass at the end [kg].
+        t_end: End of the record [s].
+    """
+    steel = sm.Isotropic(
+        E=E, nu=0.3, thickness=2e-3, density=7850.0, damping=sm.ShellDamping(bending=damping)
+    )
+    size = 0.02  # of the mass, a cube [m]
+    return sm.Scene(
+        "identify_plate",
+        sm.Shell("strip", sm.Rectangle(0.5, 0.04), steel, mesh=(4, 1)),
+        rigid_bodies=sm.RigidBody(
+            "tip mass", mass, (mass * size**2 / 6,) * 3, position=(0.5, 0.02, 0)
+        ),
+        joints=sm.Spherical("bolt", "strip", "tip mass", at=(0.5, 0.02, 0)),
+        supports=sm.Clamped("left"),
+        loads=sm.EdgeForce("right", (0, 0, 40.0)),
+        probes=(
+            sm.Probe("tip", (0.5, 0.02, 0), body="strip", component=2),
+            sm.Probe("middle", (0.25, 0.02, 0), body="strip", component=2),
+        ),
+        scheme="ep4",
+        dt=1e-2,
+        t_end=t_end,
+        units="m, kg, s",
+    )
+
+
+def record(seed: int):
+    """A record of both sensors with noise.
+
+    Args:
+        seed: Which noise.
+    """
+    history = sm.run(scene(), pictures=False).history[["t", "tip", "middle"]].iloc[1:]
+    noise = NOISE * np.random.default_rng(seed).standard_normal((len(history), 2))
+    return history.assign(tip=history.tip + noise[:, 0], middle=history.middle + noise[:, 1])
+
+
+def identify(seed: int) -> sm.Fit:
+    """Fit the three parameters to a record."""
+    return sm.fit(scene, record(seed), tuple(GUESS), noise=NOISE, values=GUESS)
+
+
+def off(fitted: sm.Fit) -> dict[str, float]:
+    """How far values are from the truth, in their deviations."""
+    return {
+        name: (fitted.values[name] - true) / fitted.deviations[name] for name, true in TRUTH.items()
+    }
+
+
+def results(run):
+    """Largest deflection of the tip, of the record without noise."""
+    return {"peak_tip": float(run.column("tip").max())}
+
+
+def check(results):
+    """About twice the static deflection `F L^3/(3 E I)`, less what damping takes."""
+    stiff = 3 * TRUTH["E"] * 0.04 * 2e-3**3 / 12 / 0.5**3
+    static = 40.0 * 0.04 / stiff
+    assert 1.5 * static < results["peak_tip"] < 2.0 * static
+
+
+def main() -> None:
+    """Identify, and judge what was found."""
+    fitted = identify(seed=1)
+    print(fitted)
+    assert fitted.converged and not fitted.warnings
+    assert fitted.runs <= 12
+    assert all(abs(far) < WITHIN for far in off(fitted).values()), off(fitted)
+    fitted.plot().savefig("identify_plate.png")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,1 @@
+"""What derivatives are for: fits to measurements, error bands, rankings of parameters."""

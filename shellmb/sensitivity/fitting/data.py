@@ -1,0 +1,130 @@
+"""Measurements that a scene is fitted to: columns over times, each with its noise."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from shellmb.errors import SceneError
+from shellmb.scene import Scene
+from shellmb.scene.lookup import listed
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+Floats = npt.NDArray[np.float64]
+# a time beyond the end of the run by less, relative to it, is the end
+END = 1e-9
+
+
+@dataclass(frozen=True)
+class Data:
+    """Measurements.
+
+    Args:
+        times: Times, s, shape (n,).
+        values: Measured values by column of the history, shape (n,); NaN where there is none.
+        noise: Standard deviation of each column's noise.
+        known: Whether the noise is known; if not, it is the size of each column, and only ratios
+            of columns count.
+    """
+
+    times: Floats
+    values: dict[str, Floats]
+    noise: dict[str, float]
+    known: bool
+
+    @property
+    def count(self) -> int:
+        """Number of values."""
+        return sum(int(np.sum(~np.isnan(v))) for v in self.values.values())
+
+    def at(self, t: Floats, column: Floats) -> Floats:
+        """A column of a run at the times of the data, by cubic splines.
+
+        Args:
+            t: Times of the run, s, shape (m,).
+            column: Its values, shape (m,).
+        """
+        from scipy.interpolate import make_interp_spline
+
+        # what is not known at the start, as forces, is continued
+        there = ~np.isnan(column)
+        degree = min(3, int(there.sum()) - 1)
+        spline = make_interp_spline(t[there], column[there], k=degree)
+        return np.asarray(spline(np.clip(self.times, t[there][0], t[there][-1])))
+
+    def weighted(self, t: Floats, columns: Mapping[str, Floats], measured: bool) -> Floats:
+        """Columns of a run at all measured values over their noise, one after the other.
+
+        Args:
+            t: Times of the run, s.
+            columns: Columns of the run, or their derivatives.
+            measured: Whether the measured values are subtracted.
+        """
+        found = []
+        for name, values in self.values.items():
+            there = ~np.isnan(values)
+            column = self.at(t, columns[name])
+            found.append(((column - values) if measured else column)[there] / self.noise[name])
+        return np.concatenate(found)
+
+
+def data_of(
+    given: pd.DataFrame, noise: float | Mapping[str, float] | None, scene: Scene, count: int
+) -> Data:
+    """Measurements from a table.
+
+    Args:
+        given: Columns of the history over time; times are its column `t`, or its index.
+        noise: Standard deviation of the noise of each column, or of all; None: not known.
+        scene: The scene that is fitted.
+        count: Number of parameters.
+
+    Raises:
+        SceneError: If the table is of other times than the scene, or has too few values.
+    """
+    try:
+        table = given.set_index("t") if "t" in given.columns else given
+        times = np.asarray(table.index, dtype=float)
+        values = {str(name): np.asarray(table[name], dtype=float) for name in table.columns}
+    except (AttributeError, TypeError, ValueError) as error:
+        raise SceneError(
+            f"fit: data is no table of numbers ({error}); it must be a pandas DataFrame of columns "
+            "of the history over times, in its column t or its index"
+        ) from None
+    if not values:
+        raise SceneError("fit: data has no column; it must have some of the run's history")
+    assert scene.t_end is not None
+    wrong = times[~((times >= 0) & (times <= scene.t_end * (1 + END)))]
+    if len(wrong):
+        raise SceneError(
+            f"fit: data has the time t = {wrong[0]:g}, and the run lasts from 0 to "
+            f"{scene.t_end:g}; leave such rows out, or give the scene another t_end"
+        )
+    found = Data(times, values, _noise(noise, values), noise is not None)
+    if found.count < count or (noise is None and found.count == count):
+        raise SceneError(
+            f"fit: data has {found.count} values for {count} parameters; there must be more values "
+            "than parameters"
+        )
+    return found
+
+
+def _noise(given: Any, values: Mapping[str, Floats]) -> dict[str, float]:
+    if given is None:
+        return {name: float(np.sqrt(np.nanmean(v**2))) or 1.0 for name, v in values.items()}
+    each = {name: given for name in values} if not isinstance(given, Mapping) else dict(given)
+    missing = [name for name in values if name not in each]
+    if missing:
+        raise SceneError(
+            f"fit: noise has no value for {listed(missing)}; give one for each column of the data"
+        )
+    for name in values:
+        if not 0 < float(each[name]) < np.inf:
+            raise SceneError(f"fit: noise of '{name}' is {each[name]}; it must be positive")
+    return {name: float(each[name]) for name in values}

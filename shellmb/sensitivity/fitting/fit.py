@@ -1,0 +1,212 @@
+"""Fit parameters of a scene to measurements, by scipy's least squares with our Jacobian."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from shellmb.errors import SceneError
+from shellmb.options.described import options_of, takes
+from shellmb.options.run import Options
+from shellmb.scene import Scene
+from shellmb.scene.lookup import listed
+from shellmb.sensitivity.fitting.data import Data, data_of
+from shellmb.sensitivity.fitting.fitted import Fit
+from shellmb.sensitivity.parameters import STEP, Parameter, differentiated, parameters_of
+from shellmb.sensitivity.run import sensitivities
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from shellmb.sensitivity.record import Sensitivities
+
+Floats = npt.NDArray[np.float64]
+# change of the sum of squares, or of parameters, relative to them, at which a fit ends
+TOLERANCE = 1e-6
+
+
+@takes(*options_of(Options))
+def fit(
+    scene: Callable[..., Scene] | str,
+    data: pd.DataFrame,
+    parameters: Sequence[str],
+    *,
+    noise: float | Mapping[str, float] | None = None,
+    values: Mapping[str, Any] | None = None,
+    bounds: Mapping[str, tuple[float | None, float | None]] | None = None,
+    scales: Mapping[str, float] | None = None,
+    runs: int = 30,
+    tell: Callable[[str], None] | None = None,
+    **options: Any,
+) -> Fit:
+    """Fit parameters of a scene to measurements.
+
+    Each iteration is one run with its derivatives (`sensitivities`).
+
+    Args:
+        scene: A function that makes the scene from its parameters, the name of a bundled scene, or
+            the path of a Python file.
+        data: Measured columns of the history over times; times are its column `t`, or its index. A
+            value that was not measured is NaN.
+        parameters: Names of the parameters, which begin at their values in the scene.
+        noise: Standard deviation of the noise of each column, or of all of them; None: it is found
+            from what is left, as the same share of the size of each column.
+        values: Values of parameters of the scene that replace its defaults.
+        bounds: Least and largest values of parameters, None where there is no bound.
+        scales: Sizes of parameters, where their values do not tell.
+        runs: Largest number of runs.
+        tell: Is told each run in a line.
+        **options: Choices that replace the scene's, as `shellmb run` has them.
+
+    Returns:
+        Values, their covariance, what is left, and warnings.
+
+    Raises:
+        SceneError: If the scene, a parameter or the data are impossible.
+        ConvergenceError: If the first run fails.
+    """
+    from scipy.optimize import least_squares
+
+    made = differentiated(scene, values, **options)
+    chosen = parameters_of(made, parameters, scales)
+    base = made.scene()
+    found = data_of(data, noise, base, len(chosen))
+    sizes = np.array([p.step / STEP for p in chosen])
+    low, high = _bounds(chosen, bounds or {})
+    probes = {p.name for p in base.probes}
+    columns = "probes" if set(found.values) <= probes else "all"
+
+    def run(at: Floats) -> Sensitivities:
+        given = {p.name: float(x) for p, x in zip(chosen, at * sizes, strict=True)}
+        return sensitivities(
+            scene,
+            parameters,
+            values={**(values or {}), **given},
+            scales={p.name: float(size) for p, size in zip(chosen, sizes, strict=True)},
+            columns=columns,
+            fields=False,
+            **options,
+        )
+
+    search = _Search(run, found, chosen, sizes, runs, tell)
+    start = np.array([p.value for p in chosen]) / sizes
+    solution = least_squares(
+        search.residual,
+        start,
+        search.jacobian,
+        bounds=(low / sizes, high / sizes),
+        xtol=TOLERANCE,
+        ftol=TOLERANCE,
+        gtol=1e-12,
+        max_nfev=runs,
+    )
+    best, residual, jacobian = search.at(solution.x)
+    return Fit(
+        best,
+        found,
+        residual,
+        jacobian / sizes,
+        runs=search.count,
+        converged=bool(solution.status > 0),
+        at_bounds=tuple(p.name for p, on in zip(chosen, solution.active_mask, strict=True) if on),
+        start={p.name: p.value for p in chosen},
+    )
+
+
+class _Search:
+    """Runs for the residuals and their derivatives; one run gives both.
+
+    Args:
+        run: Runs the scene at parameters over their sizes.
+        data: The measurements.
+        parameters: The parameters.
+        sizes: Their sizes.
+        most: Largest number of runs.
+        tell: Is told each run.
+
+    Attributes:
+        count: Number of runs.
+    """
+
+    def __init__(
+        self,
+        run: Callable[[Floats], Sensitivities],
+        data: Data,
+        parameters: Sequence[Parameter],
+        sizes: Floats,
+        most: int,
+        tell: Callable[[str], None] | None,
+    ) -> None:
+        self._run, self._data, self._parameters = run, data, parameters
+        self._sizes, self._most, self._tell = sizes, most, tell
+        self._kept: list[tuple[Floats, tuple[Sensitivities, Floats, Floats]]] = []
+        self.count = 0
+
+    def at(self, x: Floats) -> tuple[Sensitivities, Floats, Floats]:
+        """The run at some parameters, its residuals, and derivatives by parameters over sizes."""
+        for known, found in self._kept:
+            if np.array_equal(known, x):
+                return found
+        made = self._run(x)
+        self.count += 1
+        history = made.run.history
+        t = history["t"].to_numpy(dtype=float)
+        for name in self._data.values:
+            if name not in history:
+                raise SceneError(
+                    f"fit: data has the column '{name}', which the run does not find; its history "
+                    f"has {listed(history.columns)}"
+                )
+        run = {name: history[name].to_numpy(dtype=float) for name in self._data.values}
+        residual = self._data.weighted(t, run, measured=True)
+        slopes = []
+        for p, size in zip(self._parameters, self._sizes, strict=True):
+            table = made.history[p.name]
+            by = {name: table[name].to_numpy(dtype=float) for name in run}
+            slopes.append(size * self._data.weighted(t, by, measured=False))
+        if self._tell is not None:
+            values = ", ".join(
+                f"{p.name} = {v:.6g}"
+                for p, v in zip(self._parameters, x * self._sizes, strict=True)
+            )
+            self._tell(f"run {self.count}: {values}, misfit {np.sqrt(np.mean(residual**2)):.4g}")
+        # the last point and the best one: a step that is rejected goes back
+        self._kept = [*self._kept[-1:], (x.copy(), (made, residual, np.array(slopes).T))]
+        return self._kept[-1][1]
+
+    def residual(self, x: Floats) -> Floats:
+        """Misfits over their noise."""
+        return self.at(x)[1]
+
+    def jacobian(self, x: Floats) -> Floats:
+        """Their derivatives."""
+        return self.at(x)[2]
+
+
+def _bounds(
+    parameters: Sequence[Parameter], given: Mapping[str, tuple[float | None, float | None]]
+) -> tuple[Floats, Floats]:
+    """Least and largest values.
+
+    Raises:
+        SceneError: If a parameter is unknown, or its value is outside.
+    """
+    for name in given:
+        if name not in (names := [p.name for p in parameters]):
+            raise SceneError(
+                f"fit: bounds of '{name}', which is not fitted; fitted are {listed(names)}"
+            )
+    low, high = np.full(len(parameters), -np.inf), np.full(len(parameters), np.inf)
+    for k, p in enumerate(parameters):
+        least, most = given.get(p.name, (None, None))
+        low[k] = -np.inf if least is None else float(least)
+        high[k] = np.inf if most is None else float(most)
+        if not low[k] < p.value < high[k]:
+            raise SceneError(
+                f"fit: parameter '{p.name}' begins at {p.value:g}; it must be between its bounds "
+                f"{low[k]:g} and {high[k]:g}"
+            )
+    return low, high

@@ -1,0 +1,203 @@
+"""What a fit finds: values, how well the data tell them, and what the model leaves."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from shellmb.sensitivity.fitting.data import Data
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
+
+    from shellmb.sensitivity.fitting.band import Band
+    from shellmb.sensitivity.record import Sensitivities
+
+Floats = npt.NDArray[np.float64]
+
+# relative standard deviation of a combination of parameters from which on data do not see it, and
+# the least share of a parameter in it that is named
+UNSEEN, SHARE = 0.5, 0.1
+# relative standard deviation beyond which a combination is not seen at all: the derivatives have
+# seven digits
+BLIND = 1e4
+# what correlations of neighbouring residuals, and the sum of squares, may be off before the model
+# is doubted, in standard deviations of those of white noise
+DOUBT = 5.0
+
+
+class Fit:
+    """Parameters fitted to measurements.
+
+    Args:
+        found: The run with its derivatives at the fitted values.
+        data: The measurements.
+        residual: Misfits over their noise.
+        jacobian: Their derivatives by the parameters.
+        runs: Number of runs.
+        converged: Whether the fit came to its end.
+        at_bounds: Parameters that are at a bound.
+        start: Values at which parameters began.
+
+    Attributes:
+        sensitivities: The run with its derivatives at the fitted values.
+        values: Fitted values by name.
+        runs: Number of runs.
+        converged: Whether the fit came to its end.
+        warnings: What the fit says against itself, each a sentence.
+    """
+
+    def __init__(
+        self,
+        found: Sensitivities,
+        data: Data,
+        residual: Floats,
+        jacobian: Floats,
+        *,
+        runs: int,
+        converged: bool,
+        at_bounds: tuple[str, ...] = (),
+        start: Mapping[str, float] | None = None,
+    ) -> None:
+        self.sensitivities, self.runs, self.converged = found, runs, converged
+        self._data, self._residual, self._jacobian = data, residual, jacobian
+        self.values = {p.name: p.value for p in found.parameters}
+        self._start, free = dict(start or {}), len(residual) - len(self.values)
+        # of noise that is not known: what is left tells its size
+        self.noise_factor = 1.0 if data.known else float(np.sqrt(residual @ residual / free))
+        self._sizes = np.array([abs(v) or 1.0 for v in self.values.values()])
+        _, self._singular, self._directions = np.linalg.svd(jacobian * self._sizes)
+        self.warnings = tuple([*self._unfinished(at_bounds), *self._unseen(), *self._doubts()])
+
+    @property
+    def covariance(self) -> pd.DataFrame:
+        """Covariance of the values; infinite where the data do not see a combination at all."""
+        import pandas as pd
+
+        names = list(self.values)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            scaled = self._directions.T / self._singular
+        found = self.noise_factor**2 * (scaled @ scaled.T) * np.outer(self._sizes, self._sizes)
+        return pd.DataFrame(found, index=names, columns=names)
+
+    @property
+    def deviations(self) -> dict[str, float]:
+        """Standard deviation of each value."""
+        variances = np.diag(self.covariance.to_numpy())
+        return dict(zip(self.values, np.sqrt(variances).tolist(), strict=True))
+
+    @property
+    def correlation(self) -> pd.DataFrame:
+        """Correlation of the values."""
+        covariance = self.covariance
+        sizes = np.sqrt(np.diag(covariance.to_numpy()))
+        return covariance / np.outer(sizes, sizes)
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """Values, standard deviations and starts, a row for each parameter."""
+        import pandas as pd
+
+        rows = {"value": self.values, "deviation": self.deviations, "start": self._start}
+        return pd.DataFrame(rows)
+
+    @property
+    def residuals(self) -> pd.DataFrame:
+        """Run minus data, in the units of the data, over their times; NaN where there are none."""
+        import pandas as pd
+
+        found, first = {}, 0
+        for name, values in self._data.values.items():
+            there = ~np.isnan(values)
+            column = np.full(len(values), np.nan)
+            column[there] = self._residual[first : first + there.sum()] * self._data.noise[name]
+            found[name], first = column, first + int(there.sum())
+        return pd.DataFrame(found, index=pd.Index(self._data.times, name="t"))
+
+    def band(self) -> Band:
+        """What the uncertainty of the values does to the histories of the run."""
+        return self.sensitivities.band(self.covariance)
+
+    def _unfinished(self, at_bounds: tuple[str, ...]) -> list[str]:
+        found = [
+            f"'{name}' is at its bound {self.values[name]:g}: its deviation says nothing"
+            for name in at_bounds
+        ]
+        if not self.converged:
+            found.append(f"the fit did not end in {self.runs} runs: values may change; give more")
+        return found
+
+    def _unseen(self) -> list[str]:
+        """Combinations of parameters that the data do not see."""
+        said = []
+        for k, direction in enumerate(self._directions):
+            size = self._singular[k] if k < len(self._singular) else 0.0
+            if self.noise_factor >= UNSEEN * size:
+                direction = direction * np.sign(direction[np.argmax(np.abs(direction))])
+                parts = " ".join(
+                    f"{name}^{part:+.2g}"
+                    for name, part in zip(self.values, direction, strict=True)
+                    if abs(part) >= SHARE
+                )
+                blind = self.noise_factor >= BLIND * size
+                seen = "at all" if blind else f"to {100 * self.noise_factor / size:.2g} %"
+                said.append(
+                    f"the data do not see the combination {parts} ({'not' if blind else 'only'} "
+                    f"{seen}): fix one of its parameters, or measure something else"
+                )
+        return said
+
+    def _doubts(self) -> list[str]:
+        """What residuals have that noise has not."""
+        said, table = [], self.residuals
+        for name in table:
+            rest = table[name].dropna().to_numpy()
+            count, power = len(rest), float(rest @ rest)
+            if count < 10 or power == 0.0:
+                continue
+            neighbours = float(rest[1:] @ rest[:-1]) / power
+            if neighbours * np.sqrt(count) > DOUBT:
+                said.append(
+                    f"residuals of '{name}' are not white: neighbours correlate by "
+                    f"{neighbours:.2f}; the model lacks something, and deviations are too small"
+                )
+        free = len(self._residual) - len(self.values)
+        if self._data.known and free > 0:
+            ratio = float(self._residual @ self._residual) / free
+            if abs(ratio - 1) > DOUBT * np.sqrt(2 / free):
+                kind = "larger" if ratio > 1 else "smaller"
+                said.append(
+                    f"residuals are {kind} than the noise by a factor of {np.sqrt(ratio):.3g}: "
+                    "the noise is another one, or the model lacks something"
+                )
+        return said
+
+    def plot(self) -> Figure:
+        """Data and run over time, and below them what is left over its noise."""
+        from shellmb.observers.drawing import figure
+
+        run, names = self.sensitivities.run.history, list(self._data.values)
+        made = figure(7.0, 4.5 * len(names))
+        axes = made.subplots(2 * len(names), 1, squeeze=False, height_ratios=[2, 1] * len(names))
+        for k, name in enumerate(names):
+            above, below = axes[2 * k, 0], axes[2 * k + 1, 0]
+            above.plot(self._data.times, self._data.values[name], ".", ms=3, label="data")
+            above.plot(run["t"], run[name], lw=1, label="run")
+            above.set_ylabel(name)
+            above.legend()
+            left = self.residuals[name] / (self._data.noise[name] * self.noise_factor)
+            below.plot(self._data.times, left, ".", ms=3)
+            below.axhline(0, lw=0.5)
+            below.set_ylabel("run - data, over noise")
+            below.set_xlabel(self.sensitivities.run.described.time_label)
+        return made
+
+    def __repr__(self) -> str:
+        deviations = self.deviations
+        rows = ", ".join(f"{n} = {v:.6g} +- {deviations[n]:.2g}" for n, v in self.values.items())
+        said = "".join(f"\n  warning: {sentence}" for sentence in self.warnings)
+        return f"<Fit in {self.runs} runs: {rows}>{said}"

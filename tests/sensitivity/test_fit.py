@@ -1,0 +1,143 @@
+"""Fits find what data were made with, say how well, and doubt what they should doubt."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import shellmb as sm
+from shellmb.demos import identify_plate
+from shellmb.sensitivity.fitting.data import data_of
+from shellmb.sensitivity.fitting.fitted import Fit
+from shellmb.sensitivity.parameters import Parameter
+from tests.sensitivity import scenes
+
+NOISE = 1e-5
+
+
+def strip(first: float = 1.0, second: float = 1.0, E: float = 210e9) -> sm.Scene:
+    """A load that is the product of two parameters, of which data can tell the product only."""
+    return scenes.plate(force=400.0 * first * second, E=E, steps=6)
+
+
+def record(scene: sm.Scene, seed: int, noise: float = NOISE) -> pd.DataFrame:
+    table = sm.run(scene, pictures=False).history[["t", "tip"]].iloc[1:]
+    return table.assign(tip=table.tip + noise * np.random.default_rng(seed).normal(size=len(table)))
+
+
+def test_a_fit_finds_what_the_data_were_made_with() -> None:
+    data = record(strip(first=1.2), seed=3)
+    fitted = sm.fit(strip, data, ("first",), noise=NOISE)
+    assert fitted.converged and not fitted.warnings
+    # five deviations, and the noise of the deflection of 0.03 m over all values
+    assert abs(fitted.values["first"] - 1.2) < 5 * fitted.deviations["first"] < 5e-2
+    assert fitted.runs <= 5
+    band = fitted.band()
+    slope = fitted.sensitivities.history["first"]["tip"]
+    np.testing.assert_allclose(band.history["tip"], np.abs(slope) * fitted.deviations["first"])
+    assert len(band.plot().axes) == 2
+    assert len(fitted.plot().axes) == 2
+    ranking = sm.rank(fitted.sensitivities, of=["tip"])
+    assert 0.1 < ranking.table.loc["tip", "first"] < 1.0
+    assert ranking.plot().axes
+
+
+def made(
+    parameters: list[float], jacobian: np.ndarray, left: np.ndarray, noise: float | None
+) -> Fit:
+    """A fit of a linear model, without a run."""
+    found = [Parameter(f"p{k}", v, 1e-5) for k, v in enumerate(parameters)]
+    t = np.linspace(0.0, 1.0, len(left))
+    table = pd.DataFrame({"y": np.ones(len(left))}, index=t)
+    scene = SimpleNamespace(t_end=1.0)
+    data = data_of(table, noise, scene, len(found))  # type: ignore[arg-type]
+    run = SimpleNamespace(parameters=found)
+    return Fit(run, data, left, jacobian, runs=1, converged=True)  # type: ignore[arg-type]
+
+
+def test_covariance_is_that_of_linear_regression() -> None:
+    random = np.random.default_rng(0)
+    A, left = random.normal(size=(400, 2)) * [10.0, 1e-3], random.normal(size=400)
+    known = made([0.1, 5e4], A, left, 1.0)
+    np.testing.assert_allclose(known.covariance, np.linalg.inv(A.T @ A), rtol=1e-10)
+    # noise that is not known is found from what is left
+    unknown = made([0.1, 5e4], A, 3 * left, None)
+    ratio = 9 * (left @ left) / 398
+    np.testing.assert_allclose(unknown.covariance, ratio * known.covariance, rtol=1e-10)
+    assert not known.warnings and not unknown.warnings
+
+
+def test_what_data_do_not_see_is_named() -> None:
+    x = np.random.default_rng(1).normal(size=300)
+    fitted = made([2.0, 3.0], 50 * np.stack([3 * x, 2 * x], axis=1), np.zeros(300) + x, 1.0)
+    (said,) = fitted.warnings
+    # relative changes of the same size and other sign cancel
+    assert "p0^+0.71 p1^-0.71 (not at all)" in said or "p0^-0.71 p1^+0.71 (not at all)" in said
+
+
+def test_residuals_that_are_no_noise_are_doubted() -> None:
+    t = np.linspace(0, 10, 300)
+    x = np.random.default_rng(2).normal(size=(300, 1))
+    fitted = made([1.0], 30 * x, 2 * np.sin(t), 1.0)
+    assert any("residuals of 'y' are not white" in said for said in fitted.warnings)
+    fitted = made([1.0], 30 * x, 3 * x[:, 0][::-1], 1.0)
+    assert any("larger than the noise by a factor of" in said for said in fitted.warnings)
+
+
+GOOD = pd.DataFrame({"t": [0.0, 2e-3, 4e-3], "tip": [0.0, 0.1, 0.2]})
+
+
+@pytest.mark.parametrize(
+    ("data", "names", "more", "said"),
+    [
+        (GOOD.assign(t=[0, 1, 2]), ("E",), {}, "data has the time t = 1, and the run lasts"),
+        (GOOD.iloc[:1], ("E", "first"), {"noise": 1.0}, "data has 1 values for 2 parameters"),
+        (GOOD[["t"]], ("E",), {}, "data has no column"),
+        ([1, 2], ("E",), {}, "data is no table of numbers"),
+        (GOOD, ("E",), {"noise": {"end": 1.0}}, "noise has no value for 'tip'"),
+        (GOOD, ("E",), {"noise": 0.0}, "noise of 'tip' is 0.0; it must be positive"),
+        (GOOD, ("E",), {"bounds": {"E": (1, 2)}}, r"'E' begins at 2.1e\+11; it must be between"),
+        (GOOD, ("E",), {"bounds": {"first": (1, 2)}}, "bounds of 'first', which is not fitted"),
+        (GOOD, ("width",), {}, "has no parameter 'width'"),
+    ],
+)
+def test_bad_input_before_anything_runs(data, names, more, said) -> None:  # type: ignore[no-untyped-def]
+    with pytest.raises(sm.SceneError, match=said):
+        sm.fit(strip, data, names, **more)
+
+
+def test_a_column_that_there_is_not() -> None:
+    with pytest.raises(sm.SceneError, match="the column 'nose', which the run does not find"):
+        sm.fit(strip, GOOD.rename(columns={"tip": "nose"}), ("E",))
+
+
+@pytest.mark.parametrize(
+    ("covariance", "said"),
+    [
+        ({"E": 1.0}, "covariance is of 'E'; it must be of the parameters 'a', 'b'"),
+        (np.eye(3), r"covariance has the shape \(3, 3\)"),
+        ([[1.0, 2.0], [2.0, 1.0]], "not symmetric and positive"),
+    ],
+)
+def test_bad_covariance(covariance, said: str) -> None:  # type: ignore[no-untyped-def]
+    from shellmb.sensitivity.fitting.band import covariance_of
+
+    with pytest.raises(sm.SceneError, match=said):
+        covariance_of(["a", "b"], covariance)
+
+
+@pytest.mark.slow
+def test_values_are_as_far_off_as_deviations_say() -> None:
+    """Over 20 records with other noise: nearly all within two deviations, none beyond five."""
+    far = []
+    for seed in range(20):
+        fitted = identify_plate.identify(seed)
+        assert fitted.converged and fitted.runs <= 12
+        far += identify_plate.off(fitted).values()
+    sizes = np.abs(far)
+    assert sizes.max() < identify_plate.ALL
+    # 57 of 60 are expected, 50 or fewer in one of ten thousand cases
+    assert np.sum(sizes < identify_plate.WITHIN) > 50
+    # the mean square of 60 normal numbers is 1 +- 0.18
+    assert 0.3 < np.mean(sizes**2) < 1.9
