@@ -65,6 +65,9 @@ def run(
     end_forces: bool | None = None,
     errors: bool | None = None,
     step_tolerance: float | None = None,
+    accuracy: float | None = None,
+    of: str | None = None,
+    budget: float | str | None = None,
 ) -> Run: ...
 def study(
     scene: Scene | Callable[..., Scene] | str,

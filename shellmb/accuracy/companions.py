@@ -26,6 +26,7 @@ class Change:
         stiffness: Factor on the stiffness of contacts.
         exact: Whether bodies that are reduced to modes, or linear, are exact.
         scheme: Scheme; None: as it is.
+        body: The only body whose mesh differs; None: all.
     """
 
     step: float = 1.0
@@ -35,6 +36,7 @@ class Change:
     stiffness: float = 1.0
     exact: bool = False
     scheme: str | None = None
+    body: str | None = None
 
     @property
     def model(self) -> Change:
@@ -55,9 +57,9 @@ class Change:
         if self.exact:
             scene = _exact(scene)
         if self.mesh != 1:
-            scene = with_meshes(scene, self.mesh)
+            scene = with_meshes(scene, self.mesh, self.body)
         if self.degree is not None:
-            scene = scene.with_options(degree=self.degree)  # type: ignore[arg-type]
+            scene = scene.with_options(degree=self.degree, body=self.body)  # type: ignore[arg-type]
         if self.stiffness != 1.0:
             stiff = (replace(c, stiffness=c.stiffness * self.stiffness) for c in scene.contacts)
             scene = replace(scene, contacts=tuple(stiff))
@@ -106,21 +108,28 @@ def with_steps(scene: Scene, times: float) -> Scene:
     return replace(scene, dt=scene.dt * times, control=replace(control, **changes))
 
 
-def with_meshes(scene: Scene, times: int) -> Scene:
+def with_meshes(scene: Scene, times: int, body: str | None = None) -> Scene:
     """The scene with more elements along each side, between whose nodes the old nodes stay nodes.
 
     Args:
         scene: The scene.
         times: So many elements replace one.
+        body: The only body whose mesh is another one; None: all.
 
     Raises:
         SceneError: If a mesh is read from a file.
     """
-    for shell in scene.shells:
+    chosen = {b.name for b in scene.meshed if body in (None, b.name)}
+    for shell in [s for s in scene.shells if s.name in chosen]:
         if not _is_meshed_anew(shell):
             raise SceneError(f"the mesh of '{shell.name}' is read from a file and stays as it is")
-    shells = tuple(replace(s, mesh=(times * s.mesh[0], times * s.mesh[1])) for s in scene.shells)
-    beams = tuple(replace(b, elements=times * b.elements) for b in scene.beams)
+    shells = tuple(
+        replace(s, mesh=(times * s.mesh[0], times * s.mesh[1])) if s.name in chosen else s
+        for s in scene.shells
+    )
+    beams = tuple(
+        replace(b, elements=times * b.elements) if b.name in chosen else b for b in scene.beams
+    )
     return replace(scene, shells=shells, beams=beams)
 
 
@@ -138,6 +147,15 @@ def degree_of(scene: Scene) -> int | None:
         scene: The scene.
     """
     return min((b.degree for b in scene.meshed if b.model != "rigid"), default=None)
+
+
+def elements_of(scene: Scene) -> int:
+    """About how many elements a scene has, from the counts along sides.
+
+    Args:
+        scene: The scene.
+    """
+    return sum(s.mesh[0] * s.mesh[1] for s in scene.shells) + sum(b.elements for b in scene.beams)
 
 
 def is_reduced(scene: Scene) -> bool:

@@ -16,7 +16,7 @@ from pathlib import Path
 
 from mpi4py import MPI
 
-from shellmb.accuracy.companions import Change, degree_of, is_reduced
+from shellmb.accuracy.companions import Change, degree_of, elements_of, is_reduced
 from shellmb.accuracy.estimates import (
     NONE,
     RATIO,
@@ -45,6 +45,10 @@ from shellmb.studies.quantity import Quantity
 NORMS = ("l2", "end", "max", "min")
 # steps of a motion, and of statics, that the largest steps of companions leave at least
 FEWEST, FEWEST_STATIC = 5, 2
+# steps that these leave where they are still larger, as they cost next to nothing
+MANY = 10
+# elements beyond which degree 3 tells of the mesh, and not twice the elements
+SMALL = 64
 # of Newton's tolerance a looser one tells, where it is not far below all else
 LOOSE, LOOSER = 1e-7, 10.0
 # the penalty of contacts
@@ -56,6 +60,7 @@ class Companions:
     """What tells the errors of a run.
 
     Args:
+        base: What is different in the run from the scene of the family.
         mine: The run.
         steps: The run and those with larger steps, each so many times that of the one before.
         ratio: That factor; below 1 where a smaller step tells.
@@ -64,6 +69,7 @@ class Companions:
         others: Two runs by the part of the error that they differ in, and which share of it.
     """
 
+    base: Change
     mine: Kept
     steps: tuple[Kept, ...]
     ratio: float
@@ -92,20 +98,26 @@ class Companions:
         return Found(self.mine.size(quantity), parts)
 
 
-def find_companions(family: Family, base: Change, steps: int) -> Companions:
+def find_companions(
+    family: Family, base: Change, steps: int, known: Companions | None = None
+) -> Companions:
     """Run what tells the errors of a run that the family has; collective.
 
     Args:
         family: The family.
         base: What is different in the run.
         steps: Its number of steps.
+        known: Companions of a run with the same mesh, or the same step, which tell for this one
+            what they told for that one; None: there are none.
     """
     mine = family.found[base]
     assert mine is not None
     scene = base.apply(family.scene)
     moves = not scene.static or scene.path is not None
     series, ratio = [mine], RATIO
-    if moves:
+    if known is not None and known.base.step == base.step:
+        series, ratio = list(known.steps), known.ratio
+    elif moves:
         for times in (RATIO, RATIO**2):
             larger = family.run(replace(base, step=base.step * times))
             if larger is None:
@@ -119,13 +131,15 @@ def find_companions(family: Family, base: Change, steps: int) -> Companions:
     mesh, better = None, True
     times = _largest(scene, steps, len(series) if ratio > 1 else 1)
     coarse = replace(base, step=base.step * times)
-    if degree_of(scene) is not None:
+    if known is not None and known.base.mesh == base.mesh and moves:
+        mesh, better = known.mesh, known.better
+    elif degree_of(scene) is not None:
         mesh, better = _mesh_pair(family, base, coarse, scene)
     others: dict[str, tuple[Kept, Kept, float] | None] = {}
     for name, change, share in _others(scene, coarse):
         here, there = family.run(coarse), family.run(change)
         others[name] = None if here is None or there is None else (there, here, share)
-    return Companions(mine, tuple(series), ratio, mesh, better, others)
+    return Companions(base, mine, tuple(series), ratio, mesh, better, others)
 
 
 def _largest(scene: Scene, steps: int, known: int) -> float:
@@ -134,6 +148,8 @@ def _largest(scene: Scene, steps: int, known: int) -> float:
         return RATIO
     if scene.static:
         return next((float(n) for n in (5, 4, 3, 2) if steps >= FEWEST_STATIC * n), 1.0)
+    if known > 2 and steps >= MANY * RATIO**3:
+        return RATIO**3
     few = (RATIO**n for n in range(known - 1, 0, -1))
     return next((times for times in few if steps >= FEWEST * times), 1.0)
 
@@ -145,8 +161,9 @@ def _mesh_pair(
     divided, other = replace(coarse, mesh=2 * coarse.mesh), None
     if degree_of(scene) == 2:
         other = replace(coarse, degree=3)
-    # in statics degree 3 is the cheaper one, in motions it is the one that needs new kernels
-    found = [c for c in ((other, divided) if scene.static else (divided, other)) if c is not None]
+    # degree 3 is the cheaper one, and needs new kernels, which takes longer than small motions do
+    cheap = scene.static or elements_of(scene) > SMALL
+    found = [c for c in ((other, divided) if cheap else (divided, other)) if c is not None]
     if degree_of(scene) == 3:
         found.append(replace(coarse, degree=2))
     for change in found:

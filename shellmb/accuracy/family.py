@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import time
 from contextlib import ExitStack
 
 from mpi4py import MPI
 
 from shellmb.accuracy.companions import Change
 from shellmb.accuracy.kept import Kept, keep
-from shellmb.accuracy.repeat import Beginning, kept, run_again
+from shellmb.accuracy.repeat import Beginning, Steps, kept, run_again
 from shellmb.errors import ShellmbError, Stopped
 from shellmb.measuring.stepping import free
 from shellmb.running.execute import RunResult, execute
@@ -41,7 +42,12 @@ class Family:
         self._begin = Beginning()
 
     def take_up(
-        self, run: RunResult, begin: Beginning | None, change: Change, on: ExitStack
+        self,
+        run: RunResult,
+        begin: Beginning | None,
+        change: Change,
+        on: ExitStack,
+        cpu: float = 0.0,
     ) -> None:
         """Take up a run that is there already; its simulation is as it was when `on` is left.
 
@@ -50,8 +56,9 @@ class Family:
             begin: What kept the state before its first step; None: it cannot begin again.
             change: What is different in it.
             on: Left when the companions have run.
+            cpu: Processor time of the run [s].
         """
-        self.found[change] = keep(run)
+        self.found[change] = keep(run, 0.0 if begin is None else begin.seconds, cpu)
         if begin is not None and begin.simulation is run.simulation:
             self._model, self._begin = change.model, begin
             on.enter_context(kept(run.simulation))
@@ -69,8 +76,11 @@ class Family:
     def _try(self, change: Change) -> Kept | None:
         try:
             scene = change.apply(self.scene)
+            clock = time.process_time()
             if change.model == self._model and self._begin.simulation is not None:
-                return keep(run_again(self._begin, scene, self._results, self.comm))
+                steps = Steps()
+                again = run_again(self._begin, scene, self._results, self.comm, steps)
+                return keep(again, steps.seconds, time.process_time() - clock)
             begin = Beginning()
             run = execute(
                 scene, None, [begin], comm=self.comm, pictures=False, results=self._results
@@ -81,7 +91,7 @@ class Family:
             self.failures[change] = str(error)
             return None
         self._model, self._begin = change.model, begin
-        found = keep(run)
+        found = keep(run, begin.seconds, time.process_time() - clock)
         del run
         free(self.comm)
         return found

@@ -29,7 +29,9 @@ class Kept:
         history: Its history.
         events: How often each event came.
         means: Columns of the history that are means over a step.
-        seconds: Time of its steps [s].
+        seconds: Processor time of its steps [s]; 0 where it is not known.
+        steps: Their number.
+        cpu: Processor time of all of it [s]; 0 where it is not known.
     """
 
     results: Mapping[str, float]
@@ -37,6 +39,8 @@ class Kept:
     events: Mapping[str, int]
     means: frozenset[str]
     seconds: float
+    steps: int
+    cpu: float = 0.0
 
     def take(self, quantity: Quantity) -> dict[str, Any]:
         """What is compared of a quantity.
@@ -72,16 +76,25 @@ class Kept:
         ]
 
 
-def keep(run: RunResult) -> Kept:
+def keep(run: RunResult, seconds: float = 0.0, cpu: float = 0.0) -> Kept:
     """What is kept of a run.
 
     Args:
         run: The run, at its end.
+        seconds: Processor time of its steps [s].
+        cpu: Processor time of all of it [s].
     """
     events = {k: len(e["times"]) for k, e in run.summary.get("events", {}).items()}
-    seconds = run.simulation.step_seconds
     means = frozenset(means_of(run))
-    return Kept(plain_results(run.summary), run.history, events, means, seconds)
+    return Kept(
+        plain_results(run.summary),
+        run.history,
+        events,
+        means,
+        seconds,
+        run.simulation.step,
+        cpu,
+    )
 
 
 def difference(fine: Kept, coarse: Kept, quantity: Quantity) -> float | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -15,8 +16,27 @@ from shellmb.simulate.simulation import Silent, Simulation
 from shellmb.simulate.stepping import Arrays
 
 
-class Beginning(Silent):
-    """An observer that keeps the state before the first step.
+class Steps(Silent):
+    """An observer that times the steps of a run.
+
+    Attributes:
+        seconds: Their processor time [s].
+    """
+
+    def __init__(self) -> None:
+        self._begun = self.seconds = 0.0
+
+    def start(self, simulation: Simulation) -> None:
+        """Start the clock."""
+        self._begun = time.process_time()
+
+    def finish(self, simulation: Simulation, error: BaseException | None) -> None:
+        """Stop the clock."""
+        self.seconds = time.process_time() - self._begun
+
+
+class Beginning(Steps):
+    """An observer that also keeps the state before the first step.
 
     Attributes:
         simulation: The simulation; None: it has not begun, or went on from a later state.
@@ -25,12 +45,14 @@ class Beginning(Silent):
     """
 
     def __init__(self) -> None:
+        super().__init__()
         self.simulation: Simulation | None = None
         self.arrays: Arrays = {}
         self.counters: dict[str, Any] = {}
 
     def start(self, simulation: Simulation) -> None:
-        """Keep the state."""
+        """Keep the state, and start the clock."""
+        super().start(simulation)
         if simulation.step == 0 and simulation.repeatable:
             self.simulation = simulation
             self.arrays, self.counters = simulation.arrays(), simulation.state()
@@ -56,7 +78,9 @@ def kept(simulation: Simulation) -> Iterator[None]:
             function.x.array[:] = values
 
 
-def run_again(begin: Beginning, scene: Scene, results: Results, comm: MPI.Comm) -> RunResult:
+def run_again(
+    begin: Beginning, scene: Scene, results: Results, comm: MPI.Comm, clock: Steps
+) -> RunResult:
     """Run a scene with other steps on the simulation of a run.
 
     Args:
@@ -64,6 +88,7 @@ def run_again(begin: Beginning, scene: Scene, results: Results, comm: MPI.Comm) 
         scene: The scene, with other steps.
         results: Its results.
         comm: Communicator; the call is collective.
+        clock: Times its steps.
 
     Raises:
         ConvergenceError: If a step fails.
@@ -74,6 +99,7 @@ def run_again(begin: Beginning, scene: Scene, results: Results, comm: MPI.Comm) 
     return carry_out(
         scene,
         None,
+        [clock],
         comm=comm,
         pictures=False,
         request=None,

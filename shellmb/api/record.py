@@ -12,6 +12,7 @@ from pydantic import TypeAdapter, ValidationError
 from shellmb.errors import SceneError
 from shellmb.guarding.reading import read_json
 from shellmb.observers.files.described import Described, read_described
+from shellmb.options.accuracy import ACCURACY
 from shellmb.running.results import plain_results
 from shellmb.running.tables import first_error
 from shellmb.scene import Scene
@@ -121,6 +122,27 @@ class Run:
         results = {k: v for k, v in self.summary.get("results", {}).items() if isinstance(v, dict)}
         probes = self.summary.get("errors", {}).get("probes", {})
         return pd.DataFrame.from_dict({**results, **probes}, orient="index")
+
+    @property
+    def accuracy(self) -> pd.DataFrame:
+        """What accuracy costs: a row for each level of a run with ``accuracy``, and predictions.
+
+        Columns: label (mesh, step, scheme), error, error_mesh and error_step, all relative,
+        seconds (processor time of the run), predicted; empty without ``accuracy``.
+        """
+        import pandas as pd
+
+        file = self.directory / ACCURACY
+        found = read_json(file) if file.is_file() else {}
+        size, rows = found.get("size") or 1.0, []
+        for level in found.get("levels", []):
+            parts = {"error": "error", "error_mesh": "mesh", "error_step": "step"}
+            errors = {k: None if level[v] is None else level[v] / size for k, v in parts.items()}
+            named = {"label": level["label"], "seconds": level["seconds"], "predicted": False}
+            rows.append(named | errors)
+        rows += [offer for offer in found.get("offers", []) if offer["predicted"]]
+        columns = ["label", "error", "error_mesh", "error_step", "seconds", "predicted"]
+        return pd.DataFrame(rows, columns=columns)
 
     @property
     def warnings(self) -> tuple[str, ...]:

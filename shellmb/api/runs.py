@@ -11,6 +11,7 @@ from shellmb.api.modeshapes import ModeShapes, is_modes
 from shellmb.api.record import Run
 from shellmb.api.requested import requested
 from shellmb.api.rotating import RotatingModes, StateModes, is_of_state, is_rotating
+from shellmb.options.accuracy import ACCURACY, AccuracyOptions, take_accuracy
 from shellmb.options.described import options_of, takes
 from shellmb.options.run import Options
 from shellmb.scene import Scene
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
 SENSITIVITIES = "sensitivities.json"
 
 
-@takes(*options_of(Options))
+@takes(*options_of(Options), *options_of(AccuracyOptions))
 def run(
     scene: Scene | str,
     out: Path | str | None = None,
@@ -58,6 +59,7 @@ def run(
         ConvergenceError: If a step fails at the smallest step size; what was computed is in `out`.
         RunError: If the disk is full, or the scene's function of results raises.
     """
+    asked = take_accuracy(options)
     wanted = requested(scene, parameters, **options)
     from mpi4py import MPI
 
@@ -67,12 +69,25 @@ def run(
         from shellmb.observers.progress import ProgressReport
 
         observers = [*observers, ProgressReport()]
+    draw = out is not None if pictures is None else pictures
+    if asked is not None:
+        from shellmb.accuracy.request.place import run_to_accuracy
+        from shellmb.accuracy.request.search import Running
+        from shellmb.accuracy.request.wanted import wanted_of
+
+        tell = print if progress and world.rank == 0 else _nothing
+        how = Running(world, wanted.results, wanted.request, observers, tell)
+        outcome = run_to_accuracy(wanted.scene, wanted_of(asked), directory, how, draw)
+        found = Run(directory, outcome.run)
+        if temporary:
+            gone_with(found, directory, world.rank)
+        return found
     computed = runner(wanted.scene)(
         wanted.scene,
         directory,
         observers,
         comm=world,
-        pictures=out is not None if pictures is None else pictures,
+        pictures=draw,
         request=wanted.request,
         results=wanted.results,
     )
@@ -81,6 +96,10 @@ def run(
     if temporary:
         gone_with(found, directory, world.rank)
     return found
+
+
+def _nothing(text: str) -> None:
+    pass
 
 
 def runner(scene: Scene) -> Callable[..., RunResult]:
@@ -128,6 +147,12 @@ def resume(
 
     world = MPI.COMM_WORLD if comm is None else comm
     named = isinstance(scene, str)
+    if (Path(out) / ACCURACY).is_file():
+        from shellmb.accuracy.request.resume import resume_request
+
+        given = scene if isinstance(scene, Scene) else None
+        file = scene if isinstance(scene, str) else None
+        return Run(Path(out), resume_request(Path(out), given, file, trust, world).run)
     computed = go_on(
         out,
         observers,

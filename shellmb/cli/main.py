@@ -10,7 +10,7 @@ from typer.core import TyperGroup
 
 from shellmb import __version__
 from shellmb.cli.effects import effects
-from shellmb.cli.failures import App, failures_reported, first_rank, run_check
+from shellmb.cli.failures import App, failures_reported, first_rank, run_check, tell
 from shellmb.cli.options import (
     CheckOption,
     JsonOption,
@@ -39,6 +39,7 @@ from shellmb.cli.report import (
 from shellmb.cli.sensitivities import sensitivities
 from shellmb.cli.study import study
 from shellmb.errors import SceneError
+from shellmb.options.accuracy import ACCURACY, AccuracyOptions, take_accuracy
 from shellmb.options.described import options_of
 from shellmb.options.run import ELEMENTS, NATURAL, Options
 
@@ -114,7 +115,7 @@ def list_scenes() -> None:
 
 @app.command()
 @failures_reported
-@offers(*options_of(Options))
+@offers(*options_of(Options), *options_of(AccuracyOptions))
 def run(
     scene: SceneArgument,
     parameters: SetOption = None,
@@ -131,12 +132,20 @@ def run(
     # a scene that has them keeps them
     for name in ("end_forces", "errors"):
         options[name] = options[name] or None
+    asked = take_accuracy(options)
     request = requested(scene, parameters, **options)
     built, module = request.build()
     if check:
         module.require_check(module.results or built.results, "results(run)")
 
     from mpi4py import MPI
+
+    if asked is not None:
+        from shellmb.cli.accuracy import run_accurately
+
+        directory = MPI.COMM_WORLD.bcast(out or default_directory(f"{module.name}-accuracy"))
+        how = {"quiet": quiet, "pictures": not no_pictures, "check": check}
+        return run_accurately(built, module, request, asked, directory, **how)
 
     from shellmb.api.runs import runner
 
@@ -181,6 +190,20 @@ def resume(
     # a bad scene says so before anything heavy is loaded
     request = read_request(directory).trusted(scene, trust)
     built, _ = request.build()
+    if (directory / ACCURACY).is_file():
+        from mpi4py import MPI
+
+        from shellmb.accuracy.request.resume import resume_request
+        from shellmb.cli.accuracy import print_accuracy
+
+        with announced(built.name, quiet):
+            say_so = tell if not quiet else _nothing
+            found = resume_request(
+                directory, None, scene, trust, MPI.COMM_WORLD, not no_pictures, say_so
+            )
+        if not quiet:
+            print_accuracy(directory)
+        return found
 
     from shellmb.running.resuming.resume import resume as go_on
 
@@ -346,6 +369,10 @@ app.command()(failures_reported(study))
 app.command()(failures_reported(sensitivities))
 for shows in (plot, view, report):
     app.command()(failures_reported(shows))
+
+
+def _nothing(text: str) -> None:
+    pass
 
 
 def _observers(quiet: bool) -> list[Any]:

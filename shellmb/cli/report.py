@@ -86,6 +86,17 @@ def print_run(result: RunResult) -> None:
     say(f"written to {result.out}")
 
 
+def print_summary(summary: Mapping[str, Any]) -> None:
+    """The numbers of a run that say whether to trust it, and its results, from its summary.
+
+    Args:
+        summary: The summary.
+    """
+    _print_columns(("", ""), account(summary).items(), show_header=False)
+    for warning in summary["warnings"]:
+        say(f"warning: {warning['says']}")
+
+
 def print_campbell(found: Campbell, count: int, directory: Path) -> None:
     """Frequencies over the rate, and whether a mode grows.
 

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from shellmb.errors import RunError, SceneError
 from shellmb.guarding.reading import read_bytes, read_json
 from shellmb.guarding.writing import write_text
+from shellmb.options.accuracy import ACCURACY
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -35,6 +36,7 @@ img { max-width: 100%; display: block; margin: .5rem 0 } iframe { width: 100%; h
 LARGEST = 100_000_000
 # what is shown of the curves, in this order
 CURVES = {
+    "accuracy.png": "What accuracy costs",
     "path.png": "Static path",
     "probes.png": "Probes",
     "energy.png": "Energy account",
@@ -150,6 +152,7 @@ def write_report(run: Shown, file: Path) -> Path:
         parts.append(f'<p class="warning failed">{html.escape(failed)}</p>')
     parts += [_warning(w) for w in run.warnings] or ['<p class="quiet">No warnings.</p>']
     parts.append(f"<h2>Account</h2>{_table(run.account.items())}")
+    parts += _accuracy(folder / ACCURACY)
     parts.append("<h2>Shape</h2>")
     parts += [_file_tag(drawn[n]) for n in ("shape.png", "animation.gif") if drawn[n].is_file()]
     parts.append(_turnable(run))
@@ -176,6 +179,18 @@ def write_report(run: Shown, file: Path) -> Path:
         + "\n</body></html>\n",
     )
     return file
+
+
+def _accuracy(file: Path) -> list[str]:
+    """What an error costs, of a run to an accuracy."""
+    if not file.is_file():
+        return []
+    found = read_json(file)
+    rows = [offer["says"].partition(": ") for offer in found.get("offers", [])]
+    said = html.escape(str(found.get("says", "")))
+    table = _table((error, cost) for error, _, cost in rows)
+    title = f"What accuracy costs ({found.get('quantity', '')}, processor time)"
+    return [f"<h2>{html.escape(title)}</h2>{table}<p>{said}</p>"]
 
 
 def _turnable(run: Shown) -> str:

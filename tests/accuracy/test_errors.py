@@ -14,7 +14,7 @@ import shellmb as sm
 from shellmb.accuracy.companions import Change
 from shellmb.accuracy.errors import estimate_errors, execute_with_errors
 from shellmb.accuracy.found import Errors
-from shellmb.accuracy.repeat import Beginning, kept, run_again
+from shellmb.accuracy.repeat import Beginning, Steps, kept, run_again
 from shellmb.cli.main import app
 from shellmb.running.execute import RunResult, execute
 from shellmb.scene import Scene
@@ -95,7 +95,7 @@ def test_a_simulation_begins_again() -> None:
     arrays = run.simulation.arrays()
     coarse = Change(step=3.0).apply(scene)
     with kept(run.simulation):
-        again = run_again(begin, coarse, tip, run.simulation.model.comm)
+        again = run_again(begin, coarse, tip, run.simulation.model.comm, Steps())
         mine = again.column("tip")
     assert all((v == arrays[k]).all() for k, v in run.simulation.arrays().items())
     assert run.simulation.t == run.scene.t_end

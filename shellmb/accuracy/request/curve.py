@@ -1,0 +1,110 @@
+"""What accuracy costs: levels of a request, the cheapest one for an error, and predictions."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import ceil, floor, log10
+from pathlib import Path
+from typing import Any
+
+from shellmb.accuracy.request.choose import choose
+from shellmb.accuracy.request.levels import Level
+from shellmb.accuracy.request.words import label, seconds
+from shellmb.scene import Scene
+
+
+@dataclass(frozen=True)
+class Offer:
+    """What an error costs.
+
+    Args:
+        error: The error, relative.
+        seconds: Processor time of the run [s].
+        label: Mesh, step and scheme.
+        predicted: Whether it was not run.
+    """
+
+    error: float
+    seconds: float
+    label: str
+    predicted: bool
+
+    def __str__(self) -> str:
+        about = "about " if self.predicted else ""
+        return f"{100 * self.error:.2g} %: {about}{seconds(self.seconds)}, {self.label}"
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values."""
+        return {
+            "error": self.error,
+            "seconds": self.seconds,
+            "label": self.label,
+            "predicted": self.predicted,
+            "says": str(self),
+        }
+
+
+def offers(levels: Sequence[Level], accuracy: float, size: float, scene: Scene) -> list[Offer]:
+    """What powers of ten of the error cost, down to a tenth of the one asked for.
+
+    Args:
+        levels: The levels.
+        accuracy: The relative error asked for.
+        size: What errors are relative to.
+        scene: The scene that levels change.
+    """
+    worst = max(level.error for level in levels) / (size or 1.0)
+    first = min(max(ceil(log10(max(worst, accuracy))) - 1, floor(log10(accuracy))), -1)
+    last = floor(log10(accuracy * (1 + 1e-9))) - 1
+    targets = {10.0**k for k in range(last, first + 1)} | {accuracy, accuracy / 10}
+    found = []
+    for target in sorted(targets, reverse=True):
+        good = [level for level in levels if level.error <= target * size]
+        if good:
+            best = min(good, key=lambda level: level.seconds)
+            found.append(Offer(target, best.seconds, best.label, False))
+        elif (choice := choose(list(levels), target * size, farther=True)) is not None:
+            there = label(choice.change.apply(scene))
+            found.append(Offer(target, choice.seconds, there, True))
+    return found
+
+
+def draw(levels: Sequence[Level], found: Sequence[Offer], size: float, file: Path) -> None:
+    """Draw error over processor time.
+
+    Args:
+        levels: The levels.
+        found: Offers; predicted ones are hollow.
+        size: What errors are relative to.
+        file: The picture.
+    """
+    import matplotlib as mpl
+
+    from shellmb.observers.drawing import STYLE, figure
+    from shellmb.show.plots import save
+
+    with mpl.rc_context(STYLE):
+        made = figure(6.0, 4.0)
+        axes = made.subplots()
+        times = [level.seconds for level in levels]
+        for name in ("error", "mesh", "step"):
+            parts = [getattr(level, name) / (size or 1.0) for level in levels]
+            if any(parts):
+                style = "o-" if name == "error" else ".--"
+                axes.loglog(times, parts, style, label="sum" if name == "error" else name)
+        ahead = [offer for offer in found if offer.predicted]
+        if ahead:
+            axes.loglog(
+                [o.seconds for o in ahead],
+                [o.error for o in ahead],
+                "o",
+                mfc="white",
+                color="C0",
+                label="predicted",
+            )
+        for level, at in zip(levels, times, strict=True):
+            axes.annotate(level.label, (at, level.error / (size or 1.0)), fontsize=7)
+        axes.set(xlabel="processor time of the run [s]", ylabel="relative error [-]")
+        axes.legend()
+        save(made, file)

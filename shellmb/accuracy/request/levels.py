@@ -1,0 +1,131 @@
+"""Levels of a request: what was run, its errors and times, kept so that a request goes on."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from shellmb.accuracy.companions import Change
+from shellmb.accuracy.kept import Kept
+from shellmb.guarding.reading import read_json
+from shellmb.guarding.writing import write_text
+
+# folder of a request in its directory, and file of what is kept of levels and companions
+LEVELS, KEPT = "levels", "companions.json"
+
+
+@dataclass(frozen=True)
+class Level:
+    """A run of a request.
+
+    Args:
+        change: What is different in it from the scene.
+        label: Mesh, step and scheme in words.
+        value: The quantity.
+        error: Its error, the sum of all parts; infinite where one is not known.
+        mesh: The part of the mesh.
+        step: The part of the step.
+        others: All other parts.
+        order: Order by which the part of the step is predicted.
+        seconds: Processor time of its run [s].
+        stepping: The part of it in steps [s].
+        total: Processor time so far, with all companions [s].
+        dimension: Elements go with this power of those along a side.
+        refinable: Whether its mesh can be refined.
+    """
+
+    change: Change
+    label: str
+    value: float
+    error: float
+    mesh: float
+    step: float
+    others: float
+    order: float
+    seconds: float
+    stepping: float
+    total: float
+    dimension: int
+    refinable: bool = True
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values."""
+        return asdict(self)
+
+    @classmethod
+    def from_dict(cls, values: Mapping[str, Any]) -> Level:
+        """The level from its plain values."""
+        return cls(**{**values, "change": Change(**values["change"])})
+
+
+class Store:
+    """Runs of a request in its directory.
+
+    Args:
+        directory: The directory; None: nothing is kept.
+        writes: Whether this rank writes.
+        base: What the mesh of the first level is called.
+    """
+
+    def __init__(self, directory: Path | None, writes: bool, base: str = "given") -> None:
+        self.directory, self._writes, self.base = directory, writes, base
+
+    def place(self, number: int) -> Path | None:
+        """Directory of the run of a level.
+
+        Args:
+            number: Its number, from 1.
+        """
+        return None if self.directory is None else self.directory / LEVELS / str(number)
+
+    def keep(self, found: Mapping[Change, Kept | None], levels: Sequence[Level]) -> None:
+        """Write what is kept of runs, and the levels.
+
+        Args:
+            found: What is kept, by what is different in them.
+            levels: The levels so far.
+        """
+        if self.directory is None or not self._writes:
+            return
+        rows = [
+            {"change": asdict(change), "kept": None if kept is None else _plain(kept)}
+            for change, kept in found.items()
+        ]
+        whole = {"runs": rows, "levels": [level.to_dict() for level in levels]}
+        (self.directory / LEVELS).mkdir(parents=True, exist_ok=True)
+        write_text(self.directory / LEVELS / f"{self.base}-{KEPT}", json.dumps(whole) + "\n")
+
+    def read(self) -> tuple[dict[Change, Kept | None], list[Level]]:
+        """What was kept, runs and levels; nothing if there is none."""
+        file = None if self.directory is None else self.directory / LEVELS / f"{self.base}-{KEPT}"
+        if file is None or not file.is_file():
+            return {}, []
+        whole: Any = read_json(file)
+        found = {
+            Change(**row["change"]): None if row["kept"] is None else _kept(row["kept"])
+            for row in whole["runs"]
+        }
+        return found, [Level.from_dict(level) for level in whole["levels"]]
+
+
+def _plain(kept: Kept) -> dict[str, Any]:
+    history = {str(name): kept.history[name].tolist() for name in kept.history}
+    return {
+        "results": dict(kept.results),
+        "history": history,
+        "events": dict(kept.events),
+        "means": sorted(kept.means),
+        "seconds": kept.seconds,
+        "steps": kept.steps,
+        "cpu": kept.cpu,
+    }
+
+
+def _kept(values: dict[str, Any]) -> Kept:
+    history, means = pd.DataFrame(values.pop("history")), frozenset(values.pop("means"))
+    return Kept(history=history, means=means, **values)

@@ -1,0 +1,195 @@
+"""A request in its directory: levels in folders of their own, the last one as the run itself."""
+
+from __future__ import annotations
+
+import shutil
+from dataclasses import asdict, fields, replace
+from math import isfinite
+from pathlib import Path
+from typing import Any
+
+from shellmb.accuracy.request.curve import draw, offers
+from shellmb.accuracy.request.levels import LEVELS, Store
+from shellmb.accuracy.request.search import Outcome, Running, Search
+from shellmb.accuracy.request.wanted import Wanted
+from shellmb.errors import SceneError
+from shellmb.guarding.reading import read_json
+from shellmb.observers.summary import write_json
+from shellmb.options.accuracy import ACCURACY
+from shellmb.running.directory import LOCK, claimed, refuse_used, written
+from shellmb.running.request import REQUEST
+from shellmb.scene import GmshFile, MeshFile, Scene
+from shellmb.scene.fingerprint import differences, fingerprint
+
+# picture in the directory
+PICTURE = "accuracy.png"
+# elements along a side of which half are enough to tell anything
+FEW = 4
+# what belongs to the request and not to its last run
+OWN = {LOCK, ACCURACY, LEVELS, PICTURE}
+
+
+def run_to_accuracy(
+    scene: Scene, wanted: Wanted, out: Path, how: Running, pictures: bool = True
+) -> Outcome:
+    """Run levels of a scene until an error is met; the last one is the run in the directory.
+
+    A request that was stopped, or asks for less or more now, goes on from its levels.
+
+    Args:
+        scene: The scene.
+        wanted: What is asked for.
+        out: The directory.
+        how: How levels are run.
+        pictures: Whether pictures are drawn.
+
+    Raises:
+        SceneError: If there is no such quantity, the scene is impossible, or `out` holds something
+            else.
+        ConvergenceError: If the scene fails at all steps of the first level.
+    """
+    comm = how.comm
+    wanted.quantity(scene, measures=how.results is not None)
+    with claimed(out, comm, new=False):
+        stored = comm.bcast(_stored(out) if comm.rank == 0 else None)
+        if stored is None:
+            refuse_used(out, comm)
+        else:
+            _check_same(out, stored, scene, wanted)
+        about: dict[str, Any] = asdict(wanted) | {"scene": fingerprint(scene), "met": None}
+        if comm.rank == 0:
+            with written(out, comm):
+                _put_back(out, stored)
+                write_json(out / ACCURACY, about)
+                if how.request is not None:
+                    write_json(out / REQUEST, how.request.to_dict())
+        comm.Barrier()
+        search, outcome = _search(scene, wanted, out, how)
+        size = search.size
+        found = offers(outcome.levels, wanted.accuracy, size, search.scene)
+        about |= {
+            "met": outcome.met,
+            "says": outcome.says,
+            "quantity": str(search.quantity),
+            "size": size,
+            "levels": [_plain(level.to_dict()) for level in outcome.levels],
+            "offers": [offer.to_dict() for offer in found],
+        }
+        if comm.rank == 0:
+            with written(out, comm):
+                _move(out / LEVELS / str(len(outcome.levels)), out)
+                write_json(out / ACCURACY, about)
+                if pictures:
+                    _draw(out, outcome, size, found)
+        comm.Barrier()
+    run = None if outcome.run is None else replace(outcome.run, out=out)
+    return replace(outcome, run=run)
+
+
+def wanted_in(out: Path) -> Wanted | None:
+    """What a request in a directory asks for; None: it holds none.
+
+    Args:
+        out: The directory.
+
+    Raises:
+        SceneError: If the file of the request is damaged.
+    """
+    stored = _stored(out)
+    if stored is None:
+        return None
+    try:
+        return Wanted(**{f.name: stored[f.name] for f in fields(Wanted)})
+    except (KeyError, TypeError) as error:
+        raise SceneError(f"{out / ACCURACY} is damaged ({error})") from None
+
+
+def coarser(scene: Scene, body: str | None) -> Scene | None:
+    """The scene with half the elements along each side; None where there is no such mesh.
+
+    Args:
+        scene: The scene.
+        body: The only body that gets them; None: all.
+    """
+    bodies = [b for b in scene.meshed if body in (None, b.name)]
+    shells = {s.name: s for s in scene.shells if s in bodies}
+    beams = {b.name: b for b in scene.beams if b in bodies}
+    counts = [n for s in shells.values() for n in s.mesh] + [b.elements for b in beams.values()]
+    read = any(isinstance(s.surface, GmshFile | MeshFile) for s in shells.values())
+    if read or not counts or any(n % 2 for n in counts) or min(counts) < FEW:
+        return None
+    halved = {n: replace(s, mesh=(s.mesh[0] // 2, s.mesh[1] // 2)) for n, s in shells.items()}
+    fewer = {n: replace(b, elements=b.elements // 2) for n, b in beams.items()}
+    try:
+        return replace(
+            scene,
+            shells=tuple(halved.get(s.name, s) for s in scene.shells),
+            beams=tuple(fewer.get(b.name, b) for b in scene.beams),
+        )
+    except SceneError:
+        return None
+
+
+def _search(scene: Scene, wanted: Wanted, out: Path, how: Running) -> tuple[Search, Outcome]:
+    """Search from half the mesh, or from the scene's own where places are no nodes of that."""
+    writes = how.comm.rank == 0
+    half = coarser(scene, wanted.body)
+    if half is not None:
+        search = Search(half, wanted, Store(out, writes, "half"), how)
+        try:
+            return search, search.run()
+        except SceneError:
+            if search.levels:
+                raise
+            if writes:
+                shutil.rmtree(out / LEVELS, ignore_errors=True)
+            how.comm.Barrier()
+    search = Search(scene, wanted, Store(out, writes), how)
+    return search, search.run()
+
+
+def _stored(out: Path) -> dict[str, Any] | None:
+    file = out / ACCURACY
+    return read_json(file) if file.is_file() else None
+
+
+def _check_same(out: Path, stored: dict[str, Any], scene: Scene, wanted: Wanted) -> None:
+    """Refuse levels of another scene, or of another quantity."""
+    found = differences(stored.get("scene", {}), fingerprint(scene))
+    found = [d for d in found if d[0] != "errors"]
+    named = asdict(wanted)
+    other = [k for k in ("of", "auto", "body") if stored.get(k) != named[k]]
+    if found or other:
+        what = f"{found[0][0]} was {found[0][1]}, is {found[0][2]}" if found else other[0]
+        raise SceneError(
+            f"out is {out}, which holds levels of another request ({what}); give another directory"
+        )
+
+
+def _put_back(out: Path, stored: dict[str, Any] | None) -> None:
+    """The run of a request that had ended is a level again."""
+    if stored is not None and stored.get("levels") and (out / "summary.json").is_file():
+        place = out / LEVELS / str(len(stored["levels"]))
+        place.mkdir(parents=True, exist_ok=True)
+        for path in [p for p in out.iterdir() if p.name not in OWN]:
+            path.rename(place / path.name)
+
+
+def _move(level: Path, out: Path) -> None:
+    for path in [p for p in level.iterdir() if p.name != LOCK] if level.is_dir() else []:
+        path.rename(out / path.name)
+    shutil.rmtree(level, ignore_errors=True)
+
+
+def _draw(out: Path, outcome: Outcome, size: float, found: Any) -> None:
+    from shellmb.show.pictures import budget_of, draw_directory
+
+    known = [level for level in outcome.levels if isfinite(level.error) and level.error > 0]
+    if known:
+        draw(known, found, size, out / PICTURE)
+    draw_directory(out, budget=budget_of(outcome.levels[-1].total))
+
+
+def _plain(values: dict[str, Any]) -> dict[str, Any]:
+    """Values without infinite ones."""
+    return {k: None if isinstance(v, float) and not isfinite(v) else v for k, v in values.items()}

@@ -1,0 +1,307 @@
+"""Levels of mesh and step, from coarse to fine, until an error is met."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from math import isfinite
+
+from mpi4py import MPI
+
+from shellmb.accuracy.companions import Change, degree_of, with_meshes
+from shellmb.accuracy.errors import FEWEST, Companions, find_companions, judged, write_errors
+from shellmb.accuracy.estimates import RATIO, step_error
+from shellmb.accuracy.family import Family
+from shellmb.accuracy.kept import Kept, difference
+from shellmb.accuracy.repeat import Beginning
+from shellmb.accuracy.request.choose import Choice, choose
+from shellmb.accuracy.request.levels import Level, Store
+from shellmb.accuracy.request.wanted import Wanted
+from shellmb.accuracy.request.words import label, line, seconds
+from shellmb.errors import ConvergenceError, SceneError, ShellmbError, Stopped
+from shellmb.measuring.stepping import free
+from shellmb.measuring.times import slowest
+from shellmb.running.execute import RunResult, execute
+from shellmb.running.request import Request
+from shellmb.running.results import Results
+from shellmb.scene import Scene
+from shellmb.schemes.registry import make_scheme
+from shellmb.simulate.simulation import Observer
+
+type Tell = Callable[[str], None]
+
+# schemes among which one is chosen
+SCHEMES = ("ep", "ed", "ep4", "ed3")
+# steps of the first level at least, so many times larger than the scene's at most
+FIRST, LARGEST = FEWEST * RATIO**2, 9
+# levels at most
+MOST = 8
+# what companions add to the run of a level
+OVERHEAD = 1.9
+
+
+@dataclass(frozen=True)
+class Running:
+    """How levels are run.
+
+    Args:
+        comm: Communicator.
+        results: What gives results; None: the scene's own function.
+        request: How the scene was asked for.
+        observers: More observers of the levels' runs.
+        tell: Is told how far it is.
+    """
+
+    comm: MPI.Comm
+    results: Results | None = None
+    request: Request | None = None
+    observers: Sequence[Observer] = ()
+    tell: Tell = lambda text: None
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a request came to.
+
+    Args:
+        levels: Its levels.
+        met: Whether the accuracy is met.
+        says: Why it ended, in words.
+        run: The last run; None where it is read from its directory.
+    """
+
+    levels: tuple[Level, ...]
+    met: bool
+    says: str
+    run: RunResult | None
+
+
+class Search:
+    """Runs levels of a scene.
+
+    Args:
+        scene: The scene, with the mesh and the step of its first level.
+        wanted: What is asked for.
+        store: Where levels are kept.
+        how: How they are run.
+    """
+
+    def __init__(self, scene: Scene, wanted: Wanted, store: Store, how: Running) -> None:
+        self.scene, self.wanted, self.store, self.how = scene, wanted, store, how
+        self.quantity = wanted.quantity(scene, measures=how.results is not None)
+        self.levels: list[Level] = []
+        self._family = Family(scene, how.results, how.comm)
+        kept, self._stored = how.comm.bcast(store.read() if how.comm.rank == 0 else None)
+        self._family.found.update(kept)
+        self._begun, self._cpu = time.perf_counter(), time.process_time()
+        self._companions: list[Companions] = []
+
+    def run(self) -> Outcome:
+        """Run levels until the error is met, the budget is over, or nothing helps; collective.
+
+        Raises:
+            SceneError: If the scene has no such quantity, or is impossible.
+            ConvergenceError: If it fails at all steps of the first level.
+        """
+        change = self._first()
+        while True:
+            free(self.how.comm)
+            with ExitStack() as on:
+                try:
+                    run = self._level(change, on)
+                except Stopped:
+                    raise
+                except ShellmbError as error:
+                    if not self.levels:
+                        raise
+                    says = f"{self._asked} is not met: the next level fails: {error}"
+                    return Outcome(tuple(self.levels), False, says, None)
+            level, target = self.levels[-1], self.wanted.accuracy * self.size
+            met = level.error <= target
+            following = None if met else choose(self.levels, target)
+            why = self._why(target, met, following)
+            self.how.tell(line(self.levels, self.quantity, self.size, following, self.scene))
+            if why or following is None:
+                return Outcome(tuple(self.levels), met, why, run)
+            change = following.change
+            del run
+
+    @property
+    def _asked(self) -> str:
+        return f"{100 * self.wanted.accuracy:.3g} %"
+
+    @property
+    def size(self) -> float:
+        """What errors are relative to: the value, or the size of a curve where that vanishes."""
+        size = abs(self.levels[-1].value)
+        if not size and self.quantity.norm is not None:
+            size = self._companions[-1].mine.size(replace(self.quantity, norm="l2"))
+        return size
+
+    def _first(self) -> Change:
+        """Where levels begin: with larger steps, and the scheme that is chosen."""
+        change = Change(step=self._first_step(), body=self.wanted.body)
+        return replace(change, scheme=self._scheme(change)) if self.wanted.auto else change
+
+    def _first_step(self) -> float:
+        scene = self.scene
+        if scene.static and scene.path is None:
+            return 1.0
+        if scene.control.tolerance is not None or scene.path is not None:
+            return RATIO
+        assert scene.t_end is not None and scene.dt is not None
+        return float(min(max(int(scene.t_end / scene.dt / FIRST), 1), LARGEST))
+
+    def _scheme(self, change: Change) -> str:
+        """The scheme that is predicted to be the cheapest one, from coarse runs of each."""
+        if self.scene.static:
+            raise SceneError(
+                f"scheme is 'auto', and the scene '{self.scene.name}' is static; leave it out"
+            )
+        found: dict[str, float] = {}
+        for scheme in SCHEMES:
+            own = replace(change, scheme=scheme)
+            steps = (own, *(replace(own, step=own.step * RATIO**n) for n in (1, 2)))
+            series = [kept for c in steps if (kept := self._family.run(c)) is not None]
+            if len(series) < 2:
+                continue
+            self._see(series[0])
+            pairs = [difference(a, b, self.quantity) for a, b in pairwise(series)]
+            order = order_of(own.apply(self.scene))
+            error = step_error([d for d in pairs if d is not None], order)
+            size = abs(series[0].size(self.quantity)) or 1.0
+            target = 0.5 * self.wanted.accuracy * size
+            finer = max(error.error / target, 1.0) ** (1 / min(error.believed, order))
+            found[scheme] = slowest(self.how.comm, series[0].seconds) * finer
+            self.how.tell(f"{scheme}: about {seconds(found[scheme])} for the error of the step")
+        if not found:
+            why = next(iter(self._family.failures.values()), "")
+            raise ConvergenceError(f"no scheme gets through with {change.words()}: {why}")
+        return min(found, key=lambda name: found[name])
+
+    def _level(self, change: Change, on: ExitStack) -> RunResult | None:
+        """Run a level and its companions; the first one with smaller steps where it fails."""
+        while True:
+            try:
+                run = self._run(change, on)
+                break
+            except ConvergenceError:
+                if self.levels or change.step <= 1.0:
+                    raise
+                change = replace(change, step=max(change.step / RATIO, 1.0))
+                self.how.tell(f"the first level fails; again with {change.words()}")
+        kept = self._family.found[change]
+        assert kept is not None
+        known = next((c for c in reversed(self._companions) if _helps(c.base, change)), None)
+        self._companions.append(find_companions(self._family, change, kept.steps, known))
+        self.levels.append(self._judge(change))
+        if run is not None:
+            scene = change.apply(self.scene)
+            errors = judged(self._companions[-1], self._family, scene, order_of(scene))
+            write_errors(run, errors)
+        self.store.keep(self._family.found, self.levels)
+        return run
+
+    def _run(self, change: Change, on: ExitStack) -> RunResult | None:
+        """The run of a level; None where it is in the store."""
+        place = self.store.place(len(self.levels) + 1)
+        done = self.how.comm.bcast(place is not None and (place / "summary.json").is_file())
+        if done and self._family.found.get(change) is not None:
+            return None
+        begin, clock = Beginning(), time.process_time()
+        run = execute(
+            change.apply(self.scene),
+            place,
+            [*self.how.observers, begin],
+            comm=self.how.comm,
+            pictures=False,
+            request=self.how.request,
+            results=self.how.results,
+        )
+        self._family.take_up(run, begin, change, on, time.process_time() - clock)
+        kept = self._family.found[change]
+        assert kept is not None
+        self._see(kept)
+        self.store.keep(self._family.found, self.levels)
+        return run
+
+    def _see(self, kept: Kept) -> None:
+        """Learn from a run which results there are.
+
+        Raises:
+            SceneError: If the quantity is none of them.
+        """
+        self.quantity = self.wanted.quantity(self.scene, kept)
+        self.wanted.check(self.scene, self.quantity, kept)
+
+    def _judge(self, change: Change) -> Level:
+        """The errors of a level."""
+        scene, companions = change.apply(self.scene), self._companions[-1]
+        found, mine = companions.find(self.quantity, scene, order_of(scene)), companions.mine
+        parts = {k: p.error for k, p in found.parts.items()}
+        before = next((v.total for v in self._stored if v.change == change), None)
+        total = slowest(self.how.comm, time.process_time() - self._cpu)
+        past = self._stored[-1].total if self._stored else 0.0
+        return Level(
+            change=change,
+            label=label(scene),
+            value=found.value,
+            error=found.error,
+            mesh=parts.pop("mesh"),
+            step=parts.pop("step"),
+            others=sum(parts.values()),
+            order=min(max(found.step.order or 1.0, 1.0), max(order_of(scene), 1.0)),
+            seconds=slowest(self.how.comm, mine.cpu),
+            stepping=slowest(self.how.comm, mine.seconds),
+            total=past + total if before is None else before,
+            dimension=2 if any(s.model != "rigid" for s in scene.shells) else 1,
+            refinable=self._refinable(scene),
+        )
+
+    def _refinable(self, scene: Scene) -> bool:
+        try:
+            with_meshes(scene, 2, self.wanted.body)
+        except SceneError:
+            return False
+        return degree_of(scene) is not None
+
+    def _why(self, target: float, met: bool, following: Choice | None) -> str:
+        """Why this is the last level; empty: it is not."""
+        level, asked = self.levels[-1], self._asked
+        if met:
+            return f"{asked} is met"
+        if not isfinite(level.error):
+            why = "; ".join(self._family.failures.values())
+            return f"{asked} cannot be met, because an error is not known: {why}"
+        if following is None:
+            part = "mesh" if level.mesh >= target else "model, contact or Newton's tolerance"
+            return f"{asked} is not met: the error of the {part} cannot be made smaller"
+        if len(self.levels) >= MOST:
+            return f"{asked} is not met after {MOST} levels"
+        elapsed, expected = time.perf_counter() - self._begun, OVERHEAD * following.seconds
+        budget = self.wanted.budget
+        if self.how.comm.bcast(budget is not None and elapsed + expected > budget):
+            where = label(following.change.apply(self.scene))
+            return (
+                f"{asked} is not met within the budget of {seconds(budget or 0.0)}: the next "
+                f"level, {where}, would take about {seconds(expected)} after {seconds(elapsed)}"
+            )
+        return ""
+
+
+def order_of(scene: Scene) -> float:
+    """Order of the scheme of a scene.
+
+    Args:
+        scene: The scene.
+    """
+    return float(make_scheme(scene.scheme, scene.alpha).order)
+
+
+def _helps(known: Change, change: Change) -> bool:
+    """Whether companions of a run tell something of another one."""
+    same = replace(known, step=change.step, mesh=change.mesh) == change
+    return same and (known.step == change.step or known.mesh == change.mesh)

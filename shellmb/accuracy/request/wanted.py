@@ -1,0 +1,106 @@
+"""What is asked of an accuracy, and of which quantity."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from shellmb.accuracy.kept import Kept
+from shellmb.errors import SceneError
+from shellmb.options.accuracy import Asked
+from shellmb.scene import Scene
+from shellmb.studies.quantity import NORMS, Quantity, default_quantity, parse_quantity
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """An accuracy that is asked for.
+
+    Args:
+        accuracy: The relative error.
+        of: The quantity as it is named; None: the first probe.
+        budget: Time after which no level begins [s]; None: there is no end.
+        auto: Whether the scheme is chosen.
+        body: The only body whose mesh is refined; None: all.
+    """
+
+    accuracy: float
+    of: str | None = None
+    budget: float | None = None
+    auto: bool = False
+    body: str | None = None
+
+    def quantity(self, scene: Scene, known: Kept | None = None, measures: bool = False) -> Quantity:
+        """The quantity: a result, or a probe in the norm of its history that fits the scene.
+
+        Args:
+            scene: The scene.
+            known: A run of it, which tells the names of its results; None: there is none yet.
+            measures: Whether it has results, though the scene itself does not say so.
+
+        Raises:
+            SceneError: If there is none of that name, as far as is known.
+        """
+        names = [b.name for b in scene.meshed]
+        if self.body is not None and self.body not in names:
+            listed = ", ".join(f"'{n}'" for n in names) or "none"
+            raise SceneError(
+                f"body is '{self.body}'; it must be one of the scene's shells and beams, {listed}"
+            )
+        if self.of is None:
+            return _default(scene)
+        name, colon, norm = self.of.rpartition(":")
+        if colon and norm in NORMS and name:
+            return parse_quantity(self.of)
+        if self.of in [probe.name for probe in scene.probes]:
+            return Quantity(self.of, "end" if scene.static else "l2")
+        if known is None:
+            if scene.results is None and not measures and ":" not in self.of:
+                raise SceneError(self._unknown(scene, ()))
+            return Quantity(self.of)
+        if self.of not in known.results:
+            raise SceneError(self._unknown(scene, tuple(known.results)))
+        return Quantity(self.of)
+
+    def check(self, scene: Scene, quantity: Quantity, known: Kept) -> None:
+        """Check that a run has the quantity.
+
+        Args:
+            scene: The scene.
+            quantity: The quantity.
+            known: The run.
+
+        Raises:
+            SceneError: If it has none of that name.
+        """
+        names = known.results if quantity.norm is None else known.history.columns
+        if quantity.name not in names:
+            raise SceneError(self._unknown(scene, tuple(known.results)))
+
+    def _unknown(self, scene: Scene, results: tuple[str, ...]) -> str:
+        names = [*(p.name for p in scene.probes), *results]
+        listed = ", ".join(f"'{n}'" for n in names) or "none"
+        return (
+            f"of is '{self.of}'; it must be one of the scene's probes and results, {listed}, or "
+            "COLUMN:NORM of its history, as 'tip:max'"
+        )
+
+
+def wanted_of(asked: Asked) -> Wanted:
+    """What options ask for.
+
+    Args:
+        asked: The options.
+    """
+    own = asked.options
+    assert own.accuracy is not None
+    return Wanted(own.accuracy, own.of, own.budget, asked.auto, asked.body)
+
+
+def _default(scene: Scene) -> Quantity:
+    try:
+        return default_quantity(scene)
+    except SceneError:
+        raise SceneError(
+            f"the scene '{scene.name}' has no probe; give of, a name of its results or COLUMN:NORM "
+            "of its history"
+        ) from None

@@ -1,0 +1,80 @@
+"""Levels in words: mesh, step and scheme, errors, times."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import isfinite
+
+from shellmb.accuracy.request.choose import Choice
+from shellmb.accuracy.request.levels import Level
+from shellmb.scene import Scene, Shell
+from shellmb.studies.quantity import Quantity
+
+
+def label(scene: Scene) -> str:
+    """Mesh, step and scheme of a scene: "12x4, dt = 0.001, ep4".
+
+    Args:
+        scene: The scene.
+    """
+    counts = [
+        f"{body.mesh[0]}x{body.mesh[1]}" if isinstance(body, Shell) else f"{body.elements} elements"
+        for body in scene.meshed
+        if body.model != "rigid"
+    ]
+    step = f"dt = {scene.dt:.4g}"
+    if scene.control.tolerance is not None:
+        step = f"tolerance {scene.control.tolerance:.3g}"
+    steps = [] if scene.static and scene.path is None else [step]
+    return ", ".join(
+        [*(["+".join(dict.fromkeys(counts))] if counts else []), *steps, scene.scheme_name]
+    )
+
+
+def line(
+    levels: Sequence[Level],
+    quantity: Quantity,
+    size: float,
+    following: Choice | None,
+    scene: Scene,
+) -> str:
+    """The progress of a request in one line.
+
+    Args:
+        levels: Its levels.
+        quantity: What is judged.
+        size: What errors are relative to.
+        following: The next level; None: there is none.
+        scene: The scene.
+    """
+    level = levels[-1]
+    parts = {"mesh": level.mesh, "step": level.step, "others": level.others}
+    due = ", ".join(f"{k} {percent(v, size)}" for k, v in parts.items() if v)
+    said = (
+        f"level {len(levels)}: {level.label}: {quantity} = {level.value:.6g} "
+        f"+- {percent(level.error, size)} ({due}), {seconds(level.total)} so far"
+    )
+    if following is None:
+        return said
+    return f"{said}; next: {label(following.change.apply(scene))}, {seconds(following.seconds)}"
+
+
+def percent(error: float, size: float) -> str:
+    """A relative error.
+
+    Args:
+        error: The error.
+        size: What it is relative to.
+    """
+    return f"{100 * error / (size or 1.0):.2g} %" if isfinite(error) else "not known"
+
+
+def seconds(value: float) -> str:
+    """A time in few digits.
+
+    Args:
+        value: The time [s].
+    """
+    if value < 0.1:
+        return f"{1000 * value:.2g} ms"
+    return f"{value:.2g} s" if value < 100 else f"{value:.0f} s"

@@ -1,0 +1,116 @@
+"""Options of an accuracy on request, for the command line and Python alike."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from shellmb.errors import SceneError
+from shellmb.options.described import option, options_of, read
+
+# seconds of the units of a budget
+UNITS = {"ms": 1e-3, "s": 1.0, "min": 60.0, "h": 3600.0}
+AUTO = "auto"
+# file of a request in its directory
+ACCURACY = "accuracy.json"
+
+
+def parse_seconds(text: str) -> float:
+    """A time from "60s", "5min" or a number of seconds.
+
+    Args:
+        text: The text.
+
+    Raises:
+        SceneError: If it is none.
+    """
+    for unit in sorted(UNITS, key=len, reverse=True):
+        if text.endswith(unit):
+            number, factor = text.removesuffix(unit), UNITS[unit]
+            break
+    else:
+        number, factor = text, 1.0
+    try:
+        return float(number) * factor
+    except ValueError:
+        raise SceneError(f"budget is '{text}'; it must be a time as 60s, 5min or 1h") from None
+
+
+@dataclass(frozen=True, kw_only=True)
+class AccuracyOptions:
+    """What is asked of an accuracy.
+
+    Raises:
+        SceneError: If a number is not possible, or others are given without an accuracy.
+    """
+
+    accuracy: float | None = option(
+        "Relative error that is asked for, as 1e-3: mesh and step are refined until it is met. "
+        "`--scheme auto` chooses among ep, ed, ep4 and ed3, `--body` names the only mesh that is "
+        "refined.",
+        metavar="ERROR",
+    )
+    of: str | None = option(
+        "What it is asked of: a result, a probe, or COLUMN:NORM; the first probe if left out.",
+        metavar="NAME",
+    )
+    budget: float | None = option(
+        "Time after which no level begins [s], as 60s or 5min.", metavar="TIME", parse=parse_seconds
+    )
+
+    def __post_init__(self) -> None:
+        """Check what no scene checks."""
+        if self.accuracy is None:
+            for name in ("of", "budget"):
+                if getattr(self, name) is not None:
+                    raise SceneError(
+                        f"{name} is {getattr(self, name)}, and no accuracy is given; give "
+                        "accuracy, a relative error as 1e-3"
+                    )
+        elif not 0.0 < self.accuracy < 1.0:
+            raise SceneError(
+                f"accuracy is {self.accuracy:g}; it must be a relative error between 0 and 1, as "
+                "1e-3"
+            )
+        if self.budget is not None and not self.budget > 0.0:
+            raise SceneError(f"budget is {self.budget:g} s; it must be a positive time, as 60s")
+
+
+@dataclass(frozen=True)
+class Asked:
+    """An accuracy that is asked for, with what other options say of it.
+
+    Args:
+        options: Its own options.
+        auto: Whether the scheme is chosen.
+        body: The only body whose mesh is refined; None: all.
+    """
+
+    options: AccuracyOptions
+    auto: bool
+    body: str | None
+
+
+def take_accuracy(options: dict[str, Any]) -> Asked | None:
+    """Take what is asked of an accuracy out of the options of a run; None: nothing is.
+
+    Args:
+        options: The options, by their names.
+
+    Raises:
+        SceneError: If one is impossible, or a scheme is to be chosen without an accuracy.
+    """
+    names = [one.name for one in options_of(AccuracyOptions)]
+    own = AccuracyOptions(
+        **read(AccuracyOptions, {name: options.pop(name, None) for name in names})
+    )
+    auto = options.get("scheme") == AUTO
+    if auto:
+        options["scheme"] = None
+    if own.accuracy is None:
+        if auto:
+            raise SceneError(
+                "scheme is 'auto', and no accuracy is given; give accuracy, by which it is chosen"
+            )
+        return None
+    return Asked(own, auto, options.get("body"))

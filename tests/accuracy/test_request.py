@@ -1,0 +1,145 @@
+"""An accuracy on request: levels end where the error is met, or say why not; nothing is lost."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+import shellmb as sm
+from shellmb.accuracy.companions import Change
+from shellmb.accuracy.request.choose import choose
+from shellmb.accuracy.request.levels import Level
+from shellmb.cli.main import app
+from shellmb.errors import SceneError
+from shellmb.scene import Scene
+
+STEEL = sm.Isotropic(E=210e9, nu=0.25, thickness=2e-3, density=7870)
+
+
+def strip(**options: object) -> Scene:
+    """A cantilever strip under a load at its end, at rest or by a ramp."""
+    given = {"scheme": "static"} | options
+    time = {} if given["scheme"] == "static" else {"time": sm.Ramp(0.1)}
+    return Scene(
+        "strip",
+        sm.Shell("strip", sm.Rectangle(1.0, 0.08), STEEL, mesh=(4, 1)),  # type: ignore[arg-type]
+        supports=sm.Clamped("left"),  # type: ignore[arg-type]
+        loads=sm.EdgeForce("right", (0, 0, 25.0), **time),  # type: ignore[arg-type]
+        probes=sm.Probe("tip", (1.0, 0.0, 0.0), component=2),  # type: ignore[arg-type]
+        **given,  # type: ignore[arg-type]
+    )
+
+
+def level(**changes: object) -> Level:
+    values = {"mesh": 1e-2, "step": 1e-2, "others": 0.0, "order": 2.0, "refinable": True} | changes
+    known = {"change": Change(), "label": "", "value": 1.0, "seconds": 2.0, "stepping": 1.0}
+    error = sum(float(values[k]) for k in ("mesh", "step", "others"))  # type: ignore[arg-type]
+    return Level(**known, error=error, total=2.0, dimension=2, **values)  # type: ignore[arg-type]
+
+
+def test_what_limits_is_refined() -> None:
+    """The kind: the part that is too large becomes smaller, and the other one no smaller."""
+    of_mesh = choose([level(step=1e-5)], 3e-3)
+    assert of_mesh is not None
+    assert of_mesh.change.mesh >= 2
+    assert of_mesh.change.step >= 1
+    of_step = choose([level(mesh=1e-5)], 3e-3)
+    assert of_step is not None
+    assert of_step.change.mesh == 1
+    assert of_step.change.step < 1
+    assert choose([level(others=1e-2)], 3e-3) is None
+    assert choose([level(refinable=False, step=0.0)], 3e-3) is None
+
+
+@pytest.mark.parametrize("scene", [strip(), strip(scheme="ep4", dt=2.5e-2, t_end=0.2)])
+def test_an_error_is_met(scene: Scene) -> None:
+    told: list[float] = []
+    run = sm.run(scene, accuracy=5e-3, of="tip")
+    norm = "end" if scene.static else "l2"
+    found = run.errors.loc[f"tip:{norm}"]
+    assert found["error"] <= 5e-3 * found["value"]
+    table = run.accuracy
+    assert not table["predicted"].iloc[0]
+    assert table["predicted"].iloc[-1]
+    told += [e for e in table["error"] if e <= 5e-4]
+    # a tenth of the error is predicted
+    assert told
+    fine = scene.with_options(mesh=(24, 6), dt=None if scene.static else 5e-3)
+    if scene.static:
+        right = sm.run(fine).history["tip"].iloc[-1]
+        assert abs(run.history["tip"].iloc[-1] - right) <= 5e-3 * abs(right)
+
+
+def test_a_budget_ends_it_and_it_goes_on(tmp_path: Path) -> None:
+    scene, out = strip(), tmp_path / "run"
+    short = sm.run(scene, accuracy=1e-3, budget=1e-3, out=out, pictures=False)
+    about = json.loads((out / "accuracy.json").read_text())
+    assert not about["met"]
+    assert "within the budget" in about["says"]
+    assert short.errors.loc["tip:end", "error"] > 0
+    again = sm.run(scene, accuracy=2e-3, out=out, pictures=False)
+    assert json.loads((out / "accuracy.json").read_text())["met"]
+    assert len(again.accuracy) > 1
+    # all levels are there: nothing is run again
+    resumed = sm.resume(out, scene, pictures=False)
+    assert resumed.results == again.results
+    assert resumed.errors.equals(again.errors)
+    with pytest.raises(SceneError, match="levels of another request"):
+        sm.run(strip(t_end=2.0), accuracy=2e-3, out=out)
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        ({"accuracy": 0.0}, "accuracy is 0; it must be a relative error between 0 and 1"),
+        ({"accuracy": 2.0}, "accuracy is 2"),
+        ({"accuracy": -1e-3}, "accuracy is -0.001"),
+        ({"accuracy": 1e-2, "budget": 0.0}, "budget is 0 s; it must be a positive time"),
+        ({"accuracy": 1e-2, "budget": "soon"}, "budget is 'soon'; it must be a time as 60s"),
+        ({"of": "tip"}, "of is tip, and no accuracy is given"),
+        ({"budget": 3.0}, "budget is 3"),
+        ({"accuracy": 1e-2, "of": "top"}, "of is 'top'; it must be one of .* 'tip'"),
+        ({"accuracy": 1e-2, "body": "top"}, "body is 'top'; it must be one of .*'strip'"),
+        ({"accuracy": 1e-2, "scheme": "auto"}, "scheme is 'auto', and the scene 'strip' is static"),
+        ({"scheme": "auto"}, "scheme is 'auto', and no accuracy is given"),
+    ],
+)
+def test_bad_input(options: dict[str, object], says: str, tmp_path: Path) -> None:
+    with pytest.raises(SceneError, match=says):
+        sm.run(strip(), out=tmp_path / "run", **options)  # type: ignore[arg-type]
+    assert not [p for p in tmp_path.glob("run/*") if p.name not in ("accuracy.json", "lock")]
+
+
+def test_a_level_that_fails_leaves_the_others(tmp_path: Path) -> None:
+    def only_coarse(run: object) -> dict[str, float]:
+        if run.scene.shells[0].mesh[0] > 8:  # type: ignore[attr-defined]
+            raise ValueError("too fine")
+        return {}
+
+    out = tmp_path / "run"
+    scene = replace(strip(), results=only_coarse)
+    run = sm.run(scene, accuracy=1e-6, out=out, pictures=False)
+    about = json.loads((out / "accuracy.json").read_text())
+    assert "too fine" in about["says"]
+    assert run.errors.loc["tip:end", "error"] > 0
+
+
+def test_the_command(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit) as ended:
+        app(
+            "run heavy_top --set dt=2e-3 --t-end 0.04 --accuracy 1e-2 --of x --scheme auto "
+            "--out run --no-pictures".split()
+        )
+    assert ended.value.code == 0
+    said = capsys.readouterr()
+    assert "1 %: " in said.out
+    assert "1 % is met" in said.out
+    assert "level 1: dt = " in said.err
+    assert "for the error of the step" in said.err
+    assert (tmp_path / "run" / "request.json").is_file()
