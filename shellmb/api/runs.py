@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,7 +19,6 @@ from shellmb.scene import Scene
 if TYPE_CHECKING:
     from mpi4py import MPI
 
-    from shellmb.running.execute import RunResult
     from shellmb.sensitivity.record import Sensitivities
     from shellmb.simulate.simulation import Observer
 
@@ -82,7 +81,12 @@ def run(
         if temporary:
             gone_with(found, directory, world.rank)
         return found
-    computed = runner(wanted.scene)(
+    run_it: Any
+    if wanted.scene.errors:
+        from shellmb.accuracy.errors import execute_with_errors as run_it
+    else:
+        from shellmb.running.execute import execute as run_it
+    computed = run_it(
         wanted.scene,
         directory,
         observers,
@@ -100,21 +104,6 @@ def run(
 
 def _nothing(text: str) -> None:
     pass
-
-
-def runner(scene: Scene) -> Callable[..., RunResult]:
-    """What runs a scene: with its errors, where it asks for them.
-
-    Args:
-        scene: The scene.
-    """
-    if scene.errors:
-        from shellmb.accuracy.errors import execute_with_errors
-
-        return execute_with_errors
-    from shellmb.running.execute import execute
-
-    return execute
 
 
 def resume(

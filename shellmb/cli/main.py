@@ -147,11 +147,15 @@ def run(
         how = {"quiet": quiet, "pictures": not no_pictures, "check": check}
         return run_accurately(built, module, request, asked, directory, **how)
 
-    from shellmb.api.runs import runner
+    run_it: Any
+    if built.errors:
+        from shellmb.accuracy.errors import execute_with_errors as run_it
+    else:
+        from shellmb.running.execute import execute as run_it
 
     name = f"{module.name}-{built.scheme_name}"
     with announced(built.name, quiet):
-        result = runner(built)(
+        result = run_it(
             built,
             MPI.COMM_WORLD.bcast(out or default_directory(name)),
             _observers(quiet),

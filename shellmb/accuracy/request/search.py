@@ -298,7 +298,7 @@ def order_of(scene: Scene) -> float:
     Args:
         scene: The scene.
     """
-    return float(make_scheme(scene.scheme, scene.alpha).order)
+    return float(make_scheme(scene.scheme, scene.dissipation).order)
 
 
 def _helps(known: Change, change: Change) -> bool:

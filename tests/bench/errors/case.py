@@ -51,5 +51,5 @@ class Case:
         if scene.static or self.kind == "modes":
             return scene
         if self.scheme is not None:
-            scene = replace(scene, scheme=self.scheme, alpha=1.0 if self.scheme == "ed3" else 0.0)
+            scene = replace(scene, scheme=self.scheme, alpha=None)
         return scene.with_options(dt=(scene.dt or 0.0) / self.step)
