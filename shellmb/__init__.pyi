@@ -14,6 +14,7 @@ from shellmb.api.matrices import Matrices as Matrices
 from shellmb.api.matrices import matrices as matrices
 from shellmb.api.modal import modes as modes
 from shellmb.api.modeshapes import ModeShapes as ModeShapes
+from shellmb.api.motion import Motion as Motion
 from shellmb.api.record import Run as Run
 from shellmb.api.rotating import RotatingModes as RotatingModes
 from shellmb.api.rotating import StateModes as StateModes
@@ -29,6 +30,8 @@ from shellmb.errors import RunError as RunError
 from shellmb.errors import SceneError as SceneError
 from shellmb.errors import ShellmbError as ShellmbError
 from shellmb.errors import ShellmbWarning as ShellmbWarning
+from shellmb.model.own.body import Hold as Hold
+from shellmb.model.own.body import OwnBody as OwnBody
 from shellmb.scene import *
 from shellmb.scene import Scene
 from shellmb.sensitivity.fitting.fitted import Fit as Fit

@@ -116,6 +116,7 @@ class Change(NamedTuple):
         share: Share of the state's resultants in those of the moment.
         turn: Weight of that state in the slope: the stress acts on second derivatives, too.
         gain: Derivative of the measure whose compatibility is demanded, over that of the moment.
+        states: Shares of the unknown state in the states of the path.
     """
 
     moment: Slope
@@ -123,6 +124,7 @@ class Change(NamedTuple):
     share: Expr
     turn: Expr
     gain: Expr
+    states: tuple[Expr, ...]
 
 
 class Pair(NamedTuple):

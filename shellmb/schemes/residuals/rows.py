@@ -75,7 +75,9 @@ def bound(mesh: Any, weights: PairWeights, holder: Expr) -> Pair:
         turn = weights.slope.weights @ change.states
         numbers = change.held, change.share, turn, change.gain
         by = slope_of(mesh, weights.moment.by(change.states))
-        changes[number] = Change(by, *constants(mesh, numbers))
+        held, share, turned, gain = constants(mesh, numbers)
+        states = constants(mesh, change.states)
+        changes[number] = Change(by, held, share, turned, gain, states)
     moment = moment_of(mesh, weights.moment, holder)
     own, ahead = constants(mesh, [weights.own, weights.ahead])
     return Pair(moment, slope_of(mesh, weights.slope), own, ahead, changes)

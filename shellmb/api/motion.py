@@ -1,0 +1,205 @@
+"""Motions of bodies of the user's own: the schemes as a library."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, Literal, cast
+
+from mpi4py import MPI
+
+from dolfinx import fem
+
+from shellmb.errors import SceneError
+from shellmb.model.body import Body, constraint_error
+from shellmb.model.model import Model
+from shellmb.model.own.body import OwnBody
+from shellmb.observers.account.energy import EnergyAccount, scalar
+from shellmb.scene import Solver
+from shellmb.schemes.registry import make_scheme
+from shellmb.simulate.problem import Problem
+
+
+@dataclass(frozen=True)
+class _Settings:
+    """What a problem asks of a scene."""
+
+    solver: Solver
+    t_end: float | None = None
+
+
+@dataclass(frozen=True)
+class _Switches:
+    key: tuple[Any, ...] = ()
+
+
+@dataclass(frozen=True)
+class _Mechanism:
+    switches: _Switches = _Switches()
+
+
+@dataclass(frozen=True)
+class _Bodies:
+    """What a problem and the energy account ask of a model."""
+
+    comm: MPI.Comm
+    bodies: list[Body]
+    scene: _Settings
+    mechanism: _Mechanism = _Mechanism()
+    potentials: list[Body] = field(default_factory=list)
+    meshed: dict[str, Body] = field(default_factory=dict)
+    slides: bool = False
+
+    def coupled(self, body: Body) -> bool:
+        """Whether constraints tie the velocity jump of a body: it is unknown then."""
+        return bool(body.constraints)
+
+
+@dataclass(frozen=True)
+class _Last:
+    dt: float
+
+
+class Motion:
+    """Bodies of the user's own in motion, by any scheme.
+
+        motion = sm.Motion(body, scheme="ep4", dt=0.01)
+        motion.take("plate", v=lambda x: ...)
+        motion.step(100)
+        motion.u("plate"), motion.energies
+
+    Args:
+        bodies: The bodies.
+        scheme: Name of a scheme, or a scheme.
+        dt: Length of a step, s.
+        alpha: Dissipation of `ed` and `ed3`.
+        tolerance: Of Newton's method, relative to the sizes of the bodies.
+        newton: When the matrix is factorised: "full": in each iteration; "auto", "modified".
+
+    Attributes:
+        time: The time, s.
+        problem: Functions and block system (`simulate.problem.Problem`).
+        account: The energy account (`observers.account.energy.EnergyAccount`).
+
+    Raises:
+        SceneError: If two bodies have one name, or there is no such scheme.
+    """
+
+    def __init__(
+        self,
+        *bodies: OwnBody,
+        scheme: Any = "ep",
+        dt: float,
+        alpha: float = 0.0,
+        tolerance: float = 1e-10,
+        newton: Literal["full", "auto", "modified"] = "full",
+    ) -> None:
+        names = [body.name for body in bodies]
+        if not names or len(set(names)) < len(names):
+            raise SceneError(
+                f"a motion has the bodies {names}; it must have some, each with a name of its own"
+            )
+        settings = _Settings(Solver(tolerance=tolerance, newton=newton))
+        every: list[Any] = list(bodies)
+        self.model = cast(Model, _Bodies(bodies[0].space.mesh.comm, every, settings))
+        self.scheme = make_scheme(scheme, alpha)
+        if not self.scheme.dynamic:
+            raise SceneError(
+                f"scheme is '{self.scheme.name}'; a motion needs one with velocities, as 'ep4'"
+            )
+        self.problem = Problem(self.model, self.scheme)
+        self.dt, self.time = dt, 0.0
+        self.last: _Last | None = None
+        self.account = EnergyAccount()
+        self._bodies, self._started = {body.name: body for body in bodies}, False
+        self._momenta: dict[str, dict[Any, Any]] = {}
+
+    def _places(self, name: str) -> Any:
+        return self._bodies[name].mixed.dofs["u"]
+
+    def u(self, name: str) -> fem.Function:
+        """Field of a body now, as a new function of its space."""
+        return self._read(name, self.problem.levels[name].q)
+
+    def v(self, name: str) -> fem.Function:
+        """Velocity of a body now, as a new function of its space."""
+        return self._read(name, self.problem.levels[name].rates["v"])
+
+    def _read(self, name: str, state: fem.Function) -> fem.Function:
+        found = fem.Function(self._bodies[name].space)
+        found.x.array[:] = state.x.array[self._places(name)]
+        return found
+
+    def take(self, name: str, u: Any = None, v: Any = None) -> None:
+        """Begin from a field and a velocity, which are projected on what constraints allow.
+
+        Args:
+            name: The body.
+            u: Its field: what `fem.Function.interpolate` takes; None: zero.
+            v: Its velocity.
+        """
+        levels = self.problem.levels[name]
+        for state, given in ((levels.q, u), (levels.rates["v"], v)):
+            if given is not None:
+                start = fem.Function(self._bodies[name].space)
+                start.interpolate(given)
+                state.x.array[self._places(name)] = start.x.array
+
+    def start(self) -> None:
+        """Make velocities consistent with the constraints, and take the energies."""
+        if any(body.constraints for body in self._bodies.values()):
+            self.problem.projection.project()
+        self.account.start(self)  # type: ignore[arg-type]
+        self._started = True
+
+    def step(self, count: int = 1) -> None:
+        """Solve some steps.
+
+        Args:
+            count: Their number.
+
+        Raises:
+            ConvergenceError: If Newton's method does not converge.
+        """
+        if not self._started:
+            self.start()
+        for _ in range(count):
+            self.problem.prepare(self.time, self.dt)
+            self.problem.solve(self.dt)
+            self.last = _Last(self.dt)
+            self.account.solved(self)  # type: ignore[arg-type]
+            self.problem.accept(self.dt)
+            self.time += self.dt
+            self.account.accepted(self)  # type: ignore[arg-type]
+
+    @property
+    def energies(self) -> dict[str, float]:
+        """The energy account: energies, work and dissipation since the start, and balance, J."""
+        return dict(self.account.values)
+
+    def momentum(self, name: str, motion: Callable[[Any], Any]) -> float:
+        """Momentum of a body in the direction of a field; collective.
+
+        Args:
+            name: The body.
+            motion: The field in UFL, of that of the body: a unit vector for the linear momentum,
+                `ufl.cross(axis, x + u)` for the angular one, kg m/s and kg m^2/s.
+        """
+        body, levels = self._bodies[name], self.problem.levels[name]
+        if name not in self._momenta:
+            self._momenta[name] = {}
+        known = self._momenta[name]
+        if motion not in known:
+            form = body.momentum(levels.rates["v"], motion(body.field(levels.q)))
+            known[motion] = scalar([form], self.model.comm)
+        total = known[motion]
+        return 0.0 if total is None else total()
+
+    @property
+    def violation(self) -> float:
+        """Largest violation of the constraints, relative; collective."""
+        found = [
+            constraint_error(body, self.problem.levels[name].q)
+            for name, body in self._bodies.items()
+        ]
+        return float(self.model.comm.allreduce(max(found), op=MPI.MAX))

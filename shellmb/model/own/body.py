@@ -1,0 +1,249 @@
+"""A body of the user's own: measures with an energy, mass and constraints on any DOLFINx space."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
+
+import basix.ufl
+import numpy as np
+import ufl
+from dolfinx import fem
+from ufl import Form
+from ufl.core.expr import Expr
+
+from shellmb.arrays import Bools, Floats, Int32s
+from shellmb.errors import SceneError
+from shellmb.forms.constraints.held import Held
+from shellmb.forms.measure import measure
+from shellmb.forms.state import Layout
+from shellmb.forms.steps.path import is_quadratic
+from shellmb.meshes.spaces import mixed_space
+from shellmb.model.body import Constraint, Elastic, FixedDofs, PartScale, Rates, TimeFunction
+from shellmb.model.joints.held import Constraints
+from shellmb.model.massless import Massless
+from shellmb.model.own.strains import PotentialStrains, Stiffness
+from shellmb.model.sections.strains import Strains
+from shellmb.native.expressions import compiled_expression
+
+ADVICE = "a smaller step"
+# of the energy of a constraint, below which a multiplier counts as zero
+SMALL_FORCE = 1e-3
+
+
+@dataclass(frozen=True)
+class Hold:
+    """Constraints `g(u) = 0` at the nodes of an element, by multipliers that do no work.
+
+    Args:
+        constraint: Function of the unknown field in UFL, at most quadratic in it: a scalar or a
+            vector. It is taken at the nodes of the element.
+        element: Scalar element of `basix.ufl` that has a multiplier at each node.
+        dx: Measure whose points are these nodes, as
+            `ufl.dx(metadata={"quadrature_rule": "vertex"})`.
+        force: Size of the forces, N, for the tests of convergence.
+    """
+
+    constraint: Callable[[Expr], Any]
+    element: Any
+    dx: ufl.Measure
+    force: float = 1.0
+
+
+class OwnBody(Massless):
+    """A body that is described in UFL.
+
+    A state is a field `u` of the space. `strain(u)` are measures that are at most quadratic in it,
+    of order one, and `energy(e)` is any function of these, an energy density: forces over a step
+    are exact. Mass and forces are densities, too, and all of them are integrated with `dx`.
+
+    Args:
+        name: Its name.
+        space: Function space of DOLFINx.
+        strain: Measures of a field, a vector of UFL; None: no energy.
+        energy: Energy density of measures, J per unit of `dx`; or a stiffness, a symmetric
+            matrix of numbers or of UFL, whose kernels are compiled in a fraction of the time.
+        mass: Density `m v . w` of twice the kinetic energy, symmetric and bilinear in two fields;
+            None: massless.
+        force: Virtual power of applied forces per unit of `dx`, of the field, its rate (None in
+            statics), a virtual field and the time (a UFL constant, s); None: none.
+        constraints: What is held.
+        dx: Measure of the integrals.
+        size: What is large for the field, m.
+
+    Raises:
+        SceneError: If strains or constraints are not quadratic.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        space: fem.FunctionSpace,
+        *,
+        strain: Callable[[Expr], Expr] | None = None,
+        energy: Callable[[Expr], Expr] | Any = None,
+        mass: Callable[[Expr, Expr], Expr] | None = None,
+        force: Callable[[Expr, Expr | None, Expr, Expr], Expr] | None = None,
+        constraints: Sequence[Hold] = (),
+        dx: ufl.Measure = ufl.dx,
+        size: float = 1.0,
+    ) -> None:
+        elements = {"u": space.ufl_element()}
+        for k, hold in enumerate(constraints):
+            count = len(_vector(hold.constraint(ufl.Coefficient(space))))
+            shaped = basix.ufl.blocked_element(hold.element, (count,)) if count > 1 else None
+            elements[f"mu{k}"] = shaped or hold.element
+        mixed = mixed_space(space.mesh, elements, frozenset())
+        parts = [PartScale("u", f"'{name}'", size, ADVICE)]
+        parts += [
+            PartScale(p, f"multiplier of '{name}'", SMALL_FORCE, ADVICE)
+            for p in elements
+            if p != "u"
+        ]
+        super().__init__(name, mixed, tuple(parts), ())
+        self.kinematic, self.jump_parts = frozenset({"u"}), frozenset(elements)
+        self.layout, self.dx = Layout(mixed.parts), dx(space.mesh)
+        self.space = mixed.subspaces["u"]
+        self._strain, self._energy, self._mass, self._force = strain, energy, mass, force
+        self._holds = tuple(constraints)
+        self._one = fem.Constant(space.mesh, 1.0)
+        for what, function in self._functions():
+            if not is_quadratic(function, ufl.Coefficient(mixed.space)):
+                raise SceneError(
+                    f"body '{name}': {what} is not quadratic in the field; it must be: put "
+                    "functions of quadratic measures into the energy"
+                )
+
+    def _functions(self) -> list[tuple[str, Callable[[Expr], Expr]]]:
+        found = [("strain", self._measure)] if self._strain is not None else []
+        return found + [(f"constraint {k}", law.function) for k, law in enumerate(self._laws)]
+
+    def field(self, q: Expr) -> Expr:
+        """The field of a state."""
+        return self.layout.part(q, "u")
+
+    def _measure(self, q: Expr) -> Expr:
+        assert self._strain is not None
+        return self._strain(self.field(q))
+
+    @cached_property
+    def elastic(self) -> tuple[Elastic, ...]:
+        """The energy."""
+        if self._strain is None or self._energy is None:
+            return ()
+        strain = measure(self._measure)
+        if callable(self._energy):
+            return (PotentialStrains(self._measure, self._energy, self._one, self.dx, strain),)
+        section, dx = Stiffness(_matrix(self._energy, self.mixed.space.mesh)), self.dx
+        return (Strains(section, self.layout, strain, lambda d: d[0] * dx),)
+
+    @cached_property
+    def _laws(self) -> tuple[Held, ...]:
+        def law(hold: Hold) -> Held:
+            return Held(lambda q: ufl.as_vector(_vector(hold.constraint(self.field(q)))))
+
+        return tuple(map(law, self._holds))
+
+    @cached_property
+    def constraints(self) -> tuple[Constraint, ...]:
+        """What is held."""
+        mesh = self.mixed.space.mesh
+        return tuple(
+            Constraints(
+                law,
+                lambda q, part=f"mu{k}": self.layout.part(q, part),  # type: ignore[misc]
+                fem.Constant(mesh, float(hold.force)),
+                hold.dx(mesh),
+                _Error(self, law, hold),
+            )
+            for k, (law, hold) in enumerate(zip(self._laws, self._holds, strict=True))
+        )
+
+    def inertia(self, rate: Expr, dq: Expr) -> Form | None:
+        """Virtual work of the inertia forces."""
+        if self._mass is None:
+            return None
+        return self._mass(self.field(rate), self.field(dq)) * self.dx
+
+    def momentum(self, v: Expr, motion: Expr) -> Form | None:
+        """Momentum of velocities in the direction of a field."""
+        return None if self._mass is None else self._mass(self.field(v), motion) * self.dx
+
+    def applied(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
+        """Virtual work of the applied forces."""
+        if self._force is None:
+            return None
+        rate = None if rates is None else self.field(rates.chord)
+        # on the mesh, and of the time, whatever the force is of
+        return self._one * self._force(self.field(mid), rate, self.field(dq), time) * self.dx
+
+    def dofs(self, where: Callable[[Floats], Bools], components: Sequence[int] = ()) -> Int32s:
+        """Local dofs of the state at nodes.
+
+        Args:
+            where: Which coordinates, (3, n) to (n,).
+            components: Components of the field; all if there are none.
+        """
+        nodes = fem.locate_dofs_geometrical(self.space, where)
+        rows = self.mixed.dofs["u"].reshape(-1, self.space.dofmap.index_map_bs)[nodes]
+        return (rows[:, list(components)] if components else rows).ravel()
+
+    def hold(
+        self,
+        where: Callable[[Floats], Bools],
+        components: Sequence[int] = (),
+        motion: TimeFunction | None = None,
+    ) -> None:
+        """Hold nodes, or move them.
+
+        Args:
+            where: Which coordinates, (3, n) to (n,).
+            components: Components of the field; all if there are none.
+            motion: Their value over time; None: zero.
+        """
+        dofs = self.dofs(where, components)
+        ones = np.ones(len(dofs))
+        self.fixed.append(
+            FixedDofs(dofs, lambda t: (motion(t) if motion else 0.0) * ones, motion is not None)
+        )
+
+
+class _Error:
+    """Largest violation of what is held, at the middles of the cells it is held on.
+
+    Args:
+        body: The body.
+        law: The constraints.
+        hold: Where they are held.
+    """
+
+    def __init__(self, body: OwnBody, law: Held, hold: Hold) -> None:
+        self._state = fem.Function(body.mixed.space)
+        mesh = body.mixed.space.mesh
+        points = hold.element.basix_element.points
+        self._mesh, self._law = mesh, law
+        self._read = compiled_expression(law.function(self._state), np.asarray(points))
+        count = mesh.topology.index_map(mesh.topology.dim).size_local
+        self._cells = np.arange(count, dtype=np.int32)
+
+    def __call__(self, q: fem.Function) -> float:
+        self._state.x.array[:] = q.x.array
+        found = self._read.eval(self._mesh, self._cells)
+        return float(np.max(np.abs(found), initial=0.0))
+
+
+def _vector(value: Any) -> list[Expr]:
+    """Components of a scalar or vector of UFL."""
+    value = ufl.as_ufl(value)
+    return [value[k] for k in range(value.ufl_shape[0])] if value.ufl_shape else [value]
+
+
+def _matrix(stiffness: Any, mesh: Any) -> Expr:
+    """A stiffness as a matrix of UFL."""
+    if isinstance(stiffness, Expr):
+        return stiffness
+    return fem.Constant(mesh, np.ascontiguousarray(stiffness, dtype=float))
