@@ -50,8 +50,8 @@ class Solver:
 class StepControl:
     """How the step changes: smaller where Newton fails, back towards ``dt`` afterwards.
 
-    With a ``tolerance`` the step follows an estimate of its error, from ``dt`` on, and ``dt`` is
-    the first step only (`docs/theory/stepcontrol.md`).
+    With a ``tolerance`` the step follows an estimate of its error, and ``dt`` is the first step
+    only; a tolerance below 1e-4 begins with a shorter one (`docs/theory/stepcontrol.md`).
 
     Args:
         min_dt: Smallest step before the run gives up [s]; None: 1/1024 of ``dt``, with a tolerance

@@ -17,6 +17,9 @@ from dataclasses import dataclass, field
 
 from shellmb.simulate.stepsize.control import StepSize
 
+# Tolerance that the scene's step is thought to be for. The first steps have none before them by
+# which their error is known where a force begins to act; for smaller tolerances they are shorter
+USUAL = 1e-4
 # the ratio that is wanted
 AIM = 0.5
 INTEGRAL, PROPORTIONAL = 0.3, 0.4
@@ -69,8 +72,10 @@ class ErrorSize(StepSize):
     lag: float = field(default=0.0, init=False)
 
     def __post_init__(self) -> None:
-        """Begin with the scene's step."""
+        """Begin with the scene's step, or a shorter one."""
         super().__post_init__()
+        usual = (self.settings.tolerance or USUAL) / USUAL
+        self.dt = max(min(usual ** (1 / self.order), 1.0) * self.nominal, self.smallest)
         self._before = AIM
         self._after_rejection = False
 
