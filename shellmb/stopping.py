@@ -31,11 +31,11 @@ class Stopping:
     """What signals ask of this process.
 
     Attributes:
-        asked: The signal that has come and is not taken up yet.
+        requested: The signal that has come and is not taken up yet.
     """
 
     def __init__(self) -> None:
-        self.asked: int | None = None
+        self.requested: int | None = None
         self._deferred: Callable[[str], None] | None = None
         self._ours: set[int] = set()
 
@@ -61,7 +61,7 @@ class Stopping:
             for number, handler in before.items():
                 signal.signal(number, handler)
             if before:
-                self.asked = None
+                self.requested = None
 
     def renew(self) -> None:
         """Take the signals back from PETSc, which takes them for itself when it is loaded."""
@@ -85,7 +85,7 @@ class Stopping:
         if number == _PIPE and self._deferred is None:
             # whoever writes is told, too
             return
-        again, self.asked = self.asked is not None, number
+        again, self.requested = self.requested is not None, number
         if self._deferred is not None and not again:
             self._deferred("stopping behind this step; once more stops at once")
         elif several_ranks():

@@ -11,9 +11,9 @@ from typing import NamedTuple, Protocol
 import ufl
 from ufl.core.expr import Expr
 
-from shellmb.forms.constraints.leap import Leap, LeapRow, leap_row, slip_row
 from shellmb.forms.constraints.nonholonomic import Slip, interval_row, path_row
 from shellmb.forms.constraints.pathconstraints import ConstraintRow, held_row
+from shellmb.forms.constraints.velocity_jump import JumpRow, VelocityJump, jump_row, slip_row
 from shellmb.forms.steps.discrete import variation
 from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.path import Path
@@ -41,7 +41,7 @@ class Law(Protocol):
         """Row of the velocities `v`, which hold impulses, at the state `mid`."""
         ...
 
-    def jump(self, leap: Leap, dq: Expr) -> LeapRow:
+    def jump(self, step: VelocityJump, dq: Expr) -> JumpRow:
         """Row of the velocities at the end of a step that begins with a jump."""
         ...
 
@@ -69,9 +69,9 @@ class Held(NamedTuple):
         g = self.function
         return ConstraintRow(variation(g, mid, dv), None, variation(g, mid, v), (v, None))
 
-    def jump(self, leap: Leap, dq: Expr) -> LeapRow:
+    def jump(self, step: VelocityJump, dq: Expr) -> JumpRow:
         """Velocities at the end do not violate them (N2)."""
-        return leap_row(self.function, leap, dq)
+        return jump_row(self.function, step, dq)
 
 
 class Rolling(NamedTuple):
@@ -108,10 +108,10 @@ class Rolling(NamedTuple):
         own, value = both(row.own, self.slip(mid, dv)), both(row.value, self.slip(mid, v))
         return row._replace(own=own, value=value)
 
-    def jump(self, leap: Leap, dq: Expr) -> LeapRow:
+    def jump(self, step: VelocityJump, dq: Expr) -> JumpRow:
         """Velocities at the end violate neither (N2)."""
-        pairs = zip(self.held.jump(leap, dq), slip_row(self.slip, leap, dq), strict=True)
-        return LeapRow(*(both(a, b) for a, b in pairs))
+        pairs = zip(self.held.jump(step, dq), slip_row(self.slip, step, dq), strict=True)
+        return JumpRow(*(both(a, b) for a, b in pairs))
 
 
 def both(a: Expr, b: Expr) -> Expr:

@@ -137,9 +137,9 @@ def _sentence(error: BaseException) -> tuple[str, int]:
             f"error: the output cannot be written ({error}); everything else is finished and saved"
         )
         return said, EXIT + signal.SIGPIPE if error.broken else 1
-    if isinstance(error, KeyboardInterrupt) or STOPPING.asked is not None:
+    if isinstance(error, KeyboardInterrupt) or STOPPING.requested is not None:
         # a compiler that gets the signal, too, fails in its own way
-        number = getattr(error, "signal", STOPPING.asked) or signal.SIGINT
+        number = getattr(error, "signal", STOPPING.requested) or signal.SIGINT
         said = str(error) if isinstance(error, Stopped) else "nothing is left of it"
         return f"error: stopped by {signal.Signals(number).name}: {said}", EXIT + number
     if isinstance(error, FailedCheck):

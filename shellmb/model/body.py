@@ -10,7 +10,7 @@ from dolfinx import fem
 from ufl import Form
 from ufl.core.expr import Expr
 
-from shellmb.forms.constraints.leap import Leap
+from shellmb.forms.constraints.velocity_jump import VelocityJump
 from shellmb.forms.steps.damping import Straining
 from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.path import Path, Rows, Step
@@ -19,7 +19,7 @@ from shellmb.native.derivatives import Written
 
 TimeFunction = Callable[[float], float]
 # equations of velocities with their impulses, and forces in the rows of sub-intervals; None: none
-Leaping = tuple[Form, Form] | None
+JumpForms = tuple[Form, Form] | None
 Dofs = npt.NDArray[np.int32]
 Values = npt.NDArray[np.float64]
 
@@ -227,7 +227,7 @@ class Constraint(Protocol):
         """Constraints on velocities at the state `mid`, with their impulses; None without any."""
         ...
 
-    def jump(self, leap: Leap, dq: Expr) -> Leaping:
+    def jump(self, step: VelocityJump, dq: Expr) -> JumpForms:
         """Constraints on velocities at the end of a step that begins with a jump, eq. (N2)."""
         ...
 

@@ -19,7 +19,7 @@ from shellmb.observers.fields.modalresultants import ModalResultants
 from shellmb.observers.fields.nodal import Nodes
 from shellmb.observers.fields.resultants import Resultants, has_resultants
 from shellmb.observers.relative_motion import packed, seen, unpacked
-from shellmb.observers.wholeturns import WholeTurns
+from shellmb.observers.whole_rotations import WholeTurns
 from shellmb.scene import Probe, RigidBody
 from shellmb.simulate.simulation import Silent, Simulation
 

@@ -17,9 +17,9 @@ class Stop(Silent):
 
     def accepted(self, simulation: Simulation) -> None:
         """Look for signals, also for those that came while the run was built."""
-        asked = STOPPING.asked or 0
+        requested = STOPPING.requested or 0
         comm = simulation.model.comm
         if comm.size > 1:
-            asked = comm.allreduce(asked, op=MPI.MAX)
-        if asked:
-            raise Stopped(asked)
+            requested = comm.allreduce(requested, op=MPI.MAX)
+        if requested:
+            raise Stopped(requested)

@@ -17,7 +17,7 @@ from dolfinx import fem
 from ufl import Form
 from ufl.core.expr import Expr
 
-from shellmb.forms.constraints.leap import Leap
+from shellmb.forms.constraints.velocity_jump import VelocityJump
 from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.path import Step
 from shellmb.model.body import Body, Rates
@@ -52,7 +52,7 @@ class Levels:
         reference: Functions that stay zero, at which a linear scheme takes its forms
             (`schemes.linearised`); None for others.
         slides: Whether constraints hold velocities at the end of a step with an unknown jump
-            (`forms.constraints.leap`).
+            (`forms.constraints.velocity_jump`).
     """
 
     q: fem.Function
@@ -110,13 +110,13 @@ class JumpStage:
         defect: Rate whose momentum, with the impulses of the constraints, is zero.
         jump: The unknown jump, which holds the constraints' impulses, too.
         mid: State at which the constraints are taken.
-        leap: The step with it.
+        step: The step with it.
     """
 
     defect: Expr
     jump: Expr
     mid: Expr
-    leap: Leap
+    step: VelocityJump
 
 
 @dataclass(frozen=True)

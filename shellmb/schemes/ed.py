@@ -20,7 +20,7 @@ from typing import Any
 from dolfinx import fem
 from ufl.core.expr import Expr
 
-from shellmb.forms.constraints.leap import Leap
+from shellmb.forms.constraints.velocity_jump import VelocityJump
 from shellmb.forms.steps.discrete import mean
 from shellmb.scene.schemes import DISSIPATIVE
 from shellmb.schemes.base import (
@@ -121,8 +121,8 @@ class EnergyDecaying(Defaults):
         both, skew, weight = self._differences_of(levels, dt)
         q, qj, b = levels.q, levels.unknown["j"], levels.unknown["b"]
         a = both - b
-        leap = Leap(q, qj, levels.unknown["f"], b, a, levels.rates["v"] + a, dt)
-        return JumpStage(weight * b - (both - skew), b, mean(q, qj), leap)
+        step = VelocityJump(q, qj, levels.unknown["f"], b, a, levels.rates["v"] + a, dt)
+        return JumpStage(weight * b - (both - skew), b, mean(q, qj), step)
 
     def load_weight(self, stage: str, tau: float) -> float:
         """Row f: the mean; row j: with the first moment that eq. (30) stands for."""

@@ -235,7 +235,7 @@ class Simulation:
                     attempt = located
                     jump, measured = self._measured(attempt)
             except ConvergenceError as error:
-                if self.size.reject(dt) or (self.scheme.dynamic and self.size.leap()):
+                if self.size.reject(dt) or (self.scheme.dynamic and self.size.lengthen()):
                     continue
                 raise ConvergenceError(
                     f"t = {self.t:g}, step {self.step + 1}, dt = {dt:g}: {error}",

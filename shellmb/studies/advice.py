@@ -105,16 +105,16 @@ def sentence(judged: Judged, targets: Sequence[Target]) -> str:
     base: Offer | None = None
     alone = _alone(judged)
     for target in targets:
-        asked = f"{100 * target.error:g} % error in {judged.quantity}{alone}"
+        requested = f"{100 * target.error:g} % error in {judged.quantity}{alone}"
         if not target.known:
             known = f"{100 * judged.reference.uncertainty:.2g} %"
             parts.append(
-                f"{asked} cannot be determined: the reference is accurate to {known} only."
+                f"{requested} cannot be determined: the reference is accurate to {known} only."
             )
         elif not target.offers:
-            parts.append(f"{asked} is not reached: {_best(judged)}.")
+            parts.append(f"{requested} is not reached: {_best(judged)}.")
         else:
-            parts.append(_reached(judged, target, asked, base))
+            parts.append(_reached(judged, target, requested, base))
             base = base or target.offers[0]
     if judged.not_refined:
         fixed = " and ".join(judged.not_refined)
@@ -134,10 +134,10 @@ def _alone(judged: Judged) -> str:
     return f" from {' and '.join(sorted(refined))} alone"
 
 
-def _reached(judged: Judged, target: Target, asked: str, base: Offer | None) -> str:
+def _reached(judged: Judged, target: Target, requested: str, base: Offer | None) -> str:
     best = target.offers[0]
     name, error = judged.name(best.point), _error(judged, best.point)
-    told = f"For {asked} choose {name} (its error is {error}): {_cost(best)}"
+    told = f"For {requested} choose {name} (its error is {error}): {_cost(best)}"
     if base is not None and best.point != base.point:
         told += f", {_times(best.time_s / base.time_s)} as much"
     others = []

@@ -1,7 +1,7 @@
 """Dead points of slider-cranks, change points of a parallelogram, joints that are nearly redundant.
 
 There constraints depend on one another for an instant. Steps pass over it. Where one that would end
-near it fails, shorter ones only come nearer, so longer ones are tried at last (`StepSize.leap`).
+near it fails, shorter ones only come nearer, so longer ones come last (`StepSize.lengthen`).
 """
 
 from typing import Any
@@ -180,13 +180,13 @@ def test_a_start_at_a_change_point_is_told() -> None:
 
 def test_longer_steps_are_tried_where_shorter_ones_lead_nowhere() -> None:
     size = StepSize(StepControl(min_dt=0.2), nominal=1.0)
-    assert not size.leap(), "before anything has failed"
+    assert not size.lengthen(), "before anything has failed"
     size.reject(1.0)
-    assert not size.leap(), "there is no longer step than the one that failed"
+    assert not size.lengthen(), "there is no longer step than the one that failed"
     size.accept(None)
     tried = []
     dt = size.dt
-    while size.reject(dt) or size.leap():
+    while size.reject(dt) or size.lengthen():
         dt = size.dt
         tried.append(dt)
     # from 0.5, which was accepted and now fails, down; then what is longer than that

@@ -50,7 +50,7 @@ FAULTS: tuple[Fault, ...] = (
     ),
     Fault(
         "turns of probes that are counted one way only",
-        "shellmb/observers/wholeturns.py",
+        "shellmb/observers/whole_rotations.py",
         "along = -1 if self._turns and axis @ self._axis < 0 else 1",
         "along = 1",
         (f"{WHOLE}::test_turns_about_an_axis_that_stays[-0.7]",),

@@ -17,13 +17,13 @@ from shellmb.errors import SceneError
 from shellmb.forms.constraints import coordinates as forms
 from shellmb.forms.constraints.angle_work import turned, turning_rate
 from shellmb.forms.constraints.joints import Place
-from shellmb.forms.constraints.leap import Leap
+from shellmb.forms.constraints.velocity_jump import VelocityJump
 from shellmb.forms.steps.discrete import variation
 from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.path import Path
 from shellmb.meshes.nodes import NodeMesh, constant_vector, node_mesh, node_space
 from shellmb.meshes.spaces import MixedSpace
-from shellmb.model.body import Constraint, Dofs, Leaping, NodeLink, PartScale
+from shellmb.model.body import Constraint, Dofs, JumpForms, NodeLink, PartScale
 from shellmb.model.identification import node_links
 from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.joints.joints import BoundJoint
@@ -274,7 +274,7 @@ class AngleEquations:
         work = forms.turning(of.angle(mid), variation(of.angle, mid, dv), impulse)
         return self._form(impulse, work, gap, dv)
 
-    def jump(self, leap: Leap, dq: Expr) -> Leaping:
+    def jump(self, step: VelocityJump, dq: Expr) -> JumpForms:
         """None: angles hold the jump, as they are not quadratic."""
         return None
 

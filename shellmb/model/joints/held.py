@@ -11,11 +11,11 @@ from ufl import Form
 from ufl.core.expr import Expr
 
 from shellmb.forms.constraints.held import Law
-from shellmb.forms.constraints.leap import Leap
 from shellmb.forms.constraints.pathconstraints import ConstraintRow
+from shellmb.forms.constraints.velocity_jump import VelocityJump
 from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.path import Path
-from shellmb.model.body import Leaping
+from shellmb.model.body import JumpForms
 
 
 @dataclass(frozen=True)
@@ -54,14 +54,14 @@ class Constraints:
         """Constraints on velocities at the state `mid`, with their impulses; None without any."""
         return self._form(self.law.velocity(v, mid, dv), dv) if self.moving else None
 
-    def jump(self, leap: Leap, dq: Expr) -> Leaping:
+    def jump(self, step: VelocityJump, dq: Expr) -> JumpForms:
         """Constraints on velocities at the end of a step that begins with a jump."""
         if not self.moving:
             return None
-        row = self.law.jump(leap, dq)
-        impulses = ConstraintRow(row.impulse, None, row.value, (leap.jump, None))
+        row = self.law.jump(step, dq)
+        impulses = ConstraintRow(row.impulse, None, row.value, (step.jump, None))
         # of linear constraints there is no force: zero, on the mesh
-        return self._form(impulses, dq), self._sum(self._of(leap.jump), row.force) * self.dx
+        return self._form(impulses, dq), self._sum(self._of(step.jump), row.force) * self.dx
 
     def _of(self, q: Expr) -> list[Expr]:
         mu = self.multipliers(q)

@@ -11,7 +11,7 @@ from typing import Any
 from shellmb.arrays import Floats
 from shellmb.errors import ConvergenceError
 from shellmb.guarding.writing import make_folder
-from shellmb.observers.fields.asked import AskedFields
+from shellmb.observers.fields.requested import RequestedFields
 from shellmb.observers.files.batches import Batches
 from shellmb.observers.files.collection import Collection
 from shellmb.observers.files.drawn import drawn_parts
@@ -72,14 +72,19 @@ class Frames(Silent):
         self._parts = drawn_parts(simulation.model)
         self.grids = {n: g.grid for n, g in self._parts.items() if g.grid is not None}
         self._files: dict[str, GridFiles] = {}
-        self._asked = AskedFields(simulation, self._forces) if self.folder is not None else None
+        self._requested = (
+            RequestedFields(simulation, self._forces) if self.folder is not None else None
+        )
         self._all: Collection | None = None
         if self.folder is not None and self.grids:
             make_folder(self.folder)
-            assert self._asked is not None
+            assert self._requested is not None
             self._files = {
                 name: GridFiles(
-                    self.folder, grid, self._parts[name].cell_data(), self._asked.components(name)
+                    self.folder,
+                    grid,
+                    self._parts[name].cell_data(),
+                    self._requested.components(name),
                 )
                 for name, grid in self.grids.items()
             }
@@ -95,8 +100,8 @@ class Frames(Silent):
 
     def solved(self, simulation: Simulation) -> None:
         """Keep what means over the step need of its start."""
-        if self._asked is not None:
-            self._asked.solved()
+        if self._requested is not None:
+            self._requested.solved()
 
     def accepted(self, simulation: Simulation) -> None:
         """Take a frame if it is time, and at the end."""
@@ -129,8 +134,8 @@ class Frames(Silent):
         displacement, written = {}, {}
         for name, part in self._parts.items():
             fields = part.fields(simulation)
-            if self._asked is not None:
-                fields = self._asked.of(name, part, fields)
+            if self._requested is not None:
+                fields = self._requested.of(name, part, fields)
             if part.grid is None:
                 continue
             displacement[name] = fields["displacement"]

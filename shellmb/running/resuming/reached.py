@@ -108,7 +108,7 @@ def state_of_run(scene: Scene, run: Path | None, at: float | None, comm: MPI.Com
 
 
 def _check_same(
-    scene: Scene, saved: Saved, run: Path | None, free: frozenset[str], asked: str
+    scene: Scene, saved: Saved, run: Path | None, free: frozenset[str], requested: str
 ) -> None:
     """Whether a run was one of this scene, but for some fields."""
     found = differences(saved.scene, fingerprint(scene))
@@ -118,7 +118,7 @@ def _check_same(
         raise SceneError(
             f"the state in {run} is of another scene: {path} was {was}, is {now}"
             + (f", and {len(others) - 1} more" if others[1:] else "")
-            + f"; give the scene of the run, {asked}"
+            + f"; give the scene of the run, {requested}"
         )
 
 

@@ -47,11 +47,11 @@ def wanted_fields(scene: Description, kinds: set[str]) -> tuple[str, ...]:
         scene: The scene.
         kinds: Kinds of `FieldKind.bodies`.
     """
-    asked = scene.output.fields
+    requested = scene.output.fields
     return tuple(
         name
         for name, field in FIELDS.items()
-        if (name in asked or "all" in asked) and field.bodies & kinds
+        if (name in requested or "all" in requested) and field.bodies & kinds
     )
 
 

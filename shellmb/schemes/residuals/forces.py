@@ -7,10 +7,10 @@ from functools import reduce
 from ufl import Form
 from ufl.core.expr import Expr
 
-from shellmb.forms.constraints.leap import Leap
+from shellmb.forms.constraints.velocity_jump import VelocityJump
 from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.path import Step
-from shellmb.model.body import Body, Leaping, SubInterval, Term, added
+from shellmb.model.body import Body, JumpForms, SubInterval, Term, added
 from shellmb.model.pathterms import together
 
 
@@ -72,9 +72,9 @@ def velocity_constraint(body: Body, v: Expr, mid: Expr, dv: Expr) -> Form | None
     return added(held.velocity(v, mid, dv) for held in body.constraints)
 
 
-def jump_constraint(body: Body, leap: Leap, dq: Expr) -> Leaping:
+def jump_constraint(body: Body, step: VelocityJump, dq: Expr) -> JumpForms:
     """Constraints on velocities at the end of a step that begins with a jump."""
-    found = [pair for held in body.constraints if (pair := held.jump(leap, dq)) is not None]
+    found = [pair for held in body.constraints if (pair := held.jump(step, dq)) is not None]
     if not found:
         return None
     impulses, forces = zip(*found, strict=True)

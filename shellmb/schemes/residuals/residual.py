@@ -13,7 +13,7 @@ from ufl.core.expr import Expr
 from shellmb.errors import SceneError
 from shellmb.forms.steps.discrete import stress_average
 from shellmb.forms.steps.mixed import Interval
-from shellmb.model.body import Body, Leaping, LoadFactors, Rates, Term, TimeFunction
+from shellmb.model.body import Body, JumpForms, LoadFactors, Rates, Term, TimeFunction
 from shellmb.schemes.base import (
     END,
     GAUSS_TIMES,
@@ -216,9 +216,9 @@ def stage_forms(
     at = scheme.expand(levels.reference or levels, dt)
     jump = scheme.jump(levels, dt) if "b" in levels.unknown else None
 
-    def leaping(dq: Expr) -> Leaping:
+    def jump_forms(dq: Expr) -> JumpForms:
         """Constraints on velocities at the end of a step with a jump."""
-        return None if jump is None or not levels.slides else jump_constraint(body, jump.leap, dq)
+        return None if jump is None or not levels.slides else jump_constraint(body, jump.step, dq)
 
     for number, (name, stage) in enumerate(scheme.expand(levels, dt).items()):
         unknown = levels.unknown[name]
@@ -251,8 +251,8 @@ def stage_forms(
             1.0 if stage.single else 0.5,
             levels=levels if linear else None,
         )
-        leap = leaping(dq)
-        forces = inertia, internal, None if leap is None else leap[1]
+        jumped = jump_forms(dq)
+        forces = inertia, internal, None if jumped is None else jumped[1]
         own = [form for form in forces if form is not None]
         parts = [sum(own[1:], own[0])] if own else []
         samples = sample.resolved(body, dq, space.mesh)
@@ -260,10 +260,10 @@ def stage_forms(
         result[name] = StageForms(stage, tuple(parts), samples, tuple(terms), sub.states, work)
     if jump is not None:
         db = ufl.TestFunction(levels.unknown["b"].function_space)
-        leap = leaping(db)
+        jumped = jump_forms(db)
         rows = (
             body.inertia(jump.defect, db),
-            velocity_constraint(body, jump.jump, jump.mid, db) if leap is None else leap[0],
+            velocity_constraint(body, jump.jump, jump.mid, db) if jumped is None else jumped[0],
         )
         found = [form for form in rows if form is not None]
         result["b"] = StageForms(None, (sum(found[1:], found[0]),) if found else ())

@@ -62,7 +62,7 @@ def animate(
     left = None if budget is None else budget - (clock.perf_counter() - begin)
     order = _Order(len(what.states), left, fewest)
     drawn = list(images(what, WIDTH, (what.states[k] for k in order)))
-    pictures = dict(zip(order.asked, drawn, strict=True))
+    pictures = dict(zip(order.requested, drawn, strict=True))
     write([pictures[k] for k in order.kept], file)
     return file
 
@@ -76,13 +76,13 @@ class _Order:
         fewest: How many are drawn in any case.
 
     Attributes:
-        asked: Numbers of those that were drawn, in the order in which they were.
+        requested: Numbers of those that were drawn, in the order in which they were.
         kept: Numbers of those that are shown.
     """
 
     def __init__(self, count: int, budget: float | None, fewest: int) -> None:
         self._budget, self._fewest = budget, fewest
-        self.asked: list[int] = []
+        self.requested: list[int] = []
         self.kept: list[int] = list(range(count))
 
     def __iter__(self) -> Iterator[int]:
@@ -97,11 +97,11 @@ class _Order:
             more = int((self._budget - (last - begin)) / each) if each else len(self.kept)
             self.kept = _evenly(len(self.kept), min(max(self._fewest, more), len(self.kept)))
         for k in self.kept:
-            if k not in self.asked:
+            if k not in self.requested:
                 yield self._ask(k)
 
     def _ask(self, k: int) -> int:
-        self.asked.append(k)
+        self.requested.append(k)
         return k
 
 

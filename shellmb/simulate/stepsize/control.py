@@ -64,7 +64,7 @@ class StepSize:
         self.dt = max(self.settings.shrink * dt, self.smallest)
         return not self._leaping or self.dt > floor * (1 + 1e-9)
 
-    def leap(self) -> bool:
+    def lengthen(self) -> bool:
         """Try longer steps than any so far from this state; False if there are none.
 
         Where the steps before ended at a singular position, a dead point say, shorter ones come

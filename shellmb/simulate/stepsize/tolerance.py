@@ -113,7 +113,7 @@ class ErrorSize(StepSize):
             self.dt = max(min(max(factor, LEAST), KEEP[0]) * dt, self.smallest)
         return True
 
-    def leap(self) -> bool:
+    def lengthen(self) -> bool:
         """Longer steps would be off by more."""
         return False
 

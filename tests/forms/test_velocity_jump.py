@@ -7,7 +7,7 @@ import pytest
 import ufl
 from dolfinx import fem
 
-from shellmb.forms.constraints.leap import Leap, LeapRow, leap_row, slip_row
+from shellmb.forms.constraints.velocity_jump import JumpRow, VelocityJump, jump_row, slip_row
 from shellmb.forms.steps.discrete import variation
 from shellmb.meshes.nodes import node_mesh, node_space
 
@@ -53,12 +53,12 @@ class Step:
         values = self.start, self.inner, self.end, self.jump, self.gain, self.v + self.gain
         for state, value in zip(states, values, strict=True):
             state.x.array[:] = value
-        self.leap = Leap(*states, fem.Constant(nodes.mesh, STEP))
+        self.step = VelocityJump(*states, fem.Constant(nodes.mesh, STEP))
 
     def along(self, row) -> np.ndarray:
         return np.array(fem.assemble_vector(fem.form(row[0] * ufl.dx)).array)
 
-    def work(self, row: LeapRow) -> float:
+    def work(self, row: JumpRow) -> float:
         """Of a multiplier of one."""
         impulses = self.along(row.impulse) @ self.jump / 2
         return float(impulses + self.along(row.force) @ self.chord)
@@ -68,7 +68,7 @@ class Step:
 def test_work_is_of_what_vanishes(slope: np.ndarray) -> None:
     """For any states: both sub-intervals, and the rates at both ends of the step."""
     step = Step()
-    row = slip_row(form_of(slope), step.leap, step.dq)
+    row = slip_row(form_of(slope), step.step, step.dq)
 
     def exact(q, dq):
         return float((A0 + slope @ q) @ dq)
@@ -85,8 +85,8 @@ def test_work_is_of_what_vanishes(slope: np.ndarray) -> None:
 def test_positions_are_the_symmetric_case() -> None:
     step = Step()
     held, general = (
-        leap_row(position, step.leap, step.dq),
-        slip_row(lambda q, dq: variation(position, q, dq), step.leap, step.dq),
+        jump_row(position, step.step, step.dq),
+        slip_row(lambda q, dq: variation(position, q, dq), step.step, step.dq),
     )
     for ours, theirs in zip(held[1:], general[1:], strict=True):
         assert step.along(ours) == pytest.approx(step.along(theirs), rel=1e-11)

@@ -34,7 +34,7 @@ from shellmb.forms.steps.discrete import mean, variation
 Slip = Callable[[Expr, Expr], Expr]
 
 
-class Leap(NamedTuple):
+class VelocityJump(NamedTuple):
     """The step.
 
     Args:
@@ -56,7 +56,7 @@ class Leap(NamedTuple):
     dt: Expr
 
 
-class LeapRow(NamedTuple):
+class JumpRow(NamedTuple):
     """Constraints on the velocities at the end, all of shape (n,).
 
     Args:
@@ -70,33 +70,33 @@ class LeapRow(NamedTuple):
     force: Expr
 
 
-def slip_row(slip: Slip, leap: Leap, dq: Expr) -> LeapRow:
+def slip_row(slip: Slip, step: VelocityJump, dq: Expr) -> JumpRow:
     """Constraints on velocities, eq. (N2).
 
     Args:
         slip: `A(q) dq`.
-        leap: The step.
+        step: The step.
         dq: Direction.
     """
-    middle, first = mean(leap.start, leap.end), leap.inner - leap.start
+    middle, first = mean(step.start, step.end), step.inner - step.start
 
     def turned(change: Expr, dq: Expr) -> Expr:
         """`B(change, dq)`: `A` is linear."""
         return variation(lambda q: slip(q, dq), middle, change)
 
     skew = turned(dq, first) - turned(first, dq)
-    force = -turned(dq, leap.gain) / 4 - skew / (2 * leap.dt)
-    return LeapRow(slip(leap.end, leap.velocity), slip(middle, dq), force)
+    force = -turned(dq, step.gain) / 4 - skew / (2 * step.dt)
+    return JumpRow(slip(step.end, step.velocity), slip(middle, dq), force)
 
 
-def leap_row(function: Callable[[Expr], Expr], leap: Leap, dq: Expr) -> LeapRow:
+def jump_row(function: Callable[[Expr], Expr], step: VelocityJump, dq: Expr) -> JumpRow:
     """Row of a velocity jump of quadratic constraints on positions.
 
     Args:
         function: The constraints as a function of the state.
-        leap: The step.
+        step: The step.
         dq: Direction.
     """
-    rate = variation(function, leap.end, leap.velocity)
-    impulse = variation(function, mean(leap.start, leap.end), dq)
-    return LeapRow(rate, impulse, -measure(function).quad(leap.gain, dq) / 4)
+    rate = variation(function, step.end, step.velocity)
+    impulse = variation(function, mean(step.start, step.end), dq)
+    return JumpRow(rate, impulse, -measure(function).quad(step.gain, dq) / 4)

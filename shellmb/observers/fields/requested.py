@@ -14,7 +14,7 @@ DIRECTORS = ("director", "d1", "d2", "d3")
 XYZ = ("x", "y", "z")
 
 
-class AskedFields:
+class RequestedFields:
     """Fields of all parts.
 
     Args:
