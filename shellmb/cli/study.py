@@ -61,7 +61,8 @@ def study(
 ) -> None:
     """Measure what accuracy costs: error against time for all combinations of the given options.
 
-    Every option with commas is a list. Records are kept in `--out` (runs/study-SCENE if left out)
+    Without any, mesh and step are swept in one round: half, all and twice of the scene's own. Every
+    option with commas is a list. Records are kept in `--out` (runs/study-SCENE if left out)
     run by run; a study that was stopped goes on there. Times are of the steps, set-up and
     compiling excluded, the median of several rounds in turn.
     """

@@ -112,7 +112,35 @@ def sweep_of(
     """
     base = Base(scene, tuple(parameters.items()), t_end, body)
     given = {name: value for name, value in options.items() if value is not None}
+    if not any(given.get(axis) for axis in AXES):
+        given = usual_axes(base) | given
     return Sweep(base, tuple(map(parse_quantity, quantity)), **read(StudyOptions, given))
+
+
+def usual_axes(base: Base) -> dict[str, Any]:
+    """What is swept where nothing is named: mesh and step, about those of the scene, in one round.
+
+    Args:
+        base: The scene.
+
+    Raises:
+        SceneError: If it is impossible.
+    """
+    own = base.complete(base.module(), Choice())
+    found: dict[str, Any] = {"repeat": 1}
+    if own.mesh is not None:
+        along, across = own.mesh
+        # a beam has one count
+        beam = own.cell is None
+        twice = (2 * along, across if beam else 2 * across)
+        even = along % 2 == 0 and (beam or across % 2 == 0)
+        half = [(along // 2, across if beam else across // 2)] if even else []
+        found["mesh"] = (*half, own.mesh, twice)
+    if own.step_tolerance is not None:
+        found["step_tolerance"] = tuple(own.step_tolerance * f for f in (10.0, 1.0, 0.1))
+    elif own.dt is not None and own.scheme not in ("static", "linear"):
+        found["dt"] = tuple(own.dt * f for f in (2.0, 1.0, 0.5))
+    return found
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from shellmb.scene import Clamped, GmshFile, Isotropic, Scene, Shell
 from shellmb.studies.cases.bundled import BUNDLED, find_bundled
 from shellmb.studies.choice import Base, Choice
 from shellmb.studies.quantity import parse_quantity
-from shellmb.studies.sweep import Sweep, chain, make_grid, not_refined
+from shellmb.studies.sweep import Sweep, chain, make_grid, not_refined, sweep_of, usual_axes
 
 from .conftest import SMALL
 
@@ -169,3 +169,24 @@ def test_unknown_bundled_study():
     assert find_bundled("all") == BUNDLED
     with pytest.raises(SceneError, match="bundled is 'statics'; it must be 'all' or one of"):
         find_bundled("statics")
+
+
+def test_a_study_without_options_refines_mesh_and_step():
+    """The kind: no offer leaves out an error that nobody has asked to leave out."""
+    sweep = sweep_of(SMALL, {})
+    found = make_grid(sweep, load(SMALL))
+    assert set(found.values("mesh")) == {(3, 1), (6, 2), (12, 4)}
+    assert set(found.values("dt")) == {2e-3, 1e-3, 5e-4}
+    finer = chain(sweep, found)
+    assert (finer[0].mesh, finer[0].dt) == ((24, 8), 2.5e-4)
+    assert not_refined(sweep, found, finer) == ()
+    assert sweep.repeat == 1
+    # rigid bodies have no mesh, statics have no step, a beam has one count
+    assert set(usual_axes(Base("heavy_top"))) == {"repeat", "dt"}
+    assert set(usual_axes(Base("loaded_plate"))) == {"repeat", "mesh"}
+    assert usual_axes(Base("spin_up_beam"))["mesh"] == ((2, 1), (4, 1), (8, 1))
+    # what is named is all that is swept
+    assert make_grid(sweep_of(SMALL, {}, scheme=("ep", "ed")), load(SMALL)).swept == (
+        "scheme",
+        "alpha",
+    )
