@@ -351,7 +351,7 @@ def test_a_body_knows_no_scheme() -> None:
     (body,) = (n for n in tree.body if isinstance(n, ast.ClassDef) and n.name == "Body")
     methods = {n.name: n for n in body.body if isinstance(n, ast.FunctionDef)}
     assert len(methods) <= 8
-    of_time = {"Interval", "Leap", "Path", "Rows", "Step", "SubInterval", "Term"}
+    of_time = {"Interval", "VelocityJump", "Path", "Rows", "Step", "SubInterval", "Term"}
     for name, method in methods.items():
         named = {n.id for n in ast.walk(method) if isinstance(n, ast.Name)}
         assert not named & of_time, name

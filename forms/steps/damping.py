@@ -10,7 +10,7 @@ as the stresses of the scheme do, and so takes of the energy
     work = -(1/h) [(e_f - e_i) . C^d (e_f - e_i) + 3 bow . C^d bow],                          (D2)
 
 exactly, and of what moves without strains nothing. Rows see moments of the strain with other
-weights, so the templates of `forms.steps.pathwork` serve. EP has no bow. ED is linear in both of
+weights, so the templates of `forms.steps.stress_work` serve. EP has no bow. ED is linear in both of
 its sub-intervals; with `bow = e_i - e_j` its rows see
 
     f:  e_f - e_i,          j:  (e_f - e_i) + 3 (e_j - e_i)
@@ -39,7 +39,7 @@ from shellmb.forms.measure import Measure
 from shellmb.forms.state import Layout
 from shellmb.forms.steps.mixed import LinearMixed, bending, membrane_shear, split
 from shellmb.forms.steps.path import Moment, Rows, moment_of
-from shellmb.forms.steps.pathwork import MixedSection
+from shellmb.forms.steps.stress_work import MixedSection
 
 
 class Straining(NamedTuple):

@@ -57,7 +57,7 @@ class Interval(NamedTuple):
 
 
 class Formulation(Protocol):
-    """Strain energy of a section; its virtual work is in `forms.steps.pathwork`."""
+    """Strain energy of a section; its virtual work is in `forms.steps.stress_work`."""
 
     def energy(self, strain: Measure, layout: Layout, q: Expr) -> Density:
         """Strain energy of the state `q` per area."""

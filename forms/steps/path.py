@@ -58,8 +58,8 @@ import ufl
 from ufl.core.expr import Expr
 
 from shellmb.forms.measure import Measure
-from shellmb.forms.steps.anystrain import AnyStep
 from shellmb.forms.steps.discrete import derivatives
+from shellmb.forms.steps.general_strains import GeneralStep
 
 # pairs of the states x, D, z, y in the order of a moment's weights
 PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2), (1, 3))
@@ -324,7 +324,7 @@ def is_quadratic(function: Callable[[Expr], Expr], state: Any) -> bool:
 
 
 class Points(NamedTuple):
-    """What rows of nonlinear sections need, by two Gauss points in time (`pathwork_nonlinear`).
+    """What rows of nonlinear sections need, by two Gauss points in time (`stress_work_nonlinear`).
 
     Args:
         rows: Strains of both points and what their stresses act on.
@@ -362,7 +362,7 @@ class Step(NamedTuple):
     path: Path
     rows: Rows
     points: Points
-    whole: AnyStep
+    whole: GeneralStep
 
     @property
     def states(self) -> tuple[Expr, ...]:

@@ -26,7 +26,7 @@ from ufl.core.expr import Expr
 
 from shellmb.forms.constraints.elements import GAUSS, Stretch
 from shellmb.forms.steps.discrete import gradient
-from shellmb.forms.steps.pathwork_nonlinear import tangent
+from shellmb.forms.steps.stress_work_nonlinear import tangent
 
 Potential = Callable[[Expr], Expr]
 

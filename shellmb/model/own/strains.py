@@ -20,7 +20,7 @@ from shellmb.forms.state import Layout
 from shellmb.forms.steps import potentials as forms
 from shellmb.forms.steps.discrete import gradient
 from shellmb.forms.steps.path import Pair, Rows, Step, moment_of, slope_at
-from shellmb.forms.steps.pathwork_nonlinear import tangent
+from shellmb.forms.steps.stress_work_nonlinear import tangent
 from shellmb.model.body import SubInterval, Term
 from shellmb.model.potentials.exact import ExactEnergy
 from shellmb.native.derivatives import by_shares
@@ -30,7 +30,7 @@ NOTHING = ufl.as_vector([0, 0])
 
 @dataclass(frozen=True)
 class Stiffness:
-    """A linear section without resultants, as `forms.steps.pathwork.MixedSection`.
+    """A linear section without resultants, as `forms.steps.stress_work.MixedSection`.
 
     Args:
         C: Stiffness, shape (n, n), symmetric.

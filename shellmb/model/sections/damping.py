@@ -12,8 +12,8 @@ from shellmb.forms.measure import Measure
 from shellmb.forms.state import Layout
 from shellmb.forms.steps.damping import Resistance, Straining, at_state, taken
 from shellmb.model.body import Rates, Term
-from shellmb.model.pathterms import path_terms
-from shellmb.model.pathterms import together as joined
+from shellmb.model.row_terms import path_terms
+from shellmb.model.row_terms import together as joined
 from shellmb.scene import BeamSection, Section
 
 

@@ -12,14 +12,14 @@ from ufl.core.expr import Expr
 from shellmb.errors import SceneError
 from shellmb.forms.measure import Measure, at_middle
 from shellmb.forms.state import Layout
-from shellmb.forms.steps.anystrain import AnyStrain, ExactInterval
+from shellmb.forms.steps.general_strains import ExactInterval, GeneralStrain
 from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
 from shellmb.forms.steps.path import Step, moment_of
-from shellmb.forms.steps.pathwork import MixedSection, interval_work
-from shellmb.forms.steps.pathwork_nonlinear import NonlinearPath
+from shellmb.forms.steps.stress_work import MixedSection, interval_work
+from shellmb.forms.steps.stress_work_nonlinear import NonlinearPath
 from shellmb.model.body import SubInterval, Term
-from shellmb.model.pathterms import any_terms, path_terms, point_terms
+from shellmb.model.row_terms import general_terms, path_terms, point_terms
 
 Integrate = Callable[[Sequence[Expr]], Form]
 
@@ -89,7 +89,7 @@ class Strains:
 
 
 @dataclass(frozen=True)
-class AnyStrains(Strains):
+class GeneralStrains(Strains):
     """Strains that are not quadratic in the state, with a linear section.
 
     Args:
@@ -110,10 +110,10 @@ class AnyStrains(Strains):
 
     def path_term(self, step: Step, tests: Sequence[Expr], trial: Expr) -> Term:
         """Virtual work of both rows of a step, made exact along its chord."""
-        return any_terms(*self._common, self.product, step, tests, trial, self.integrate)
+        return general_terms(*self._common, self.product, step, tests, trial, self.integrate)
 
-    def _over(self, step: Step, states: Sequence[Expr]) -> AnyStrain:
-        return AnyStrain(self.strain, states, step.whole.places)
+    def _over(self, step: Step, states: Sequence[Expr]) -> GeneralStrain:
+        return GeneralStrain(self.strain, states, step.whole.places)
 
     def _bow_of(self, step: Step) -> Expr:
         return self._over(step, step.path.states).bow
@@ -131,7 +131,7 @@ class HyperelasticStrains(Strains):
     Args:
         who: The body, for errors.
         quadratic: Whether the strains are quadratic in the state.
-        weight: As of `AnyStrains`.
+        weight: As of `GeneralStrains`.
     """
 
     section: NonlinearMixed
@@ -168,7 +168,7 @@ class HyperelasticStrains(Strains):
 
     def bow(self, step: Step, held: Expr) -> Form:
         """Energy of the bow with the stiffness at the start."""
-        return self.integrate(self._over(step).lost())
+        return self.integrate(self._over(step).bow_energy())
 
     def mean_stress(self, step: Step) -> Expr:
         """Mean of the resultants over a step, shape (8,)."""

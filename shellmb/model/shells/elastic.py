@@ -14,7 +14,7 @@ from shellmb.forms.measure import Measure
 from shellmb.forms.steps.mixed import LinearMixed
 from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
 from shellmb.forms.steps.path import is_quadratic
-from shellmb.model.sections.strains import AnyStrains, HyperelasticStrains, Integrate, Strains
+from shellmb.model.sections.strains import GeneralStrains, HyperelasticStrains, Integrate, Strains
 from shellmb.model.shells.bound import BoundShell
 
 
@@ -68,7 +68,7 @@ def _linear(
         sizes = 1, 1, 1, h**2, h**2
         return sum(s * ufl.dot(x, y) for s, x, y in zip(sizes, first, second, strict=True))
 
-    return AnyStrains(*common, weight, product)
+    return GeneralStrains(*common, weight, product)
 
 
 def quadratic_strains(shell: BoundShell) -> bool:

@@ -18,7 +18,7 @@ from shellmb.forms.measure import Measure
 from shellmb.forms.steps.damping import ViscousRule, ViscousShell
 from shellmb.forms.steps.mixed import LinearMixed
 from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed, assumed
-from shellmb.forms.steps.pathwork_nonlinear import tangent
+from shellmb.forms.steps.stress_work_nonlinear import tangent
 from shellmb.model.sections.damping import Resisting, StrainDamping
 from shellmb.model.shells.bound import BoundShell
 from shellmb.model.shells.elastic import quadratic_strains

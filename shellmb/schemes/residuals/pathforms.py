@@ -16,7 +16,7 @@ from shellmb.model.body import Body, Dofs, Rates, kinetic_energy
 from shellmb.schemes.base import END, Levels, Resulting, Scheme, Tangent, Values
 from shellmb.schemes.notation import PathPage
 from shellmb.schemes.residuals.forces import bow_energy, path_forces, path_term
-from shellmb.schemes.residuals.pathpoints import at_points, of_any_form
+from shellmb.schemes.residuals.pathpoints import at_points, of_general_strains
 from shellmb.schemes.residuals.residual import Sample, StageForms, acting, averaged
 from shellmb.schemes.residuals.rows import NAMES, PathStates, both_rows, constants
 from shellmb.schemes.residuals.strainrates import over_path
@@ -68,7 +68,7 @@ class PathForms:
         pairs = [path_pairs(page, alpha, k) for k in (0, 1)]
         rows = both_rows(*common, pairs, unknown, page.strains(1.0))
         points = at_points(page, *common, alpha, unknown)
-        self.step = Step(self.path, rows, points, of_any_form(page, self._mesh, alpha))
+        self.step = Step(self.path, rows, points, of_general_strains(page, self._mesh, alpha))
 
     @cached_property
     def stages(self) -> dict[str, StageForms]:

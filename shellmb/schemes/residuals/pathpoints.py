@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from ufl.core.expr import Expr
 
-from shellmb.forms.steps.anystrain import AnyRow, AnyStep
+from shellmb.forms.steps.general_strains import GeneralRow, GeneralStep
 from shellmb.forms.steps.path import Moment, Points
 from shellmb.schemes.notation import MomentWeights, PathPage
 from shellmb.schemes.residuals.rows import bare_moment, bare_slope, both_rows, constants
@@ -68,7 +68,7 @@ def at_points(
     )
 
 
-def of_any_form(page: PathPage, mesh: Any, alpha: float) -> AnyStep:
+def of_general_strains(page: PathPage, mesh: Any, alpha: float) -> GeneralStep:
     """What rows of strains of any form consist of.
 
     Args:
@@ -77,14 +77,14 @@ def of_any_form(page: PathPage, mesh: Any, alpha: float) -> AnyStep:
         alpha: Dissipation.
     """
 
-    def row(points: Sequence[float], middle: float, turning: float, k: int) -> AnyRow:
+    def row(points: Sequence[float], middle: float, turning: float, k: int) -> GeneralRow:
         numbers = [*points, middle, turning, float(k == 0), float(k == 1)]
         a, b, middling, turned, first, second = constants(mesh, numbers)
-        return AnyRow((a, b), middling, turned, (first, second))
+        return GeneralRow((a, b), middling, turned, (first, second))
 
     first, last = constants(mesh, POINTS)
     rows = row((0.5, 0.5), 0.0, 1 / 3, 0), row([p / 2 for p in POINTS], 1 / 3, 0.0, 1)
     # of the states on the path, and of those that hold the resultants of both rows
     held = np.eye(2)
     shares = np.concatenate([page.states(alpha)[:, UNKNOWN], held]).T
-    return AnyStep((first, last), rows, tuple(constants(mesh, list(s)) for s in shares))
+    return GeneralStep((first, last), rows, tuple(constants(mesh, list(s)) for s in shares))

@@ -115,7 +115,7 @@ POINTS = (-1 / np.sqrt(3), 1 / np.sqrt(3))
 
 
 def at_point(page: PathPage, p: float) -> MomentWeights:
-    """Strain of `forms.steps.pathwork_nonlinear` at a Gauss point, where `P1` is `p`."""
+    """Strain of `forms.steps.stress_work_nonlinear` at a Gauss point, where `P1` is `p`."""
     mean, half = page.strains(0.0)
     return mean + p * half
 

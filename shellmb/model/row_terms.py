@@ -12,16 +12,16 @@ from ufl.core.expr import Expr
 import shellmb.forms
 from shellmb.forms.measure import Measure
 from shellmb.forms.state import Layout
-from shellmb.forms.steps.anystrain import AnyStrain
+from shellmb.forms.steps.general_strains import GeneralStrain
 from shellmb.forms.steps.path import Change, Pair, Points, Rows, Step
-from shellmb.forms.steps.pathwork import (
+from shellmb.forms.steps.stress_work import (
     MixedSection,
-    any_stresses,
-    any_work,
+    general_stresses,
+    general_work,
     pair_change,
     stress_work,
 )
-from shellmb.forms.steps.pathwork_nonlinear import NonlinearPath
+from shellmb.forms.steps.stress_work_nonlinear import NonlinearPath
 from shellmb.model.body import Term
 from shellmb.native.derivatives import Written, by_shares, written_as
 
@@ -132,7 +132,7 @@ def point_terms(
     return Term(residual, points.rows.numbers, derivatives)
 
 
-def any_terms(
+def general_terms(
     section: MixedSection,
     layout: Layout,
     strain: Measure,
@@ -148,21 +148,21 @@ def any_terms(
         section: Its mixed form.
         layout: Parts of the state.
         strain: Its strains.
-        product: Product of two states, as of `AnyStrain.rest`.
+        product: Product of two states, as of `GeneralStrain.rest`.
         step: The step.
         tests: Virtual displacement of each row.
         trial: Direction of derivatives.
         integrate: Integral of densities, one for each quadrature rule.
     """
     held, alpha = (step.path.end, step.path.end_velocity), step.path.alpha
-    along = AnyStrain(strain, step.states, step.whole.places)
+    along = GeneralStrain(strain, step.states, step.whole.places)
     common = section, layout, along, held, alpha
-    first = [pair[0] for pair in any_stresses(*common)]
+    first = [pair[0] for pair in general_stresses(*common)]
     residual = integrate([along.rest(stress, product, tests[0]) for stress in first])
     derivatives: dict[tuple[int, int], tuple[Form | Written, ...]] = {}
     for k, (row, dq) in enumerate(zip(step.whole.rows, tests, strict=True)):
-        residual += integrate(any_work(*common, row, dq))
-        work = integrate(any_work(*common, row, _single(trial)))
+        residual += integrate(general_work(*common, row, dq))
+        work = integrate(general_work(*common, row, _single(trial)))
         for column, shares in enumerate(step.whole.shares):
             derivatives[k, column] = (by_shares(work, (*step.states, *held), shares, trial),)
     return Term(residual, step.rows.numbers, derivatives)

@@ -13,7 +13,7 @@ sees, `c = De(q_m) D`,
 of second order in the step. A strain that does not see rigid rotations is a function of the
 quadratic ones: `c` vanishes only where its change does, and both momenta are kept.
 
-Over a step that is quadratic in time (`AnyStrain`) bow and ends of a strain are, with
+Over a step that is quadratic in time (`GeneralStrain`) bow and ends of a strain are, with
 `m = (q_i + q_f)/2` and `H = D^2 e(m)`,
 
     bow = [6 De(m) z + H(D, y)]/3,   <s> = (e_i + e_f - bow)/2,   S_0 = C <s>,
@@ -76,7 +76,7 @@ class ExactInterval:
         return lambda stress: ufl.dot(stress, de) + ufl.dot(stress, change - seen) * along
 
 
-class AnyRow(NamedTuple):
+class GeneralRow(NamedTuple):
     """What a row of a step has of the stresses, as numbers.
 
     Args:
@@ -92,7 +92,7 @@ class AnyRow(NamedTuple):
     own: tuple[Expr, Expr]
 
 
-class AnyStep(NamedTuple):
+class GeneralStep(NamedTuple):
     """A step as strains of any form need it, its numbers as Constants.
 
     Args:
@@ -103,11 +103,11 @@ class AnyStep(NamedTuple):
     """
 
     places: tuple[Expr, Expr]
-    rows: tuple[AnyRow, AnyRow]
+    rows: tuple[GeneralRow, GeneralRow]
     shares: tuple[tuple[Expr, ...], ...]
 
 
-class AnyStrain:
+class GeneralStrain:
     """A strain of any form over a step that is quadratic in time.
 
     Args:
@@ -135,7 +135,7 @@ class AnyStrain:
         """Strains of which `S_0` and `S_1` are the stresses."""
         return self.mean, (self.change + alpha * self.bow) / 2
 
-    def work(self, stresses: tuple[Expr, Expr], row: AnyRow, dq: Expr) -> Expr:
+    def work(self, stresses: tuple[Expr, Expr], row: GeneralRow, dq: Expr) -> Expr:
         """What `S_0` and `S_1` have in a row, without `delta`."""
         first, second = stresses
         strain, parts = self._strain, zip(row.points, self._points, strict=True)

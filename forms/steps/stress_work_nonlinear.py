@@ -7,7 +7,7 @@ linear functions of time::
 
 and `S_0 + S_1 P1` is the projection of `psi'(E(tau))` on linear functions by two Gauss points.
 There `E` is a moment of the strains as any other, `<s> -+ (e_f - e_i)/(2 sqrt(3))`, and both rows
-are sums of `stress at a point . slope`: the templates of `forms.steps.pathwork`, with `psi'` and
+are sums of `stress at a point . slope`: the templates of `forms.steps.stress_work`, with `psi'` and
 `psi''` at one strain in place of a stiffness. What two points leave is made good along the chord of
 the strains (per point in space, after O. Gonzalez, J. Nonlinear Sci. 6 (1996) 449-467)::
 
@@ -169,7 +169,7 @@ class NonlinearPath:
             )
         return found
 
-    def lost(self) -> list[Expr]:
+    def bow_energy(self) -> list[Expr]:
         """Energy of the bow of the strains, with the stiffness at the start."""
         points, states, found = self._points, self._states, []
         for psi, measure in self._parts:

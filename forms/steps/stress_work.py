@@ -8,8 +8,8 @@ from ufl.core.expr import Expr
 
 from shellmb.forms.measure import Acting, Measure, at_middle
 from shellmb.forms.state import Layout
-from shellmb.forms.steps.anystrain import AnyRow, AnyStrain
 from shellmb.forms.steps.discrete import stress_average
+from shellmb.forms.steps.general_strains import GeneralRow, GeneralStrain
 from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.path import Change, Pair, Stress, across, moment_of, slope_at
 
@@ -128,8 +128,8 @@ def interval_work(
     return found
 
 
-def any_stresses(
-    section: MixedSection, layout: Layout, strain: AnyStrain, held: Sequence[Expr], alpha: Expr
+def general_stresses(
+    section: MixedSection, layout: Layout, strain: GeneralStrain, held: Sequence[Expr], alpha: Expr
 ) -> list[tuple[Expr, Expr]]:
     """Stresses `S_0`, `S_1` over a step for strains of any form, for each quadrature rule.
 
@@ -147,20 +147,20 @@ def any_stresses(
     return list(zip(*found, strict=True))
 
 
-def any_work(
+def general_work(
     section: MixedSection,
     layout: Layout,
-    strain: AnyStrain,
+    strain: GeneralStrain,
     held: Sequence[Expr],
     alpha: Expr,
-    row: AnyRow,
+    row: GeneralRow,
     dq: Expr,
 ) -> list[Expr]:
     """Densities of a row's work with its compatibility, for strains of any form.
 
     One for each quadrature rule, without what Gauss' points lack.
     """
-    stresses = any_stresses(section, layout, strain, held, alpha)
+    stresses = general_stresses(section, layout, strain, held, alpha)
     found = [strain.work(pair, row, dq) for pair in stresses]
     own = list(zip(row.own, strain.moments(alpha), held, strict=True))
     e = sum(o * moment for o, moment, _ in own)
