@@ -154,6 +154,16 @@ class LinearMixed:
         """Membrane and shear forces that a state holds, shape (5,), N/m."""
         return self.N0 * layout.resultants(q)
 
+    def compatible(self, e: Expr) -> Expr:
+        """Resultants of strains without transverse shear, shape (5,), N/m."""
+        n = 0 * ufl.as_vector([e[0], e[1], e[2]])
+        if self.A_inv is not None:
+            # by the inverse, which is known at the points of the reduced rule
+            n = ufl.inv(self.A_inv) * ufl.as_vector([e[0], e[1], e[2]])
+        if self.B is not None:
+            n = n + self.B * bending(e)
+        return ufl.as_vector([*n, 0.0, 0.0])
+
     def stress(self, e: Expr, N: Expr) -> tuple[Expr, ...]:
         """Generalised stresses for the full and the reduced rule, shape (8,) each."""
         return self._forces(e, N)

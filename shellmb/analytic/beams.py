@@ -227,3 +227,45 @@ def lateral_buckling(held: bool = False) -> float:
     """
     order, low, high = (0.75, 3.0, 4.0) if held else (-0.25, 1.5, 2.5)
     return 2 * float(brentq(lambda z: jv(order, z), low, high, xtol=1e-15))
+
+
+def heated_arch(stretching: float, bending: float, span: float, rise: float) -> tuple[float, float]:
+    """Symmetric limit point of a shallow sine arch on fixed hinges that curves by itself.
+
+    Without axial force it would have the curvature ``-pi^2 rise/span^2 sin(pi x/span) + kappa``.
+    With the thrust ``P = bending k^2`` the deflection beyond the arch is ``c sin(pi x/span)`` with
+    ``c = P rise/(P_E - P)`` and a part ``kappa/k^2 [1 - cos k(x - span/2)/cos(k span/2)]`` that
+    makes moments vanish at the hinges; the thrust follows from the shortening, which is a quadratic
+    equation for ``kappa``.
+
+    Args:
+        stretching: Axial stiffness [N].
+        bending: Bending stiffness [N m^2].
+        span: Distance of the hinges [m].
+        rise: Rise of the arch [m].
+
+    Returns:
+        Thrust at the limit point, in units of ``P_E = pi^2 bending/span^2``, and the curvature
+        ``kappa`` there [1/m].
+    """
+    x, weights = np.polynomial.legendre.leggauss(60)
+    x, weights = span / 2 * (1 + x), span / 2 * weights
+    arch = rise * math.pi / span * np.cos(math.pi * x / span)
+    euler = math.pi**2 * bending / span**2
+
+    def curvature(ratio: float) -> float:
+        """The larger curvature that has a thrust above Euler's."""
+        P = ratio * euler
+        k = math.sqrt(P / bending)
+        whole = arch * (1 + ratio / (1 - ratio))
+        own = np.sin(k * (x - span / 2)) / (k * math.cos(k * span / 2))
+        # stretching/(2 span) int arch^2 - (whole + kappa own)^2 = P
+        c0 = weights @ (arch**2 - whole**2) - 2 * span * P / stretching
+        c1, c2 = -2 * weights @ (whole * own), -weights @ own**2
+        return float((-c1 - math.sqrt(c1**2 - 4 * c0 * c2)) / (2 * c2))
+
+    # a fine grid, then a parabola through its highest points
+    ratios = np.linspace(2.0, 8.0, 6001)
+    values = np.array([curvature(float(r)) for r in ratios])
+    top = int(np.argmax(values))
+    return float(ratios[top]), float(values[top])

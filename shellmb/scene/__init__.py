@@ -94,8 +94,10 @@ from shellmb.scene.shells.sections import (
 )
 from shellmb.scene.shells.shell import Join, Shell
 from shellmb.scene.shells.surfaces import Parametric, Rectangle, Surface
+from shellmb.scene.shells.thermal import thermal_strain
 from shellmb.scene.values.damping import BeamDamping, ShellDamping
 from shellmb.scene.values.models import Modal
+from shellmb.scene.values.natural import BeamNaturalStrain, NaturalStrain
 from shellmb.scene.values.times import Ramp, Sine, Step, Table, TimeFunction
 
 __all__ = [
@@ -108,6 +110,7 @@ __all__ = [
     "Ball",
     "Beam",
     "BeamDamping",
+    "BeamNaturalStrain",
     "BeamSection",
     "Body",
     "CircularArc",
@@ -167,6 +170,7 @@ __all__ = [
     "MeshFile",
     "Modal",
     "Motor",
+    "NaturalStrain",
     "Obstacle",
     "Off",
     "Offset",
@@ -218,4 +222,5 @@ __all__ = [
     "Universal",
     "Weld",
     "stacking_angles",
+    "thermal_strain",
 ]

@@ -22,8 +22,9 @@ from shellmb.bodyfields import (
 from shellmb.errors import ConvergenceError
 from shellmb.model.body import Body, TimeFunction
 from shellmb.model.model import Model
+from shellmb.model.sections.natural import NaturalStress
 from shellmb.native.assembler import is_native
-from shellmb.schemes.base import END, Levels, Scheme, StepForms
+from shellmb.schemes.base import END, GAUSS_TIMES, GAUSS_WEIGHTS, Levels, Scheme, StepForms
 from shellmb.schemes.linearised import at_reference
 from shellmb.schemes.residuals.residual import StageForms
 from shellmb.simulate.predictor import Predictor
@@ -216,8 +217,23 @@ class Problem:
             return self.model.signals(function, t)
         return 1.0 if self.scheme.dynamic else t / (self.model.scene.t_end or 1.0)
 
+    @cached_property
+    def _natural(self) -> list[NaturalStress]:
+        """Stresses of natural strains; none for most scenes."""
+        found = (getattr(body, "natural", None) for body in self.model.meshed.values())
+        return [natural for natural in found if natural is not None]
+
+    def arrive(self, t: float) -> None:
+        """Take down that the accepted state is that of a time, for what is reported of it."""
+        for natural in self._natural:
+            natural.now.value = self.start_factor(t, natural.time)  # type: ignore[assignment]
+
     def prepare(self, t: float, dt: float) -> None:
         """Set times, load factors, prescribed values and the first guess for a step."""
+        for natural in self._natural:
+            instants = zip(GAUSS_TIMES, GAUSS_WEIGHTS, strict=True)
+            mean = sum(w * self.start_factor(t + tau * dt, natural.time) for tau, w in instants)
+            natural.mean.value = mean
         for constant, middle in zip(self._dt, self._time, strict=True):
             constant.value = dt  # type: ignore[assignment]
             middle.value = t + (dt / 2 if self.scheme.dynamic else dt)  # type: ignore[assignment]

@@ -152,6 +152,7 @@ class Simulation:
         start.accelerations()
         self.problem.prepare(0.0, self.size.dt)
         self.problem.warm_up(self.size.dt)
+        self.problem.arrive(0.0)
         self.path: PathSteps | None = None
         if scene.path is not None:
             assert isinstance(self.size, ArcSize)
@@ -250,6 +251,7 @@ class Simulation:
             observer.solved(self)
         self.stepping.accept(dt)
         self.t = end if lands else self.t + dt
+        self.problem.arrive(self.t)
         self.control.accept(dt, self.t)
         if self.finished:
             self.t_end = self.t
@@ -327,6 +329,7 @@ class Simulation:
             for rate, function in levels.rates.items():
                 function.x.array[:] = arrays[f"{body}/{rate}"]
         self.t, self.step = float(state["t"]), int(state["step"])
+        self.problem.arrive(self.t)
         self.iterations = int(state["iterations"])
         self.step_seconds = float(state["step_seconds"])
         self.size.restore(state["size"])

@@ -24,6 +24,8 @@ MORE = {
     "gravity": (0, 1, 3, 0),
     # the state in it, too, which the section takes at other functions
     "follower_load": (0, 1, 3, 1),
+    # a stress with its factor, on the strains of the state
+    "natural_strain": (0, 2, 8, 1),
     # the force depends on the velocity: a residual and a Jacobian, no number of its own
     "added_terms": (0, 1, 0, 2),
     # forces of a row and their derivative, which are terms: no form of the residual itself

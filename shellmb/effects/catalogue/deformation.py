@@ -142,6 +142,19 @@ def _usual_strains(scene: Scene) -> Scene:
     return replace(scene, shells=tuple(replace(s, strains=None) for s in scene.shells))
 
 
+def _natural(scene: Scene) -> Use:
+    found = [b for b in scene.meshed if b.natural is not None]
+    return Use(bool(found), f"natural of {names(found)}" if found else "natural=None")
+
+
+def _without_natural(scene: Scene) -> Scene:
+    return replace(
+        scene,
+        shells=tuple(replace(s, natural=None) for s in scene.shells),
+        beams=tuple(replace(b, natural=None) for b in scene.beams),
+    )
+
+
 _SEPARABLE = "flexible shell or beam with a linear section"
 
 EFFECTS = (
@@ -246,5 +259,13 @@ EFFECTS = (
         _own_strains,
         whole(_usual_strains),
         refuse("there is no measure to take; a shell must have strains"),
+    ),
+    Effect(
+        "natural_strain",
+        _GROUP,
+        "strains without stress: heat, swelling, prestress",
+        _natural,
+        whole(_without_natural),
+        refuse("there is no strain to take; a shell or a beam must have natural"),
     ),
 )

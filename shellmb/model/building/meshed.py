@@ -10,12 +10,13 @@ from shellmb.model.frames.beam import BeamModel
 from shellmb.model.frames.glue import line_along
 from shellmb.model.frames.linear import build_beam
 from shellmb.model.plausible import doubt_slits, doubt_thickness
+from shellmb.model.sections.natural import Distributed
 from shellmb.model.shells.joins import join_shells
 from shellmb.model.shells.linear import build_shell
 from shellmb.model.shells.shell import ShellModel
 from shellmb.model.supports.nodal import NodalConstraint
 from shellmb.scene import Beam, Scene, Shell
-from shellmb.scene.loads.loads import Load, PointLoad
+from shellmb.scene.loads.loads import PointLoad
 
 
 class Meshed(NamedTuple):
@@ -83,10 +84,14 @@ def _join(scene: Scene, shells: dict[str, ShellModel]) -> list[NodalConstraint]:
     return kinks
 
 
-def _loads_of(scene: Scene, body: Shell | Beam) -> list[Load]:
-    """Distributed loads of a body; those at points are bodies of the system themselves."""
-    return [
+def _loads_of(scene: Scene, body: Shell | Beam) -> list[Distributed]:
+    """Distributed loads of a body, and its natural strain, whose stress is one.
+
+    Loads at points are bodies of the system themselves.
+    """
+    found: list[Distributed] = [
         load
         for load in scene.loads
         if not isinstance(load, PointLoad) and body in scene.bodies_of(load)
     ]
+    return found if body.natural is None else [*found, body.natural]

@@ -1,6 +1,6 @@
 """A beam as the schemes see it: forms of `shellmb.forms` bound to a line, a section and loads."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -25,6 +25,7 @@ from shellmb.model.body import LoadFactors, PartScale, Rates, added
 from shellmb.model.frames.frame import FrameBody
 from shellmb.model.rules import line_rules
 from shellmb.model.sections.damping import Resisting, StrainDamping, mass_damping, slowing
+from shellmb.model.sections.natural import Distributed, NaturalStress
 from shellmb.model.sections.section import SLACK
 from shellmb.model.sections.strains import Strains
 from shellmb.model.shells.loads import DistributedLoads
@@ -92,6 +93,14 @@ def _parts(beam: Beam) -> tuple[Floats, Floats, Floats | None, tuple[int, ...]]:
     return A, D - B.T @ H if beam.coupling else D, H if coupled else None, held
 
 
+def _effective(beam: Beam) -> Floats:
+    """Stiffness of a section, shape (6, 6), without the coupling that is left out."""
+    C = np.array(beam.section.stiffness, dtype=float)
+    if not beam.coupling:
+        C[:3, 3:] = C[3:, :3] = 0.0
+    return C
+
+
 def bind_beam_damping(beam: Beam, elastic: BeamMixed, domain: mesh.Mesh) -> ViscousBeam | None:
     """Constants of the damping of its strains, of those that are held none; None without any.
 
@@ -148,7 +157,9 @@ class BeamModel(FrameBody):
 
     everywhere: Mapping[str, int] = NO_PARTS
 
-    def __init__(self, beam: Beam, domain: LineMesh, loads: list[Load], dynamic: bool) -> None:
+    def __init__(
+        self, beam: Beam, domain: LineMesh, loads: Sequence[Distributed], dynamic: bool
+    ) -> None:
         self.beam, self.domain = beam, domain
         line = domain.mesh
         mixed = beam_space(line, beam.degree, self.everywhere)
@@ -219,15 +230,18 @@ class BeamModel(FrameBody):
         Along the directors, N and N m.
         """
         e, formulation = self.strains(q), self.section.formulation
-        return self._twice(e, formulation.forces(self.layout, q))
+        return self._twice(e, formulation.forces(self.layout, q), "now")
 
     def averaged_resultants(self, span: Interval) -> Expr:
         """Resultants of the averaged stress of a sub-interval, the one that acts in its row."""
         found = self.section.formulation.averaged(self.strain, self.layout, span)
         return self._twice(*found)
 
-    def _twice(self, e: Expr, N: Expr) -> Expr:
+    def _twice(self, e: Expr, N: Expr, at: str = "mean") -> Expr:
         N, M = self.section.formulation.joined(e, N)
+        if self.natural is not None:
+            less = beam_forms.halves(getattr(self.natural, at) * self.natural.resultants)
+            N, M = N - less[0], M - less[1]
         force, moment = self.acting(e, N, M)
         return ufl.as_vector([v[k] for v in (force, moment, N, M) for k in range(3)])
 
@@ -245,6 +259,29 @@ class BeamModel(FrameBody):
     def strain(self) -> Measure:
         """Strains (Gamma, K), shape (6,)."""
         return beam_forms.strain_measure(self.line, self._motion)
+
+    @cached_property
+    def natural(self) -> NaturalStress | None:
+        """The stress of its natural strain; None without one."""
+        given = self.beam.natural
+        if given is None:
+            return None
+        domain = self.domain.mesh
+        values = np.array([given.extension, 0.0, 0.0, *given.curvature])
+        e = fem.Constant(domain, values)
+        C = np.array(_effective(self.beam))
+        stress = fem.Constant(domain, C @ values)
+        reduced = self.rules.reduced
+        return NaturalStress(
+            e,
+            (stress,),
+            stress,
+            self.strain,
+            lambda d: d[0] * reduced,
+            given.time,
+            fem.Constant(domain, 0.0),
+            fem.Constant(domain, 0.0),
+        )
 
     def mean_resultants(self, step: Step) -> Expr:
         """Resultants as means over a step that is quadratic in time."""
@@ -281,8 +318,8 @@ class BeamLoads(DistributedLoads):
         loads: Its loads.
     """
 
-    def __init__(self, body: BeamModel, loads: list[Load]) -> None:
-        super().__init__(body.domain.mesh, loads)
+    def __init__(self, body: BeamModel, loads: Sequence[Distributed]) -> None:
+        super().__init__(body.domain.mesh, loads, body.natural)
         self._body = body
 
     def _density(self, load: Load, mid: Expr, dq: Expr) -> tuple[Expr, ufl.Measure]:

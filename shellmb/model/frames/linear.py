@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cached_property
 
 from mpi4py import MPI
@@ -14,8 +15,8 @@ from shellmb.forms.measure import Measure
 from shellmb.meshes.curve_mesh import LineMesh, build_line
 from shellmb.model.frames.beam import BeamModel
 from shellmb.model.frames.floating import EVERYWHERE, FRAME, FloatingFrame, identified
+from shellmb.model.sections.natural import Distributed
 from shellmb.scene import Beam
-from shellmb.scene.loads.loads import Load
 
 
 class LinearBeam(BeamModel):
@@ -23,7 +24,9 @@ class LinearBeam(BeamModel):
 
     everywhere = EVERYWHERE
 
-    def __init__(self, beam: Beam, domain: LineMesh, loads: list[Load], dynamic: bool) -> None:
+    def __init__(
+        self, beam: Beam, domain: LineMesh, loads: Sequence[Distributed], dynamic: bool
+    ) -> None:
         super().__init__(beam, domain, loads, dynamic)
         self.ties = (FloatingFrame(self.mixed, self._apart, self.rules.full, self.force),)
         self.links = tuple(identified(self.mixed, self.name))
@@ -50,7 +53,7 @@ class LinearBeam(BeamModel):
 def build_beam(
     beam: Beam,
     comm: MPI.Comm,
-    loads: list[Load],
+    loads: Sequence[Distributed],
     dynamic: bool,
     domain: LineMesh | None = None,
 ) -> BeamModel:

@@ -1,6 +1,6 @@
 """What a shell is bound to: mesh, space, section, rules of its integrals, and its kinematics."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 
@@ -17,7 +17,7 @@ from shellmb.forms import shell as shell_forms
 from shellmb.forms.measure import Measure, measure
 from shellmb.forms.shell import ShellStrains
 from shellmb.forms.state import Layout
-from shellmb.forms.steps.mixed import Density, vector
+from shellmb.forms.steps.mixed import Density, LinearMixed, vector
 from shellmb.forms.surface import Surface, surface
 from shellmb.meshes.directors import reference_director
 from shellmb.meshes.mesh import SurfaceMesh
@@ -30,10 +30,12 @@ from shellmb.model.body import (
 from shellmb.model.frames.floating import FloatingFrame
 from shellmb.model.frames.unit import DirectorConstraint, directors_held
 from shellmb.model.rules import BUBBLES, quadrature_rules
+from shellmb.model.sections.natural import Distributed, NaturalStress
 from shellmb.model.sections.section import bind_mass, bind_section
 from shellmb.model.shells.direction import direction_1
+from shellmb.model.shells.positions import interpolated
 from shellmb.scene import LinearSection, Shell
-from shellmb.scene.loads.loads import Gravity, Load
+from shellmb.scene.loads.loads import Gravity
 
 _ADVICE_MOTION = "a smaller step, a finer mesh, or a smaller load step"
 _ADVICE_FORCE = "a smaller step, or check the stiffness and thickness of the section"
@@ -57,7 +59,11 @@ class BoundShell:
     ties: tuple[FloatingFrame, ...] = ()
 
     def __init__(
-        self, shell: Shell, surface_mesh: SurfaceMesh, loads: list[Load], dynamic: bool
+        self,
+        shell: Shell,
+        surface_mesh: SurfaceMesh,
+        loads: Sequence[Distributed],
+        dynamic: bool,
     ) -> None:
         self.name, self.shell, self.surface_mesh = shell.name, shell, surface_mesh
         domain = surface_mesh.mesh
@@ -177,6 +183,35 @@ class BoundShell:
             return shell_forms.director_constraint(self.layout.part(q, "w"), self.director)
 
         return measure(lambda q: ufl.as_vector([value(q)]))
+
+    @cached_property
+    def natural(self) -> NaturalStress | None:
+        """The stress of its natural strain; None without one."""
+        given = self.shell.natural
+        if given is None:
+            return None
+        domain, formulation = self.mixed.space.mesh, self.section.formulation
+        assert isinstance(formulation, LinearMixed)
+        parts: list[Expr] = []
+        for name in ("membrane", "curvature"):
+            value = getattr(given, name)
+            who = f"natural strain of shell '{self.name}': {name}"
+            if callable(value):
+                parts.append(interpolated(value, self.mixed, 3, who))
+            else:
+                parts.append(fem.Constant(domain, np.asarray(value, dtype=float)))
+        e = ufl.as_vector([*parts[0], *parts[1], 0.0, 0.0])
+        N = formulation.compatible(e)
+        return NaturalStress(
+            e,
+            formulation.stress(e, N),
+            formulation.joined(e, N),
+            self.strain,
+            lambda d: self.integrate((d[0], d[1])),
+            given.time,
+            fem.Constant(domain, 0.0),
+            fem.Constant(domain, 0.0),
+        )
 
     def strains(self, q: Expr) -> ShellStrains:
         """Strains of a state by their names."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cached_property
 
 from mpi4py import MPI as _MPI  # noqa: F401  (before dolfinx)
@@ -13,9 +14,9 @@ from shellmb.forms.floating.frame import frame_constraints
 from shellmb.forms.measure import Measure
 from shellmb.meshes.mesh import SurfaceMesh
 from shellmb.model.frames.floating import EVERYWHERE, FRAME, FloatingFrame, identified
+from shellmb.model.sections.natural import Distributed
 from shellmb.model.shells.shell import ShellModel
 from shellmb.scene import Shell
-from shellmb.scene.loads.loads import Load
 
 
 class LinearShell(ShellModel):
@@ -24,7 +25,11 @@ class LinearShell(ShellModel):
     everywhere = EVERYWHERE
 
     def __init__(
-        self, shell: Shell, surface_mesh: SurfaceMesh, loads: list[Load], dynamic: bool
+        self,
+        shell: Shell,
+        surface_mesh: SurfaceMesh,
+        loads: Sequence[Distributed],
+        dynamic: bool,
     ) -> None:
         super().__init__(shell, surface_mesh, loads, dynamic)
         full, force = self.rules.full, self.section.force
@@ -49,7 +54,7 @@ class LinearShell(ShellModel):
 
 
 def build_shell(
-    shell: Shell, surface_mesh: SurfaceMesh, loads: list[Load], dynamic: bool
+    shell: Shell, surface_mesh: SurfaceMesh, loads: Sequence[Distributed], dynamic: bool
 ) -> ShellModel:
     """A shell with the strains that its model has; arguments as of `BoundShell`."""
     kind = LinearShell if shell.model == "linear" else ShellModel

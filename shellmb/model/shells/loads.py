@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import ufl
@@ -14,6 +14,7 @@ from ufl.core.expr import Expr
 from shellmb.forms import loads as load_forms
 from shellmb.forms.surface import Surface
 from shellmb.model.body import TimeFunction
+from shellmb.model.sections.natural import Distributed, NaturalStress
 from shellmb.model.shells.bound import BoundShell
 from shellmb.model.shells.positions import interpolated
 from shellmb.scene.loads.loads import (
@@ -33,11 +34,17 @@ class DistributedLoads(ABC):
 
     Args:
         domain: Mesh of the body.
-        loads: Its loads.
+        loads: Its loads, and its natural strain.
+        natural: What the natural strain acts by; None without one.
     """
 
-    def __init__(self, domain: mesh.Mesh, loads: list[Load]) -> None:
-        self._loads = loads
+    def __init__(
+        self,
+        domain: mesh.Mesh,
+        loads: Sequence[Distributed],
+        natural: NaturalStress | None = None,
+    ) -> None:
+        self._loads, self._natural = loads, natural
         self._factors = [fem.Constant(domain, 0.0) for _ in loads]
 
     def update(self, average: Callable[[TimeFunction | None], float]) -> None:
@@ -48,11 +55,17 @@ class DistributedLoads(ABC):
     def virtual_work(self, mid: Expr, dq: Expr) -> Form | None:
         """Virtual work of all loads at the configuration `mid` in the direction `dq`."""
         forms = [
-            factor * density * measure
+            self._work(load, factor, mid, dq)
             for load, factor in zip(self._loads, self._factors, strict=True)
-            for density, measure in [self._density(load, mid, dq)]
         ]
         return sum(forms[1:], forms[0]) if forms else None
+
+    def _work(self, load: Distributed, factor: fem.Constant, mid: Expr, dq: Expr) -> Form:
+        if isinstance(load, Load):
+            density, measure = self._density(load, mid, dq)
+            return factor * density * measure
+        assert self._natural is not None
+        return factor * self._natural.work(mid, dq)
 
     @abstractmethod
     def _density(self, load: Load, mid: Expr, dq: Expr) -> tuple[Expr, ufl.Measure]:
@@ -67,8 +80,8 @@ class ShellLoads(DistributedLoads):
         loads: Its loads.
     """
 
-    def __init__(self, body: BoundShell, loads: list[Load]) -> None:
-        super().__init__(body.mixed.space.mesh, loads)
+    def __init__(self, body: BoundShell, loads: Sequence[Distributed]) -> None:
+        super().__init__(body.mixed.space.mesh, loads, body.natural)
         self._body = body
 
     def _density(self, load: Load, mid: Expr, dq: Expr) -> tuple[Expr, ufl.Measure]:

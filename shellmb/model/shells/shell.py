@@ -164,18 +164,24 @@ class ShellModel(BoundShell):
 
     def resultants(self, q: Expr) -> Expr:
         """Membrane forces N/m, bending moments N, shear forces N/m of a state, shape (8,)."""
-        return self.section.formulation.resultants(self.strain, self.layout, q)
+        return self._less(self.section.formulation.resultants(self.strain, self.layout, q), "now")
 
     def averaged_resultants(self, span: Interval) -> Expr:
         """Resultants of the averaged stress of a sub-interval, the one that acts in its row."""
-        return self.section.formulation.averaged(self.strain, self.layout, span)
+        return self._less(self.section.formulation.averaged(self.strain, self.layout, span))
 
     def mean_resultants(self, step: Step) -> Expr:
         """Resultants as means over a step that is quadratic in time."""
         own = self.elastic[0]
         if isinstance(own, HyperelasticStrains):
             return own.mean_stress(step)
-        return own.section.joined(*own.mean(step))
+        return self._less(own.section.joined(*own.mean(step)))
+
+    def _less(self, resultants: Expr, at: str = "mean") -> Expr:
+        """Resultants less those of the natural strain, at a state or as a mean over a step."""
+        if self.natural is None:
+            return resultants
+        return resultants - getattr(self.natural, at) * self.natural.resultants
 
     def momentum(self, v: Expr, axis: Expr) -> Form | None:
         """Component of the linear momentum along `axis`, kg m/s."""

@@ -21,7 +21,7 @@ from shellmb.model.body import Body, kinetic_energy
 from shellmb.model.body import strain_energy as stored_energy
 from shellmb.observers.account.sizes import stiffness_of
 from shellmb.schemes.base import Levels
-from shellmb.schemes.linearised import strain_energy
+from shellmb.schemes.linearised import change, strain_energy
 from shellmb.simulate.simulation import Silent, Simulation
 from shellmb.system.assembly.functionals import functionals
 
@@ -97,7 +97,12 @@ class EnergyAccount(Silent):
         strain = [strain_energy(b, levels[b.name]) for b in others]
         stored = [present([stored_energy(b, levels[b.name].q)]) for b in self._potentials]
         elastic, inert = self._dissipation(simulation)
+        natural = present([_natural(b, levels[b.name]) for b in others])
+        self._natural = bool(natural)
         ends = [present(kinetic), present(strain), *stored, *inert.values()]
+        ends += [natural] if natural else []
+        # what of the energy is by natural strains
+        self._shift = 0.0
         self._ends = functionals(ends, comm)
         loads, terms = (present(self._work(simulation, kind, others)) for kind in WORKS)
         lost = [present(self._work(simulation, "terms", [b])) for b in self._potentials]
@@ -115,6 +120,8 @@ class EnergyAccount(Silent):
         at_rest = ROUND_OFF_STRAIN**2 * sum(s.unit_energy for s in stiff)
         self.floor = max(self.floor, at_rest)
         self._driven = any(fixed.moving for b in bodies for fixed in b.fixed)
+        if natural:
+            self._shift = self._ends().tolist()[-1]
         if self._initial is None:
             self._energies()
             self._initial = self.values["total_energy"]
@@ -162,6 +169,9 @@ class EnergyAccount(Silent):
     def _energies(self) -> None:
         values = self.values
         kinetic, strain, *rest = self._ends().tolist()
+        if self._natural:
+            shift = rest.pop()
+            strain, self._shift = strain + shift, shift
         count = len(self._potentials)
         stored, self._inert = rest[:count], rest[count:]
         values["kinetic_energy"], values["strain_energy"] = kinetic, strain
@@ -213,11 +223,14 @@ class EnergyAccount(Silent):
         if self._jumps and simulation.last is not None:
             for jump in self._jumps:
                 jump.end(simulation.last.dt)
+        shift = self._shift
         self._energies()
         values = self.values
         self._dissipate(self._inert)
         if not simulation.scheme.dynamic:
             return
+        # the stress of natural strains works, and what it stores is no work from outside
+        values["work_loads"] += self._shift - shift
         assert self._initial is not None
         values["energy_balance"] = (
             values["total_energy"]
@@ -282,6 +295,18 @@ class EnergyAccount(Silent):
         self._there, self._lowest = state["there"], state["lowest"]
         self.dissipated = dict(state["dissipated"])
         self._initial = state["initial"]
+
+
+def _natural(body: Body, levels: Levels) -> Form | None:
+    """What the energy of a body is more by its natural strain; None without one."""
+    own = getattr(body, "natural", None)
+    if own is None:
+        return None
+    if levels.reference is None:
+        return own.energy(levels.q)
+    form: Form = own.energy(levels.reference.q)
+    linear = change(form, levels)
+    return form if linear is None else form + linear
 
 
 def _reaction_scales(simulation: Simulation) -> Floats:

@@ -73,13 +73,15 @@ class Resultants:
     def __init__(self, simulation: Simulation, body: Resulting) -> None:
         self._simulation, problem = simulation, simulation.problem
         self._levels = levels = problem.levels[body.name]
-        found = [_linear(body.resultants((levels.reference or levels).q), levels)]
+        natural = getattr(body, "natural", None)
+        state = body.resultants((levels.reference or levels).q)
+        found = [_linear(state, levels, natural)]
         self._start: fem.Function | None = None
         if simulation.scheme.dynamic:
             averaged = problem.steps[body.name].mean_resultants(body)
             # looked at when the step is accepted, and its start is overwritten
             self._start = fem.Function(body.mixed.space, name="start")
-            found.append(ufl.replace(_linear(averaged, levels), {levels.q: self._start}))
+            found.append(ufl.replace(_linear(averaged, levels, natural), {levels.q: self._start}))
         self._prepare(body, found)
 
     def _prepare(self, body: Resulting, vectors: list[Expr]) -> None:
@@ -148,11 +150,15 @@ class Strained(Resultants):
         self._prepare(body, [ufl.as_vector(parts)])
 
 
-def _linear(vector: Expr, levels: Levels) -> Expr:
-    """Resultants of small displacements by their linear part."""
+def _linear(vector: Expr, levels: Levels, natural: object = None) -> Expr:
+    """Resultants of small displacements by their linear part, and what they are at the reference.
+
+    That is nothing without natural strains.
+    """
     if levels.reference is None:
         return vector
-    return expand_derivatives(change(vector, levels))
+    linear = expand_derivatives(change(vector, levels))
+    return linear if natural is None else linear + vector
 
 
 def has_resultants(body: object, quantity: str) -> bool:

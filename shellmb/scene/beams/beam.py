@@ -12,6 +12,7 @@ from shellmb.errors import SceneError
 from shellmb.scene.beams.curves import Curve
 from shellmb.scene.beams.sections import BeamSection
 from shellmb.scene.values.models import BodyModel, Deforming
+from shellmb.scene.values.natural import BeamNaturalStrain
 from shellmb.scene.values.validate import Axis, Name, PositiveInt, described, show, unit_vector
 
 __all__ = ["Beam", "Glue"]
@@ -42,6 +43,7 @@ class Beam(Deforming):
             reduced to modes; ``"rigid"``: one rigid body. Mass and inertia are those of its mesh
             and section in all of them.
         terms: Terms added to the weak form, each a callable in UFL.
+        natural: Strains that it has without stress, as by heat.
     """
 
     name: Name
@@ -57,6 +59,7 @@ class Beam(Deforming):
     coupling: bool = True
     model: BodyModel = "exact"
     terms: tuple[Callable[..., Any], ...] = ()
+    natural: InstanceOf[BeamNaturalStrain] | None = None
 
     def __post_init__(self) -> None:
         """Check the mesh and the direction of the section.
@@ -65,6 +68,16 @@ class Beam(Deforming):
             SceneError: If a closed line has too few elements, ``up`` is tangential somewhere, or it
                 is given where the shell tells it.
         """
+        if self.natural is not None and not self.exact:
+            raise SceneError(
+                f"beam '{self.name}': natural is given, and its model is {show(self.model)}; it "
+                "must be 'exact'"
+            )
+        if self.natural is not None and self.natural.extension and not self.stretching:
+            raise SceneError(
+                f"beam '{self.name}': natural is given with an extension, and stretching is False; "
+                "it must be True, or extension must be left out"
+            )
         if self.curve.shell is not None:
             if self.up is not None:
                 raise SceneError(

@@ -111,7 +111,7 @@ def check_path(scene: Description) -> None:
             f"{who} has scheme {show(scene.scheme_name)}; it must be 'static', or path must be "
             "left out"
         )
-    if not scene.loads:
+    if not scene.loads and not any(body.natural for body in scene.meshed):
         raise SceneError(f"{who} has no load to follow; it must have one at least")
     for load in scene.loads:
         if load.time is not None:

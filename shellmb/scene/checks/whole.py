@@ -198,6 +198,10 @@ def _time_functions(scene: Description) -> None:
     assert scene.t_end is not None
     for load in scene.loads:
         finite_in_time(load.time, scene.t_end, f"{load.label}: time", 1)
+    for body in scene.meshed:
+        if body.natural is not None:
+            who = f"natural strain of {said(body)}: time"
+            finite_in_time(body.natural.time, scene.t_end, who, 1)
     for s in scene.supports:
         if isinstance(s, Fixed):
             for c in (*s.displacement, *s.director):

@@ -13,6 +13,7 @@ from shellmb.scene.shells.gmsh_surfaces import Meshed
 from shellmb.scene.shells.sections import LinearSection, Section
 from shellmb.scene.shells.surfaces import Surface
 from shellmb.scene.values.models import BodyModel, Deforming
+from shellmb.scene.values.natural import NaturalStrain
 from shellmb.scene.values.positions import OfPosition
 from shellmb.scene.values.validate import (
     Edge,
@@ -67,6 +68,7 @@ class Shell(Deforming):
             are inside: ``{"flange": lambda x: x[0] < 0.1}``. An area is the elements of which most
             is inside. Supports hold it as they hold edges, and a ``Weld`` bolts it to a frame.
             Physical groups of a gmsh surface that are part of it are areas, too.
+        natural: Strains that it has without stress, as by heat; of linear sections.
     """
 
     name: Name
@@ -87,6 +89,7 @@ class Shell(Deforming):
     terms: tuple[Callable[..., Any], ...] = ()
     model: BodyModel = "exact"
     areas: Mapping[Name, Callable[[Any], Any]] = field(default_factory=dict)
+    natural: InstanceOf[NaturalStrain] | None = None
 
     def __post_init__(self) -> None:
         """Check what concerns several parameters.
@@ -123,6 +126,8 @@ class Shell(Deforming):
             )
         if self.direction is not None and not callable(self.direction):
             unit_vector(self.direction, f"shell '{self.name}': direction")
+        if self.natural is not None:
+            check_natural(self)
         if not isinstance(self.section, LinearSection):
             for what in ("transverse_shear", "stretching", "coupling"):
                 if not getattr(self, what):
@@ -131,6 +136,25 @@ class Shell(Deforming):
                         f"{getattr(self.section, 'label', 'section')}, whose energy is of all "
                         "strains"
                     )
+
+
+def check_natural(shell: Shell) -> None:
+    """Refuse natural strains of shells that cannot have them.
+
+    Raises:
+        SceneError: Says what the shell must be.
+    """
+    assert shell.natural is not None
+    who = f"shell '{shell.name}': natural is given"
+    if not isinstance(shell.section, LinearSection) or shell.section.functions:
+        raise SceneError(f"{who}; its section must be linear, and the same everywhere")
+    if not shell.exact:
+        raise SceneError(f"{who}, and its model is {show(shell.model)}; it must be 'exact'")
+    if not shell.stretching and shell.natural.membrane != (0.0, 0.0, 0.0):
+        raise SceneError(
+            f"{who} with membrane strains, and stretching is False; it must be True, or membrane "
+            "must be left out"
+        )
 
 
 @described("join")

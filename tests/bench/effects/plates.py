@@ -24,6 +24,7 @@ from shellmb.scene import (
     Isotropic,
     Join,
     Line,
+    NaturalStrain,
     Rectangle,
     RectangularSection,
     Scene,
@@ -36,6 +37,8 @@ from tests.bench.scenes import LINE_LOAD, plate
 
 # load step of the static ones
 LOAD_STEP = 0.1
+# by heat, more on one side than on the other
+_HEAT = NaturalStrain((1e-4, 1e-4, 0.0), (1e-3, 1e-3, 0.0))
 # largest jump of ED, relative to the plate: more than there are, so that the steps are the same
 JUMP = 0.1
 
@@ -168,6 +171,7 @@ CASES = (
         instead=lambda scene: replace(scene, scheme="linear"),
     ),
     Case("nonlinear_material", _made_of(_own_energy), instead=_of_steel),
+    Case("natural_strain", _made_of(lambda section: {"natural": _HEAT})),
     Case("own_strains", _made_of(lambda section: {"strains": linear_membrane_strains})),
     # another load stays: a plate at rest would need no iterations
     Case("gravity", _having(loads=(_DEAD, Gravity()))),

@@ -1,0 +1,56 @@
+"""Strains that a body has without stress: heat, swelling, shrinkage, prestress."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Annotated, Any
+
+from pydantic import BeforeValidator
+
+from shellmb.scene.values.positions import OfPosition
+from shellmb.scene.values.validate import Finite, Vec3, described, vector
+
+__all__ = ["BeamNaturalStrain", "NaturalStrain"]
+
+
+def _given(value: Any) -> Any:
+    return value if callable(value) else vector(value)
+
+
+Strains = Annotated[Vec3 | OfPosition, BeforeValidator(_given)]
+
+
+@described("natural strain")
+class NaturalStrain:
+    """Strains of a shell without stress, in its material axes.
+
+    Stresses follow from the difference between the strains of eq. (9) and these. A plate that is
+    heated by ``T`` has ``membrane=(alpha T, alpha T, 0)``; one whose temperature grows by ``G`` per
+    length along the normal has ``curvature=(alpha G, alpha G, 0)``. ``thermal_strain`` finds both,
+    also of laminates.
+
+    Args:
+        membrane: Membrane strains (11, 22, 2*12) [-]; or a vectorised function of positions (3, n)
+            that gives (3, n).
+        curvature: Changes of curvature (11, 22, 2*12) [1/m]; or such a function.
+        time: Factor over time; None: 1, and in statics the share of the load.
+    """
+
+    membrane: Strains = (0.0, 0.0, 0.0)
+    curvature: Strains = (0.0, 0.0, 0.0)
+    time: Callable[[float], float] | None = None
+
+
+@described("natural strain of a beam")
+class BeamNaturalStrain:
+    """Strains of a beam without stress, along its directors.
+
+    Args:
+        extension: Strain along the line [-].
+        curvature: Twist, and curvatures about d2 and d3 [1/m].
+        time: Factor over time; None: 1, and in statics the share of the load.
+    """
+
+    extension: Finite = 0.0
+    curvature: Vec3 = (0.0, 0.0, 0.0)
+    time: Callable[[float], float] | None = None
