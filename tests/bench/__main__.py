@@ -18,6 +18,7 @@ class BenchScene(StrEnum):
     """Plates that are measured."""
 
     dynamic = "dynamic"
+    triangles = "triangles"
     static = "static"
 
 

@@ -38,7 +38,7 @@ class Plan:
     """What is measured.
 
     Args:
-        scenes: "dynamic", "static".
+        scenes: "dynamic", "triangles" (dynamic ones of triangles), "static".
         schemes: Time schemes of the dynamic ones.
         meshes: Elements along and across.
         steps: Steps of a round; None: by the size of the mesh.
@@ -62,7 +62,7 @@ class Plan:
         found = []
         for mesh in self.meshes:
             for kind in self.scenes:
-                schemes = self.schemes if kind == "dynamic" else ("static",)
+                schemes = self.schemes if kind != "static" else ("static",)
                 found += [(kind, scheme, mesh) for scheme in schemes]
         return found
 

@@ -43,7 +43,7 @@ class Record:
     """What one configuration costs; all times in seconds per step.
 
     Args:
-        scene: "dynamic" or "static".
+        scene: "dynamic", "triangles" or "static".
         scheme: Time scheme.
         path: "full" or "reduced".
         newton: When it factorises.

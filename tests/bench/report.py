@@ -39,7 +39,7 @@ def plan_of(fast: bool, **chosen: Any) -> Plan:
     plan = replace(quick() if fast else Plan(), **{k: v for k, v in chosen.items() if v})
     steps = max(plan.length(kind, mesh, AUTO) for kind, _, mesh in plan.cases())
     most = (STEPS - WARM) // plan.rounds - AGAIN
-    if "dynamic" in plan.scenes and steps > most:
+    if set(plan.scenes) != {"static"} and steps > most:
         raise SceneError(
             f"bench: steps is {steps}; it must be at most {most} in {plan.rounds} rounds: the "
             f"plates move for {STEPS} steps"

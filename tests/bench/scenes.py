@@ -24,7 +24,7 @@ def plate(kind: str, scheme: str, mesh: tuple[int, int], how: Configuration) -> 
     same material, thickness and line load. Static plates take their load in one step.
 
     Args:
-        kind: "dynamic" or "static".
+        kind: "dynamic", "triangles" (that one, of triangles) or "static".
         scheme: Time scheme of a dynamic one.
         mesh: Elements along and across.
         how: How to solve.
@@ -33,7 +33,9 @@ def plate(kind: str, scheme: str, mesh: tuple[int, int], how: Configuration) -> 
     width = length if mesh[1] > SQUARE * mesh[0] else sudden_load.WIDTH
     base = sudden_load.scene(dt=DT)
     shell = replace(base.shells[0], surface=Rectangle(length, width), mesh=mesh)
-    times = {"dt": DT, "t_end": STEPS * DT} if kind == "dynamic" else {"dt": 1.0, "t_end": 1.0}
+    if kind == "triangles":
+        shell = replace(shell, cell="tri")
+    times = {"dt": DT, "t_end": STEPS * DT} if kind != "static" else {"dt": 1.0, "t_end": 1.0}
     return replace(
         base,
         name=f"bench_{kind}",
