@@ -112,7 +112,8 @@ def sweep_of(
     """
     base = Base(scene, tuple(parameters.items()), t_end, body)
     given = {name: value for name, value in options.items() if value is not None}
-    if not any(given.get(axis) for axis in AXES):
+    # beside an exact value the error of a single run is whole
+    if "exact" not in given and not any(given.get(axis) for axis in AXES):
         given = usual_axes(base) | given
     return Sweep(base, tuple(map(parse_quantity, quantity)), **read(StudyOptions, given))
 
