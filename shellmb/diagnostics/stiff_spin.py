@@ -78,7 +78,7 @@ class StiffSpin(Silent):
                 BOUND,
                 f"{said_of(simulation, name)} is stiff for its step of {turn.dt:.2g} s and turns "
                 f"by {turn.total:.2g} rad in all, up to {turn.largest:.2g} rad in a step: "
-                f"{simulation.scheme.title} falsifies its spin, or what drives it, by about "
+                f"{simulation.scheme.title} changes its spin, or what drives it, by about "
                 f"{share:.0%}, and forces along it are wrong, even in sign; use "
                 f"{remedies(simulation.scheme, "model='rigid'", step)}",
             )

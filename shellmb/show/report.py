@@ -151,11 +151,16 @@ def write_report(run: Shown, file: Path) -> Path:
     if failed:
         parts.append(f'<p class="warning failed">{html.escape(failed)}</p>')
     parts += [_warning(w) for w in run.warnings] or ['<p class="quiet">No warnings.</p>']
-    parts.append(f"<h2>Account</h2>{_table(run.account.items())}")
-    parts += _accuracy(folder / ACCURACY)
     parts.append("<h2>Shape</h2>")
     parts += [_file_tag(drawn[n]) for n in ("shape.png", "animation.gif") if drawn[n].is_file()]
     parts.append(_turnable(run))
+    results = run.summary.get("results") or {}
+    if results:
+        rows = ((name, value) for name, value in run.account.items() if name in results)
+        parts.append(f"<h2>Results</h2>{_table(rows)}")
+    rows = ((name, value) for name, value in run.account.items() if name not in results)
+    parts.append(f"<h2>Account</h2>{_table(rows)}")
+    parts += _accuracy(folder / ACCURACY)
     for name, title in CURVES.items():
         if drawn[name].is_file():
             parts.append(f"<h2>{title}</h2>{_file_tag(drawn[name])}")
