@@ -8,10 +8,13 @@ from typing import Any
 from shellmb.errors import SceneError
 from shellmb.meshes.surfaces.gmsh_mesh import CAD
 from shellmb.scene import GmshFile, MeshFile, Scene, Shell
+from shellmb.scene.loads.loads import PointLoad
 from shellmb.scene.values.models import Modal
 
 # tolerances by which steps are chosen go with this power of what would be the step
 POWER = 2.0
+# elements up to which new kernels take longer than runs
+SMALL = 64
 
 
 @dataclass(frozen=True)
@@ -149,13 +152,18 @@ def degree_of(scene: Scene) -> int | None:
     return min((b.degree for b in scene.meshed if b.model != "rigid"), default=None)
 
 
-def elements_of(scene: Scene) -> int:
-    """About how many elements a scene has, from the counts along sides.
+def prefers_degree(scene: Scene) -> bool:
+    """Whether degree 3 tells of the mesh, and not twice the elements.
+
+    It costs half as much, and needs kernels of its own, which takes longer than small scenes do.
+    Where something acts at points of a shell, elements of both degrees are off by the same.
 
     Args:
         scene: The scene.
     """
-    return sum(s.mesh[0] * s.mesh[1] for s in scene.shells) + sum(b.elements for b in scene.beams)
+    count = sum(s.mesh[0] * s.mesh[1] for s in scene.shells) + sum(b.elements for b in scene.beams)
+    at_points = any(isinstance(load, PointLoad) for load in scene.loads)
+    return count > SMALL and not (at_points or scene.joints or scene.glues)
 
 
 def is_reduced(scene: Scene) -> bool:

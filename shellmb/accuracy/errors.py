@@ -16,7 +16,7 @@ from pathlib import Path
 
 from mpi4py import MPI
 
-from shellmb.accuracy.companions import Change, degree_of, elements_of, is_reduced
+from shellmb.accuracy.companions import Change, degree_of, is_reduced, prefers_degree
 from shellmb.accuracy.estimates import (
     NONE,
     RATIO,
@@ -47,8 +47,6 @@ NORMS = ("l2", "end", "max", "min")
 FEWEST, FEWEST_STATIC = 5, 2
 # steps that these leave where they are still larger, as they cost next to nothing
 MANY = 10
-# elements beyond which degree 3 tells of the mesh, and not twice the elements
-SMALL = 64
 # of Newton's tolerance a looser one tells, where it is not far below all else
 LOOSE, LOOSER = 1e-7, 10.0
 # the penalty of contacts
@@ -161,9 +159,8 @@ def _mesh_pair(
     divided, other = replace(coarse, mesh=2 * coarse.mesh), None
     if degree_of(scene) == 2:
         other = replace(coarse, degree=3)
-    # degree 3 is the cheaper one, and needs new kernels, which takes longer than small motions do
-    cheap = scene.static or elements_of(scene) > SMALL
-    found = [c for c in ((other, divided) if cheap else (divided, other)) if c is not None]
+    both = (other, divided) if prefers_degree(scene) else (divided, other)
+    found = [change for change in both if change is not None]
     if degree_of(scene) == 3:
         found.append(replace(coarse, degree=2))
     for change in found:

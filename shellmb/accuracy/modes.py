@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from shellmb.accuracy.companions import Change, degree_of, is_reduced
+from shellmb.accuracy.companions import Change, degree_of, is_reduced, prefers_degree
 from shellmb.accuracy.estimates import NONE, Estimate, mesh_error, model_error
 from shellmb.accuracy.found import Found
 from shellmb.errors import ShellmbError, Stopped
@@ -77,8 +77,7 @@ def mode_errors(
     if degree_of(scene) is not None:
         parts["mesh"] = [Change(mesh=2)]
     if degree_of(scene) == 2:
-        # the cheaper one
-        parts["mesh"].insert(0, Change(degree=3))
+        parts["mesh"].insert(0 if prefers_degree(scene) else 1, Change(degree=3))
     if is_reduced(scene):
         parts["model"] = [Change(exact=True)]
     errors: dict[str, dict[str, Estimate]] = {name: {"mesh": NONE, "step": NONE} for name in mine}

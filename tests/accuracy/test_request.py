@@ -75,12 +75,12 @@ def test_an_error_is_met(scene: Scene) -> None:
 
 def test_a_budget_ends_it_and_it_goes_on(tmp_path: Path) -> None:
     scene, out = strip(), tmp_path / "run"
-    short = sm.run(scene, accuracy=1e-3, budget=1e-3, out=out, pictures=False)
+    short = sm.run(scene, accuracy=2e-4, budget=1e-3, out=out, pictures=False)
     about = json.loads((out / "accuracy.json").read_text())
     assert not about["met"]
     assert "within the budget" in about["says"]
     assert short.errors.loc["tip:end", "error"] > 0
-    again = sm.run(scene, accuracy=2e-3, out=out, pictures=False)
+    again = sm.run(scene, accuracy=6e-4, out=out, pictures=False)
     assert json.loads((out / "accuracy.json").read_text())["met"]
     assert len(again.accuracy) > 1
     # all levels are there: nothing is run again
@@ -88,7 +88,7 @@ def test_a_budget_ends_it_and_it_goes_on(tmp_path: Path) -> None:
     assert resumed.results == again.results
     assert resumed.errors.equals(again.errors)
     with pytest.raises(SceneError, match="levels of another request"):
-        sm.run(strip(t_end=2.0), accuracy=2e-3, out=out)
+        sm.run(strip(t_end=2.0), accuracy=6e-4, out=out)
 
 
 @pytest.mark.parametrize(
