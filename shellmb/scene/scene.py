@@ -179,7 +179,7 @@ class Scene(Description):
             changes["output"] = replace(self.output, fields=left)
         new = changes.get("scheme", self.scheme)
         lost = _lost(self, new)
-        if alpha is not None:
+        if alpha is not None or scheme is None:
             # what is said for a scheme without dissipation is kept, and warned of
             lost.pop("alpha", None)
         changes |= lost

@@ -40,8 +40,9 @@ def test_it_is_ignored_with_a_warning(scheme):
             f"scene 's': alpha=0.3 has no effect: '{scheme}' takes no numerical dissipation from "
             "the scene; remove alpha, or use 'ed' or 'ed3'"
         ]
-        # a run has it among its warnings
-        assert list(doubts(scene)) == said
+        # a run has it among its warnings, also one that changes other things
+        with pytest.warns(ShellmbWarning, match="has no effect"):
+            assert list(doubts(Options(t_end=0.3).apply(scene))) == said
 
 
 def test_options():
