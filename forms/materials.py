@@ -49,17 +49,51 @@ def neo_hookean(strains: ShellStrains, parameters: Mapping[str, Expr]) -> Expr:
     factor = parameters["shear_correction"]
 
     def density(e: Expr, gam: Expr) -> Expr:
-        c11, c22, c12 = 1 + 2 * e[0], 1 + 2 * e[1], e[2]
-        # det C_plane = 1 + d, and tr C - 3 of small strains without differences of ones: schemes
-        # divide the energy's round-off by squares of strains
-        a, b = 2 * (e[0] + e[1]), 4 * e[0] * e[1] - c12**2
-        d = a + b
-        det = 1 + d
-        # det C = det(C_plane) (C33 - g . C_plane^-1 . g) = 1 gives C33
-        shear = (c22 * gam[0] ** 2 - 2 * c12 * gam[0] * gam[1] + c11 * gam[1] ** 2) / det
-        return mu / 2 * ((a * d - b) / det + factor * shear)
+        return mu / 2 * invariants(e, gam, factor)[0]
 
     return through_thickness(density, strains, thickness)
+
+
+def mooney_rivlin(strains: ShellStrains, parameters: Mapping[str, Expr]) -> Expr:
+    """Incompressible Mooney-Rivlin shell, thickness stretch from incompressibility.
+
+    `psi = mu1/2 (tr C - 3) + mu2/2 (tr C^-1 - 3)`, a shear modulus of `mu1 + mu2`, with `C_33` as
+    in `neo_hookean`, which it is without `mu2`.
+
+    Args:
+        strains: Shell strains of eq. (9).
+        parameters: `mu1` and `mu2` (Pa), `thickness` (m), `shear_correction` (-).
+    """
+    mu1, mu2, thickness = (parameters[name] for name in ("mu1", "mu2", "thickness"))
+    factor = parameters["shear_correction"]
+
+    def density(e: Expr, gam: Expr) -> Expr:
+        first, second = invariants(e, gam, factor)
+        return (mu1 * first + mu2 * second) / 2
+
+    return through_thickness(density, strains, thickness)
+
+
+def invariants(e: Expr, gam: Expr, factor: Expr) -> tuple[Expr, Expr]:
+    """`tr C - 3` and `tr C^-1 - 3` of an incompressible material in plane stress.
+
+    `det C = det(C_plane) (C_33 - g . C_plane^-1 . g) = 1` gives `C_33`. Both are written without
+    differences of ones: schemes divide the energy's round-off by squares of strains.
+
+    Args:
+        e: In-plane strain (11, 22, 2*12).
+        gam: Transverse shear strain `g` (2*13, 2*23).
+        factor: Shear correction.
+    """
+    c11, c22, c12 = 1 + 2 * e[0], 1 + 2 * e[1], e[2]
+    # the trace of C_plane is 2 + a, its determinant 1 + d
+    a, b = 2 * (e[0] + e[1]), 4 * e[0] * e[1] - c12**2
+    d = a + b
+    det = 1 + d
+    shear = (c22 * gam[0] ** 2 - 2 * c12 * gam[0] * gam[1] + c11 * gam[1] ** 2) / det
+    first = (a * d - b) / det + factor * shear
+    second = (d**2 - b) / det + factor * ((2 + a) * shear - ufl.dot(gam, gam))
+    return first, second
 
 
 def isotropic_quadratic(strains: ShellStrains, parameters: Mapping[str, Expr]) -> Expr:

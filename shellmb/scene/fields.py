@@ -49,6 +49,7 @@ def _kind(
 
 EVERY, SHELL, BEAM = "shell beam rigid joint", "shell", "beam"
 LOWER_UPPER = tuple(f"{face} {c}" for face in ("lower", "upper") for c in PLANE)
+EXTREMES = tuple(f"{face} {which}" for face in ("lower", "upper") for which in ("first", "second"))
 
 FIELDS: dict[str, FieldKind] = {
     "displacement": _kind("displacement", "length", XYZ, "axis", EVERY),
@@ -63,6 +64,15 @@ FIELDS: dict[str, FieldKind] = {
     "strains": _kind("strains", "strain or curvature", (), "strain", "shell beam"),
     "energy_density": _kind("strain energy density", "energy per area", (), "", "shell beam"),
     "surface_stress": _kind("stresses at both faces", "stress", LOWER_UPPER, "face", "linear"),
+    "von_mises": _kind(
+        "von Mises stresses at both faces", "stress", ("lower", "upper"), "surface", "linear"
+    ),
+    "principal_stress": _kind(
+        "principal stresses at both faces", "stress", EXTREMES, "extreme", "linear"
+    ),
+    "principal_strain": _kind(
+        "principal strains at both faces", "number", EXTREMES, "extreme", "linear"
+    ),
     "ply_stress": _kind("stresses along the fibres", "stress", LOWER_UPPER, "face", "laminate"),
     "force": _kind("forces", "force", FRAME, "frame", "beam joint"),
     "moment": _kind("moments", "moment", FRAME, "frame", "beam joint"),

@@ -165,6 +165,34 @@ def test_neo_hookean_stress_of_uniaxial_stretch() -> None:
     assert stress[1] == pytest.approx(mu * h * (1 - 1 / (c11 * c22**2)), rel=1e-12)
 
 
+def test_invariants_are_those_of_an_incompressible_body(rng: np.random.Generator) -> None:
+    """`tr C` and `tr C^-1` of a full tensor with `det C = 1`, transverse shear included."""
+    e, gam = 0.2 * rng.normal(size=3), 0.2 * rng.normal(size=2)
+    C = np.eye(3)
+    C[:2, :2] += [[2 * e[0], e[2]], [e[2], 2 * e[1]]]
+    C[:2, 2] = C[2, :2] = gam
+    plane = C[:2, :2]
+    C[2, 2] = 1 / np.linalg.det(plane) + gam @ np.linalg.solve(plane, gam)
+    assert np.linalg.det(C) == pytest.approx(1.0, rel=1e-12)
+    found = materials.invariants(vector(e), vector(gam), ufl.as_ufl(1.0))
+    first, second = (float(evaluate(expression)) for expression in found)
+    assert first == pytest.approx(np.trace(C) - 3, rel=1e-11)
+    assert second == pytest.approx(np.trace(np.linalg.inv(C)) - 3, rel=1e-11)
+
+
+def test_mooney_rivlin_stress_of_uniaxial_stretch() -> None:
+    """`(mu1 + mu2/l) (l - 1/l^2)` per area of the reference: R. S. Rivlin (1948)."""
+    mu1, mu2, stretch, h = 0.7, 0.4, 1.6, RUBBER["thickness"]
+    p = {"mu1": mu1, "mu2": mu2, "thickness": h, "shear_correction": 5 / 6}
+    e = np.zeros(8)
+    e[:2] = (stretch**2 - 1) / 2, (1 / stretch - 1) / 2
+    constants = {k: ufl.as_ufl(v) for k, v in p.items()}
+    stress = evaluate(gradient(lambda e: materials.mooney_rivlin(strains(e), constants), vector(e)))
+    nominal = h * (mu1 + mu2 / stretch) * (stretch - 1 / stretch**2)
+    assert stress[0] * stretch == pytest.approx(nominal, rel=1e-12)
+    assert stress[1] == pytest.approx(0.0, abs=1e-14)
+
+
 NORMAL, D = np.array([0.6, 0.0, 0.8]), np.array([0.0, 0.6, 0.8])
 CONSTRAINTS = {
     "kink": lambda q: nodal.locked_kink(q[0], q[1], ufl.as_ufl(0.3)),

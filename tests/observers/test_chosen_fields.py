@@ -64,6 +64,30 @@ def test_resultants_in_files_are_in_equilibrium(tmp_path) -> None:
     assert energy == pytest.approx(FORCE**2 * LENGTH**3 / (6 * bending), rel=1e-3)
 
 
+def test_faces_have_principal_and_von_mises_stresses(tmp_path) -> None:
+    """A plate that is pulled and sheared: Mohr's circle, and Hooke's law for the strains."""
+    pulled = sm.EdgeForce("right", (3e4, 2e4, 0.0))
+    asked = ("surface_stress", "von_mises", "principal_stress", "principal_strain")
+    scene = strip(asked, loads=(pulled, sm.EdgeForce("right", (0, 0, FORCE / WIDTH))))
+    execute(scene, tmp_path / "run", pictures=False)
+    plate = last(tmp_path / "run", "plate")
+    for face in ("lower", "upper"):
+        a, b, c = (
+            plate["surface_stress"].sel(face=f"{face} {k}").values for k in ("11", "22", "12")
+        )
+        tensors = np.moveaxis(np.array([[a, c], [c, b]]), -1, 0)
+        second, first = np.linalg.eigvalsh(tensors).T
+        size = np.max(np.abs(first))
+        for which, exact in (("first", first), ("second", second)):
+            found = plate["principal_stress"].sel(extreme=f"{face} {which}")
+            np.testing.assert_allclose(found, exact, atol=1e-10 * size)
+            # without lateral contraction
+            strain = plate["principal_strain"].sel(extreme=f"{face} {which}")
+            np.testing.assert_allclose(strain, exact / YOUNG, atol=1e-10 * size / YOUNG)
+        mises = np.sqrt(first**2 + second**2 - first * second)
+        np.testing.assert_allclose(plate["von_mises"].sel(surface=face), mises, atol=1e-10 * size)
+
+
 def bending_and_shear(strains, p):
     """Energy per area of the strip above, written out."""
     C = p["E"] * p["h"]

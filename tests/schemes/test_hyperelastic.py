@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import ufl
 
-from shellmb.forms.materials import neo_hookean
+from shellmb.forms.materials import mooney_rivlin, neo_hookean
 from shellmb.forms.shell import ShellStrains
 from shellmb.observers.account.energy import EnergyAccount
 from shellmb.scene import (
@@ -150,3 +150,17 @@ def test_the_energy_of_rubber_is_that_of_textbooks() -> None:
     C[2, 2] = (1 - np.linalg.det(C)) / np.linalg.det(C[:2, :2])
     assert np.linalg.det(C) == pytest.approx(1.0)
     assert float(found(())) == pytest.approx(0.1 * 3.0 / 2 * (np.trace(C) - 3), rel=1e-12)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("scheme", ["ep", "ep4"])
+def test_a_mooney_rivlin_plate_keeps_its_energy(scheme: str) -> None:
+    """It is thrown and spins, to strains of some hundredths."""
+    values = {"mu1": 7e3, "mu2": 3e3, "thickness": 0.01, "shear_correction": 5 / 6}
+    own = Hyperelastic(mooney_rivlin, values, 0.01, 1100.0, stiffness=3e2)
+    spin = InitialVelocity(spin=(3.0, 4.0, 12.0))
+    more = {"initial": spin, "solver": Solver(newton="full", tolerance=1e-12)}
+    simulation, energy = Simulation(plate(own, scheme, 0.0, 5e-3, 5e-2, **more)), EnergyAccount()
+    simulation.run([energy])
+    assert energy.values["strain_energy"] > 1e-3 * energy.largest
+    assert energy.error < 1e-9 * energy.largest

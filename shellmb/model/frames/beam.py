@@ -29,6 +29,7 @@ from shellmb.model.sections.natural import Distributed, NaturalStress
 from shellmb.model.sections.section import SLACK
 from shellmb.model.sections.strains import Strains
 from shellmb.model.shells.loads import DistributedLoads
+from shellmb.model.shells.positions import interpolated
 from shellmb.model.user_forms import virtual_work
 from shellmb.scene import Beam, BeamSection, FollowerLineForce, LineForce, LineMoment
 from shellmb.scene.loads.loads import Gravity, Load
@@ -332,7 +333,12 @@ class BeamLoads(DistributedLoads):
 
         match load:
             case LineForce():
-                return load_forms.dead_force(constant(load.force), du), rules.full
+                if callable(load.force):
+                    who = f"{load.label}: force"
+                    force: Expr = interpolated(load.force, body.mixed, 3, who)
+                else:
+                    force = constant(load.force)
+                return load_forms.dead_force(force, du), rules.full
             case FollowerLineForce():
                 components = constant(load.components)
                 return load_forms.follower_frame_force(components, d, du), rules.full

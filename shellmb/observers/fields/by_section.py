@@ -92,6 +92,48 @@ def surface_stress(shell: Shell, at: Layup) -> Derived:
     return strains_by(np.concatenate(found, axis=-2))
 
 
+def face_strain(shell: Shell, at: Layup) -> Derived:
+    """Strains 11, 22, 12 at the lower and the upper face, tensor components.
+
+    Args:
+        shell: The shell, with a linear section.
+        at: Its section at points (...).
+    """
+    compliance = shell_compliance(shell, at)
+    half = np.array([1.0, 1.0, 0.5])[:, None]
+    faces = [np.asarray(at.heights[k])[..., None, None] for k in (0, -1)]
+    found = [half * (compliance[..., :3, :] + z * compliance[..., 3:6, :]) for z in faces]
+    return strains_by(np.concatenate(found, axis=-2))
+
+
+def principal_at_faces(plane: Derived) -> Derived:
+    """Principal values at both faces, the larger one first, shape (n, 4).
+
+    Args:
+        plane: Components 11, 22, 12 at both faces.
+    """
+
+    def read(R: Floats) -> Floats:
+        values = plane(R)
+        return np.concatenate([principal(values[:, :3]), principal(values[:, 3:])], axis=1)
+
+    return read
+
+
+def von_mises(stress: Derived) -> Derived:
+    """Von Mises stresses at both faces, where transverse stresses vanish, shape (n, 2).
+
+    Args:
+        stress: Stresses 11, 22, 12 at both faces.
+    """
+
+    def read(R: Floats) -> Floats:
+        a, b, c = np.moveaxis(stress(R).reshape(-1, 2, 3), -1, 0)
+        return np.asarray(np.sqrt(a**2 + b**2 - a * b + 3 * c**2))
+
+    return read
+
+
 def _outermost(layers: Sequence[Layer]) -> Floats:
     """Stiffness of the first layer that is not dropped, shape (..., 3, 3)."""
     found = layers[-1].plane

@@ -17,9 +17,10 @@ from shellmb.observers.fields import by_section as section
 from shellmb.observers.fields.modal import modal_members
 from shellmb.observers.fields.modalresultants import ModalResultants, ModalStrained
 from shellmb.observers.fields.resultants import Resultants, Strained
-from shellmb.scene import Laminate, LinearSection, Scene
+from shellmb.scene import Laminate, LinearSection, Scene, Shell
 from shellmb.scene.checks.fields import kinds_of, wanted_fields
 from shellmb.scene.fields import DEFAULT, FIELDS
+from shellmb.scene.shells.lamination import Layup
 from shellmb.simulate.simulation import Simulation
 
 type Read = Callable[[Floats], Floats]
@@ -27,6 +28,18 @@ type Read = Callable[[Floats], Floats]
 STRAINS = {
     "shell": ("eps 11", "eps 22", "2 eps 12", "kap 11", "kap 22", "2 kap 12", "gam 13", "gam 23"),
     "beam": ("stretch", "shear 2", "shear 3", "twist", "curvature 2", "curvature 3"),
+}
+
+# fields at both faces from the resultants of a linear section
+FACES: dict[str, Callable[[Shell, Layup], Read]] = {
+    "surface_stress": section.surface_stress,
+    "von_mises": lambda shell, at: section.von_mises(section.surface_stress(shell, at)),
+    "principal_stress": lambda shell, at: section.principal_at_faces(
+        section.surface_stress(shell, at)
+    ),
+    "principal_strain": lambda shell, at: section.principal_at_faces(
+        section.face_strain(shell, at)
+    ),
 }
 
 
@@ -76,9 +89,9 @@ class ChosenFields:
             self._derived[name] = partial(_columns, first, last)
         elif name == "principal_N":
             self._derived[name] = section.principal
-        elif name == "surface_stress":
+        elif name in FACES:
             assert isinstance(body, ShellModel)
-            self._derived[name] = section.surface_stress(body.shell, section.layup(body))
+            self._derived[name] = FACES[name](body.shell, section.layup(body))
         elif name == "ply_stress":
             assert isinstance(body, ShellModel) and isinstance(body.shell.section, Laminate)
             six = self.components.pop(name)

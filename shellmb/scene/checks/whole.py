@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from shellmb.errors import SceneError
+from shellmb.scene.beams.beam import Beam
 from shellmb.scene.checks import effect as checks_effect
 from shellmb.scene.checks import linear as checks_linear
 from shellmb.scene.checks import multibody as checks_multibody
@@ -24,6 +25,7 @@ from shellmb.scene.checks.locations import (
 from shellmb.scene.checks.names import check_names
 from shellmb.scene.checks.potentials import check_potentials
 from shellmb.scene.checks.signals import check_signals
+from shellmb.scene.loads.body_loads import LineForce
 from shellmb.scene.loads.loads import EdgeLoad, PointLoad
 from shellmb.scene.loads.supports import Driven, Fixed, HardSupport, Support
 from shellmb.scene.lookup import bodies_of, find_shell, kind_of, listed, said
@@ -218,6 +220,12 @@ def _functions_of_position(scene: Description) -> None:
         given = {name: getattr(load, name, None) for name in ("force", "p", "moment")}
         for name, value in given.items():
             if callable(value):
+                if isinstance(load, LineForce):
+                    (beam,) = bodies_of(scene, load)
+                    assert isinstance(beam, Beam)
+                    if beam.curve.shell is None:
+                        values_at(value, beam.curve.position(s), 3, f"{load.label}: {name}")
+                    continue
                 surface = find_shell(scene, load.body, load.label).surface
                 if surface.edges is not None:
                     x = surface.position(s, s[::-1].copy())

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from shellmb.scene.loads.loads import Load, PointLoad
 from shellmb.scene.multibody.offsets import Point
+from shellmb.scene.values.positions import OfPosition
 from shellmb.scene.values.times import TimeFunction
 from shellmb.scene.values.validate import Name, Vec3, described
 
@@ -26,12 +27,12 @@ class LineForce(Load):
     """A dead force per unit length of a beam.
 
     Args:
-        force: Its components [N/m].
+        force: Its components [N/m], or a vectorised function of positions (3, n) that gives (3, n).
         body: Name of the beam.
         time: Function of time.
     """
 
-    force: Vec3
+    force: Vec3 | OfPosition
     body: Name | None = None
     time: TimeFunction | None = None
 
