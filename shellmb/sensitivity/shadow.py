@@ -30,12 +30,18 @@ class Shadow:
     Args:
         simulation: The simulation, at its start.
         observers: What looks at it.
+        forces: Whether they look at forces, too.
     """
 
-    def __init__(self, simulation: Simulation, observers: Sequence[Observer]) -> None:
-        self.simulation, self.observers = simulation, list(observers)
+    def __init__(
+        self, simulation: Simulation, observers: Sequence[Observer], forces: bool = True
+    ) -> None:
+        self.simulation, self.observers, self.forces = simulation, list(observers), forces
         self.problem, self.system = simulation.problem, simulation.problem.system
         self.iteration = self.problem.iteration
+        sets = self.iteration.nodes.sets
+        self._others = {k: s for k, s in sets.items() if s.partial or s.declared.linear}
+        self._any_others = bool(self.system.comm.allreduce(len(self._others)))
 
     def start(self) -> None:
         """Start the observers."""
@@ -66,18 +72,16 @@ class Shadow:
         x.array[:] = unknowns
         self.iteration.nodes.normalise(x)
         x.array[system.fixed] = system.fixed_values()
-        self._project_others(x)
+        if self._any_others:
+            self._project_others(x)
         return np.asarray(x.array_r)
 
     def _project_others(self, x: PETSc.Vec) -> None:
         """Nodes of which some components are fixed, and those that change little."""
         nodes, seen = self.iteration.nodes, self.iteration.nodes.full
-        some = {k: s for k, s in nodes.sets.items() if s.partial or s.declared.linear}
-        if not self.system.comm.allreduce(len(some)):
-            return
         self.system.scatter(x)
         ids, changes = [np.zeros(0, np.int64)], [np.zeros(0)]
-        for k, s in some.items():
+        for k, s in self._others.items():
             s.settled = False
             found = s.correction(self.system.fields)
             change = np.zeros(s.dofs.shape) if found is None else found * ~s.regular[:, None]
@@ -96,6 +100,11 @@ class Shadow:
         system.x.array[:] = unknowns
         system.evaluate(system.x, system.b)
         return np.asarray(system.b.array_r)
+
+    def hold(self, unknowns: Floats) -> None:
+        """Give the fields their unknowns."""
+        self.system.x.array[:] = unknowns
+        self.system.scatter(self.system.x)
 
     def solved(self, step: StepInfo) -> None:
         """The unknowns that the fields hold are the solution of a step of the run."""

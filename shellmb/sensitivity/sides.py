@@ -55,7 +55,7 @@ class Side:
             chosen = _only_probes(folder)
         if comm.rank == 0:
             describe(scene).write(folder)
-        self.shadow = Shadow(simulation, chosen)
+        self.shadow = Shadow(simulation, chosen, forces=columns == "all")
 
     def finish(
         self, summary: Mapping[str, Any], wall: float, results: Callable[..., Any] | None

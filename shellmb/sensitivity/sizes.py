@@ -43,6 +43,7 @@ class Sizes:
         self._scales = np.array([p.scale for p, _ in found])
         self._moves = np.array([np.isfinite(p.bound) for p, _ in found])
         self._share = np.where(self._moves, 1.0, FORCES)
+        self._table, self._taken = np.zeros((2, len(found))), np.empty(len(self._entries))
         self.weight = np.zeros(system.numbering.owned)
         self.weight[self._entries] = 1.0 / np.repeat(self._scales, counts)
 
@@ -53,10 +54,11 @@ class Sizes:
             change: Change of the difference of both sides.
             whole: The difference.
         """
-        table = np.zeros((2, len(self._scales)))
+        table, taken = self._table, self._taken
         for row, values in zip(table, (change, whole), strict=True):
             if len(self._there):
-                row[self._there] = np.maximum.reduceat(np.abs(values[self._entries]), self._starts)
+                np.abs(np.take(values, self._entries, out=taken), out=taken)
+                row[self._there] = np.maximum.reduceat(taken, self._starts)
         if self._comm.size > 1:
             self._comm.Allreduce(MPI.IN_PLACE, table, op=MPI.MAX)
         changes, sizes = table / self._scales
