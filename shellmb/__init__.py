@@ -38,6 +38,7 @@ _API = {
     "Hold": "shellmb.model.own.body",
     "sensitivities": "shellmb.sensitivity.run",
     "Sensitivities": "shellmb.sensitivity.record",
+    "frequency_sensitivities": "shellmb.sensitivity.frequencies",
     "fit": "shellmb.sensitivity.fitting.fit",
     "Fit": "shellmb.sensitivity.fitting.fitted",
     "rank": "shellmb.sensitivity.fitting.rank",

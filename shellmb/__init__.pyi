@@ -150,3 +150,17 @@ def fit(
     end_forces: bool | None = None,
     step_tolerance: float | None = None,
 ) -> Fit: ...
+def frequency_sensitivities(
+    scene: Callable[..., Scene] | str,
+    parameters: Sequence[str],
+    count: int = 6,
+    loaded: bool = False,
+    *,
+    values: Mapping[str, Any] | None = None,
+    scales: Mapping[str, float] | None = None,
+    mesh: tuple[int, int] | str | None = None,
+    degree: Literal[2, 3] | None = None,
+    cell: Literal["quad", "tri"] | None = None,
+    body: str | None = None,
+    model: str | None = None,
+) -> pd.DataFrame: ...

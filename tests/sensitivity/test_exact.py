@@ -6,6 +6,7 @@ bodies and kinds of parameters are varied; the reference is runs that know nothi
 
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ import shellmb as sm
 from shellmb.running.execute import execute
 from tests.sensitivity import scenes
 
+ROOT = Path(__file__).parents[2]
 # relative distance of the reference, whose own error is a few times its square
 APART = 1e-4
 # what users are told; the reference's own error is 1e-8 to 2e-7 of it
@@ -122,6 +124,25 @@ def test_run_is_bit_for_bit_that_without_derivatives() -> None:
     beside = sm.sensitivities(scenes.plate, ("E",), values={"scheme": "ed"}, fields=False)
     for name in set(alone.rows[0]) - {"wall_s"}:
         np.testing.assert_array_equal(alone.column(name), beside.run.history[name], name)
+
+
+@pytest.mark.slow
+def test_two_ranks_find_the_same(mpirun: Callable[..., str]) -> None:
+    source = """
+import shellmb as sm
+from mpi4py import MPI
+from tests.sensitivity import scenes
+
+found = sm.sensitivities(
+    scenes.plate, ("length",), values={"scheme": "ed"}, newton="full", tolerance=1e-11
+)
+if MPI.COMM_WORLD.rank == 0:
+    print(repr(float(found.history["length"]["total_energy"].iloc[-1])))
+"""
+    source = f"import sys; sys.path.append({str(ROOT)!r}){source}"
+    one, two = (float(mpirun(n, "-c", source).split()[-1]) for n in (1, 2))
+    # round-off over the distance of both sides
+    assert two == pytest.approx(one, rel=1e-7)
 
 
 @pytest.mark.slow

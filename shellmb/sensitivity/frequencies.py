@@ -1,0 +1,103 @@
+"""Derivatives of natural frequencies by parameters of a scene."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from shellmb.api.modal import modes
+from shellmb.errors import SceneError, ShellmbWarning
+from shellmb.options.described import options_of, takes
+from shellmb.options.run import ELEMENTS, Options
+from shellmb.scene import Scene
+from shellmb.sensitivity.parameters import STEP, beside, differentiated, independent, parameters_of
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+# relative distance of the scenes at both sides: eigenvalues have twelve digits
+APART = 1e-4
+# relative distance from the next frequency below which one has no derivative of its own
+SIMPLE = 10 * APART
+
+
+@takes(*options_of(Options, *ELEMENTS))
+def frequency_sensitivities(
+    scene: Callable[..., Scene] | str,
+    parameters: Sequence[str],
+    count: int = 6,
+    loaded: bool = False,
+    *,
+    values: Mapping[str, Any] | None = None,
+    scales: Mapping[str, float] | None = None,
+    **options: Any,
+) -> pd.DataFrame:
+    """Natural frequencies and their derivatives, by frequencies at both sides of each parameter.
+
+    Args:
+        scene: A function that makes the scene from its parameters, the name of a bundled scene, or
+            the path of a Python file.
+        parameters: Names of the parameters.
+        count: Number of frequencies.
+        loaded: Whether about the loaded state, as of `modes`.
+        values: Values of parameters of the scene that replace its defaults.
+        scales: Sizes of parameters, where their values do not tell.
+        **options: Choices that replace the scene's.
+
+    Returns:
+        A row for each frequency: the frequency [Hz], and its derivative by each parameter. The
+        derivative is NaN, with a warning, where two frequencies nearly coincide.
+
+    Raises:
+        SceneError: If the scene or a parameter is impossible.
+    """
+    import pandas as pd
+
+    made = differentiated(scene, values, **options)
+    chosen = [
+        replace(p, step=p.step * APART / STEP) for p in parameters_of(made, parameters, scales)
+    ]
+    base = made.scene()
+    scenes = {p: beside(made, base, p) for p in chosen}
+    # one more tells whether the last one is simple
+    here = _frequencies(base, count + 1, loaded)
+    known = min(count, len(here))
+    gaps = np.abs(np.diff(here)) / np.maximum(np.abs(here[1:]), np.finfo(float).tiny)
+    near = np.concatenate([[False], gaps < SIMPLE]) | np.concatenate([gaps < SIMPLE, [False]])
+    table = pd.DataFrame(
+        {"frequency": here[:known]}, index=pd.RangeIndex(1, known + 1, name="mode")
+    )
+    for p, (above, below) in scenes.items():
+        sides = [_frequencies(s, count + 1, loaded)[: len(here)] for s in (above, below)]
+        if any(len(side) < len(here) for side in sides):
+            raise SceneError(
+                f"sensitivities: parameter '{p.name}' changes how many frequencies there are; it "
+                "must not"
+            )
+        slopes = (sides[0] - sides[1]) / p.width
+        table[p.name] = np.where(near, np.nan, slopes)[:known]
+        if independent(above, below):
+            warnings.warn(
+                f"nothing depends on '{p.name}': its derivatives are zero",
+                ShellmbWarning,
+                stacklevel=2,
+            )
+    if near[:known].any():
+        said = ", ".join(str(k + 1) for k in np.flatnonzero(near[:known]))
+        warnings.warn(
+            f"frequencies {said} nearly coincide with others: they have no derivatives of their "
+            "own",
+            ShellmbWarning,
+            stacklevel=2,
+        )
+    return table
+
+
+def _frequencies(scene: Scene, count: int, loaded: bool) -> npt.NDArray[np.float64]:
+    """Natural frequencies, Hz."""
+    return np.array(modes(scene, count=count, loaded=loaded, pictures=False).frequencies)

@@ -1,0 +1,33 @@
+"""Derivatives of natural frequencies: of a thin strip they are known."""
+
+import numpy as np
+import pytest
+
+import shellmb as sm
+
+
+def strip(thickness: float = 2e-3, E: float = 210e9, length: float = 1.0) -> sm.Scene:
+    """A cantilever strip, whose bending frequencies go by `h sqrt(E) / L^2`."""
+    steel = sm.Isotropic(E=E, nu=0.0, thickness=thickness, density=7800.0)
+    shell = sm.Shell("strip", sm.Rectangle(length, 0.05), steel, mesh=(4, 1))
+    return sm.Scene("strip", shell, supports=sm.Clamped("left"), scheme="ep", dt=1e-3, t_end=1e-3)
+
+
+def test_frequencies_of_a_strip() -> None:
+    found = sm.frequency_sensitivities(strip, ("thickness", "E"), count=2)
+    f = found["frequency"].to_numpy()
+    # exact for the modulus; of the thickness less what shear and rotary inertia take
+    np.testing.assert_allclose(found["E"] * 210e9 / f, 0.5, rtol=1e-7)
+    np.testing.assert_allclose(found["thickness"] * 2e-3 / f, 1.0, rtol=1e-3)
+
+
+def test_equal_frequencies_have_no_derivative() -> None:
+    def bar(size: float = 0.02) -> sm.Scene:
+        section = sm.RectangularSection(width=size, height=size, E=210e9, nu=0.3, density=7800.0)
+        beam = sm.Beam("bar", sm.Line((0, 0, 0), (1, 0, 0)), section, elements=2)
+        clamp = sm.Clamped("start", body="bar")
+        return sm.Scene("bar", beams=beam, supports=clamp, scheme="ep", dt=1e-3, t_end=1e-3)
+
+    with pytest.warns(sm.ShellmbWarning, match=r"frequencies 1, 2 nearly coincide"):
+        found = sm.frequency_sensitivities(bar, ("size",), count=2)
+    assert found["size"].isna().all()
