@@ -14,7 +14,7 @@ from shellmb.errors import SceneError
 from shellmb.guarding.writing import write_text
 from shellmb.options.described import options_of, takes
 from shellmb.options.run import Options
-from shellmb.scene import Scene
+from shellmb.scene import Modal, Scene
 from shellmb.sensitivity.parameters import (
     Differentiated,
     Parameter,
@@ -109,6 +109,12 @@ def _refuse(scene: Scene) -> None:
             f"sensitivities: scene '{scene.name}' follows a static path, whose steps are chosen by "
             "its length; take load steps (path=None) for derivatives"
         )
+    for body in scene.bodies:
+        if isinstance(getattr(body, "model", None), Modal):
+            raise SceneError(
+                f"sensitivities: body '{body.name}' is reduced to modes, whose shapes on both "
+                "sides of a parameter do not correspond; use model='linear', or 'exact'"
+            )
     for event in scene.all_events:
         raise SceneError(
             f"sensitivities: event '{event.name}' of scene '{scene.name}' happens at a time that "

@@ -54,17 +54,14 @@ def seconds(
     base = made.scene()
 
     def make(run: Simulation) -> list[Pair]:
-        forces = columns == "all"
-        return [
-            Pair(
-                p,
-                *(
-                    Shadow(Simulation(scene, like=run.model), observers(columns), forces)
-                    for scene in beside(made, base, p)
-                ),
+        forces, made_pairs = columns == "all", []
+        for p in parameters_of(made, names):
+            above, below = (
+                Shadow(Simulation(scene, like=run.model), observers(columns), forces)
+                for scene in beside(made, base, p)
             )
-            for p in (parameters_of(made, names) if names else ())
-        ]
+            made_pairs.append(Pair(p, above, below))
+        return made_pairs
 
     run = Simulation(base)
     every: list[Observer] = [*StandardObservers(None).named.values(), Tangents(make)]

@@ -113,3 +113,27 @@ def mechanism(
         t_end=steps * dt,
         **chosen,
     )
+
+
+def skid(stiffness=2e5, friction=0.3, speed=2.0, dt=1e-3, steps=30):
+    """A ball that strikes the ground and slides on it."""
+    return sm.Scene(
+        "skid",
+        rigid_bodies=sm.RigidBody("ball", 1.0, (0.1, 0.1, 0.1), position=(0, 0, 0.02)),
+        contacts=sm.Contact(
+            "ground",
+            sm.Plane(normal=Z),
+            stiffness=stiffness,
+            body="ball",
+            at="center",
+            friction=friction,
+            slip_speed=0.05,
+            smoothing=1e-3,
+        ),
+        initial=sm.InitialVelocity((0.5, 0, -speed)),
+        loads=sm.Gravity((0, 0, -9.81)),
+        probes=sm.Probe("x", "center", body="ball", component=0),
+        scheme="ep",
+        dt=dt,
+        t_end=steps * dt,
+    )
