@@ -16,9 +16,11 @@ import pytest
 import shellmb as sm
 from shellmb.demos import heated_arch
 from shellmb.errors import SceneError
+from shellmb.observers.account.energy import EnergyAccount
 from shellmb.observers.fields.resultants import Resultants
 from shellmb.running.execute import RunResult, execute
 from shellmb.simulate.buckling import linear_buckling
+from shellmb.simulate.simulation import Simulation
 
 H = 2e-3
 WOOD = sm.Orthotropic(
@@ -252,6 +254,31 @@ def test_a_heated_arch_snaps_where_shallow_theory_says() -> None:
     heated_arch.check(found)
 
 
+def test_a_restart_goes_on_bit_for_bit() -> None:
+    """Natural strains that change in time, and their work, are those of the time of the state."""
+    natural = replace(HEAT, curvature=(0.3, 0.1, 0.0), time=lambda t: math.sin(200 * t))
+    scene = plate(
+        natural,
+        supports=sm.Clamped("left"),
+        scheme="ep",
+        dt=1e-3,
+        t_end=5e-3,
+        solver=sm.Solver(newton="full"),
+    )
+    accounts = [EnergyAccount() for _ in range(3)]
+    whole, first, second = (Simulation(scene) for _ in range(3))
+    whole.run([accounts[0]])
+    accounts[1].start(first)
+    for _ in range(2):
+        first.advance([accounts[1]])
+    second.restore(first.arrays(), first.state())
+    accounts[2].restore(accounts[1].state())
+    second.run([accounts[2]])
+    for name, array in whole.arrays().items():
+        np.testing.assert_array_equal(second.arrays()[name], array)
+    assert accounts[2].values == accounts[0].values
+
+
 BAD = {
     "output: fields has 'ply_stress'; it must be left out, as there is no shell with plies": (
         lambda: sm.Scene(
@@ -289,3 +316,27 @@ BAD = {
 def test_bad_natural_strains_get_a_sentence(message: str) -> None:
     with pytest.raises(SceneError, match=message):
         BAD[message]()
+
+
+@pytest.mark.mpi
+def test_two_ranks_give_the_same(mpirun) -> None:  # type: ignore[no-untyped-def]
+    """A suddenly heated plate, and the factors at which a plate buckles."""
+    one, two = (np.array([float(v) for v in mpirun(n, "-c", SCRIPT).split()]) for n in (1, 2))
+    np.testing.assert_allclose(two, one, rtol=1e-9)
+
+
+SCRIPT = """
+import shellmb as sm
+from mpi4py import MPI
+from shellmb.running.execute import execute
+from shellmb.simulate.buckling import linear_buckling
+from shellmb.verify.problems.linear_shells import compressed_plate
+factors = linear_buckling(compressed_plate("quad", 100.0, 4)[0], MPI.COMM_WORLD, 2).factors
+heat = sm.NaturalStrain((1e-3, 0, 0), (0.3, 0.1, 0))
+steel = sm.Isotropic(70e9, 0.3, 2e-3, 2700.0)
+shell = sm.Shell("p", sm.Rectangle(1.0, 0.5), steel, mesh=(4, 2), natural=heat)
+scene = sm.Scene("p", shell, supports=sm.Clamped("left"), scheme="ep4", dt=1e-3, t_end=3e-3)
+run = execute(scene, None)
+if MPI.COMM_WORLD.rank == 0:
+    print(*factors, *run.column("strain_energy"))
+"""
