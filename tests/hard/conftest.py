@@ -17,8 +17,9 @@ import pytest
 
 from shellmb.observers.account.constraints import Constraints
 from shellmb.observers.account.energy import EnergyAccount
-from shellmb.scene import Isotropic, Rectangle, Scene, Shell
+from shellmb.scene import Isotropic, Scene
 from shellmb.simulate.simulation import Silent, Simulation
+from tests.scenes import plate_scene
 
 # what the project asks of every run: violation of the energy law relative to the largest energy,
 # and of constraints relative to lengths
@@ -102,20 +103,7 @@ def watch() -> type[Watched]:
     return Watched
 
 
-def soft_plate(scheme: Any, alpha: float | None = None, **more: Any) -> Scene:
-    """A soft plate of 1 x 0.5 on 2 x 1 elements, or as `mesh`, `section`, ... say."""
-    names = ("mesh", "cell", "distortion", "section", "surface", "geometry_order")
-    own = {name: more.pop(name) for name in names if name in more}
-    shell = Shell(
-        "plate",
-        own.pop("surface", Rectangle(1.0, 0.5)),
-        own.pop("section", SOFT),
-        **{"mesh": (2, 1), **own},
-    )
-    return Scene("plate", shell, scheme=scheme, alpha=alpha, **more)
-
-
 @pytest.fixture
 def plate() -> Callable[..., Scene]:
     """Make a plate."""
-    return soft_plate
+    return plate_scene

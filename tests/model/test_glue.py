@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -32,6 +33,7 @@ from shellmb.scene import (
     Shell,
 )
 from shellmb.simulate.simulation import Simulation
+from tests import scenes
 
 E, NU, RHO = 2e11, 0.3, 7800.0
 PLATE = Isotropic(E=E, nu=NU, thickness=2e-3, density=RHO)
@@ -40,8 +42,7 @@ MIDDLE = AlongLine("plate", (0, 0.2, 0), (1, 0.2, 0))
 MOTION = {"dt": 1e-3, "t_end": 0.02}
 
 
-def plate(**more: Any) -> Shell:
-    return Shell("plate", Rectangle(1.0, 0.4), PLATE, **{"mesh": (4, 2), **more})
+plate = partial(scenes.plate, PLATE, (1.0, 0.4), mesh=(4, 2))
 
 
 def glued(

@@ -1,6 +1,7 @@
 """Distributed loads on bodies in modes: against the exact ones, and what they do to momenta."""
 
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 from mpi4py import MPI  # noqa: F401  (before dolfinx)
@@ -38,6 +39,7 @@ from shellmb.scene import (
     Weld,
 )
 from shellmb.vibration import natural_modes
+from tests import scenes
 
 PLATE = Isotropic(E=70e9, nu=0.3, thickness=5e-3, density=2700.0)
 BAR = RectangularSection(E=70e9, nu=0.3, width=0.01, height=0.02, density=2700.0)
@@ -50,8 +52,7 @@ SCHEMES = [
 ]
 
 
-def plate(model: Any) -> Shell:
-    return Shell("plate", Rectangle(1.0, 0.4), PLATE, mesh=(4, 2), model=model)
+plate = partial(scenes.plate, PLATE, (1.0, 0.4), mesh=(4, 2))
 
 
 def test_forces_at_two_points_of_a_body_need_no_names() -> None:
@@ -61,7 +62,7 @@ def test_forces_at_two_points_of_a_body_need_no_names() -> None:
         forces = PointForce((1.0, 0.4, 0.0), (0, 0, 0.5)), PointForce((1.0, 0.0, 0.0), (0, 0, 0.3))
         scene = Scene(
             "two",
-            plate(model),
+            plate(model=model),
             supports=Clamped("left"),
             loads=forces,
             probes=Probe("tip", (1.0, 0.4, 0.0), component=2),
@@ -81,7 +82,9 @@ def test_loads_give_a_free_body_their_impulses(scheme, alpha) -> None:
     def moved(modes: int, *loads: Any) -> RunResult:
         spin = InitialVelocity((1.0, 0, 0), (3.0, 1.0, 2.0))
         times = {"scheme": scheme, "alpha": alpha, "dt": 5e-3, "t_end": 0.1}
-        return execute(Scene("free", plate(Modal(modes=modes)), initial=spin, loads=loads, **times))
+        return execute(
+            Scene("free", plate(model=Modal(modes=modes)), initial=spin, loads=loads, **times)
+        )
 
     # the kernels are those of `test_reduced`: seven modes, six of them of the loads
     every = EdgeForce("right", tuple(force)), Pressure(20.0), EdgeMoment("top", (0, 1, 2.0))
@@ -104,7 +107,7 @@ def test_a_pressure_stays_across_what_it_bends() -> None:
     """
     scene = Scene(
         "bent",
-        plate(Modal(modes=6)),
+        plate(model=Modal(modes=6)),
         supports=Clamped("left"),
         loads=Pressure(30.0),
         probes=Probe("tip", (1.0, 0.2, 0.0)),
@@ -122,7 +125,12 @@ def test_a_pressure_stays_across_what_it_bends() -> None:
 def test_a_load_on_a_place_that_is_held_bends_nothing() -> None:
     """It adds no mode: round-off that is made as large as one would be a wild one."""
     scene = Scene(
-        "held", plate(Modal(modes=6)), supports=Clamped("left"), scheme="ep", dt=1.0, t_end=1.0
+        "held",
+        plate(model=Modal(modes=6)),
+        supports=Clamped("left"),
+        scheme="ep",
+        dt=1.0,
+        t_end=1.0,
     )
 
     def modal(load: Any) -> Any:

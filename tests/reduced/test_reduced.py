@@ -1,7 +1,7 @@
 """Bodies in modes against the full ones: frequencies, free flight, joints, and what they refuse."""
 
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 from typing import Any
 
 from mpi4py import MPI
@@ -32,6 +32,7 @@ from shellmb.scene import (
     Weld,
 )
 from shellmb.vibration import natural_modes
+from tests import scenes
 from tests.reduced.conftest import Kept, kept
 
 PLATE = Isotropic(E=70e9, nu=0.3, thickness=5e-3, density=2700.0)
@@ -47,8 +48,7 @@ SCHEMES = [
 ]
 
 
-def plate(model: Any = MODAL, **more: Any) -> Shell:
-    return Shell("plate", Rectangle(1.0, 0.4), PLATE, **{"mesh": (4, 2), "model": model} | more)
+plate = partial(scenes.plate, PLATE, (1.0, 0.4), mesh=(4, 2), model=MODAL)
 
 
 def thrown(t: float) -> float:
@@ -64,7 +64,7 @@ def tumbling(model: Any, scheme: str = "ep4", alpha: float = 0.0) -> Kept:
     push = PointForce(CORNER, (0.0, 0.0, 20.0), time=thrown)
     motion = {"initial": spin, "loads": (push, Gravity()), "probes": probes}
     times = {"scheme": scheme, "alpha": alpha, "dt": 5e-3, "t_end": 0.1}
-    return kept(Scene("tumbling", plate(model), **motion, **times))
+    return kept(Scene("tumbling", plate(model=model), **motion, **times))
 
 
 @pytest.mark.parametrize("held", [False, pytest.param(True, marks=SLOW)])
@@ -77,7 +77,7 @@ def test_modes_are_those_of_the_full_body(held) -> None:
     )
     found = [
         natural_modes(
-            Scene("modes", plate(model), scheme="ep", dt=1, t_end=1, **more),
+            Scene("modes", plate(model=model), scheme="ep", dt=1, t_end=1, **more),
             count=7 if held else 13,
         )
         for model in ("exact", FREE)
@@ -134,7 +134,7 @@ def test_shells_and_beams_that_share_edges_are_one_body() -> None:
         glued = Glue("rib", "plate")
         return Scene(
             "stiffened",
-            (plate(model), flange),
+            (plate(model=model), flange),
             beams=rib,
             joins=joined,
             glues=glued,
@@ -172,7 +172,7 @@ def test_statics_knows_modes_too() -> None:
     def tip(model: Any) -> float:
         scene = Scene(
             "cantilever",
-            plate(model),
+            plate(model=model),
             joints=Weld("bolts", "ground", "plate", at=(0, 0.2, 0), second_at="left"),
             loads=PointForce(CORNER, (0, 0, 0.05)),
             probes=Probe("tip", CORNER),
@@ -189,7 +189,7 @@ BAD = {
     "join of 'plate' and 'other': their models are Modal(8) and 'exact'; what is reduced to modes "
     "and shares an edge is one body: both must have the same Modal(...), or be connected by "
     "joints": {
-        "shells": (plate(), replace(plate("exact"), name="other")),
+        "shells": (plate(), replace(plate(model="exact"), name="other")),
         "joins": Join("plate", "other", "left", "left"),
     },
     "shell 'plate' is reduced to modes and has no mass, by which these are found, in statics too; "
@@ -229,7 +229,7 @@ def test_places_that_share_nodes_move_together_or_are_refused() -> None:
 
 def test_what_is_off_is_not_there() -> None:
     """No unknown and no form of damping, loads and contacts that nobody asked for."""
-    scene = Scene("free", plate(FREE), scheme="ep", dt=1, t_end=1)
+    scene = Scene("free", plate(model=FREE), scheme="ep", dt=1, t_end=1)
     model = natural_modes(scene, count=1).model
     names = {body.name for body in model.bodies}
     assert names == {"rigid bodies", "modes of plate", "inertia of plate"}
@@ -243,7 +243,7 @@ def test_a_frame_that_turns_alone_is_no_mode() -> None:
 
     def clamped(count: int) -> float:
         load = PointForce((0.0, 0.2, 0.0), (0, 0, 1.0))
-        shell = replace(plate(Modal(modes=count)), mesh=(4, 4))
+        shell = replace(plate(model=Modal(modes=count)), mesh=(4, 4))
         scene = Scene("hung", shell, loads=load, scheme="ep", dt=1, t_end=1)
         _, (data,) = reduce_bodies(scene, MPI.COMM_WORLD)
         # five static modes of the frame, less six rigid motions: that about the director is one of

@@ -1,7 +1,6 @@
 """Small soft plates in motion, and a probe of their state."""
 
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Any
 
 from mpi4py import MPI
@@ -12,13 +11,12 @@ from dolfinx import fem
 
 from shellmb.model.body import constraint_error, kinetic_energy, strain_energy
 from shellmb.observers.account.energy import EnergyAccount, scalar
-from shellmb.scene import Clamped, EdgeForce, InitialVelocity, Isotropic, Rectangle, Scene, Shell
+from shellmb.scene import Clamped, EdgeForce, InitialVelocity, Scene
 from shellmb.schemes.base import has_energy_law
 from shellmb.schemes.registry import SCHEMES, make_scheme
 from shellmb.simulate.simulation import Silent, Simulation
+from tests.scenes import plate_scene
 
-# wave speed one: with dt = 0.1 the step resolves the elements' own frequencies, about 20 rad/s
-SOFT = Isotropic(E=1.0, nu=0.3, thickness=0.2, density=1.0)
 ALPHAS = {"ed": (0.0, 0.5, 1.0), "ed3": (0.5, 1.0)}
 ALPHAS |= {"generalized-alpha": (0.5,), "ed-printed": (1.0,)}
 # every dynamic scheme of the registry with every dissipation that is to be tested
@@ -60,19 +58,16 @@ def make() -> Callable[..., Any]:
     return make_scheme
 
 
-def plate_scene(
+def soft_plate(
     scheme: Any = "ep", alpha: float = 0.0, dt: float = 0.1, t_end: float = 1.0, **more: Any
 ) -> Scene:
-    shell = Shell("plate", Rectangle(1.0, 0.5), SOFT, mesh=more.pop("mesh", (2, 1)))
-    if "cell" in more:
-        shell = replace(shell, cell=more.pop("cell"))
-    return Scene("plate", shell, scheme=scheme, alpha=alpha, dt=dt, t_end=t_end, **more)
+    return plate_scene(scheme, alpha, dt=dt, t_end=t_end, **more)
 
 
 @pytest.fixture
 def plate() -> Callable[..., Scene]:
     """A plate of 1 x 0.5, free unless supports are given."""
-    return plate_scene
+    return soft_plate
 
 
 @pytest.fixture
@@ -81,7 +76,7 @@ def tumbling() -> Callable[..., Scene]:
 
     def make(scheme: Any, alpha: float, dt: float = 0.2, t_end: float = 3.0, **more: Any) -> Scene:
         motion = InitialVelocity(linear=(0.1, -0.2, 0.3), spin=(0.4, 0.6, -0.3))
-        return plate_scene(scheme, alpha, dt, t_end, initial=motion, **more)
+        return soft_plate(scheme, alpha, dt, t_end, initial=motion, **more)
 
     return make
 
@@ -93,7 +88,7 @@ def swaying() -> Callable[..., Scene]:
     def make(scheme: Any, alpha: float, dt: float, size: float, t_end: float = 1.6) -> Scene:
         tip = (0.02 * size, 0.05 * size, 0.25 * size)
         force = EdgeForce("right", tip, time=lambda t: float(np.sin(1.5 * t) ** 4))
-        return plate_scene(scheme, alpha, dt, t_end, supports=Clamped("left"), loads=force)
+        return soft_plate(scheme, alpha, dt, t_end, supports=Clamped("left"), loads=force)
 
     return make
 

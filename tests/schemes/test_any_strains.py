@@ -1,5 +1,6 @@
 """Strain measures of a user that are of any form: orders, energy law, momenta."""
 
+from functools import partial
 from typing import Any
 
 from mpi4py import MPI  # noqa: F401  (before dolfinx)
@@ -20,13 +21,11 @@ from shellmb.scene import (
     Hyperelastic,
     InitialVelocity,
     Isotropic,
-    Rectangle,
-    Scene,
-    Shell,
     Solver,
 )
 from shellmb.schemes.residuals.forces import bow_energy
 from shellmb.simulate.simulation import Simulation
+from tests.scenes import plate_scene
 
 from .test_quadratic import KINDS, slope
 from .test_sections_in_motion import ROUND_OFF, STIFFENING
@@ -59,10 +58,7 @@ def fixed_to_the_frame(u: Any, w: Any, surf: Any) -> Any:
     return ShellStrains(e.eps + ufl.as_vector([first**3, 0, 0]), e.kap, e.gam)
 
 
-def plate(strains: Any, scheme: str, alpha: float, **more: Any) -> Scene:
-    section = more.pop("section", SOFT)
-    shell = Shell("plate", Rectangle(1.0, 0.5), section, mesh=(2, 1), strains=strains)
-    return Scene("plate", shell, scheme=scheme, alpha=alpha, **{"dt": 0.2, "t_end": 1.0} | more)
+plate = partial(plate_scene, section=SOFT, dt=0.2, t_end=1.0)
 
 
 # what takes a minute to compile is slow
@@ -87,7 +83,7 @@ def test_energy_law_and_momenta(strains, scheme, alpha, account, make) -> None:
     """Free flight, fast enough to stretch and bend by some per cent."""
     motion = InitialVelocity(linear=(0.1, -0.2, 0.3), spin=(0.4, 0.6, -0.3))
     momentum = Momentum(account)
-    simulation = Simulation(plate(strains, scheme, alpha, initial=motion))
+    simulation = Simulation(plate(scheme, alpha, strains=strains, initial=motion))
     simulation.run([account, momentum])
     assert account.values["strain_energy"] > 1e-3 * account.largest
     assert account.relative_error < ROUND_OFF
@@ -105,7 +101,9 @@ def swaying(strains: Any, scheme: str, alpha: float, steps: int) -> np.ndarray:
     """A cantilever that is pulled, bent and let go again, to strains of a tenth: its end."""
     push = EdgeForce("right", (0.01, 0.002, 0.003), time=lambda t: float(np.sin(1.5 * t) ** 4))
     held = {"supports": Clamped("left"), "loads": push, "solver": Solver(newton="full")}
-    simulation = Simulation(plate(strains, scheme, alpha, dt=1.6 / steps, t_end=1.6, **held))
+    simulation = Simulation(
+        plate(scheme, alpha, strains=strains, dt=1.6 / steps, t_end=1.6, **held)
+    )
     simulation.run()
     # as linear sections with the strains of the paper
     assert simulation.iterations <= 3.5 * simulation.step
@@ -138,7 +136,7 @@ def test_strains_of_the_paper_are_a_special_case(what: str, monkeypatch) -> None
     found = []
     for quadratic in (True, False):
         monkeypatch.setattr(elastic, "quadratic_strains", lambda shell, is_so=quadratic: is_so)
-        scene = plate(None, "ed3", 0.5, supports=Clamped("left"))
+        scene = plate("ed3", 0.5, supports=Clamped("left"))
         problem, rng = Simulation(scene).problem, np.random.default_rng(7)
         levels, (body,) = problem.levels["plate"], problem.model.bodies
         for function in (levels.q, *levels.scaled.values(), *levels.unknown.values()):
@@ -166,4 +164,4 @@ def test_hyperelastic_sections_refuse_them() -> None:
     """The same material is a density of the paper's strains."""
     assert isinstance(STIFFENING, Hyperelastic)
     with pytest.raises(SceneError, match="put the function of such strains into the energy"):
-        Simulation(plate(stretches, "ep4", 0.0, section=STIFFENING))
+        Simulation(plate("ep4", strains=stretches, section=STIFFENING))

@@ -19,7 +19,7 @@ from shellmb.scene import (
 )
 from shellmb.schemes.base import has_energy_law
 from shellmb.simulate.simulation import Simulation
-from tests.schemes.conftest import SOFT
+from tests.scenes import SOFT
 
 # Newton leaves an error of the order of the square of its tolerance; what is seen is round-off
 ROUND_OFF = 1e-11

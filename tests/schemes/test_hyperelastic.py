@@ -16,28 +16,23 @@ from shellmb.scene import (
     Hyperelastic,
     InitialVelocity,
     LinearSection,
-    Rectangle,
-    Scene,
-    Shell,
     Solver,
 )
 from shellmb.scene.shells.lamination import Layer
 from shellmb.simulate.simulation import Simulation
+from tests.scenes import cantilever, plate_scene
 
 from .test_quadratic import KINDS, slope
 from .test_sections_in_motion import STIFFENING, H
-
-
-def plate(section: Any, scheme: str, alpha: float, dt: float, t_end: float, **more: Any) -> Scene:
-    shell = Shell("plate", Rectangle(1.0, 0.5), section, mesh=(2, 1))
-    return Scene("plate", shell, scheme=scheme, alpha=alpha, dt=dt, t_end=t_end, **more)
 
 
 def swaying(section: Any, scheme: str, alpha: float, steps: int) -> Simulation:
     """A cantilever that is pulled, bent and let go again, to strains of a tenth."""
     push = EdgeForce("right", (0.01, 0.002, 0.003), time=lambda t: float(np.sin(1.5 * t) ** 4))
     held = {"supports": Clamped("left"), "loads": push, "solver": Solver(newton="full")}
-    simulation = Simulation(plate(section, scheme, alpha, 1.6 / steps, 1.6, **held))
+    simulation = Simulation(
+        plate_scene(scheme, alpha, section=section, dt=1.6 / steps, t_end=1.6, **held)
+    )
     simulation.run()
     return simulation
 
@@ -103,7 +98,7 @@ def test_a_quadratic_density_is_the_linear_section(scheme: str, alpha: float) ->
 def test_a_steady_spin_is_no_division_by_zero() -> None:
     """Strains that do not change have no chord along which the energy could be made good."""
     spin = InitialVelocity(spin=(0.0, 0.0, 1e-3))
-    simulation = Simulation(plate(STIFFENING, "ep4", 0.0, 0.5, 5.0, initial=spin))
+    simulation = Simulation(plate_scene("ep4", section=STIFFENING, dt=0.5, t_end=5.0, initial=spin))
     simulation.run()
     assert simulation.iterations <= 5 * simulation.step
 
@@ -115,7 +110,9 @@ def test_reduced_and_unreduced_systems_have_the_same_solution() -> None:
     for solve in ("reduced", "full"):
         solver = Solver(solve=solve, newton="full")
         simulation = Simulation(
-            plate(STIFFENING, "ed3", 0.5, 0.2, 0.6, initial=spin, solver=solver)
+            plate_scene(
+                "ed3", 0.5, section=STIFFENING, dt=0.2, t_end=0.6, initial=spin, solver=solver
+            )
         )
         simulation.run()
         states.append(motion(simulation))
@@ -130,8 +127,7 @@ def test_small_strains_of_rubber_are_no_round_off() -> None:
     """
     values = {"mu": 1e6, "thickness": 0.01, "shear_correction": 5 / 6}
     rubber = Hyperelastic(neo_hookean, values, 0.01, 1100.0, stiffness=3e4)
-    load = {"supports": Clamped("left"), "loads": EdgeForce("right", (0, 0, 1.0))}
-    simulation = Simulation(plate(rubber, "ep4", 0.0, 5e-3, 0.02, **load))
+    simulation = Simulation(cantilever((0, 0, 1.0), "ep4", section=rubber, dt=5e-3, t_end=0.02))
     account = EnergyAccount()
     simulation.run([account])
     assert simulation.step == 4

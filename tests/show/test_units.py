@@ -5,7 +5,6 @@ written by hand, of length, mass and time, and not put together as `Units` does.
 """
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -18,13 +17,10 @@ from shellmb.scene import (
     Clamped,
     Cylindrical,
     InitialVelocity,
-    Isotropic,
     Motor,
     Probe,
-    Rectangle,
     RigidBody,
     Scene,
-    Shell,
     Spring,
 )
 from shellmb.scene.fields import FIELDS
@@ -32,6 +28,7 @@ from shellmb.scene.probes import Probe as AnyProbe
 from shellmb.scene.units import Units, parse_units
 from shellmb.show import plots
 from shellmb.show.campbell import campbell_figure
+from tests.scenes import plate_scene
 
 SYSTEMS = {"m, kg, s": 0, "mm, t, s": 1, "in, snail, s": 2, "mm, kg, ms": 3}
 # by what is meant, in each of these systems
@@ -135,18 +132,15 @@ def test_strains_and_curvatures_have_units_of_their_own(component: str, unit: st
     assert parse_units("m, kg, s").of(FIELDS["strains"].quantity_of(component)) == unit
 
 
-def plate(**more: Any) -> Scene:
-    shell = Shell("plate", Rectangle(1.0, 0.5), Isotropic(1.0, 0.3, 0.2, 1.0), mesh=(1, 1))
-    return Scene("plate", shell, supports=Clamped("left"), **{"units": "m, kg, s"} | more)
-
-
 @pytest.mark.parametrize("moves", [False, True])
 def test_axes_of_probes(moves: bool) -> None:
     """Each axis has the unit of its curves; in motion resultants are means over steps."""
     kinds = [k for k in PROBE_UNITS if k not in ("force", "moment", "rotation", "angular_velocity")]
     probes = [Probe(k, (1.0, 0.5, 0.0), k, 0) for k in kinds]
-    times = {"scheme": "ep", "dt": 1.0, "t_end": 1.0} if moves else {}
-    scene = describe(plate(probes=probes, **times))
+    times = {"scheme": "ep", "dt": 1.0, "t_end": 1.0} if moves else {"scheme": "static"}
+    scene = describe(
+        plate_scene(mesh=(1, 1), supports=Clamped("left"), units="m, kg, s", probes=probes, **times)
+    )
     history = pd.DataFrame(
         {"t": [0.0, 1.0], "load_factor": [0.0, 1.0], **{k: [0.0, 1.0] for k in kinds}}
     )

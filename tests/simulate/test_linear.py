@@ -6,31 +6,21 @@ import pytest
 from shellmb.scene import (
     Beam,
     Clamped,
-    EdgeForce,
     Isotropic,
     Line,
     PointForce,
-    Rectangle,
     RectangularSection,
     Scene,
-    Shell,
     Solver,
     Weld,
 )
 from shellmb.simulate.simulation import Simulation
 from shellmb.system.newton.refresh import Once
 from shellmb.verify.solve import displacement
+from tests.scenes import cantilever
 
 TIP = (1.0, 0.25, 0.0)
-
-
-def plate(solver: Solver, dt: float | None, force: float) -> Scene:
-    steel = Isotropic(E=210e9, nu=0.3, thickness=1e-3)
-    shell = Shell("plate", Rectangle(1.0, 0.5), steel, mesh=(2, 1))
-    load = EdgeForce("right", (0, 0, force))
-    return Scene(
-        "plate", shell, supports=Clamped("left"), loads=load, scheme="linear", dt=dt, solver=solver
-    )
+STEEL = Isotropic(E=210e9, nu=0.3, thickness=1e-3)
 
 
 @pytest.mark.parametrize("solve", ["reduced", "full"])
@@ -39,7 +29,10 @@ def plate(solver: Solver, dt: float | None, force: float) -> Scene:
 def test_load_steps_share_the_factorisation_of_the_start(solve, backend, newton) -> None:
     """The last step is shorter, which changes nothing; a deflection of twenty lengths neither."""
     solver = Solver(solve=solve, backend=backend, newton=newton)
-    runs = [Simulation(plate(solver, dt, force=1e3)) for dt in (None, 0.3)]
+    runs = [
+        Simulation(cantilever((0, 0, 1e3), "linear", section=STEEL, dt=dt, solver=solver))
+        for dt in (None, 0.3)
+    ]
     for run in runs:
         run.run()
     assert [run.step for run in runs] == [1, 4]

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 from mpi4py import MPI  # noqa: F401  (before dolfinx)
@@ -20,7 +21,6 @@ from shellmb.scene import (
     Cylindrical,
     Distance,
     Driver,
-    EdgeForce,
     Fixed,
     Glue,
     Gravity,
@@ -45,6 +45,7 @@ from shellmb.scene import (
     Weld,
 )
 from shellmb.simulate.simulation import Simulation
+from tests.scenes import cantilever
 
 RUBBER = Isotropic(E=2e6, nu=0.3, thickness=0.02, density=500.0)
 AXIS, ACROSS = (0.2, 1.0, 0.3), (1.0, -0.2, 0.0)
@@ -57,13 +58,8 @@ IDS = ["ep", "ed-0", "ed-1"]
 STEPS = 3
 
 
-def plate(section: Any = RUBBER, scheme: str = "ep", **more: Any) -> Scene:
-    """A cantilever plate that a force at a corner bends and twists."""
-    alpha = {"alpha": more.pop("alpha")} if "alpha" in more else {}
-    shell = Shell("plate", Rectangle(1.0, 0.5), section, **{"mesh": (2, 1), **more})
-    force = EdgeForce("right", (1.0, 2.0, 8.0))
-    times = {"scheme": scheme, "dt": 0.02, "t_end": 1.0, **alpha}
-    return Scene("plate", shell, supports=Clamped("left"), loads=force, **times)
+# a cantilever plate that a force at an edge bends and twists
+plate = partial(cantilever, (1.0, 2.0, 8.0), section=RUBBER, dt=0.02, t_end=1.0)
 
 
 def symmetric(**more: Any) -> Scene:
@@ -157,7 +153,7 @@ KINDS: dict[str, tuple[type[Any], dict[str, Any]]] = {
 MOVING: dict[str, Callable[..., Scene]] = {
     "plate": plate,
     "triangles": lambda **s: plate(cell="tri", **s),
-    "offset": lambda **s: plate(replace(RUBBER, offset=0.005), **s),
+    "offset": lambda **s: plate(section=replace(RUBBER, offset=0.005), **s),
     "symmetry plane": symmetric,
     "held component": held_component,
     "mechanism": driven,

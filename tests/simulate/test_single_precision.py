@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -31,14 +32,12 @@ from shellmb.system.direct.mumps import SCALING, mumps_options
 from shellmb.system.direct.solver import DirectSolver, Factors
 from tests.bench.record import Configuration
 from tests.bench.scenes import plate as bench_plate
+from tests.scenes import cantilever
 
 RUBBER = Isotropic(E=2e6, nu=0.3, thickness=0.02, density=500.0)
 
 
-def plate(**scheme: Any) -> Scene:
-    shell = Shell("plate", Rectangle(1.0, 0.5), RUBBER, mesh=(3, 2))
-    force = EdgeForce("right", (1.0, 2.0, 8.0))
-    return Scene("plate", shell, supports=Clamped("left"), loads=force, **scheme)
+plate = partial(cantilever, (1.0, 2.0, 8.0), section=RUBBER, mesh=(3, 2))
 
 
 def hinged(**scheme: Any) -> Scene:

@@ -11,7 +11,6 @@ from shellmb.scene import (
     Clamped,
     Isotropic,
     Line,
-    Rectangle,
     RectangularSection,
     Scene,
     Shell,
@@ -19,6 +18,9 @@ from shellmb.scene import (
 from shellmb.simulate.simulation import Simulation
 from shellmb.system.condensation.eliminated import Chunks, elimination
 from shellmb.system.condensation.meshreduction import MeshReduction
+from tests.scenes import plate
+
+RUBBER = Isotropic(E=1e7, nu=0.3, thickness=0.01, density=1e3)
 
 
 def part(scheme: str, **body: Shell | Beam) -> MeshReduction:
@@ -28,15 +30,10 @@ def part(scheme: str, **body: Shell | Beam) -> MeshReduction:
     return next(p for p in Simulation(scene).problem.iteration.linear.parts if p.chunks.widths)
 
 
-def plate() -> Shell:
-    section = Isotropic(E=1e7, nu=0.3, thickness=0.01, density=1e3)
-    return Shell("plate", Rectangle(1.0, 0.5), section, mesh=(2, 1))
-
-
 @pytest.mark.parametrize(("scheme", "stages"), [("ep", 1), ("ed", 2)])
 def test_membrane_and_shear_forces_of_a_plate_are_apart(scheme, stages) -> None:
     """Three and two of them at each of four points, of both stages."""
-    assert sorted(part(scheme, shells=plate()).chunks.widths) == stages * [8] + stages * [12]
+    assert sorted(part(scheme, shells=plate(RUBBER)).chunks.widths) == stages * [8] + stages * [12]
 
 
 def test_forces_of_a_beam() -> None:
