@@ -63,8 +63,8 @@ def potential(sample: Any) -> ufl.Form:
         # nonlinear material: the resultants tie the assumed strains to the displacements
         formulation = body.section.formulation
         e = body.strains(q)
-        gap = ufl.as_vector([*e.eps, *e.gam]) - body.layout.part(q, "S")
-        N = formulation.N0 * body.layout.part(q, "N")
+        gap = ufl.as_vector([*e.eps, *e.gam]) - body.layout.resultants(q, "S")
+        N = formulation.N0 * body.layout.resultants(q)
         W += (1 - formulation.a) * ufl.dot(N, gap) * body.rules.reduced
     return W
 
