@@ -5,7 +5,7 @@ What is measured is the way of its edge. The record is made by a run with known 
 fit can be judged. Derivatives through friction are exact as long as the flap does not stick.
 """
 
-# KIND: start here
+# KIND: mechanisms
 # CI: shellmb run identify_joint --check --no-pictures
 # CI: python -m shellmb.demos.identify_joint
 

@@ -5,7 +5,7 @@ What is measured is the deflection of the tip and of the middle, each with noise
 by a run with known values, so that the fit can be judged.
 """
 
-# KIND: start here
+# KIND: vibrations and motion
 # CI: shellmb run identify_plate --check --no-pictures
 # CI: python -m shellmb.demos.identify_plate
 
