@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +28,16 @@ STYLE: dict[Any, Any] = {
 }
 
 
+class Drawn(Figure):
+    """A figure that a notebook shows as it is, without pyplot."""
+
+    def _repr_png_(self) -> bytes:
+        """The picture."""
+        made = io.BytesIO()
+        self.savefig(made, format="png")
+        return made.getvalue()
+
+
 def figure(width: float, height: float) -> Figure:
     """A figure that is drawn into memory only.
 
@@ -34,6 +45,6 @@ def figure(width: float, height: float) -> Figure:
         width: Width, inches.
         height: Height, inches.
     """
-    made = Figure(figsize=(width, height), layout="constrained")
+    made = Drawn(figsize=(width, height), layout="constrained")
     FigureCanvasAgg(made)
     return made

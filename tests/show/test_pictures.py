@@ -144,6 +144,13 @@ def test_a_machine_that_cannot_draw_says_so(tmp_path, monkeypatch) -> None:
         show(fields, described)
 
 
+def test_a_notebook_shows_a_figure() -> None:
+    """Also one in which nobody has imported pyplot."""
+    drawn = figure(2.0, 1.0)
+    drawn.subplots().plot([1, 2])
+    assert drawn._repr_png_().startswith(b"\x89PNG")  # type: ignore[attr-defined]
+
+
 @needs_drawing
 def test_what_comes_nearer_than_the_reference_is_not_cut_off(tmp_path) -> None:
     """The camera must see from what is nearest now, and not from what was nearest at first."""
