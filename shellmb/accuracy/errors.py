@@ -46,7 +46,7 @@ NORMS = ("l2", "end", "max", "min")
 # steps of a motion, and of statics, that the largest steps of companions leave at least
 FEWEST, FEWEST_STATIC = 5, 2
 # steps that these leave where they are still larger, as they cost next to nothing
-MANY = 10
+MANY = 40
 # of Newton's tolerance a looser one tells, where it is not far below all else
 LOOSE, LOOSER = 1e-7, 10.0
 # the penalty of contacts

@@ -6,6 +6,10 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+# errors below this part of a value are of Newton's method and of round-off; parts of an error below
+# this part of it are left out
+ROUND_OFF, LEAST = 1e-11, 1e-2
+
 
 def account(summary: Mapping[str, Any]) -> dict[str, str]:
     """Numbers of a summary by what they are; those that do not apply are left out.
@@ -71,13 +75,18 @@ def with_error(found: Mapping[str, float | None]) -> str:
     if value is None or error is None:
         unknown = " and ".join(name for name, part in parts.items() if part is None)
         return f"{_number(value)} (error of the {unknown or 'value'} not known)"
-    if error <= 0.0:
+    if error <= ROUND_OFF * abs(value):
         return _number(value)
     # two digits of the error, and no more of the value
     last = math.floor(math.log10(error)) - 1
     digits = max(0, -last)
+    value = round(value, digits)
+    if not value:
+        digits = 0
     shown = f"{value:.{digits}f}" if digits < 7 else f"{value:.{_significant(value, last)}e}"
-    due = ", ".join(f"{name} {part:.1e}" for name, part in parts.items() if part)
+    due = ", ".join(
+        f"{name} {part:.1e}" for name, part in parts.items() if part and part > LEAST * error
+    )
     return f"{shown} +- {error:.1e} ({due})"
 
 

@@ -187,6 +187,9 @@ def test_numbers_end_where_their_errors_begin() -> None:
     assert shown(0.0774035, 3.3e-4).startswith("0.07740 +- 3.3e-04 (mesh 3.3e-04)")
     assert shown(123456.789, 250.0).startswith("123457 +- ")
     assert shown(1.23456789e-9, 2.5e-12).startswith("1.2346e-09 +- ")
+    # of what vanishes, and of round-off
+    assert shown(5e-224, 1.9e-7).startswith("0 +- ")
+    assert shown(7.0737201667702976e-03, 7.5e-18) == "0.00707372"
 
 
 def test_the_run_itself_stays_as_it_is() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import textwrap
 from collections.abc import Sequence
 from pathlib import Path
 from statistics import median
@@ -20,6 +21,8 @@ ROOT = Path(__file__).parents[3]
 PAGE = ROOT / "docs" / "evidence" / "accuracy.md"
 RECORDS = ROOT / "demos" / "studies" / "errors.json"
 BEGIN, END = "<!-- errors: begin -->", "<!-- errors: end -->"
+# of prose in the documentation
+WIDTH = 118
 # what is promised
 COVERED, MEDIAN, LARGEST, COST = 0.95, 3.0, 20.0, 1.9
 
@@ -110,12 +113,13 @@ def summary(found: dict[str, Compared]) -> str:
     ratios = [row.ratio for row in rows if row.ratio is not None]
     costs = [case.errors_s / case.bare_s for case in found.values()]
     covered = sum(r >= 1 for r in ratios) / len(ratios)
-    return (
+    return textwrap.fill(
         f"{len(rows)} quantities of {len(found)} scenes: the true error is at most the stated one "
         f"in {100 * covered:.0f} % of {len(ratios)} with a stated error; stated over true is "
         f"{median(ratios):.2g} in the median, {min(ratios):.2g} at least, {max(ratios):.3g} at "
         f"most. Runs with errors take {median(costs):.2g} times the processor time of runs without "
-        f"(median; {min(costs):.2g} to {max(costs):.2g}; these scenes are small)."
+        f"(median; {min(costs):.2g} to {max(costs):.2g}; these scenes are small).",
+        WIDTH,
     )
 
 
