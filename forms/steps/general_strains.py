@@ -122,7 +122,7 @@ class GeneralStrain:
         self._middle = m = x + z
         self._points = [x + p / 2 * D for p in places]
         self._rates = [D + 6 * p * z for p in places]
-        first, last = strain.value(m - D / 2), strain.value(m + D / 2)
+        self.first, self.last = first, last = strain.value(m - D / 2), strain.value(m + D / 2)
         self.change = last - first
         self.bow = (strain.change(m, 6 * z) + self._second(D)) / 3
         self.mean = (first + last - self.bow) / 2

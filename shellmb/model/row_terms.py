@@ -12,6 +12,7 @@ from ufl.core.expr import Expr
 import shellmb.forms
 from shellmb.forms.measure import Measure
 from shellmb.forms.state import Layout
+from shellmb.forms.steps.general_hyperelastic import GeneralPath
 from shellmb.forms.steps.general_strains import GeneralStrain
 from shellmb.forms.steps.path import Change, Pair, Points, Rows, Step
 from shellmb.forms.steps.stress_work import (
@@ -163,6 +164,26 @@ def general_terms(
     for k, (row, dq) in enumerate(zip(step.whole.rows, tests, strict=True)):
         residual += integrate(general_work(*common, row, dq))
         work = integrate(general_work(*common, row, _single(trial)))
+        for column, shares in enumerate(step.whole.shares):
+            derivatives[k, column] = (by_shares(work, (*step.states, *held), shares, trial),)
+    return Term(residual, step.rows.numbers, derivatives)
+
+
+def hyperelastic_terms(
+    along: GeneralPath,
+    product: Callable[[Expr, Expr], Expr],
+    step: Step,
+    tests: Sequence[Expr],
+    trial: Any,
+    integrate: Callable[[list[Expr]], Form],
+) -> Term:
+    """Forces of a hyperelastic section with strains of any form; as `general_terms`."""
+    held = step.path.end, step.path.end_velocity
+    residual = integrate(along.rest(product, tests[0]))
+    derivatives: dict[tuple[int, int], tuple[Form | Written, ...]] = {}
+    for k, (row, dq) in enumerate(zip(step.whole.rows, tests, strict=True)):
+        residual += integrate(along.work(row, dq))
+        work = integrate(along.simple_work(row, _single(trial)))
         for column, shares in enumerate(step.whole.shares):
             derivatives[k, column] = (by_shares(work, (*step.states, *held), shares, trial),)
     return Term(residual, step.rows.numbers, derivatives)

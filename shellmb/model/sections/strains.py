@@ -9,9 +9,9 @@ from typing import Any
 from ufl import Form
 from ufl.core.expr import Expr
 
-from shellmb.errors import SceneError
 from shellmb.forms.measure import Measure, at_middle
 from shellmb.forms.state import Layout
+from shellmb.forms.steps.general_hyperelastic import GeneralPath
 from shellmb.forms.steps.general_strains import ExactInterval, GeneralStrain
 from shellmb.forms.steps.mixed import Interval
 from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
@@ -19,7 +19,7 @@ from shellmb.forms.steps.path import Step, moment_of
 from shellmb.forms.steps.stress_work import MixedSection, interval_work
 from shellmb.forms.steps.stress_work_nonlinear import NonlinearPath
 from shellmb.model.body import SubInterval, Term
-from shellmb.model.row_terms import general_terms, path_terms, point_terms
+from shellmb.model.row_terms import general_terms, hyperelastic_terms, path_terms, point_terms
 
 Integrate = Callable[[Sequence[Expr]], Form]
 
@@ -129,15 +129,15 @@ class HyperelasticStrains(Strains):
     """Strains with any energy density, the membrane and shear strains as assumed ones.
 
     Args:
-        who: The body, for errors.
         quadratic: Whether the strains are quadratic in the state.
         weight: As of `GeneralStrains`.
+        product: As of `GeneralStrains`.
     """
 
     section: NonlinearMixed
-    who: str
     quadratic: bool
     weight: Sequence[Any]
+    product: Callable[[Expr, Expr], Expr]
 
     def interval(self, span: Interval, dq: Expr) -> Form:
         """Virtual work of a sub-interval by a discrete gradient, eq. (21)."""
@@ -151,25 +151,24 @@ class HyperelasticStrains(Strains):
     def _over(self, step: Step) -> NonlinearPath:
         return NonlinearPath(self.section, self.layout, self.strain, step.states, step.points)
 
-    def path_term(self, step: Step, tests: Sequence[Expr], trial: Expr) -> Term:
-        """Virtual work of both rows of a step.
+    def _general(self, step: Step, states: Sequence[Expr]) -> GeneralPath:
+        return GeneralPath(self.section, self.layout, self.strain, step, states)
 
-        Raises:
-            SceneError: If a strain measure of the user is not quadratic.
-        """
-        if not self.quadratic:
-            raise SceneError(
-                f"{self.who}, which is not "
-                "quadratic in displacement and director; with a hyperelastic section and a scheme "
-                "that is quadratic in time it must be: put the function of such strains into the "
-                "energy, or use scheme 'ep' or 'ed'"
-            )
-        return point_terms(self._over(step), step.points, tests, trial, self.integrate)
+    def path_term(self, step: Step, tests: Sequence[Expr], trial: Expr) -> Term:
+        """Virtual work of both rows of a step."""
+        if self.quadratic:
+            return point_terms(self._over(step), step.points, tests, trial, self.integrate)
+        along = self._general(step, step.states)
+        return hyperelastic_terms(along, self.product, step, tests, trial, self.integrate)
 
     def bow(self, step: Step, held: Expr) -> Form:
         """Energy of the bow with the stiffness at the start."""
-        return self.integrate(self._over(step).bow_energy())
+        if self.quadratic:
+            return self.integrate(self._over(step).bow_energy())
+        return self.integrate(self._general(step, step.path.states).bow_energy())
 
     def mean_stress(self, step: Step) -> Expr:
         """Mean of the resultants over a step, shape (8,)."""
-        return self._over(step).mean_stress()
+        if self.quadratic:
+            return self._over(step).mean_stress()
+        return self._general(step, step.states).mean_stress()

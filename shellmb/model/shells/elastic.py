@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 
 import ufl
 from ufl import Form
@@ -38,11 +39,8 @@ def shell_strains(shell: BoundShell) -> tuple[Strains, ...]:
         own: Strains = _linear(shell, section, shell.strain, integrate, quadratic, weight)
     else:
         assert isinstance(section, NonlinearMixed)
-        strains = shell.shell.strains
-        who = f"shell '{shell.name}': strains is {getattr(strains, '__name__', strains)}"
-        own = HyperelasticStrains(
-            section, shell.layout, shell.strain, integrate, who, quadratic, weight
-        )
+        common = section, shell.layout, shell.strain, integrate
+        own = HyperelasticStrains(*common, quadratic, weight, partial(_product, shell))
     if shell.rules.lines is None:
         return (own,)
     lines = hourglass.LineSection()
@@ -61,14 +59,15 @@ def _linear(
     common = section, shell.layout, strain, integrate
     if quadratic:
         return Strains(*common)
+    return GeneralStrains(*common, weight, partial(_product, shell))
+
+
+def _product(shell: BoundShell, a: Expr, b: Expr) -> Expr:
+    """Product of two states, by their gradients and directors."""
+    first, second = (shell_forms.tangents(*shell.straining(q), shell.surface) for q in (a, b))
     h = shell.thickness
-
-    def product(a: Expr, b: Expr) -> Expr:
-        first, second = (shell_forms.tangents(*shell.straining(q), shell.surface) for q in (a, b))
-        sizes = 1, 1, 1, h**2, h**2
-        return sum(s * ufl.dot(x, y) for s, x, y in zip(sizes, first, second, strict=True))
-
-    return GeneralStrains(*common, weight, product)
+    sizes = 1, 1, 1, h**2, h**2
+    return sum(s * ufl.dot(x, y) for s, x, y in zip(sizes, first, second, strict=True))
 
 
 def quadratic_strains(shell: BoundShell) -> bool:

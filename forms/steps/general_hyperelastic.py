@@ -1,0 +1,119 @@
+"""Work of any strain energy density on strains of any form, exact over a step quadratic in time.
+
+The stresses are those of `forms.steps.stress_work_nonlinear`, with the ends and the bow of
+`forms.steps.general_strains`: `S_0 + S_1 P1` is the projection of `psi'(E(tau))`, two Gauss points
+in time, and what its work lacks of the change of the energy is made good along the chord of the
+strains. They act as stresses on general strains do, and so do the resultants that tie the assumed
+strains to those of the displacements. Derivatives leave out both corrections.
+"""
+
+from collections.abc import Callable, Sequence
+
+import ufl
+from ufl.core.expr import Expr
+
+from shellmb.forms.measure import Measure
+from shellmb.forms.state import Layout
+from shellmb.forms.steps.discrete import gradient
+from shellmb.forms.steps.general_strains import GeneralRow, GeneralStep, GeneralStrain
+from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed, assumed
+from shellmb.forms.steps.path import Step
+from shellmb.forms.steps.stress_work_nonlinear import TINY, Density, gap, tangent
+
+# Gauss' two points on [-1, 1]
+POINT = 3**-0.5
+
+
+class GeneralPath:
+    """A hyperelastic section over a step, with strains of any form.
+
+    Args:
+        section: Its mixed form.
+        layout: Parts of the state.
+        strain: Strains of the displacements.
+        step: The step.
+        states: Mean, chord, bow and mean velocity of its path.
+    """
+
+    def __init__(
+        self,
+        section: NonlinearMixed,
+        layout: Layout,
+        strain: Measure,
+        step: Step,
+        states: Sequence[Expr],
+    ) -> None:
+        self._section, self._layout = section, layout
+        self.whole: GeneralStep = step.whole
+        self._alpha = step.path.alpha
+        self._held = step.path.end, step.path.end_velocity
+        measures = strain, assumed(strain, layout)
+        along = (GeneralStrain(measure, states, self.whole.places) for measure in measures)
+        # for the full and for the reduced rule
+        self._parts = tuple(zip(section.densities, along, strict=True))
+        self._gap = GeneralStrain(gap(strain, layout), states, self.whole.places)
+
+    def _forces(self, q: Expr) -> Expr:
+        """Membrane and shear forces that a state holds, shape (5,)."""
+        return (1 - self._section.a) * self._section.N0 * self._layout.resultants(q)
+
+    def _ties(self) -> tuple[Expr, Expr]:
+        first, second = map(self._forces, self._held)
+        return first, second
+
+    def _projected(self, psi: Density, e: GeneralStrain) -> tuple[Expr, Expr]:
+        """Projection of `psi'` on linear functions of time."""
+        half = POINT / 2 * e.change
+        early, late = gradient(psi, e.mean - half), gradient(psi, e.mean + half)
+        return (early + late) / 2, 3 * POINT / 2 * (late - early)
+
+    def _stresses(self, psi: Density, e: GeneralStrain) -> tuple[Expr, Expr]:
+        """`S_0` and `S_1`, eq. (Q3)."""
+        first, second = self._projected(psi, e)
+        lacking = psi(e.last) - psi(e.first) - ufl.dot(first, e.change) - ufl.dot(second, e.bow)
+        h = self._section.thickness
+        scales = (1, 1, 1, h**2, h**2, h**2, 1, 1)
+        chord = ufl.as_vector([s * e.change[k] for k, s in enumerate(scales)])
+        first += lacking / (ufl.dot(chord, e.change) + TINY) * chord
+        return first, second + self._alpha / 2 * ufl.dot(tangent(psi, e.first), e.bow)
+
+    def _simple(self, psi: Density, e: GeneralStrain) -> tuple[Expr, Expr]:
+        """Stresses without what makes them exact; what is damped without third derivatives."""
+        first, second = self._projected(psi, e)
+        damped = gradient(psi, e.first + e.bow) - gradient(psi, e.first)
+        return first, second + self._alpha / 2 * damped
+
+    def work(self, row: GeneralRow, dq: Expr) -> list[Expr]:
+        """Densities of a row for each quadrature rule, without what Gauss' points lack."""
+        return self._work(self._stresses, row, dq)
+
+    def simple_work(self, row: GeneralRow, dq: Expr) -> list[Expr]:
+        """The densities of which derivatives are taken."""
+        return self._work(self._simple, row, dq)
+
+    def _work(
+        self,
+        stresses: Callable[[Density, GeneralStrain], tuple[Expr, Expr]],
+        row: GeneralRow,
+        dq: Expr,
+    ) -> list[Expr]:
+        found = [e.work(stresses(psi, e), row, dq) for psi, e in self._parts]
+        left = row.own[0] * self._gap.mean + row.own[1] * self._gap.change / 2
+        found[-1] += self._gap.work(self._ties(), row, dq) + ufl.dot(self._forces(dq), left)
+        return found
+
+    def rest(self, product: Callable[[Expr, Expr], Expr], dq: Expr) -> list[Expr]:
+        """What Gauss' points lack, in the row P0; arguments as of `GeneralStrain.rest`."""
+        found = [e.rest(self._stresses(psi, e)[0], product, dq) for psi, e in self._parts]
+        found[-1] += self._gap.rest(self._ties()[0], product, dq)
+        return found
+
+    def bow_energy(self) -> list[Expr]:
+        """Energy of the bow of the strains, with the stiffness at the start, eq. (Q5)."""
+        return [ufl.dot(e.bow, ufl.dot(tangent(psi, e.first), e.bow)) / 2 for psi, e in self._parts]
+
+    def mean_stress(self) -> Expr:
+        """Mean of the resultants over the step, shape (8,)."""
+        e = self._parts[1][1]
+        half = POINT / 2 * e.change
+        return (self._section.stress(e.mean - half) + self._section.stress(e.mean + half)) / 2
