@@ -29,7 +29,7 @@ def turned(curve: CircularArc) -> CircularArc:
     center, start, axis = (
         tuple(TURN @ np.asarray(v)) for v in (curve.center, curve.start, curve.axis)
     )
-    return CircularArc(center, start, axis, curve.angle)
+    return CircularArc(center, start, axis, curve.angle_rad)
 
 
 @pytest.mark.parametrize("degree", [2, 3])

@@ -33,7 +33,7 @@ from shellmb.simulate.simulation import Silent, Simulation
 
 G = 9.81
 # ED dissipates; EP takes no alpha
-ALPHA = {"ep": 1.0, "ed": 0.5}
+ALPHA = {"ep": None, "ed": 0.5}
 MASS, ARM, TURN = 2.0, 0.5, 0.2
 INERTIA = TURN + MASS * ARM**2
 BODY = RigidBody("arm", MASS, (0.01, TURN, TURN), com=(ARM, 0, 0), points={"tip": (1, 0, 0)})

@@ -120,7 +120,9 @@ BAD = {
     "shell 'a': surface is 'flat'; it must be a surface": lambda: Shell("a", "flat", STEEL),
     "shell 'a': section is missing; its parameters are name, surface, section, mesh, degree, cell, "
     "geometry_order, distortion, direction, rotary_inertia, eccentric_inertia, transverse_shear, "
-    "stretching, coupling, strains, terms, model, areas": lambda: Shell("a", Rectangle(1, 1)),
+    "stretching, coupling, strains, terms, model, areas, natural": lambda: Shell(
+        "a", Rectangle(1, 1)
+    ),
     "shell: name is ''; it must not be empty": lambda: Shell("", Rectangle(1, 1), STEEL),
     "join: first and second are both 'a'; they must be two shells": lambda: Join(
         "a", "a", "left", "right"

@@ -156,7 +156,10 @@ def test_a_mooney_rivlin_plate_keeps_its_energy(scheme: str) -> None:
     own = Hyperelastic(mooney_rivlin, values, 0.01, 1100.0, stiffness=3e2)
     spin = InitialVelocity(spin=(3.0, 4.0, 12.0))
     more = {"initial": spin, "solver": Solver(newton="full", tolerance=1e-12)}
-    simulation, energy = Simulation(plate(own, scheme, 0.0, 5e-3, 5e-2, **more)), EnergyAccount()
+    simulation, energy = (
+        Simulation(plate_scene(scheme, section=own, dt=5e-3, t_end=5e-2, **more)),
+        EnergyAccount(),
+    )
     simulation.run([energy])
     assert energy.values["strain_energy"] > 1e-3 * energy.largest
     assert energy.error < 1e-9 * energy.largest

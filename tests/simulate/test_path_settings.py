@@ -52,7 +52,9 @@ def test_settings_are_checked() -> None:
         PathFollowing(load_levels=(0.5, 0.5))
     with pytest.raises(SceneError, match=r"load_levels is \(0.5, 0.0\); they must be different"):
         PathFollowing(load_levels=(0.5, 0.0))
-    with pytest.raises(SceneError, match=r"path following: turn_deg is 120; it must be less than 90"):
+    with pytest.raises(
+        SceneError, match=r"path following: turn_deg is 120; it must be less than 90"
+    ):
         PathFollowing(turn_deg=120)
 
 

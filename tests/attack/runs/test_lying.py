@@ -81,7 +81,7 @@ def test_wherever_it_is_cut_or_spoilt_it_is_refused_or_harmless(made: Path, tmp_
 
 def test_a_cell_of_points_that_are_none_is_refused(made: Path, tmp_path: Path, monkeypatch) -> None:
     """VTK reads it, and whoever draws it reads anywhere."""
-    from shellmb.observers.files import grids
+    from shellmb.guarding import grids
 
     real = grids._Blocks.numbers
 
@@ -170,5 +170,5 @@ class Removes(Silent):
 def test_files_removed_meanwhile_are_noticed(name: str, tmp_path: Path) -> None:
     out = tmp_path / "run"
     scene = load_scene(SCENE).build()
-    with pytest.raises(RunError, match="removed while the run goes on"):
+    with pytest.raises(RunError, match="removed during the run"):
         execute(scene, out, [Removes(out / name)], pictures=False)

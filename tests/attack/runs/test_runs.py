@@ -224,8 +224,8 @@ def test_a_signal_ends_a_run_behind_its_step(number, code, tmp_path, monkeypatch
     found, said = shellmb("run", SCENE, "--out", out, "--quiet", "--no-pictures")
     assert found == code
     assert said.splitlines()[-1] == (
-        f"error: stopped by {number.name}: t = 0.002, step 2; `shellmb resume {out} {SCENE}` goes "
-        "on from there"
+        f"error: stopped by {number.name}: t = 0.002, step 2; `shellmb resume {out} {SCENE}` "
+        "continues from there"
     )
     assert "Traceback" not in said
     state = json.loads((out / "state" / "state.json").read_text())

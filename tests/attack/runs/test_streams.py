@@ -31,8 +31,8 @@ def test_a_run_whose_words_nobody_gets(case: str, tmp_path: Path) -> None:
         assert (tmp_path / "run" / name).read_text().startswith(("step,t,dt", "{"))
     if said:
         last = (tmp_path / "err").read_text().splitlines()[-1]
-        assert last == f"error: the output cannot be written {said}; all else is finished " + (
-            "and saved"
+        assert last == (
+            f"error: the output cannot be written {said}; everything else is finished and saved"
         )
 
 
