@@ -113,7 +113,7 @@ def test_a_driven_plate_pulls_as_it_should(scheme, alpha, at_end, worst) -> None
         worst("pull at the end of a step", np.abs(pull(t, "_end") / THEORY - 1).max(), at_end)
 
 
-@pytest.mark.parametrize("alpha", [1.0, 0.0])
+@pytest.mark.parametrize("alpha", [1.0, 0.5, 0.0])
 @pytest.mark.parametrize("driven", [False, True])
 def test_ed_says_that_a_stiff_plate_does_not_spin_in_it(driven, alpha, worst) -> None:
     result = spin("ed", alpha, driven, steps=60)
@@ -126,9 +126,9 @@ def test_ed_says_that_a_stiff_plate_does_not_spin_in_it(driven, alpha, worst) ->
     for part in ("shell 'plate'", "rad in a step", "--scheme ep"):
         assert part in caution.says
     assert [c["watch"] for c in result.summary["warnings"]] == list(found)
-    if alpha == 1.0:
+    if alpha > 0:
         # half a turn takes some per cent of it, three turns more than a quarter
         drift = result.summary["angular_momentum_drift"]
         assert found["angular momentum"].value == drift > 0.03
         if not driven:
-            worst("estimated loss of spin against that found", abs(caution.value / drift - 1), 0.3)
+            worst("estimated loss of spin against that found", abs(caution.value / drift - 1), 0.2)
