@@ -5,13 +5,16 @@ controller reads the hinge's angle and rate and commands a torque, which is held
 sample. It is to be raised by 45 degrees in half a second; the motor cannot follow at first, and the
 integral waits meanwhile. At rest the integral holds the weights: the angle has no error, the torque
 is that of the weights. A rigid arm is a pendulum, whose motion under the same samples is integrated
-beside it; a flexible one sags and swings, and the controller has to put up with it.
+beside it; a flexible one sags and swings, and the controller has to put up with it. It needs some
+damping of its own: the samples feed an undamped arm with energy, which large steps of a dissipative
+scheme hide (0.7057 m for the tip's height at 3 s with 10 ms, 0.04 m with 1.25 ms).
 """
 
 # KIND: mechanisms
 # CI: shellmb run pid_arm --check --set rigid=true
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -36,6 +39,7 @@ from shellmb.scene import (
 
 LENGTH, LOAD = 1.0, 1.0  # [m], [kg]
 SECTION = RectangularSection(E=70e9, nu=0.3, width=0.03, height=0.03, density=2700.0)
+DAMPING = 1e-3  # of the flexible arm [s]
 G = 9.81  # [m/s^2]
 TARGET, TAKES = math.pi / 4, 0.5  # [rad], [s]
 PERIOD, LIMIT = 0.01, 25.0  # [s], [N m]
@@ -63,9 +67,9 @@ def scene(rigid: bool = False, dt: float = 0.01, t_end: float = 3.0):
         t_end: End of the run [s].
     """
     tip = (LENGTH, 0.0, 0.0)
-    arm = Beam(
-        "arm", Line((0, 0, 0), tip), SECTION, elements=3, model="rigid" if rigid else "exact"
-    )
+    section = SECTION if rigid else replace(SECTION, damping=DAMPING)
+    model = "rigid" if rigid else "exact"
+    arm = Beam("arm", Line((0, 0, 0), tip), section, elements=3, model=model)
     return Scene(
         "pid_arm",
         beams=arm,
