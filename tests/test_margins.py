@@ -43,6 +43,8 @@ def test_bounds():
     assert np.allclose([1.0 + 8e-13], 1.0, 0, 1e-12)  # 0.8
     assert np.allclose(np.array([1j + 3e-11]), [1j], 0, 1e-10)  # 0.3
     # none of these is one
+    assert float("nan") == pytest.approx(float("nan"), rel=1e-9, nan_ok=True)
+    assert [float("nan")] == pytest.approx([float("nan")], rel=1e-9, nan_ok=True)
     assert SIZE <= 3.0 + 1e-12
     assert 1e-9 < (1e-3 if SIZE else 1e-8) and 5e-12 < {"a": 1e-12, "b": 1e-6}["b"]
     assert "a" < "b" and (1, 2) < (1, 3)

@@ -214,7 +214,7 @@ def twin(offset: tuple[float, float], scheme: str, degree: int, kind: dict[str, 
         *(("static", degree, kind) for degree in (2, 3) for kind in KINDS if kind != "linear"),
         *((scheme, 2, kind) for scheme in ("ep", "ep4") for kind in ("exact", "no stretching")),
         ("ed", 2, "exact"),
-        ("ep", 2, "linear"),
+        pytest.param("ep", 2, "linear", marks=pytest.mark.slow),
     ],
 )
 def test_offsets_are_exact_twins(scheme: str, degree: int, kind: str) -> None:

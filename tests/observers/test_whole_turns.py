@@ -112,7 +112,7 @@ def wheels(scheme: str = "ep4", **more: Any) -> Scene:
     )
 
 
-@pytest.mark.parametrize("scheme", ["ep", "ep4"])
+@pytest.mark.parametrize("scheme", ["ep", pytest.param("ep4", marks=pytest.mark.slow)])
 def test_probes_and_joints_of_a_wheel(scheme: str) -> None:
     """Two turns and more; with and without something on the joint its columns are the same."""
     rows = execute(wheels(scheme)).history

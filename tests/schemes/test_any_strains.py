@@ -64,7 +64,7 @@ plate = partial(plate_scene, section=SOFT, dt=0.2, t_end=1.0)
 FREE = [
     pytest.param(strains, scheme, alpha, marks=[pytest.mark.slow] if slow else [])
     for strains, scheme, alpha, slow in (
-        (stretches, "ep4", 0.0, False),
+        (stretches, "ep4", 0.0, True),
         (stretches, "ed3", 0.5, True),
         (stretches, "ep", 0.0, False),
         (stretches, "ed", 0.5, True),

