@@ -62,7 +62,7 @@ def scene(mesh: int = 8, t_end: float = 9.0):
         path=PathFollowing(),
         dt=0.02,
         t_end=t_end,
-        control=StepControl(max_dt=0.5),
+        step_control=StepControl(max_dt=0.5),
         output=Output(frames=31, fields=("displacement", "N", "M")),
         units="m, kg, s",
     )

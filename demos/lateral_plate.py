@@ -98,7 +98,7 @@ def scene(
         dt=0.1,
         # the unit of arc length is the plate's stiff motion in its plane: it bends far more
         t_end=2000.0,
-        control=StepControl(max_dt=40.0),
+        step_control=StepControl(max_dt=40.0),
         path=PathFollowing(load_end=load_end, branches=branches, side=side, turn_deg=20.0),
         **parts,
         units="m, kg, s",

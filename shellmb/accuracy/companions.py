@@ -101,14 +101,14 @@ def with_steps(scene: Scene, times: float) -> Scene:
     Raises:
         SceneError: If it is impossible.
     """
-    control = scene.control
+    control = scene.step_control
     if control.tolerance is not None:
         tolerance = min(control.tolerance * times**POWER, 0.5)
-        return replace(scene, control=replace(control, tolerance=tolerance))
+        return replace(scene, step_control=replace(control, tolerance=tolerance))
     limits = {"min_dt": control.min_dt, "max_dt": control.max_dt}
     changes: dict[str, Any] = {k: v * times for k, v in limits.items() if v is not None}
     assert scene.dt is not None
-    return replace(scene, dt=scene.dt * times, control=replace(control, **changes))
+    return replace(scene, dt=scene.dt * times, step_control=replace(control, **changes))
 
 
 def with_meshes(scene: Scene, times: int, body: str | None = None) -> Scene:

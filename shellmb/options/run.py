@@ -82,7 +82,7 @@ class Options:
         solver = {name: choice for name, choice in solver.items() if choice is not None}
         step_tolerance = chosen.pop("step_tolerance")
         if step_tolerance is None and self.dt is not None:
-            scene = replace(scene, control=replace(scene.control, tolerance=None))
+            scene = replace(scene, step_control=replace(scene.step_control, tolerance=None))
         if solver:
             scene = replace(scene, solver=replace(scene.solver, **solver))
         end_forces = chosen.pop("end_forces")
@@ -90,7 +90,7 @@ class Options:
             # a time step is no load step: take the default one
             end = scene.t_end if self.t_end is None else self.t_end
             lost: dict[str, Any] = {"dt": None, "start": "given", "alpha": None}
-            lost["control"] = replace(scene.control, tolerance=None)
+            lost["step_control"] = replace(scene.step_control, tolerance=None)
             scene = replace(scene, scheme=self.scheme, t_end=end, **lost)
             chosen["scheme"] = None
         if (errors := chosen.pop("errors")) is not None:
@@ -100,4 +100,4 @@ class Options:
         scene = scene.with_options(**chosen)
         if step_tolerance is None:
             return scene
-        return replace(scene, control=replace(scene.control, tolerance=step_tolerance))
+        return replace(scene, step_control=replace(scene.step_control, tolerance=step_tolerance))

@@ -137,7 +137,7 @@ def _turning(scene: Scene) -> Iterator[tuple[Any, Any]]:
             shift = np.cross(spin, linear) / np.dot(spin, spin)
             yield initial.spin, np.asarray(initial.about) + shift
     for support in scene.supports:
-        if isinstance(support, Driven) and support.angle is not None:
+        if isinstance(support, Driven) and support.rotation is not None:
             yield support.axis, support.about
     for driver in scene.drivers:
         joint: Any = scene.joint(driver.joint)
@@ -148,7 +148,7 @@ def _turning(scene: Scene) -> Iterator[tuple[Any, Any]]:
 def bearing(scene: Scene) -> Axis | None:
     """The axis of the first driven edge or bearing to ground; None without any."""
     for support in scene.supports:
-        if isinstance(support, Driven) and support.angle is not None:
+        if isinstance(support, Driven) and support.rotation is not None:
             return Axis(three("axis", support.axis), three("about", support.about))
     for joint in scene.joints:
         if isinstance(joint, Revolute | Cylindrical) and _grounded(joint):
@@ -221,9 +221,9 @@ def check_steady(scene: Scene, axis: Axis, loaded: bool) -> None:
             if support.translation is not None:
                 raise SceneError(
                     f"modes: {said(support)} {show(support.at)} has a translation; where all "
-                    "turns steadily it must have an angle only"
+                    "turns steadily it must have a rotation only"
                 )
-            if support.angle is not None and not (
+            if support.rotation is not None and not (
                 axis.along(support.axis) and axis.has(support.about, size)
             ):
                 raise SceneError(
@@ -297,7 +297,7 @@ def held(scene: Scene) -> Scene:
         for d in scene.drivers
     )
     supports = tuple(
-        replace(s, angle=_nothing) if isinstance(s, Driven) and s.angle is not None else s
+        replace(s, rotation=_nothing) if isinstance(s, Driven) and s.rotation is not None else s
         for s in scene.supports
     )
     return replace(scene, drivers=drivers, supports=supports, initial=(), start="given")

@@ -61,7 +61,7 @@ class Description:
     dt: Positive | None = None
     t_end: Positive | None = None
     solver: Solver = Solver()
-    control: StepControl = StepControl()
+    step_control: StepControl = StepControl()
     output: Output = Output()
     results: Callable[..., Any] | None = None
     beams: Annotated[tuple[InstanceOf[Beam], ...], BeforeValidator(_several)] = ()

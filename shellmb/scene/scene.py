@@ -54,7 +54,7 @@ class Scene(Description):
             a tenth of ``t_end``, or all of it where the scheme is linear.
         t_end: Time at the end [s]; in statics 1 if left out.
         solver: Newton's method.
-        control: Control of the step size.
+        step_control: How the step size changes.
         output: What is written.
         results: ``results(run) -> dict`` of numbers for ``summary.json``.
         beams: The beams.
@@ -185,8 +185,8 @@ class Scene(Description):
         changes |= lost
         if dt is None and is_static(new) and t_end is not None and t_end < (self.dt or 0.0):
             changes["dt"] = None
-        if is_static(new) and self.control.tolerance is not None:
-            changes["control"] = replace(self.control, tolerance=None)
+        if is_static(new) and self.step_control.tolerance is not None:
+            changes["step_control"] = replace(self.step_control, tolerance=None)
         if shell_changes:
             names = self._refined(body, mesh)
             changes["shells"] = _changed(self.shells, names, shell_changes)

@@ -166,7 +166,11 @@ class Simulation:
 
     def _size(self) -> StepSize:
         """Who chooses the step."""
-        control, dt, solver = self.scene.control, float(self.scene.dt or 0.0), self.scene.solver
+        control, dt, solver = (
+            self.scene.step_control,
+            float(self.scene.dt or 0.0),
+            self.scene.solver,
+        )
         if self.scene.path is not None:
             return ArcSize(control, dt)
         if control.tolerance is None:

@@ -109,7 +109,7 @@ class TimeSteps:
 
     def __init__(self, problem: Problem) -> None:
         self._problem, self._turns = problem, Turns(problem)
-        controlled = problem.model.scene.control.tolerance is not None
+        controlled = problem.model.scene.step_control.tolerance is not None
         self._errors = StepErrors(problem) if controlled else None
 
     @property

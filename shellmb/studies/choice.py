@@ -125,7 +125,7 @@ class Base:
             "solve": scene.solver.solve,
             "tolerance": scene.solver.tolerance,
             "dt": scene.dt,
-            "step_tolerance": scene.control.tolerance,
+            "step_tolerance": scene.step_control.tolerance,
         }
         meshed = [b for b in scene.meshed if self.body in (None, b.name)]
         if meshed:

@@ -98,7 +98,7 @@ UFL = "it must be written with operators and functions of UFL"
 CONTRADICTIONS = {
     "clamped edge 'left' and driven edge 'left' contradict one another on shell 'plate': at (0, "
     "0.25, 0) the displacement along x is 0 by the former and -0.25 by the latter at t = 1"
-    + AGREE: lambda: plate(HELD, Driven("left", angle=angle)),
+    + AGREE: lambda: plate(HELD, Driven("left", rotation=angle)),
     "driven edge 'left' and clamped edge 'left' contradict one another on shell 'plate': at (0, 0, "
     "0) the displacement along x is 0.1 by the former and 0 by the latter at t = 1"
     + AGREE: lambda: plate(Driven("left", translation=lambda t: (0.1 * t, 0, 0)), HELD),
@@ -163,7 +163,7 @@ IDLE = {
     "it must act elsewhere, or be left out": lambda: plate(loads=EdgeMoment("left", (0, 1, 0))),
     "edge force: it has no effect at 'left' of shell 'plate', where driven edge 'left' holds it; "
     "it must act elsewhere, or be left out": lambda: plate(
-        Driven("left", angle=angle), loads=EdgeForce("left", (0, 0, 1))
+        Driven("left", rotation=angle), loads=EdgeForce("left", (0, 0, 1))
     ),
     "point force: it has no effect at 'left-top' of shell 'plate', where clamped edge 'left' holds "
     "it; it must act elsewhere, or be left out": lambda: plate(
@@ -257,11 +257,13 @@ GOOD = {
         Fixed("left", (0, 0, 0.1)), Fixed("left", (0, None, 0.1)), Fixed("left", (None, 0, None))
     ),
     "the same motion in other words": lambda: plate(
-        Driven("left", axis=(1, 0, 0), about=(0, 0, 0), angle=lambda t: 0.2 * t),
-        Driven("left", axis=(-2, 0, 0), angle=lambda t: -0.2 * t, translation=lambda t: (0, 0, 0)),
+        Driven("left", axis=(1, 0, 0), about=(0, 0, 0), rotation=lambda t: 0.2 * t),
+        Driven(
+            "left", axis=(-2, 0, 0), rotation=lambda t: -0.2 * t, translation=lambda t: (0, 0, 0)
+        ),
     ),
     "a corner on the axis": lambda: plate(
-        Hinged("bottom"), Driven("left", axis=(0, 0, 1), angle=angle)
+        Hinged("bottom"), Driven("left", axis=(0, 0, 1), rotation=angle)
     ),
     "a plane that a drive keeps": lambda: plate(
         SymmetryPlane("left", (1, 1, 0)), Driven("left", translation=lambda t: (t, -t, 0))

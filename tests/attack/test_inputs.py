@@ -197,7 +197,7 @@ NO_EFFECT = {
     ),
     "scene 's': dt is 2.0; it must be at most t_end, which is 1.0": lambda: scene(dt=2.0),
     "scene 's': min_dt is 0.2; it must be at most dt, which is 0.1": lambda: scene(
-        control=StepControl(min_dt=0.2), **MOVING
+        step_control=StepControl(min_dt=0.2), **MOVING
     ),
 }
 # supports that would hit a body at the first step; statics moves them there
@@ -205,7 +205,7 @@ IMPACTS = {
     "fixed components: displacement[2] is 0.1 at t = 0; with scheme 'ep' it must begin at 0, where "
     "the body is, or the scene must have start='equilibrium'": Fixed("left", (0, 0, 0.1)),
     "driven edge: angle is 0.2 at t = 0; with scheme 'ep' it must begin at 0, where the body is, "
-    "or the scene must have start='equilibrium'": Driven("left", angle=lambda t: 0.2 + t),
+    "or the scene must have start='equilibrium'": Driven("left", rotation=lambda t: 0.2 + t),
     "driven edge: translation is (1, 0, 0) at t = 0; with scheme 'ep' it must begin at 0, where "
     "the body is, or the scene must have start='equilibrium'": Driven(
         "left", translation=lambda t: (1, 0, 0)

@@ -67,7 +67,7 @@ def rising(t: float) -> tuple[float, float, float]:
 
 
 # turned about the join, on which neither of the two moves
-TURN = {"axis": (1, 0, 0), "angle": lambda t: 0.1 * t}
+TURN = {"axis": (1, 0, 0), "rotation": lambda t: 0.1 * t}
 
 WRONG: dict[str, tuple[dict[str, Any], str]] = {
     "one edge of a join is held, the other moves": (
@@ -188,8 +188,8 @@ CONSISTENT: dict[str, tuple[dict[str, Any], int]] = {
     ),
     "a kink, both moved": (
         both(
-            on("lying", Driven, translation=rising, axis=Y, angle=lambda t: 0.1 * t),
-            on("standing", Driven, translation=rising, axis=Y, angle=lambda t: 0.1 * t),
+            on("lying", Driven, translation=rising, axis=Y, rotation=lambda t: 0.1 * t),
+            on("standing", Driven, translation=rising, axis=Y, rotation=lambda t: 0.1 * t),
         ),
         1,
     ),

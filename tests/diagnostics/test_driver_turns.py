@@ -58,7 +58,7 @@ def test_driven_support_is_refused_alike() -> None:
     """Its nodes are where they ought to be: the bodies would turn the other way round."""
     soft = Isotropic(E=1.0, nu=0.3, thickness=0.2, density=1.0)
     plate = Shell("plate", Rectangle(1.0, 0.5), soft, mesh=(2, 1))
-    support = Driven("left", angle=lambda t: 1.5 * np.pi * (t > 0.25))
+    support = Driven("left", rotation=lambda t: 1.5 * np.pi * (t > 0.25))
     scene = Scene("driven", plate, supports=support, scheme="ep", dt=0.1, t_end=1.0)
     with pytest.raises(ConvergenceError, match=r"Driven\('left'\) of 'plate' turns by 4.712 rad"):
         execute(scene)

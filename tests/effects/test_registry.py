@@ -169,10 +169,10 @@ def test_an_energy_of_all_strains_has_no_parts(plate) -> None:
 
 def test_adaptivity_is_by_failures_or_by_jumps(plate) -> None:
     fixed = changed(plate(), ["adaptivity"], [])
-    assert fixed.control == StepControl(min_dt=1e-3, max_dt=1e-3)
-    assert changed(fixed, [], ["adaptivity"]).control == StepControl()
+    assert fixed.step_control == StepControl(min_dt=1e-3, max_dt=1e-3)
+    assert changed(fixed, [], ["adaptivity"]).step_control == StepControl()
     steered = changed(changed(plate(scheme="ed"), ["adaptivity"], []), [], ["adaptivity"])
-    assert steered.control.jump_tolerance == 1e-2
+    assert steered.step_control.jump_tolerance == 1e-2
 
 
 def test_prescribed_motions_are_told_from_supports(plate) -> None:

@@ -79,7 +79,7 @@ def test_a_free_motion_in_statics_names_the_body(plate) -> None:
 def test_a_load_that_is_no_number_names_the_time(plate) -> None:
     loads = EdgeForce("right", (0, 0, 1e-4), time=lambda t: math.nan if 0.6 < t < 0.7 else 1.0)
     scene = plate("ep", supports=Clamped("left"), loads=loads, dt=0.1, t_end=1.0)
-    scene = replace(scene, control=StepControl(min_dt=0.05))
+    scene = replace(scene, step_control=StepControl(min_dt=0.05))
     _, t = _fails(scene)
     assert 0.5 < t < 0.7
 

@@ -64,7 +64,7 @@ def test_driven_edge_carries_a_plate_round_five_times(scheme, alpha, plate, watc
         supports=Driven(
             "left",
             axis=(0, 1, 0),
-            angle=lambda t: angle * min(t / end, 1.0) - np.sin(TURN * min(t / end, 1.0)) * 5,
+            rotation=lambda t: angle * min(t / end, 1.0) - np.sin(TURN * min(t / end, 1.0)) * 5,
         ),
         dt=1.0,
         t_end=65.0,

@@ -142,7 +142,7 @@ def test_what_nothing_determines_is_refused(monkeypatch: pytest.MonkeyPatch) -> 
     # far below what round-off leaves of these multipliers, 1e-8 of their size
     strict = Solver(tolerance=1e-10)
     with pytest.raises(ConvergenceError, match=r"nothing determines it.*try another position"):
-        Simulation(parallelograms("ep4", strict, control=StepControl(min_dt=5e-3))).run()
+        Simulation(parallelograms("ep4", strict, step_control=StepControl(min_dt=5e-3))).run()
 
 
 def test_forces_that_round_off_decides_are_said() -> None:

@@ -39,7 +39,7 @@ def spin(scheme: str, alpha: float, driven: bool, steps: int) -> RunResult:
     length = TIP - ROOT if driven else 4.0
     plate = Shell("plate", Rectangle(length, WIDTH, corner), STIFF, mesh=(2, 1))
     more = (
-        {"supports": Driven("left", angle=speed_up)}
+        {"supports": Driven("left", rotation=speed_up)}
         if driven
         else {"initial": InitialVelocity(spin=(0, 0, RATE))}
     )
@@ -86,7 +86,7 @@ def test_a_driven_plate_pulls_as_it_should(scheme, alpha, at_end, worst) -> None
         Scene(
             "driven",
             plate,
-            supports=Driven("left", angle=lambda t: speed_up(t, SLOW)),
+            supports=Driven("left", rotation=lambda t: speed_up(t, SLOW)),
             probes=Probe("root", (ROOT, 0.0, 0.0), "membrane", 0),
             output=Output(frames=2, end_forces=True),
             scheme=scheme,

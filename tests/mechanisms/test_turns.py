@@ -187,6 +187,6 @@ def test_half_a_turn_a_step_is_cut(scheme: str, alpha: float) -> None:
     if scheme == "ep4":
         # as far as it follows steps of up to half a turn, 0.94 of 3 rad
         assert column[-1] > 0.9 * 3 * 6 * np.pi
-    held = replace(scene, control=StepControl(min_dt=STEP))
+    held = replace(scene, step_control=StepControl(min_dt=STEP))
     with pytest.raises(ConvergenceError, match=r"joint 'hub' turns by 18.85 rad in a step .* pi"):
         Simulation(held).run([])

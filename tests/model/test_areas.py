@@ -129,7 +129,7 @@ FRAME = RigidBody("hub", 0.0, (0.0, 0.0, 0.0))
 @pytest.mark.parametrize(("scheme", "alpha"), MARKED)
 def test_driven_flange_is_one_that_is_bolted_to_a_driven_hub(scheme, alpha) -> None:
     step = {"scheme": scheme, "alpha": alpha}
-    held = {"supports": Driven("flange", angle=angle), "output": Output(end_forces=True)}
+    held = {"supports": Driven("flange", rotation=angle), "output": Output(end_forces=True)}
     driven = execute(loaded(plate(), **(TURNING | step | held)))
     hubs = {k: execute(bolted(hub, **step)) for k, hub in (("heavy", HUB), ("massless", FRAME))}
     for result in (driven, *hubs.values()):

@@ -206,7 +206,7 @@ def test_a_clamped_shell_takes_the_end_of_the_beam_with_it() -> None:
 @pytest.mark.parametrize("kind", ["revolute", "director"])
 def test_a_driven_edge_turns_plate_and_beam_as_one(kind: Any) -> None:
     """Without loads they turn rigidly about the vertical: no strain, in statics."""
-    driven = Driven("left", axis=(0, 0, 1), angle=lambda t: 0.6 * t, body="plate")
+    driven = Driven("left", axis=(0, 0, 1), rotation=lambda t: 0.6 * t, body="plate")
     account = EnergyAccount()
     simulation = Simulation(glued(kind=kind, supports=driven, loads=()))
     simulation.run([account])

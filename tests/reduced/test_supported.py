@@ -171,7 +171,7 @@ REFUSED = {
     },
     "driven edge: shell 'plate' is reduced to modes and would be moved; what moves it must be a "
     "Driver of a joint, and supports must hold it where it is": {
-        "supports": Driven("left", angle=lambda t: t)
+        "supports": Driven("left", rotation=lambda t: t)
     },
 }
 

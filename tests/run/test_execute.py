@@ -191,7 +191,7 @@ def test_failed_run_leaves_its_last_good_state(tmp_path, caplog):
     scene, module = request().build()
     # a load that jumps in the fourth step, few iterations, and no smaller steps to be tried
     load_ = replace(scene.loads[0], time=lambda t: 1.0 if t < 3e-3 else 1e4)
-    hard = replace(scene, loads=load_, control=StepControl(min_dt=1e-3))
+    hard = replace(scene, loads=load_, step_control=StepControl(min_dt=1e-3))
     bad = replace(hard, solver=Solver(max_iterations=4))
     with pytest.raises(ConvergenceError, match=r"step 4.*last good state is in"):
         execute(bad, tmp_path / "run", pictures=False, results=module.results)

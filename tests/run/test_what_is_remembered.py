@@ -90,7 +90,9 @@ def blade() -> Scene:
 SCENES: dict[str, tuple[Scene, int, set[str]]] = {
     "rigid": (rigid(), 10, {"contact", "angular momentum"}),
     "tolerance": (
-        rigid(scheme="ed3", alpha=0.5, dt=0.01, t_end=0.2, control=StepControl(tolerance=1e-3)),
+        rigid(
+            scheme="ed3", alpha=0.5, dt=0.01, t_end=0.2, step_control=StepControl(tolerance=1e-3)
+        ),
         12,
         {"contact"},
     ),

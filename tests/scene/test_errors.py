@@ -151,7 +151,7 @@ BAD = {
     "symmetry plane: normal is (0, 0, 0); it must not be zero": lambda: SymmetryPlane(
         "left", (0, 0, 0)
     ),
-    "driven edge: neither angle nor translation is given for 'left'; give one at least, or use "
+    "driven edge: neither rotation nor translation is given for 'left'; give one at least, or use "
     "Clamped": lambda: Driven("left"),
     "probe 'tip': component is 4; it must be 0, 1, 2 or 'norm'": lambda: Probe(
         "tip", (0, 0, 0), component=4
@@ -195,7 +195,7 @@ BAD = {
     ),
     "scene 's': jump_tolerance is 0.1; it must be left out, because scheme 'ep' has no jump as "
     "'ed' has": lambda: made_of(
-        PLATE, scheme="ep", dt=1, t_end=1, control=StepControl(jump_tolerance=0.1)
+        PLATE, scheme="ep", dt=1, t_end=1, step_control=StepControl(jump_tolerance=0.1)
     ),
     "scene 's': supports[0] is 1; it must be a support": lambda: made_of(PLATE, supports=[1]),
     "clamped edge: shell 'plate' has no edge 'north'; its edges are 'left', 'right', 'bottom', "

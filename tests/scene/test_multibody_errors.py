@@ -237,7 +237,7 @@ BAD = {
         CRANK, supports=Clamped("left", body="crank")
     ),
     "driven edge: 'beam' is a beam; it must be a shell": lambda: moving(
-        BEAM, supports=Driven("start", angle=abs, body="beam")
+        BEAM, supports=Driven("start", rotation=abs, body="beam")
     ),
     "fixed components: beam 'beam' has no edge or point 'tip'; its edges are 'start', 'end', its "
     "points 'start', 'end'": lambda: moving(BEAM, supports=Fixed("tip", (0, 0, 0))),

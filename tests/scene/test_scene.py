@@ -61,7 +61,12 @@ def test_options_replace_what_is_given_only():
 
 def test_scheme_objects():
     scene = Scene(
-        "s", PLATE, scheme=MyScheme(), dt=0.1, t_end=1, control=StepControl(jump_tolerance=1e-3)
+        "s",
+        PLATE,
+        scheme=MyScheme(),
+        dt=0.1,
+        t_end=1,
+        step_control=StepControl(jump_tolerance=1e-3),
     )
     assert (scene.static, scene.scheme_name) == (False, "mine")
 

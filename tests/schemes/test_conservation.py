@@ -65,7 +65,7 @@ def test_the_work_of_loads_is_accounted_for(lawful, loads, plate, account) -> No
 
 
 def test_the_work_of_a_prescribed_motion_is_accounted_for(lawful, plate, account) -> None:
-    drive = Driven("left", axis=(0, 1, 0), angle=lambda t: 0.6 * np.sin(t) ** 2)
+    drive = Driven("left", axis=(0, 1, 0), rotation=lambda t: 0.6 * np.sin(t) ** 2)
     Simulation(plate(*lawful, dt=0.2, t_end=2.0, supports=drive)).run([account])
     assert account.relative_error < ROUND_OFF
     assert account.values["work_supports"] > 1e-4

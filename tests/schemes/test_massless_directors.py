@@ -57,7 +57,7 @@ def turn(t: float) -> float:
 CASES: dict[str, dict[str, Any]] = {
     "free": {"shells": PLATE, "initial": SPIN},
     "moment at once": {"shells": PLATE, **HELD, "loads": EdgeMoment("right", (0, 0.0005, 0))},
-    "driven": {"shells": PLATE, "supports": Driven("left", axis=(0, 1, 0), angle=turn)},
+    "driven": {"shells": PLATE, "supports": Driven("left", axis=(0, 1, 0), rotation=turn)},
     "component moved": {
         "shells": PLATE,
         "supports": (Hinged("left"), Fixed("left", director=(lambda t: turn(t) / 3, None, None))),

@@ -113,7 +113,7 @@ def test_energy_law_under_prescribed_motion(section, scheme, account) -> None:
         "left",
         translation=lambda t: (0.0, 0.02 * np.sin(t) ** 2, 0.1 * np.sin(t) ** 2),
         axis=(0, 1, 0),
-        angle=lambda t: 0.6 * np.sin(t) ** 2,
+        rotation=lambda t: 0.6 * np.sin(t) ** 2,
     )
     simulation = Simulation(scene_of(SECTIONS[section], *scheme, supports=drive))
     simulation.run([account])

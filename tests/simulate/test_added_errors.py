@@ -37,7 +37,7 @@ def test_small_tolerances_are_kept_over_a_few_radians(scheme: str) -> None:
     scene = double_pendulum(scheme, alpha, 400, t_end=1.0)
     for tolerance in (1e-6, 1e-7)[: 1 if scheme == "ed3" else 2]:
         control = StepControl(tolerance=tolerance, max_dt=1.0)
-        path, simulation = RigidPath("b"), Simulation(replace(scene, control=control))
+        path, simulation = RigidPath("b"), Simulation(replace(scene, step_control=control))
         simulation.run([path])
         missed = np.max(np.abs(path.positions[-1] - exact.positions[-1]))
         # found 0.05 (ep4) and 0.5; twice the tolerance without the share of a radian
@@ -81,7 +81,7 @@ def spinning(scheme: str, tolerance: float | None, dt: float) -> Simulation:
         scheme=scheme,
         dt=dt,
         t_end=12.0,
-        control=control,
+        step_control=control,
     )
     simulation = Simulation(scene)
     watch = StepErrors(sources=None)  # type: ignore[arg-type]
@@ -122,7 +122,9 @@ def test_first_steps_are_short_enough_for_forces_that_begin_to_act(scheme: str) 
             scheme=name,
             dt=dt,
             t_end=1.0,
-            control=StepControl(tolerance=tolerance, max_dt=None if tolerance is None else 1.0),
+            step_control=StepControl(
+                tolerance=tolerance, max_dt=None if tolerance is None else 1.0
+            ),
         )
         simulation = Simulation(scene)
         simulation.run()

@@ -219,7 +219,7 @@ def test_a_branch_is_where_imperfect_plates_go() -> None:
         tip(),
         loads=PointForce("end", (0.0, 1e-3 * load, -ratio * load)),
         path=None,
-        control=StepControl(),
+        step_control=StepControl(),
         dt=0.02,
         t_end=1.0,
     )
@@ -310,7 +310,9 @@ def test_a_follower_load_has_no_inertia_and_a_path() -> None:
 
 def test_a_sharp_turn_at_the_smallest_step_is_an_error() -> None:
     roof = hinged_roof.scene().with_options(mesh=(2, 2))
-    scene = replace(roof, path=PathFollowing(turn_deg=0.1), dt=0.3, control=StepControl(min_dt=0.2))
+    scene = replace(
+        roof, path=PathFollowing(turn_deg=0.1), dt=0.3, step_control=StepControl(min_dt=0.2)
+    )
     with pytest.raises(ConvergenceError, match=r"t = 0, step 1, .*turns by \d+ degrees"):
         execute(scene)
 
@@ -319,7 +321,7 @@ def test_too_few_iterations_are_an_error() -> None:
     scene = replace(
         hinged_roof.scene().with_options(mesh=(2, 2)),
         solver=Solver(max_iterations=1),
-        control=StepControl(min_dt=0.02),
+        step_control=StepControl(min_dt=0.02),
     )
     with pytest.raises(ConvergenceError, match="too many iterations"):
         execute(scene)

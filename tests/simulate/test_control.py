@@ -79,7 +79,7 @@ def test_a_failed_step_is_halved_and_grows_back() -> None:
         t_end=1.0,
         loads=EdgeForce("right", (0.0, 0.0, 3e-4)),
         solver=Solver(max_iterations=4),
-        control=control,
+        step_control=control,
     )
     steps = Steps()
     simulation = Simulation(strip)
@@ -96,7 +96,7 @@ def test_a_failed_step_is_halved_and_grows_back() -> None:
 
 def test_a_failure_names_time_step_and_field() -> None:
     strip = scene(
-        "static", dt=1.0, solver=Solver(max_iterations=2), control=StepControl(min_dt=0.5)
+        "static", dt=1.0, solver=Solver(max_iterations=2), step_control=StepControl(min_dt=0.5)
     )
     simulation = Simulation(strip)
     with pytest.raises(ConvergenceError, match=r"t = 0, step 1, dt = 0\.5: .*strip") as caught:
@@ -131,7 +131,7 @@ def test_the_accuracy_follows_the_tolerance_of_the_jump() -> None:
     for tolerance in (1e-3, 1e-4, 1e-5):
         control = StepControl(jump_tolerance=tolerance, min_dt=1e-4)
         steps = Steps()
-        simulation = Simulation(scene(dt=0.2, t_end=1.0, loads=load, control=control))
+        simulation = Simulation(scene(dt=0.2, t_end=1.0, loads=load, step_control=control))
         simulation.run([steps])
         assert max(steps.jump) <= tolerance
         counts.append(len(steps.dt))

@@ -224,7 +224,7 @@ def test_a_plate_on_a_bed_of_springs() -> None:
             "driver 'motor': rotation is 4.0 at t = 2; with scheme 'linear-dynamics' rotations",
         ),
         (
-            lambda: struck(supports=Driven("left", axis=(0, 1, 0), angle=lambda t: t)),
+            lambda: struck(supports=Driven("left", axis=(0, 1, 0), rotation=lambda t: t)),
             "angle is 0.4",
         ),
         (lambda: struck(start="equilibrium"), "start is 'equilibrium'; with scheme 'linear-dynam"),

@@ -106,7 +106,7 @@ def test_a_driven_edge_goes_where_it_is_told(run, at) -> None:
         "left",
         about=(0.2, 0.0, 0.1),
         axis=(1.0, 2.0, -1.0),
-        angle=lambda t: 2.0 * t,
+        rotation=lambda t: 2.0 * t,
         translation=lambda t: (0.1 * t, 0.0, -0.3 * t),
     )
     simulation = run(Scene("driven", turned(np.eye(3)), supports=drive, dt=0.25, t_end=1.0))

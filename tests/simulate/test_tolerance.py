@@ -65,7 +65,7 @@ class Steps(Silent):
 def falling(scheme: str, alpha: float, tolerance: float, **more: Any) -> Scene:
     """The rigid double pendulum; its first step is too short, and there is no longest one."""
     scene = double_pendulum(scheme, alpha, 400, t_end=1.0)
-    return replace(scene, control=StepControl(tolerance=tolerance, max_dt=1.0, **more))
+    return replace(scene, step_control=StepControl(tolerance=tolerance, max_dt=1.0, **more))
 
 
 def strip(scheme: str = "ep", **more: Any) -> Scene:
@@ -132,7 +132,9 @@ def test_the_error_follows_the_tolerance_in_an_elastic_body(scheme: str, alpha: 
             alpha=alpha if name in DISSIPATIVE else None,
             dt=dt,
             t_end=1.0,
-            control=StepControl(tolerance=tolerance, max_dt=None if tolerance is None else 1.0),
+            step_control=StepControl(
+                tolerance=tolerance, max_dt=None if tolerance is None else 1.0
+            ),
         )
         simulation = Simulation(scene)
         simulation.run()
@@ -163,7 +165,7 @@ def test_steps_are_short_in_fast_phases_and_long_in_slow_ones(scheme: str) -> No
     moved = replace(strip(scheme, dt=0.01, t_end=5.5), shells=(stiff,))
     force = EdgeForce("right", (0, 0, 3.0), time=push)
     control = StepControl(tolerance=1e-3, max_dt=1.0)
-    Simulation(replace(moved, loads=(force,), control=control)).run([steps])
+    Simulation(replace(moved, loads=(force,), step_control=control)).run([steps])
     t, dt = np.array(steps.t), np.array(steps.dt)
     fast, slow = dt[(t > 4.95) & (t < 5.3)], dt[(t > 2) & (t < 4.5)]
     assert slow.min() > 2 * fast.min()
@@ -207,7 +209,7 @@ def test_laws_hold_for_steps_that_change(scheme: str, alpha: float) -> None:
         dt=0.05,
         t_end=3.0,
         initial=InitialVelocity(linear=(0.1, -0.2, 0.3), spin=(0.4, 0.6, -0.3)),
-        control=StepControl(tolerance=1e-3),
+        step_control=StepControl(tolerance=1e-3),
     )
     thrown = execute(free)
     assert len(set(np.round(thrown.column("dt")[1:], 12))) > 4
@@ -225,12 +227,12 @@ def test_steps_end_where_loads_have_corners_and_at_named_times() -> None:
         EdgeForce("right", (0, 0, 1e-4), time=Ramp(0.5)),
     )
     control = StepControl(tolerance=1e-2, times=(0.123, 0.77), max_dt=1.0)
-    simulation = Simulation(strip(loads=loads, control=control))
+    simulation = Simulation(strip(loads=loads, step_control=control))
     simulation.run([steps])
     ends = {*steps.t[1:], simulation.t}
     assert {0.123, 0.31, 0.32, 0.33, 0.5, 0.77, 1.0} <= ends
     # fixed steps end at named times only
-    fixed = Simulation(strip(loads=loads, dt=0.3, control=StepControl(times=(0.123,))))
+    fixed = Simulation(strip(loads=loads, dt=0.3, step_control=StepControl(times=(0.123,))))
     seen = []
     while fixed.t < 0.9:
         fixed.advance()
@@ -287,22 +289,22 @@ def test_a_run_says_what_its_control_did(tmp_path) -> None:
 
 def test_a_run_warns_where_it_cannot_keep_to_the_tolerance() -> None:
     scene = double_pendulum("ep", 0.0, 50, t_end=0.5)
-    coarse = execute(replace(scene, control=StepControl(tolerance=1e-5, min_dt=5e-3)))
+    coarse = execute(replace(scene, step_control=StepControl(tolerance=1e-5, min_dt=5e-3)))
     said = [w.says for w in coarse.warnings if w.watch == "step error"]
     assert any("no step may be below min_dt = 0.005 s" in each for each in said)
-    tiny = strip(loads=EdgeForce("right", (0, 0, 1e-7)), control=StepControl(tolerance=1e-2))
+    tiny = strip(loads=EdgeForce("right", (0, 0, 1e-7)), step_control=StepControl(tolerance=1e-2))
     (warning,) = [w for w in execute(tiny).warnings if w.watch == "step error"]
     assert "says little about their motion" in warning.says
 
 
 def test_options_choose_between_fixed_steps_and_a_tolerance() -> None:
     """A step alone is fixed, also of a scene with a tolerance; with one it is the first one."""
-    scene = strip(control=StepControl(tolerance=1e-2))
-    assert Options(dt=0.01).apply(scene).control.tolerance is None
-    assert Options().apply(scene).control.tolerance == 1e-2
-    assert Options(dt=0.01, step_tolerance=1e-4).apply(scene).control.tolerance == 1e-4
-    assert Options(scheme="static").apply(scene).control.tolerance is None
-    assert scene.with_options(scheme="static").control.tolerance is None
+    scene = strip(step_control=StepControl(tolerance=1e-2))
+    assert Options(dt=0.01).apply(scene).step_control.tolerance is None
+    assert Options().apply(scene).step_control.tolerance == 1e-2
+    assert Options(dt=0.01, step_tolerance=1e-4).apply(scene).step_control.tolerance == 1e-4
+    assert Options(scheme="static").apply(scene).step_control.tolerance is None
+    assert scene.with_options(scheme="static").step_control.tolerance is None
 
 
 BAD = {
@@ -319,13 +321,13 @@ BAD = {
     ),
     "step control: time 1 follows 2; times must increase": lambda: StepControl(times=(2.0, 1.0)),
     "it must be left out, because scheme 'static' has no motion": lambda: strip(
-        "static", control=StepControl(tolerance=0.1)
+        "static", step_control=StepControl(tolerance=0.1)
     ),
     "max_dt is 0.01; dt, the first step, is 0.05 and must be within": lambda: strip(
-        control=StepControl(tolerance=0.1, max_dt=0.01)
+        step_control=StepControl(tolerance=0.1, max_dt=0.01)
     ),
     "the step control has the time 2.0; it must be at most t_end, which is 1.0": lambda: strip(
-        control=StepControl(times=(2.0,))
+        step_control=StepControl(times=(2.0,))
     ),
 }
 

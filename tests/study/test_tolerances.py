@@ -26,7 +26,7 @@ def test_without_steps_the_reference_has_a_finer_tolerance() -> None:
     grid = make_grid(sweep, load("sudden_load"))
     assert [c.step_tolerance for c in chain(sweep, grid)] == [2.5e-4, 1e-3, 4e-3]
     scene = sweep.base.build(load("sudden_load"), chain(sweep, grid)[0])
-    assert scene.control.tolerance == 2.5e-4
+    assert scene.step_control.tolerance == 2.5e-4
 
 
 def test_fixed_steps_give_no_credit_to_controlled_ones() -> None:

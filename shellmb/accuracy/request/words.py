@@ -23,8 +23,8 @@ def label(scene: Scene) -> str:
         if body.model != "rigid"
     ]
     step = f"dt = {scene.dt:.4g}"
-    if scene.control.tolerance is not None:
-        step = f"tolerance {scene.control.tolerance:.3g}"
+    if scene.step_control.tolerance is not None:
+        step = f"tolerance {scene.step_control.tolerance:.3g}"
     steps = [] if scene.static and scene.path is None else [step]
     return ", ".join(
         [*(["+".join(dict.fromkeys(counts))] if counts else []), *steps, scene.scheme_name]

@@ -58,7 +58,7 @@ def _statics(scene: Scene) -> Scene:
             "the scene has initial velocities, which only inertia carries; it must have none"
         )
     # a time step is no load step
-    lost: dict[str, Any] = {"control": StepControl(), "start": "given", "alpha": None}
+    lost: dict[str, Any] = {"step_control": StepControl(), "start": "given", "alpha": None}
     return replace(scene, scheme="static", dt=None, **lost)
 
 
@@ -121,7 +121,7 @@ def _with_dissipation(scene: Scene) -> Scene:
 
 
 def _adaptivity(scene: Scene) -> Use:
-    control, dt = scene.control, scene.dt
+    control, dt = scene.step_control, scene.dt
     assert dt is not None
     if control.jump_tolerance is not None:
         return Use(True, f"control.jump_tolerance={control.jump_tolerance:g}")
@@ -135,11 +135,13 @@ def _adaptivity(scene: Scene) -> Use:
 
 
 def _without_adaptivity(scene: Scene) -> Scene:
-    return replace(scene, control=StepControl(min_dt=scene.dt, max_dt=scene.dt))
+    return replace(scene, step_control=StepControl(min_dt=scene.dt, max_dt=scene.dt))
 
 
 def _with_adaptivity(scene: Scene) -> Scene:
-    return replace(scene, control=StepControl(jump_tolerance=JUMP if _has_jump(scene) else None))
+    return replace(
+        scene, step_control=StepControl(jump_tolerance=JUMP if _has_jump(scene) else None)
+    )
 
 
 def _path(scene: Scene) -> Use:

@@ -269,5 +269,5 @@ def glue_beams(
 def _rotation(support: Driven) -> Callable[[float], Floats]:
     axis = np.asarray(support.axis, dtype=float)
     axis = axis / np.linalg.norm(axis)
-    angle = support.angle
+    angle = support.rotation
     return lambda t: rotation_matrix(axis * (angle(t) if angle else 0.0))

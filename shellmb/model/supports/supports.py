@@ -210,7 +210,7 @@ class SupportRows:
         axis = axis / np.linalg.norm(axis)
 
         def turned(v: Floats, t: float) -> Floats:
-            angle = support.angle(t) if support.angle else 0.0
+            angle = support.rotation(t) if support.rotation else 0.0
             # Rodrigues' formula for the change of v, accurate for small angles
             cross = np.cross(axis, v)
             return np.sin(angle) * cross + 2 * np.sin(angle / 2) ** 2 * np.cross(axis, cross)
@@ -219,9 +219,9 @@ class SupportRows:
             shift = np.asarray(support.translation(t)) if support.translation else np.zeros(3)
             return (turned(nodes.x - origin, t) + shift).ravel()
 
-        if support.angle:
+        if support.rotation:
             who = f"the support Driven({support.at!r}) of '{self._body.name}'"
-            self._turn = PrescribedTurn(who, support.angle, unknown=False)
+            self._turn = PrescribedTurn(who, support.rotation, unknown=False)
         self._hold(support.at, "u", displacement)
         self._turn = None
         self._hold(support.at, "w", lambda t: turned(nodes.director, t).ravel())

@@ -18,7 +18,7 @@ class StepError(Silent):
 
     def start(self, simulation: Simulation) -> None:
         """See whether there is one."""
-        self._controlled = simulation.scene.control.tolerance is not None
+        self._controlled = simulation.scene.step_control.tolerance is not None
 
     def accepted(self, simulation: Simulation) -> None:
         """Take it."""

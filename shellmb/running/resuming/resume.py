@@ -20,7 +20,7 @@ from shellmb.scene.fingerprint import Difference, differences, fingerprint
 from shellmb.simulate.simulation import Observer
 
 # fields of a scene that say how its equations are solved, and not what they are
-NUMERICAL = ("solver", "control", "errors")
+NUMERICAL = ("solver", "step_control", "errors")
 # so many differences are named
 NAMED = 5
 

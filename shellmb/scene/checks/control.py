@@ -21,7 +21,7 @@ def check_control(scene: Description) -> None:
         SceneError: If a scene without velocities has a tolerance, if bounds of the step exclude its
             first one, or if a time is behind the end or on a static path.
     """
-    control = scene.control
+    control = scene.step_control
     who = f"scene '{scene.name}'"
     assert scene.dt is not None and scene.t_end is not None
     if control.times and scene.path is not None:
@@ -66,7 +66,7 @@ def corners(scene: Description) -> tuple[float, ...]:
         if isinstance(support, Fixed):
             functions += (*support.displacement, *support.director)
         elif isinstance(support, Driven):
-            functions += (support.angle, support.translation)
+            functions += (support.rotation, support.translation)
     for driver in scene.drivers:
         functions += (driver.rotation, driver.translation)
     assert scene.t_end is not None

@@ -81,7 +81,7 @@ def _steps(scene: Description) -> None:
             f"scene '{scene.name}': dt is {show(scene.dt)}; it must be at most t_end, which is "
             f"{show(scene.t_end)}"
         )
-    least = scene.control.min_dt
+    least = scene.step_control.min_dt
     if least is not None and least > scene.dt * (1 + ROUND_OFF):
         raise SceneError(
             f"scene '{scene.name}': min_dt is {show(least)}; it must be at most dt, which is "
@@ -144,7 +144,7 @@ def check_begin(scene: Description) -> None:
                 for k, c in enumerate(getattr(support, what)):
                     _at_rest(scene, c, f"{said(support)}: {what}[{k}]")
         elif isinstance(support, Driven):
-            _at_rest(scene, support.angle, f"{said(support)}: angle")
+            _at_rest(scene, support.rotation, f"{said(support)}: rotation")
             _at_rest(scene, support.translation, f"{said(support)}: translation")
 
 

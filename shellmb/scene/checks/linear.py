@@ -42,7 +42,7 @@ def check(scene: Description) -> None:
         _small(scene, driver.rotation, f"driver '{driver.name}': rotation")
     for support in scene.supports:
         if isinstance(support, Driven):
-            _small(scene, support.angle, f"{said(support)}: angle")
+            _small(scene, support.rotation, f"{said(support)}: rotation")
     for lock in scene.acting_locks:
         late = [start for start, _ in lock.active or () if start > 0]
         if lock.switch is not None:

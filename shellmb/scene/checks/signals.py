@@ -88,7 +88,7 @@ def _places(scene: Description) -> None:
         if isinstance(support, Fixed):
             values = (*support.displacement, *support.director)
         elif isinstance(support, Driven):
-            values = (support.angle, support.translation)
+            values = (support.rotation, support.translation)
         for value in values:
             if isinstance(value, Signal):
                 raise SceneError(
@@ -169,7 +169,7 @@ def _scheme(scene: Description) -> None:
 
 def _period(scene: Description, controller: Law) -> None:
     """With fixed steps samples are at the ends of some."""
-    control, dt, period = scene.control, scene.dt, controller.period
+    control, dt, period = scene.step_control, scene.dt, controller.period
     if control.tolerance is not None or control.jump_tolerance is not None or period is None:
         return
     assert dt is not None

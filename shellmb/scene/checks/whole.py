@@ -105,9 +105,9 @@ def _scheme(scene: Description) -> None:
             raise SceneError(
                 f"scene '{scene.name}': {what} is missing; scheme '{scene.scheme_name}' needs it"
             )
-    if scene.control.jump_tolerance is not None and not has_jump:
+    if scene.step_control.jump_tolerance is not None and not has_jump:
         raise SceneError(
-            f"scene '{scene.name}': jump_tolerance is {show(scene.control.jump_tolerance)}; "
+            f"scene '{scene.name}': jump_tolerance is {show(scene.step_control.jump_tolerance)}; "
             f"it must be left out, because scheme '{scene.scheme_name}' has no jump as 'ed' has"
         )
     check_control(scene)
@@ -209,7 +209,7 @@ def _time_functions(scene: Description) -> None:
             for c in (*s.displacement, *s.director):
                 finite_in_time(c, scene.t_end, "fixed components: prescribed value", 1)
         elif isinstance(s, Driven):
-            finite_in_time(s.angle, scene.t_end, "driven edge: angle", 1)
+            finite_in_time(s.rotation, scene.t_end, "driven edge: rotation", 1)
             finite_in_time(s.translation, scene.t_end, "driven edge: translation", 3)
 
 

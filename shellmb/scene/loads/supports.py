@@ -176,14 +176,14 @@ class Fixed(Support):
 class Driven(Support):
     """A clamped edge carried along by a rigid motion.
 
-    Positions on the edge are ``about + R(angle(t)) (X - about) + translation(t)``, directors
-    ``R(angle(t)) D``.
+    Positions on the edge are ``about + R(rotation(t)) (X - about) + translation(t)``, directors
+    ``R(rotation(t)) D``.
 
     Args:
         at: The edge or edges.
         about: A point of the axis of rotation [m].
         axis: Its direction.
-        angle: Angle of rotation over time [rad]; None: no rotation.
+        rotation: Angle about the axis as a function of time [rad]; None: no rotation.
         translation: Displacement (3,) over time [m]; None: none.
         body: Name of the shell.
     """
@@ -191,7 +191,7 @@ class Driven(Support):
     at: Edge
     about: Vec3 = (0.0, 0.0, 0.0)
     axis: Axis = (0.0, 0.0, 1.0)
-    angle: TimeFunction | None = None
+    rotation: TimeFunction | None = None
     translation: Callable[[float], Any] | None = None
     body: Name | None = None
 
@@ -201,9 +201,9 @@ class Driven(Support):
         Raises:
             SceneError: If there is neither a rotation nor a translation.
         """
-        if self.angle is None and self.translation is None:
+        if self.rotation is None and self.translation is None:
             raise SceneError(
-                f"driven edge: neither angle nor translation is given for {show(self.at)}; "
+                f"driven edge: neither rotation nor translation is given for {show(self.at)}; "
                 "give one at least, or use Clamped"
             )
 

@@ -21,8 +21,9 @@ RENAMED: dict[str, tuple[str, ...]] = {
     "windows": ("active",),
     "function": ("time",),
     "origin": ("about",),
-    "angle": ("angle_rad",),
+    "angle": ("angle_rad", "rotation"),
     "turn": ("turn_deg",),
+    "control": ("step_control",),
 }
 
 

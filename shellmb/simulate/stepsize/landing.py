@@ -28,8 +28,10 @@ class Landing:
     """
 
     def __init__(self, scene: Scene, events: Iterable[float]) -> None:
-        self._corners = frozenset(corners(scene) if scene.control.tolerance is not None else ())
-        self.times = tuple(sorted({*events, *scene.control.times, *self._corners}))
+        self._corners = frozenset(
+            corners(scene) if scene.step_control.tolerance is not None else ()
+        )
+        self.times = tuple(sorted({*events, *scene.step_control.times, *self._corners}))
 
     def after(self, t: float, t_end: float) -> float:
         """The next one, s.

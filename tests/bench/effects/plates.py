@@ -155,7 +155,7 @@ CASES = (
     Case("rotary_inertia", _plate),
     Case("eccentric_inertia", _made_of(_eccentric)),
     Case("dissipation", _plate, scheme="ed"),
-    Case("adaptivity", _having(control=StepControl(jump_tolerance=JUMP)), scheme="ed"),
+    Case("adaptivity", _having(step_control=StepControl(jump_tolerance=JUMP)), scheme="ed"),
     Case("path_following", _having(path=PathFollowing()), scheme="static"),
     Case("flexibility", _having(**_FLIGHT)),
     Case("large_deformation", _having(**_FLIGHT)),

@@ -59,7 +59,7 @@ class OurMotion:
             dt=self.dt,
             solver=replace(base.solver, tolerance=self.tolerance),
             # a step that fails is not taken again with a smaller one
-            control=StepControl(min_dt=self.dt, max_dt=self.dt),
+            step_control=StepControl(min_dt=self.dt, max_dt=self.dt),
         )
         simulation = Simulation(scene)
         shell = scene.shells[0].name

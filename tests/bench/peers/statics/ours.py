@@ -31,7 +31,7 @@ def solve(scene: Scene, case: Static, points: Sequence[Sequence[float]]) -> Answ
         solver=replace(scene.solver, tolerance=TOLERANCE, max_iterations=60),
         dt=dt,
         # a load step that fails is not taken again with a smaller one
-        control=StepControl(min_dt=dt, max_dt=dt),
+        step_control=StepControl(min_dt=dt, max_dt=dt),
     )
     simulation = Simulation(scene)
     body = simulation.model.meshed[shell.name]
