@@ -44,7 +44,7 @@ def scene(side: float = SIDE, thickness: float = THICKNESS, pressure: float = PR
         ),
         loads=SurfaceForce((0, 0, pressure)),
         probes=Probe("middle", (side / 2, side / 2, 0.0), component=2),
-        scheme="linear",
+        scheme="linear-statics",
         units="m, kg, s",
     )
 

@@ -136,7 +136,7 @@ def scene(
             Probe("tip", (LENGTH, middle, 0.0), component=2, body=tip),
             Probe("corner", (LENGTH, 0.0, 0.0), component=2, body=corner),
         ),
-        scheme="linear",
+        scheme="linear-statics",
         units="m, kg, s",
     )
 

@@ -109,7 +109,7 @@ def scene(nu: float = 0.3, nx: int = 16, ny: int = 4, nz: int = 4):
         supports=[Clamped("left", body=s.name) for s in shells],
         loads=[EdgeForce("right", flow, body=name) for name, flow in tip.items()],
         probes=probes,
-        scheme="linear",
+        scheme="linear-statics",
         output=Output(fields=("N", "energy_density")),
         units="m, kg, s",
     )

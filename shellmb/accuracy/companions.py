@@ -172,11 +172,11 @@ def is_reduced(scene: Scene) -> bool:
     Args:
         scene: The scene.
     """
-    return any(b.model == "linear" or isinstance(b.model, Modal) for b in scene.meshed)
+    return any(b.model == "floating-frame" or isinstance(b.model, Modal) for b in scene.meshed)
 
 
 def _exact(scene: Scene) -> Scene:
     for body in scene.meshed:
-        if body.model == "linear" or isinstance(body.model, Modal):
+        if body.model == "floating-frame" or isinstance(body.model, Modal):
             scene = scene.with_options(model="exact", body=body.name)
     return scene

@@ -62,7 +62,7 @@ class DampedModes(Silent):
                     f"{said_of(simulation, name)} is reduced to modes, and its strains have "
                     "several times of damping: it would relax in shapes that no mode has, and "
                     f"what it resists with is off by about {share:.1%}, at t = {when:g}; use one "
-                    "time for all strains, or model='linear'",
+                    "time for all strains, or model='floating-frame'",
                 )
 
     def state(self) -> dict[str, Any]:

@@ -28,7 +28,7 @@ class Options:
 
     scheme: str | None = option(
         "Time scheme (ep, ed, ep4, ed3, generalized-alpha, ed-printed, linear-dynamics), or "
-        "statics (static, linear)."
+        "statics (static, linear-statics)."
     )
     alpha: float | None = option("Numerical dissipation of ed and ed3, 0 to 1 (0.5 by default).")
     dt: float | None = option("Time step or load step [s].")
@@ -86,7 +86,7 @@ class Options:
         if solver:
             scene = replace(scene, solver=replace(scene.solver, **solver))
         end_forces = chosen.pop("end_forces")
-        if self.scheme in ("static", "linear") and not scene.static and self.dt is None:
+        if self.scheme in ("static", "linear-statics") and not scene.static and self.dt is None:
             # a time step is no load step: take the default one
             end = scene.t_end if self.t_end is None else self.t_end
             lost: dict[str, Any] = {"dt": None, "start": "given", "alpha": None}

@@ -211,7 +211,7 @@ def check_state(scene: Scene, scheme: str) -> None:
     Raises:
         SceneError: Names what has none.
     """
-    if scheme in ("linear", "linear-dynamics"):
+    if scheme in ("linear-statics", "linear-dynamics"):
         raise SceneError(
             f"modes: the state is of the scheme '{scheme}', whose equations are those about the "
             "reference; compute the modes without a state"

@@ -44,9 +44,9 @@ class Scene(Description):
         joins: Joins between shells.
         initial: Initial velocities; they add up.
         probes: What to record at single points.
-        scheme: ``"static"``, ``"linear"`` (statics, small displacements), ``"linear-dynamics"``
-            (the same in time), ``"ep"``, ``"ed"``, ``"ep4"``, ``"ed3"``, a rival
-            (``"generalized-alpha"``, ``"ed-printed"``), or a scheme object.
+        scheme: ``"static"``, ``"linear-statics"`` (small displacements),
+            ``"linear-dynamics"`` (the same in time), ``"ep"``, ``"ed"``, ``"ep4"``, ``"ed3"``, a
+            rival (``"generalized-alpha"``, ``"ed-printed"``), or a scheme object.
         alpha: Numerical dissipation of schemes that have one, 0 (none) to 1: the spectral radius at
             infinite frequency is (1 - alpha)/(1 + alpha). None: 0.5, and 1/9 (a spectral radius of
             0.8) of ``"generalized-alpha"``. Other schemes ignore it, with a warning.
@@ -91,7 +91,7 @@ class Scene(Description):
             t_end = 1.0 if self.t_end is None else self.t_end
             object.__setattr__(self, "t_end", t_end)
             if self.dt is None:
-                steps = 1 if self.scheme_name == "linear" else STATIC_STEPS
+                steps = 1 if self.scheme_name == "linear-statics" else STATIC_STEPS
                 object.__setattr__(self, "dt", t_end / steps)
         checks.check(self)
         check_path(self)
@@ -162,7 +162,7 @@ class Scene(Description):
             degree: Degree, of every shell and beam.
             cell: Cell type, of every shell.
             body: The only shell or beam that gets mesh, degree, cell and model; None: all of them.
-            model: How every shell and beam deforms: "exact", "linear", "modal:10", "rigid".
+            model: How every shell and beam deforms: "exact", "floating-frame", "modal:10", "rigid".
 
         Raises:
             SceneError: If the new scene is impossible, there is no such body, or a mesh file's mesh

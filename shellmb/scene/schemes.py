@@ -5,7 +5,7 @@ from typing import Any
 # name -> whether it has velocities, and whether it has a state j just after the step's beginning
 SCHEMES = {
     "static": (False, False),
-    "linear": (False, False),
+    "linear-statics": (False, False),
     "linear-dynamics": (True, False),
     "ep": (True, False),
     "ed": (True, True),
@@ -16,7 +16,7 @@ SCHEMES = {
 }
 
 # those of small displacements
-LINEAR = ("linear", "linear-dynamics")
+LINEAR = ("linear-statics", "linear-dynamics")
 
 # those that are quadratic in time
 QUADRATIC = ("ep4", "ed3")

@@ -15,7 +15,7 @@ from shellmb.schemes.static import Linear, Static
 
 SCHEMES: dict[str, Callable[[float], Scheme]] = {
     "static": lambda alpha: Static(),
-    "linear": lambda alpha: Linear(),
+    "linear-statics": lambda alpha: Linear(),
     "linear-dynamics": lambda alpha: LinearDynamics(),
     "ep": lambda alpha: EnergyPreserving(),
     "ed": lambda alpha: EnergyDecaying(alpha),

@@ -43,6 +43,6 @@ class Static(Defaults):
 class Linear(Static):
     """Linear statics: small displacements from the reference configuration."""
 
-    name: str = "linear"
+    name: str = "linear-statics"
     title: str = "linear statics (small displacements)"
     linear: bool = True

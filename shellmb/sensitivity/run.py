@@ -113,7 +113,7 @@ def _refuse(scene: Scene) -> None:
         if isinstance(getattr(body, "model", None), Modal):
             raise SceneError(
                 f"sensitivities: body '{body.name}' is reduced to modes, whose shapes on both "
-                "sides of a parameter do not correspond; use model='linear', or 'exact'"
+                "sides of a parameter do not correspond; use model='floating-frame', or 'exact'"
             )
     for event in scene.all_events:
         raise SceneError(

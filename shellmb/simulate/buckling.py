@@ -70,7 +70,7 @@ def linear_buckling(scene: Scene, comm: MPI.Comm, count: int) -> BucklingFactors
         raise SceneError(f"buckling: count is {count}; it must be at least 1")
     if not scene.loads and not any(body.natural for body in scene.meshed):
         raise SceneError("buckling: the scene has no load; it must have the one that is multiplied")
-    still = scene.with_options(scheme="linear")
+    still = scene.with_options(scheme="linear-statics")
     state = Simulation(still, comm)
     model, _ = checked_model(still, comm, state.model.force)
     state.run()

@@ -139,7 +139,7 @@ def usual_axes(base: Base) -> dict[str, Any]:
         found["mesh"] = (*half, own.mesh, twice)
     if own.step_tolerance is not None:
         found["step_tolerance"] = tuple(own.step_tolerance * f for f in (10.0, 1.0, 0.1))
-    elif own.dt is not None and own.scheme not in ("static", "linear"):
+    elif own.dt is not None and own.scheme not in ("static", "linear-statics"):
         found["dt"] = tuple(own.dt * f for f in (2.0, 1.0, 0.5))
     return found
 
@@ -241,7 +241,7 @@ def chain(sweep: Sweep, grid: Grid) -> list[Choice]:
     time = "dt" if best.step_tolerance is None else "step_tolerance"
     directions = [axis for axis in ("mesh", time) if len({getattr(c, axis) for c in some}) > 1]
     if not directions:
-        dynamic = best.scheme not in ("static", "linear")
+        dynamic = best.scheme not in ("static", "linear-statics")
         directions = [time] if dynamic or best.mesh is None else ["mesh"]
     counts = [len({m[k] for m in grid.values("mesh") if m}) for k in (0, 1)]
     # a count that is the same in all meshes stays
@@ -298,7 +298,7 @@ def not_refined(sweep: Sweep, grid: Grid, finer: Sequence[Choice]) -> tuple[str,
     if sweep.base.body is not None:
         found.append(f"the meshes of bodies other than '{sweep.base.body}'")
     steps = {(c.dt, c.step_tolerance) for c in runs}
-    if first.scheme not in ("static", "linear") and len(steps) == 1:
+    if first.scheme not in ("static", "linear-statics") and len(steps) == 1:
         found.append(f"the step ({first.label(('dt',))} in all runs)")
     return tuple(found)
 

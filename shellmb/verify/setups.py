@@ -82,4 +82,6 @@ def square(
     )
     if load is None:
         load = SurfaceForce((0.0, 0.0, float(section.D[0, 0])))
-    return Scene("square", (shell,), supports=SUPPORTS[edges], loads=(load,), scheme="linear")
+    return Scene(
+        "square", (shell,), supports=SUPPORTS[edges], loads=(load,), scheme="linear-statics"
+    )

@@ -13,7 +13,7 @@ def strip(force: float = 1.0, thickness: float = THICKNESS) -> Scene:
         supports=Clamped("left"),
         loads=EdgeForce("right", (0, 0, force / WIDTH)),
         probes=Probe("tip", "right-top"),
-        scheme="linear",
+        scheme="linear-statics",
     )
 
 

@@ -45,7 +45,7 @@ def test_a_force_moves_the_tip_as_in_linear_statics() -> None:
         supports=sm.Clamped("left"),
         loads=sm.PointForce(TIP, (0, 0, 1.0)),
         probes=sm.Probe("tip", TIP),
-        scheme="linear",
+        scheme="linear-statics",
     )
     assert moved == pytest.approx(sm.run(still).history["tip"].iloc[-1], rel=1e-7)
     space = found.state_space(row, row)

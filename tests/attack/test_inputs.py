@@ -117,9 +117,8 @@ NO_NUMBERS = {
     "shell 'a': rotary_inertia is 'no'; it must be True or False": lambda: shell(
         rotary_inertia="no"
     ),
-    "shell 'a': model is 1; it must be 'exact', 'linear', Modal(modes=10) or 'rigid'": lambda: (
-        shell(model=1)
-    ),
+    "shell 'a': model is 1; it must be 'exact', 'floating-frame', Modal(modes=10) or "
+    "'rigid'": lambda: shell(model=1),
     "shell: name is b'a'; it must be a text": lambda: Shell(b"a", SQUARE, STEEL),
     "path following: side is True; it must be a number": lambda: PathFollowing(side=True),
     "time table: values[0] is '1'; it must be a number": lambda: Table((0, 1), ("1", 2)),
@@ -183,8 +182,8 @@ NO_EFFECT = {
         initial=InitialVelocity((1, 0, 0))
     ),
     "initial velocity: linear is (0.0, 0.0, 0.0) and spin (0.0, 0.0, 2.0); it must be left out, "
-    "because scheme 'linear' has no velocities as 'ep' and 'ed' have": lambda: scene(
-        initial=InitialVelocity(spin=(0, 0, 2)), scheme="linear"
+    "because scheme 'linear-statics' has no velocities as 'ep' and 'ed' have": lambda: scene(
+        initial=InitialVelocity(spin=(0, 0, 2)), scheme="linear-statics"
     ),
     "scene 's': start is 'equilibrium'; it must be left out, because scheme 'static' seeks "
     "equilibria anyway": lambda: scene(start="equilibrium"),
@@ -204,8 +203,8 @@ NO_EFFECT = {
 IMPACTS = {
     "fixed components: displacement[2] is 0.1 at t = 0; with scheme 'ep' it must begin at 0, where "
     "the body is, or the scene must have start='equilibrium'": Fixed("left", (0, 0, 0.1)),
-    "driven edge: angle is 0.2 at t = 0; with scheme 'ep' it must begin at 0, where the body is, "
-    "or the scene must have start='equilibrium'": Driven("left", rotation=lambda t: 0.2 + t),
+    "driven edge: rotation is 0.2 at t = 0; with scheme 'ep' it must begin at 0, where the body "
+    "is, or the scene must have start='equilibrium'": Driven("left", rotation=lambda t: 0.2 + t),
     "driven edge: translation is (1, 0, 0) at t = 0; with scheme 'ep' it must begin at 0, where "
     "the body is, or the scene must have start='equilibrium'": Driven(
         "left", translation=lambda t: (1, 0, 0)
@@ -299,7 +298,7 @@ def test_a_new_scheme_leaves_out_what_it_cannot_have():
     static = moving.with_options(scheme="static")
     assert (static.initial, static.alpha) == ((), None)
     # a load step longer than the new end is the default one
-    assert scene(t_end=1.0, scheme="linear").with_options(t_end=0.5).dt == 0.5
+    assert scene(t_end=1.0, scheme="linear-statics").with_options(t_end=0.5).dt == 0.5
     assert scene(dt=0.25).with_options(t_end=0.1).dt == pytest.approx(0.01)
 
 

@@ -143,7 +143,7 @@ FREE: dict[str, tuple[dict[str, Any], str]] = {
         "shell 'plate' can turn about y through (0, 0.25, 0); add",
     ),
     "a hinged edge, linear": (
-        plate(Hinged("left"), scheme="linear"),
+        plate(Hinged("left"), scheme="linear-statics"),
         "shell 'plate' can turn about y through (0, 0.25, 0); add",
     ),
     "a smooth join": (

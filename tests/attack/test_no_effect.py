@@ -42,7 +42,7 @@ def lips(held, point):
         supports=Clamped(held),
         loads=PointForce(point, (0, 0, 1)),
         probes=[Probe(name, name) for name in names],
-        scheme="linear",
+        scheme="linear-statics",
     )
     last = execute(scene).history.iloc[-1]
     return {name: float(last[name]) for name in names}

@@ -41,7 +41,7 @@ KINK = Join("lying", "standing", "bottom", "bottom")
 FLAT = Join("lying", "half", "bottom", "top")
 TIMES = {
     "static": {},
-    "linear": {},
+    "linear-statics": {},
     "ep": {"dt": 0.1, "t_end": 0.1},
     "ed": {"dt": 0.1, "t_end": 0.1},
 }

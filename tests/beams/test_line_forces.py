@@ -25,7 +25,7 @@ def cantilever(force: Any, **more: Any) -> sm.Scene:
         supports=sm.Clamped("start"),
         loads=sm.LineForce(force),
         probes=sm.Probe("z", "end"),
-        scheme="linear",
+        scheme="linear-statics",
     )
 
 

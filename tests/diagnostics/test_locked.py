@@ -97,7 +97,7 @@ def test_forces_of_little_energy_that_hold_a_very_thin_body(thickness, distortio
     moment = EdgeMoment("right", (0.0, 0.0, 1e8 * thickness**3))
     tip = Probe("tip", (0.0, 1.0, 1.0), component=0)
     scene = Scene(
-        "panel", panel, supports=Clamped("left"), loads=moment, probes=tip, scheme="linear"
+        "panel", panel, supports=Clamped("left"), loads=moment, probes=tip, scheme="linear-statics"
     )
     deflection, said = told(scene)
     # of a strip that is bent alike all over: at the angle a it turns by a times the curvature
@@ -193,7 +193,7 @@ def _tube(distortion: float) -> Scene:
     tube = Shell("tube", surface, Isotropic(2e11, 0.3, 1e-4), (8, 4), distortion=distortion)
     names = {"left": (0, 1, 0), "right": (1, 0, 0), "bottom": (0, 0, 1)}
     symmetry = [SymmetryPlane(name, normal) for name, normal in names.items()]
-    return Scene("tube", tube, supports=symmetry, loads=Pressure(1.0), scheme="linear")
+    return Scene("tube", tube, supports=symmetry, loads=Pressure(1.0), scheme="linear-statics")
 
 
 def _of_triangles(scene: Scene) -> Scene:

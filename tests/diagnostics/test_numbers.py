@@ -236,7 +236,7 @@ def test_rotations_of_small_displacements(angle: float) -> None:
     load = EdgeMoment("right", (0, -angle * D / L, 0))
     said = of(
         "small displacements",
-        Scene("bent", strip(), supports=Clamped("left"), loads=load, scheme="linear"),
+        Scene("bent", strip(), supports=Clamped("left"), loads=load, scheme="linear-statics"),
     )
     assert len(said) == (angle > 0.1)
     for caution in said:
@@ -252,7 +252,9 @@ def test_rotations_about_the_frame_of_a_linear_body(angle: float) -> None:
     """Two moments bend a strip on hinges; its frame stays, and its ends turn by `M L/(2 D)`."""
     m = 2 * angle * D / L
     loads = (EdgeMoment("right", (0, -m, 0)), EdgeMoment("left", (0, m, 0)))
-    scene = Scene("bow", strip("linear"), supports=HINGES, loads=loads, scheme="static", dt=1.0)
+    scene = Scene(
+        "bow", strip("floating-frame"), supports=HINGES, loads=loads, scheme="static", dt=1.0
+    )
     said = [c for c in of("linear bodies", scene) if "relative to its frame" in c.says]
     assert len(said) == (angle > 0.1)
     for caution in said:
@@ -264,7 +266,9 @@ def test_forces_along_a_linear_body(share: float) -> None:
     """A part of Euler's load beside a small load across: so much softer a column is."""
     euler = math.pi**2 * D / L**2
     loads = (EdgeForce("right", (-share * euler, 0, 0)), SurfaceForce((0, 0, 1.0)))
-    scene = Scene("column", strip("linear"), supports=HINGES, loads=loads, scheme="static", dt=1.0)
+    scene = Scene(
+        "column", strip("floating-frame"), supports=HINGES, loads=loads, scheme="static", dt=1.0
+    )
     said = [c for c in of("linear bodies", scene) if "squares of its rotations" in c.says]
     assert len(said) == (share > 0.01)
     for caution in said:
@@ -278,7 +282,7 @@ def test_spins_of_a_linear_body(ratio: float) -> None:
     lowest = 22.3733 * math.sqrt(D / (1000.0 * H * L**4))
     scene = Scene(
         "spun",
-        strip("linear"),
+        strip("floating-frame"),
         initial=InitialVelocity(spin=(0, 0, ratio * lowest), about=(L / 2, B / 2, 0)),
         scheme="ep4",
         dt=0.1 / (ratio * lowest),

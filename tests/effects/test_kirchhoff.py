@@ -80,7 +80,7 @@ def test_slender_beams(stretching) -> None:
     beam = replace(beam, transverse_shear=False, stretching=stretching)
     load = PointForce("end", (1.0, 0.0, 1.0))
     run = Simulation(Scene("beam", beams=beam, supports=Clamped("start"), loads=load,
-                           scheme="linear"))  # fmt: skip
+                           scheme="linear-statics"))  # fmt: skip
     run.run()
     model = run.model.beams["b"]
     u = run.problem.state("b").x.array[model.mixed.dofs["u"]].reshape(-1, 3)

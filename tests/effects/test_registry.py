@@ -84,7 +84,7 @@ def test_statics_and_back(plate) -> None:
     # the load parameter is time now, and the load grows as it did
     assert moving.scheme == "ep" and moving.loads[0].time(2e-3) == pytest.approx(0.5)
     linear = changed(still, ["geometric_nonlinearity"], [])
-    assert linear.scheme == "linear" and linear.dt == linear.t_end
+    assert linear.scheme == "linear-statics" and linear.dt == linear.t_end
     ringing = changed(plate(scheme="ed"), ["geometric_nonlinearity"], [])
     assert ringing.scheme == "linear-dynamics" and not ringing.static
     assert changed(ringing, [], ["geometric_nonlinearity"]).scheme == "ep"

@@ -59,7 +59,7 @@ def test_all_schemes_share_the_kernels_of_a_section() -> None:
         blocks |= {kernel_name(k) for k in compile_all(parts)}
     assert len(blocks) == 1
     assert len(set.union(*residuals.values())) == 2
-    assert residuals["static"] == residuals["linear"] == residuals["ep"] == residuals["ed"]
+    assert residuals["static"] == residuals["linear-statics"] == residuals["ep"] == residuals["ed"]
     assert residuals["linear-dynamics"] == residuals["ep"]
     assert residuals["ep4"] == residuals["ed3"] != residuals["ep"]
 

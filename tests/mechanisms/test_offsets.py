@@ -62,7 +62,7 @@ def test_bracket_carries_the_weight_of_a_cantilever() -> None:
         joints=Weld("bracket", "bar", at=Offset("start", arm)),
         loads=Gravity((0, 0, -G)),
         probes=[Probe("tip", "end"), Probe("foot", Offset("start", arm), component="norm")],
-        scheme="linear",
+        scheme="linear-statics",
     )
     last = execute(scene).history.iloc[-1]
     force, weight = np.array([last[f"bracket.F{k}"] for k in (1, 2, 3)]), [0, 0, -MASS * G]
@@ -228,7 +228,7 @@ def test_strip_on_hinges_at_its_lower_face_is_an_arch() -> None:
     """
     h, q = 0.05, 100.0
     held = Hinged(("left", "right"), offset=-h / 2)
-    last = execute(strip(held, scheme="linear")).history.iloc[-1]
+    last = execute(strip(held, scheme="linear-statics")).history.iloc[-1]
     D, shear = 1e9 * h**3 / 12, 0.5e9 * h
     # of four elements
     assert last["middle"] == pytest.approx(q / (192 * D) + q / (8 * shear), rel=5e-3)
@@ -244,7 +244,7 @@ def test_strip_on_its_lower_face_slides_as_one_on_its_middle() -> None:
             Fixed("left-bottom", (0, 0, None)),
             Fixed("right-bottom", (None, 0, None)),
         ]
-        found.append(execute(strip(held, scheme="linear")).history.iloc[-1]["middle"])
+        found.append(execute(strip(held, scheme="linear-statics")).history.iloc[-1]["middle"])
     assert found[1] == pytest.approx(found[0], rel=1e-9)
 
 
@@ -254,7 +254,7 @@ def test_force_at_an_arm_is_a_force_and_a_moment() -> None:
     couple = (-arm * F[1], arm * F[0], 0.0)
     found = []
     for loads in (PointForce(Offset(at, arm), F), (PointForce(at, F), PointMoment(at, couple))):
-        scene = strip(Clamped("left"), scheme="linear")
+        scene = strip(Clamped("left"), scheme="linear-statics")
         found.append(execute(replace(scene, loads=loads)).history.iloc[-1]["middle"])
     assert found[1] == pytest.approx(found[0], rel=1e-9)
 

@@ -43,7 +43,7 @@ def deflection(surface: Any, cell: Any = "quad", names: tuple[str, str] = ("root
         supports=Clamped(names[0]),
         loads=EdgeForce(names[1], (0, 0, 1.0)),
         probes=Probe("tip", (LENGTH, WIDTH, 0.0)),
-        scheme="linear",
+        scheme="linear-statics",
     )
     return float(execute(scene).column("tip")[-1])
 

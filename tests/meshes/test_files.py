@@ -174,7 +174,7 @@ def test_quadrilaterals_and_triangles_are_one_shell(tmp_path: Path, cell: Any, o
             supports=Clamped(names[0]),
             loads=EdgeForce(names[1], (0, 0, 1.0)),
             probes=Probe("tip", (LENGTH, WIDTH / 2, 0.0)),
-            scheme="linear",
+            scheme="linear-statics",
         )
         return float(execute(scene).column("tip")[-1])
 

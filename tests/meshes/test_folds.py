@@ -84,7 +84,7 @@ def test_a_bracket_bends_as_its_two_parts_do(tmp_path: Path) -> None:
             supports=Clamped("root"),
             loads=EdgeForce("tip", (0, 0, -F)),
             probes=Probe("w", (1 + c, 0.5, s), component=2),
-            scheme="linear",
+            scheme="linear-statics",
         )
         bent = -F / (3 * E * h**3 / 12) * (c**2 + (1 + c) ** 3 - c**3)
         # shear and stretching add 0.5 %, the fold as much on this mesh
@@ -110,7 +110,7 @@ def test_a_sharp_fold_in_one_file_is_two_joined_shells(tmp_path: Path) -> None:
         supports=Clamped("root", body="floor"),
         loads=EdgeForce("tip", (0, 0, -F), body="wall"),
         probes=Probe("w", (1 + c, 0.5, s), component=2, body="wall"),
-        scheme="linear",
+        scheme="linear-statics",
     )
     bent = -F / (3 * E * h**3 / 12) * (c**2 + (1 + c) ** 3 - c**3)
     # shear and stretching add 0.5 %
@@ -167,7 +167,7 @@ def test_faces_along_all_axes_need_no_direction(tmp_path: Path, turned: bool) ->
     edges = {"top": lambda p: z @ p > 1 - 1e-9}
     isotropic = Isotropic(E=70e9, nu=0.3, thickness=0.05, density=2700.0)
 
-    def sinks(direction: Any, section: Any = isotropic, scheme: str = "linear") -> float:
+    def sinks(direction: Any, section: Any = isotropic, scheme: str = "linear-statics") -> float:
         surface = MeshFile(file, edges_where=edges)
         box = Shell("box", surface, section, direction=direction)
         scene = Scene("box", box, supports=Clamped("top"), loads=Gravity(), scheme=scheme, dt=1.0)

@@ -275,7 +275,9 @@ def test_elements_that_are_turned_over_are_refused(x, order):
     surface = Parametric(lambda a, b: np.array([x(a, b), 0.5 * b, 0 * a]))
     shell = Shell("plate", surface, SECTION, mesh=(8, 4), geometry_order=order)
     with pytest.raises(SceneError, match="shell 'plate': an element is turned over"):
-        build_model(Scene("s", shell, supports=Clamped("left"), scheme="linear"), MPI.COMM_SELF)
+        build_model(
+            Scene("s", shell, supports=Clamped("left"), scheme="linear-statics"), MPI.COMM_SELF
+        )
 
 
 @pytest.mark.parametrize("order", [1, 2])
@@ -283,4 +285,6 @@ def test_a_pole_of_a_map_is_refused(order):
     surface = Parametric(lambda r, a: np.array([r * np.cos(a), r * np.sin(a), 0 * r]))
     shell = Shell("fan", surface, SECTION, mesh=(4, 4), geometry_order=order)
     with pytest.raises(SceneError, match=r"shell 'fan': .* has no normal, at"):
-        build_model(Scene("s", shell, supports=Clamped("right"), scheme="linear"), MPI.COMM_SELF)
+        build_model(
+            Scene("s", shell, supports=Clamped("right"), scheme="linear-statics"), MPI.COMM_SELF
+        )

@@ -183,7 +183,7 @@ def test_flange_on_the_end_of_a_beam() -> None:
         supports=Clamped("start", body="arm"),
         joints=Weld("bolts", "arm", "plate", at="end", second_at="left"),
         loads=Gravity(),
-        scheme="linear",
+        scheme="linear-statics",
     )
     last = execute(scene).history.iloc[-1]
     weight = 1000.0 * 0.01 * 0.75 * 9.81

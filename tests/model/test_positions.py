@@ -41,7 +41,7 @@ def strip(load: Any) -> float:
         supports=Clamped("left"),
         loads=load,
         probes=Probe("tip", (L, 0.0, 0.0)),
-        scheme="linear",
+        scheme="linear-statics",
     )
     return float(execute(scene).column("tip")[-1])
 
@@ -101,7 +101,7 @@ def pressurised(flip: bool = False, direction: Any = hoop) -> float:
         ],
         loads=Pressure(100.0),
         probes=Probe("r", (1.0, 0.0, 0.5), component=0),
-        scheme="linear",
+        scheme="linear-statics",
     )
     return float(execute(scene).column("r")[-1])
 
@@ -160,7 +160,7 @@ def test_a_diaphragm_of_any_axis_holds_its_plane() -> None:
             ],
             loads=Pressure(lambda x: 1.0 + 0 * x[0]),
             probes=[Probe(n, tuple(place), component=k) for k, n in enumerate("xyz")],
-            scheme="linear",
+            scheme="linear-statics",
         )
         last = execute(scene).rows[-1]
         return float(np.dot([last[n] for n in "xyz"], (s + c) / np.sqrt(2)))
@@ -191,7 +191,7 @@ def test_functions_on_meshes_of_files_are_looked_at_where_their_nodes_are(tmp_pa
         Shell("square", MeshFile(file, edges_where=root), Isotropic(E, 0.0, H)),
         supports=Clamped("root"),
         loads=Pressure(lambda x: x),
-        scheme="linear",
+        scheme="linear-statics",
     )
     with pytest.raises(SceneError, match=r"pressure: p gives an array of shape \(3, "):
         execute(scene)

@@ -42,7 +42,7 @@ class Own(Surface):
 def built(surface, edge):
     section = Isotropic(E=1.0, nu=0.3, thickness=1e-2)
     shell = Shell("shell", surface, section, mesh=(4, 4))
-    scene = Scene("s", shell, supports=Clamped(edge), scheme="linear")
+    scene = Scene("s", shell, supports=Clamped(edge), scheme="linear-statics")
     with warnings.catch_warnings(record=True) as heard:
         warnings.simplefilter("always")
         build_model(scene, MPI.COMM_SELF)

@@ -50,7 +50,7 @@ def strip(section: Any, mesh: Any = (8, 1), **more: Any) -> Scene:
         supports=Clamped("left"),
         loads=EdgeForce("right", (0, 0, P / B)),
         probes=Probe("tip", (L, 0, 0), component=2),
-        scheme="linear",
+        scheme="linear-statics",
     )
 
 
@@ -144,7 +144,7 @@ def test_a_lay_up_that_changes_half_way() -> None:
         joins=Join("left", "right", "right", "left"),
         loads=EdgeForce("right", pull, body="right"),
         probes=[Probe(n, (L, B, 0), body="right", component=k) for k, n in enumerate("xyz")],
-        scheme="linear",
+        scheme="linear-statics",
     )
     one = strip(
         lay_up(
@@ -158,7 +158,7 @@ def test_a_lay_up_that_changes_half_way() -> None:
         supports=one.supports,
         loads=EdgeForce("right", pull),
         probes=[Probe(n, (L, B, 0), component=k) for k, n in enumerate("xyz")],
-        scheme="linear",
+        scheme="linear-statics",
     )
     wanted, found = ([execute(s).rows[-1][n] for n in "xyz"] for s in (joined, one))
     # the size of resultants, by which control of hourglasses is scaled, is that of the whole shell

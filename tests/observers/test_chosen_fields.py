@@ -23,7 +23,7 @@ def strip(fields, **changes):
         supports=sm.Clamped("left"),
         loads=sm.EdgeForce("right", (0, 0, FORCE / WIDTH)),
         probes=sm.Probe("tip", "right-top"),
-        scheme="linear",
+        scheme="linear-statics",
         units="m, kg, s",
     )
     return replace(scene, output=sm.Output(fields=fields), **changes)

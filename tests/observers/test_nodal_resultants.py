@@ -32,7 +32,13 @@ def deviation(mesh: tuple[int, int], cell: str, degree: int = 2, unit: float = 1
     # it keeps its files
     run = sm.run(
         Scene(
-            "rotor", shell, supports=held, loads=forces, scheme="linear", t_end=1.0, output=output
+            "rotor",
+            shell,
+            supports=held,
+            loads=forces,
+            scheme="linear-statics",
+            t_end=1.0,
+            output=output,
         )
     )
     found = run.fields["rotor"]

@@ -80,7 +80,7 @@ def test_linear_statics_is_observed_where_it_is():
         supports=Clamped("left"),
         loads=load,
         probes=Probe("tip", "right-top"),
-        scheme="linear",
+        scheme="linear-statics",
     )
     result = execute(scene)
     bending = 210e9 * 2e-3**3 / 12 * 0.08

@@ -32,7 +32,7 @@ def test_cantilever_strip_in_tension_and_bending(cell):
         supports=Clamped("left"),
         loads=loads,
         probes=probes(0),
-        scheme="linear",
+        scheme="linear-statics",
         t_end=1.0,
     )
     last = execute(scene).history.iloc[-1]

@@ -32,7 +32,10 @@ def column(model: Any, share: float) -> Scene:
 
 @pytest.mark.parametrize(
     "model",
-    [pytest.param(Modal(modes=4), id="modal"), pytest.param("linear", marks=pytest.mark.slow)],
+    [
+        pytest.param(Modal(modes=4), id="modal"),
+        pytest.param("floating-frame", marks=pytest.mark.slow),
+    ],
 )
 def test_the_share_is_what_deflections_are_off_by(model: Any) -> None:
     """Most of the softening is known: the frame turns, and so the load acts across it."""

@@ -72,7 +72,7 @@ def test_frequencies_are_those_of_the_exact_body(kind, held) -> None:
     """At rest both have the same tangent, whatever the frame: round-off of eigenvalues."""
     where = "left" if kind == "plate" else "start"
     more = {"scheme": "ep", "dt": 1.0, "t_end": 1.0, "supports": Clamped(where) if held else ()}
-    scenes = [Scene("modes", **body(kind, model), **more) for model in ("exact", "linear")]
+    scenes = [Scene("modes", **body(kind, model), **more) for model in ("exact", "floating-frame")]
     found = [natural_modes(scene, count=6 if held else 12) for scene in scenes]
     assert found[0].rigid == found[1].rigid == (0 if held else 6)
     elastic = slice(found[0].rigid, None)
@@ -82,7 +82,7 @@ def test_frequencies_are_those_of_the_exact_body(kind, held) -> None:
 @pytest.mark.parametrize("kind", ["plate", "bar"])
 @pytest.mark.parametrize(("scheme", "alpha"), SCHEMES)
 def test_every_scheme_keeps_its_laws(kind, scheme, alpha) -> None:
-    summary = tumbling(kind, "linear", scheme, alpha).summary
+    summary = tumbling(kind, "floating-frame", scheme, alpha).summary
     # Newton's tolerance is 1e-9
     assert summary["energy_balance_error"] < 1e-10
     assert summary["constraint_max"] < 1e-12
@@ -97,7 +97,7 @@ def apart(kind: str, push: float, scheme: str = "ep") -> tuple[float, float]:
     names = [f"position_{k}" for k in range(3)]
     exact, linear, rigid = (
         tumbling(kind, model, scheme, 0.0, push).history[names].to_numpy()
-        for model in ("exact", "linear", "rigid")
+        for model in ("exact", "floating-frame", "rigid")
     )
     return float(np.abs(linear - exact).max()), float(np.abs(rigid - exact).max())
 
@@ -121,12 +121,16 @@ def bent(model: Any, scheme: str = "static") -> RunResult:
 def test_far_from_its_frame_it_is_wrong_and_says_so() -> None:
     exact, linear, small = (
         bent(model, scheme).history["tip"].iloc[-1]
-        for model, scheme in (("exact", "static"), ("linear", "static"), ("exact", "linear"))
+        for model, scheme in (
+            ("exact", "static"),
+            ("floating-frame", "static"),
+            ("exact", "linear-statics"),
+        )
     )
     # the force keeps its direction, and the frame turns by half of what the tip does
     assert exact < linear < small
     assert linear > 1.02 * exact
-    turned, stiffer = bent("linear").warnings
+    turned, stiffer = bent("floating-frame").warnings
     assert "beam 'bar' has linear strains and turns by" in turned.says
     assert turned.says.endswith("use model='exact'")
     # beside displacements from the rest
@@ -140,7 +144,7 @@ def test_its_path_by_arc_length_is_that_by_load_steps(kind) -> None:
     force = PointForce(CORNER if kind == "plate" else TIP, (0, 0, 10.0))
     probe = Probe("tip", force.at, component=2)
     held = {"supports": Clamped("left" if kind == "plate" else "start"), "probes": probe}
-    more = {**body(kind, "linear"), **held, "loads": force, "scheme": "static", "dt": 0.25}
+    more = {**body(kind, "floating-frame"), **held, "loads": force, "scheme": "static", "dt": 0.25}
     steps = execute(Scene("steps", **more)).history
     path = PathFollowing(load_end=1.0)
     along = execute(Scene("path", **more, path=path, t_end=50.0)).history
@@ -158,7 +162,7 @@ class Stop(Silent):
             raise KeyboardInterrupt
 
 
-@pytest.mark.parametrize("model", ["linear", pytest.param(Modal(modes=8), marks=SLOW)])
+@pytest.mark.parametrize("model", ["floating-frame", pytest.param(Modal(modes=8), marks=SLOW)])
 def test_a_run_that_was_stopped_ends_as_one_that_was_not(model, tmp_path) -> None:
     """But for the factors that are kept between steps; what is watched is kept, too."""
     force = PointForce(CORNER, (0.0, 2.0, 20.0), time=thrown)
@@ -181,7 +185,7 @@ def test_spin_that_would_stiffen_it_is_said() -> None:
 
     def said(rate: float) -> list[str]:
         given = {"initial": InitialVelocity(spin=(0.0, 0.0, rate)), "scheme": "ep", "dt": 5e-3}
-        run = execute(Scene("spin", **body("bar", "linear"), **given, t_end=0.02))
+        run = execute(Scene("spin", **body("bar", "floating-frame"), **given, t_end=0.02))
         return [item.says for item in run.warnings if "spins at" in item.says]
 
     (text,) = said(60.0)
@@ -191,7 +195,7 @@ def test_spin_that_would_stiffen_it_is_said() -> None:
 
 def test_velocities_of_many_nodes_fit_into_the_workspace() -> None:
     """The frame's multiplier sees all of them, with forces 1e16 of their masses."""
-    shell = Shell("plate", Rectangle(1.0, 0.4), PLATE, mesh=(32, 8), model="linear")
+    shell = Shell("plate", Rectangle(1.0, 0.4), PLATE, mesh=(32, 8), model="floating-frame")
     spin = InitialVelocity(spin=(3.0, 1.0, 2.0))
     run = execute(Scene("many", shell, initial=spin, scheme="ep", dt=5e-3, t_end=5e-3))
     assert run.summary["energy_balance_error"] < 1e-10
@@ -199,19 +203,21 @@ def test_velocities_of_many_nodes_fit_into_the_workspace() -> None:
 
 def test_small_displacements_are_the_same_of_both() -> None:
     """Forms that are linearised in space are so about the reference, whatever the frame."""
-    exact, linear = (bent(m, "linear").history["tip"].iloc[-1] for m in ("exact", "linear"))
+    exact, linear = (
+        bent(m, "floating-frame").history["tip"].iloc[-1] for m in ("exact", "floating-frame")
+    )
     assert linear == pytest.approx(exact, rel=1e-9)
 
 
 def test_strains_of_its_own_are_refused() -> None:
     with pytest.raises(SceneError) as caught:
-        Shell("plate", Rectangle(1.0, 0.4), PLATE, model="linear", strains=print)
+        Shell("plate", Rectangle(1.0, 0.4), PLATE, model="floating-frame", strains=print)
     assert str(caught.value) == (
-        "shell 'plate': model is 'linear', and it has strains of its own; they must be left out, "
-        "or the model must be 'exact'"
+        "shell 'plate': model is 'floating-frame', and it has strains of its own; they must be "
+        "left out, or the model must be 'exact'"
     )
 
 
 def test_other_words_are_refused() -> None:
-    with pytest.raises(SceneError, match=r"'linear', Modal\(modes=10\) or 'rigid'"):
+    with pytest.raises(SceneError, match=r"'floating-frame', Modal\(modes=10\) or 'rigid'"):
         Shell("plate", Rectangle(1.0, 0.4), PLATE, model="linearised")

@@ -97,7 +97,7 @@ SCENES: dict[str, tuple[Scene, int, set[str]]] = {
         {"contact"},
     ),
     "linear scheme": (strip("exact", scheme="linear-dynamics"), 12, {"small displacements"}),
-    "linear body": (strip("linear"), 12, {"linear bodies"}),
+    "linear body": (strip("floating-frame"), 12, {"linear bodies"}),
     "bent": (strip("exact"), 12, {"folded"}),
     "stiff": (blade(), 6, {"stiff spin"}),
 }

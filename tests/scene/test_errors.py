@@ -172,11 +172,11 @@ BAD = {
     "scene 's': 2 probes are named 'p'; each must have a name of its own": lambda: made_of(
         PLATE, supports=HELD, probes=[Probe("p", "left-top"), Probe("p", "right-top")]
     ),
-    "scene 's': scheme is 'newmark'; it must be one of 'static', 'linear', 'linear-dynamics', "
-    "'ep', 'ed', 'ep4', 'ed3', 'generalized-alpha', 'ed-printed', or a "
+    "scene 's': scheme is 'newmark'; it must be one of 'static', 'linear-statics', "
+    "'linear-dynamics', 'ep', 'ed', 'ep4', 'ed3', 'generalized-alpha', 'ed-printed', or a "
     "scheme object": lambda: made_of(PLATE, scheme="newmark", dt=1, t_end=1),
-    "scene 's': scheme is NotAScheme; it must be one of 'static', 'linear', 'linear-dynamics', "
-    "'ep', 'ed', 'ep4', 'ed3', 'generalized-alpha', 'ed-printed', or a "
+    "scene 's': scheme is NotAScheme; it must be one of 'static', 'linear-statics', "
+    "'linear-dynamics', 'ep', 'ed', 'ep4', 'ed3', 'generalized-alpha', 'ed-printed', or a "
     "scheme object with a name": lambda: made_of(PLATE, scheme=NotAScheme, dt=1, t_end=1),
     "scene 's': alpha is 1.5; it must be at most 1": lambda: made_of(PLATE, alpha=1.5),
     "scene 's': dt is 0; it must be greater than 0": lambda: made_of(

@@ -7,7 +7,8 @@ import pytest
 
 from shellmb import scene
 from shellmb.errors import SceneError
-from shellmb.scene.values.renamed import RENAMED
+from shellmb.scene.values.models import model_of
+from shellmb.scene.values.renamed import CHOICES, RENAMED
 
 DESCRIBED = [c for name in scene.__all__ if is_dataclass(c := getattr(scene, name))]
 PAGE = Path(__file__).parents[2] / "docs" / "reference" / "vocabulary.md"
@@ -37,8 +38,24 @@ def test_a_former_name_is_rejected_with_the_new_one(former):
         assert str(refused.value).endswith(f": {former} is now called {name}; write {name}=...")
 
 
+SQUARE, SECTION = scene.Rectangle(1, 1), scene.Isotropic(1, 0, thickness=0.1)
+GIVEN = {
+    "scheme": [lambda choice: scene.Scene("s", scene.Shell("s", SQUARE, SECTION), scheme=choice)],
+    "model": [lambda choice: scene.Shell("s", SQUARE, SECTION, model=choice), model_of],
+}
+
+
+@pytest.mark.parametrize(("name", "former"), CHOICES)
+def test_a_former_choice_is_rejected_with_the_new_one(name, former):
+    for make in GIVEN[name]:
+        with pytest.raises(SceneError, match=f"{former!r} is now called {CHOICES[name, former]!r}"):
+            make(former)
+
+
 def test_the_page_has_them_all():
     text = PAGE.read_text()
+    for (name, former), today in CHOICES.items():
+        assert f'| `{name}="{former}"` | `{name}="{today}"` |' in text
     for former, today in RENAMED.items():
         assert any(f"| `{former}` | `{name}` |" in text for name in today), former
 

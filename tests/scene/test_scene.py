@@ -45,7 +45,7 @@ def test_static_times_are_filled_in():
     scene = Scene("s", PLATE, supports=Clamped("left"))
     assert (scene.static, scene.scheme_name, scene.dt, scene.t_end) == (True, "static", 0.1, 1.0)
     assert Scene("s", PLATE, supports=Clamped("left"), t_end=5).dt == 0.5
-    linear = Scene("s", PLATE, supports=Clamped("left"), scheme="linear")
+    linear = Scene("s", PLATE, supports=Clamped("left"), scheme="linear-statics")
     assert (linear.static, linear.dt, linear.t_end) == (True, 1.0, 1.0)
 
 

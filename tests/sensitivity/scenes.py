@@ -6,7 +6,7 @@ import shellmb as sm
 
 # schemes in which sections may be damped
 DAMPED = ("ep", "ed", "ep4", "ed3")
-STATIC = ("static", "linear")
+STATIC = ("static", "linear-statics")
 STEEL = {"E": 210e9, "nu": 0.3, "density": 7800.0}
 Z = (0.0, 0.0, 1.0)
 

@@ -90,9 +90,9 @@ def box_frequency() -> float:
     return float(found[0])
 
 
-@pytest.mark.parametrize("scheme", ["linear", "static"])
+@pytest.mark.parametrize("scheme", ["linear-statics", "static"])
 def test_bending_of_a_clamped_box(scheme: str) -> None:
-    times = {} if scheme == "linear" else {"dt": 1.0}
+    times = {} if scheme == "linear-statics" else {"dt": 1.0}
     simulation = Simulation(box(scheme=scheme, loads=shear_force("left", "right"), **times))
     # one kink at each corner of the clamped end ties two directors that are both held
     owners = {item.row.owner for item in simulation.redundant}
@@ -105,7 +105,7 @@ def test_bending_of_a_clamped_box(scheme: str) -> None:
 
 
 def test_bending_of_a_clamped_tee() -> None:
-    simulation = Simulation(tee(scheme="linear", loads=shear_force("web")))
+    simulation = Simulation(tee(scheme="linear-statics", loads=shear_force("web")))
     simulation.run()
     found = displacement(simulation, "web", (L, 0, -B))[2]
     # shear is 1.8 % of it, what its coefficient leaves out some tenths of that
@@ -161,7 +161,7 @@ def test_an_angle_twists_first_and_bends_about_its_weak_axis_next() -> None:
 
 def test_joining_each_wall_to_both_others_changes_nothing() -> None:
     """Links that run in a circle, and at each of nine nodes one kink too many."""
-    options = {"scheme": "linear", "loads": shear_force("a")}
+    options = {"scheme": "linear-statics", "loads": shear_force("a")}
     tips, counts = [], []
     for joined in (("ab", "ac"), ("ab", "bc", "ca")):
         simulation = Simulation(star(joined, **options))
@@ -174,7 +174,7 @@ def test_joining_each_wall_to_both_others_changes_nothing() -> None:
 
 
 def test_the_last_kink_is_the_one_that_is_left_out() -> None:
-    _, redundant = checked_model(star(("ab", "ac", "bc"), scheme="linear"), MPI.COMM_WORLD)
+    _, redundant = checked_model(star(("ab", "ac", "bc"), scheme="linear-statics"), MPI.COMM_WORLD)
     last = [item for item in redundant if item.with_]
     assert len(last) == 8
     assert all(item.row.body == "kink between 'b' and 'c'" for item in last)

@@ -23,7 +23,7 @@ def test_cubic_quadrilaterals(run, at) -> None:
     """A strip under an end force, bent by a cubic polynomial: the elements have it exactly."""
     strip = Shell("strip", Rectangle(LENGTH, WIDTH), SECTION, mesh=(2, 1), degree=3)
     load = EdgeForce("right", (0, 0, 1.0 / WIDTH))
-    scene = Scene("strip", strip, supports=Clamped("left"), loads=load, scheme="linear")
+    scene = Scene("strip", strip, supports=Clamped("left"), loads=load, scheme="linear-statics")
     tip = at(run(scene), "strip", (LENGTH, 0.0, 0.0))[2]
     shear_area = 5 / 6 * WIDTH * H
     exact = cantilever_end_force(1.0, E * INERTIA, LENGTH, E / 2 * shear_area)
@@ -61,7 +61,7 @@ def test_kink_in_a_gmsh_model_by_group_names(run, at) -> None:
         supports=Clamped("base", body="floor"),
         joins=Join("floor", "wall", "fold", "fold"),
         loads=EdgeForce("top", (1.0 / WIDTH, 0, 0), body="wall"),
-        scheme="linear",
+        scheme="linear-statics",
     )
     tip = at(run(scene), "wall", (LENGTH, 0.0, LENGTH))[0]
     # bending of the wall, and its rotation by the floor's end moment

@@ -30,7 +30,7 @@ def test_load_steps_share_the_factorisation_of_the_start(solve, backend, newton)
     """The last step is shorter, which changes nothing; a deflection of twenty lengths neither."""
     solver = Solver(solve=solve, backend=backend, newton=newton)
     runs = [
-        Simulation(cantilever((0, 0, 1e3), "linear", section=STEEL, dt=dt, solver=solver))
+        Simulation(cantilever((0, 0, 1e3), "linear-statics", section=STEEL, dt=dt, solver=solver))
         for dt in (None, 0.3)
     ]
     for run in runs:
@@ -57,7 +57,7 @@ def test_a_joint_that_begins_to_act_costs_another_factorisation() -> None:
         supports=[Clamped("start", body=name) for name in ("a", "b")],
         joints=tie,
         loads=PointForce("end", (0, 0, 1.0), body="a", time=lambda t: 1.0 if t > 0.5 else 0.0),
-        scheme="linear",
+        scheme="linear-statics",
         dt=0.25,
     )
     run = Simulation(scene)

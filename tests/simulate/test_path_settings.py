@@ -28,7 +28,7 @@ def strip(**more: Any) -> Scene:
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"scheme": "linear"}, "has scheme 'linear'; it must be 'static'"),
+        ({"scheme": "linear-statics"}, "has scheme 'linear-statics'; it must be 'static'"),
         ({"loads": ()}, "has no load to follow"),
         (
             {"loads": EdgeForce("right", (0.0, 0.0, 1.0), time=lambda t: t)},
@@ -59,7 +59,7 @@ def test_settings_are_checked() -> None:
 
 
 def test_another_scheme_leaves_the_path_out() -> None:
-    assert strip().with_options(scheme="linear").path is None
+    assert strip().with_options(scheme="linear-statics").path is None
     assert strip().with_options(scheme="static").path is not None
 
 

@@ -91,7 +91,7 @@ def test_a_hard_support_is_stiffer_than_a_soft_one(run, at) -> None:
             turned(np.eye(3)),
             supports=supports,
             loads=SurfaceForce((0, 0, 1e-6)),
-            scheme="linear",
+            scheme="linear-statics",
         )
         deflection[kind] = at(run(scene), "plate", (0.5, 0.5, 0.0))[2]
     assert 1.0 < deflection["soft"] / deflection["hard"] < 1.2

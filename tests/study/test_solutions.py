@@ -64,7 +64,7 @@ def test_every_bundled_study_can_be_run() -> None:
     for study in BUNDLED:
         grids = [make_grid(p.sweep, load(p.sweep.base.scene)) for p in study.parts]
         schemes = {c.scheme for grid in grids for c in grid.choices}
-        if not schemes <= {"static", "linear"}:
+        if not schemes <= {"static", "linear-statics"}:
             models = {c.model for grid in grids for c in grid.choices}
             compared = schemes >= {"ep", "ed", "ep4", "ed3"} or len(models - {"exact"}) > 1
             assert compared, study.name

@@ -73,7 +73,7 @@ def _exact(scene: Scene) -> Use:
 def _linear_strains(scene: Scene, part: str | None) -> Scene:
     able = [b for b in scene.meshed if b.exact]
     bodies = chosen(able, part, "shell or beam with model='exact'")
-    return replaced(scene, bodies, model="linear")
+    return replaced(scene, bodies, model="floating-frame")
 
 
 def _exact_strains(scene: Scene, part: str | None) -> Scene:
@@ -92,13 +92,13 @@ def _of_mesh(scene: Scene) -> Use:
 
 def _in_modes(scene: Scene, part: str | None) -> Scene:
     able = [b for b in scene.meshed if b.nodal]
-    bodies = chosen(able, part, "shell or beam with model='exact' or 'linear'")
+    bodies = chosen(able, part, "shell or beam with model='exact' or 'floating-frame'")
     return replaced(scene, bodies, model=Modal())
 
 
 def _not_in_modes(scene: Scene, part: str | None) -> Scene:
     able = [b for b in scene.meshed if isinstance(b.model, Modal)]
-    return replaced(scene, chosen(able, part, "shell or beam in modes"), model="linear")
+    return replaced(scene, chosen(able, part, "shell or beam in modes"), model="floating-frame")
 
 
 def _soft(scene: Scene, part: str | None) -> Scene:
@@ -116,7 +116,7 @@ def _nonlinearity(scene: Scene) -> Use:
 
 def _linear(scene: Scene) -> Scene:
     if scene.static:
-        return replace(scene, scheme="linear", dt=None)
+        return replace(scene, scheme="linear-statics", dt=None)
     return replace(scene, scheme="linear-dynamics", alpha=None)
 
 

@@ -71,5 +71,5 @@ def build_beam(
     """
     if domain is None:
         domain = build_line(beam.name, beam.curve, beam.elements, beam.degree, beam.up, comm)
-    kind = LinearBeam if beam.model == "linear" else BeamModel
+    kind = LinearBeam if beam.model == "floating-frame" else BeamModel
     return kind(beam, domain, loads, dynamic)

@@ -57,5 +57,5 @@ def build_shell(
     shell: Shell, surface_mesh: SurfaceMesh, loads: Sequence[Distributed], dynamic: bool
 ) -> ShellModel:
     """A shell with the strains that its model has; arguments as of `BoundShell`."""
-    kind = LinearShell if shell.model == "linear" else ShellModel
+    kind = LinearShell if shell.model == "floating-frame" else ShellModel
     return kind(shell, surface_mesh, loads, dynamic)

@@ -38,7 +38,7 @@ class Beam(Deforming):
         transverse_shear: Whether the section shears; False: a slender beam in Bernoulli's limit.
         stretching: Whether it stretches along its line; False: inextensible.
         coupling: Whether forces and moments are coupled, where the section does so.
-        model: ``"exact"``: any displacements and rotations; ``"linear"``: small strains and
+        model: ``"exact"``: any displacements and rotations; ``"floating-frame"``: small strains and
             rotations relative to a frame that moves by any amount; ``Modal(modes=10)``: the same,
             reduced to modes; ``"rigid"``: one rigid body. Mass and inertia are those of its mesh
             and section in all of them.

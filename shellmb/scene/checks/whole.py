@@ -34,6 +34,7 @@ from shellmb.scene.probes import Probe
 from shellmb.scene.schemes import QUADRATIC, SCHEMES
 from shellmb.scene.shells.sections import LinearSection
 from shellmb.scene.values.positions import values_at
+from shellmb.scene.values.renamed import choice_of_today
 from shellmb.scene.values.validate import edge_names, show
 
 if TYPE_CHECKING:
@@ -91,6 +92,7 @@ def _scheme(scene: Description) -> None:
             raise SceneError(
                 f"scene '{scene.name}': scheme is {show(scheme)}; "
                 f"it must be one of {listed(SCHEMES)}, or a scheme object"
+                + choice_of_today("scheme", scheme)
             )
         has_jump = SCHEMES[scheme][1]
     elif not isinstance(getattr(scheme, "name", None), str):

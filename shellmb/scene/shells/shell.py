@@ -60,7 +60,7 @@ class Shell(Deforming):
             ``ShellStrains``, as :func:`shellmb.forms.shell.shell_strains` does; of any form, and
             quickest to compile if at most quadratic in the unknowns.
         terms: Terms added to the weak form, each a callable in UFL.
-        model: ``"exact"``: any displacements and rotations; ``"linear"``: small strains and
+        model: ``"exact"``: any displacements and rotations; ``"floating-frame"``: small strains and
             rotations relative to a frame that moves by any amount; ``Modal(modes=10)``: the same,
             reduced to modes; ``"rigid"``: one rigid body. Mass and inertia are those of its mesh
             and section in all of them.
@@ -105,8 +105,8 @@ class Shell(Deforming):
             )
         if self.linear and self.strains is not None:
             raise SceneError(
-                f"shell '{self.name}': model is 'linear', and it has strains of its own; they must "
-                "be left out, or the model must be 'exact'"
+                f"shell '{self.name}': model is 'floating-frame', and it has strains of its own; "
+                "they must be left out, or the model must be 'exact'"
             )
         for name in self.areas:
             if name in (*(self.surface.edges or ()), *(self.surface.points or ())):

@@ -7,11 +7,12 @@ from typing import Annotated, Literal
 from pydantic import BeforeValidator
 
 from shellmb.errors import SceneError
+from shellmb.scene.values.renamed import choice_of_today
 from shellmb.scene.values.validate import PositiveInt, described
 
 __all__ = ["BodyModel", "Deforming", "Modal", "model_of"]
 
-WORDS = ("exact", "linear", "rigid")
+WORDS = ("exact", "floating-frame", "rigid")
 
 
 @described("modal model")
@@ -33,11 +34,12 @@ class Modal:
 def _word_or_modal(value: object) -> object:
     if isinstance(value, Modal) or (isinstance(value, str) and value in WORDS):
         return value
-    raise ValueError("it must be 'exact', 'linear', Modal(modes=10) or 'rigid'")
+    today = choice_of_today("model", value)
+    raise ValueError(f"it must be 'exact', 'floating-frame', Modal(modes=10) or 'rigid'{today}")
 
 
 def model_of(text: str) -> str | Modal:
-    """A model from text: ``"exact"``, ``"linear"``, ``"rigid"``, or ``"modal:10"``.
+    """A model from text: ``"exact"``, ``"floating-frame"``, ``"rigid"``, or ``"modal:10"``.
 
     Raises:
         SceneError: If it is none of these.
@@ -47,10 +49,15 @@ def model_of(text: str) -> str | Modal:
         return Modal(int(count))
     if text in WORDS:
         return text
-    raise SceneError(f"model is {text!r}; it must be 'exact', 'linear', 'modal:10' or 'rigid'")
+    raise SceneError(
+        f"model is {text!r}; it must be 'exact', 'floating-frame', 'modal:10' or 'rigid'"
+        + choice_of_today("model", text)
+    )
 
 
-BodyModel = Annotated[Literal["exact", "linear", "rigid"] | Modal, BeforeValidator(_word_or_modal)]
+BodyModel = Annotated[
+    Literal["exact", "floating-frame", "rigid"] | Modal, BeforeValidator(_word_or_modal)
+]
 
 
 class Deforming:
@@ -79,7 +86,7 @@ class Deforming:
     @property
     def linear(self) -> bool:
         """Whether its strains are small relative to a floating frame."""
-        return self.model == "linear"
+        return self.model == "floating-frame"
 
     @property
     def nodal(self) -> bool:

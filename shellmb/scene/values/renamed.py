@@ -1,4 +1,4 @@
-"""Former names of parameters, for the error of a scene that still uses one.
+"""Former names of parameters and choices, for the error of a scene that still uses one.
 
 `docs/reference/vocabulary.md` lists them, and the rules that the names of today follow.
 """
@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-__all__ = ["RENAMED", "name_of_today"]
+__all__ = ["CHOICES", "RENAMED", "choice_of_today", "name_of_today"]
 
 # former name -> the names that it may have today; a class has one of them at most
 RENAMED: dict[str, tuple[str, ...]] = {
@@ -25,6 +25,20 @@ RENAMED: dict[str, tuple[str, ...]] = {
     "turn": ("turn_deg",),
     "control": ("step_control",),
 }
+
+# parameter and former choice -> the choice of today
+CHOICES = {("scheme", "linear"): "linear-statics", ("model", "linear"): "floating-frame"}
+
+
+def choice_of_today(name: str, choice: object) -> str:
+    """What an error adds where a parameter has a choice that is called otherwise today.
+
+    Args:
+        name: The parameter.
+        choice: What it was given.
+    """
+    today = CHOICES.get((name, choice)) if isinstance(choice, str) else None
+    return f"; {choice!r} is now called {today!r}" if today else ""
 
 
 def name_of_today(former: str, names: Collection[str]) -> str | None:

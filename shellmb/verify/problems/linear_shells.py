@@ -49,7 +49,7 @@ def scordelis_lo() -> Scene:
     shell = Shell("roof", surface, Isotropic(4.32e8, 0.0, 0.25), mesh=MESH)
     supports = (SymmetryPlane("left", X), SymmetryPlane("bottom", Y), DIAPHRAGM)
     weight = SurfaceForce((0.0, 0.0, -90.0))
-    return Scene("roof", (shell,), supports=supports, loads=(weight,), scheme="linear")
+    return Scene("roof", (shell,), supports=supports, loads=(weight,), scheme="linear-statics")
 
 
 def _graded(s: Floats) -> Floats:
@@ -72,16 +72,20 @@ def pinched_cylinder(surface: Surface, section: Isotropic, force: float, *ends: 
     shell = Shell("cylinder", surface, section, mesh=MESH)
     symmetry = (SymmetryPlane("left", X), SymmetryPlane("right", Z), SymmetryPlane("bottom", Y))
     load = PointForce("left-bottom", (0.0, 0.0, -force / 4))
-    return Scene("cylinder", (shell,), supports=(*symmetry, *ends), loads=(load,), scheme="linear")
+    return Scene(
+        "cylinder", (shell,), supports=(*symmetry, *ends), loads=(load,), scheme="linear-statics"
+    )
 
 
-def hemisphere(hole: float, force: float = 1.0, scheme: str = "linear", steps: int = 1) -> Scene:
+def hemisphere(
+    hole: float, force: float = 1.0, scheme: str = "linear-statics", steps: int = 1
+) -> Scene:
     """A quarter of a hemisphere, pulled outwards at "left-top" and pushed in at "right-top".
 
     Args:
         hole: Half angle of the hole at the pole, degrees; 0 for none.
         force: Each force on the quarter.
-        scheme: "linear" or "static".
+        scheme: "linear-statics" or "static".
         steps: Number of load steps.
     """
     surface = Sphere(10.0, polar=(hole, 90.0), azimuth=(0.0, 90.0))
@@ -183,7 +187,7 @@ def compressed_plate(cell: Cell, slenderness: float, n: int = 8) -> tuple[Scene,
     )
     loads = (EdgeForce("left", (unit, 0, 0)), EdgeForce("right", (-unit, 0, 0)))
     plate = Shell("plate", Rectangle(1.0, 1.0), section, mesh=(n, n), cell=cell)
-    scene = Scene("plate", (plate,), supports=supports, loads=loads, scheme="linear")
+    scene = Scene("plate", (plate,), supports=supports, loads=loads, scheme="linear-statics")
     return scene, unit
 
 
@@ -207,7 +211,7 @@ def compressed_cylinder(cell: Cell, mesh: tuple[int, int]) -> Scene:
     )
     shell = Shell("sector", surface, section, mesh=mesh, cell=cell)
     load = EdgeForce("top", (0, 0, -force))
-    return Scene("sector", (shell,), supports=supports, loads=(load,), scheme="linear")
+    return Scene("sector", (shell,), supports=supports, loads=(load,), scheme="linear-statics")
 
 
 @case("linear shells/buckling")
@@ -240,7 +244,7 @@ def buckling() -> Iterator[Check]:
         beams=(Beam("column", Line((0, 0, 0), (1, 0, 0)), column, elements=6),),
         supports=(Clamped("start"),),
         loads=(PointForce("end", (-euler, 0, 0)),),
-        scheme="linear",
+        scheme="linear-statics",
     )
     names = ("weak side", "strong side", "weak side, second")
     for name, found, wanted in zip(names, _buckles(scene, 3), (1, 4, 9), strict=True):

@@ -86,7 +86,7 @@ def strips() -> Iterator[Check]:
             (Shell("plate", Rectangle(length, width), section, mesh=(8, 2)),),
             supports=(Clamped("left"),),
             loads=(EdgeForce("right", (0.0, 0.0, force * bending)),),
-            scheme="linear",
+            scheme="linear-statics",
         )
         shear = float(section.G[0, 0]) * width
         reference = beams.cantilever_end_force(
@@ -133,7 +133,9 @@ def _circle(clamped: bool, thickness: float, point_load: bool) -> float:
         else SurfaceForce((0.0, 0.0, bending))
     )
     rim = Clamped("top") if clamped else SoftSupport("top")
-    scene = Scene("circle", (shell,), supports=(*symmetry, rim), loads=(load,), scheme="linear")
+    scene = Scene(
+        "circle", (shell,), supports=(*symmetry, rim), loads=(load,), scheme="linear-statics"
+    )
     return float(linear_displacement(scene, "pole")[2])
 
 

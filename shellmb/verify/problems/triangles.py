@@ -74,7 +74,7 @@ def cantilever() -> Iterator[Check]:
                 (replace(shell, cell=cell),),
                 supports=(Clamped("left"),),
                 loads=(EdgeForce("right", (0.0, force / height, 0.0)),),
-                scheme="linear",
+                scheme="linear-statics",
             )
             bending, shear = STEEL * t * height**3 / 12, STEEL / 2 / (1 + NU) * t * height / 1.2
             yield Check(
@@ -164,7 +164,9 @@ def curved() -> Iterator[Check]:
 
 def _growth(shell: Shell, supports: tuple[Support, ...], axis: int) -> list[tuple[str, float]]:
     """Least, largest, mean radial displacement over `p R^2/(E t)`; radius and pressure are one."""
-    scene = Scene("tube", (shell,), supports=supports, loads=(Pressure(1.0),), scheme="linear")
+    scene = Scene(
+        "tube", (shell,), supports=supports, loads=(Pressure(1.0),), scheme="linear-statics"
+    )
     simulation = solved(scene)
     (body,) = simulation.model.shells.values()
     state = simulation.problem.levels[shell.name].unknown[simulation.problem.last].x.array
@@ -196,7 +198,9 @@ def hypar(thickness: float, mesh: int, cell: Cell, distortion: float = 0.0) -> S
         "hypar", Parametric(position), section, (mesh, mesh), cell=cell, distortion=distortion
     )
     weight = SurfaceForce((0.0, 0.0, -DENSITY * thickness))
-    return Scene("hypar", (shell,), supports=(Clamped("left"),), loads=(weight,), scheme="linear")
+    return Scene(
+        "hypar", (shell,), supports=(Clamped("left"),), loads=(weight,), scheme="linear-statics"
+    )
 
 
 @case("triangles/hypar", slow=True)

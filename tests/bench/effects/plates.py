@@ -44,7 +44,7 @@ JUMP = 0.1
 
 
 def _plate(scheme: str, mesh: Mesh) -> Scene:
-    if scheme in ("static", "linear"):
+    if scheme in ("static", "linear-statics"):
         return replace(plate("static", scheme, mesh, AUTO), dt=LOAD_STEP)
     return plate("dynamic", scheme, mesh, AUTO)
 
@@ -168,7 +168,7 @@ CASES = (
         _plate,
         scheme="static",
         # as many load steps: the registry takes one, which is all that a linear scene needs
-        instead=lambda scene: replace(scene, scheme="linear"),
+        instead=lambda scene: replace(scene, scheme="linear-statics"),
     ),
     Case("nonlinear_material", _made_of(_own_energy), instead=_of_steel),
     Case("natural_strain", _made_of(lambda section: {"natural": _HEAT})),
