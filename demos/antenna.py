@@ -241,7 +241,7 @@ def scene(
         beams=beams,
         glues=glues,
         joints=joints,
-        elements=elements,
+        force_elements=elements,
         probes=probes,
         scheme="ed",
         alpha=1.0,

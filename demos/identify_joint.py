@@ -47,7 +47,7 @@ def scene(stiffness: float = TRUTH["stiffness"], friction: float = TRUTH["fricti
         "identify_joint",
         rigid_bodies=flap,
         joints=sm.Revolute("hinge", sm.GROUND, "flap", at=(0, 0, 0), axis=(0, 1, 0)),
-        elements=(
+        force_elements=(
             # positions count from the start
             sm.JointSpring("spring", "hinge", stiffness=stiffness, rest=start),
             sm.JointDamper("friction", "hinge", law=lambda rate: friction * ufl.tanh(rate / CREEP)),

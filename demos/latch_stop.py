@@ -61,7 +61,7 @@ def scene(dt: float = 4e-3, t_end: float = 1.2, damping: float = DAMPING):
             Weld("bolts", "flange", "panel", second_at="left"),
             Revolute("hinge", GROUND, "flange", at=(0, WIDTH / 2, 0), axis=(0, -1, 0)),
         ),
-        elements=(
+        force_elements=(
             JointSpring("spring", "hinge", stiffness=SPRING, rest=WINDING),
             JointStop("stop", "hinge", upper=OPEN, stiffness=STIFFNESS, damping=damping),
         ),

@@ -56,7 +56,7 @@ def scene(rigid: bool = False, dt: float = 0.01, t_end: float = 3.0):
             Revolute("hinge", GROUND, "shaft", at=(0, 0, 0), axis=(0, -1, 0)),
             Weld("seam", "shaft", "panel", second_at="left"),
         ],
-        elements=JointSpring("spring", "hinge", stiffness=STIFFNESS, rest=REST),
+        force_elements=JointSpring("spring", "hinge", stiffness=STIFFNESS, rest=REST),
         locks=Lock("hinge", when="latched"),
         events=[
             Event("latched", ANGLE >= LATCH),

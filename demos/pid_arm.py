@@ -79,7 +79,7 @@ def scene(rigid: bool = False, dt: float = 0.01, t_end: float = 3.0):
             Revolute("shoulder", GROUND, "arm", at=(0, 0, 0), axis=(0, -1, 0)),
             Weld("grip", "arm", "load", at=tip),
         ],
-        elements=Motor("motor", "shoulder", command=Command("pid")),
+        force_elements=Motor("motor", "shoulder", command=Command("pid")),
         controllers=controller(),
         loads=Gravity((0, 0, -G)),
         probes=[

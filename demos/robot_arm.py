@@ -89,7 +89,7 @@ def scene(dt: float = 0.04, t_end: float = 4.0):
             Revolute("elbow", "upper arm", "near end", at=elbow, axis=axis),
             Weld("grip", "far end", "load", at=tip),
         ],
-        elements=[
+        force_elements=[
             Motor(f"{joint} motor", joint, controller(a, k, c))
             for joint, a, k, c in zip(JOINTS, ANGLES, STIFFNESS, DAMPING, strict=True)
         ],

@@ -62,7 +62,7 @@ def reduce_bodies(scene: Scene, comm: MPI.Comm) -> tuple[Scene, tuple[ModalBody,
     joints = tuple(made.joint(joint) for joint in scene.joints)
     supports = [joint for support in scene.supports for joint in made.support(support)]
     elements = tuple(
-        made.ends(e, said(e)) if isinstance(e, PointElement) else e for e in scene.elements
+        made.ends(e, said(e)) if isinstance(e, PointElement) else e for e in scene.force_elements
     )
     loads = tuple(made.load(load) for load in scene.loads if not made.spread(load))
     initial = tuple(made.velocity(given) for given in scene.initial)
@@ -87,7 +87,7 @@ def reduce_bodies(scene: Scene, comm: MPI.Comm) -> tuple[Scene, tuple[ModalBody,
         rigid_bodies=(*scene.rigid_bodies, *frames),
         joints=(*joints, *supports),
         supports=tuple(s for s in scene.supports if not made.held(s)),
-        elements=elements,
+        force_elements=elements,
         loads=loads,
         initial=initial,
         probes=probes,

@@ -105,7 +105,7 @@ class Model:
             body: A body of the system.
         """
         scene = self.scene
-        if not (self.beams or self.rigid is not None or scene.joints or scene.elements):
+        if not (self.beams or self.rigid is not None or scene.joints or scene.force_elements):
             return False
         return bool(body.kinematic) or isinstance(body, ConstraintGroup)
 

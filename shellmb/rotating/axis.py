@@ -214,7 +214,7 @@ def check_steady(scene: Scene, axis: Axis, loaded: bool) -> None:
             f"modes: the lock of joint '{lock.joint}' acts in windows of time; a joint that "
             "holds the coordinate always must take its place"
         )
-    for element in scene.elements:
+    for element in scene.force_elements:
         _check_element(scene, element, axis, size)
     for support in scene.supports:
         if isinstance(support, Driven):

@@ -230,11 +230,11 @@ def unsteady_part(
 
 def _free(scene: Scene) -> Floats:
     """Projection on the directions in which all can go on without resistance, shape (3, 3)."""
-    elements = [e for e in scene.elements if isinstance(e, PointElement)]
+    elements = [e for e in scene.force_elements if isinstance(e, PointElement)]
     in_space = any(GROUND in (e.first, e.second) for e in elements)
     if scene.supports or scene.potentials or scene.contacts or in_space:
         return np.zeros((3, 3))
-    acts = [e.joint for e in scene.elements if isinstance(e, JointElement)]
+    acts = [e.joint for e in scene.force_elements if isinstance(e, JointElement)]
     acts += [part.joint for parts in (scene.drivers, scene.locks) for part in parts]
     held = np.zeros((3, 3))
     for joint in scene.joints:

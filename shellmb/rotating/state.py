@@ -325,5 +325,5 @@ def _check_turns(scene: Scene, line: Axis) -> None:
                 "with the system"
             )
     # these know only rates, which are those in space whatever the frame
-    kept = tuple(e for e in scene.elements if not isinstance(e, JointDamper | Motor))
-    check_steady(replace(scene, elements=kept), line, True)
+    kept = tuple(e for e in scene.force_elements if not isinstance(e, JointDamper | Motor))
+    check_steady(replace(scene, force_elements=kept), line, True)

@@ -68,7 +68,7 @@ class Description:
     rigid_bodies: Annotated[tuple[InstanceOf[RigidBody], ...], BeforeValidator(_several)] = ()
     joints: Annotated[tuple[InstanceOf[Joint], ...], BeforeValidator(_several)] = ()
     drivers: Annotated[tuple[InstanceOf[Driver], ...], BeforeValidator(_several)] = ()
-    elements: Annotated[tuple[InstanceOf[Element], ...], BeforeValidator(_several)] = ()
+    force_elements: Annotated[tuple[InstanceOf[Element], ...], BeforeValidator(_several)] = ()
     glues: Annotated[tuple[InstanceOf[Glue], ...], BeforeValidator(_several)] = ()
     locks: Annotated[tuple[InstanceOf[Lock], ...], BeforeValidator(_several)] = ()
     assemble: bool = False

@@ -61,7 +61,7 @@ class Scene(Description):
         rigid_bodies: The rigid bodies.
         joints: Joints between bodies, or bodies and the ground.
         drivers: Prescribed coordinates of joints.
-        elements: Springs, dampers and motors.
+        force_elements: Springs, dampers, stops and motors.
         glues: Beams glued to shells.
         locks: Joints that are held for some time.
         assemble: Whether the bodies are moved first so that the joints close, and get the nearest

@@ -100,7 +100,7 @@ class Tangents(Silent):
         """Start both sides at states that mirror each other about that of the run."""
         self.pairs = list(self._make(simulation))
         system, scene = simulation.problem.system, simulation.scene
-        self._kinked = bool(scene.contacts or scene.elements or scene.controllers)
+        self._kinked = bool(scene.contacts or scene.force_elements or scene.controllers)
         self._sizes = Sizes(system)
         self._given, self._change = system.x.duplicate(), system.x.duplicate()
         self._states = list(simulation.live().values())

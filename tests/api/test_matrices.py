@@ -63,7 +63,7 @@ def pendulum() -> sm.Scene:
             sm.Revolute("pin", sm.GROUND, "rod", at=(0, 0, 0), axis=(0, 1, 0)),
             sm.Weld("weld", "rod", "ball", at=(1, 0, 0)),
         ],
-        elements=[sm.JointSpring("k", "pin", 5.0), sm.JointDamper("c", "pin", 0.1)],
+        force_elements=[sm.JointSpring("k", "pin", 5.0), sm.JointDamper("c", "pin", 0.1)],
         **MOTION,
     )
 

@@ -162,15 +162,15 @@ FREE: dict[str, tuple[dict[str, Any], str]] = {
         "rigid body 'rod' can turn about y through (0, 0, 0); add",
     ),
     "a damper": (
-        pendulum(elements=JointDamper("damper", "pin", viscosity=1.0)),
+        pendulum(force_elements=JointDamper("damper", "pin", viscosity=1.0)),
         "rigid body 'rod' can turn about y",
     ),
     "a motor of constant torque": (
-        pendulum(elements=Motor("motor", "pin", law=lambda x, rate, t: 3.0)),
+        pendulum(force_elements=Motor("motor", "pin", law=lambda x, rate, t: 3.0)),
         "rigid body 'rod' can turn about y",
     ),
     "a spring without slope": (
-        pendulum(elements=JointSpring("spring", "pin", potential=lambda x: 5.0 * x**4)),
+        pendulum(force_elements=JointSpring("spring", "pin", potential=lambda x: 5.0 * x**4)),
         "rigid body 'rod' can turn about y",
     ),
     "a force that turns along": (
@@ -186,7 +186,9 @@ FREE: dict[str, tuple[dict[str, Any], str]] = {
         "rigid body 'rod' can turn about y",
     ),
     "a spring across": (
-        pendulum(elements=Spring("s", GROUND, "rod", (0.5, 1, 0), (0.5, 0, 0), stiffness=9.0)),
+        pendulum(
+            force_elements=Spring("s", GROUND, "rod", (0.5, 1, 0), (0.5, 0, 0), stiffness=9.0)
+        ),
         "rigid body 'rod' can turn about y",
     ),
     "a chain": (
@@ -276,11 +278,11 @@ HELD: dict[str, dict[str, Any]] = {
         "joints": Revolute("hinge", GROUND, "beam", at=(1, 0, 0), axis=Y),
         "loads": WEIGHT,
     },
-    "a spring": pendulum(elements=JointSpring("spring", "pin", stiffness=1e-3)),
+    "a spring": pendulum(force_elements=JointSpring("spring", "pin", stiffness=1e-3)),
     "a spring between points": pendulum(
-        elements=Spring("s", GROUND, "rod", (0.5, 0, 1), (0.5, 0, 0), stiffness=9.0)
+        force_elements=Spring("s", GROUND, "rod", (0.5, 0, 1), (0.5, 0, 0), stiffness=9.0)
     ),
-    "a motor": pendulum(elements=Motor("motor", "pin", law=lambda x, rate, t: 3.0 - x)),
+    "a motor": pendulum(force_elements=Motor("motor", "pin", law=lambda x, rate, t: 3.0 - x)),
     "a driver": pendulum(drivers=Driver("driver", "pin", rotation=lambda t: 0.1 * t)),
     "a lock": pendulum(locks=Lock("pin", active=(0.0, 1.0))),
     "a foundation": plate(shells=bed((0, 1, 2))),

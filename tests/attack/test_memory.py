@@ -91,7 +91,7 @@ def pendulum(law=in_place, state=None, time=1.0):
         joints=Revolute("pin", "ground", "arm", at=(0, 0, 0), axis=(0, 1, 0)),
         loads=Gravity((0, 0, -9.81), **({} if time == 1.0 else {"time": time})),
         controllers=Controller("c", Sensor("pin.rotation"), law, state=state),
-        elements=Motor("m", "pin", command=Command("c")),
+        force_elements=Motor("m", "pin", command=Command("c")),
         scheme="ep",
         dt=1e-2,
         t_end=0.04,

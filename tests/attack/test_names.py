@@ -41,7 +41,7 @@ def body(name: str) -> Scene:
 def spring(name: str) -> Scene:
     arm = RigidBody("arm", 1.0, (1, 1, 1))
     pull = Spring(name, "ground", "arm", (0, 0, 1), (0, 0, 0), stiffness=1.0)
-    return Scene("s", rigid_bodies=arm, elements=pull, scheme="ep", dt=1, t_end=2)
+    return Scene("s", rigid_bodies=arm, force_elements=pull, scheme="ep", dt=1, t_end=2)
 
 
 MADE = {"shell": shell, "probe": probe, "beam": beam, "rigid body": body, "spring": spring}

@@ -136,7 +136,11 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
         "joint 'ball': its motion contradicts the supports",
     ),
     "two pins": (
-        {"rigid_bodies": ROD, "joints": PINS, "elements": JointSpring("s", "pin", stiffness=1.0)},
+        {
+            "rigid_bodies": ROD,
+            "joints": PINS,
+            "force_elements": JointSpring("s", "pin", stiffness=1.0),
+        },
         "5 of the constraints are redundant: 5 of joint 'further pin' (implied by 'pin'); use",
     ),
     "two drivers": (
@@ -247,7 +251,12 @@ def test_redundant_joints_of_a_static_scene_are_dropped() -> None:
     spring = JointSpring("spring", "pin", stiffness=30.0)
     turned = []
     for joints in (PINS, PINS[:1]):
-        options = {"rigid_bodies": ROD, "elements": spring, "redundant": "drop", "loads": force}
+        options = {
+            "rigid_bodies": ROD,
+            "force_elements": spring,
+            "redundant": "drop",
+            "loads": force,
+        }
         simulation = Simulation(Scene("s", joints=joints, **options))
         simulation.run()
         rigid = simulation.model.rigid

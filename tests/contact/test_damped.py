@@ -77,7 +77,7 @@ def test_contact_never_pulls(obstacle: Any, scheme: str, alpha: float) -> None:
 def test_stops_never_pull(scheme: str, alpha: float) -> None:
     rail = Prismatic("rail", GROUND, "ball", at=(0, 0, 0), axis=(0, 0, 1))
     stop = JointStop("stop", "rail", lower=-1e-9, stiffness=K, damping=CHI)
-    found = execute(pulled(scheme, alpha, joints=rail, elements=stop))
+    found = execute(pulled(scheme, alpha, joints=rail, force_elements=stop))
     steps = np.diff(found.column("momentum_z"))
     t = 1e-3 * (np.arange(len(steps)) + 0.5)
     force = steps / 1e-3 - 2e5 * t

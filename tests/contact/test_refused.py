@@ -41,7 +41,7 @@ def scene(scheme: str = "ep", **more: Any) -> Scene:
 
 def hinged(stop: Any, scheme: str = "ep", *others: Any) -> Scene:
     hinge = Revolute("hinge", GROUND, "ball", at=(0, 0, 0), axis=(0, 1, 0))
-    return scene(scheme, joints=hinge, elements=(stop, *others))
+    return scene(scheme, joints=hinge, force_elements=(stop, *others))
 
 
 @pytest.mark.parametrize(

@@ -31,7 +31,7 @@ KP, KI, KD = 30.0, 40.0, 8.0
 
 def on(joint: str) -> dict[str, Any]:
     """A motor that a controller commands."""
-    return {"elements": Motor("motor", joint, command=Command("pid"))}
+    return {"force_elements": Motor("motor", joint, command=Command("pid"))}
 
 
 def pid(sensor: Sensor, **more: Any) -> PID:

@@ -218,7 +218,9 @@ def test_static_steps_end_at_events_too(arm) -> None:
     spring = JointSpring("spring", "hinge", stiffness=10.0)
     turn = PointMoment((0, 0, 0), (0, 5.0, 0))
     end = Event("turned", ANGLE >= 0.3, ends=True)
-    run = execute(arm(scheme="static", dt=0.25, t_end=1.0, elements=spring, loads=turn, events=end))
+    run = execute(
+        arm(scheme="static", dt=0.25, t_end=1.0, force_elements=spring, loads=turn, events=end)
+    )
     assert times(run, "turned")[0] == pytest.approx(0.6, abs=1e-6)
     assert run.rows[-1]["hinge.rotation"] == pytest.approx(0.3, abs=1e-6)
 
@@ -230,7 +232,7 @@ def test_what_is_true_within_a_step_only_is_seen(slider) -> None:
     size = SPEED / rate
     top = Event("top", X >= 0.9995 * size, until=X <= 0)
     far = Event("far", X >= 1.001 * size)
-    given = {"elements": spring, "dt": dt, "t_end": 10 * 2 * math.pi / rate, **GLIDE}
+    given = {"force_elements": spring, "dt": dt, "t_end": 10 * 2 * math.pi / rate, **GLIDE}
     run = execute(slider(events=[top, far], **given))
     t, x = run.column("t"), run.column("slide.translation")
     on = times(run, "top")[::2]

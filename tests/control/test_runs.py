@@ -56,7 +56,7 @@ def busy(arm: Any, **more: Any) -> Scene:
     pid = PID("pid", ANGLE, 1.0, 10.0, ki=5.0, kd=2.0, limits=(-5, 5), filter=0.02)
     scene: Scene = arm(
         controllers=(law, pid),
-        elements=[
+        force_elements=[
             Motor("slow", "hinge", command=Command("law")),
             Motor("fast", "hinge", command=Command("pid")),
         ],
@@ -174,7 +174,7 @@ def test_a_run_that_fails_leaves_what_was_computed(slider, tmp_path) -> None:
     said, steps = FAILURES[unknown]
     motor = Motor("motor", "slide", command=Command("law"))
     glide = InitialVelocity(linear=(1.0, 0, 0))
-    scene = slider(controllers=Controller("law", X, unknown), elements=motor, initial=glide)
+    scene = slider(controllers=Controller("law", X, unknown), force_elements=motor, initial=glide)
     with pytest.raises(ControlError, match=f"{said}.*the last good state is in"):
         execute(scene, tmp_path / "run", pictures=False)
     assert len(read_history(tmp_path / "run" / "history.csv")) == steps + 1

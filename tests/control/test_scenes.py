@@ -48,19 +48,19 @@ BAD = {
     },
     "motor 'm': command: there is no controller 'pid'; the scene has 'hold'": {
         "controllers": HOLD,
-        "elements": Motor("m", "slide", command=Command("pid")),
+        "force_elements": Motor("m", "slide", command=Command("pid")),
     },
     "motor 'm': command: output is missing; controller 'two' has 'a', 'b'": {
         "controllers": TWO,
-        "elements": Motor("m", "slide", command=Command("two")),
+        "force_elements": Motor("m", "slide", command=Command("two")),
     },
     "controller 'two' has no output 'c'": {
         "controllers": TWO,
-        "elements": Motor("m", "slide", command=Command("two", "c")),
+        "force_elements": Motor("m", "slide", command=Command("two", "c")),
     },
     "motor 'm': there is no joint 'hinge'; the scene has 'slide'": {
         "controllers": HOLD,
-        "elements": Motor("m", "hinge", command=Command("hold")),
+        "force_elements": Motor("m", "hinge", command=Command("hold")),
     },
     "2 controllers are named 'hold'": {"controllers": (HOLD, HOLD)},
     "2 events are named 'slide lock'": {

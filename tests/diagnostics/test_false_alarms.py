@@ -49,7 +49,7 @@ def test_a_law_without_a_number_is_named_as_such(law: Any) -> None:
         "nan",
         rigid_bodies=sm.RigidBody("body", 1.0, (0.1, 0.2, 0.3), (1.0, 0.0, 0.0)),
         joints=sm.Revolute("hinge", sm.GROUND, "body", at=(0, 0, 0), axis=(0, 0, 1)),
-        elements=sm.JointSpring("spring", "hinge", potential=law),
+        force_elements=sm.JointSpring("spring", "hinge", potential=law),
         initial=sm.InitialVelocity(spin=(0.0, 0.0, 1.0)),
         scheme="ep",
         dt=0.01,

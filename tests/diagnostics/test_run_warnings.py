@@ -203,7 +203,7 @@ def test_what_springs_give_was_there_before() -> None:
         "hinge",
         rigid_bodies=RigidBody("door", 1.0, (0.1, 0.1, 0.1), position=(0.5, 0, 0)),
         joints=Revolute("hinge", GROUND, "door", at=(0, 0, 0), axis=(0, 0, 1)),
-        elements=(
+        force_elements=(
             JointSpring("spring", "hinge", potential=lambda theta: theta**2 / 8 - theta),
             JointDamper("damper", "hinge", viscosity=2.0),
         ),

@@ -32,7 +32,7 @@ def of_bed(model, stiffness, supports, load):
         "bed",
         strip(model),
         supports=supports,
-        elements=springs,
+        force_elements=springs,
         loads=sm.SurfaceForce((0, 0, -load)),
         probes=sm.Probe("w", (0.5, 0, 0), component=2),
         scheme="static",

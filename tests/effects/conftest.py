@@ -62,7 +62,7 @@ def make_pendulum(**changes: Any) -> Scene:
             Revolute("pin", "ground", "arm", at=(0, 0, 0), axis=axis),
             Revolute("hinge", "arm", "bar", at=(1, 0, 0), axis=axis, mass=0.1),
         ],
-        "elements": [
+        "force_elements": [
             JointSpring("spring", "pin", stiffness=10.0),
             JointDamper("damper", "hinge", viscosity=0.1),
         ],

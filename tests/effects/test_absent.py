@@ -83,7 +83,7 @@ def test_a_static_scene_has_no_velocities(plate) -> None:
 def test_a_static_mechanism_has_no_velocities(pendulum) -> None:
     # statics asks for something that holds the hinge, too
     springs = [JointSpring(f"at {joint}", joint, stiffness=10.0) for joint in ("pin", "hinge")]
-    scene = changed(pendulum(elements=springs), ["inertia"], [])
+    scene = changed(pendulum(force_elements=springs), ["inertia"], [])
     still = built("static pendulum", scene)
     assert all(not levels.rates for levels in still.problem.levels.values())
     assert not any(name.startswith("v_") for name in functions(still))
@@ -189,7 +189,7 @@ def test_elements_are_bodies_of_their_own(name, prefixes, unknowns, pendulum) ->
 
 
 def test_a_joint_is_its_multipliers(pendulum) -> None:
-    scene = pendulum(elements=())
+    scene = pendulum(force_elements=())
     with_it = built("joined", scene)
     off = built("apart", changed(scene, ["revolute_joint:hinge"], []))
     difference = count(with_it.problem) - count(off.problem)

@@ -74,7 +74,7 @@ def test_parts_are_changed_by_themselves(pendulum) -> None:
     assert scene.beams[0].rigid
     assert not changed(scene, [], ["flexibility:bar"]).beams[0].rigid
     fewer = changed(pendulum(), ["joint_spring:spring"], [])
-    assert [e.name for e in fewer.elements] == ["damper"]
+    assert [e.name for e in fewer.force_elements] == ["damper"]
 
 
 def test_statics_and_back(plate) -> None:
@@ -140,7 +140,7 @@ def test_what_a_scene_needs_stays(plate, free, pendulum) -> None:
         # a spring acts on its coordinate
         changed(pendulum(), ["revolute_joint:pin"], [])
     held = pendulum(
-        scheme="static", dt=None, t_end=None, elements=(), loads=(),
+        scheme="static", dt=None, t_end=None, force_elements=(), loads=(),
         joints=[
             Weld("foot", "ground", "arm", at=(0, 0, 0)),
             Weld("top", "arm", "bar", at=(1, 0, 0)),

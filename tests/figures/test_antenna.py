@@ -49,7 +49,7 @@ def hinges() -> pd.DataFrame:
         joints=[
             Revolute(line, "ground", f"body-{line}", at=(0, 0, 0), axis=(0, 1, 0)) for line in LAWS
         ],
-        elements=elements,
+        force_elements=elements,
         scheme="ep",
         dt=0.4,
         t_end=50.0,

@@ -149,7 +149,7 @@ def joint(scheme: str) -> Scene:
             Distance("link", "arm", "side", at=(-0.4, 0.6, -0.4), second_at=(1.0, 0.5, 0.5)),
         ),
         drivers=Driver("drive", "bearing", rotation=lambda t: 2 * t**2),
-        elements=(
+        force_elements=(
             JointSpring("spring", "hinge", 0.5),
             Damper("damper", "ground", "arm", (0, 0, -1), "center", viscosity=0.3),
         ),
@@ -174,7 +174,7 @@ def chain(scheme: str) -> Scene:
         "chain",
         rigid_bodies=bodies,
         joints=joints,
-        elements=JointSpring("spring", "axle", 5.0),
+        force_elements=JointSpring("spring", "axle", 5.0),
         loads=Gravity((0.3, 0.2, -9.81)),
         probes=probes("center", "position", "velocity", body="second"),
         **stepped(scheme, 0.02, 6),

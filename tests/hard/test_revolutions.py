@@ -93,7 +93,7 @@ def test_torsion_spring_winds_up_by_three_turns(scheme, alpha, watch, worst) -> 
             "rotor",
             rigid_bodies=RigidBody("rotor", mass=1.0, inertia=(0.3, 0.4, inertia)),
             joints=Revolute("shaft", GROUND, "rotor", at=(0, 0, 0), axis=(0, 0, 1)),
-            elements=JointSpring("spring", "shaft", stiffness),
+            force_elements=JointSpring("spring", "shaft", stiffness),
             initial=InitialVelocity(spin=(0, 0, turns * TURN * omega)),
             scheme=scheme,
             alpha=alpha,

@@ -129,7 +129,7 @@ def test_springs_of_stiffnesses_1_and_1e8_in_a_row(scheme, alpha, watch, worst) 
             "springs",
             rigid_bodies=bodies,
             joints=guides,
-            elements=springs,
+            force_elements=springs,
             initial=InitialVelocity(linear=(0.3, 0, 0), body="b"),
             scheme=scheme,
             alpha=alpha,

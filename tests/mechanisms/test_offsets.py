@@ -268,7 +268,7 @@ def test_spring_between_arms_pulls_at_their_ends() -> None:
     spring = Spring("spring", GROUND, "bar", (0, 0, a), Offset("end", (0, 0, a)), 1e3,
                     length=1.0 - stretch)  # fmt: skip
     scene = Scene(
-        "bow", beams=bar(1e9), supports=Clamped("start"), elements=spring,
+        "bow", beams=bar(1e9), supports=Clamped("start"), force_elements=spring,
         probes=Probe("tip", "end"),
     )  # fmt: skip
     last = execute(scene).history.iloc[-1]

@@ -118,7 +118,7 @@ def _chain(rod: Any, count: int, **more: Any) -> Scene:
 def test_equilibrium_of_a_chain_with_springs(stiffness: float, rod, watch) -> None:
     count = 3
     springs = [JointSpring(f"s{k}", f"joint{k}", stiffness) for k in range(count)]
-    scene = _chain(rod, count, elements=springs, start="equilibrium")
+    scene = _chain(rod, count, force_elements=springs, start="equilibrium")
     watched = watch(scene)
     watched.check()
     rigid = watched.simulation.model.rigid

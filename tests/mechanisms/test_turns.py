@@ -62,7 +62,7 @@ def wheel(scheme: str, alpha: float, spin: float, steps: int = 25, **more: Any) 
         "wheel",
         rigid_bodies=[RigidBody("wheel", 1.0, (0.03, 0.03, 0.05)), *more.pop("others", ())],
         joints=more.pop("joints", Revolute("hub", GROUND, "wheel", at=(0, 0, 0), axis=(0, 0, 1))),
-        elements=more.pop("elements", NOTHING),
+        force_elements=more.pop("force_elements", NOTHING),
         initial=more.pop("initial", InitialVelocity(spin=(0, 0, spin / STEP))),
         scheme=scheme,
         alpha=alpha,
@@ -123,7 +123,7 @@ def test_motor_and_spring_to_their_energy(scheme: str, alpha: float, sense: int)
         Motor("motor", "hub", law=lambda x, rate, t: torque + 0 * t),
         JointSpring("spring", "hub", spring),
     )
-    scene = wheel(scheme, alpha, 0.8 * sense, 20, elements=elements)
+    scene = wheel(scheme, alpha, 0.8 * sense, 20, force_elements=elements)
     energies = Energies()
     column = check(scene, energies)
     moved = inertia * (0.8 / STEP) ** 2 / 2 + torque * column - spring * column**2 / 2
@@ -163,7 +163,7 @@ def test_screw_goes_on_turn_by_turn(scheme: str, alpha: float) -> None:
     screw = Screw("hub", GROUND, "wheel", at=(0, 0, 0), axis=(0, 0, 1), pitch=pitch)
     spin = 1.3 / STEP
     moving = InitialVelocity(spin=(0, 0, spin), linear=(0, 0, spin * pitch / TURN))
-    scene = wheel(scheme, alpha, 1.3, joints=screw, elements=(), initial=moving)
+    scene = wheel(scheme, alpha, 1.3, joints=screw, force_elements=(), initial=moving)
     height = []
 
     class Height(Silent):

@@ -84,7 +84,7 @@ def test_account_with_every_element(scheme: str, alpha: float) -> None:
     )
     spin = InitialVelocity(body="arm", spin=(0, 0, 6.0))
     options = {"scheme": scheme, "alpha": alpha, "initial": spin, "t_end": 1.0}
-    run = Run(swinging(elements=elements, **options))
+    run = Run(swinging(force_elements=elements, **options))
     run.holds()
     # the motion is no small one: springs of all kinds are stretched, the damper works
     assert np.ptp(run["hinge.rotation"]) > 1
@@ -104,7 +104,7 @@ def test_account_with_every_element(scheme: str, alpha: float) -> None:
 def test_damper_takes_out_exactly_its_work(scheme: str, alpha: float) -> None:
     c, dt = 0.7, 0.02
     damper = JointDamper("damper", "hinge", viscosity=c)
-    run = Run(swinging(elements=damper, scheme=scheme, alpha=alpha, t_end=0.4))
+    run = Run(swinging(force_elements=damper, scheme=scheme, alpha=alpha, t_end=0.4))
     steps = np.diff(run["hinge.rotation"], prepend=0.0)
     assert run["work_terms"] == pytest.approx(-np.cumsum(c * steps**2 / dt), rel=1e-12)
     # the mean rate over the whole step, to its accuracy
@@ -114,7 +114,7 @@ def test_damper_takes_out_exactly_its_work(scheme: str, alpha: float) -> None:
 def test_a_potential_linear_in_the_angle_is_a_constant_torque() -> None:
     weight = JointSpring("weight", "hinge", potential=lambda x: 2.0 * x)
     spin = InitialVelocity(body="arm", spin=(0, 0, 1.0))
-    scene = swinging(elements=weight, initial=spin, scheme="ep4", t_end=0.4)
+    scene = swinging(force_elements=weight, initial=spin, scheme="ep4", t_end=0.4)
     run = Run(replace(scene, loads=()))
     run.holds()
     assert run["weight.torque"] == pytest.approx(2.0, rel=1e-12)
@@ -129,7 +129,7 @@ def test_turns_are_counted() -> None:
         rigid_bodies=ARM,
         joints=HINGE,
         initial=spin,
-        elements=JointSpring("coil", "hinge", stiffness=0.1),
+        force_elements=JointSpring("coil", "hinge", stiffness=0.1),
         scheme="ep",
         dt=0.01,
         t_end=2.0,
@@ -240,7 +240,7 @@ def test_two_coordinates_of_a_cylindrical_joint() -> None:
         rigid_bodies=collar,
         joints=rod,
         initial=InitialVelocity(body="collar", spin=(0, 0, 0.02)),
-        elements=(
+        force_elements=(
             JointSpring("turn", "rod", stiffness=k, coordinate="rotation"),
             JointSpring("slide", "rod", stiffness=k, rest=0.1, coordinate="translation"),
         ),
@@ -300,7 +300,7 @@ def test_open_joint_cannot_begin_to_act() -> None:
 def test_statics() -> None:
     k = 30.0
     spring = JointSpring("coil", "hinge", stiffness=k)
-    run = Run(swinging(elements=spring, scheme="static", dt=0.25, t_end=1.0))
+    run = Run(swinging(force_elements=spring, scheme="static", dt=0.25, t_end=1.0))
     angle = run["hinge.rotation"][-1]
     assert k * angle == pytest.approx(-2 * G * 0.5 * np.cos(angle), rel=1e-10)
     driver = Driver("motor", "hinge", rotation=lambda t: 7.0 * t)
@@ -320,7 +320,7 @@ BAD: dict[str, tuple[Callable[[], Scene], str]] = {
     ),
     "no length": (
         lambda: swinging(
-            elements=Spring("tie", "ground", "arm", (1, 0, 0), (1, 0, 0), stiffness=1.0),
+            force_elements=Spring("tie", "ground", "arm", (1, 0, 0), (1, 0, 0), stiffness=1.0),
             scheme="ep",
             t_end=1.0,
         ),
@@ -328,14 +328,15 @@ BAD: dict[str, tuple[Callable[[], Scene], str]] = {
     ),
     "stressed": (
         lambda: swinging(
-            elements=JointSpring("coil", "hinge", stiffness=1.0, rest=0.1), scheme="linear-statics"
+            force_elements=JointSpring("coil", "hinge", stiffness=1.0, rest=0.1),
+            scheme="linear-statics",
         ),
         "must be at rest",
     ),
     "windows": (
         lambda: swinging(
             joints=replace(HINGE, active=((0, 0.5),)),
-            elements=JointSpring("coil", "hinge", stiffness=1.0),
+            force_elements=JointSpring("coil", "hinge", stiffness=1.0),
             scheme="ep",
             t_end=1.0,
         ),

@@ -80,7 +80,7 @@ def test_spring_pendulum_has_one_mode() -> None:
         "spring",
         rigid_bodies=arm,
         joints=Revolute("pin", "ground", "arm", at=(0, 0, 0), axis=(0, 1, 0)),
-        elements=JointSpring("spring", "pin", stiffness=100.0),
+        force_elements=JointSpring("spring", "pin", stiffness=100.0),
         scheme="ep",
         dt=1.0,
         t_end=1.0,

@@ -129,7 +129,7 @@ def test_probes_and_joints_of_a_wheel(scheme: str) -> None:
     np.testing.assert_allclose(rows["pin.rotation"], 0, atol=1e-6)
     kinds = ("rotation", "translation")
     damped = [JointDamper(f"none {kind}", "hub", 1e-12, coordinate=kind) for kind in kinds]
-    twin = execute(wheels(scheme, elements=damped)).history
+    twin = execute(wheels(scheme, force_elements=damped)).history
     for kind in kinds:
         np.testing.assert_allclose(twin[f"hub.{kind}"], rows[f"hub.{kind}"], rtol=0, atol=1e-7)
 

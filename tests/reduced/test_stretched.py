@@ -34,7 +34,7 @@ GUIDE = Prismatic("guide", GROUND, "second", at=RIGHT, axis=(1, 0, 0))
 # what holds the block at the right end of a plate between two blocks
 HOLDS: dict[str, dict[str, Any]] = {
     "a weld": {"joints": [Weld("foot", GROUND, "second", at=RIGHT)]},
-    "a spring": {"joints": [GUIDE], "elements": JointSpring("s", "guide", stiffness=1e7)},
+    "a spring": {"joints": [GUIDE], "force_elements": JointSpring("s", "guide", stiffness=1e7)},
     "a beam": {
         "joints": [GUIDE, Weld("top", "second", "post", at=RIGHT)],
         "beams": Beam("post", Line((1.1, 0.2, -0.1), RIGHT), POST, elements=2),

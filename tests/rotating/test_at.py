@@ -33,7 +33,7 @@ def arm(**options: Any) -> Scene:
             Prismatic("slide", "arm", "mass", at=(0, 0, 0), axis=(1, 0, 0)),
         ),
         drivers=Driver("motor", "axle", rotation=lambda t: SPIN_UP * t**2 / 2),
-        elements=JointSpring("spring", "slide", stiffness=mass * OMEGA**2),
+        force_elements=JointSpring("spring", "slide", stiffness=mass * OMEGA**2),
         scheme="ep4",
         dt=0.01,
         t_end=0.1,

@@ -55,9 +55,13 @@ IN_MODES = Shell("panel", Rectangle(1.0, 0.2), SKIN, model=Modal(modes=3))
     [
         ({"joints": SLIDE}, False, "'slide' holds on to ground, which does not turn along"),
         ({"joints": ASIDE}, False, "'aside' holds on to ground.*on that axis"),
-        ({"joints": AXLE, "elements": BRAKE}, False, "'brake' is turned in .*'axle' to ground"),
+        (
+            {"joints": AXLE, "force_elements": BRAKE},
+            False,
+            "'brake' is turned in .*'axle' to ground",
+        ),
         ({"joints": AXLE, "locks": HELD}, False, "lock of joint 'axle' acts in windows"),
-        ({"elements": ROPE}, False, r"'rope' holds on to ground at \(2.*point of the axis"),
+        ({"force_elements": ROPE}, False, r"'rope' holds on to ground at \(2.*point of the axis"),
         ({"contacts": FLOOR}, False, "contact 'floor' is fixed in space"),
         (
             {"shells": IN_MODES},
@@ -79,7 +83,7 @@ def test_what_does_not_turn_along(parts: dict[str, Any], loaded: bool, said: str
 
 def test_what_turns_along() -> None:
     """Weight along the axis, a rope to a point of it; loads that do not act do not matter."""
-    check_steady(scene(joints=AXLE, elements=HOOK, loads=Gravity((0, 0, -9.81))), Z, True)
+    check_steady(scene(joints=AXLE, force_elements=HOOK, loads=Gravity((0, 0, -9.81))), Z, True)
     check_steady(scene(loads=Gravity((0, -9.81, 0))), Z, False)
 
 

@@ -124,7 +124,7 @@ def springs(damping: float) -> Scene:
             Planar("table", "hub", "mass", at=(0, 0, 0), normal=UP),
         ),
         drivers=Driver("motor", "axle", rotation=lambda t: 3.0 * t),
-        elements=tuple(elements),
+        force_elements=tuple(elements),
         **TIMES,
     )
 
@@ -157,7 +157,7 @@ def test_damped_at_rest(viscosity: float) -> None:
         "slide",
         rigid_bodies=RigidBody("slide", 2.0, (1.0, 1.0, 1.0)),
         joints=Prismatic("rail", "ground", "slide", at=(0, 0, 0), axis=(1, 0, 0)),
-        elements=(
+        force_elements=(
             JointSpring("spring", "rail", stiffness=200.0),
             JointDamper("damper", "rail", viscosity=viscosity),
         ),

@@ -140,7 +140,8 @@ def test_what_slides_freely_is_steady(joint: Any, velocity: Any) -> None:
     if isinstance(joint, Planar):
         return
     braked = replace(
-        scene, elements=JointDamper("brake", joint.name, viscosity=1.0, coordinate="translation")
+        scene,
+        force_elements=JointDamper("brake", joint.name, viscosity=1.0, coordinate="translation"),
     )
     assert sm.modes(sm.run(braked), count=1, pictures=False).drift > 1e-2
 

@@ -191,7 +191,7 @@ def slide(pushed: float, viscosity: float) -> Scene:
         "slide",
         rigid_bodies=RigidBody("slide", 2.0, (1.0, 1.0, 1.0)),
         joints=Prismatic("rail", "ground", "slide", at=(0, 0, 0), axis=(1, 0, 0)),
-        elements=(
+        force_elements=(
             JointSpring("spring", "rail", stiffness=200.0),
             JointDamper("damper", "rail", viscosity=viscosity),
         ),

@@ -56,7 +56,7 @@ def rigid(**more: Any) -> Scene:
         "rigid",
         rigid_bodies=(BALL, DOOR),
         joints=HINGE,
-        elements=JointDamper("damper", "hinge", 10.0),
+        force_elements=JointDamper("damper", "hinge", 10.0),
         contacts=FLOOR,
         initial=STARTS,
         solver=FULL,

@@ -85,11 +85,13 @@ BAD = {
     "scene 's': 2 drivers are named 'd'; each must have a name of its own": lambda: moving(
         CRANK, joints=[HINGE, SLIDE], drivers=[Driver("d", "hinge", abs), Driver("d", "slide", abs)]
     ),
-    "scene 's': 2 elements are named 'k'; each must have a name of its own": lambda: moving(
-        CRANK, joints=HINGE, elements=[JointSpring("k", "hinge", 1), JointSpring("k", "hinge", 2)]
+    "scene 's': 2 force elements are named 'k'; each must have a name of its own": lambda: moving(
+        CRANK,
+        joints=HINGE,
+        force_elements=[JointSpring("k", "hinge", 1), JointSpring("k", "hinge", 2)],
     ),
     "scene 's': joints[0] is 3; it must be a joint": lambda: moving(CRANK, joints=3),
-    "scene 's': elements[0] is 3; it must be an element": lambda: moving(CRANK, elements=3),
+    "scene 's': force_elements[0] is 3; it must be an element": lambda: moving(CRANK, force_elements=3),
     "scene 's': start is 'rest'; it must be 'given' or 'equilibrium'": lambda: moving(
         CRANK, start="rest"
     ),
@@ -155,7 +157,7 @@ BAD = {
         CRANK, joints=HINGE, drivers=Driver("d", "lock", abs)
     ),
     "motor 'm': there is no joint 'hinge'; the scene has none": lambda: moving(
-        CRANK, elements=Motor("m", "hinge", abs)
+        CRANK, force_elements=Motor("m", "hinge", abs)
     ),
     "driver 'd': weld 'w' has no coordinate to act on; it must be a revolute, prismatic, "
     "cylindrical or screw joint": lambda: moving(
@@ -169,10 +171,12 @@ BAD = {
         CRANK, joints=HINGE, drivers=Driver("d", "hinge", translation=abs)
     ),
     "joint spring 'k': prismatic joint 'slide' has no rotation; it must be 'translation'": lambda: (
-        moving(CRANK, joints=SLIDE, elements=JointSpring("k", "slide", 1, coordinate="rotation"))
+        moving(
+            CRANK, joints=SLIDE, force_elements=JointSpring("k", "slide", 1, coordinate="rotation")
+        )
     ),
     "motor 'm': coordinate is missing; cylindrical joint 'both' has both 'rotation' and "
-    "'translation'": lambda: moving(CRANK, joints=BOTH, elements=Motor("m", "both", abs)),
+    "'translation'": lambda: moving(CRANK, joints=BOTH, force_elements=Motor("m", "both", abs)),
     "driver 'e': the rotation of joint 'hinge' is already prescribed by driver 'd'; it must be "
     "prescribed once": lambda: moving(
         CRANK, joints=HINGE, drivers=[Driver("d", "hinge", abs), Driver("e", "hinge", abs)]
@@ -193,11 +197,11 @@ BAD = {
     ),
     # springs between points
     "spring 'k': there is no body 'wheel'; the scene has 'beam', 'crank'": lambda: moving(
-        BEAM, CRANK, elements=Spring("k", "beam", "wheel", "end", TIP, 1.0)
+        BEAM, CRANK, force_elements=Spring("k", "beam", "wheel", "end", TIP, 1.0)
     ),
     "spring 'k': rigid body 'crank' has no point 'nut'; its points are 'origin', 'center', 'pin', "
     "or give coordinates": lambda: moving(
-        CRANK, elements=Spring("k", "ground", "crank", TIP, "nut", 1.0)
+        CRANK, force_elements=Spring("k", "ground", "crank", TIP, "nut", 1.0)
     ),
     # glue
     "beam 'rib': it runs along shell 'plate' and is not glued to it; the scene must have "
@@ -321,7 +325,7 @@ def test_a_rigid_shell_has_a_frame():
     [
         {"joints": Revolute("j", "crank", "beam", at="pin", axis=Z)},
         {"joints": Spherical("j", "ground", "crank", at=TIP)},
-        {"elements": Spring("k", "beam", "crank", "end", "pin", 1.0, length=1)},
+        {"force_elements": Spring("k", "beam", "crank", "end", "pin", 1.0, length=1)},
     ],
 )
 def test_in_statics_joints_and_springs_support(connection):

@@ -97,9 +97,9 @@ def test_a_single_part_stands_for_a_tuple_of_one():
     s = scene(
         joints=Revolute("hinge", "crank", axis=Z),
         drivers=Driver("d", "hinge", math.sin),
-        elements=JointSpring("k", "hinge", potential=lambda x: x**4),
+        force_elements=JointSpring("k", "hinge", potential=lambda x: x**4),
     )
-    assert [len(part) for part in (s.beams, s.joints, s.drivers, s.elements)] == [1, 1, 1, 1]
+    assert [len(part) for part in (s.beams, s.joints, s.drivers, s.force_elements)] == [1, 1, 1, 1]
     assert (s.assemble, s.start, s.redundant) == (False, "given", "error")
 
 

@@ -129,7 +129,9 @@ def test_the_side_of_the_body_makes_the_normal(side: float) -> None:
 def test_equilibrium_and_modes_of_a_wheel_on_a_spring() -> None:
     """It rolls into equilibrium, and swings as a mass `m + I/R^2`."""
     wall = Spring("spring", GROUND, "wheel", (-1, 0, R), (0, 0, R), stiffness=100.0)
-    pulled = scene(rolling(), elements=wall, loads=Gravity((3.0, 0, -9.81)), start="equilibrium")
+    pulled = scene(
+        rolling(), force_elements=wall, loads=Gravity((3.0, 0, -9.81)), start="equilibrium"
+    )
     simulation = Simulation(pulled)
     simulation.advance()
     rigid = simulation.model.rigid
@@ -137,7 +139,7 @@ def test_equilibrium_and_modes_of_a_wheel_on_a_spring() -> None:
     u = simulation.problem.levels[rigid.name].q.x.array[rigid.local("wheel", "u")]
     # it stays there: 6 N on 100 N/m
     assert u == pytest.approx([0.06, 0.0, 0.0], abs=1e-9)
-    found = natural_modes(scene(rolling(), elements=wall), count=3)
+    found = natural_modes(scene(rolling(), force_elements=wall), count=3)
     # without weight nothing keeps it from steering or falling
     assert found.omega2[:2] == pytest.approx([0.0, 0.0], abs=1e-9)
     assert found.omega2[2] == pytest.approx(100.0 / (2.0 + 0.09 / R**2), rel=1e-9)

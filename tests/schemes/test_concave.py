@@ -44,14 +44,16 @@ def on_rail(**more: Any) -> Scene:
     rail = Prismatic("rail", GROUND, "body", at=(0, 0, 0), axis=(1, 0, 0))
     push = InitialVelocity(linear=(0.05, 0, 0))
     spring = JointSpring("spring", "rail", potential=well)
-    return Scene("rail", rigid_bodies=BODY, joints=rail, elements=spring, initial=push, **more)
+    return Scene(
+        "rail", rigid_bodies=BODY, joints=rail, force_elements=spring, initial=push, **more
+    )
 
 
 def on_axle(**more: Any) -> Scene:
     axle = Revolute("axle", GROUND, "body", at=(0, 0, 0), axis=(0, 0, 1))
     push = InitialVelocity(spin=(0, 0, 0.05))
     hill = JointSpring("spring", "axle", potential=lambda a: 80.0 * ufl.cos(a))
-    return Scene("axle", rigid_bodies=BODY, joints=axle, elements=hill, initial=push, **more)
+    return Scene("axle", rigid_bodies=BODY, joints=axle, force_elements=hill, initial=push, **more)
 
 
 def in_field(**more: Any) -> Scene:

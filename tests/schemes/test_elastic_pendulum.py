@@ -34,7 +34,7 @@ def pendulum(k: float, scheme: str, alpha: float, steps: int) -> Scene:
     return Scene(
         "pendulum",
         rigid_bodies=bodies,
-        elements=springs,
+        force_elements=springs,
         loads=Gravity((0.0, -G, 0.0)),
         scheme=scheme,
         alpha=alpha,

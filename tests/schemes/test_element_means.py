@@ -34,7 +34,7 @@ def test_impulses_of_all_elements(scheme: str, alpha: float) -> None:
         "wheel",
         rigid_bodies=RigidBody("wheel", 2.0, (0.3, 0.3, INERTIA)),
         joints=Revolute("hub", GROUND, "wheel", at=(0, 0, 0), axis=(0, 0, 1)),
-        elements=[
+        force_elements=[
             JointSpring("linear", "hub", 8.0),
             JointSpring("hard", "hub", potential=lambda x: 3 * x**4),
             JointDamper("damper", "hub", 0.2),

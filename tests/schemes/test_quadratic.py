@@ -247,7 +247,7 @@ def turning(**more: Any) -> Scene:
             Revolute("pin", "ground", "arm", at=(0.0, 0.0, 0.0), axis=(0, 0, 1)),
             Spherical("ball", "arm", "rod", at=(1.0, 0.0, 0.0)),
         ),
-        elements=JointSpring("spring", "pin", 3.0),
+        force_elements=JointSpring("spring", "pin", 3.0),
         dt=0.2,
         t_end=0.6,
         **more,

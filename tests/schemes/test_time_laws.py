@@ -65,7 +65,7 @@ def test_motor_turns_a_wheel_as_a_moment_does(scheme: str, alpha: float, law: st
     """Rotations, rates and work are those of a load with the same function of time."""
     symbols, plain = LAWS[law]
     motor = Motor("motor", "hub", law=lambda x, rate, t: -0.4 * symbols(t))
-    by_motor = execute(turning(scheme, alpha, elements=motor)).history
+    by_motor = execute(turning(scheme, alpha, force_elements=motor)).history
     load = PointMoment("origin", (0, 0, -0.4), body="wheel", time=plain)
     by_load = execute(turning(scheme, alpha, loads=load)).history
     assert abs(by_load["hub.rotation"].iloc[-1]) > 0.01
@@ -84,7 +84,7 @@ def test_impulse_of_a_motor(scheme: str, alpha: float) -> None:
         "slide",
         rigid_bodies=RigidBody("cart", 2.0, (1.0, 1.0, 1.0)),
         joints=Prismatic("rail", GROUND, "cart", at=(0, 0, 0), axis=(1, 0, 0)),
-        elements=Motor("motor", "rail", law=lambda x, rate, t: force * (1 - t) * t**4),
+        force_elements=Motor("motor", "rail", law=lambda x, rate, t: force * (1 - t) * t**4),
         scheme=scheme,
         alpha=alpha,
         dt=0.25,
@@ -105,7 +105,9 @@ def test_a_law_of_time_and_state(scheme: str, alpha: float) -> None:
         "slide",
         rigid_bodies=RigidBody("cart", 2.0, (1.0, 1.0, 1.0)),
         joints=Prismatic("rail", GROUND, "cart", at=(0, 0, 0), axis=(1, 0, 0)),
-        elements=Motor("motor", "rail", law=lambda x, rate, t: (2 + 3 * t**2) * (1 - rate / 4)),
+        force_elements=Motor(
+            "motor", "rail", law=lambda x, rate, t: (2 + 3 * t**2) * (1 - rate / 4)
+        ),
         scheme=scheme,
         alpha=alpha,
         dt=0.1,
@@ -128,7 +130,7 @@ def driven(scheme: str, alpha: float, symbols: Callable[[Any], Any]) -> Scene:
             Revolute("hub", GROUND, "wheel", at=(0, 0, 0), axis=(0, 1, 0)),
             Weld("weld", "wheel", "plate"),
         ),
-        elements=(
+        force_elements=(
             Motor("motor", "hub", law=lambda x, rate, t: -0.5 * symbols(t)),
             JointSpring("spring", "hub", stiffness=0.5),
         ),

@@ -101,7 +101,7 @@ def mechanism(
             sm.Revolute("hinge", "crank", "beam", at=(arm, 0, 0), axis=Z),
         ),
         drivers=sm.Driver("motor", "pivot", rotation=lambda t: rate * t + t * t),
-        elements=(
+        force_elements=(
             sm.JointSpring("spring", "hinge", stiffness=stiffness, rest=0.2),
             sm.JointDamper("damper", "hinge", viscosity=viscosity),
             sm.Spring("cord", sm.GROUND, "beam", *ends, stiffness=cord, length=1.0),

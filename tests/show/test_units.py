@@ -161,7 +161,7 @@ def test_axes_of_energies_steps_and_joints() -> None:
             "joint",
             rigid_bodies=bodies,
             joints=Cylindrical("rail", GROUND, "a", at=(0, 0, 0), axis=(1, 0, 0)),
-            elements=[
+            force_elements=[
                 Motor("turns", "rail", lambda x, v, t: 1.0 + 0 * x, coordinate="rotation"),
                 Spring("pulls", "a", "b", (0, 0, 0), (0, 0, 0), stiffness=1.0, length=1.0),
             ],

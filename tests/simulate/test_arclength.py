@@ -55,7 +55,7 @@ def truss(rise: float, sideways: bool = False, **path: Any) -> Scene:
         "truss",
         rigid_bodies=bodies,
         joints=joints,
-        elements=springs,
+        force_elements=springs,
         loads=PointForce(top, (0.0, 0.0, -STIFFNESS), body=head),
         probes=probes,
         scheme="static",

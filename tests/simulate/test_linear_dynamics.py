@@ -149,7 +149,7 @@ def pendulum(**more: Any) -> Scene:
             Revolute("hinge", "ground", "arm", at=(0, 0, 0), axis=(0, 1, 0)),
             Weld("tip", "arm", "bob", at=(2 * ARM, 0, 0)),
         ),
-        "elements": JointSpring("coil", "hinge", stiffness=K),
+        "force_elements": JointSpring("coil", "hinge", stiffness=K),
         "initial": InitialVelocity(spin=(0.0, 0.1, 0.0)),
         "probes": Probe("z", (2 * ARM, 0, 0), body="bob"),
         "scheme": "linear-dynamics",
@@ -174,7 +174,7 @@ def test_a_mechanism_on_a_spring() -> None:
 def test_what_damps_is_in_the_account() -> None:
     _, account, _ = watched(
         pendulum(
-            elements=(
+            force_elements=(
                 JointSpring("coil", "hinge", potential=lambda e: K * e**2 / 2 + 1e3 * e**4),
                 JointDamper("oil", "hinge", viscosity=C),
                 Spring("tie", "ground", "bob", (1, 0, -1), (1, 0, 0), stiffness=10.0),
@@ -225,7 +225,7 @@ def test_a_plate_on_a_bed_of_springs() -> None:
         ),
         (
             lambda: struck(supports=Driven("left", axis=(0, 1, 0), rotation=lambda t: t)),
-            "angle is 0.4",
+            "rotation is 0.4",
         ),
         (lambda: struck(start="equilibrium"), "start is 'equilibrium'; with scheme 'linear-dynam"),
         (lambda: pendulum(assemble=True), "assemble is True; with scheme"),
@@ -236,7 +236,7 @@ def test_a_plate_on_a_bed_of_springs() -> None:
                 joints=Rolling(
                     *("wheel", "ground", "arm"), at=(ARM, 0, -0.1), normal=(0, 0, 1), radius=0.1
                 ),
-                elements=(),
+                force_elements=(),
             ),
             "what rolls goes far",
         ),
@@ -253,7 +253,7 @@ def test_springs_must_be_at_rest() -> None:
         JointSpring("coil", "hinge", potential=lambda e: K * (e - 0.1) ** 2),
     ):
         with pytest.raises(SceneError, match=r"spring 'coil': it pulls with -?[0-9.]+ in the"):
-            Simulation(pendulum(elements=spring))
+            Simulation(pendulum(force_elements=spring))
 
 
 def test_a_run_says_that_displacements_were_not_small() -> None:

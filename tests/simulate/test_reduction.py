@@ -101,7 +101,7 @@ def driven(**scheme: Any) -> Scene:
             ShellRevolute("hinge", "coupler", "plate", at=(1.0, 0, 0)),
         ],
         drivers=Driver("drive", "bearing", rotation=lambda t: 3.0 * t),
-        elements=JointSpring("spring", "pin", stiffness=0.5),
+        force_elements=JointSpring("spring", "pin", stiffness=0.5),
         loads=Gravity(),
         dt=0.02,
         t_end=1.0,

@@ -124,7 +124,7 @@ def test_an_inverted_pendulum_on_a_spring() -> None:
             "pendulum",
             rigid_bodies=RigidBody("bar", mass=1.0, inertia=(1.0, 1.0, 1.0), position=(0, 0, 2.0)),
             joints=Revolute("hinge", "ground", "bar", at=(0, 0, 0), axis=(0, 1, 0)),
-            elements=JointSpring("spring", "hinge", stiffness=stiffness),
+            force_elements=JointSpring("spring", "hinge", stiffness=stiffness),
             loads=sm.Gravity((0, 0, -10.0)),
             scheme="static",
             dt=0.5,

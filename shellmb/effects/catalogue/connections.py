@@ -170,7 +170,7 @@ EFFECTS = (
     ),
     *(
         _listed(
-            "elements",
+            "force_elements",
             kind,
             str(kind.label).replace(" ", "_"),  # type: ignore[attr-defined]
             title,

@@ -22,7 +22,9 @@ def _without_controllers(scene: Scene, part: str | None) -> Scene:
     return replace(
         scene,
         controllers=tuple(c for c in scene.controllers if c.name not in gone),
-        elements=tuple(e for e in scene.elements if not commanded(getattr(e, "command", None))),
+        force_elements=tuple(
+            e for e in scene.force_elements if not commanded(getattr(e, "command", None))
+        ),
         drivers=tuple(
             d for d in scene.drivers if not (commanded(d.rotation) or commanded(d.translation))
         ),

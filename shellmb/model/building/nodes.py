@@ -40,7 +40,7 @@ def build_rigid(scene: Scene, comm: MPI.Comm, force: float, length: float) -> Ri
 
 def _uses_ground(scene: Scene) -> bool:
     ends = [(j.first, j.second) for j in scene.joints]
-    ends += [(e.first, e.second) for e in scene.elements if isinstance(e, PointElement)]
+    ends += [(e.first, e.second) for e in scene.force_elements if isinstance(e, PointElement)]
     return any(GROUND in pair for pair in ends)
 
 

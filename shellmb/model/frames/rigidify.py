@@ -190,7 +190,7 @@ def rigidified(scene: Scene, comm: MPI.Comm) -> tuple[Scene, RigidMeshes]:
             *(ended(about_director(j, scene, shells), meshes) for j in scene.joints),
             *_welds(scene, meshes),
         ),
-        elements=tuple(ended(element, meshes) for element in scene.elements),
+        force_elements=tuple(ended(element, meshes) for element in scene.force_elements),
         probes=tuple(pointed(probe, scene, meshes) for probe in scene.probes),
         joins=tuple(j for j in scene.joins if j.first not in names),
         glues=tuple(g for g in scene.glues if g.beam not in names),

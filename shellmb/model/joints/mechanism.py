@@ -213,7 +213,7 @@ def build_mechanism(
     needed = _coordinates(scene, made, find, length)
     made.coordinate_groups, made.table = coordinate_groups(comm, needed, force, length)
     screws = _screws(scene, comm, made, force, length)
-    elements = [bind_element(e, made.table[coordinate_of(scene, e)]) for e in scene.elements]
+    elements = [bind_element(e, made.table[coordinate_of(scene, e)]) for e in scene.force_elements]
     made.element_groups = element_groups(comm, elements)
     check_at_rest(scene, made.element_groups)
     _drive(scene, made, signals)
@@ -237,7 +237,7 @@ def _coordinates(
     """
     read = [coordinate_read(scene, sensor.column) for sensor in scene.sensors]
     keys: dict[Key, None] = {key: None for key in read if key is not None}
-    items: list[Any] = [*scene.drivers, *scene.acting_locks, *scene.elements]
+    items: list[Any] = [*scene.drivers, *scene.acting_locks, *scene.force_elements]
     for item in items:
         if isinstance(item, PointElement):
             continue
@@ -253,7 +253,7 @@ def _coordinates(
         if isinstance(joint, Screw):
             keys |= {(joint.name, "rotation"): None, (joint.name, "translation"): None}
     found = [joint_coordinate(made.joints[name], kind) for name, kind in keys]
-    for element in scene.elements:
+    for element in scene.force_elements:
         if isinstance(element, PointElement):
             who = f"{element.label} '{element.name}'"
             ends = (

@@ -98,7 +98,7 @@ def describe(scene: Scene) -> Described:
         tuple(ProbeLine(p.name, p.quantity) for p in scene.probes),
         tuple(joint.name for joint in scene.joints),
         tuple(driver.name for driver in scene.drivers),
-        tuple(element.name for element in scene.elements),
+        tuple(element.name for element in scene.force_elements),
     )
 
 

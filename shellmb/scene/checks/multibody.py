@@ -50,7 +50,7 @@ def check(scene: Description) -> None:
     for joint in scene.joints:
         _joint(scene, joint)
     _coordinates(scene)
-    for element in scene.elements:
+    for element in scene.force_elements:
         if isinstance(element, PointElement):
             for body, at in ((element.first, element.at), (element.second, element.second_at)):
                 _end(scene, body, at, said(element))
@@ -176,7 +176,7 @@ def _coordinates(scene: Description) -> None:
                     f"lock of joint '{lock.joint}': active has the window ({start:g}, {end:g}); "
                     "it must begin at 0 or later"
                 )
-    for element in scene.elements:
+    for element in scene.force_elements:
         if isinstance(element, JointElement):
             coordinates_of(scene, element)
 
@@ -275,7 +275,7 @@ def _supported(scene: Description) -> None:
     pairs = [(join.first, join.second) for join in scene.joins]
     pairs += [(joint.first, joint.second) for joint in scene.joints]
     pairs += [(glue.beam, glue.shell) for glue in scene.glues]
-    pairs += [(e.first, e.second) for e in scene.elements if isinstance(e, PointElement)]
+    pairs += [(e.first, e.second) for e in scene.force_elements if isinstance(e, PointElement)]
     pairs += [(body.name, GROUND) for s in scene.supports for body in bodies_of(scene, s)]
     pairs += [(body.name, body.of) for body in scene.bodies if isinstance(body, Interface)]
     # an elastic foundation, say; whether terms hold all motions is found out later

@@ -32,7 +32,7 @@ def check_names(scene: Description) -> None:
         *scene.bodies,
         *scene.joints,
         *scene.drivers,
-        *scene.elements,
+        *scene.force_elements,
         *scene.potentials,
         *scene.contacts,
         *scene.probes,

@@ -24,7 +24,7 @@ def check_potentials(scene: Description) -> None:
         SceneError: At the first thing that is impossible.
     """
     items: tuple[Any, ...] = (*scene.potentials, *scene.contacts)
-    others: tuple[Any, ...] = (*scene.joints, *scene.drivers, *scene.elements, *items)
+    others: tuple[Any, ...] = (*scene.joints, *scene.drivers, *scene.force_elements, *items)
     counts = Counter(item.name for item in others)
     for item in items:
         who = said(item)
@@ -41,7 +41,7 @@ def check_potentials(scene: Description) -> None:
             )
         (body,) = bodies_of(scene, item)
         _place(body, item.at, who)
-    for stop in scene.elements:
+    for stop in scene.force_elements:
         if isinstance(stop, JointStop) and scene.linear:
             raise SceneError(
                 f"{said(stop)}: with scheme '{scene.scheme_name}' displacements are small; the "
@@ -49,7 +49,7 @@ def check_potentials(scene: Description) -> None:
             )
     if not scene.static:
         return
-    damped: list[Any] = [e for e in scene.elements if isinstance(e, JointStop)]
+    damped: list[Any] = [e for e in scene.force_elements if isinstance(e, JointStop)]
     for contact in (*scene.contacts, *damped):
         for what in ("damping", "friction"):
             if getattr(contact, what, 0) > 0:

@@ -76,7 +76,7 @@ def _signals(scene: Description) -> Iterator[tuple[Any, str]]:
         for name in driver.coordinates:
             if isinstance(getattr(driver, name), Signal):
                 yield getattr(driver, name), f"{said(driver)}: {name}"
-    for element in scene.elements:
+    for element in scene.force_elements:
         if isinstance(element, Motor) and element.command is not None:
             yield element.command, f"{said(element)}: command"
 
@@ -199,7 +199,7 @@ def _columns(scene: Description) -> Iterator[str]:
     yield from (probe.name for probe in scene.probes)
     for driver in scene.drivers:
         yield from (f"{driver.name}.{_EFFORT[name]}" for name in driver.coordinates)
-    for element in scene.elements:
+    for element in scene.force_elements:
         if isinstance(element, PointElement):
             yield from (f"{element.name}.length", f"{element.name}.force")
         elif isinstance(element, JointElement):

@@ -75,11 +75,12 @@ def _names(scene: Description) -> None:
                 f"scene '{scene.name}': a {kind_of(body)} is named '{GROUND}'; it must have "
                 "another name, because this one is reserved"
             )
-    for what in ("shells", "bodies", "joints", "drivers", "elements", "probes", "controllers"):
+    named = ("shells", "bodies", "joints", "drivers", "force_elements", "probes", "controllers")
+    for what in named:
         for name, count in Counter(item.name for item in getattr(scene, what)).items():
             if count > 1:
                 raise SceneError(
-                    f"scene '{scene.name}': {count} {what} are named '{name}'; "
+                    f"scene '{scene.name}': {count} {what.replace('_', ' ')} are named '{name}'; "
                     "each must have a name of its own"
                 )
     check_names(scene)

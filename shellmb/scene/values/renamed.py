@@ -24,6 +24,7 @@ RENAMED: dict[str, tuple[str, ...]] = {
     "angle": ("angle_rad", "rotation"),
     "turn": ("turn_deg",),
     "control": ("step_control",),
+    "elements": ("force_elements",),
 }
 
 # parameter and former choice -> the choice of today

@@ -169,7 +169,7 @@ def arm() -> Iterator[Check]:
         rigid_bodies=bodies,
         joints=joints,
         drivers=(Driver("motor", "axle", rotation=lambda t: speeding * t**2 / 2),),
-        elements=(JointSpring("spring", "slide", stiffness=mass * own**2),),
+        force_elements=(JointSpring("spring", "slide", stiffness=mass * own**2),),
         scheme="ep4",
         dt=0.01,
         t_end=0.2,

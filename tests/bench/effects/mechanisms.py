@@ -137,14 +137,16 @@ CASES = (
     _of_hinge("joint_windows", active=((0.0, T_END),)),
     _with("driver", drivers=Driver("drive", "pin", rotation=_turned)),
     _with("lock", locks=Lock("hinge", ((0.0, T_END),))),
-    _with("joint_spring", elements=JointSpring("spring", "hinge", stiffness=10.0)),
-    _with("joint_damper", elements=JointDamper("damper", "hinge", viscosity=0.1)),
-    _with("joint_stop", elements=JointStop("stop", "hinge", upper=0.2, stiffness=100.0)),
-    _with("motor", elements=Motor("motor", "hinge", law=_pull)),
-    _with("spring", elements=Spring("spring", GROUND, "b", _ABOVE, _END, stiffness=10.0)),
-    _with("damper", elements=Damper("damper", GROUND, "b", _ABOVE, _END, viscosity=0.1)),
+    _with("joint_spring", force_elements=JointSpring("spring", "hinge", stiffness=10.0)),
+    _with("joint_damper", force_elements=JointDamper("damper", "hinge", viscosity=0.1)),
+    _with("joint_stop", force_elements=JointStop("stop", "hinge", upper=0.2, stiffness=100.0)),
+    _with("motor", force_elements=Motor("motor", "hinge", law=_pull)),
+    _with("spring", force_elements=Spring("spring", GROUND, "b", _ABOVE, _END, stiffness=10.0)),
+    _with("damper", force_elements=Damper("damper", GROUND, "b", _ABOVE, _END, viscosity=0.1)),
     _with(
-        "controller", controllers=_HELD, elements=Motor("servo", "hinge", command=Command("pid"))
+        "controller",
+        controllers=_HELD,
+        force_elements=Motor("servo", "hinge", command=Command("pid")),
     ),
     # one that never comes: what it costs to look
     _with("event", events=Event("far", Sensor("hinge.rotation") >= 9.0)),
