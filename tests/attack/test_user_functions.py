@@ -93,17 +93,17 @@ LATER = {
     ),
     "a motor of numpy": (
         "PUSH = Motor('push', 'pin', law=lambda x, rate, t: np.sin(t))\n"
-        "def scene(): return made(elements=PUSH)",
+        "def scene(): return made(force_elements=PUSH)",
         "bad.py, line 8: motor 'push': law <lambda> fails (loop of ufunc does not support",
     ),
     "a motor that returns nothing": (
         "PUSH = Motor('push', 'pin', law=lambda x, rate, t: None)\n"
-        "def scene(): return made(elements=PUSH)",
+        "def scene(): return made(force_elements=PUSH)",
         "bad.py, line 8: motor 'push': law <lambda> returns None; it must return a scalar of UFL",
     ),
     "an energy that returns a list": (
         "SOFT = JointSpring('soft', 'pin', potential=lambda x: [x])\n"
-        "def scene(): return made(elements=SOFT)",
+        "def scene(): return made(force_elements=SOFT)",
         "bad.py, line 8: joint spring 'soft': law <lambda> returns",
     ),
     "a load that ends the program": (
@@ -118,7 +118,7 @@ LATER = {
     ),
     "a damper that raises": (
         "def law(rate):\n    return rate.speed\n"
-        "OIL = JointDamper('oil', 'pin', law=law)\ndef scene(): return made(elements=OIL)",
+        "OIL = JointDamper('oil', 'pin', law=law)\ndef scene(): return made(force_elements=OIL)",
         "bad.py, line 9: joint damper 'oil': law law fails (AttributeError",
     ),
 }

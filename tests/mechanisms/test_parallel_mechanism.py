@@ -39,7 +39,7 @@ def scene(scheme, glue):
             Spherical("ball", "bob", "arm", at=(-0.4, 0.5, -0.4), mass=0.1),
             Distance("link", "arm", "side", at=(-0.4, 0.6, -0.4), second_at=(1.0, 0.5, 0.5))),
         drivers=Driver("drive", "bearing", rotation=lambda t: 2 * t**2),
-        elements=(
+        force_elements=(
             JointSpring("spring", "hinge", 0.5),
             Damper("damper", "ground", "arm", (0, 0, -1), "center", viscosity=0.3)),
         loads=Gravity((0, 0, -9.81)),

@@ -89,7 +89,7 @@ def scene():
         "slide",
         rigid_bodies=RigidBody("slide", {M}, (1.0, 1.0, 1.0)),
         joints=Prismatic("rail", "ground", "slide", at=(0, 0, 0), axis=(1, 0, 0)),
-        elements=[JointSpring("spring", "rail", {K}), JointDamper("damper", "rail", {C})],
+        force_elements=[JointSpring("spring", "rail", {K}), JointDamper("damper", "rail", {C})],
         scheme="ep", dt=0.01, t_end=0.02,
     )
 """
