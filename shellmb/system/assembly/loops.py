@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from copy import copy
 from itertools import chain
 from typing import Any
@@ -40,7 +41,32 @@ class MeshGeometry:
         self.count = int(domain.topology.index_map(domain.topology.dim).size_local)
         geometry = domain.geometry
         self.geometry = np.ascontiguousarray(geometry.x[geometry.dofmaps[0][: self.count]])
+        self._beside: dict[int, Floats] = {}
         self.places: list[Int32s] = []
+
+    @contextmanager
+    def of_size_one(self) -> Iterator[None]:
+        """For a moment, the mesh is as large as numbers in general position are.
+
+        Of other sizes, ones beside gradients may vanish in round-off, and with them entries.
+        """
+        kept = self.geometry.copy()
+        self.geometry /= float(np.ptp(kept.reshape(-1, 3), axis=0).max()) if kept.size else 1.0
+        self._place()
+        try:
+            yield
+        finally:
+            self.geometry[...] = kept
+            self._place()
+
+    def _place(self) -> None:
+        for lanes, beside in self._beside.items():
+            beside[...] = side_by_side(self.geometry, lanes)
+
+    def _of_lanes(self, lanes: int) -> Floats:
+        if lanes not in self._beside:
+            self._beside[lanes] = side_by_side(self.geometry, lanes)
+        return self._beside[lanes]
 
     def struct(self, loop: FormLoop, **more: Any) -> Any:
         """These cells for C, with `more` members."""
@@ -51,7 +77,7 @@ class MeshGeometry:
             "coefficient_size": loop.coefficient_size,
             "lanes": loop.lanes,
             "covered": loop.covered,
-            "geometry_of_lanes": loop.pointer(side_by_side(self.geometry, loop.lanes)),
+            "geometry_of_lanes": loop.pointer(self._of_lanes(loop.lanes)),
         }
         return loop.pointer.many("Cells", [{**common, **more}])
 

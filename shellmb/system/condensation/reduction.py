@@ -13,6 +13,8 @@ what they are for. The solution is that of the unreduced system, multipliers inc
 
 from __future__ import annotations
 
+from contextlib import ExitStack
+
 from mpi4py import MPI
 from petsc4py import PETSc
 
@@ -58,7 +60,9 @@ class Reduction:
         if isinstance(system.exchange, SerialExchange):
             system.at_once = AtOnce(system, system.exchange, residuals)
         self.numbers = ReducedNumbers(nodes, [group.cells for group in groups])
-        with general_position(system.forms):
+        with general_position(system.forms), ExitStack() as sizes:
+            for group in groups:
+                sizes.enter_context(group.cells.of_size_one())
             self._allocate(groups)
         scales = self.numbers.scales(unknown_scales(system))
         self.solver = DirectSolver(self.A, prefix, scales)
