@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 from mpi4py import MPI
 from petsc4py import PETSc
 
 import numpy as np
 
-from shellmb.arrays import Floats, Ints
+from shellmb.arrays import Bools, Floats, Ints
 from shellmb.errors import ConvergenceError
 from shellmb.native.operations import operations
 from shellmb.system.assembly.blocks import BlockSystem
@@ -91,6 +93,13 @@ class Convergence:
         self.system.comm.Allreduce(MPI.IN_PLACE, sizes, op=MPI.MAX)
         scales = np.where(np.isfinite(self._scales), self._scales, 0.0)
         found[self._entries] = np.repeat(np.maximum(scales, sizes), np.diff(self._ends))
+        return found
+
+    @cached_property
+    def judged(self) -> Bools:
+        """Which owned unknowns are not of a part that follows from others, shape (n,)."""
+        found = np.ones(self.system.numbering.owned, bool)
+        found[self._entries] = np.repeat(np.isfinite(self._scales), np.diff(self._ends))
         return found
 
     def worst(self) -> tuple[str, float]:

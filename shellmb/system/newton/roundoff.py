@@ -95,5 +95,8 @@ class RoundOff:
         every.mult(sizes, terms)
         # rows without terms have none left
         noise = np.maximum(EPS * terms.array_r, np.finfo(float).tiny)
-        largest = float(np.max(np.abs(b.array_r) / noise, initial=0.0))
+        # what follows from other unknowns, a change of velocities say, has the round-off of these,
+        # which its own size does not tell
+        rows = self._convergence.judged
+        largest = float(np.max((np.abs(b.array_r) / noise)[rows], initial=0.0))
         return float(system.comm.allreduce(largest, op=MPI.MAX))
