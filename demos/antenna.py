@@ -234,7 +234,7 @@ def scene(
         law = potential(M_0, theta_0, n)
         for hinge in (line, TWIN[line[0]] + line[1]):
             elements.append(JointSpring(f"spring-{hinge}", hinge, potential=law))
-            elements.append(JointDamper(f"damper-{hinge}", hinge, viscosity=mu))
+            elements.append(JointDamper(f"damper-{hinge}", hinge, damping=mu))
     return Scene(
         "antenna",
         shells=shells,

@@ -44,7 +44,9 @@ def scene(
         dt: Time step [s].
         t_end: End [s].
     """
-    steel = Isotropic(YOUNG, 0.0, THICKNESS, density=DENSITY, damping=time, mass_damping=rate)
+    steel = Isotropic(
+        YOUNG, 0.0, THICKNESS, density=DENSITY, stiffness_damping=time, mass_damping=rate
+    )
     pulse = Table((0.0, PULSE / 2, PULSE), (0.0, 1.0, 0.0))
     return Scene(
         "damped_plate",

@@ -37,7 +37,11 @@ def scene(
         t_end: End of the record [s].
     """
     steel = sm.Isotropic(
-        E=E, nu=0.3, thickness=2e-3, density=7850.0, damping=sm.ShellDamping(bending=damping)
+        E=E,
+        nu=0.3,
+        thickness=2e-3,
+        density=7850.0,
+        stiffness_damping=sm.ShellDamping(bending=damping),
     )
     size = 0.02  # of the mass, a cube [m]
     return sm.Scene(

@@ -63,7 +63,7 @@ def scene(dt: float = 4e-3, t_end: float = 1.2, damping: float = DAMPING):
         ),
         force_elements=(
             JointSpring("spring", "hinge", stiffness=SPRING, rest=WINDING),
-            JointStop("stop", "hinge", upper=OPEN, stiffness=STIFFNESS, damping=damping),
+            JointStop("stop", "hinge", upper=OPEN, stiffness=STIFFNESS, relative_damping=damping),
         ),
         probes=Probe("tip_z", "right-bottom", body="panel"),
         scheme="ed3",

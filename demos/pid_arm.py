@@ -67,7 +67,7 @@ def scene(rigid: bool = False, dt: float = 0.01, t_end: float = 3.0):
         t_end: End of the run [s].
     """
     tip = (LENGTH, 0.0, 0.0)
-    section = SECTION if rigid else replace(SECTION, damping=DAMPING)
+    section = SECTION if rigid else replace(SECTION, stiffness_damping=DAMPING)
     model = "rigid" if rigid else "exact"
     arm = Beam("arm", Line((0, 0, 0), tip), section, elements=3, model=model)
     return Scene(

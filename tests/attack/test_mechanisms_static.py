@@ -162,7 +162,7 @@ FREE: dict[str, tuple[dict[str, Any], str]] = {
         "rigid body 'rod' can turn about y through (0, 0, 0); add",
     ),
     "a damper": (
-        pendulum(force_elements=JointDamper("damper", "pin", viscosity=1.0)),
+        pendulum(force_elements=JointDamper("damper", "pin", damping=1.0)),
         "rigid body 'rod' can turn about y",
     ),
     "a motor of constant torque": (

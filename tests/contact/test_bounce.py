@@ -102,7 +102,7 @@ def test_obstacles_keep_the_momenta_that_they_leave_free(obstacle, run, ball) ->
 def test_restitution_with_damping(scheme, alpha, run, ball) -> None:
     """`F (1 + chi dp/dt)`: `v dv/(1 + chi v) = -F dp/m` gives the rebound whatever the force."""
     chi = 0.2
-    result = run(ball(scheme, alpha, 1e-3, damping=chi, smoothing=0.005))
+    result = run(ball(scheme, alpha, 1e-3, relative_damping=chi, smoothing=0.005))
     end = result.history.iloc[-1]
     rebound = end.momentum_z / MASS
 

@@ -55,7 +55,7 @@ def pulled(scheme: str, alpha: float, **more: Any) -> Scene:
     "obstacle", [Plane(point=(0, 0, DEEP)), Ball((0, 0, DEEP - 1.0), 1.0)], ids=["plane", "ball"]
 )
 def test_contact_never_pulls(obstacle: Any, scheme: str, alpha: float) -> None:
-    floor = Contact("floor", obstacle, K, damping=CHI, preloaded=True)
+    floor = Contact("floor", obstacle, K, relative_damping=CHI, preloaded=True)
     found = execute(pulled(scheme, alpha, contacts=floor))
     force, depth = found.column("floor.Fz")[1:], found.column("floor.penetration")
     assert depth[0] == pytest.approx(DEEP) and depth[-1] == 0.0
@@ -76,7 +76,7 @@ def test_contact_never_pulls(obstacle: Any, scheme: str, alpha: float) -> None:
 @pytest.mark.parametrize(("scheme", "alpha"), SCHEMES)
 def test_stops_never_pull(scheme: str, alpha: float) -> None:
     rail = Prismatic("rail", GROUND, "ball", at=(0, 0, 0), axis=(0, 0, 1))
-    stop = JointStop("stop", "rail", lower=-1e-9, stiffness=K, damping=CHI)
+    stop = JointStop("stop", "rail", lower=-1e-9, stiffness=K, relative_damping=CHI)
     found = execute(pulled(scheme, alpha, joints=rail, force_elements=stop))
     steps = np.diff(found.column("momentum_z"))
     t = 1e-3 * (np.arange(len(steps)) + 0.5)

@@ -70,7 +70,10 @@ def hinged(stop: Any, scheme: str = "ep", *others: Any) -> Scene:
         ),
         (lambda: scene(contacts=(contact(), contact())), "another potential, contact, joint or el"),
         (lambda: scene("linear-dynamics", contacts=contact()), "displacements are small"),
-        (lambda: scene("static", contacts=contact(damping=0.1)), "damping is 0.1; it must be 0"),
+        (
+            lambda: scene("static", contacts=contact(relative_damping=0.1)),
+            "relative_damping is 0.1; it must be 0",
+        ),
         (lambda: JointStop("s", "hinge", stiffness=1.0), "neither lower nor upper is given"),
         (lambda: JointStop("s", "hinge", 1.0, 0.5, stiffness=1.0), "lower is 1.0 and upper 0.5"),
         (lambda: JointStop("s", "hinge", 0.1, stiffness=1.0), "0 is between them"),

@@ -60,7 +60,7 @@ def test_a_door_swings_between_its_stops(scheme, alpha, run) -> None:
 def test_a_damped_stop(run) -> None:
     """The rebound of a force that grows with the rate, as of contact; twice, once at each stop."""
     chi = 0.3
-    found = run(door("ep4", 0.0, 2.5e-3, damping=chi, smoothing=5e-3)).history
+    found = run(door("ep4", 0.0, 2.5e-3, relative_damping=chi, smoothing=5e-3)).history
     after = found[(found.t > 0.5) & (found.t < 0.6)]
     rebound = math.sqrt(2 * after.kinetic_energy.iloc[0] / INERTIA)
 

@@ -205,7 +205,7 @@ def test_what_springs_give_was_there_before() -> None:
         joints=Revolute("hinge", GROUND, "door", at=(0, 0, 0), axis=(0, 0, 1)),
         force_elements=(
             JointSpring("spring", "hinge", potential=lambda theta: theta**2 / 8 - theta),
-            JointDamper("damper", "hinge", viscosity=2.0),
+            JointDamper("damper", "hinge", damping=2.0),
         ),
         scheme="ed",
         dt=0.1,

@@ -64,7 +64,7 @@ def make_pendulum(**changes: Any) -> Scene:
         ],
         "force_elements": [
             JointSpring("spring", "pin", stiffness=10.0),
-            JointDamper("damper", "hinge", viscosity=0.1),
+            JointDamper("damper", "hinge", damping=0.1),
         ],
         "loads": Gravity(),
         "scheme": "ep",

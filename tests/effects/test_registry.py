@@ -104,7 +104,7 @@ def test_statics_and_back(plate) -> None:
         ("", "coupling", "a laminate that is not symmetric"),
         ("", "eccentric_inertia", "no section with a first moment"),
         ("", "nonlinear_material", "must be Hyperelastic"),
-        ("", "material_damping", "how much must be given: damping of a section"),
+        ("", "material_damping", "how much must be given: stiffness_damping of a section"),
         ("", "weld_joint", "add Weld(...) to the scene's joints"),
         ("", "adaptivity", "it is there already"),
         ("observe_energy", "", "every run has it, for its summary"),

@@ -42,7 +42,7 @@ def hinges() -> pd.DataFrame:
     for line, (M_0, theta_0, n, mu) in LAWS.items():
         law = potential(M_0, theta_0, n)
         elements.append(JointSpring(f"spring-{line}", line, potential=law))
-        elements.append(JointDamper(f"damper-{line}", line, viscosity=mu))
+        elements.append(JointDamper(f"damper-{line}", line, damping=mu))
     alone = Scene(
         "hinges",
         rigid_bodies=[RigidBody(f"body-{line}", 1.0, (1e-3, 1e-3, 1e-3)) for line in LAWS],

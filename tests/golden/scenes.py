@@ -151,7 +151,7 @@ def joint(scheme: str) -> Scene:
         drivers=Driver("drive", "bearing", rotation=lambda t: 2 * t**2),
         force_elements=(
             JointSpring("spring", "hinge", 0.5),
-            Damper("damper", "ground", "arm", (0, 0, -1), "center", viscosity=0.3),
+            Damper("damper", "ground", "arm", (0, 0, -1), "center", damping=0.3),
         ),
         loads=Gravity((0, 0, -9.81)),
         probes=probes("center", "position", body="arm"),

@@ -25,7 +25,7 @@ def test_overdamped_plate_creeps_back_in_long_steps(scheme, alpha, plate, watch,
         plate(
             scheme,
             alpha,
-            section=replace(SOFT, damping=tau),
+            section=replace(SOFT, stiffness_damping=tau),
             supports=Clamped("left"),
             initial=InitialVelocity(linear=(0.0, 0.0, 20.0)),
             dt=dt,
@@ -44,7 +44,7 @@ def test_overdamped_plate_creeps_back_in_long_steps(scheme, alpha, plate, watch,
 @pytest.mark.parametrize("scheme", ["ep", pytest.param("ep4", marks=SLOW)])
 def test_thin_damped_blade_spins(scheme, plate, watch, worst) -> None:
     # a 10000th of its length thick: what bending damps must not see the turn
-    thin = Isotropic(E=1e4, nu=0.3, thickness=1e-4, density=1.0, damping=0.1)
+    thin = Isotropic(E=1e4, nu=0.3, thickness=1e-4, density=1.0, stiffness_damping=0.1)
     spin = InitialVelocity(spin=(0.1, 0.0, 1.0))
     watched = watch(plate(scheme, 0.0, section=thin, initial=spin, dt=0.05, t_end=5.0))
     watched.check(worst)
@@ -56,7 +56,7 @@ def test_thin_damped_blade_spins(scheme, plate, watch, worst) -> None:
 def test_damped_plate_turns_sixteen_times(scheme, plate, watch, worst) -> None:
     # in steps of 0.1 rad; when it has stretched by what pulls it outwards, nothing is left to damp
     spin = InitialVelocity(spin=(0.0, 0.0, 0.2))
-    section = replace(SOFT, damping=2.0)
+    section = replace(SOFT, stiffness_damping=2.0)
     watched = watch(plate(scheme, 0.0, section=section, initial=spin, dt=0.5, t_end=500.0))
     watched.check(worst)
     total = np.array(watched.total)
@@ -71,7 +71,7 @@ def test_damped_plate_turns_sixteen_times(scheme, plate, watch, worst) -> None:
 def test_overdamped_thin_plate_tumbles(scheme, alpha, plate, watch, worst) -> None:
     # a 1000th of its length thick, tau w = 1e5 or more: it is struck at a corner, and turns by 0.6
     # rad in a step. It can hardly bend, and does not feel that it turns
-    thin = Isotropic(E=1e4, nu=0.3, thickness=1e-3, density=1.0, damping=1e6)
+    thin = Isotropic(E=1e4, nu=0.3, thickness=1e-3, density=1.0, stiffness_damping=1e6)
     blow = PointForce((1.0, 0.5, 0.0), (0, 0, 1e-3), time=lambda t: float(t < 1.0))
     spin = InitialVelocity(spin=(2.0, 0.3, 1.0))
     more = {"section": thin, "initial": spin, "loads": blow, "dt": 0.1, "t_end": 20.0}

@@ -41,7 +41,7 @@ def scene(scheme, glue):
         drivers=Driver("drive", "bearing", rotation=lambda t: 2 * t**2),
         force_elements=(
             JointSpring("spring", "hinge", 0.5),
-            Damper("damper", "ground", "arm", (0, 0, -1), "center", viscosity=0.3)),
+            Damper("damper", "ground", "arm", (0, 0, -1), "center", damping=0.3)),
         loads=Gravity((0, 0, -9.81)),
         initial=InitialVelocity(spin=(0, 0, 1.0), body="bob"),
         scheme=scheme, dt=0.01, t_end=0.05)

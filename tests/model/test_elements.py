@@ -76,7 +76,7 @@ def test_account_with_every_element(scheme: str, alpha: float) -> None:
     elements = (
         JointSpring("coil", "hinge", stiffness=5.0, rest=0.3),
         JointSpring("stop", "hinge", potential=lambda x: 2 * (ufl.exp(-3 * x) + x**4)),
-        JointDamper("damper", "hinge", viscosity=c),
+        JointDamper("damper", "hinge", damping=c),
         JointDamper("drag", "hinge", law=lambda rate: 0.1 * rate * abs(rate)),
         Spring("tie", "ground", "arm", (0, 1.0, 0), (1.0, 0, 0), stiffness=20.0),
         Spring("band", "ground", "arm", (1, 1, 1), (1, 0, 0), potential=lambda s: 3 * s**3),
@@ -103,7 +103,7 @@ def test_account_with_every_element(scheme: str, alpha: float) -> None:
 @pytest.mark.parametrize(("scheme", "alpha"), [("ep", 0.0), ("ed", 1.0)])
 def test_damper_takes_out_exactly_its_work(scheme: str, alpha: float) -> None:
     c, dt = 0.7, 0.02
-    damper = JointDamper("damper", "hinge", viscosity=c)
+    damper = JointDamper("damper", "hinge", damping=c)
     run = Run(swinging(force_elements=damper, scheme=scheme, alpha=alpha, t_end=0.4))
     steps = np.diff(run["hinge.rotation"], prepend=0.0)
     assert run["work_terms"] == pytest.approx(-np.cumsum(c * steps**2 / dt), rel=1e-12)

@@ -15,7 +15,7 @@ from shellmb.vibration import natural_modes
 
 # so thick that its bending modes have a good part of their energy in shear, which alone is damped
 THICK = Isotropic(
-    E=70e9, nu=0.3, thickness=0.25, density=2700.0, damping=ShellDamping(0.0, 0.0, 1e-4)
+    E=70e9, nu=0.3, thickness=0.25, density=2700.0, stiffness_damping=ShellDamping(0.0, 0.0, 1e-4)
 )
 
 

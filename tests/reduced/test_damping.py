@@ -54,7 +54,7 @@ def struck(model: Any, scheme: str = "ep4", alpha: float = 0.0, **damping: Any) 
 
 @pytest.mark.parametrize(("scheme", "alpha"), SCHEMES)
 def test_strains_are_damped_and_rigid_motions_are_not(scheme, alpha) -> None:
-    found = struck(MODAL, scheme, alpha, damping=PARTS)
+    found = struck(MODAL, scheme, alpha, stiffness_damping=PARTS)
     assert found.history["work_terms"].iloc[-1] < -1e-3
     assert found.summary["energy_balance_error"] < 1e-12
     assert found.summary["linear_momentum_drift"] < 1e-12
@@ -90,7 +90,7 @@ def test_one_time_damps_modes_in_proportion_to_their_stiffness() -> None:
     """So each decays by `tau w^2/2`; with several times bending, of which they are, by its own."""
 
     def modal(damping: Any) -> Any:
-        scene = Scene("d", plate(FREE, damping=damping), scheme="ep", dt=1, t_end=1)
+        scene = Scene("d", plate(FREE, stiffness_damping=damping), scheme="ep", dt=1, t_end=1)
         (data,) = natural_modes(scene, count=1).model.modal
         return data
 
@@ -107,7 +107,7 @@ def test_one_time_damps_modes_in_proportion_to_their_stiffness() -> None:
 
 
 @SLOW
-@pytest.mark.parametrize("damping", [{"damping": PARTS}, {"mass_damping": 2.0}])
+@pytest.mark.parametrize("damping", [{"stiffness_damping": PARTS}, {"mass_damping": 2.0}])
 def test_decays_as_the_full_body_does(damping) -> None:
     exact, modal, free = struck("exact", **damping), struck(MODAL, **damping), struck(MODAL)
     names = [f"x{k}" for k in range(3)]
@@ -140,7 +140,7 @@ def test_shapes_that_modes_cannot_relax_in_are_said(damping, warns) -> None:
         # so small a load that the exact body is linear
         load = SurfaceForce((0, 0, 2.0), time=lambda t: 1.0 if t < 0.02 else 0.0)
         probe, held = Probe("w", (1.0, 0.2, 0.0), component=2), Clamped("left")
-        body = plate(model, damping=damping)
+        body = plate(model, stiffness_damping=damping)
         run = execute(Scene("s", body, supports=held, loads=load, probes=probe, **times))
         found = [item.value for item in run.warnings if item.watch == "damped modes"]
         return run.history["w"].to_numpy(), found

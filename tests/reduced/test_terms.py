@@ -161,7 +161,7 @@ def test_strain_rates_are_those_of_the_modes() -> None:
 
     That is taken at rest, and off by the square of rotations."""
     section = Isotropic(
-        E=E, nu=NU, thickness=THICKNESS, density=2700.0, damping=ShellDamping(bending=TAU)
+        E=E, nu=NU, thickness=THICKNESS, density=2700.0, stiffness_damping=ShellDamping(bending=TAU)
     )
     plate = Shell("plate", Rectangle(1.0, 0.4), section, mesh=(4, 2), model=MODAL)
     damped, written = thrown("ep", CORNER, shells=plate), tumbling(MODAL, (viscous,))

@@ -35,7 +35,7 @@ SLOW = pytest.mark.slow
 # the kernels are those of `test_reduced`: seven modes
 FREE = Modal(modes=7)
 HERE = {"stiffness": 1e5, "radius": 2.5e-3}
-RUBS = HERE | {"friction": 0.3, "slip_speed": 0.01, "damping": 0.1}
+RUBS = HERE | {"friction": 0.3, "slip_speed": 0.01, "relative_damping": 0.1}
 FLOOR = Plane((0, 0, -0.01), (0.05, 0.1, 1))
 ACTING: dict[str, dict[str, Any]] = {
     "plane": {"contacts": Contact("it", FLOOR, 1e5)},

@@ -39,7 +39,7 @@ def scene(**parts: Any) -> Scene:
 
 SLIDE = Prismatic("slide", "ground", "rotor", at=(0, 0, 0), axis=(0, 0, 1))
 ASIDE = Revolute("aside", "ground", "rotor", at=(1, 0, 0), axis=(0, 0, 1))
-BRAKE = JointDamper("brake", "axle", viscosity=1.0)
+BRAKE = JointDamper("brake", "axle", damping=1.0)
 HELD = Lock("axle", (0.0, 1.0))
 ROPE = Spring("rope", "ground", "rotor", at=(2, 0, 0), second_at="rim", stiffness=1.0)
 HOOK = Spring("hook", "ground", "rotor", at=(0, 0, 3), second_at="rim", stiffness=1.0)

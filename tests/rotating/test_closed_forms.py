@@ -113,8 +113,8 @@ def springs(damping: float) -> Scene:
     if damping:
         viscosity = 2 * 2.0 * damping
         elements += [
-            Damper("cx", "hub", "mass", at="x", viscosity=viscosity, **ends),
-            Damper("cy", "hub", "mass", at="y", viscosity=viscosity, **ends),
+            Damper("cx", "hub", "mass", at="x", damping=viscosity, **ends),
+            Damper("cy", "hub", "mass", at="y", damping=viscosity, **ends),
         ]
     return Scene(
         "springs",
@@ -159,7 +159,7 @@ def test_damped_at_rest(viscosity: float) -> None:
         joints=Prismatic("rail", "ground", "slide", at=(0, 0, 0), axis=(1, 0, 0)),
         force_elements=(
             JointSpring("spring", "rail", stiffness=200.0),
-            JointDamper("damper", "rail", viscosity=viscosity),
+            JointDamper("damper", "rail", damping=viscosity),
         ),
         **TIMES,
     )
@@ -179,7 +179,13 @@ def test_damping_of_sections(of: str) -> None:
     Where it turns, the stiffness that comes with the pull is not damped, and the ratio is smaller.
     """
     tau, rate = 2e-4, 3.0
-    damped = {"E": 70e9, "nu": 0.0, "density": 2700.0, "damping": tau, "mass_damping": rate}
+    damped = {
+        "E": 70e9,
+        "nu": 0.0,
+        "density": 2700.0,
+        "stiffness_damping": tau,
+        "mass_damping": rate,
+    }
     bodies: dict[str, Any] = (
         {"shells": Shell("plate", Rectangle(1.0, 0.1), Isotropic(thickness=0.01, **damped))}
         if of == "shell"

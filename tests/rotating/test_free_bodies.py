@@ -141,7 +141,7 @@ def test_what_slides_freely_is_steady(joint: Any, velocity: Any) -> None:
         return
     braked = replace(
         scene,
-        force_elements=JointDamper("brake", joint.name, viscosity=1.0, coordinate="translation"),
+        force_elements=JointDamper("brake", joint.name, damping=1.0, coordinate="translation"),
     )
     assert sm.modes(sm.run(braked), count=1, pictures=False).drift > 1e-2
 

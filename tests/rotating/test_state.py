@@ -138,7 +138,7 @@ def strip(load: float, **damping: float) -> Scene:
 @pytest.mark.slow
 def test_loaded(tmp_path: Path) -> None:
     """The end of a static run: what `loaded=True` gives, with the damping of sections."""
-    scene = strip(2e3, damping=2e-4)
+    scene = strip(2e3, stiffness_damping=2e-4)
     run = sm.run(scene, tmp_path / "run")
     made = sm.modes(scene, state=run, count=3)
     plain = sm.modes(scene, count=3, loaded=True).frequencies
@@ -155,7 +155,7 @@ def test_loaded(tmp_path: Path) -> None:
 def test_released(tmp_path: Path) -> None:
     """What is at rest again after it was pulled has `tau |s| / 2` of every mode."""
     tau = 2e-3
-    scene = strip(0.0, damping=tau)
+    scene = strip(0.0, stiffness_damping=tau)
     pulled = Gravity((0, 0, -10.0), time=lambda t: float(t < 0.1))
     # of 6.6 s of the lowest mode, whose ratio is 0.05, the twentieth power of e is left
     run = scene.with_options(scheme="ed", dt=0.02, t_end=8.0)
@@ -170,8 +170,11 @@ def test_released(tmp_path: Path) -> None:
 def test_what_is_damped_beyond_oscillation() -> None:
     """All modes of a plate but four are real, and half of their eigenvalues crowd at `-1/tau`."""
     tau, surface = 2e-3, Rectangle(1.0, 0.2)
-    metal = Isotropic(E=70e9, nu=0.3, thickness=5e-3, density=2700.0, damping=tau)
-    plates = [Shell("plate", surface, replace(metal, damping=d), mesh=(4, 1)) for d in (0.0, tau)]
+    metal = Isotropic(E=70e9, nu=0.3, thickness=5e-3, density=2700.0, stiffness_damping=tau)
+    plates = [
+        Shell("plate", surface, replace(metal, stiffness_damping=d), mesh=(4, 1))
+        for d in (0.0, tau)
+    ]
     plain, damped = (
         Scene("plate", plate, supports=Clamped("left"), scheme="ep", dt=1e-3, t_end=1.0)
         for plate in plates
@@ -193,7 +196,7 @@ def slide(pushed: float, viscosity: float) -> Scene:
         joints=Prismatic("rail", "ground", "slide", at=(0, 0, 0), axis=(1, 0, 0)),
         force_elements=(
             JointSpring("spring", "rail", stiffness=200.0),
-            JointDamper("damper", "rail", viscosity=viscosity),
+            JointDamper("damper", "rail", damping=viscosity),
         ),
         initial=InitialVelocity(linear=(pushed, 0, 0)) if pushed else (),
         scheme="ep",

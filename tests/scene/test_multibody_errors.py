@@ -91,7 +91,9 @@ BAD = {
         force_elements=[JointSpring("k", "hinge", 1), JointSpring("k", "hinge", 2)],
     ),
     "scene 's': joints[0] is 3; it must be a joint": lambda: moving(CRANK, joints=3),
-    "scene 's': force_elements[0] is 3; it must be an element": lambda: moving(CRANK, force_elements=3),
+    "scene 's': force_elements[0] is 3; it must be an element": lambda: moving(
+        CRANK, force_elements=3
+    ),
     "scene 's': start is 'rest'; it must be 'given' or 'equilibrium'": lambda: moving(
         CRANK, start="rest"
     ),

@@ -218,7 +218,7 @@ BAD = {
     "joint spring 'k': coordinate is 'angle'; it must be 'rotation' or 'translation'": lambda: (
         JointSpring("k", "j", 1.0, coordinate="angle")
     ),
-    "joint damper 'k': of viscosity and law neither is given; it must be exactly one": lambda: (
+    "joint damper 'k': of damping and law neither is given; it must be exactly one": lambda: (
         JointDamper("k", "j")
     ),
     "motor 'm': law is 3; it must be a function": lambda: Motor("m", "j", 3),
@@ -230,7 +230,7 @@ BAD = {
     "spring 'k': first and second are both 'a'; they must be two bodies": lambda: Spring(
         "k", "a", "a", "tip", "top", 1.0
     ),
-    "damper 'k': of viscosity and law both are given; it must be exactly one": lambda: Damper(
+    "damper 'k': of damping and law both are given; it must be exactly one": lambda: Damper(
         "k", "a", "b", "tip", "tip", 1.0, abs
     ),
     "damper 'k': first and second are both 'a'; they must be two bodies": lambda: Damper(

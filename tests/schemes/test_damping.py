@@ -58,7 +58,7 @@ SCHEMES = [
 
 def strip(kind: str, scheme: str, damping: Any = 0.0, mass: float = 0.0, **more: Any) -> Scene:
     """A cantilever of a square cross-section, as a shell or a beam."""
-    own = {"damping": damping, "mass_damping": mass}
+    own = {"stiffness_damping": damping, "mass_damping": mass}
     if kind != "beam":
         section = Isotropic(E, 0.0, SIDE, density=RHO, **own)
         cell: Any = "tri" if kind == "triangles" else "quad"
@@ -192,7 +192,7 @@ def test_hyperelastic_sections_are_damped_by_their_stiffness_at_rest() -> None:
     nu, h = 0.3, 0.01
     A, G = E * h / (1 - nu**2), 5 / 6 * E * h / (2 * (1 + nu))
     values = {"nu": nu, "A": A, "D": A * h**2 / 12, "G": G}
-    own = {"damping": ShellDamping(membrane=1e-3, bending=2e-3, shear=3e-3)}
+    own = {"stiffness_damping": ShellDamping(membrane=1e-3, bending=2e-3, shear=3e-3)}
     damped = Hyperelastic(_quadratic, values, h, RHO, E * h, **own)
     shell = Shell("plate", Rectangle(1.0, 1.0), damped, mesh=(2, 2))
     body = build_model(Scene("s", shell, scheme="ep", dt=1.0, t_end=1.0), MPI.COMM_WORLD)
@@ -211,7 +211,7 @@ def test_an_energy_of_the_user_is_damped_as_the_section_whose_it_is(scheme: str)
     A, G = E * SIDE, 5 / 6 * E * SIDE / 2
     values = {"nu": 0.0, "A": A, "D": A * SIDE**2 / 12, "G": G}
     times = ShellDamping(membrane=1e-3, bending=2e-3, shear=3e-3)
-    own = Hyperelastic(_quadratic, values, SIDE, RHO, A, damping=times)
+    own = Hyperelastic(_quadratic, values, SIDE, RHO, A, stiffness_damping=times)
     found = []
     for section in (None, own):
         scene = strip("shell", scheme, times, loads=Gravity((1e5, 0, -1e4)), dt=1e-3, t_end=0.01)
@@ -230,7 +230,9 @@ def test_an_energy_of_the_user_is_damped_as_the_section_whose_it_is(scheme: str)
 def test_a_coupled_laminate_in_steps_of_its_own_choice() -> None:
     ply = PlyMaterial(2e11, 1e10, 0.3, 5e9, 5e9, 5e9, density=RHO)
     times = ShellDamping(membrane=1e-4, bending=4e-4)
-    skew = Laminate((Ply(ply, 0.01, 20.0), Ply(ply, 0.01, 70.0)), damping=times, mass_damping=1.0)
+    skew = Laminate(
+        (Ply(ply, 0.01, 20.0), Ply(ply, 0.01, 70.0)), stiffness_damping=times, mass_damping=1.0
+    )
     scene = strip("shell", "ep4", loads=Gravity((0, 0, -50.0)), dt=1e-2, t_end=0.3)
     control = StepControl(tolerance=1e-3)
     scene = replace(scene, shells=replace(scene.shells[0], section=skew), step_control=control)
@@ -250,7 +252,7 @@ def test_what_cannot_be_damped_is_said() -> None:
         e = shell_forms.shell_strains(u, w, surface)
         return ShellStrains(ufl.as_vector([ufl.ln(1 + 2 * x) / 2 for x in e.eps]), e.kap, e.gam)
 
-    section = Isotropic(E, 0.3, 0.01, RHO, damping=1e-3)
+    section = Isotropic(E, 0.3, 0.01, RHO, stiffness_damping=1e-3)
     shell = Shell("plate", Rectangle(1.0, 1.0), section, mesh=(2, 2), strains=logarithmic)
     with pytest.raises(SceneError, match="'plate': strains is logarithmic, which is not quadratic"):
         Simulation(Scene("s", shell, scheme="ep", dt=1.0, t_end=1.0))
@@ -260,7 +262,7 @@ def test_what_cannot_be_damped_is_said() -> None:
         0.01,
         RHO,
         1e3,
-        damping=1e-3,
+        stiffness_damping=1e-3,
     )
     shell = Shell("plate", Rectangle(1.0, 1.0), concave, mesh=(2, 2))
     with pytest.raises(SceneError, match="stiffness at zero strain that is not positive"):
@@ -269,8 +271,10 @@ def test_what_cannot_be_damped_is_said() -> None:
 
 @pytest.mark.parametrize("given", [-1.0, "much", BeamDamping(axial=1.0), float("inf")])
 def test_damping_is_a_time_or_several(given: Any) -> None:
-    with pytest.raises(SceneError, match=r"isotropic section: damping is .*; it must be a time in"):
-        Isotropic(E, 0.0, 0.1, damping=given)
+    with pytest.raises(
+        SceneError, match=r"isotropic section: stiffness_damping is .*; it must be a time in"
+    ):
+        Isotropic(E, 0.0, 0.1, stiffness_damping=given)
 
 
 @pytest.mark.parametrize("kind", [pytest.param("shell", marks=SLOW), "beam"])

@@ -27,7 +27,7 @@ def problem(scheme: tuple[str, float]) -> Problem:
     shells = [Shell("plate", Rectangle(1.0, 0.5), SOFT, mesh=(2, 1))]
     supports = [Clamped("left", body="plate"), Clamped("start", body="beam")]
     if scheme[0] in ("ep", "ed3"):
-        section = replace(SOFT, damping=0.1)
+        section = replace(SOFT, stiffness_damping=0.1)
         shells.append(Shell("damped", Rectangle(1.0, 0.5, (0, 2, 0)), section, mesh=(2, 1)))
         supports.append(Clamped("left", body="damped"))
     if scheme == ("ed3", 1.0):

@@ -27,7 +27,7 @@ def plate(
 ):
     """A clamped strip in large motion: material, size, load, time function, initial velocity."""
     damped = sm.ShellDamping(bending=damping) if scheme in DAMPED else None
-    more = {} if damped is None else {"damping": damped}
+    more = {} if damped is None else {"stiffness_damping": damped}
     steel = sm.Isotropic(E, 0.3, thickness, density, **more)
     strip = sm.Shell("strip", sm.Rectangle(length, 0.2), steel, mesh=(3, 1))
     load = sm.EdgeForce("right", (0, 0, force), time=lambda t: 1 + math.sin(frequency * t))
@@ -103,7 +103,7 @@ def mechanism(
         drivers=sm.Driver("motor", "pivot", rotation=lambda t: rate * t + t * t),
         force_elements=(
             sm.JointSpring("spring", "hinge", stiffness=stiffness, rest=0.2),
-            sm.JointDamper("damper", "hinge", viscosity=viscosity),
+            sm.JointDamper("damper", "hinge", damping=viscosity),
             sm.Spring("cord", sm.GROUND, "beam", *ends, stiffness=cord, length=1.0),
         ),
         loads=sm.Gravity((0, -9.81, 0)),

@@ -176,7 +176,7 @@ def test_what_damps_is_in_the_account() -> None:
         pendulum(
             force_elements=(
                 JointSpring("coil", "hinge", potential=lambda e: K * e**2 / 2 + 1e3 * e**4),
-                JointDamper("oil", "hinge", viscosity=C),
+                JointDamper("oil", "hinge", damping=C),
                 Spring("tie", "ground", "bob", (1, 0, -1), (1, 0, 0), stiffness=10.0),
             )
         )

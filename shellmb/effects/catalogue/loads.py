@@ -85,7 +85,7 @@ def _load(name: str, title: str, kinds: tuple[type, ...], lacking: str, add: Cha
 
 # name, title, and field of the section
 _DAMPING = (
-    ("material_damping", "Kelvin and Voigt's damping of strains", "damping"),
+    ("material_damping", "Kelvin and Voigt's damping of strains", "stiffness_damping"),
     ("mass_damping", "damping in proportion to the mass", "mass_damping"),
 )
 
@@ -96,7 +96,7 @@ def _damping(name: str, title: str, field: str) -> Effect:
     def damped(scene: Scene) -> list[Flexible]:
         def on(body: Flexible) -> bool:
             given = getattr(body.section, field)
-            return any(body.section.damping_times) if field == "damping" else bool(given)
+            return any(body.section.damping_times) if field == "stiffness_damping" else bool(given)
 
         return [body for body in flexible(scene) if on(body)]
 

@@ -19,7 +19,7 @@ class BoundElement:
     Args:
         element: Description.
         coordinate: The coordinate it acts on.
-        parameter: Stiffness or viscosity; 0 with a law of its own.
+        parameter: Stiffness or damping; 0 with a law of its own.
         law: Potential of a spring, law of a damper or motor; None: linear.
         rest: Change of the coordinate at which a spring's argument is zero.
     """
@@ -54,7 +54,7 @@ def bind_element(element: Any, coordinate: Coordinate) -> BoundElement:
             k, rest = element.stiffness or 0.0, natural - coordinate.start
             return BoundElement(element, coordinate, k, element.potential, rest)
         case scene_elements.JointDamper() | scene_elements.Damper():
-            return BoundElement(element, coordinate, element.viscosity or 0.0, element.law)
+            return BoundElement(element, coordinate, element.damping or 0.0, element.law)
         case scene_elements.JointStop():
             return BoundElement(element, coordinate, element.stiffness, None)
         case scene_elements.Motor():

@@ -172,7 +172,7 @@ class Dampers(ElementGroup):
     """Dampers: linear ones, or all that share a law.
 
     They act with the mean rate over the whole step in all of its stages, so that a damper of
-    viscosity `c` takes exactly `c dt rate^2` out of the account.
+    damping `c` takes exactly `c dt rate^2` out of the account.
     """
 
     def _resistance(self, rate: Expr) -> Expr:

@@ -58,7 +58,7 @@ class ContactGroup(PotentialGroup):
         self._law = forms.Law(
             self.constant(contact.stiffness),
             self.constant(contact.smoothing),
-            some(contact.damping),
+            some(contact.relative_damping),
             some(contact.friction),
             some(contact.slip_speed),
         )

@@ -47,8 +47,8 @@ class StopForces:
 
         self._limits = (some("lower", -NEVER), -1), (some("upper", NEVER), 1)
         self._law = some("stiffness"), some("smoothing")
-        self._damping = some("damping")
-        self.damped = any(stop.damping > 0 for stop in stops)
+        self._damping = some("relative_damping")
+        self.damped = any(stop.relative_damping > 0 for stop in stops)
         self.weight = constant_vector(nodes, np.ones((len(stops), 1)), "weight")
         self.dx, self.always = ufl.dx(nodes.mesh), fem.Constant(nodes.mesh, 0.0)
 

@@ -34,11 +34,12 @@ class BeamSection:
         size: Size of the cross-section [m].
         stiffness: Of the resultants by the strains, shape (6, 6) [N, N m, N m^2], in the order
             axial, shear along d2, along d3, twist, bending about d2, about d3.
-        damping: Time by which the rate of the strains adds to them [s], or a ``BeamDamping``.
+        stiffness_damping: Time by which the rate of the strains adds to them [s], or a
+            ``BeamDamping``.
         mass_damping: Rate by which momentum is lost [1/s].
     """
 
-    damping: Any = 0.0
+    stiffness_damping: Any = 0.0
     mass_damping: Any = 0.0
 
     if TYPE_CHECKING:
@@ -61,7 +62,7 @@ class BeamSection:
     @property
     def damping_times(self) -> tuple[float, ...]:
         """Damping times of the six strains, in the order of the stiffness [s]."""
-        given = self.damping
+        given = self.stiffness_damping
         return given.times if isinstance(given, BeamDamping) else (float(given),) * 6
 
     @property
@@ -93,7 +94,7 @@ class GeneralSection(BeamSection):
         first_moments: ``(int rho y2, int rho y3)`` [kg].
         second_moments: ``(int rho y2^2, int rho y2 y3, int rho y3^2)`` [kg m].
         size: Size of the cross-section [m]; left out: the side of a square as stiff.
-        damping: Kelvin and Voigt's damping: a time [s], or a ``BeamDamping``.
+        stiffness_damping: Kelvin and Voigt's damping: a time [s], or a ``BeamDamping``.
         mass_damping: Damping in proportion to the mass, a rate [1/s].
     """
 
@@ -103,7 +104,7 @@ class GeneralSection(BeamSection):
     first_moments: Pair = (0.0, 0.0)
     second_moments: tuple[Finite, Finite, Finite] = (0.0, 0.0, 0.0)
     size: Positive = 0.0
-    damping: BeamTimes = 0.0
+    stiffness_damping: BeamTimes = 0.0
     mass_damping: NonNegative = 0.0
 
     def __post_init__(self) -> None:
@@ -151,7 +152,9 @@ class GeneralSection(BeamSection):
         """Whether all parameters are equal."""
         if not isinstance(other, GeneralSection):
             return NotImplemented
-        mine, theirs = ((s.mass, s.size, s.damping, s.mass_damping) for s in (self, other))
+        mine, theirs = (
+            (s.mass, s.size, s.stiffness_damping, s.mass_damping) for s in (self, other)
+        )
         return mine == theirs and np.array_equal(self.stiffness, other.stiffness)
 
     def __hash__(self) -> int:

@@ -119,7 +119,7 @@ class RectangularSection(_Shape):
         shear_correction: Factor on both shear stiffnesses.
         offset: ``(y2, y3)`` of the centroid from the reference line [m].
         G: Shear modulus in place of ``nu`` [Pa].
-        damping: Kelvin and Voigt's damping: a time [s], or a ``BeamDamping``.
+        stiffness_damping: Kelvin and Voigt's damping: a time [s], or a ``BeamDamping``.
         mass_damping: Damping in proportion to the mass, a rate [1/s].
     """
 
@@ -132,7 +132,7 @@ class RectangularSection(_Shape):
     shear_correction: Positive = 5 / 6
     offset: Pair = (0.0, 0.0)
     G: Positive | None = None
-    damping: BeamTimes = 0.0
+    stiffness_damping: BeamTimes = 0.0
     mass_damping: NonNegative = 0.0
 
     def __post_init__(self) -> None:
@@ -223,7 +223,7 @@ class CircularSection(_Round):
         shear_correction: Factor on both shear stiffnesses; None: Cowper's.
         offset: ``(y2, y3)`` of the centre from the reference line [m].
         G: Shear modulus in place of ``nu`` [Pa].
-        damping: Kelvin and Voigt's damping: a time [s], or a ``BeamDamping``.
+        stiffness_damping: Kelvin and Voigt's damping: a time [s], or a ``BeamDamping``.
         mass_damping: Damping in proportion to the mass, a rate [1/s].
     """
 
@@ -235,7 +235,7 @@ class CircularSection(_Round):
     shear_correction: Positive | None = None
     offset: Pair = (0.0, 0.0)
     G: Positive | None = None
-    damping: BeamTimes = 0.0
+    stiffness_damping: BeamTimes = 0.0
     mass_damping: NonNegative = 0.0
 
     hole = 0.0
@@ -258,7 +258,7 @@ class TubularSection(_Round):
         shear_correction: Factor on both shear stiffnesses; None: Cowper's.
         offset: ``(y2, y3)`` of the centre from the reference line [m].
         G: Shear modulus in place of ``nu`` [Pa].
-        damping: Kelvin and Voigt's damping: a time [s], or a ``BeamDamping``.
+        stiffness_damping: Kelvin and Voigt's damping: a time [s], or a ``BeamDamping``.
         mass_damping: Damping in proportion to the mass, a rate [1/s].
     """
 
@@ -271,7 +271,7 @@ class TubularSection(_Round):
     shear_correction: Positive | None = None
     offset: Pair = (0.0, 0.0)
     G: Positive | None = None
-    damping: BeamTimes = 0.0
+    stiffness_damping: BeamTimes = 0.0
     mass_damping: NonNegative = 0.0
 
     def __post_init__(self) -> None:

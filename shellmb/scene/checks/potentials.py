@@ -51,7 +51,7 @@ def check_potentials(scene: Description) -> None:
         return
     damped: list[Any] = [e for e in scene.force_elements if isinstance(e, JointStop)]
     for contact in (*scene.contacts, *damped):
-        for what in ("damping", "friction"):
+        for what in ("relative_damping", "friction"):
             if getattr(contact, what, 0) > 0:
                 raise SceneError(
                     f"{said(contact)}: {what} is {getattr(contact, what):g}; it must be 0, because "

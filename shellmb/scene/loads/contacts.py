@@ -91,8 +91,8 @@ class Contact:
         radius: Distance from the points to the surface that touches: the radius of a ball, half
             the thickness of a plate [m].
         smoothing: Penetration over which the stiffness sets in [m]; 0: at once.
-        damping: The force grows by this part of itself per speed of the penetration [s/m], and
-            falls as much on the way back, but never below zero.
+        relative_damping: The force grows by this part of itself per speed of the penetration
+            [s/m], and falls as much on the way back, but never below zero.
         friction: Coulomb's coefficient of friction.
         slip_speed: Slip at which friction is 0.71 of Coulomb's; below it is viscous [m/s].
         preloaded: Whether points may be in the obstacle at the start.
@@ -105,7 +105,7 @@ class Contact:
     at: Place | None = None
     radius: NonNegative = 0.0
     smoothing: NonNegative = 0.0
-    damping: NonNegative = 0.0
+    relative_damping: NonNegative = 0.0
     friction: NonNegative = 0.0
     slip_speed: Positive | None = None
     preloaded: bool = False

@@ -126,7 +126,7 @@ class JointDamper(JointElement):
     Args:
         name: Its name in the results.
         joint: Name of the joint.
-        viscosity: Torque or force per rate [N m s/rad or N s/m].
+        damping: Torque or force per rate [N m s/rad or N s/m].
         law: In place of it the resisting torque [N m] or force [N] as a function of the rate,
             written with operators and UFL functions.
         coordinate: ``"rotation"`` or ``"translation"``; None: the joint's only one.
@@ -134,13 +134,13 @@ class JointDamper(JointElement):
 
     name: Name
     joint: Name
-    viscosity: NonNegative | None = None
+    damping: NonNegative | None = None
     law: Callable[[Any], Any] | None = None
     coordinate: Coordinate | None = None
 
     def __post_init__(self) -> None:
         """Check that it has one law."""
-        _one_of(f"{self.label} '{self.name}'", viscosity=self.viscosity, law=self.law)
+        _one_of(f"{self.label} '{self.name}'", damping=self.damping, law=self.law)
 
 
 @described("joint stop")
@@ -155,8 +155,8 @@ class JointStop(JointElement):
         stiffness: Torque or force per coordinate beyond a limit [N m/rad or N/m].
         smoothing: Coordinate beyond a limit over which the stiffness sets in [rad or m]; 0: at
             once.
-        damping: The force grows by this part of itself per rate into the stop [s/rad or s/m], and
-            falls as much on the way back, but never below zero.
+        relative_damping: The force grows by this part of itself per rate into the stop
+            [s/rad or s/m], and falls as much on the way back, but never below zero.
         coordinate: ``"rotation"`` or ``"translation"``; None: the joint's only one.
     """
 
@@ -166,7 +166,7 @@ class JointStop(JointElement):
     upper: Finite | None = None
     stiffness: Positive = field(kw_only=True)
     smoothing: NonNegative = 0.0
-    damping: NonNegative = 0.0
+    relative_damping: NonNegative = 0.0
     coordinate: Coordinate | None = None
 
     def __post_init__(self) -> None:
@@ -262,7 +262,7 @@ class Damper(PointElement):
         second: Name of the other.
         at: Where on the first: coordinates [m], the name of a point of it, or an ``Offset``.
         second_at: Where on the second.
-        viscosity: Force per rate of its length [N s/m].
+        damping: Force per rate of its length [N s/m].
         law: In place of it the resisting force [N] as a function of the rate of length, written
             with operators and UFL functions.
     """
@@ -272,11 +272,11 @@ class Damper(PointElement):
     second: Name
     at: Point
     second_at: Point
-    viscosity: NonNegative | None = None
+    damping: NonNegative | None = None
     law: Callable[[Any], Any] | None = None
 
     def __post_init__(self) -> None:
         """Check that it has one law and two ends."""
         said = f"{self.label} '{self.name}'"
         _two_ends(self, said)
-        _one_of(said, viscosity=self.viscosity, law=self.law)
+        _one_of(said, damping=self.damping, law=self.law)

@@ -85,7 +85,7 @@ class Laminate(LinearSection):
             shear stresses that equilibrium asks for.
         offset: Height of the laminate's middle above the reference surface [m]: a number, or a
             function of the position; half the thickness where the surface is the lower face.
-        damping: Kelvin and Voigt's damping: a time [s], or a ``ShellDamping``.
+        stiffness_damping: Kelvin and Voigt's damping: a time [s], or a ``ShellDamping``.
         mass_damping: Damping in proportion to the mass, a rate [1/s].
     """
 
@@ -93,7 +93,7 @@ class Laminate(LinearSection):
     _: KW_ONLY
     shear_correction: Annotated[Positive | Literal["energy"], BeforeValidator(_correction)] = 5 / 6
     offset: FiniteAt = 0.0
-    damping: ShellTimes = 0.0
+    stiffness_damping: ShellTimes = 0.0
     mass_damping: NonNegative = 0.0
 
     def __post_init__(self) -> None:

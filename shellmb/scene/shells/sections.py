@@ -59,11 +59,12 @@ class Section:
         thickness: Total thickness [m].
         mass: ``(m, s_star, I_star)`` of eq. 16: mass [kg/m^2], its first [kg/m] and its second
             moment [kg] about the reference surface, all per unit area of it.
-        damping: Time by which the rate of the strains adds to them [s], or a ``ShellDamping``.
+        stiffness_damping: Time by which the rate of the strains adds to them [s], or a
+            ``ShellDamping``.
         mass_damping: Rate by which momentum is lost [1/s].
     """
 
-    damping: Any = 0.0
+    stiffness_damping: Any = 0.0
     mass_damping: Any = 0.0
 
     if TYPE_CHECKING:
@@ -84,7 +85,7 @@ class Section:
     @property
     def damping_times(self) -> tuple[float, float, float]:
         """Damping times of membrane, bending and shear strains [s]."""
-        given = self.damping
+        given = self.stiffness_damping
         return given.times if isinstance(given, ShellDamping) else (float(given),) * 3
 
     @property
@@ -238,7 +239,7 @@ class Isotropic(LinearSection):
         shear_correction: Factor on the transverse shear stiffness.
         offset: Height of the layer's middle above the reference surface [m]: a number, or a
             function of the position; half the thickness where the surface is the lower face.
-        damping: Kelvin and Voigt's damping: a time [s], or a ``ShellDamping``.
+        stiffness_damping: Kelvin and Voigt's damping: a time [s], or a ``ShellDamping``.
         mass_damping: Damping in proportion to the mass, a rate [1/s].
     """
 
@@ -249,7 +250,7 @@ class Isotropic(LinearSection):
     _: KW_ONLY
     shear_correction: Positive = 5 / 6
     offset: FiniteAt = 0.0
-    damping: ShellTimes = 0.0
+    stiffness_damping: ShellTimes = 0.0
     mass_damping: NonNegative = 0.0
 
     def layers_by(self, value: Value) -> tuple[Layer, ...]:
@@ -292,7 +293,7 @@ class Orthotropic(LinearSection):
         shear_correction: Factor on the transverse shear stiffness.
         offset: Height of the layer's middle above the reference surface [m]: a number, or a
             function of the position; half the thickness where the surface is the lower face.
-        damping: Kelvin and Voigt's damping: a time [s], or a ``ShellDamping``.
+        stiffness_damping: Kelvin and Voigt's damping: a time [s], or a ``ShellDamping``.
         mass_damping: Damping in proportion to the mass, a rate [1/s].
     """
 
@@ -308,7 +309,7 @@ class Orthotropic(LinearSection):
     angle: FiniteAt = 0.0
     shear_correction: Positive = 5 / 6
     offset: FiniteAt = 0.0
-    damping: ShellTimes = 0.0
+    stiffness_damping: ShellTimes = 0.0
     mass_damping: NonNegative = 0.0
 
     def __post_init__(self) -> None:
@@ -337,8 +338,8 @@ class Hyperelastic(Section):
         density: Mass density [kg/m^3].
         stiffness: Size of the membrane stiffness, as E times thickness [N/m]; scales the
             unknowns and does not change the solution.
-        damping: Kelvin and Voigt's damping with the stiffness of the reference: a time [s], or a
-            ``ShellDamping``.
+        stiffness_damping: Kelvin and Voigt's damping with the stiffness of the reference: a time
+            [s], or a ``ShellDamping``.
         mass_damping: Damping in proportion to the mass, a rate [1/s].
     """
 
@@ -348,7 +349,7 @@ class Hyperelastic(Section):
     density: NonNegative
     stiffness: Positive
     _: KW_ONLY
-    damping: ShellTimes = 0.0
+    stiffness_damping: ShellTimes = 0.0
     mass_damping: NonNegative = 0.0
 
     @property

@@ -25,6 +25,8 @@ RENAMED: dict[str, tuple[str, ...]] = {
     "turn": ("turn_deg",),
     "control": ("step_control",),
     "elements": ("force_elements",),
+    "viscosity": ("damping",),
+    "damping": ("stiffness_damping", "relative_damping"),
 }
 
 # parameter and former choice -> the choice of today

@@ -138,11 +138,11 @@ CASES = (
     _with("driver", drivers=Driver("drive", "pin", rotation=_turned)),
     _with("lock", locks=Lock("hinge", ((0.0, T_END),))),
     _with("joint_spring", force_elements=JointSpring("spring", "hinge", stiffness=10.0)),
-    _with("joint_damper", force_elements=JointDamper("damper", "hinge", viscosity=0.1)),
+    _with("joint_damper", force_elements=JointDamper("damper", "hinge", damping=0.1)),
     _with("joint_stop", force_elements=JointStop("stop", "hinge", upper=0.2, stiffness=100.0)),
     _with("motor", force_elements=Motor("motor", "hinge", law=_pull)),
     _with("spring", force_elements=Spring("spring", GROUND, "b", _ABOVE, _END, stiffness=10.0)),
-    _with("damper", force_elements=Damper("damper", GROUND, "b", _ABOVE, _END, viscosity=0.1)),
+    _with("damper", force_elements=Damper("damper", GROUND, "b", _ABOVE, _END, damping=0.1)),
     _with(
         "controller",
         controllers=_HELD,

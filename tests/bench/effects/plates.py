@@ -181,7 +181,7 @@ CASES = (
     ),
     Case("prescribed_motion", _having(supports=Driven("left", translation=_shaken)), instead=_held),
     Case("added_terms", _made_of(lambda section: {"terms": (air_drag,)})),
-    Case("material_damping", _made_of(lambda s: {"section": replace(s, damping=1e-3)})),
+    Case("material_damping", _made_of(lambda s: {"section": replace(s, stiffness_damping=1e-3)})),
     Case("mass_damping", _made_of(lambda s: {"section": replace(s, mass_damping=1.0)})),
     Case("supports", _plate),
     Case("joins", _joined),
