@@ -46,7 +46,7 @@ def scene(dt: float = 5e-4, t_end: float = 0.4):
     """
     return Scene(
         "heavy_top",
-        rigid_bodies=RigidBody("top", mass=MASS, inertia=INERTIA, com=ARM),
+        rigid_bodies=RigidBody("top", mass=MASS, inertia=INERTIA, com=ARM, shape="rod"),
         joints=Spherical("tip", GROUND, "top", at=(0, 0, 0)),
         loads=Gravity(GRAVITY),
         initial=InitialVelocity(spin=OMEGA),

@@ -73,7 +73,7 @@ def scene(rigid: bool = False, dt: float = 0.01, t_end: float = 3.0):
     return Scene(
         "pid_arm",
         beams=arm,
-        rigid_bodies=RigidBody("load", LOAD, (1e-3, 1e-3, 1e-3), position=tip),
+        rigid_bodies=RigidBody("load", LOAD, (1e-3, 1e-3, 1e-3), position=tip, shape="box"),
         joints=[
             # about -y: up is positive
             Revolute("shoulder", GROUND, "arm", at=(0, 0, 0), axis=(0, -1, 0)),

@@ -81,8 +81,14 @@ def scene(dt: float = 0.04, t_end: float = 4.0):
         ],
         glues=[Glue("near end", "forearm"), Glue("far end", "forearm")],
         rigid_bodies=[
-            RigidBody("upper arm", UPPER_MASS, (0.01, turns, turns), position=(UPPER / 2, 0, 0)),
-            RigidBody("load", LOAD, (1e-3, 1e-3, 1e-3), position=tip),
+            RigidBody(
+                "upper arm",
+                UPPER_MASS,
+                (0.01, turns, turns),
+                position=(UPPER / 2, 0, 0),
+                shape="rod",
+            ),
+            RigidBody("load", LOAD, (1e-3, 1e-3, 1e-3), position=tip, shape="box"),
         ],
         joints=[
             Revolute("shoulder", GROUND, "upper arm", at=(0, 0, 0), axis=axis),

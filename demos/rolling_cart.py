@@ -53,19 +53,20 @@ def scene(dt: float = 5e-3, t_end: float = 0.5):
         t_end: End of the run [s].
     """
     middle = (LENGTH / 2, WIDTH / 2, 0.0)
-    bodies = [RigidBody("load", LOAD_MASS, (0.1, 0.1, 0.1), position=middle)]
+    bodies = [RigidBody("load", LOAD_MASS, (0.1, 0.1, 0.1), position=middle, shape="box")]
     # the load stands on the plate's middle, and cannot turn about the director there
     joints = [Weld("lashing", "load", "plate", at=middle)]
     for axle, x in (("rear", 0.0), ("front", LENGTH)):
         place = (x, WIDTH / 2, 0.0)
-        bodies.append(RigidBody(axle, AXLE_MASS, (0.08, 0.002, 0.08), position=place))
+        bodies.append(RigidBody(axle, AXLE_MASS, (0.08, 0.002, 0.08), position=place, shape="rod"))
         # one corner carries the axle's moments; the other one may turn, and is at its distance
         joints.append(Weld(f"{axle} weld", axle, "plate", at=(x, 0, 0)))
         joints.append(Spherical(f"{axle} pin", axle, "plate", at=(x, WIDTH, 0)))
         for side, y in (("right", -0.05), ("left", WIDTH + 0.05)):
             name, center = f"{axle} {side}", (x, y, 0.0)
             half = WHEEL_INERTIA / 2
-            bodies.append(RigidBody(name, WHEEL_MASS, (half, WHEEL_INERTIA, half), center))
+            inertia = (half, WHEEL_INERTIA, half)
+            bodies.append(RigidBody(name, WHEEL_MASS, inertia, center, shape="rod"))
             joints.append(Revolute(f"{name} bearing", axle, name, at=center, axis=Y))
             joints.append(
                 Rolling(

@@ -90,7 +90,7 @@ def scene(
         shells,
         beams=beams,
         glues=glues,
-        rigid_bodies=RigidBody("bus", BUS, (inertia, inertia, inertia)),
+        rigid_bodies=RigidBody("bus", BUS, (inertia, inertia, inertia), shape="box"),
         joints=joints,
         drivers=drivers,
         probes=probes,

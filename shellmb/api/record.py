@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import fields
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypedDict
@@ -16,6 +17,7 @@ from shellmb.options.accuracy import ACCURACY
 from shellmb.running.results import plain_results
 from shellmb.running.tables import first_error
 from shellmb.scene import Scene
+from shellmb.scene.lookup import listed
 from shellmb.show.fields import Fields
 
 if TYPE_CHECKING:
@@ -24,6 +26,7 @@ if TYPE_CHECKING:
     import pyvista as pv
 
     from shellmb.running.execute import RunResult
+    from shellmb.show.space.views import Appearance
 
 
 class _Said(TypedDict):
@@ -187,7 +190,11 @@ class Run:
         return plot_history(self.history, self.described, columns, bands(self.summary))
 
     def picture(
-        self, t: float | None = None, field: str | None = None, component: str | int | None = None
+        self,
+        t: float | None = None,
+        field: str | None = None,
+        component: str | int | None = None,
+        **appearance: Any,
     ) -> Any:
         """The deformed shape as an image (PIL).
 
@@ -196,13 +203,47 @@ class Run:
             field: What the colours show; None: the displacement, of mechanisms with resultants
                 among their fields those.
             component: Name or number of its component; None: its magnitude.
+            appearance: ``camera=(elevation, azimuth)`` [degrees], ``width`` [pixels], ``theme``
+                ("light" or "dark"), ``enlarge`` (factor of displacements), ``axes=True`` (a box
+                with numbers and units).
+
+        Raises:
+            SceneError: If there is no such field, component or appearance.
         """
         from shellmb.show.space.scenery import still
 
-        return still(self.fields, self.described, t, field, component)
+        look = _appearance(appearance)
+        return still(self.fields, self.described, t, field, component, look)
+
+    def animate(
+        self,
+        file: Path | str | None = None,
+        field: str | None = None,
+        component: str | int | None = None,
+        **appearance: Any,
+    ) -> Path:
+        """All states as an animation.
+
+        Args:
+            file: A GIF, or an MP4 file; None: `animation.gif` in the run directory.
+            field: As in `picture`.
+            component: As in `picture`.
+            appearance: As in `picture`.
+        """
+        from shellmb.show.space.animation import animate
+
+        look = _appearance(appearance)
+        target = Path(file) if file is not None else self.directory / "animation.gif"
+        return animate(
+            self.fields, self.described, target, field=field, component=component, appearance=look
+        )
 
     def view(
-        self, t: float | None = None, field: str | None = None, component: str | int | None = None
+        self,
+        t: float | None = None,
+        field: str | None = None,
+        component: str | int | None = None,
+        **appearance: Any,
     ) -> None:
         """Show the deformed shape in an interactive 3-D window, or in a notebook.
 
@@ -210,23 +251,30 @@ class Run:
             t: As in `picture`.
             field: As in `picture`.
             component: As in `picture`.
+            appearance: As in `picture`; windows have no width.
 
         Raises:
             RunError: If there is no display.
         """
         from shellmb.show.space.scenery import show
 
-        show(self.fields, self.described, t, field, component)
+        show(self.fields, self.described, t, field, component, _appearance(appearance))
 
-    def draw(self, folder: Path | str | None = None) -> list[Path]:
+    def draw(
+        self, folder: Path | str | None = None, curves: str = "png", **appearance: Any
+    ) -> list[Path]:
         """Draw all pictures that make sense for the run anew (`shellmb plot`).
 
         Args:
             folder: Where; None: in the run directory.
+            curves: Format of pictures of curves: "png", "svg" or "pdf".
+            appearance: As in `picture`.
         """
         from shellmb.show.pictures import draw_directory
 
-        return draw_directory(self.directory, Path(folder) if folder is not None else None)
+        out = Path(folder) if folder is not None else None
+        look = _appearance(appearance)
+        return draw_directory(self.directory, out, curves=curves, appearance=look)
 
     def report(self, file: Path | str | None = None) -> Path:
         """Write one HTML file with everything about the run, which needs no other one.
@@ -267,3 +315,14 @@ class Run:
         from shellmb.show.report import card
 
         return card(self)
+
+
+def _appearance(chosen: dict[str, Any]) -> Appearance:
+    """How a picture looks, from what a caller names."""
+    from shellmb.show.space.views import Appearance
+
+    known = [f.name for f in fields(Appearance)]
+    unknown = next((name for name in chosen if name not in known), None)
+    if unknown is not None:
+        raise SceneError(f"picture: there is no option '{unknown}'; there are {listed(known)}")
+    return Appearance(**chosen)

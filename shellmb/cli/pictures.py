@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -21,6 +21,19 @@ FieldOption = Annotated[
 ComponentOption = Annotated[
     str | None, typer.Option(help="Component of the field, such as 11, z or norm (magnitude).")
 ]
+CameraOption = Annotated[
+    str | None,
+    typer.Option(
+        metavar="ELEVATION,AZIMUTH", help="Direction towards the eye, degrees, such as 30,-60."
+    ),
+]
+ThemeOption = Annotated[str | None, typer.Option(help="Background: light (default) or dark.")]
+EnlargeOption = Annotated[
+    float | None, typer.Option(help="Factor by which displacements are shown.")
+]
+AxesOption = Annotated[
+    bool, typer.Option("--axes", help="Draw a box of axes with numbers and units.")
+]
 TimeOption = Annotated[float | None, typer.Option("--t", help="Time; default: the last state.")]
 
 
@@ -32,6 +45,14 @@ def plot(
     animation: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Also write an animation, .gif or .mp4.")
     ] = None,
+    curves: Annotated[
+        str, typer.Option("--format", help="Format of pictures of curves: png, svg or pdf.")
+    ] = "png",
+    camera: CameraOption = None,
+    width: Annotated[int | None, typer.Option(help="Width of pictures in space, pixels.")] = None,
+    theme: ThemeOption = None,
+    enlarge: EnlargeOption = None,
+    axes: AxesOption = False,
     out: Annotated[
         Path | None, typer.Option(help="Folder of the pictures; default: that of the run.")
     ] = None,
@@ -63,19 +84,17 @@ def plot(
         save(run.picture(), folder / "modes.png")
         say(f"written: {folder / 'modes.png'}")
         return
+    look = _appearance(camera, theme, enlarge, axes, width)
     if field is None and t is None and animation is None:
-        for file in run.draw(out):
+        for file in run.draw(out, curves, **look):
             say(f"written: {file}")
         return
     folder.mkdir(parents=True, exist_ok=True)
     file = folder / f"{field or 'shape'}.png"
-    save(run.picture(t, field, component), file)
+    save(run.picture(t, field, component, **look), file)
     say(f"written: {file}")
     if animation is not None:
-        from shellmb.show.space.animation import animate
-
-        animate(run.fields, run.described, animation, field=field, component=component)
-        say(f"written: {animation}")
+        say(f"written: {run.animate(animation, field, component, **look)}")
 
 
 def view(
@@ -83,11 +102,16 @@ def view(
     field: FieldOption = None,
     component: ComponentOption = None,
     t: TimeOption = None,
+    camera: CameraOption = None,
+    theme: ThemeOption = None,
+    enlarge: EnlargeOption = None,
+    axes: AxesOption = False,
 ) -> None:
     """Show the deformed shape in an interactive 3-D window."""
     if not first_rank():
         return
-    _run(directory, "view").view(t, field, component)
+    look = _appearance(camera, theme, enlarge, axes)
+    _run(directory, "view").view(t, field, component, **look)
 
 
 def report(
@@ -103,6 +127,23 @@ def report(
     if not first_rank():
         return
     say(f"written: {_run(directory, 'report').report(out)}")
+
+
+def _appearance(
+    camera: str | None,
+    theme: str | None,
+    enlarge: float | None,
+    axes: bool,
+    width: int | None = None,
+) -> dict[str, Any]:
+    """What is given of how pictures look."""
+    given: dict[str, Any] = {"theme": theme, "enlarge": enlarge, "width": width}
+    if camera is not None:
+        try:
+            given["camera"] = tuple(float(angle) for angle in camera.split(","))
+        except ValueError:
+            given["camera"] = camera
+    return {k: v for k, v in given.items() if v is not None} | {"axes": axes}
 
 
 def _run(directory: Path, command: str):  # type: ignore[no-untyped-def]

@@ -136,7 +136,9 @@ class Output:
     """What a run writes.
 
     Args:
-        frames: Number of states stored for field files, pictures and animation.
+        frames: Number of states stored for field files, pictures and animation; None: 50, and
+            while something turns by more than 20 degrees between two of them as many more as it
+            takes, up to eight times as many.
         fields: What they hold of each body, beside the displacement: names of
             :data:`shellmb.scene.fields.FIELDS`, or ``"all"`` that the scene's bodies have. What is
             not named is neither computed nor compiled.
@@ -146,6 +148,6 @@ class Output:
             are values anyway, and nothing is added.
     """
 
-    frames: PositiveInt = 50
+    frames: PositiveInt | None = None
     fields: Annotated[tuple[str, ...], BeforeValidator(_fields)] = DEFAULT
     end_forces: bool = False

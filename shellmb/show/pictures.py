@@ -13,15 +13,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from shellmb.arrays import Floats
-from shellmb.errors import RunError
+from shellmb.errors import RunError, SceneError
 from shellmb.guarding.reading import read_json
 from shellmb.guarding.writing import drafted
 from shellmb.observers.files.described import Described, read_described
+from shellmb.scene.lookup import listed
 from shellmb.show.account import bands
 from shellmb.show.fields import Fields
 
 if TYPE_CHECKING:
     from PIL.Image import Image
+
+    from shellmb.show.space.views import Appearance
 
 # time that pictures may take at the end of a run: so much, or a part of the run's [s]. With that of
 # a process that ends with VTK loaded it is 2 s
@@ -31,12 +34,17 @@ FEWEST, MOST = 6, 100
 
 # of pictures of curves, points per inch: of 150 they take a third more time
 RESOLUTION = 110
+FORMATS = ("png", "svg", "pdf")
 
 _log = logging.getLogger(__name__)
 
 
 def draw_directory(
-    directory: Path, out: Path | None = None, budget: float | None = None
+    directory: Path,
+    out: Path | None = None,
+    budget: float | None = None,
+    curves: str = "png",
+    appearance: Appearance | None = None,
 ) -> list[Path]:
     """Draw all pictures that make sense for a run, or for modes.
 
@@ -49,18 +57,24 @@ def draw_directory(
         directory: Directory of the run.
         out: Where the pictures go; None: there.
         budget: Time for it [s], by which an animation has fewer states; None: all of them.
+        curves: Format of pictures of curves: one of `FORMATS`.
+        appearance: How pictures in space look.
 
     Returns:
         The files.
 
     Raises:
-        SceneError: If the directory holds no run.
+        SceneError: If the directory holds no run, or there is no such format.
     """
+    if curves not in FORMATS:
+        raise SceneError(f"plot: format is '{curves}'; it must be {listed(FORMATS)}")
     # what a run leaves is not looked through again and again while libraries are loaded
     gc.freeze()
     try:
         with ThreadPoolExecutor(max_workers=1) as thread:
-            return thread.submit(_draw, directory, out or directory, budget).result()
+            return thread.submit(
+                _draw, directory, out or directory, budget, curves, appearance
+            ).result()
     finally:
         gc.unfreeze()
 
@@ -74,7 +88,13 @@ def budget_of(wall: float) -> float:
     return max(BUDGET, SHARE * wall)
 
 
-def _draw(directory: Path, out: Path, budget: float | None) -> list[Path]:
+def _draw(
+    directory: Path,
+    out: Path,
+    budget: float | None,
+    curves: str,
+    appearance: Appearance | None,
+) -> list[Path]:
     begin = clock.perf_counter()
     described = read_described(directory)
     out.mkdir(parents=True, exist_ok=True)
@@ -87,22 +107,25 @@ def _draw(directory: Path, out: Path, budget: float | None) -> list[Path]:
 
             image = modes_image(fields, described, summary)
             return [save(image, out / "modes.png")]
-        made = _shape(fields, described, out / "shape.png")
+        made = _shape(fields, described, out / "shape.png", appearance)
     except RunError as error:
         _log.warning("pictures in space are left out: %s", error)
         made, fields = [], None  # type: ignore[assignment]
         if along == "mode":
             return made
-    made += _curves(directory, described, summary, out, _size(fields))
+    made += _curves(directory, described, summary, out, _size(fields), curves)
     if fields is not None and described.dynamic and len(fields.times) > 1:
         from shellmb.show.space.animation import animate
 
         left = None if budget is None else budget - (clock.perf_counter() - begin)
-        made.append(animate(fields, described, out / "animation.gif", left, FEWEST, MOST))
+        file = out / "animation.gif"
+        made.append(animate(fields, described, file, left, FEWEST, MOST, appearance=appearance))
     return made
 
 
-def _shape(fields: Fields, described: Described, file: Path) -> list[Path]:
+def _shape(
+    fields: Fields, described: Described, file: Path, appearance: Appearance | None
+) -> list[Path]:
     """The last state, and where the motion is one, the state of the largest displacement."""
     if not len(fields.times):
         return []
@@ -113,7 +136,7 @@ def _shape(fields: Fields, described: Described, file: Path) -> list[Path]:
         largest = _largest(fields)
         if largest != times[0]:
             times.insert(0, largest)
-    what = showing(fields, described, times)
+    what = showing(fields, described, times, appearance=appearance)
     width = 960 if len(times) == 1 else 720
     return [save(_side_by_side(list(images(what, width))), file)]
 
@@ -160,12 +183,18 @@ def _size(fields: Fields | None) -> float:
         return 1.0
     from shellmb.show.space.shapes import shape_of
 
-    nodes = np.concatenate([shape_of(fields, name).reference for name in fields])
+    bodies = [name for name in fields if name != "obstacles"]
+    nodes = np.concatenate([shape_of(fields, name).reference for name in bodies])
     return float(np.linalg.norm(np.ptp(nodes, axis=0))) or 1.0
 
 
 def _curves(
-    directory: Path, described: Described, summary: dict[str, Any], out: Path, size: float
+    directory: Path,
+    described: Described,
+    summary: dict[str, Any],
+    out: Path,
+    size: float,
+    kind: str,
 ) -> list[Path]:
     """Pictures of curves."""
     import matplotlib as mpl
@@ -176,18 +205,21 @@ def _curves(
     history = read_table(directory / "history.csv")
     made: list[Path] = []
     several = len(history["t"]) > 2
+
+    def save(figure: Any, name: str) -> None:
+        made.extend(plots.save(figure, out / f"{name}.{kind}"))
+
     with mpl.rc_context({**STYLE, "savefig.dpi": RESOLUTION}):
         if described.probes:
-            made += plots.save(plots.probes(history, described, bands(summary)), out / "probes.png")
+            save(plots.probes(history, described, bands(summary)), "probes")
         if described.dynamic:
-            made += plots.save(plots.energies(history, described), out / "energy.png")
+            save(plots.energies(history, described), "energy")
         # of one step there is no history
         if several:
-            made += plots.save(plots.joints(history, described, size), out / "joints.png")
-            made += plots.save(plots.steps(history, described), out / "steps.png")
+            save(plots.joints(history, described, size), "joints")
+            save(plots.steps(history, described), "steps")
         if described.path and described.probes and len(history["t"]) > 1:
-            special = summary.get("path", [])
-            made += plots.save(plots.path(history, described, special), out / "path.png")
+            save(plots.path(history, described, summary.get("path", [])), "path")
     return made
 
 

@@ -103,6 +103,8 @@ def test_frames_are_equally_spaced_and_include_both_ends(tmp_path, count, steps)
     simulation.model = SimpleNamespace(
         meshed={}, rigid=None, modal=(), mechanism=mechanism, comm=SimpleNamespace(rank=0)
     )
+    simulation.scheme = SimpleNamespace(dynamic=True)
+    simulation.model.scene = SimpleNamespace(rigid_bodies=(), contacts=())
     simulation.scene = SimpleNamespace(output=Output(frames=count))
     frames.start(simulation)
     for _ in range(steps):

@@ -14,7 +14,7 @@ from shellmb.show.space.colours import colouring
 from shellmb.show.space.display import why_not
 from shellmb.show.space.scenery import images, showing
 from shellmb.show.space.shapes import deformation
-from shellmb.show.space.views import AZIMUTH, ELEVATION, view_of
+from shellmb.show.space.views import AZIMUTH, ELEVATION, Appearance, view_of
 
 needs_drawing = pytest.mark.skipif(why_not() is not None, reason=str(why_not()))
 
@@ -171,3 +171,30 @@ def test_what_comes_nearer_than_the_reference_is_not_cut_off(tmp_path) -> None:
     ]
     # a wall across the line of sight, seen from afar: it grows a little
     assert 0.9 * areas[0] < areas[1] < 2.0 * areas[0], areas
+
+
+@needs_drawing
+def test_pictures_look_as_one_chooses(tmp_path) -> None:
+    """Background, width and camera; from behind the far wall hides the near one."""
+    fields, described = two_walls(tmp_path, ("a", "b"), (0.0, 1.0))
+    look = Appearance(camera=(-ELEVATION, AZIMUTH + 180), width=400, theme="dark", axes=True)
+    (image,) = images(showing(fields, described, [0.0], "heat", appearance=look))
+    pixels = np.asarray(image)
+    assert pixels.shape[1] == 400 and pixels[2, 2].max() < 40
+    yellow = pixels[int(0.45 * len(pixels)), int(0.45 * pixels.shape[1])].astype(int)
+    assert yellow[0] > 150 and yellow[2] < 120, yellow
+
+
+@pytest.mark.parametrize(
+    ("wrong", "says"),
+    [
+        ({"camera": (100.0, 0.0)}, "elevation from -90 to 90"),
+        ({"camera": "above"}, "elevation from -90 to 90"),
+        ({"width": 3}, "from 100 to 8000"),
+        ({"theme": "pink"}, "light"),
+        ({"enlarge": -1.0}, "positive"),
+    ],
+)
+def test_an_appearance_that_cannot_be(wrong, says) -> None:
+    with pytest.raises(sm.SceneError, match=says):
+        Appearance(**wrong)

@@ -1,8 +1,8 @@
-"""Everything that files and pictures show: shells, beams, all rigid bodies as one, all joints."""
+"""Everything that files and pictures show: shells, beams, rigid bodies, joints, obstacles."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Protocol
 
@@ -18,16 +18,17 @@ from shellmb.model.shells.shell import ShellModel
 from shellmb.observers.fields.modal import ModalNodes, modal_members
 from shellmb.observers.fields.nodal import NodalValues, Nodes, nodal_values, reference_nodes
 from shellmb.observers.files.grid import Gatherer, Grid
+from shellmb.observers.files.solids import Solid, body_solid, joined, obstacle_solid
 from shellmb.scene import LinearSection
 from shellmb.simulate.simulation import Simulation
 
 # types of cells in VTK
-VERTEX, LINE = 1, 3
+VERTEX, LINE, TRIANGLE = 1, 3, 5
 
 # points closer than this part of the scene are one
 SAME = 1e-9
 
-JOINTS = "joints"
+JOINTS, SOLIDS, OBSTACLES = "joints", "solids", "obstacles"
 
 
 class Drawn(Protocol):
@@ -193,6 +194,54 @@ class DrawnRigidMesh:
         return self._mesh.cell_data()
 
 
+class DrawnSolids:
+    """Surfaces that move with rigid bodies, or stay where they are.
+
+    Args:
+        model: The model; the call is collective.
+        name: Name of the grid.
+        solids: The surfaces, at least one.
+        bodies: The rigid bodies; None where no surface moves.
+    """
+
+    def __init__(
+        self, model: Model, name: str, solids: Sequence[Solid], bodies: DrawnRigid | None
+    ) -> None:
+        self._model, self._bodies = model, bodies
+        self._nodes, triangles = joined(solids)
+        counts = [len(s.points) for s in solids]
+        index = model.rigid.index if model.rigid is not None else {}
+        owners = [-1 if s.body is None else index[s.body] for s in solids]
+        self._owners = np.repeat(np.array(owners, dtype=np.int32), counts)
+        self._moved = self._owners >= 0
+        if bodies is not None:
+            assert model.rigid is not None
+            nodes = [model.rigid.bodies[k] for k in self._owners[self._moved]]
+            arms = self._nodes[self._moved] - np.array([n.center for n in nodes]).reshape(-1, 3)
+            axes = np.array([n.directors for n in nodes]).reshape(-1, 3, 3)
+            self._offsets = np.einsum("nki,ni->nk", axes, arms)
+        self.grid: Grid | None = None
+        if model.comm.rank == 0:
+            cells = np.insert(triangles, 0, 3, axis=1).ravel()
+            labels = np.repeat([s.label for s in solids], counts).tolist()
+            types = np.full(len(triangles), TRIANGLE, dtype=np.uint8)
+            self.grid = Grid(name, self._nodes, cells, types, faces=triangles, labels=tuple(labels))
+
+    def fields(self, simulation: Simulation) -> dict[str, Floats]:
+        """Displacement."""
+        displacement = np.zeros_like(self._nodes)
+        if self._bodies is not None:
+            assert self._model.rigid is not None
+            values = nodal_values(simulation, self._model.rigid.name)
+            points = self._bodies.everywhere(values).take(self._owners[self._moved])
+            displacement[self._moved] = points.at(self._offsets).displacement
+        return {"displacement": displacement} if self._model.comm.rank == 0 else {}
+
+    def cell_data(self) -> dict[str, Floats]:
+        """Nothing beside the names of the corners."""
+        return {}
+
+
 class DrawnJoints:
     """All joints: a ring at each end, and a line between ends that are apart.
 
@@ -264,12 +313,29 @@ def drawn_parts(model: Model) -> dict[str, Drawn]:
         assert isinstance(own, DrawnRigid)
         for name, mesh in model.rigid_meshes.items():
             found[name] = DrawnRigidMesh(own, model.rigid, mesh)
+    if solids := [body_solid(b) for b in model.scene.rigid_bodies if b.shape is not None]:
+        # bodies of the scene have their nodes among the rigid bodies
+        assert model.rigid is not None
+        own = bodies[model.rigid.name]
+        assert isinstance(own, DrawnRigid)
+        found[SOLIDS] = DrawnSolids(model, SOLIDS, solids, own)
     if model.mechanism.joints:
-        name = JOINTS
-        while name in found:
-            name += "_"
-        found[name] = DrawnJoints(model, name)
+        found[JOINTS] = DrawnJoints(model, JOINTS)
+    near = [obstacle_solid(c, *_middle(model, bodies)) for c in model.scene.contacts]
+    if shown := [solid for solid in near if solid is not None]:
+        found[OBSTACLES] = DrawnSolids(model, OBSTACLES, shown, None)
     return found
+
+
+def _middle(model: Model, parts: Mapping[str, Drawn]) -> tuple[Floats, float]:
+    """The middle of all bodies in the reference, shape (3,), and the diagonal around them, m."""
+    nodes = [part.grid.nodes for part in parts.values() if part.grid is not None]
+    found = None
+    if model.comm.rank == 0:
+        low, high = np.concatenate(nodes).min(axis=0), np.concatenate(nodes).max(axis=0)
+        found = (low + high) / 2, float(np.linalg.norm(high - low)) or model.length
+    middle, size = model.comm.bcast(found)
+    return middle, size
 
 
 def _rows(vectors: Floats, triples: Floats) -> Floats:

@@ -8,9 +8,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from mpi4py import MPI
+
+import numpy as np
+
 from shellmb.arrays import Floats
 from shellmb.errors import ConvergenceError
 from shellmb.guarding.writing import make_folder
+from shellmb.observers.fields.nodal import nodal_values
 from shellmb.observers.fields.requested import RequestedFields
 from shellmb.observers.files.batches import Batches
 from shellmb.observers.files.collection import Collection
@@ -21,6 +26,10 @@ from shellmb.observers.forces.joints import JointForces
 from shellmb.simulate.simulation import Silent, Simulation
 
 _log = logging.getLogger(__name__)
+
+# states of a run that asks for no number, and up to so many in place of one while something turns
+# by more than an angle between two of them [rad]
+USUAL, FINEST, ANGLE = 50, 8, np.radians(20.0)
 
 # a time this fraction of the interval before that of a frame is the frame's
 EARLY = 1e-6
@@ -45,8 +54,10 @@ class Frames(Silent):
     Each shell and each beam gets files `NAME_0000.vtu` with the fields that the scene asks for, and
     thickness or size of the section, on Lagrange cells of its own degree, and `NAME.vtu.series`,
     which ParaView opens as one thing in time. All rigid bodies are in `rigid_bodies_0000.vtu`,
-    lines from their centres to their points, and all joints in `joints_0000.vtu`. `all.pvd` opens
-    all of it. Files of short steps are written several at a time (`Batches`).
+    lines from their centres to their points, their shapes in `solids_0000.vtu`, all joints in
+    `joints_0000.vtu`, and all obstacles in `obstacles_0000.vtu`. `all.pvd` opens all of it. Where
+    the scene asks for no number of states, there are more of what turns fast. Files of short steps
+    are written several at a time (`Batches`).
 
     Args:
         folder: Where the files go; None: frames are kept in memory only.
@@ -62,6 +73,7 @@ class Frames(Silent):
         self.frames: list[Frame] = []
         self.grids: dict[str, Grid] = {}
         self._kept: list[float] = []
+        self._finer = 1
         self._sums: dict[str, str] = {}
         # numbers of frames that are not written yet, and their fields by the name of the grid
         self._pending: list[tuple[int, dict[str, dict[str, Floats]]]] = []
@@ -89,8 +101,9 @@ class Frames(Silent):
                 for name, grid in self.grids.items()
             }
             self._all = Collection(self.folder / "all.pvd", self._files)
-        count = max(simulation.scene.output.frames - 1, 1)
-        self._interval = simulation.t_end / count
+        requested = simulation.scene.output.frames
+        self._interval = simulation.t_end / max((requested or USUAL) - 1, 1)
+        self._follows = requested is None and simulation.scheme.dynamic
         self._times = list(self._kept)
         if self._kept:
             self._read_back()
@@ -106,10 +119,11 @@ class Frames(Silent):
     def accepted(self, simulation: Simulation) -> None:
         """Take a frame if it is time, and at the end."""
         # by the number of the interval, not by adding intervals up: no drift
-        due = self._times[-1] // self._interval + 1
-        if (due - EARLY) * self._interval <= self._times[-1]:
+        interval = self._interval / self._finer
+        due = self._times[-1] // interval + 1
+        if (due - EARLY) * interval <= self._times[-1]:
             due += 1
-        if simulation.t >= (due - EARLY) * self._interval or simulation.t >= simulation.t_end:
+        if simulation.t >= (due - EARLY) * interval or simulation.t >= simulation.t_end:
             self._take(simulation)
         if self._pending and self._batches.due():
             self.write()
@@ -131,6 +145,9 @@ class Frames(Silent):
 
     def _take(self, simulation: Simulation) -> None:
         self._times.append(simulation.t)
+        if self._follows:
+            turned = self._interval * rotation_rate(simulation)
+            self._finer = int(min(max(np.ceil(turned / ANGLE), 1), FINEST))
         displacement, written = {}, {}
         for name, part in self._parts.items():
             fields = part.fields(simulation)
@@ -184,8 +201,8 @@ class Frames(Silent):
             )
 
     def state(self) -> dict[str, Any]:
-        """Times of the frames."""
-        return {"times": list(self._times)}
+        """Times of the frames, and how many there are now for one of the usual ones."""
+        return {"times": list(self._times), "finer": self._finer}
 
     def sealed(self, state: Mapping[str, Any]) -> dict[str, Any]:
         """A saved state with the checksums of the files of its frames, on rank 0."""
@@ -198,3 +215,13 @@ class Frames(Silent):
         """Go on behind so many frames."""
         self._kept = [float(t) for t in state["times"]]
         self._sums = dict(state["sha256"])
+        self._finer = int(state["finer"])
+
+
+def rotation_rate(simulation: Simulation) -> float:
+    """The largest speed of a director, rad/s; collective."""
+    model, found = simulation.model, 0.0
+    for name in (*model.meshed, *([model.rigid.name] if model.rigid is not None else [])):
+        speeds = np.linalg.norm(nodal_values(simulation, name).director_velocity, axis=-1)
+        found = max(found, float(speeds.max(initial=0.0)))
+    return float(model.comm.allreduce(found, op=MPI.MAX))

@@ -16,8 +16,8 @@ __all__ = ["check_names"]
 SEPARATORS = "/\\,;\"'"
 # file systems take 255 bytes, endings included
 LONGEST = 200
-# files of all rigid bodies, and of all joints
-RESERVED = ("rigid_bodies", "joints")
+# files of all rigid bodies, of their shapes, of all joints, and of all obstacles
+RESERVED = ("rigid_bodies", "solids", "joints", "obstacles")
 # columns that every history has
 COLUMNS = ("step", "t", "dt", "iterations", "rejected", "jump", "wall_s")
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import field
 from functools import cached_property
+from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
@@ -11,7 +12,16 @@ from numpy.typing import NDArray
 from pydantic import BeforeValidator
 
 from shellmb.errors import SceneError
-from shellmb.scene.values.validate import Matrix3, Name, NonNegative, Vec3, described, numbers, show
+from shellmb.scene.values.validate import (
+    Matrix3,
+    Name,
+    NonNegative,
+    Vec3,
+    described,
+    numbers,
+    show,
+    vector,
+)
 
 __all__ = ["FloatingFrame", "Interface", "RigidBody", "rotation_matrix"]
 
@@ -48,6 +58,29 @@ def _vector_or_matrix(value: Any) -> Any:
 
 VectorOrMatrix = Annotated[Vec3 | Matrix3, BeforeValidator(_vector_or_matrix)]
 
+# shapes that mass and inertia determine, and files of surfaces
+EQUIVALENT, SURFACES = ("box", "rod"), (".stl", ".obj", ".ply")
+
+
+def _shape(value: Any) -> Any:
+    """A shape in pictures: one of the names, a file, or three sides."""
+    if value is None or (isinstance(value, str) and value in EQUIVALENT):
+        return value
+    if isinstance(value, str | Path) and Path(value).suffix.lower() in SURFACES:
+        if not Path(value).is_file():
+            raise ValueError("there is no such file")
+        return Path(value)
+    sides = () if isinstance(value, str | Path) else vector(value)
+    if len(sides) != 3 or min(sides) <= 0:
+        raise ValueError(
+            "it must be 'box' or 'rod' (of the body's mass and inertia), the three sides of a box "
+            f"[m], or a surface in a file ({', '.join(SURFACES)})"
+        )
+    return tuple(sides)
+
+
+DrawnShape = Annotated[Any, BeforeValidator(_shape)]
+
 
 @described("rigid body")
 class RigidBody:
@@ -67,6 +100,10 @@ class RigidBody:
             columns are the body's axes.
         com: Centre of mass from the reference point, in the body's axes [m].
         points: Named points from the reference point, in the body's axes [m].
+        shape: What pictures and field files show of it beside lines to its points: ``"box"`` (a
+            plate, where one side is thin) or ``"rod"``, the homogeneous one of its mass and
+            inertia; the three sides of a box about the centre of mass along the body's axes [m];
+            or a file of a surface from the reference point in the body's axes [m].
     """
 
     name: Name
@@ -76,6 +113,7 @@ class RigidBody:
     rotation: VectorOrMatrix = (0.0, 0.0, 0.0)
     com: Vec3 = (0.0, 0.0, 0.0)
     points: dict[str, Vec3] = field(default_factory=dict)
+    shape: DrawnShape = None
 
     def __post_init__(self) -> None:
         """Check inertia, rotation and names.
@@ -86,6 +124,11 @@ class RigidBody:
         """
         _ = self.axes
         self._check_inertia()
+        if self.shape in EQUIVALENT and not (self.mass > 0 and self.inertia_tensor.any()):
+            raise SceneError(
+                f"rigid body '{self.name}': shape is '{self.shape}', which mass and inertia "
+                "determine, and one of them is 0; give the three sides of a box [m]"
+            )
         for name in self.points:
             if name in RESERVED or not name:
                 raise SceneError(

@@ -14,6 +14,7 @@ from shellmb.guarding.writing import drafted
 from shellmb.observers.files.described import Described
 from shellmb.show.fields import Fields
 from shellmb.show.space.scenery import images, showing
+from shellmb.show.space.views import Appearance
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -38,6 +39,7 @@ def animate(
     most: int = 100,
     field: str | None = None,
     component: str | int | None = None,
+    appearance: Appearance | None = None,
 ) -> Path:
     """Draw all states, or as many of them as the time allows, evenly over the run.
 
@@ -50,6 +52,7 @@ def animate(
         most: States that are drawn at most.
         field: What the colours show, as of `colouring`.
         component: Its component.
+        appearance: How it looks.
 
     Raises:
         RunError: If this machine cannot draw, or write such a file.
@@ -58,7 +61,7 @@ def animate(
     times = fields.times
     at_most = most if budget is None else min(most, fewest + int(max(budget, 0.0) / LEAST))
     some = times[_evenly(len(times), min(len(times), at_most))]
-    what = showing(fields, described, some.tolist(), field, component)
+    what = showing(fields, described, some.tolist(), field, component, appearance=appearance)
     left = None if budget is None else budget - (clock.perf_counter() - begin)
     order = _Order(len(what.states), left, fewest)
     drawn = list(images(what, WIDTH, (what.states[k] for k in order)))

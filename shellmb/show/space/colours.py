@@ -18,8 +18,10 @@ from shellmb.show.space.shapes import Shape, State, deformation, read_state
 DEFORMATION = "deformation"
 # what shows that a body of a mechanism is strained, the first one that there is
 STRAINED = ("N", "M", "Q", "force", "moment", "energy_density")
-# parts that are marks and no bodies
-MARKS = ("rigid bodies", "joints")
+# parts that are marks and no bodies with values of their own
+MARKS = ("rigid bodies", "joints", "solids", "obstacles")
+# of these nothing has a colour by its value
+PLAIN = ("joints", "solids", "obstacles")
 
 
 @dataclass(frozen=True)
@@ -57,7 +59,7 @@ def colouring(
     """
     known: dict[str, tuple[str, ...]] = {}
     for name in fields:
-        if name != "joints":
+        if name not in PLAIN:
             file, t = next(iter(fields.states(name).items()))
             known = read_state(file, t).components | known
     if field is None:
@@ -108,7 +110,7 @@ def values(shape: Shape, state: State, shown: Colouring) -> Floats | None:
     if shown.field == DEFORMATION:
         return None if shape.name in MARKS else deformation(shape.reference, state.position)
     found = state.arrays.get(shown.field)
-    if found is None or shape.name == "joints":
+    if found is None or shape.name in PLAIN:
         return None
     if found.ndim == 1:
         return found

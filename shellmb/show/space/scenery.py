@@ -12,11 +12,19 @@ from shellmb.arrays import Floats, Ints
 from shellmb.errors import RunError
 from shellmb.observers.files.described import Described
 from shellmb.show.fields import Fields
-from shellmb.show.space.colours import MARKS, Colouring, colouring, values
+from shellmb.show.space.colours import MARKS, PLAIN, Colouring, colouring, values
 from shellmb.show.space.display import canvas, has_display
 from shellmb.show.space.shapes import Shape, State, read_state, shape_of
 from shellmb.show.space.smooth import smooth
-from shellmb.show.space.views import View, axes, enlargement, look, view_of
+from shellmb.show.space.views import (
+    THEMES,
+    Appearance,
+    View,
+    axes,
+    enlargement,
+    look,
+    view_of,
+)
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -24,10 +32,11 @@ if TYPE_CHECKING:
 
 # width of pictures, pixels
 WIDTH = 960
+USUAL = Appearance()
 COLOURS, NO_VALUE = "viridis", "lightgrey"
 REFERENCE_LINE = "#8a8a8a"
-JOINTS = "joints"
-RIGID = "#c9772b"
+JOINTS, OBSTACLES = "joints", "obstacles"
+RIGID, OBSTACLE = "#c9772b", "#7f93a8"
 # an arrow of the largest force, and radii of beams without a size, of pins and of rigid bodies,
 # parts of the size of the scene
 ARROW, THIN, PIN, KNOB = 0.25, 0.004, 0.007, 0.01
@@ -50,6 +59,7 @@ class Showing:
         caption: What stands above instead of the time.
         bar: Whether the scale of the colours is drawn.
         colours: A colour map of matplotlib's, or its name.
+        appearance: How it looks.
     """
 
     described: Described
@@ -63,13 +73,14 @@ class Showing:
     caption: str = ""
     bar: bool = True
     colours: Any = COLOURS
+    appearance: Appearance = USUAL
 
     @property
     def extent(self) -> View:
         """What numbers of the extent are of: what is seen, or the reference if that is enlarged."""
         if self.factor == 1:
             return self.view
-        return view_of(np.concatenate([shape.reference for shape in self.shapes.values()]))
+        return view_of(np.concatenate([s.reference for s in _bodies(self.shapes).values()]))
 
     def place(self, name: str, state: State) -> Floats:
         """Where the nodes of a body are drawn, shape (n, 3)."""
@@ -94,6 +105,7 @@ def showing(
     field: str | None = None,
     component: str | int | None = None,
     factor: float | None = None,
+    appearance: Appearance | None = None,
 ) -> Showing:
     """Read what is shown.
 
@@ -104,6 +116,7 @@ def showing(
         field: What the colours show, see `colouring`.
         component: Its component.
         factor: By which displacements are shown larger; None: as they are, small ones larger.
+        appearance: How it looks; None: as usual.
 
     Raises:
         SceneError: If there are no states, or no such field.
@@ -122,15 +135,25 @@ def showing(
     high = max((float(np.nanmax(v)) for v in found), default=0.0)
     # sizes begin at zero; a colour for nothing at all would be one of two
     limits = (min(low, 0.0) if low >= 0 else low, high if high > low else low + 1e-300)
-    larger = enlargement(shapes, states) if factor is None else factor
-    points = [shape.reference for shape in shapes.values()]
+    appearance = appearance or USUAL
+    factor = appearance.enlarge if factor is None else factor
+    bodies = _bodies(shapes)
+    larger = enlargement(bodies, states) if factor is None else factor
+    points = [shape.reference for shape in bodies.values()]
     for state in states:
-        for name, shape in shapes.items():
+        for name, shape in bodies.items():
             points.append(shape.reference + larger * (state[name].position - shape.reference))
     forces = [s[JOINTS].arrays["force"] for s in states if "force" in _joints(s)]
     largest = max((float(np.linalg.norm(f, axis=1).max()) for f in forces), default=0.0)
-    view = view_of(np.concatenate(points))
-    return Showing(described, shapes, states, shown, limits, view, larger, largest)
+    view = view_of(np.concatenate(points), appearance.camera)
+    return Showing(
+        described, shapes, states, shown, limits, view, larger, largest, appearance=appearance
+    )
+
+
+def _bodies(shapes: dict[str, Shape]) -> dict[str, Shape]:
+    """What a view is of: obstacles reach beyond it."""
+    return {n: s for n, s in shapes.items() if n != OBSTACLES or len(shapes) == 1}
 
 
 def _joints(state: dict[str, State]) -> dict[str, Floats]:
@@ -202,10 +225,18 @@ class Stage:
         self._arrows: Any = None
         self._title: Any = None
         self._arrow = pv.Arrow(tip_resolution=12, shaft_resolution=12)
-        plotter.set_background("white")
+        theme = THEMES[what.appearance.theme]
+        plotter.set_background(theme.paper)
         first = what.states[0]
         for name, shape in what.shapes.items():
             colours = values(shape, first[name], what.shown)
+            if name in PLAIN and len(shape.faces):
+                style: dict[str, Any] = {"smooth_shading": True, **LIT}
+                if name == OBSTACLES:
+                    style |= {"color": OBSTACLE, "opacity": 0.35}
+                surface = pv.PolyData.from_regular_faces(shape.reference, shape.faces.astype(int))
+                self._add(name, np.asarray, surface, None, **style)
+                continue
             self._reference(pv, shape)
             fine = smooth(shape)
             X = fine.at(shape.reference)
@@ -213,7 +244,7 @@ class Stage:
                 faces = pv.PolyData.from_regular_faces(X, fine.faces.astype(int))
                 self._add(name, fine.at, faces, colours, smooth_shading=True, **LIT)
                 outlines = pv.PolyData(X, lines=_lines(fine.outlines))
-                style: dict[str, Any] = {"color": "black", "opacity": 0.35, "line_width": 1.0}
+                style = {"color": "black", "opacity": 0.35, "line_width": 1.0}
                 self._add(name, fine.at, outlines, None, **style)
             if len(fine.lines):
                 lines = pv.PolyData(X, lines=_lines(fine.lines))
@@ -232,7 +263,7 @@ class Stage:
             scale = plotter.add_scalar_bar(
                 " ",
                 mapper=self._coloured,
-                color="black",
+                color=theme.ink,
                 n_labels=4,
                 fmt="%.3g",
                 label_font_size=13,
@@ -244,12 +275,17 @@ class Stage:
             scale.SetTitle("")
             height = 52.0 / plotter.window_size[1]
             label = plotter.add_text(
-                what.shown.label, position=(0.5, height), font_size=9, color="black", viewport=True
+                what.shown.label,
+                position=(0.5, height),
+                font_size=9,
+                color=theme.ink,
+                viewport=True,
             )
             label.prop.justification_horizontal = "center"
         look(plotter, what.view)
         if marks:
-            axes(plotter, what.extent, what.described.labels)
+            box = what.view if what.appearance.axes else None
+            axes(plotter, what.extent, what.described.labels, theme, box)
 
     _coloured: Any = None
 
@@ -307,7 +343,10 @@ class Stage:
         text = what.title(states)
         if self._title is None:
             self._title = self._plotter.add_text(
-                text, position="upper_edge", font_size=9, color="black"
+                text,
+                position="upper_edge",
+                font_size=9,
+                color=THEMES[what.appearance.theme].ink,
             )
         else:
             self._title.set_text("upper_edge", text)
@@ -348,7 +387,7 @@ def images(
 
     Args:
         what: What is shown.
-        width: Width, pixels; the height goes by what is shown.
+        width: Width, pixels, unless the appearance has one; the height goes by what is shown.
         states: Those of its states that are drawn; None: all.
         marks: Whether time, scale of colours and axes are drawn.
 
@@ -357,6 +396,7 @@ def images(
     """
     from PIL import Image
 
+    width = what.appearance.width or width
     with canvas(width, what.view.height(width)) as plotter:
         stage = Stage(what, plotter, marks)
         for state in what.states if states is None else states:
@@ -372,11 +412,12 @@ def still(
     t: float | None = None,
     field: str | None = None,
     component: str | int | None = None,
-    width: int = WIDTH,
+    appearance: Appearance | None = None,
 ) -> Image:
     """The deformed shape as an image; arguments as of `showing`."""
-    what = showing(fields, described, [fields.nearest(t)], field, component)
-    return next(iter(images(what, width)))
+    at = [fields.nearest(t)]
+    what = showing(fields, described, at, field, component, appearance=appearance)
+    return next(iter(images(what)))
 
 
 def show(
@@ -385,6 +426,7 @@ def show(
     t: float | None = None,
     field: str | None = None,
     component: str | int | None = None,
+    appearance: Appearance | None = None,
 ) -> None:
     """The deformed shape in a window that can be turned; arguments as of `showing`.
 
@@ -398,7 +440,8 @@ def show(
         )
     import pyvista as pv
 
-    what = showing(fields, described, [fields.nearest(t)], field, component)
+    at = [fields.nearest(t)]
+    what = showing(fields, described, at, field, component, appearance=appearance)
     plotter = pv.Plotter(title=described.name)
     Stage(what, plotter).set(what.states[0])
     plotter.show()

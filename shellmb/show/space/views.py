@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 
 from shellmb.arrays import Floats
+from shellmb.errors import SceneError
+from shellmb.scene.lookup import listed
 from shellmb.scene.units import Units
 from shellmb.show.space.shapes import Shape, State
 
@@ -27,18 +29,85 @@ ZERO = 1e-6
 
 
 @dataclass(frozen=True)
+class Theme:
+    """Colours of what is no body.
+
+    Args:
+        paper: The background.
+        ink: Texts and axes.
+        faint: What is less important.
+    """
+
+    paper: str
+    ink: str
+    faint: str
+
+
+THEMES = {
+    "light": Theme("white", "black", "#666666"),
+    "dark": Theme("#14171c", "#f0f0f0", "#a8adb5"),
+}
+LEAST_WIDTH, MOST_WIDTH = 100, 8000
+
+
+@dataclass(frozen=True)
+class Appearance:
+    """How a picture in space looks, where that is not left to it.
+
+    Args:
+        camera: Elevation above the xy plane and azimuth from the x axis, towards the eye,
+            degrees; None: by the scene.
+        width: Width, pixels; None: the usual one.
+        theme: "light" or "dark".
+        enlarge: Factor by which displacements are shown; None: 1, or more for small ones.
+        axes: Whether a box of axes with numbers and units is drawn around all.
+
+    Raises:
+        SceneError: If one of them cannot be.
+    """
+
+    camera: tuple[float, float] | None = None
+    width: int | None = None
+    theme: str = "light"
+    enlarge: float | None = None
+    axes: bool = False
+
+    def __post_init__(self) -> None:
+        """Check all of it."""
+        if self.camera is not None:
+            angles = np.asarray(self.camera, dtype=object)
+            numbers = all(isinstance(a, int | float) and np.isfinite(a) for a in angles.ravel())
+            if angles.shape != (2,) or not numbers or not -90 <= angles[0] <= 90:
+                raise SceneError(
+                    f"picture: camera is {self.camera!r}; it must be an elevation from -90 to 90 "
+                    "and an azimuth, degrees"
+                )
+        if self.width is not None and not LEAST_WIDTH <= self.width <= MOST_WIDTH:
+            raise SceneError(
+                f"picture: width is {self.width}; it must be from {LEAST_WIDTH} to {MOST_WIDTH} "
+                "pixels"
+            )
+        if self.theme not in THEMES:
+            raise SceneError(f"picture: theme is {self.theme!r}; it must be {listed(THEMES)}")
+        if self.enlarge is not None and not (np.isfinite(self.enlarge) and self.enlarge > 0):
+            raise SceneError(f"picture: enlarge is {self.enlarge!r}; it must be positive")
+
+
+@dataclass(frozen=True)
 class View:
     """A box in space.
 
     Args:
         low: Lower corner, shape (3,).
         high: Upper corner, shape (3,).
-        planar: Axis along which a planar scene has no extent; None: it is not planar.
+        planar: Axis along which a planar scene has no extent, seen across it; None: it is not.
+        camera: Elevation and azimuth, degrees.
     """
 
     low: Floats
     high: Floats
     planar: int | None = None
+    camera: tuple[float, float] = (ELEVATION, AZIMUTH)
 
     @property
     def size(self) -> float:
@@ -57,7 +126,7 @@ class View:
 
     def _extent(self) -> tuple[float, float]:
         """Width and height of the box as it is seen."""
-        toward, up = directions(self.planar)
+        toward, up = directions(self)
         right = np.cross(up, toward)
         right /= np.linalg.norm(right)
         upward = np.cross(toward, right)
@@ -65,13 +134,16 @@ class View:
         return float(np.ptp(corners @ right)), float(np.ptp(corners @ upward))
 
 
-def view_of(points: Floats) -> View:
+def view_of(points: Floats, camera: tuple[float, float] | None = None) -> View:
     """The view that shows all points.
 
     Args:
         points: Positions, shape (n, 3).
+        camera: From where; None: by the scene.
     """
     low, high = points.min(axis=0), points.max(axis=0)
+    if camera is not None:
+        return View(low, high, None, camera)
     longest = float(np.max(high - low))
     thin = np.flatnonzero(high - low <= PLANAR * longest)
     return View(low, high, int(thin[0]) if len(thin) == 1 else None)
@@ -109,7 +181,7 @@ def look(plotter: Any, view: View) -> None:
     sides = high - low
     longest = float(sides.max()) or 1.0
     bounds = np.stack([low, high], axis=1).ravel().tolist()
-    toward, up = directions(view.planar)
+    toward, up = directions(view)
     centre = (low + high) / 2
     camera = plotter.camera
     camera.focal_point = centre.tolist()
@@ -122,21 +194,40 @@ def look(plotter: Any, view: View) -> None:
     _fit(camera, view, plotter.window_size)
 
 
-def axes(plotter: Any, view: View, units: Units) -> None:
-    """Draw the directions of the axes, and write the extent of the box.
+def axes(plotter: Any, view: View, units: Units, theme: Theme, box: View | None = None) -> None:
+    """Draw the directions of the axes, and write the extent of the box, or number its sides.
 
     Args:
         plotter: A Plotter of pyvista's.
-        view: What is seen.
+        view: What numbers are of.
         units: Units of the labels.
+        theme: Their colours.
+        box: What is seen, to be drawn as a box with numbers at its sides; None: no box.
     """
     low, high = _rounded(view)
     plotter.add_axes(
-        line_width=2, color="black", viewport=(0.0, 0.0, 0.14, 0.14 * window_ratio(plotter))
+        line_width=2, color=theme.ink, viewport=(0.0, 0.0, 0.14, 0.14 * window_ratio(plotter))
     )
-    text = ", ".join(f"{n} {a:.3g} ... {b:.3g}" for n, a, b in zip("xyz", low, high, strict=True))
     unit = units.of("length")
-    plotter.add_text(f"{text} {unit}".rstrip(), position="upper_left", font_size=7, color="#666666")
+    if box is not None:
+        titles = {f"{n}title": f"{n} [{unit}]" if unit else n for n in "xyz"}
+        plotter.show_bounds(
+            bounds=np.stack(_rounded(box), axis=1).ravel().tolist(),
+            axes_ranges=np.stack([low, high], axis=1).ravel().tolist(),
+            color=theme.ink,
+            font_size=9,
+            fmt="%.3g",
+            n_xlabels=4,
+            n_ylabels=4,
+            n_zlabels=3,
+            location="outer",
+            **titles,
+        )
+        return
+    text = ", ".join(f"{n} {a:.3g} ... {b:.3g}" for n, a, b in zip("xyz", low, high, strict=True))
+    plotter.add_text(
+        f"{text} {unit}".rstrip(), position="upper_left", font_size=7, color=theme.faint
+    )
 
 
 def _rounded(view: View) -> tuple[Floats, Floats]:
@@ -166,15 +257,16 @@ def _fit(camera: Any, view: View, window: Sequence[int]) -> None:
         camera.zoom(seen / room)
 
 
-def directions(planar: int | None) -> tuple[Floats, Floats]:
+def directions(view: View) -> tuple[Floats, Floats]:
     """Unit vectors towards the eye, and up.
 
     Args:
-        planar: As of `View`.
+        view: What is seen.
     """
-    if planar is not None:
-        toward, up = ACROSS[planar]
+    if view.planar is not None:
+        toward, up = ACROSS[view.planar]
         return np.array(toward, dtype=float), np.array(up, dtype=float)
-    e, a = np.radians([ELEVATION, AZIMUTH])
+    e, a = np.radians(view.camera)
     eye = np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])
-    return eye, np.array([0.0, 0.0, 1.0])
+    # up is what rises with the elevation: it is also known straight above
+    return eye, np.array([-np.sin(e) * np.cos(a), -np.sin(e) * np.sin(a), np.cos(e)])

@@ -1,0 +1,167 @@
+"""Shapes of rigid bodies and of obstacles as surfaces, for files and pictures."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from shellmb.arrays import Floats, Ints
+from shellmb.errors import SceneError
+from shellmb.meshes.files.meshio_files import read_meshio
+from shellmb.scene import Ball, Contact, Plane, RigidBody, Rod
+from shellmb.scene.lookup import said
+
+# pieces around a circle, and along half of it
+AROUND = 32
+# a side of no length is drawn so thin, parts of the longest one
+THIN = 1e-3
+# planes and rods reach so far, parts of the scene
+REACH = 1.2
+# two triangles of four corners
+HALVES = ((0, 1, 2), (0, 2, 3))
+
+
+@dataclass(frozen=True)
+class Solid:
+    """A surface of triangles in the reference.
+
+    Args:
+        label: Name of the body, or of the contact whose obstacle it is.
+        points: Corners, shape (n, 3), m.
+        triangles: Numbers of corners, shape (f, 3).
+        body: Name of the rigid body that it moves with; None: it is fixed in space.
+    """
+
+    label: str
+    points: Floats
+    triangles: Ints
+    body: str | None = None
+
+
+def body_solid(body: RigidBody) -> Solid:
+    """The shape of a rigid body.
+
+    Args:
+        body: The body, whose `shape` is not None.
+
+    Raises:
+        SceneError: If its file is no surface.
+    """
+    shape = body.shape
+    if isinstance(shape, Path):
+        found = read_meshio(shape, said(body))
+        if "tri3" not in found.cells:
+            raise SceneError(f"{said(body)}: {shape} has no triangles; its shape must be a surface")
+        # each triangle has corners of its own: edges stay sharp
+        local, triangles = _apart(found.x[found.cells["tri3"]])
+        return Solid(
+            body.name, np.asarray(body.position) + local @ body.axes.T, triangles, body.name
+        )
+    if isinstance(shape, tuple):
+        turned, (local, triangles) = np.eye(3), _box(np.array(shape, dtype=float))
+    else:
+        # int rho y y^T: of a box m a^2 / 12 along each side, of a rod m r^2 / 4 across
+        moments, turned = np.linalg.eigh(body.euler_tensor)
+        squares = np.maximum(moments, 0.0) / body.mass
+        others = (squares.sum() - squares) / 2
+        along = int(np.argmax(np.abs(squares - others)))
+        if shape == "box":
+            local, triangles = _box(np.sqrt(12 * squares))
+        else:
+            local, triangles = _rod(2 * np.sqrt(others[along]), np.sqrt(12 * squares[along]))
+            turned = turned[:, [(along + 1) % 3, (along + 2) % 3, along]]
+        turned = turned * np.sign(np.linalg.det(turned))
+    return Solid(body.name, body.center + local @ turned.T @ body.axes.T, triangles, body.name)
+
+
+def obstacle_solid(contact: Contact, centre: Floats, size: float) -> Solid | None:
+    """The obstacle of a contact near the scene; None where it has no shape here.
+
+    Args:
+        contact: The contact.
+        centre: The middle of the scene, shape (3,), m.
+        size: Size of the scene, m.
+    """
+    obstacle: Any = contact.obstacle
+    if isinstance(obstacle, Ball):
+        local, triangles = _revolved(*_arc(obstacle.radius))
+        return Solid(contact.name, np.asarray(obstacle.center) + local, triangles)
+    if not isinstance(obstacle, Plane | Rod):
+        return None
+    axis = np.asarray(obstacle.normal if isinstance(obstacle, Plane) else obstacle.axis)
+    axis = axis / np.linalg.norm(axis)
+    point, along = np.asarray(obstacle.point), np.outer(axis, axis)
+    if isinstance(obstacle, Plane):
+        # the foot of the scene's middle
+        foot = centre - along @ (centre - point)
+        square = REACH * size * np.array([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)]) / 2
+        return Solid(contact.name, foot + square @ _frame(axis).T, np.array(HALVES))
+    foot = point + along @ (centre - point)
+    h, r = REACH * size / 2, obstacle.radius
+    local, triangles = _revolved(np.array([r, r]), np.array([-h, h]))
+    return Solid(contact.name, foot + local @ _frame(axis).T, triangles)
+
+
+def joined(solids: Sequence[Solid]) -> tuple[Floats, Ints]:
+    """Corners and triangles of several solids as of one.
+
+    Args:
+        solids: They.
+    """
+    first = np.cumsum([0, *(len(s.points) for s in solids[:-1])])
+    triangles = [s.triangles + k for s, k in zip(solids, first, strict=True)]
+    return np.concatenate([s.points for s in solids]), np.concatenate(triangles)
+
+
+def _frame(axis: Floats) -> Floats:
+    """Orthonormal columns, the last one along an axis."""
+    across = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
+    across /= np.linalg.norm(across)
+    return np.stack([across, np.cross(axis, across), axis], axis=1)
+
+
+def _apart(corners: Floats) -> tuple[Floats, Ints]:
+    """Pieces (f, k, 3) with corners of their own, in triangles."""
+    numbers: Ints = np.arange(corners.shape[0] * corners.shape[1]).reshape(corners.shape[:2])
+    if corners.shape[1] == 4:
+        numbers = numbers[:, np.array(HALVES)].reshape(-1, 3)
+    return corners.reshape(-1, 3), numbers
+
+
+def _box(sides: Floats) -> tuple[Floats, Ints]:
+    """A box about the origin."""
+    sides = np.maximum(sides, THIN * sides.max())
+    square = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])
+    # x, z around y goes the other way; all turn about the outward normal
+    faces = [np.insert(square[:: s * (-1) ** k], k, s, axis=1) for k in range(3) for s in (-1, 1)]
+    return _apart(np.array(faces) * sides / 2)
+
+
+def _rod(radius: float, length: float) -> tuple[Floats, Ints]:
+    """A cylinder about the origin along the third axis, with its ends."""
+    longest = max(2 * radius, length)
+    r, h = max(radius, THIN * longest), max(length, THIN * longest) / 2
+    rings = (([0.0, r], [-h, -h]), ([r, r], [-h, h]), ([r, 0.0], [h, h]))
+    parts = [Solid("", *_revolved(np.array(a), np.array(z))) for a, z in rings]
+    return joined(parts)
+
+
+def _arc(radius: float) -> tuple[Floats, Floats]:
+    angles = np.linspace(-np.pi / 2, np.pi / 2, AROUND // 2 + 1)
+    return radius * np.cos(angles), radius * np.sin(angles)
+
+
+def _revolved(radii: Floats, heights: Floats) -> tuple[Floats, Ints]:
+    """A surface of revolution about the third axis by its profile, shape (k,) each."""
+    angles = 2 * np.pi * np.arange(AROUND) / AROUND
+    circle = np.stack([np.cos(angles), np.sin(angles), np.zeros(AROUND)], axis=1)
+    points = radii[:, None, None] * circle + heights[:, None, None] * np.array([0.0, 0.0, 1.0])
+    i, j = np.meshgrid(np.arange(len(radii) - 1), np.arange(AROUND), indexing="ij")
+    after = (j + 1) % AROUND
+    ring, above = i * AROUND, (i + 1) * AROUND
+    corners = np.stack([ring + j, ring + after, above + after, above + j], axis=-1).reshape(-1, 4)
+    return points.reshape(-1, 3), corners[:, np.array(HALVES)].reshape(-1, 3)
