@@ -166,8 +166,8 @@ def scene(
         t_end: End [s], not given: the hinges are 90 % open at 76 s, then their springs hit.
     """
     skin = laminate(coupling, ply_density, G13, G23)
-    edge = RectangularSection(E, beam_nu, REINFORCING, REINFORCING, RHO)
-    bar = RectangularSection(E, beam_nu, CONNECTOR, CONNECTOR, RHO)
+    edge = RectangularSection(E, beam_nu, width=REINFORCING, height=REINFORCING, density=RHO)
+    bar = RectangularSection(E, beam_nu, width=CONNECTOR, height=CONNECTOR, density=RHO)
     beams: list[Beam] = []
     shells: list[Shell] = []
     glues: list[Glue] = []

@@ -43,7 +43,7 @@ def scene(dt: float = 5e-4, t_end: float = 0.4):
     plate = Shell(
         "plate",
         Rectangle(SIDE, SIDE, origin=(0, 0, HEIGHT)),
-        Isotropic(70e9, 0.33, THICKNESS, DENSITY),
+        Isotropic(70e9, 0.33, thickness=THICKNESS, density=DENSITY),
         mesh=(3, 3),
     )
     spin = SPIN / np.sqrt(2) * np.array([1.0, 1.0, 0.0])

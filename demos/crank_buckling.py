@@ -93,7 +93,7 @@ def scene(
         middle: Any = (LENGTH / 2, 0.0, 0.0)
     else:
         plane = Rectangle(LENGTH, HEIGHT, origin=(0, 0, -HEIGHT / 2), axis2=Z)
-        section = Isotropic(E, NU, THICKNESS, DENSITY)
+        section = Isotropic(E, NU, thickness=THICKNESS, density=DENSITY)
         body = {
             "shells": Shell("cantilever", plane, section, mesh=mesh),
             "supports": Clamped("left", body="cantilever"),

@@ -95,7 +95,7 @@ def scene(
         welds = [Weld("hub", "shaft", "disk", at=middle)]
         first = last = "shaft"
     else:
-        section = Isotropic(E, NU, OUTER - INNER, DENSITY)
+        section = Isotropic(E, NU, thickness=OUTER - INNER, density=DENSITY)
         tubes = [
             Shell(
                 name,

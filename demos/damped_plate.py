@@ -45,7 +45,7 @@ def scene(
         t_end: End [s].
     """
     steel = Isotropic(
-        YOUNG, 0.0, THICKNESS, density=DENSITY, stiffness_damping=time, mass_damping=rate
+        YOUNG, 0.0, thickness=THICKNESS, density=DENSITY, stiffness_damping=time, mass_damping=rate
     )
     pulse = Table((0.0, PULSE / 2, PULSE), (0.0, 1.0, 0.0))
     return Scene(

@@ -44,7 +44,7 @@ def scene(mesh: int = 8, t_end: float = 9.0):
         "arch",
         Parametric(half),
         # the mean of both metals, without lateral contraction: a wide beam
-        Isotropic(E, 0.0, THICKNESS),
+        Isotropic(E, 0.0, thickness=THICKNESS),
         mesh=(mesh, 1),
         # of 1/m times the load factor, towards the side of the hinges
         natural=NaturalStrain(curvature=(-1.0, 0.0, 0.0)),

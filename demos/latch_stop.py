@@ -48,7 +48,7 @@ def scene(dt: float = 4e-3, t_end: float = 1.2, damping: float = DAMPING):
     panel = Shell(
         "panel",
         Rectangle(LENGTH, WIDTH),
-        Isotropic(70e9, 0.33, THICKNESS, DENSITY),
+        Isotropic(70e9, 0.33, thickness=THICKNESS, density=DENSITY),
         mesh=(3, 1),
     )
     # a frame for the hinge, which the edge of the panel is fixed to

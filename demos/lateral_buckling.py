@@ -116,11 +116,11 @@ def scene(
         RigidBody("crank", crank.mass, crank.inertia.tolist(), position=tuple(crank.center)),
         RigidBody("link", link.mass, link.inertia.tolist(), position=tuple(link.center)),
     ]
-    square = RectangularSection(E, NU, STIFFENER, STIFFENER, DENSITY)
+    square = RectangularSection(E, NU, width=STIFFENER, height=STIFFENER, density=DENSITY)
     parts: dict[str, Any]
     section: Any
     if model == "shell":
-        section = Isotropic(E, NU, THICKNESS, DENSITY)
+        section = Isotropic(E, NU, thickness=THICKNESS, density=DENSITY)
         surface = Parametric(lambda xi, eta: np.stack([LENGTH * xi, bow(xi), HEIGHT * eta]))
         parts = {
             "shells": Shell("plate", surface, section, mesh=mesh),
@@ -138,7 +138,7 @@ def scene(
         ]
     else:
         # d2 across the plate, d3 upwards
-        section = RectangularSection(E, NU, THICKNESS, HEIGHT, DENSITY)
+        section = RectangularSection(E, NU, width=THICKNESS, height=HEIGHT, density=DENSITY)
 
         def curve(xi: Any) -> Any:
             return np.stack([LENGTH * xi, bow(xi), MIDDLE + 0 * xi])

@@ -81,11 +81,13 @@ def scene(
     if model == "shell":
         surface = Rectangle(LENGTH, HEIGHT, axis2=(0.0, 0.0, 1.0))
         end: Any = (LENGTH, 0.0, HEIGHT / 2)
-        parts = {"shells": Shell("plate", surface, Isotropic(E, NU, thickness), mesh=(16, 2))}
+        parts = {
+            "shells": Shell("plate", surface, Isotropic(E, NU, thickness=thickness), mesh=(16, 2))
+        }
         clamped = Clamped("left")
     else:
         line = Line((0.0, 0.0, HEIGHT / 2), (LENGTH, 0.0, HEIGHT / 2))
-        section = RectangularSection(E, NU, thickness, HEIGHT)
+        section = RectangularSection(E, NU, width=thickness, height=HEIGHT)
         end = "end"
         parts = {"beams": Beam("plate", line, section, elements=8, up=(0.0, 0.0, 1.0))}
         clamped = Clamped("start")

@@ -73,7 +73,7 @@ def scene(
     else:
         plane = Rectangle(LENGTH, HEIGHT, origin=(0, 0, -HEIGHT / 2), axis2=(0, 0, 1))
         body = {
-            "shells": Shell("strip", plane, Isotropic(E, NU, THICKNESS), mesh=mesh),
+            "shells": Shell("strip", plane, Isotropic(E, NU, thickness=THICKNESS), mesh=mesh),
             "supports": Clamped("left"),
             "loads": EdgeForce("right", tuple(force / HEIGHT)),
         }

@@ -66,7 +66,7 @@ def scene(dt: float = 0.04, t_end: float = 4.0):
         t_end: End of the run [s].
     """
     # a strip without contraction across is a beam
-    strip = Isotropic(E, 0.0, THICKNESS, DENSITY)
+    strip = Isotropic(E, 0.0, thickness=THICKNESS, density=DENSITY)
     surface = Rectangle(FORE, WIDTH, origin=(UPPER, -WIDTH / 2, 0.0))
     elbow, tip = (UPPER, 0.0, 0.0), (UPPER + FORE, 0.0, 0.0)
     # about -y: up is positive

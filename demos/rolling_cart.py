@@ -82,7 +82,10 @@ def scene(dt: float = 5e-3, t_end: float = 0.5):
     return Scene(
         "rolling_cart",
         shells=Shell(
-            "plate", Rectangle(LENGTH, WIDTH), Isotropic(E, 0.3, THICKNESS, DENSITY), mesh=(4, 2)
+            "plate",
+            Rectangle(LENGTH, WIDTH),
+            Isotropic(E, 0.3, thickness=THICKNESS, density=DENSITY),
+            mesh=(4, 2),
         ),
         rigid_bodies=bodies,
         joints=joints,

@@ -65,7 +65,7 @@ def scene(
         t_end: End of the run [s].
     """
     word = Modal(modes=10) if model == "modal" else model
-    section = Isotropic(E, 0.3, THICKNESS, DENSITY)
+    section = Isotropic(E, 0.3, thickness=THICKNESS, density=DENSITY)
     inertia = BUS * SIDE**2 / 6
     shells, beams, glues, joints, drivers, probes = [], [], [], [], [], []
     for name, sign in PANELS.items():

@@ -106,7 +106,7 @@ def scene(
     middle = (CRANK + COUPLER / 2, 0.0, 0.0)
     if flexible:
         # d2 = z across the plane, d3 = y in it
-        section = RectangularSection(modulus, 0.3, WIDTH, HEIGHT, DENSITY)
+        section = RectangularSection(modulus, 0.3, width=WIDTH, height=HEIGHT, density=DENSITY)
         line = Line(pin, end)
         model = Modal(modes) if modes else "exact"
         beams = [Beam("coupler", line, section, elements=4, up=(0, 1, 0), model=model)]

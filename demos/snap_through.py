@@ -137,7 +137,7 @@ def scene(
     mass = DENSITY_STEEL * bar**2 * CRANK
     inertia = box(mass, (CRANK, bar, bar), frame=np.stack([out, axis, DOWN], 1)).inertia
     body = RigidBody("crank", mass, inertia.tolist(), _spot(ground + CRANK / 2 * out))
-    square = RectangularSection(E_STEEL, NU, BAR, BAR, DENSITY_STEEL)
+    square = RectangularSection(E_STEEL, NU, width=BAR, height=BAR, density=DENSITY_STEEL)
     parts["beams"] += (Beam("lever", Line(_spot(pin), END), square, 4, 3, up=axis),)
     parts["joints"] += (
         Revolute("bearing", GROUND, "crank", at=_spot(ground), axis=axis),
@@ -177,7 +177,9 @@ def _spot(x: Any) -> Any:
 
 
 def _square(offset: float) -> RectangularSection:
-    return RectangularSection(E, NU, STIFFENER, STIFFENER, DENSITY, offset=(0.0, offset))
+    return RectangularSection(
+        E, NU, width=STIFFENER, height=STIFFENER, density=DENSITY, offset=(0.0, offset)
+    )
 
 
 def _shell(
@@ -193,7 +195,7 @@ def _shell(
         return x + imperfection * np.sin(2 * np.pi * xi) * cylinder.normal(x)
 
     surface = Parametric(wavy) if imperfection else cylinder
-    section = Isotropic(E, NU, THICKNESS, DENSITY)
+    section = Isotropic(E, NU, thickness=THICKNESS, density=DENSITY)
     corners = ("left-bottom", "right-bottom")
     held: list[Any] = [Hinged(("left", "right"), body="shell")]
     if edges == "sliding":
@@ -220,7 +222,7 @@ def _arches(count: int, elements: int, offset: float) -> dict[str, Any]:
         y = HEIGHT * k / (count - 1)
         width = strip_width(count) / (2 if k in (0, count - 1) else 1)
         left, right = (-wide, y, high), (wide, y, high)
-        section = RectangularSection(E, NU, width, THICKNESS, DENSITY)
+        section = RectangularSection(E, NU, width=width, height=THICKNESS, density=DENSITY)
         beams.append(Beam(f"arch{k}", Arc(left, (0.0, y, 0.0), right), section, elements))
         joints += [
             Revolute(f"left{k}", GROUND, f"arch{k}", at=left, axis=AXIAL),

@@ -65,7 +65,10 @@ def scene(nu: float = 0.3, nx: int = 16, ny: int = 4, nz: int = 4):
         ny: Across the skins.
         nz: Across the spars.
     """
-    skin, spar = Isotropic(E, nu, SKIN, 2700.0), Isotropic(E, nu, SPAR, 2700.0)
+    skin, spar = (
+        Isotropic(E, nu, thickness=SKIN, density=2700.0),
+        Isotropic(E, nu, thickness=SPAR, density=2700.0),
+    )
     low = (0.0, -CHORD / 2, -HEIGHT / 2)
     up, aft = (0.0, -CHORD / 2, HEIGHT / 2), (0.0, CHORD / 2, -HEIGHT / 2)
     shells = [

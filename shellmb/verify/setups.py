@@ -56,7 +56,7 @@ SUPPORTS: dict[Edges, tuple[Support, ...]] = {
 
 def plate_section(thickness: float, density: float = 0.0) -> Isotropic:
     """Isotropic section with Young's modulus 1."""
-    return Isotropic(1.0, NU, thickness, density)
+    return Isotropic(1.0, NU, thickness=thickness, density=density)
 
 
 def square(

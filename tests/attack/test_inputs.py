@@ -71,11 +71,17 @@ def raising(t):
 
 # texts and truth values are no numbers, numbers and texts no truth values
 NO_NUMBERS = {
-    "isotropic section: E is True; it must be a number": lambda: Isotropic(True, 0.3, 0.1),
-    "isotropic section: E is '2e11'; it must be a number": lambda: Isotropic("2e11", 0.3, 0.1),
-    "isotropic section: nu is False; it must be a number": lambda: Isotropic(1, False, 0.1),
+    "isotropic section: E is True; it must be a number": lambda: Isotropic(
+        True, 0.3, thickness=0.1
+    ),
+    "isotropic section: E is '2e11'; it must be a number": lambda: Isotropic(
+        "2e11", 0.3, thickness=0.1
+    ),
+    "isotropic section: nu is False; it must be a number": lambda: Isotropic(
+        1, False, thickness=0.1
+    ),
     "isotropic section: thickness is True; it must be a number": lambda: Isotropic(
-        1, 0.3, np.bool_(True)
+        1, 0.3, thickness=np.bool_(True)
     ),
     "point force: force is '019'; it must be a vector of three numbers": lambda: PointForce(
         "left-top", "019"
@@ -257,8 +263,8 @@ def test_impacts_of_supports(message):
 def test_a_soft_core_with_a_factor_is_doubted(core):
     """By the layers' shear flexibility: the core's in the limit, which the factor does not see."""
     faces, soft = 7e10, core * 2.7e10
-    skin = PlyMaterial(faces, faces, 0.3, 2.7e10, 2.7e10, 2.7e10)
-    middle = PlyMaterial(core * faces, core * faces, 0.3, soft, soft, soft)
+    skin = PlyMaterial(faces, faces, nu12=0.3, G12=2.7e10, G13=2.7e10, G23=2.7e10)
+    middle = PlyMaterial(core * faces, core * faces, nu12=0.3, G12=soft, G13=soft, G23=soft)
     plies = (Ply(skin, 1e-3), Ply(middle, 2e-2), Ply(skin, 1e-3))
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
@@ -304,7 +310,7 @@ def test_a_new_scheme_leaves_out_what_it_cannot_have():
 
 def test_numbers_of_numpy_are_numbers():
     """What is strict about texts is not strict about NumPy, lists and whole numbers."""
-    section = Isotropic(np.float32(2.0), np.float64(0.25), np.int64(1))
+    section = Isotropic(np.float32(2.0), np.float64(0.25), thickness=np.int64(1))
     assert (section.E, section.nu, section.thickness) == (2.0, 0.25, 1.0)
     assert shell(mesh=np.array([3, 2])).mesh == (3, 2)
     assert shell(mesh=[3, 2]).mesh == (3, 2)

@@ -18,7 +18,7 @@ from shellmb.scene import (
 )
 
 STEEL = Isotropic(E=2e11, nu=0.3, thickness=0.01, density=7800.0)
-BAR = RectangularSection(7e10, 0.3, 0.02, 0.01, 2700.0)
+BAR = RectangularSection(7e10, 0.3, width=0.02, height=0.01, density=2700.0)
 
 
 def shell(name: str) -> Scene:

@@ -103,8 +103,8 @@ def test_bodies_thicker_than_long_are_doubted(bind):
 SCENE = """
 from shellmb.scene import *
 def scene(t_end: float = 1.0):
-    steel = PlyMaterial(2e11, 2e11, 0.3, 7e10, 7e10, 7e10, 7800)
-    foam = PlyMaterial(1e7, 1e7, 0.3, 4e6, 4e6, 4e6, 50)
+    steel = PlyMaterial(2e11, 2e11, nu12=0.3, G12=7e10, G13=7e10, G23=7e10, density=7800)
+    foam = PlyMaterial(1e7, 1e7, nu12=0.3, G12=4e6, G13=4e6, G23=4e6, density=50)
     plies = (Ply(steel, 1e-3), Ply(foam, 2e-2), Ply(steel, 1e-3))
     plate = Shell("plate", Rectangle(2, 1), Laminate(plies), mesh=(2, 1))
     Laminate(plies)

@@ -174,7 +174,8 @@ IMPOSSIBLE = {
     "a side beyond all": ("def scene(): return plate(side=1e300)", "'plate': an element has"),
     "a beam of nothing": (
         "def scene(): return Scene('bad', beams=Beam('bar', Line((0, 0, 0), (1e-300, 0, 0)),\n"
-        "    RectangularSection(7e10, 0.3, 0.02, 0.01, 2700.0)), supports=Clamped('start'))",
+        "    RectangularSection(7e10, 0.3, width=0.02, height=0.01, density=2700.0)),\n"
+        "    supports=Clamped('start'))",
         "beam 'bar': an element has",
     ),
     "more elements than memory": ("def scene(): return plate(mesh=(100000, 100000))", "memory"),

@@ -85,7 +85,7 @@ def test_a_pulled_bar_has_its_axial_stiffness(scheme: str, degree: int) -> None:
 def test_large_tension_and_compression(stretch: float, offset: tuple[float, float]) -> None:
     """`F = EA lambda (lambda^2 - 1)/2`, which is what the probe of the force reads, too."""
     E, width, height = 1e5, 0.1, 0.1
-    section = RectangularSection(E, 0.3, width, height, offset=offset)
+    section = RectangularSection(E, 0.3, width=width, height=height, offset=offset)
     F = E * width * height * stretch * (stretch**2 - 1) / 2
     # a force at the line turns an offset beam: the moment about the tension centre is taken off
     y2, y3 = offset

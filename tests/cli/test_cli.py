@@ -55,7 +55,8 @@ from shellmb.scene import *
 KEPT = []
 def scene():
     arm = RigidBody("arm", 2.0, (0.01, 0.2, 0.2), com=(0.5, 0, 0))
-    bar = Beam("bar", Line((1, 0, 0), (2, 0, 0)), RectangularSection(7e10, 0.3, 0.02, 0.01, 2700))
+    section = RectangularSection(7e10, 0.3, width=0.02, height=0.01, density=2700)
+    bar = Beam("bar", Line((1, 0, 0), (2, 0, 0)), section)
     pins = [Revolute("pin", "ground", "arm", at=(0, 0, 0), axis=(0, 1, 0)),
             Revolute("hinge", "arm", "bar", at=(1, 0, 0), axis=(0, 1, 0))]
     return Scene("pendulum", rigid_bodies=arm, beams=bar, joints=pins, scheme="ep", dt=1e-3,

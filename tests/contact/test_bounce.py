@@ -118,7 +118,7 @@ def test_restitution_with_damping(scheme, alpha, run, ball) -> None:
 
 def plate(scheme: str, alpha: float, dt: float, **more: Any) -> Scene:
     """A plate that falls on a plane with one corner first; a bounce takes a few ms."""
-    section = Isotropic(70e9, 0.3, 2e-3, density=2700.0)
+    section = Isotropic(70e9, 0.3, thickness=2e-3, density=2700.0)
     return Scene(
         "plate",
         shells=Shell("plate", Rectangle(0.4, 0.3), section, mesh=(2, 2)),
@@ -152,7 +152,7 @@ def test_a_plate_bounces(scheme, alpha, dt, run) -> None:
 def test_static_force_of_a_penetration(run, ball) -> None:
     """Edges and a corner of a plate pressed by a given way: `k (p - s/2)` per length."""
     depth, k, s = 3e-3, 1e6, 1e-3
-    section = Isotropic(70e9, 0.3, 0.01, density=2700.0)
+    section = Isotropic(70e9, 0.3, thickness=0.01, density=2700.0)
     sheet = Shell("sheet", Rectangle(0.4, 0.3), section, mesh=(2, 2))
     held = Fixed(("left", "right", "bottom", "top"), displacement=(0, 0, -depth))
     for on, size in (("left", 0.3), (("left", "right"), 0.6), ("left-bottom", 1.0)):

@@ -61,7 +61,12 @@ def foundation(at, p):
 
 def test_a_plate_that_only_a_foundation_holds(run) -> None:
     """A uniform load moves it by `p/k` everywhere, and nothing bends."""
-    plate = Shell("plate", Rectangle(0.4, 0.3), Isotropic(70e9, 0.3, 2e-3, 2700.0), mesh=(2, 2))
+    plate = Shell(
+        "plate",
+        Rectangle(0.4, 0.3),
+        Isotropic(70e9, 0.3, thickness=2e-3, density=2700.0),
+        mesh=(2, 2),
+    )
     scene = Scene(
         "bed",
         shells=plate,
@@ -88,7 +93,10 @@ def test_directors_of_a_shell(scheme, alpha, run) -> None:
         scene = Scene(
             "leaning",
             shells=Shell(
-                "plate", Rectangle(0.4, 0.3), Isotropic(7e8, 0.3, 5e-3, 2700.0), mesh=(1, 1)
+                "plate",
+                Rectangle(0.4, 0.3),
+                Isotropic(7e8, 0.3, thickness=5e-3, density=2700.0),
+                mesh=(1, 1),
             ),
             potentials=Potential("field", leaning, parameters={"m": 200.0, "k": 2e4}),
             initial=InitialVelocity(spin=(2.0, 3.0, 1.0)),

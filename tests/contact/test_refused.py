@@ -25,7 +25,9 @@ from shellmb.scene import (
     Shell,
 )
 
-PLATE = Shell("plate", Rectangle(0.4, 0.3), Isotropic(70e9, 0.3, 2e-3, 2700.0), mesh=(1, 1))
+PLATE = Shell(
+    "plate", Rectangle(0.4, 0.3), Isotropic(70e9, 0.3, thickness=2e-3, density=2700.0), mesh=(1, 1)
+)
 BODY = RigidBody("ball", 1.0, (1.0, 1.0, 1.0), position=(0, 0, 1.0))
 
 

@@ -112,7 +112,9 @@ def test_opposite_directors() -> None:
 @pytest.mark.parametrize(("cell", "count"), [("quad", 12), ("tri", 16)])
 def test_neighbours_of_shells(cell: Any, count: int) -> None:
     """Along the lines of nodes: of a square 3x3 points, of two triangles the diagonals of four."""
-    plate = Shell("plate", Rectangle(1.0, 1.0), Isotropic(1.0, 0.3, 0.1), mesh=(1, 1), cell=cell)
+    plate = Shell(
+        "plate", Rectangle(1.0, 1.0), Isotropic(1.0, 0.3, thickness=0.1), mesh=(1, 1), cell=cell
+    )
     scene = Scene("plate", plate, supports=Clamped("left"), scheme="static", dt=1.0)
     body = Simulation(scene).model.shells["plate"]
     assert len(_Neighbours(body)._pairs) == count

@@ -91,7 +91,7 @@ def _quadratic(strains, p):
 @pytest.mark.parametrize("thickness", [1e-4, 1e-5])
 def test_forces_of_little_energy_that_hold_a_very_thin_body(thickness, distortion) -> None:
     """A quarter of a cylinder bent by its edge; nothing is said of a regular mesh."""
-    section = Isotropic(2e11, 0.3, thickness)
+    section = Isotropic(2e11, 0.3, thickness=thickness)
     panel = Shell("hypar", Cylinder(1.0, 1.0, angles=(0.0, 90.0)), section, (8, 8))
     panel = replace(panel, distortion=distortion)
     moment = EdgeMoment("right", (0.0, 0.0, 1e8 * thickness**3))
@@ -137,7 +137,7 @@ def test_natural_modes_tell_by_how_much_they_are_too_high() -> None:
     found = []
     for distortion in (0.0, 0.25):
         scene = hypar(1e-3, 8, "quad", distortion)
-        section = Isotropic(2e11, 0.3, 1e-3, 8000.0)
+        section = Isotropic(2e11, 0.3, thickness=1e-3, density=8000.0)
         shell = replace(scene.shells[0], section=section)
         found.append(natural_modes(Scene("modes", shell, supports=scene.supports), count=3))
     right, wrong = found
@@ -156,9 +156,11 @@ def test_any_section(kind: str) -> None:
     """The estimate of a section that is written, offset or varies, beside its regular mesh."""
     t = 1e-3
     section = {
-        "energy": Hyperelastic(_quadratic, {"t": t}, t, 8000.0, stiffness=2e11 * t),
-        "offset": Isotropic(2e11, 0.3, t, offset=2 * t),
-        "varying": Isotropic(2e11, 0.3, lambda x: t * (1 + 0.1 * x[1])),
+        "energy": Hyperelastic(
+            _quadratic, {"t": t}, thickness=t, density=8000.0, stiffness=2e11 * t
+        ),
+        "offset": Isotropic(2e11, 0.3, thickness=t, offset=2 * t),
+        "varying": Isotropic(2e11, 0.3, thickness=lambda x: t * (1 + 0.1 * x[1])),
     }[kind]
     own = {"section": section}
     right, wrong = (hanging(t, 8, d, **own) for d in (0.0, 0.25))
@@ -170,7 +172,7 @@ def test_any_section(kind: str) -> None:
 
 def test_in_motion() -> None:
     """The estimate is of the whole run, and the same as at rest."""
-    section = Isotropic(2e11, 0.3, 1e-3, 8000.0)
+    section = Isotropic(2e11, 0.3, thickness=1e-3, density=8000.0)
     scene = hanging(1e-3, 8, 0.25, section=section)
     _, said = told(replace(scene, scheme="ep", dt=0.02, t_end=0.4))
     assert said == pytest.approx(0.33, rel=0.1)
@@ -178,7 +180,7 @@ def test_in_motion() -> None:
 
 def _plate(distortion: float) -> Scene:
     """A flat plate that bends far."""
-    plate = Shell("plate", Rectangle(1.0, 1.0), Isotropic(2e11, 0.3, 1e-2), (8, 8))
+    plate = Shell("plate", Rectangle(1.0, 1.0), Isotropic(2e11, 0.3, thickness=1e-2), (8, 8))
     plate = replace(plate, distortion=distortion)
     # D times a curvature of one
     moment = EdgeMoment("right", (0.0, -2e11 * 1e-6 / 12, 0.0))
@@ -190,7 +192,9 @@ def _plate(distortion: float) -> Scene:
 def _tube(distortion: float) -> Scene:
     """A quarter of a cylinder under pressure, which stretches."""
     surface = Cylinder(1.0, 1.0, angles=(0.0, 90.0))
-    tube = Shell("tube", surface, Isotropic(2e11, 0.3, 1e-4), (8, 4), distortion=distortion)
+    tube = Shell(
+        "tube", surface, Isotropic(2e11, 0.3, thickness=1e-4), (8, 4), distortion=distortion
+    )
     names = {"left": (0, 1, 0), "right": (1, 0, 0), "bottom": (0, 0, 1)}
     symmetry = [SymmetryPlane(name, normal) for name, normal in names.items()]
     return Scene("tube", tube, supports=symmetry, loads=Pressure(1.0), scheme="linear-statics")

@@ -130,7 +130,7 @@ def test_a_linear_material_has_no_assumed_strains(plate) -> None:
     def energy(strains: Any, p: Any) -> Any:
         return p["mu"] * sum(x * x for part in strains for x in (part[k] for k in range(2)))
 
-    rubber = Hyperelastic(energy, {"mu": 1e4}, 0.01, 1000.0, 1e4)
+    rubber = Hyperelastic(energy, {"mu": 1e4}, thickness=0.01, density=1000.0, stiffness=1e4)
     linear = built("static steel", plate(**STILL))
     other = built("static rubber", plate(section=rubber, **STILL))
     assert "S" in other.model.shells["plate"].mixed.parts

@@ -154,8 +154,8 @@ def test_what_a_scene_needs_stays(plate, free, pendulum) -> None:
 
 
 def test_an_energy_of_all_strains_has_no_parts(plate) -> None:
-    rubber = Hyperelastic(lambda strains, p: p["mu"] * strains.eps[0] ** 2, {"mu": 1.0}, 0.01,
-                          1000.0, 1e4)  # fmt: skip
+    numbers = {"thickness": 0.01, "density": 1000.0, "stiffness": 1e4}
+    rubber = Hyperelastic(lambda strains, p: p["mu"] * strains.eps[0] ** 2, {"mu": 1.0}, **numbers)
     scene = plate(section=rubber)
     assert has(scene, "nonlinear_material") and has(scene, "transverse_shear")
     for name in ("stretching", "transverse_shear"):

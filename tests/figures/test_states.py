@@ -56,8 +56,10 @@ def test_lattice_covers_the_cell_once(k: int) -> None:
 
 
 def test_read_back(tmp_path: Path) -> None:
-    shell = Shell("plate", Rectangle(1, 0.5), Isotropic(1e6, 0.3, 0.05, 100), mesh=(2, 1))
-    section = RectangularSection(1e6, 0.3, 0.05, 0.05, 100)
+    shell = Shell(
+        "plate", Rectangle(1, 0.5), Isotropic(1e6, 0.3, thickness=0.05, density=100), mesh=(2, 1)
+    )
+    section = RectangularSection(1e6, 0.3, width=0.05, height=0.05, density=100)
     scene = Scene(
         "small",
         shell,

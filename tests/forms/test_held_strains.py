@@ -107,7 +107,7 @@ def shell(**options: bool) -> ShellModel:
 
 def beam(**options: bool) -> Any:
     # eccentric, so that forces and moments are coupled
-    section = RectangularSection(2.6, 0.3, 0.3, 0.2, 1.5, offset=(0.09, 0.05))
+    section = RectangularSection(2.6, 0.3, width=0.3, height=0.2, density=1.5, offset=(0.09, 0.05))
     helix = ParametricCurve(lambda xi: np.stack([np.cos(2 * xi), np.sin(2 * xi), 0.7 * xi]))
     made = Beam("b", helix, section, 2, 2, (0.1, 0.2, 1.0))
     made = replace(made, **options)  # type: ignore[arg-type]

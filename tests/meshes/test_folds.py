@@ -62,7 +62,7 @@ def folded(degrees: float, axis: int = 1) -> list[Any]:
 
 
 def director(file: Path, cell: Any, **options: Any) -> Any:
-    shell = Shell("part", MeshFile(file, **options), Isotropic(1.0, 0.3, 0.01), cell=cell)
+    shell = Shell("part", MeshFile(file, **options), Isotropic(1.0, 0.3, thickness=0.01), cell=cell)
     surface = build_surface(shell, MPI.COMM_SELF)
     nodal = shell_space(surface.mesh, 2, False).subspaces["u"]
     return nodal, reference_director(surface, nodal, 2, "part").x.array.reshape(-1, 3)
@@ -80,7 +80,7 @@ def test_a_bracket_bends_as_its_two_parts_do(tmp_path: Path) -> None:
         }
         scene = Scene(
             "bracket",
-            Shell("bracket", MeshFile(file, edges_where=ends), Isotropic(E, 0.0, h)),
+            Shell("bracket", MeshFile(file, edges_where=ends), Isotropic(E, 0.0, thickness=h)),
             supports=Clamped("root"),
             loads=EdgeForce("tip", (0, 0, -F)),
             probes=Probe("w", (1 + c, 0.5, s), component=2),
@@ -100,7 +100,7 @@ def test_a_sharp_fold_in_one_file_is_two_joined_shells(tmp_path: Path) -> None:
     fold = {"fold": lambda x: np.hypot(x[0] - 1, x[2]) < 1e-6}
     root = fold | {"root": lambda x: np.hypot(x[0], x[2]) < 1e-6}
     tip = fold | {"tip": lambda x: np.hypot(x[0] - 1 - c, x[2] - s) < 1e-6}
-    plate = Isotropic(E, 0.0, h)
+    plate = Isotropic(E, 0.0, thickness=h)
     floor = MeshFile(file, where=lambda x: x[2] < 1e-3, edges_where=root)
     wall = MeshFile(file, where=lambda x: x[2] > 1e-3, edges_where=tip)
     scene = Scene(

@@ -208,7 +208,7 @@ import dolfinx.mesh, numpy as np
 from shellmb.meshes.mesh import build_surface
 from shellmb.errors import SceneError
 from shellmb.scene import Disc, GmshModel, Isotropic, Rectangle, Shell, Sphere
-comm, section = MPI.COMM_WORLD, Isotropic(1.0, 0.3, 0.1)
+comm, section = MPI.COMM_WORLD, Isotropic(1.0, 0.3, thickness=0.1)
 
 def strip(gmsh, mesh):
     gmsh.model.occ.addRectangle(0, 0, 0, 2, 1)

@@ -22,7 +22,7 @@ THICKNESS = 0.1
 @pytest.mark.parametrize("cell", ["quad", "tri"])
 @pytest.mark.parametrize("offset", [0.0, 0.2, 0.5])
 def test_kinetic_energy_of_an_offset_shell_is_not_negative(cell, offset):
-    section = Isotropic(1e9, 0.3, THICKNESS, density=1e3, offset=offset * THICKNESS)
+    section = Isotropic(1e9, 0.3, thickness=THICKNESS, density=1e3, offset=offset * THICKNESS)
     shell = Shell("s", Rectangle(1.0, 1.0), section, mesh=(2, 2), cell=cell)
     body = ShellModel(shell, build_surface(shell, MPI.COMM_SELF), [], True)
     space = body.mixed.space

@@ -182,7 +182,7 @@ def test_a_heated_plate_buckles_at_its_temperature() -> None:
     shell = sm.Shell(
         "plate",
         sm.Rectangle(1.0, 1.0),
-        sm.Isotropic(E, nu, h),
+        sm.Isotropic(E, nu, thickness=h),
         mesh=(6, 6),
         natural=sm.NaturalStrain((1e-4, 1e-4, 0)),
     )
@@ -238,7 +238,11 @@ def test_it_may_vary_with_the_position() -> None:
     """
     natural = sm.NaturalStrain(curvature=lambda x: np.array([1e-3 * x[0], 0 * x[0], 0 * x[0]]))
     shell = sm.Shell(
-        "plate", sm.Rectangle(1.0, 0.1), sm.Isotropic(70e9, 0.0, H), mesh=(4, 1), natural=natural
+        "plate",
+        sm.Rectangle(1.0, 0.1),
+        sm.Isotropic(70e9, 0.0, thickness=H),
+        mesh=(4, 1),
+        natural=natural,
     )
     scene = sm.Scene(
         "strip", shell, supports=sm.Clamped("left"), probes=sm.Probe("z", "right-top"), dt=1.0
@@ -289,7 +293,10 @@ BAD = {
         )
     ),
     "natural is given; its section must be linear, and the same everywhere": lambda: sm.Shell(
-        "s", sm.Rectangle(1, 1), sm.Isotropic(1.0, 0.3, lambda x: 1 + 0 * x[0]), natural=HEAT
+        "s",
+        sm.Rectangle(1, 1),
+        sm.Isotropic(1.0, 0.3, thickness=lambda x: 1 + 0 * x[0]),
+        natural=HEAT,
     ),
     "natural is given, and its model is 'rigid'; it must be 'exact'": lambda: sm.Shell(
         "s", sm.Rectangle(1, 1), WOOD, natural=HEAT, model="rigid"
@@ -333,7 +340,7 @@ from shellmb.simulate.buckling import linear_buckling
 from shellmb.verify.problems.linear_shells import compressed_plate
 factors = linear_buckling(compressed_plate("quad", 100.0, 4)[0], MPI.COMM_WORLD, 2).factors
 heat = sm.NaturalStrain((1e-3, 0, 0), (0.3, 0.1, 0))
-steel = sm.Isotropic(70e9, 0.3, 2e-3, 2700.0)
+steel = sm.Isotropic(70e9, 0.3, thickness=2e-3, density=2700.0)
 shell = sm.Shell("p", sm.Rectangle(1.0, 0.5), steel, mesh=(4, 2), natural=heat)
 scene = sm.Scene("p", shell, supports=sm.Clamped("left"), scheme="ep4", dt=1e-3, t_end=3e-3)
 run = execute(scene, None)

@@ -37,7 +37,7 @@ L, B, H, E = 1.0, 0.2, 0.01, 1e9
 def strip(load: Any) -> float:
     scene = Scene(
         "strip",
-        Shell("strip", Rectangle(L, B), Isotropic(E, 0.0, H), mesh=(8, 1)),
+        Shell("strip", Rectangle(L, B), Isotropic(E, 0.0, thickness=H), mesh=(8, 1)),
         supports=Clamped("left"),
         loads=load,
         probes=Probe("tip", (L, 0.0, 0.0)),
@@ -138,7 +138,7 @@ def test_a_cap_of_fibres_needs_a_direction() -> None:
 
     with pytest.raises(SceneError, match=r"direction is None, and .*, the axis that"):
         model(Laminate((Ply(fibre, 0.01),)))
-    model(Isotropic(E, 0.3, H))
+    model(Isotropic(E, 0.3, thickness=H))
 
 
 def test_a_diaphragm_of_any_axis_holds_its_plane() -> None:
@@ -151,7 +151,7 @@ def test_a_diaphragm_of_any_axis_holds_its_plane() -> None:
         place = 2.0 * a + np.sqrt(0.5) * (s + c)
         scene = Scene(
             "quarter",
-            Shell("tube", tube, Isotropic(1e7, 0.3, 0.01), mesh=(4, 4)),
+            Shell("tube", tube, Isotropic(1e7, 0.3, thickness=0.01), mesh=(4, 4)),
             supports=[
                 Diaphragm("bottom", axis),
                 SymmetryPlane("left", tuple(c)),
@@ -188,7 +188,7 @@ def test_functions_on_meshes_of_files_are_looked_at_where_their_nodes_are(tmp_pa
     root = {"root": lambda x: np.isclose(x[0], 0.0)}
     scene = Scene(
         "square",
-        Shell("square", MeshFile(file, edges_where=root), Isotropic(E, 0.0, H)),
+        Shell("square", MeshFile(file, edges_where=root), Isotropic(E, 0.0, thickness=H)),
         supports=Clamped("root"),
         loads=Pressure(lambda x: x),
         scheme="linear-statics",

@@ -43,7 +43,9 @@ def in_plane(
 
     Those of a scene's bodies where `middles` are held.
     """
-    shell = Shell("s", Rectangle(1.0, 0.7), Isotropic(E, 0.3, thickness), mesh=mesh, cell="tri")
+    shell = Shell(
+        "s", Rectangle(1.0, 0.7), Isotropic(E, 0.3, thickness=thickness), mesh=mesh, cell="tri"
+    )
     body = ShellModel(shell, build_surface(shell, MPI.COMM_SELF), [], False)
     if middles:
         hold_middles(body)
@@ -79,7 +81,13 @@ def test_two_and_four_cells_are_as_stiff_however_thin(mesh) -> None:
 
 def shares(*supports) -> np.ndarray:
     """Fully integrated shares of the elements of a plate in a scene, without the common one."""
-    shell = Shell("s", Rectangle(1.0, 0.7), Isotropic(E, 0.3, 1e-3, 1e3), mesh=(2, 2), cell="tri")
+    shell = Shell(
+        "s",
+        Rectangle(1.0, 0.7),
+        Isotropic(E, 0.3, thickness=1e-3, density=1e3),
+        mesh=(2, 2),
+        cell="tri",
+    )
     scene = Scene("s", shell, supports=supports, scheme="ep", dt=1.0, t_end=1.0)
     share = build_model(scene, MPI.COMM_SELF).shells["s"].section.share.x.array
     return share[share > 2 * share.min()]
@@ -107,7 +115,13 @@ def test_bubbles_do_not_buckle_before_the_plate(energy: bool) -> None:
         sizes = {"E": section.E, "nu": section.nu, "thickness": section.thickness}
         numbers = {**sizes, "shear_correction": 5 / 6}
         stiffness = section.E * section.thickness
-        own = Hyperelastic(isotropic_quadratic, numbers, section.thickness, 0.0, stiffness)
+        own = Hyperelastic(
+            isotropic_quadratic,
+            numbers,
+            thickness=section.thickness,
+            density=0.0,
+            stiffness=stiffness,
+        )
         scene = replace(scene, shells=(replace(shell, section=own),))
     run = execute(scene)
     # as many as with quadrilaterals; with a tenth of the share it stops at half of the load

@@ -71,20 +71,23 @@ def exact(thickness: Any) -> float:
 @pytest.mark.parametrize("thickness", [taper, step])
 def test_tip_of_a_cantilever(thickness) -> None:
     """Of fourth order: 3e-4 with four elements, 2.5e-5 with eight; a step is at an edge of some."""
-    assert tip(strip(Isotropic(E, 0.0, thickness))) == pytest.approx(exact(thickness), rel=4e-5)
+    assert tip(strip(Isotropic(E, 0.0, thickness=thickness))) == pytest.approx(
+        exact(thickness), rel=4e-5
+    )
 
 
 def test_on_triangles() -> None:
     """Thickness constant in each: of second order, as these elements are."""
     coarse, fine = (
-        tip(strip(Isotropic(E, 0.0, taper), (n, 2), cell="tri")) / exact(taper) - 1 for n in (8, 16)
+        tip(strip(Isotropic(E, 0.0, thickness=taper), (n, 2), cell="tri")) / exact(taper) - 1
+        for n in (8, 16)
     )
     assert abs(fine) < 1.2e-3 and abs(coarse) > 3 * abs(fine)
 
 
 def test_a_wedge_rings() -> None:
     """Kirchhoff's cantilever wedge, its edge sharp: 5.315, 15.207, 30.020 (Conway and Dubil)."""
-    section = Isotropic(E, 0.0, lambda x: THIN * (1 - x[0] / L), density=RHO)
+    section = Isotropic(E, 0.0, thickness=lambda x: THIN * (1 - x[0] / L), density=RHO)
     found = natural_modes(strip(section), count=3).omega * L**2 / np.sqrt(E * THIN**2 / 12 / RHO)
     # 2e-3: the third mode on eight elements
     np.testing.assert_allclose(found, (5.315, 15.207, 30.020), rtol=2e-3)
@@ -99,9 +102,16 @@ def test_a_soft_core_that_varies_is_doubted_as_any_other() -> None:
 
 
 def test_functions_that_are_constant_are_numbers() -> None:
-    given = Orthotropic(1e9, 1e8, 0.2, 1e8, 1e8, 1e8, 0.01, angle=30.0, offset=0.002)
+    given = Orthotropic(
+        1e9, 1e8, nu12=0.2, G12=1e8, G13=1e8, G23=1e8, thickness=0.01, angle=30.0, offset=0.002
+    )
     varying = Orthotropic(
-        *(1e9, 1e8, 0.2, 1e8, 1e8, 1e8),
+        1e9,
+        1e8,
+        nu12=0.2,
+        G12=1e8,
+        G13=1e8,
+        G23=1e8,
         thickness=lambda x: 0 * x[0] + 0.01,
         angle=lambda x: 0 * x[0] + 30.0,
         offset=lambda x: 0 * x[0] + 0.002,
@@ -111,7 +121,7 @@ def test_functions_that_are_constant_are_numbers() -> None:
 
 def test_mass_of_a_wedge_with_a_flat_face() -> None:
     """Built to one side: the middle of the section is half of its thickness above the surface."""
-    section = Isotropic(E, 0.0, taper, density=RHO, offset=lambda x: taper(x) / 2)
+    section = Isotropic(E, 0.0, thickness=taper, density=RHO, offset=lambda x: taper(x) / 2)
     shell = Shell("wedge", Rectangle(L, B), section, mesh=(2, 1), model="rigid")
     model = build_model(Scene("wedge", shell, scheme="ep", dt=1.0, t_end=1.0), MPI.COMM_WORLD)
     assert model.rigid is not None
@@ -192,13 +202,15 @@ def test_plies_that_are_dropped() -> None:
     ("section", "message"),
     [
         (
-            lambda: Isotropic(E, 0.0, lambda x: 0.01 - 0.02 * x[0]),
+            lambda: Isotropic(E, 0.0, thickness=lambda x: 0.01 - 0.02 * x[0]),
             r"shell 'strip': isotropic section: thickness is -0.009 at \(0.95, 0.01, 0.0\); it "
             "must be greater than 0 everywhere",
         ),
         (
             # found where the elements are, and not before
-            lambda: Isotropic(E, 0.0, lambda x: np.where(np.abs(x[0] - 0.03) < 0.02, 0.0, 1.0)),
+            lambda: Isotropic(
+                E, 0.0, thickness=lambda x: np.where(np.abs(x[0] - 0.03) < 0.02, 0.0, 1.0)
+            ),
             r"thickness is 0 at \(0.02642, ",
         ),
         (
@@ -209,9 +221,14 @@ def test_plies_that_are_dropped() -> None:
             lambda: Laminate((Ply(CARBON, lambda x: 0 * x[0]),)),
             r"laminate: thickness is 0 at .* greater than 0 everywhere",
         ),
-        (lambda: Isotropic(E, 0.0, lambda x: x), r"thickness gives an array of shape \(3, 7\)"),
         (
-            lambda: Orthotropic(1e9, 1e8, 0.2, 1e8, 1e8, 1e8, 0.01, angle=lambda x: x[7]),
+            lambda: Isotropic(E, 0.0, thickness=lambda x: x),
+            r"thickness gives an array of shape \(3, 7\)",
+        ),
+        (
+            lambda: Orthotropic(
+                1e9, 1e8, nu12=0.2, G12=1e8, G13=1e8, G23=1e8, thickness=0.01, angle=lambda x: x[7]
+            ),
             "orthotropic section: angle fails",
         ),
     ],
@@ -222,8 +239,8 @@ def test_what_is_refused(section, message) -> None:
 
 
 def test_numbers_are_those_of_a_position() -> None:
-    section = Isotropic(E, 0.0, taper)
+    section = Isotropic(E, 0.0, thickness=taper)
     with pytest.raises(SceneError, match="thickness is a function of the position; what follows"):
         section.A  # noqa: B018
-    np.testing.assert_allclose(section.at((L, 0, 0)).D, Isotropic(E, 0.0, THIN).D)
+    np.testing.assert_allclose(section.at((L, 0, 0)).D, Isotropic(E, 0.0, thickness=THIN).D)
     assert section.at(np.zeros((3, 4, 2))).A.shape == (4, 2, 3, 3)

@@ -21,7 +21,12 @@ STEPS = 5
 def scene() -> Scene:
     return Scene(
         "small",
-        Shell("plate", Rectangle(1.0, 0.08), Isotropic(210e9, 0.25, 2e-3, 7870.0), mesh=(2, 1)),
+        Shell(
+            "plate",
+            Rectangle(1.0, 0.08),
+            Isotropic(210e9, 0.25, thickness=2e-3, density=7870.0),
+            mesh=(2, 1),
+        ),
         supports=Clamped("left"),
         loads=EdgeForce("right", (0, 0, 1.0)),
         scheme="ep",

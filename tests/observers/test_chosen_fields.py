@@ -99,7 +99,11 @@ def bending_and_shear(strains, p):
 
 def test_a_nonlinear_section_has_strains_and_energy_of_its_own(tmp_path) -> None:
     rubber = sm.Hyperelastic(
-        bending_and_shear, {"E": YOUNG, "h": THICKNESS}, THICKNESS, 0.0, YOUNG * THICKNESS
+        bending_and_shear,
+        {"E": YOUNG, "h": THICKNESS},
+        thickness=THICKNESS,
+        density=0.0,
+        stiffness=YOUNG * THICKNESS,
     )
     asked = ("M", "strains", "energy_density")
     # small, as strains are those of large displacements

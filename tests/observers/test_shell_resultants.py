@@ -20,7 +20,7 @@ def probes(component: int) -> list[Probe]:
 @pytest.mark.parametrize("cell", ["quad", "tri"])
 def test_cantilever_strip_in_tension_and_bending(cell):
     """nu = 0: N11 is the pull, M11 = M + F (L - x) with the sign of curvature, Q1 = F."""
-    section = Isotropic(1e9, 0.0, 0.05)
+    section = Isotropic(1e9, 0.0, thickness=0.05)
     shell = Shell("s", Rectangle(LENGTH, WIDTH), section, mesh=(8, 4), cell=cell)
     loads = [
         EdgeForce("right", (PULL, 0, FORCE)),

@@ -51,7 +51,9 @@ def quadratic(strains: Any, p: Any) -> Any:
     return C / 2 * (membrane + h**2 / 12 * bending + 5 / 12 * (gam[0] ** 2 + gam[1] ** 2))
 
 
-RUBBER = Hyperelastic(quadratic, {"E": 70e9, "h": 5e-3}, 5e-3, 2700.0, 70e9 * 5e-3)
+RUBBER = Hyperelastic(
+    quadratic, {"E": 70e9, "h": 5e-3}, thickness=5e-3, density=2700.0, stiffness=70e9 * 5e-3
+)
 SHELL = {"bending": 3, "membrane": 3, "shear": 2}
 
 

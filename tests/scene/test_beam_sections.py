@@ -10,7 +10,7 @@ from shellmb.scene import CircularSection, GeneralSection, RectangularSection, T
 
 def test_rectangle_is_the_textbook_one():
     E, nu, b, h, rho = 3.0, 0.25, 0.2, 0.5, 7.0
-    section = RectangularSection(E, nu, b, h, rho)
+    section = RectangularSection(E, nu, width=b, height=h, density=rho)
     G, C = E / 2.5, section.stiffness
     expected = (E * b * h, 5 / 6 * G * b * h, 5 / 6 * G * b * h)
     np.testing.assert_allclose(C.diagonal()[:3], expected, rtol=1e-14)
@@ -29,8 +29,8 @@ def test_rectangle_is_the_textbook_one():
     [(1.0, 0.1406), (1.2, 0.166), (1.5, 0.196), (2.0, 0.229), (3.0, 0.263), (10.0, 0.312)],
 )
 def test_torsion_of_rectangles(ratio, constant):
-    wide = RectangularSection(1.0, 0.0, 2 * ratio, 2.0)
-    tall = RectangularSection(1.0, 0.0, 2.0, 2 * ratio)
+    wide = RectangularSection(1.0, 0.0, width=2 * ratio, height=2.0)
+    tall = RectangularSection(1.0, 0.0, width=2.0, height=2 * ratio)
     # the table gives three or four digits
     assert wide.torsion_constant / (ratio * 16) == pytest.approx(constant, abs=6e-4)
     assert tall.torsion_constant == wide.torsion_constant
@@ -39,17 +39,20 @@ def test_torsion_of_rectangles(ratio, constant):
 
 def test_torsion_series_is_summed_up():
     """The square to ten digits, and the limit of a narrow strip, 1/3 - 0.21 b/a."""
-    square = RectangularSection(1.0, 0.0, 1.0, 1.0).torsion_constant
+    square = RectangularSection(1.0, 0.0, width=1.0, height=1.0).torsion_constant
     n = np.arange(1, 20001, 2.0)
     terms = np.tanh(np.minimum(n * np.pi / 2, 300)) / n**5
     assert square == pytest.approx((1 - 192 / np.pi**5 * terms.sum()) / 3, rel=1e-12)
-    strip = RectangularSection(1.0, 0.0, 1.0, 1e-6).torsion_constant
+    strip = RectangularSection(1.0, 0.0, width=1.0, height=1e-6).torsion_constant
     assert strip == pytest.approx(1e-18 / 3 * (1 - 0.63025e-6), rel=1e-9)
 
 
 def test_circle_and_tube():
     E, nu, r, t, rho = 2.0, 0.3, 0.5, 0.1, 3.0
-    circle, tube = CircularSection(E, nu, r, rho), TubularSection(E, nu, r, t, rho)
+    circle, tube = (
+        CircularSection(E, nu, radius=r, density=rho),
+        TubularSection(E, nu, radius=r, thickness=t, density=rho),
+    )
     inner = r - t
     G = E / (2 * (1 + nu))
     for section, a, i in (
@@ -66,26 +69,29 @@ def test_circle_and_tube():
 
 def test_shear_corrections_of_cowper():
     """Full circle 6(1+nu)/(7+6nu), thin tube 2(1+nu)/(4+3nu): his table, 0.886 and 0.531 at 0.3."""
-    circle = CircularSection(1.0, 0.3, 1.0)
+    circle = CircularSection(1.0, 0.3, radius=1.0)
     assert circle.shear_factors[0] == pytest.approx(7.8 / 8.8)
-    thin = TubularSection(1.0, 0.3, 1.0, 1e-5)
+    thin = TubularSection(1.0, 0.3, radius=1.0, thickness=1e-5)
     # the wall is not infinitely thin
     assert thin.shear_factors[0] == pytest.approx(2.6 / 4.9, rel=1e-4)
-    given = CircularSection(1.0, 0.3, 1.0, shear_correction=0.9)
+    given = CircularSection(1.0, 0.3, radius=1.0, shear_correction=0.9)
     assert given.stiffness[1, 1] == pytest.approx(0.9 * np.pi / 2.6)
 
 
 def test_shear_modulus_in_place_of_poissons_ratio():
-    by_nu, by_G = CircularSection(2.6, 0.3, 1.0), CircularSection(2.6, None, 1.0, G=1.0)
+    by_nu, by_G = (
+        CircularSection(2.6, 0.3, radius=1.0),
+        CircularSection(2.6, None, radius=1.0, G=1.0),
+    )
     np.testing.assert_allclose(by_nu.stiffness, by_G.stiffness, rtol=1e-14)
-    thick = RectangularSection(1.0, None, 1.0, 1.0, G=5.0)
+    thick = RectangularSection(1.0, None, width=1.0, height=1.0, G=5.0)
     assert thick.stiffness[1, 1] == pytest.approx(5 * 5 / 6)
 
 
 def test_offset_by_quadrature():
     """Energy of random strains of the moved section: its axial part integrated point by point."""
     E, b, h, rho, y = 3.0, 0.2, 0.5, 2.0, (0.3, -0.4)
-    section = RectangularSection(E, 0.0, b, h, rho, offset=y)
+    section = RectangularSection(E, 0.0, width=b, height=h, density=rho, offset=y)
     x, w = np.polynomial.legendre.leggauss(3)
     y2, y3 = (c.ravel() for c in np.meshgrid(y[0] + b / 2 * x, y[1] + h / 2 * x))
     area = np.outer(w, w).ravel() * b * h / 4
@@ -101,8 +107,8 @@ def test_offset_by_quadrature():
 
 def test_offset_twist_shears_the_centroid():
     """A twist K1 about the line moves the centroid by (-y3, y2) K1, against its shear stiffness."""
-    plain = RectangularSection(1.0, 0.3, 0.2, 0.5)
-    moved = RectangularSection(1.0, 0.3, 0.2, 0.5, offset=(0.3, -0.4))
+    plain = RectangularSection(1.0, 0.3, width=0.2, height=0.5)
+    moved = RectangularSection(1.0, 0.3, width=0.2, height=0.5, offset=(0.3, -0.4))
     twist = np.array([0, 0.0, 0, 1.0, 0, 0])
     at_centroid = np.array([0, 0.4, 0.3, 1.0, 0, 0])
     expected = at_centroid @ plain.stiffness @ at_centroid
@@ -129,7 +135,7 @@ def test_general_section():
 
 
 def test_general_section_holds_any_coupling():
-    shape = RectangularSection(210e9, 0.3, 1e-3, 5e-2, 7800, offset=(0.5, 0.1))
+    shape = RectangularSection(210e9, 0.3, width=1e-3, height=5e-2, density=7800, offset=(0.5, 0.1))
     m, first, second = shape.mass
     section = GeneralSection(shape.stiffness, m, first_moments=first, second_moments=second)
     np.testing.assert_allclose(section.stiffness, shape.stiffness, rtol=1e-14)

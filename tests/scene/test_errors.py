@@ -58,18 +58,28 @@ def made_of(*shells, **kwargs):
 
 BAD = {
     "isotropic section: thickness is -0.1; it must be greater than 0": lambda: Isotropic(
-        1, 0.3, -0.1
+        1, 0.3, thickness=-0.1
     ),
-    "isotropic section: nu is 0.5; it must be less than 0.5": lambda: Isotropic(1, 0.5, 0.1),
-    "isotropic section: nu is -1; it must be greater than -1": lambda: Isotropic(1, -1, 0.1),
-    "isotropic section: E is 0; it must be greater than 0": lambda: Isotropic(0, 0.3, 0.1),
-    "isotropic section: E is 'steel'; it must be a number": lambda: Isotropic("steel", 0.3, 0.1),
-    "isotropic section: density is -1; it must be at least 0": lambda: Isotropic(1, 0.3, 0.1, -1),
+    "isotropic section: nu is 0.5; it must be less than 0.5": lambda: Isotropic(
+        1, 0.5, thickness=0.1
+    ),
+    "isotropic section: nu is -1; it must be greater than -1": lambda: Isotropic(
+        1, -1, thickness=0.1
+    ),
+    "isotropic section: E is 0; it must be greater than 0": lambda: Isotropic(
+        0, 0.3, thickness=0.1
+    ),
+    "isotropic section: E is 'steel'; it must be a number": lambda: Isotropic(
+        "steel", 0.3, thickness=0.1
+    ),
+    "isotropic section: density is -1; it must be at least 0": lambda: Isotropic(
+        1, 0.3, thickness=0.1, density=-1
+    ),
     "isotropic section: offset is inf; it must be a finite number": lambda: Isotropic(
-        1, 0.3, 0.1, offset=float("inf")
+        1, 0.3, thickness=0.1, offset=float("inf")
     ),
     "orthotropic section: nu12 is 2.1; its magnitude must be less than sqrt(E1/E2) = 2": lambda: (
-        Orthotropic(4, 1, 2.1, 1, 1, 1, 0.1)
+        Orthotropic(4, 1, nu12=2.1, G12=1, G13=1, G23=1, thickness=0.1)
     ),
     "laminate: it has no plies; it must have one at least": lambda: Laminate(()),
     "laminate: plies[1] is 3; it must be a ply": lambda: Laminate((Ply(CARBON, 0.1), 3)),
@@ -225,7 +235,10 @@ BAD = {
     ),
     "shell 'plate': its mass per area is 0; it must be greater than 0 with scheme 'ep', so give "
     "its section a density": lambda: made_of(
-        Shell("plate", Rectangle(1, 1), Isotropic(1, 0.3, 0.1)), scheme="ep", dt=1, t_end=1
+        Shell("plate", Rectangle(1, 1), Isotropic(1, 0.3, thickness=0.1)),
+        scheme="ep",
+        dt=1,
+        t_end=1,
     ),
     "gravity: time gives nan at t = 0; it must give a finite number": lambda: made_of(
         PLATE, supports=HELD, loads=Gravity(time=lambda t: NAN)

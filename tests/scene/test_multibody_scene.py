@@ -37,9 +37,13 @@ from shellmb.scene import (
 )
 
 Z = (0, 0, 1)
-BEAM = Beam("beam", Line((0, 0, 0), (1, 0, 0)), RectangularSection(1.0, 0.3, 0.1, 0.1, density=1.0))
+BEAM = Beam(
+    "beam",
+    Line((0, 0, 0), (1, 0, 0)),
+    RectangularSection(1.0, 0.3, width=0.1, height=0.1, density=1.0),
+)
 CRANK = RigidBody("crank", 1, (1, 1, 1), position=(1, 0, 0), points={"pin": (1, 0, 0)})
-PLATE = Shell("plate", Rectangle(1, 1), Isotropic(1.0, 0.3, 0.01, density=1.0))
+PLATE = Shell("plate", Rectangle(1, 1), Isotropic(1.0, 0.3, thickness=0.01, density=1.0))
 JOINTS = (
     Revolute("hinge", "crank", "beam", axis=Z),
     Cylindrical("guide", "ground", "crank", at=(2, 0, 0), axis=Z),

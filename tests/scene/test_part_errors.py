@@ -45,7 +45,7 @@ from shellmb.scene import (
 )
 
 NAN = float("nan")
-BAR = RectangularSection(1.0, 0.3, 0.1, 0.1)
+BAR = RectangularSection(1.0, 0.3, width=0.1, height=0.1)
 ROD = Line((0, 0, 0), (1, 0, 0))
 JOINT = "name, first, second, at, second_at, mass, active"
 ONES = np.ones((3, 3))
@@ -94,20 +94,20 @@ BAD = {
     "y, z)": lambda: AlongLine("s", "a", (1, 2)),
     # sections
     "rectangular section: nu is None and G is None; exactly one of them must be given, the other "
-    "None": lambda: RectangularSection(1, None, 1, 1),
+    "None": lambda: RectangularSection(1, None, width=1, height=1),
     "circular section: nu is 0.3 and G is 1.0; exactly one of them must be given, the other "
-    "None": lambda: CircularSection(1, 0.3, 1, G=1),
+    "None": lambda: CircularSection(1, 0.3, radius=1, G=1),
     "rectangular section: nu is 0.6; it must be at most 0.5": lambda: RectangularSection(
-        1, 0.6, 1, 1
+        1, 0.6, width=1, height=1
     ),
     "rectangular section: width is 0; it must be greater than 0": lambda: RectangularSection(
-        1, 0.3, 0, 1
+        1, 0.3, width=0, height=1
     ),
     "rectangular section: offset has the wrong number of entries": lambda: RectangularSection(
-        1, 0.3, 1, 1, offset=(1,)
+        1, 0.3, width=1, height=1, offset=(1,)
     ),
     "tubular section: thickness is 1.0; it must be less than the radius 1.0, or use "
-    "CircularSection": lambda: TubularSection(1, 0.3, 1, 1),
+    "CircularSection": lambda: TubularSection(1, 0.3, radius=1, thickness=1),
     "general section: stiffness is (1, 2); it must be 6 by 6 finite numbers, or the 6 of a "
     "diagonal": lambda: GeneralSection([1, 2]),
     "general section: stiffness is 'stiff'; it must be 6 by 6 finite numbers, or the 6 of a "

@@ -63,10 +63,18 @@ def test_the_page_has_them_all():
 def test_few_parameters_go_without_names():
     assert {
         cls: [f.name for f in fields(cls) if not f.kw_only]
-        for cls in (scene.Scene, scene.Revolute, scene.Laminate)
+        for cls in (
+            scene.Scene,
+            scene.Revolute,
+            scene.Isotropic,
+            scene.RectangularSection,
+            scene.Laminate,
+        )
     } == {
         scene.Scene: ["name", "shells"],
         scene.Revolute: ["name", "first", "second"],
+        scene.Isotropic: ["E", "nu"],
+        scene.RectangularSection: ["E", "nu"],
         scene.Laminate: ["plies"],
     }
     with pytest.raises(SceneError) as refused:

@@ -70,11 +70,11 @@ def test_contacts_need_a_time_and_places() -> None:
         scene(rolling(), scheme="static", dt=None, t_end=None)
     with pytest.raises(SceneError, match="rolling joint 'roll': at is missing"):
         scene(rolling(at=None))
-    bar = CircularSection(1e9, 0.3, 0.01, 1e3)
+    bar = CircularSection(1e9, 0.3, radius=0.01, density=1e3)
     beam = Beam("axle", Line((0, 0, R), (0, 1, R)), bar)
     with pytest.raises(SceneError, match="second_at is missing; it must be the centre of the whee"):
         scene(Rolling("roll", GROUND, "axle", axis=(0, 1, 0), **ON), beams=beam)
-    plate = Shell("plate", Rectangle(1, 1), Isotropic(1.0, 0.3, 0.01, density=1.0))
+    plate = Shell("plate", Rectangle(1, 1), Isotropic(1.0, 0.3, thickness=0.01, density=1.0))
     with pytest.raises(SceneError, match="second is shell 'plate', whose nodes have a director on"):
         scene(Rolling("roll", GROUND, "plate", second_at=(0, 0, 0), **ON), shells=plate)
 

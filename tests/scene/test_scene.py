@@ -87,7 +87,7 @@ def test_support_reaches_through_joins():
 
 
 def test_numpy_is_welcome():
-    section = Isotropic(np.float64(2e11), np.float32(0.25), np.array(0.01))
+    section = Isotropic(np.float64(2e11), np.float32(0.25), thickness=np.array(0.01))
     assert (section.E, section.nu, section.thickness) == (2e11, 0.25, 0.01)
     assert SurfaceForce(np.arange(3)).force == (0.0, 1.0, 2.0)
     assert Shell("a", Rectangle(1, 1), STEEL, mesh=np.array([2, 3])).mesh == (2, 3)

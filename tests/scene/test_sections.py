@@ -26,7 +26,7 @@ def test_antenna_lay_up():
 
 def test_isotropic_is_the_textbook_one():
     E, nu, h = 3.0, 0.3, 0.2
-    section = Isotropic(E, nu, h, density=5.0)
+    section = Isotropic(E, nu, thickness=h, density=5.0)
     plane = E / (1 - nu**2) * np.array([[1, nu, 0], [nu, 1, 0], [0, 0, (1 - nu) / 2]])
     np.testing.assert_allclose(section.A, plane * h, rtol=1e-14)
     np.testing.assert_allclose(section.D, plane * h**3 / 12, rtol=1e-14)
@@ -42,13 +42,13 @@ def test_offset_is_steiners_theorem(z0):
     np.testing.assert_allclose(moved.B, middle.B + z0 * middle.A)
     np.testing.assert_allclose(moved.D, middle.D + 2 * z0 * middle.B + z0**2 * middle.A)
     np.testing.assert_allclose(moved.G, middle.G)
-    m, s, i = Isotropic(1, 0.3, 0.1, density=2.0, offset=z0).mass
+    m, s, i = Isotropic(1, 0.3, thickness=0.1, density=2.0, offset=z0).mass
     np.testing.assert_allclose((m, s, i), (0.2, 0.2 * z0, 2 * 0.1**3 / 12 + 0.2 * z0**2))
 
 
 def test_turning_the_material_by_90_degrees_swaps_its_axes():
-    section = Orthotropic(25.0, 1.0, 0.25, 0.5, 0.5, 0.2, 0.1, angle=90)
-    swapped = Orthotropic(1.0, 25.0, 0.25 / 25, 0.5, 0.2, 0.5, 0.1)
+    section = Orthotropic(25.0, 1.0, nu12=0.25, G12=0.5, G13=0.5, G23=0.2, thickness=0.1, angle=90)
+    swapped = Orthotropic(1.0, 25.0, nu12=0.25 / 25, G12=0.5, G13=0.2, G23=0.5, thickness=0.1)
     for name in "ABDG":
         np.testing.assert_allclose(getattr(section, name), getattr(swapped, name), atol=1e-14)
     assert not section.D[:2, 2].any()
@@ -56,8 +56,10 @@ def test_turning_the_material_by_90_degrees_swaps_its_axes():
 
 @pytest.mark.parametrize("angle", [17.0, -75.0, 200.0])
 def test_turning_leaves_invariants(angle):
-    straight = Orthotropic(25.0, 1.0, 0.25, 0.5, 0.5, 0.2, 0.1)
-    turned = Orthotropic(25.0, 1.0, 0.25, 0.5, 0.5, 0.2, 0.1, angle=angle)
+    straight = Orthotropic(25.0, 1.0, nu12=0.25, G12=0.5, G13=0.5, G23=0.2, thickness=0.1)
+    turned = Orthotropic(
+        25.0, 1.0, nu12=0.25, G12=0.5, G13=0.5, G23=0.2, thickness=0.1, angle=angle
+    )
     scale = np.diag([1, 1, np.sqrt(2)])  # Mandel's notation makes the turn orthogonal
     for a, b in ((straight.A, turned.A), (straight.D, turned.D)):
         np.testing.assert_allclose(
@@ -73,7 +75,7 @@ def test_energy_shear_of_a_homogeneous_section_is_five_sixths():
         np.testing.assert_allclose(energy.G, constant.G, rtol=1e-12, atol=1e-14)
     isotropic = PlyMaterial(E1=1, E2=1, nu12=0.3, G12=1 / 2.6, G13=1 / 2.6, G23=1 / 2.6)
     energy = Laminate.from_stacking(isotropic, 0.5, "[0]2s", shear_correction="energy")
-    np.testing.assert_allclose(energy.G, Isotropic(1, 0.3, 2).G, rtol=1e-12, atol=1e-14)
+    np.testing.assert_allclose(energy.G, Isotropic(1, 0.3, thickness=2).G, rtol=1e-12, atol=1e-14)
 
 
 def test_energy_shear_of_a_sandwich():

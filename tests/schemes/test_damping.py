@@ -60,13 +60,13 @@ def strip(kind: str, scheme: str, damping: Any = 0.0, mass: float = 0.0, **more:
     """A cantilever of a square cross-section, as a shell or a beam."""
     own = {"stiffness_damping": damping, "mass_damping": mass}
     if kind != "beam":
-        section = Isotropic(E, 0.0, SIDE, density=RHO, **own)
+        section = Isotropic(E, 0.0, thickness=SIDE, density=RHO, **own)
         cell: Any = "tri" if kind == "triangles" else "quad"
         shell = Shell("strip", Rectangle(LENGTH, SIDE), section, mesh=(3, 1), cell=cell)
         bodies = {"shells": shell}
         held = "left"
     else:
-        bar = RectangularSection(E, 0.0, SIDE, SIDE, density=RHO, **own)
+        bar = RectangularSection(E, 0.0, width=SIDE, height=SIDE, density=RHO, **own)
         bodies = {"beams": Beam("strip", Line((0, 0, 0), (LENGTH, 0, 0)), bar, elements=3)}
         held = "start"
     alpha = {"alpha": 0.5} if scheme in ("ed", "ed3") else {}
@@ -193,13 +193,13 @@ def test_hyperelastic_sections_are_damped_by_their_stiffness_at_rest() -> None:
     A, G = E * h / (1 - nu**2), 5 / 6 * E * h / (2 * (1 + nu))
     values = {"nu": nu, "A": A, "D": A * h**2 / 12, "G": G}
     own = {"stiffness_damping": ShellDamping(membrane=1e-3, bending=2e-3, shear=3e-3)}
-    damped = Hyperelastic(_quadratic, values, h, RHO, E * h, **own)
+    damped = Hyperelastic(_quadratic, values, thickness=h, density=RHO, stiffness=E * h, **own)
     shell = Shell("plate", Rectangle(1.0, 1.0), damped, mesh=(2, 2))
     body = build_model(Scene("s", shell, scheme="ep", dt=1.0, t_end=1.0), MPI.COMM_WORLD)
     bound = body.shells["plate"]
     membrane, coupling, bend, shear = stiffness_at_rest(bound, bound.section.formulation)
     assert coupling is None
-    elastic = Isotropic(E, nu, h, RHO)
+    elastic = Isotropic(E, nu, thickness=h, density=RHO)
     assert membrane.value == pytest.approx(1e-3 * elastic.A, rel=1e-12)
     assert bend.value == pytest.approx(2e-3 * elastic.D, rel=1e-12)
     assert shear.value == pytest.approx(3e-3 * elastic.G, rel=1e-12)
@@ -211,7 +211,9 @@ def test_an_energy_of_the_user_is_damped_as_the_section_whose_it_is(scheme: str)
     A, G = E * SIDE, 5 / 6 * E * SIDE / 2
     values = {"nu": 0.0, "A": A, "D": A * SIDE**2 / 12, "G": G}
     times = ShellDamping(membrane=1e-3, bending=2e-3, shear=3e-3)
-    own = Hyperelastic(_quadratic, values, SIDE, RHO, A, stiffness_damping=times)
+    own = Hyperelastic(
+        _quadratic, values, thickness=SIDE, density=RHO, stiffness=A, stiffness_damping=times
+    )
     found = []
     for section in (None, own):
         scene = strip("shell", scheme, times, loads=Gravity((1e5, 0, -1e4)), dt=1e-3, t_end=0.01)
@@ -228,7 +230,7 @@ def test_an_energy_of_the_user_is_damped_as_the_section_whose_it_is(scheme: str)
 
 @pytest.mark.slow
 def test_a_coupled_laminate_in_steps_of_its_own_choice() -> None:
-    ply = PlyMaterial(2e11, 1e10, 0.3, 5e9, 5e9, 5e9, density=RHO)
+    ply = PlyMaterial(2e11, 1e10, nu12=0.3, G12=5e9, G13=5e9, G23=5e9, density=RHO)
     times = ShellDamping(membrane=1e-4, bending=4e-4)
     skew = Laminate(
         (Ply(ply, 0.01, 20.0), Ply(ply, 0.01, 70.0)), stiffness_damping=times, mass_damping=1.0
@@ -252,16 +254,16 @@ def test_what_cannot_be_damped_is_said() -> None:
         e = shell_forms.shell_strains(u, w, surface)
         return ShellStrains(ufl.as_vector([ufl.ln(1 + 2 * x) / 2 for x in e.eps]), e.kap, e.gam)
 
-    section = Isotropic(E, 0.3, 0.01, RHO, stiffness_damping=1e-3)
+    section = Isotropic(E, 0.3, thickness=0.01, density=RHO, stiffness_damping=1e-3)
     shell = Shell("plate", Rectangle(1.0, 1.0), section, mesh=(2, 2), strains=logarithmic)
     with pytest.raises(SceneError, match="'plate': strains is logarithmic, which is not quadratic"):
         Simulation(Scene("s", shell, scheme="ep", dt=1.0, t_end=1.0))
     concave = Hyperelastic(
         lambda e, p: -_quadratic(e, p),
         {"nu": 0.3, "A": 1.0, "D": 1.0, "G": 1.0},
-        0.01,
-        RHO,
-        1e3,
+        thickness=0.01,
+        density=RHO,
+        stiffness=1e3,
         stiffness_damping=1e-3,
     )
     shell = Shell("plate", Rectangle(1.0, 1.0), concave, mesh=(2, 2))
@@ -274,7 +276,7 @@ def test_damping_is_a_time_or_several(given: Any) -> None:
     with pytest.raises(
         SceneError, match=r"isotropic section: stiffness_damping is .*; it must be a time in"
     ):
-        Isotropic(E, 0.0, 0.1, stiffness_damping=given)
+        Isotropic(E, 0.0, thickness=0.1, stiffness_damping=given)
 
 
 @pytest.mark.parametrize("kind", [pytest.param("shell", marks=SLOW), "beam"])

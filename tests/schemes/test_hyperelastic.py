@@ -128,7 +128,7 @@ def test_small_strains_of_rubber_are_no_round_off() -> None:
     With `tr C - 3` as a difference of ones it took 536 steps, and the account closed to 7e-9.
     """
     values = {"mu": 1e6, "thickness": 0.01, "shear_correction": 5 / 6}
-    rubber = Hyperelastic(neo_hookean, values, 0.01, 1100.0, stiffness=3e4)
+    rubber = Hyperelastic(neo_hookean, values, thickness=0.01, density=1100.0, stiffness=3e4)
     simulation = Simulation(cantilever((0, 0, 1.0), "ep4", section=rubber, dt=5e-3, t_end=0.02))
     account = EnergyAccount()
     simulation.run([account])
@@ -155,7 +155,7 @@ def test_the_energy_of_rubber_is_that_of_textbooks() -> None:
 def test_a_mooney_rivlin_plate_keeps_its_energy(scheme: str) -> None:
     """It is thrown and spins, to strains of some hundredths."""
     values = {"mu1": 7e3, "mu2": 3e3, "thickness": 0.01, "shear_correction": 5 / 6}
-    own = Hyperelastic(mooney_rivlin, values, 0.01, 1100.0, stiffness=3e2)
+    own = Hyperelastic(mooney_rivlin, values, thickness=0.01, density=1100.0, stiffness=3e2)
     spin = InitialVelocity(spin=(3.0, 4.0, 12.0))
     more = {"initial": spin, "solver": Solver(newton="full", tolerance=1e-12)}
     simulation, energy = (

@@ -45,7 +45,11 @@ def stiffening(strains: Any, parameters: Any) -> Any:
 
 # at strains of a tenth the terms of sixth degree are half of the others
 STIFFENING = Hyperelastic(
-    stiffening, {"A": H, "c": H**2 / 12, "k": 5e3, "b": H / 10}, H, density=1.0, stiffness=H
+    stiffening,
+    {"A": H, "c": H**2 / 12, "k": 5e3, "b": H / 10},
+    thickness=H,
+    density=1.0,
+    stiffness=H,
 )
 SECTIONS = {
     "offset up": replace(SOFT, offset=OFFSET),

@@ -28,7 +28,7 @@ def plate(
     """A clamped strip in large motion: material, size, load, time function, initial velocity."""
     damped = sm.ShellDamping(bending=damping) if scheme in DAMPED else None
     more = {} if damped is None else {"stiffness_damping": damped}
-    steel = sm.Isotropic(E, 0.3, thickness, density, **more)
+    steel = sm.Isotropic(E, 0.3, thickness=thickness, density=density, **more)
     strip = sm.Shell("strip", sm.Rectangle(length, 0.2), steel, mesh=(3, 1))
     load = sm.EdgeForce("right", (0, 0, force), time=lambda t: 1 + math.sin(frequency * t))
     motion = {} if scheme in STATIC else {"initial": sm.InitialVelocity((0, 0, speed))}
@@ -55,7 +55,7 @@ def vault(scheme="ep", radius=1.0, thickness=0.01, force=2e3, gravity=9.81, dt=2
     panel = sm.Shell(
         "panel",
         sm.Cylinder(radius, 0.5, angles=(0, 60)),
-        sm.Isotropic(1e9, 0.3, thickness, 1000.0),
+        sm.Isotropic(1e9, 0.3, thickness=thickness, density=1000.0),
         mesh=(3, 1),
     )
     return sm.Scene(

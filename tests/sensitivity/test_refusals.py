@@ -8,7 +8,7 @@ from tests.sensitivity import scenes
 
 def elements(count: float = 3.0) -> sm.Scene:
     """A scene whose mesh follows a number."""
-    steel = sm.Isotropic(210e9, 0.3, 4e-3, 7800.0)
+    steel = sm.Isotropic(210e9, 0.3, thickness=4e-3, density=7800.0)
     shell = sm.Shell("strip", sm.Rectangle(1, 0.2), steel, mesh=(int(count + 0.5), 1))
     return sm.Scene("mesh", shell, supports=sm.Clamped("left"), scheme="ep", dt=1e-3, t_end=1e-3)
 

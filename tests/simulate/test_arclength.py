@@ -292,7 +292,7 @@ def test_two_ranks_follow_the_same_path(mpirun: Any) -> None:
 
 def test_a_follower_load_has_no_inertia_and_a_path() -> None:
     """Its stiffness is not symmetric: the path goes on, its stability is not known."""
-    shell = Shell("strip", Rectangle(1.0, 0.2), Isotropic(1.0, 0.0, 0.01), mesh=(4, 1))
+    shell = Shell("strip", Rectangle(1.0, 0.2), Isotropic(1.0, 0.0, thickness=0.01), mesh=(4, 1))
     scene = Scene(
         "follower",
         shell,

@@ -19,7 +19,7 @@ from shellmb.scene import (
 
 
 def strip(**more: Any) -> Scene:
-    shell = Shell("strip", Rectangle(1.0, 0.2), Isotropic(1.0, 0.0, 0.1), mesh=(2, 1))
+    shell = Shell("strip", Rectangle(1.0, 0.2), Isotropic(1.0, 0.0, thickness=0.1), mesh=(2, 1))
     choices = {"supports": Clamped("left"), "path": PathFollowing()}
     choices |= {"loads": EdgeForce("right", (0.0, 0.0, 1e-4))}
     return Scene("strip", shell, **(choices | more))  # type: ignore[arg-type]

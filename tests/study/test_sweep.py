@@ -139,7 +139,7 @@ def test_single_bodies_can_be_refined():
 def test_a_mesh_from_a_file_is_no_choice(body, tmp_path):
     file = tmp_path / "wing.msh"
     file.write_text("$MeshFormat")
-    wing = Shell("wing", GmshFile(file), Isotropic(1.0, 0.3, 0.01, density=1.0))
+    wing = Shell("wing", GmshFile(file), Isotropic(1.0, 0.3, thickness=0.01, density=1.0))
     source = ModuleType("wing")
     source.scene = lambda: Scene("wing", wing, supports=Clamped("root"))
     module = SceneModule("wing", source)

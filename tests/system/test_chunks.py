@@ -48,7 +48,7 @@ def test_the_unit_decides_no_entry() -> None:
     """In Gm one was zero in round-off at the state that tells, and so was left out for good."""
 
     def entries(metre: float) -> float:
-        section = Isotropic(7e10 / metre, 0.3, 2e-3 * metre, density=2700 / metre**3)
+        section = Isotropic(7e10 / metre, 0.3, thickness=2e-3 * metre, density=2700 / metre**3)
         surface = Rectangle(metre, 0.5 * metre)
         scene = Scene(
             "plate",

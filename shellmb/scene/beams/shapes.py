@@ -125,10 +125,10 @@ class RectangularSection(_Shape):
 
     E: Positive
     nu: PoissonRatio | None
+    _: KW_ONLY
     width: Positive
     height: Positive
     density: NonNegative = 0.0
-    _: KW_ONLY
     shear_correction: Positive = 5 / 6
     offset: Pair = (0.0, 0.0)
     G: Positive | None = None
@@ -229,9 +229,9 @@ class CircularSection(_Round):
 
     E: Positive
     nu: PoissonRatio | None
+    _: KW_ONLY
     radius: Positive
     density: NonNegative = 0.0
-    _: KW_ONLY
     shear_correction: Positive | None = None
     offset: Pair = (0.0, 0.0)
     G: Positive | None = None
@@ -264,10 +264,10 @@ class TubularSection(_Round):
 
     E: Positive
     nu: PoissonRatio | None
+    _: KW_ONLY
     radius: Positive
     thickness: Positive
     density: NonNegative = 0.0
-    _: KW_ONLY
     shear_correction: Positive | None = None
     offset: Pair = (0.0, 0.0)
     G: Positive | None = None

@@ -41,6 +41,7 @@ class PlyMaterial:
 
     E1: Positive
     E2: Positive
+    _: KW_ONLY
     nu12: Finite
     G12: Positive
     G13: Positive

@@ -245,9 +245,9 @@ class Isotropic(LinearSection):
 
     E: Positive
     nu: PoissonRatio
+    _: KW_ONLY
     thickness: PositiveAt
     density: NonNegative = 0.0
-    _: KW_ONLY
     shear_correction: Positive = 5 / 6
     offset: FiniteAt = 0.0
     stiffness_damping: ShellTimes = 0.0
@@ -299,13 +299,13 @@ class Orthotropic(LinearSection):
 
     E1: Positive
     E2: Positive
+    _: KW_ONLY
     nu12: Finite
     G12: Positive
     G13: Positive
     G23: Positive
     thickness: PositiveAt
     density: NonNegative = 0.0
-    _: KW_ONLY
     angle: FiniteAt = 0.0
     shear_correction: Positive = 5 / 6
     offset: FiniteAt = 0.0
@@ -345,10 +345,10 @@ class Hyperelastic(Section):
 
     energy: Callable[..., Any]
     parameters: dict[str, Finite]
+    _: KW_ONLY
     thickness: Positive
     density: NonNegative
     stiffness: Positive
-    _: KW_ONLY
     stiffness_damping: ShellTimes = 0.0
     mass_damping: NonNegative = 0.0
 

@@ -99,6 +99,9 @@ def sentence(label: str, cls: type, failure: ValidationError) -> str:
         former = str(error["loc"][0]) if error["loc"] else ""
         if error["type"] == UNKNOWN and (today := name_of_today(former, names)):
             return f"{label}: {former} is now called {today}; write {today}=..."
+        if error["type"] == "unexpected_positional_argument":
+            # before what seems to be missing, because it has no name
+            return _too_many(label, cls)
     error = errors[0]
     loc, kind = error["loc"], error["type"]
     first = loc[0] if loc else ""
@@ -108,8 +111,6 @@ def sentence(label: str, cls: type, failure: ValidationError) -> str:
         return f"{label}: {_field(first, names)} has the wrong number of entries"
     if kind in ("missing", "missing_argument"):
         return f"{label}: {where} is missing; its parameters are {', '.join(names)}"
-    if kind == "unexpected_positional_argument":
-        return _too_many(label, cls)
     if kind == UNKNOWN:
         return f"{label}: there is no parameter {where}; its parameters are {', '.join(names)}"
     right = _requirement(error)

@@ -35,7 +35,7 @@ PULSE = 0.4
 MOMENTUM, DIRECTOR = 1e-9, 1e-11
 
 # a soft strip whose lowest bending period, about half a second, is some fifty steps long
-SOFT = Isotropic(1e7, 0.3, 0.02, density=1000.0)
+SOFT = Isotropic(1e7, 0.3, thickness=0.02, density=1000.0)
 STRIP = Shell("plate", Rectangle(1.0, 0.3), SOFT, mesh=(2, 1))
 
 
@@ -110,7 +110,9 @@ def _bump(t: float) -> float:
 
 def _vibration(scheme: str, alpha: float, steps: int) -> Scene:
     """A thick cantilever that hardly moves; every frequency it has is resolved."""
-    plate = Shell("plate", Rectangle(1.0, 1.0), Isotropic(5.0, 0.3, 0.5, density=1.0), mesh=(1, 1))
+    plate = Shell(
+        "plate", Rectangle(1.0, 1.0), Isotropic(5.0, 0.3, thickness=0.5, density=1.0), mesh=(1, 1)
+    )
     load = SurfaceForce((0.0, 0.0, 1e-4), time=_bump)
     return Scene(
         "vibration",
@@ -126,7 +128,9 @@ def _vibration(scheme: str, alpha: float, steps: int) -> Scene:
 
 def _flight(scheme: str, alpha: float, steps: int) -> Scene:
     """A free plate that spins about a skew axis while a smooth load bends it strongly."""
-    plate = Shell("plate", Rectangle(1.0, 1.0), Isotropic(5.0, 0.3, 0.3, density=1.0), mesh=(1, 1))
+    plate = Shell(
+        "plate", Rectangle(1.0, 1.0), Isotropic(5.0, 0.3, thickness=0.3, density=1.0), mesh=(1, 1)
+    )
     spin = InitialVelocity(spin=(0.8, 0.5, 0.3), about=(0.5, 0.5, 0.0))
     load = SurfaceForce(
         lambda x: np.stack([0 * x[0], 0 * x[0], np.cos(math.pi * x[0])]), time=_bump
@@ -188,7 +192,7 @@ def large_orders() -> Iterator[Check]:
 def _sway(scheme: Any, steps: int) -> Scene:
     """A thin cantilever plate whose tip turns by about a radian under a smooth load."""
     h = 0.02
-    thin = Isotropic((0.2 / h) ** 3, 0.3, h, density=0.2 / h)
+    thin = Isotropic((0.2 / h) ** 3, 0.3, thickness=h, density=0.2 / h)
     return Scene(
         "sway",
         (Shell("plate", Rectangle(1.0, 0.5), thin, mesh=(2, 1)),),
@@ -221,7 +225,9 @@ def thin_orders() -> Iterator[Check]:
 def _amplitude_ratio(alpha: float) -> float:
     """Ratio of amplitudes over a step far longer than the period of the stretching of a bar."""
     dt, steps = 1e4, 2
-    bar = Shell("bar", Rectangle(1.0, 1.0), Isotropic(1.0, 0.0, 0.1, density=1.0), mesh=(1, 1))
+    bar = Shell(
+        "bar", Rectangle(1.0, 1.0), Isotropic(1.0, 0.0, thickness=0.1, density=1.0), mesh=(1, 1)
+    )
     scene = Scene(
         "bar",
         (bar,),

@@ -43,7 +43,7 @@ PLATES: tuple[tuple[Edges, str, str], ...] = (
 NAMES = {"hard": "simply supported", "clamped": "clamped", "cantilever": "cantilever"}
 THICK, THIN = 10, 1000
 
-LAMINA = PlyMaterial(40.0, 1.0, 0.25, 0.6, 0.6, 0.5, density=1.0)
+LAMINA = PlyMaterial(40.0, 1.0, nu12=0.25, G12=0.6, G13=0.6, G23=0.5, density=1.0)
 
 
 def _is_bending(modes: Modes, mode: int) -> bool:
@@ -97,14 +97,14 @@ def squares() -> Iterator[Check]:
 def nafems() -> Iterator[Check]:
     """FV12, thin and free, and FV52, thick and simply supported, in Hz."""
     side = Rectangle(10.0, 10.0)
-    thin = Isotropic(200e9, 0.3, 0.05, density=8000.0)
+    thin = Isotropic(200e9, 0.3, thickness=0.05, density=8000.0)
     omega, _ = _bending(_free(side, thin), 8, rigid=6)
     published = (1.622, 2.360, 2.922, 4.190, 4.190, 7.356, 7.356, 7.668)
     for k, reference in enumerate(published):
         value = float(omega[k] / (2 * math.pi))
         yield Check(f"FV12 free plate, quad 8x8, mode {k + 1}", value, reference, "NAFEMS FV12")
     # the published values belong to this shear correction
-    thick = Isotropic(200e9, 0.3, 1.0, density=8000.0, shear_correction=math.pi**2 / 12)
+    thick = Isotropic(200e9, 0.3, thickness=1.0, density=8000.0, shear_correction=math.pi**2 / 12)
     omega, _ = _bending(_free(side, thick, *HELD), 4)
     for k, reference in enumerate((45.897, 109.44, 109.44, 167.89)):
         value = float(omega[k] / (2 * math.pi))
@@ -141,7 +141,7 @@ def kosmatka() -> Iterator[Check]:
     E2, G12, nu23 = 1.45e6 * psi, 0.917e6 * psi, 0.4
     G23 = E2 / 2 / (1 + nu23)
     density = 0.05781 * 0.45359237 / inch**3
-    ply = PlyMaterial(22.43e6 * psi, E2, 0.25, G12, G12, G23, density)
+    ply = PlyMaterial(22.43e6 * psi, E2, nu12=0.25, G12=G12, G13=G12, G23=G23, density=density)
     section = Laminate.from_stacking(
         ply, 0.1 * inch / 20, half + half[::-1], shear_correction=math.pi**2 / 12
     )

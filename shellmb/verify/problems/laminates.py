@@ -17,8 +17,8 @@ FSDT = "FSDT, kappa=5/6, exact for the sinusoidal load"
 # triangles are softer in laminates: 1 to 2.4 % on 8x8
 MESHES: tuple[tuple[Cell, int], ...] = (("quad", 8), ("tri", 16))
 
-CROSS_PLY = PlyMaterial(25.0, 1.0, 0.25, 0.5, 0.5, 0.2)
-ANGLE_PLY = PlyMaterial(40.0, 1.0, 0.25, 0.5, 0.5, 0.6)
+CROSS_PLY = PlyMaterial(25.0, 1.0, nu12=0.25, G12=0.5, G13=0.5, G23=0.2)
+ANGLE_PLY = PlyMaterial(40.0, 1.0, nu12=0.25, G12=0.5, G13=0.5, G23=0.6)
 
 
 def sinusoidal(size: float) -> SurfaceForce:

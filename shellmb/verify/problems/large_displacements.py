@@ -23,7 +23,9 @@ BENDING = E * THICKNESS**3 / 12
 
 def strip(length: float, load: Load, steps: int) -> Scene:
     """A cantilever strip along x, loaded at its end in equal load steps."""
-    shell = Shell("strip", Rectangle(length, 1.0), Isotropic(E, 0.0, THICKNESS), mesh=MESH)
+    shell = Shell(
+        "strip", Rectangle(length, 1.0), Isotropic(E, 0.0, thickness=THICKNESS), mesh=MESH
+    )
     return Scene(
         "strip",
         (shell,),

@@ -46,7 +46,7 @@ DIAPHRAGM = Diaphragm("top", Y)
 def scordelis_lo() -> Scene:
     """A quarter of the Scordelis-Lo roof under its weight; downward at "right-bottom"."""
     surface = Cylinder(25.0, 25.0, angles=(0.0, 40.0), **QUADRANT)
-    shell = Shell("roof", surface, Isotropic(4.32e8, 0.0, 0.25), mesh=MESH)
+    shell = Shell("roof", surface, Isotropic(4.32e8, 0.0, thickness=0.25), mesh=MESH)
     supports = (SymmetryPlane("left", X), SymmetryPlane("bottom", Y), DIAPHRAGM)
     weight = SurfaceForce((0.0, 0.0, -90.0))
     return Scene("roof", (shell,), supports=supports, loads=(weight,), scheme="linear-statics")
@@ -89,7 +89,7 @@ def hemisphere(
         steps: Number of load steps.
     """
     surface = Sphere(10.0, polar=(hole, 90.0), azimuth=(0.0, 90.0))
-    shell = Shell("sphere", surface, Isotropic(6.825e7, 0.3, 0.04), mesh=MESH)
+    shell = Shell("sphere", surface, Isotropic(6.825e7, 0.3, thickness=0.04), mesh=MESH)
     supports = (
         SymmetryPlane("left", Y),
         SymmetryPlane("right", X),
@@ -131,7 +131,7 @@ def cylinders() -> Iterator[Check]:
     proper suppresses shear (a hundred times its stiffness), and resolves the dent by its mesh.
     """
     series = "164.24 P / (E t), Lindberg, Olson & Cowper, without transverse shear"
-    section = Isotropic(3e6, 0.3, 3.0, shear_correction=100.0)
+    section = Isotropic(3e6, 0.3, thickness=3.0, shear_correction=100.0)
     scene = pinched_cylinder(graded_quadrant(300.0, 300.0), section, 1.0, DIAPHRAGM)
     yield Check(
         "diaphragms, shear suppressed, quad 16x16 graded",
@@ -140,7 +140,7 @@ def cylinders() -> Iterator[Check]:
         series,
     )
     surface = Cylinder(300.0, 300.0, angles=(0.0, 90.0), **QUADRANT)
-    scene = pinched_cylinder(surface, Isotropic(3e6, 0.3, 3.0), 1.0, DIAPHRAGM)
+    scene = pinched_cylinder(surface, Isotropic(3e6, 0.3, thickness=3.0), 1.0, DIAPHRAGM)
     yield Check(
         "diaphragms, with shear, quad 16x16",
         -float(linear_displacement(scene, "left-bottom")[2]),
@@ -153,7 +153,7 @@ def cylinders() -> Iterator[Check]:
     for ratio, reference in ((1e4, 1.912), (1e6, 1.907)):
         t = radius / ratio
         force = E * t**3 / radius
-        scene = pinched_cylinder(surface, Isotropic(E, 0.3125, t), force)
+        scene = pinched_cylinder(surface, Isotropic(E, 0.3125, thickness=t), force)
         value = -float(linear_displacement(scene, "left-bottom")[2])
         yield Check(
             f"free ends, R/t={ratio:.0e}, quad 16x16, in P R/(E t^3)",
@@ -197,7 +197,7 @@ def compressed_cylinder(cell: Cell, mesh: tuple[int, int]) -> Scene:
     Edges at the sides and ends are planes of symmetry; the unit of the force is the classical value
     `E h^2/(R sqrt(3 (1 - nu^2)))`.
     """
-    radius, section = 1.0, Isotropic(70e9, 0.3, 0.01)
+    radius, section = 1.0, Isotropic(70e9, 0.3, thickness=0.01)
     squared = 12 * (1 - section.nu**2)
     wave = math.pi * math.sqrt(radius * section.thickness) / squared**0.25
     angle = math.radians(10.0)

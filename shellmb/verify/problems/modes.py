@@ -63,7 +63,7 @@ def about(scene: Scene, count: int, at: float | None = None) -> TurningModes:
 
 def _strip(loads: Sequence[Load], *supports: Support) -> Scene:
     """A strip that is hinged at its ends, in statics."""
-    section = Isotropic(E, 0.0, THICKNESS, density=DENSITY)
+    section = Isotropic(E, 0.0, thickness=THICKNESS, density=DENSITY)
     shell = Shell("strip", Rectangle(LENGTH, WIDTH), section, mesh=(6, 1))
     return Scene(
         "strip", (shell,), supports=supports, loads=tuple(loads), scheme="static", dt=0.1, t_end=1.0
@@ -205,7 +205,7 @@ def blade() -> Iterator[Check]:
 def disc() -> Iterator[Check]:
     """A free disc that is nearly a membrane, `(omega/Omega)^2` by diameters and circles."""
     rate = 100.0
-    section = Isotropic(70e9, 0.3, 1e-4, density=2700.0)
+    section = Isotropic(70e9, 0.3, thickness=1e-4, density=2700.0)
     shell = Shell("disc", Disc(0.5), section, mesh=(4, 4))
     scene = Scene("disc", (shell,), scheme="ep4", dt=0.01, t_end=0.2)
     (modes,) = campbell(scene, [rate], count=10, axis=UP).modes

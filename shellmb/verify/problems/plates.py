@@ -79,7 +79,7 @@ def strips() -> Iterator[Check]:
     length, width, force = 1.0, 0.25, 1e-3
     for slenderness in (10, THIN):
         h = length / slenderness
-        section = Isotropic(1.0, 0.0, h)
+        section = Isotropic(1.0, 0.0, thickness=h)
         bending = float(section.D[0, 0])
         scene = Scene(
             "strip",

@@ -68,7 +68,9 @@ def cantilever() -> Iterator[Check]:
     for cell in CELLS:
         for ratio in (0.1, 1e-3):
             t = ratio * height
-            shell = Shell("web", Rectangle(length, height), Isotropic(STEEL, NU, t), (20, 4))
+            shell = Shell(
+                "web", Rectangle(length, height), Isotropic(STEEL, NU, thickness=t), (20, 4)
+            )
             scene = Scene(
                 "web",
                 (replace(shell, cell=cell),),
@@ -98,7 +100,7 @@ def membrane() -> Iterator[Check]:
             shell = Shell(
                 "membrane",
                 Parametric(tapered),
-                Isotropic(STEEL, NU, t, DENSITY),
+                Isotropic(STEEL, NU, thickness=t, density=DENSITY),
                 mesh=(16, 8),
                 cell=cell,
                 geometry_order=1,
@@ -150,7 +152,9 @@ def curved() -> Iterator[Check]:
             value = float(linear_displacement(scene, point)[axis])
             yield Check(f"{name}, {cell} 16x16", value, reference, "as in linear shells", NEAR)
         surface = Cylinder(1.0, 1.0, angles=(0.0, 90.0), **QUADRANT)
-        shell = Shell("tube", surface, Isotropic(STEEL, NU, 1e-3), mesh=(16, 8), cell=cell)
+        shell = Shell(
+            "tube", surface, Isotropic(STEEL, NU, thickness=1e-3), mesh=(16, 8), cell=cell
+        )
         symmetry = SymmetryPlane("left", X), SymmetryPlane("right", Z), SymmetryPlane("bottom", Y)
         for name, value in _growth(shell, symmetry, 1):
             yield Check(
@@ -193,7 +197,7 @@ def hypar(thickness: float, mesh: int, cell: Cell, distortion: float = 0.0) -> S
         x, y = xi - 0.5, eta - 0.5
         return np.stack([x, y, x**2 - y**2])
 
-    section = Isotropic(STEEL, NU, thickness)
+    section = Isotropic(STEEL, NU, thickness=thickness)
     shell = Shell(
         "hypar", Parametric(position), section, (mesh, mesh), cell=cell, distortion=distortion
     )
@@ -226,7 +230,13 @@ def free_ring() -> Iterator[Check]:
     for cell in CELLS:
         for t in (1e-2, 1e-3):
             surface = Cylinder(1.0, 0.1, angles=(0.0, 360.0))
-            shell = Shell("ring", surface, Isotropic(1.0, 0.0, t, 12.0), mesh=(32, 2), cell=cell)
+            shell = Shell(
+                "ring",
+                surface,
+                Isotropic(1.0, 0.0, thickness=t, density=12.0),
+                mesh=(32, 2),
+                cell=cell,
+            )
             modes = natural_modes(_moving(shell), count=14)
             for n in (2, 3):
                 exact = n * (n**2 - 1) / math.sqrt(n**2 + 1) * t / 12
@@ -257,7 +267,7 @@ def facets() -> Iterator[Check]:
         meshio.Mesh(points, [("triangle", cells)]).write(path)
         ends = {"lower": lambda x: x[2] < 1e-6}
         surface = MeshFile(path, edges_where=ends)
-        shell = Shell("tube", surface, Isotropic(STEEL, NU, t), cell="tri")
+        shell = Shell("tube", surface, Isotropic(STEEL, NU, thickness=t), cell="tri")
         held = (
             Fixed("lower", displacement=(None, None, 0.0)),
             Fixed((1.0, 0.0, 0.0), displacement=(None, 0.0, None)),

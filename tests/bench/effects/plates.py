@@ -84,7 +84,11 @@ def _own_energy(section: Isotropic) -> dict[str, Any]:
     E, nu, h = section.E, section.nu, section.thickness
     A, G = E * h / (1 - nu**2), section.shear_correction * E * h / (2 * (1 + nu))
     values = {"nu": nu, "A": A, "D": A * h**2 / 12, "G": G}
-    return {"section": Hyperelastic(_quadratic, values, h, section.density, E * h)}
+    return {
+        "section": Hyperelastic(
+            _quadratic, values, thickness=h, density=section.density, stiffness=E * h
+        )
+    }
 
 
 def _of_steel(scene: Scene) -> Scene:

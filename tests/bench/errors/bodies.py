@@ -72,7 +72,7 @@ def rod(elements: int, **options: Any) -> Scene:
     """Cantilever beam of steel, loaded across its end: at rest, or by a ramp."""
     line, section = (
         sm.Line((0, 0, 0), (1, 0, 0)),
-        sm.RectangularSection(210e9, 0.3, 0.02, 0.01, 7850),
+        sm.RectangularSection(210e9, 0.3, width=0.02, height=0.01, density=7850),
     )
     given: dict[str, Any] = {"scheme": "static"} | options
     time: Any = {} if given["scheme"] == "static" else {"time": sm.Ramp(0.1)}

@@ -144,7 +144,7 @@ def sample() -> Callable[..., BeamSample]:
     return make_sample
 
 
-CASES = [(2, "rectangle"), (2, "coupled"), (3, "coupled"), (2, "coupled", "linear")]
+CASES = [(2, "rectangle"), (2, "coupled"), (3, "coupled"), (2, "coupled", "floating-frame")]
 
 
 @pytest.fixture(params=CASES, ids=lambda case: "-".join(map(str, case)))
