@@ -144,7 +144,7 @@ def test_units_decide_nothing(metre: float) -> None:
         scheme="ed",
         dt=0.1,
         t_end=0.2,
-        control=StepControl(min_dt=0.1),
+        step_control=StepControl(min_dt=0.1),
     )
     simulation = Simulation(scene)
     simulation.run()
