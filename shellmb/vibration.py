@@ -1,6 +1,6 @@
 """Natural frequencies and modes about the reference or a loaded state (SLEPc, shift and invert)."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from mpi4py import MPI
@@ -10,6 +10,7 @@ import numpy as np
 
 from shellmb.arrays import Floats
 from shellmb.checked_model import checked_model
+from shellmb.diagnostics.elements.hourglass import unresisted_modes
 from shellmb.diagnostics.elements.locked_modes import locked_modes
 from shellmb.errors import SceneError, petsc_in_words
 from shellmb.modal.tangent import Blocks, tangent
@@ -37,7 +38,8 @@ class Modes:
         rigid: Number of rigid-body modes, which are the first ones.
         imaginary: Imaginary parts of the squares, zero where these are real.
         unstable: Number of directions in which the state is unstable; None where it is not known.
-        locked: Sentences on bodies that are too stiff, as their elements lock.
+        locked: Sentences on bodies that are too stiff, as their elements lock, and on modes that
+            these hardly resist.
     """
 
     omega2: Floats
@@ -136,7 +138,6 @@ def _locked(
     model: Model, system: BlockSystem, found: Lowest, state: Simulation | None
 ) -> list[str]:
     """Sentences on bodies whose elements lock in modes; collective."""
-    place = {f.name: system.numbering.slice(k) for k, f in enumerate(system.fields)}
     directors = None
     if state is not None:
         arrays = state.arrays()
@@ -144,15 +145,31 @@ def _locked(
         def directors(name: str) -> Floats:
             return arrays[f"{name}/q"][model.shells[name].mixed.dofs["w"]].reshape(-1, 3)
 
+    modes = [
+        (k + 1, found.energies[k], part)
+        for k, part in enumerate(parts_of(system, found.vectors))
+        if k >= found.rigid and found.energies[k] > 0
+    ]
+    if not modes:
+        return []
+    motions = [(number, part) for number, _, part in modes]
+    return [
+        *locked_modes(model, modes, directors),
+        *unresisted_modes(model, motions, ("frequency", "frequencies")),
+    ]
+
+
+def parts_of(
+    system: BlockSystem, vectors: Iterable[PETSc.Vec]
+) -> Iterator[Callable[[str], Floats]]:
+    """Local arrays of each vector by names of bodies; collective."""
+    place = {f.name: system.numbering.slice(k) for k, f in enumerate(system.fields)}
+
     def parts(values: Floats) -> Callable[[str], Floats]:
         return lambda name: values[place[name]]
 
-    modes = [
-        (k + 1, found.energies[k], parts(system.local_values(found.vectors[k])))
-        for k in range(found.rigid, len(found.vectors))
-        if found.energies[k] > 0
-    ]
-    return locked_modes(model, modes, directors) if modes else []
+    for vector in vectors:
+        yield parts(system.local_values(vector))
 
 
 def _tangent_at(model: Model, state: Simulation | None) -> tuple[BlockSystem, Blocks, Blocks]:

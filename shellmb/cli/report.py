@@ -196,6 +196,8 @@ def print_buckling(found: BucklingModes, directory: Path) -> None:
     _print_columns(("mode", "load factor"), rows)
     if found.negative is not None:
         say(f"under the opposite load: {-found.negative:.6g}")
+    for warning in found.warnings:
+        say(f"warning: {warning}")
     say(f"written to {directory}")
 
 

@@ -12,6 +12,7 @@ from mpi4py import MPI
 
 from shellmb.arrays import Floats
 from shellmb.barrier import arrive
+from shellmb.diagnostics.elements.hourglass import unresisted_modes
 from shellmb.errors import petsc_in_words
 from shellmb.guarding.writing import make_folder, write_text
 from shellmb.model.model import Model
@@ -26,7 +27,7 @@ from shellmb.running.standard import FIELDS, SUMMARY
 from shellmb.scene import Scene
 from shellmb.simulate.buckling import linear_buckling
 from shellmb.stopping import STOPPING
-from shellmb.vibration import Modes, Shape, mode_shape, natural_modes
+from shellmb.vibration import Modes, Shape, mode_shape, natural_modes, parts_of
 
 
 def find_modes(
@@ -153,11 +154,13 @@ class BucklingModes:
         factors: The positive load factors.
         negative: The negative load factor nearest to zero; None if none was found.
         shapes: Shape of each, as of `shellmb.vibration.Modes`.
+        warnings: Sentences on modes that are none of the structure.
     """
 
     factors: Floats
     negative: float | None
     shapes: list[Shape]
+    warnings: Sequence[str]
 
 
 @petsc_in_words()
@@ -189,10 +192,14 @@ def find_buckling(
         STOPPING.renew()
         found = linear_buckling(scene, comm, count)
         shapes = [mode_shape(found.system, found.model, vector) for vector in found.vectors]
+        parts = parts_of(found.system, found.vectors)
+        said = ("load factor", "load factors")
+        warnings = unresisted_modes(found.model, enumerate(parts, start=1), said)
         summary: dict[str, Any] = {
             "scene": scene.name,
             "load_factors": found.factors,
             "negative_load_factor": found.negative,
+            "warnings": warnings,
             "unknowns": found.system.size,
             "elements": found.model.elements,
             "ranks": comm.size,
@@ -208,4 +215,4 @@ def find_buckling(
 
             draw_directory(directory)
         arrive(comm)
-    return BucklingModes(found.factors, found.negative, shapes)
+    return BucklingModes(found.factors, found.negative, shapes, warnings)

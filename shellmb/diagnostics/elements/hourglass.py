@@ -1,0 +1,147 @@
+"""Modes of a shell that its elements hardly resist: they are none of the structure.
+
+The strains that membrane forces of quadrilaterals see vanish for three motions along the surface,
+of the nodes of an element against one another. Only hourglass control resists them, which falls as
+`t/h`, so that on coarse meshes they may vibrate below the first true mode along the surface. Of
+triangles the bubble is in all such motions: along the surface it goes with vertices against middles
+of sides, across it alone, and compression buckles it before the structure where elements are large
+or long. Of true modes these are the parts that elements of their size do not resolve.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+
+from mpi4py import MPI
+
+import basix
+import numpy as np
+
+from shellmb.arrays import Floats
+from shellmb.model.model import Model
+from shellmb.model.shells.shell import ShellModel
+
+# part of the square of a motion from which on a mode is none of the structure: of false ones it is
+# 0.4 to 1, of true ones, as far as their frequencies and load factors are within 3 %, 0.06 at most
+MOST = 0.3
+# strains relative to the largest ones that are none
+NONE = 1e-10
+# so many modes are listed one by one
+LISTED = 8
+
+
+def unresisted_modes(
+    model: Model, modes: Iterable[tuple[int, Callable[[str], Floats]]], what: tuple[str, str]
+) -> list[str]:
+    """Sentences on modes that elements hardly resist; collective.
+
+    Args:
+        model: The bodies.
+        modes: Number of each elastic mode, and its parts by names of bodies.
+        what: What is false of one of them, and of several.
+    """
+    said, every = [], list(modes)
+    for name, body in model.shells.items():
+        look = Unresisted(body)
+        found = [number for number, part in every if look.part(part(name)) > MOST]
+        if not found:
+            continue
+        which = f"mode {found[0]} and its {what[0]}"
+        if len(found) > 1:
+            listed = ", ".join(map(str, found))
+            if len(found) > LISTED:
+                listed = f"{found[0]} to {found[-1]} ({len(found)} of them)"
+            which = f"modes {listed} and their {what[1]}"
+        helps = ", or quadrilaterals" if look.triangles else ""
+        said.append(
+            f"{which} are false: nodes of shell '{name}' move against one another within each "
+            f"element there, which its elements hardly resist; use a finer mesh{helps}"
+        )
+    return said
+
+
+class Unresisted:
+    """Tells which part of a motion the elements of a shell hardly resist.
+
+    Args:
+        body: The shell.
+
+    Attributes:
+        triangles: Whether its elements are triangles.
+    """
+
+    def __init__(self, body: ShellModel) -> None:
+        space, dofs = body.mixed.subspaces["u"], body.mixed.dofs
+        domain, element = space.mesh, space.element.basix_element
+        cell, self._comm = element.cell_type, domain.comm
+        nodes = space.dofmap.list[: domain.topology.index_map(2).size_local]
+        self._places, elements = dofs["u"].reshape(-1, 3)[nodes], [element]
+        self.triangles = "bubble" in dofs
+        if self.triangles:
+            bubbles = body.mixed.subspaces["bubble"]
+            own = dofs["bubble"].reshape(-1, 3)[bubbles.dofmap.list[: len(nodes)]]
+            self._places = np.concatenate([self._places, own], axis=1)
+            elements.append(bubbles.element.basix_element)
+        points, weights = map(np.asarray, basix.make_quadrature(cell, 2 * element.degree + 2))
+        values = np.hstack([_slopes(e, points, 0) for e in elements])
+        self._mass = values.T @ (weights[:, None] * values)
+        middle = np.mean(basix.geometry(cell), axis=0)[None]
+        slopes = np.concatenate([_slopes(element, middle, k) for k in (1, 2)])
+        x = space.tabulate_dof_coordinates()
+        self._tangents = np.einsum("an,cni->cai", slopes, x[nodes])
+        self._area = np.linalg.norm(np.cross(self._tangents[:, 0], self._tangents[:, 1]), axis=1)
+        if not self.triangles:
+            self._back = np.linalg.pinv(self._tangents)
+            self._motions = _without_strains(element, self._mass)
+
+    def part(self, q: Floats) -> float:
+        """Part of the square of a motion, 0 to 1; collective.
+
+        Args:
+            q: Local array of the motion.
+        """
+        u = q[self._places]
+        sizes = np.array([self._size(self._within(u)), self._size(u)])
+        self._comm.Allreduce(MPI.IN_PLACE, sizes)
+        return float(min(1.0, sizes[0] / sizes[1])) if sizes[1] > 0 else 0.0
+
+    def _within(self, u: Floats) -> Floats:
+        if self.triangles:
+            return u * (np.arange(u.shape[1]) == u.shape[1] - 1)[:, None]
+        along = np.einsum("cni,cai->can", u, self._tangents)
+        amounts = np.einsum("man,nk,cak->cm", self._motions, self._mass, along)
+        return np.asarray(np.einsum("cm,man,cia->cni", amounts, self._motions, self._back))
+
+    def _size(self, u: Floats) -> float:
+        return float(np.einsum("cni,nm,cmi,c->", u, self._mass, u, self._area))
+
+
+def _slopes(element: basix.finite_element.FiniteElement, points: Floats, by: int) -> Floats:
+    """Values (0) or derivatives by a coordinate (1, 2) of functions, shape (points, functions)."""
+    return np.asarray(element.tabulate(1, points))[by, :, :, 0]
+
+
+def _without_strains(element: basix.finite_element.FiniteElement, mass: Floats) -> Floats:
+    """Motions along a quadrilateral without strains where forces are, but for rigid ones.
+
+    Args:
+        element: Its functions.
+        mass: Their mass matrix, shape (n, n).
+
+    Returns:
+        Components along the coordinates of the cell, shape (motions, 2, n), orthonormal by that
+        matrix.
+    """
+    at = np.asarray(basix.make_quadrature(element.cell_type, 2 * element.degree - 1)[0])
+    first, second = (_slopes(element, at, k) for k in (1, 2))
+    none, x, n = np.zeros_like(first), np.asarray(element.points, np.float64), len(mass)
+    rigid = np.zeros((2, n, 3))
+    rigid[0, :, 0] = rigid[1, :, 1] = 1.0
+    rigid[:, :, 2] = -x[:, 1], x[:, 0]
+    root = np.kron(np.eye(2), np.linalg.cholesky(mass).T)
+    strains = np.block([[first, none], [none, second], [second, first]]) @ np.linalg.inv(root)
+    held = np.linalg.qr(root @ rigid.reshape(2 * n, 3))[0].T
+    _, sizes, rows = np.linalg.svd(np.vstack([strains, np.linalg.norm(strains) * held]))
+    sizes = np.append(sizes, np.zeros(2 * n - len(sizes)))
+    free = rows[sizes <= NONE * sizes[0]]
+    return np.asarray((free @ np.linalg.inv(root).T).reshape(-1, 2, n))
