@@ -22,6 +22,7 @@ from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.locations.nodes import said_point
 from shellmb.model.model import Model
 from shellmb.model.unknowns import Given, Unknowns
+from shellmb.scene.multibody.edge_hinges import EdgeHinge
 
 # a row whose part outside the rows before it is below this fraction of it counts as dependent:
 # far above round-off, far below the angle between independent constraints of a sound mechanism
@@ -219,6 +220,9 @@ def refuse(model: Model, redundant: list[Redundant]) -> None:
                 "satisfy them all; remove one of the drivers, supports or joints"
             )
     counts: dict[str, int] = {}
+    # hinges of edges leave out by themselves what supports and one another imply
+    hinges = {j.name for j in model.scene.joints if isinstance(j, EdgeHinge)}
+    redundant = [item for item in redundant if item.row.owner not in hinges]
     for item in redundant:
         if item.row.body in joints:
             counts[item.row.owner] = counts.get(item.row.owner, 0) + 1

@@ -51,6 +51,7 @@ from shellmb.scene.loads.supports import (
     SymmetryPlane,
 )
 from shellmb.scene.multibody.drivers import Driver, Lock
+from shellmb.scene.multibody.edge_hinges import EdgeHinge
 from shellmb.scene.multibody.elements import (
     Damper,
     Element,
@@ -130,6 +131,7 @@ __all__ = [
     "Driven",
     "Driver",
     "EdgeForce",
+    "EdgeHinge",
     "EdgeMoment",
     "Element",
     "Event",

@@ -16,7 +16,7 @@ from mpi4py import MPI
 import numpy as np
 from dolfinx import fem
 
-from shellmb.arrays import Bools, Floats
+from shellmb.arrays import Floats
 from shellmb.errors import ConvergenceError
 from shellmb.model.body import FixedDofs, PrescribedTurn
 from shellmb.model.joints.coordinates import CoordinateGroup, gathered
@@ -42,13 +42,19 @@ class Turns:
         mechanism, scheme = problem.model.mechanism, problem.scheme
         follows = scheme.dynamic and not scheme.linear
         driven = {(c.name, c.kind) for c in mechanism.drivers.values()}
-        self._free: list[tuple[CoordinateGroup, Levels, Bools]] = []
+        self._free: list[tuple[CoordinateGroup, Levels, Floats]] = []
         self._names = list[str]()
         for group in mechanism.coordinate_groups:
-            free = [(c.name, c.kind) not in driven for c in group.coordinates]
-            if group.kind == "rotation" and any(free) and follows:
-                self._free.append((group, problem.levels[group.name], np.array(free)))
-                self._names += [c.name for c, f in zip(group.coordinates, free, strict=True) if f]
+            # of joints with several angles the mean: single directors tremble after an impact
+            owners = [c.joint or c.name for c in group.coordinates]
+            names = [n for n in dict.fromkeys(owners) if (n, group.kind) not in driven]
+            if group.kind == "rotation" and names and follows:
+                shares = [
+                    [c.share * (o == n) for n in names]
+                    for c, o in zip(group.coordinates, owners, strict=True)
+                ]
+                self._free.append((group, problem.levels[group.name], np.array(shares)))
+                self._names += names
 
     def check(self, t: float, dt: float) -> None:
         """See whether a step can be made; collective.
@@ -111,9 +117,9 @@ class Turns:
     def _read(self, function: Callable[[Levels], fem.Function]) -> Floats:
         """Values of the rotations of joints that are not driven, the same on all ranks."""
         found = []
-        for group, levels, free in self._free:
+        for group, levels, shares in self._free:
             values = function(levels).x.array[group.mixed.dofs["x"]]
-            found.append(gathered(group.nodes, values)[free])
+            found.append(gathered(group.nodes, values) @ shares)
         return np.concatenate(found)
 
     def _inside(self, fixed: FixedDofs, levels: Levels, t: float, dt: float) -> float:

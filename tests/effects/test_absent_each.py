@@ -44,6 +44,8 @@ MORE = {
     "distance_joint": (1, 1, 6, 2),
     "in_plane_joint": (1, 1, 5, 2),
     "shell_revolute_joint": (5, 1, 5, 2),
+    # three nodes with three rows each, a vector of three with as many rows, an angle with its own
+    "edge_hinge_joint": (3 * (3 + 6 + 2), 3, 14, 6),
     # contact coordinates, 11 of a sphere and 4 of a blade, and their equations; a sphere has 14
     "rolling_joint": (25, 1, 8, 2),
     "knife_edge_joint": (10, 1, 8, 2),

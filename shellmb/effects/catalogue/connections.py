@@ -14,6 +14,7 @@ from shellmb.scene import (
     Damper,
     Distance,
     Driver,
+    EdgeHinge,
     Glue,
     InPlane,
     Join,
@@ -51,6 +52,7 @@ _JOINTS: tuple[tuple[type[Joint], str], ...] = (
     (Distance, "constant distance of two points"),
     (InPlane, "a point in a plane"),
     (ShellRevolute, "a frame on the director of a shell, eq. 35"),
+    (EdgeHinge, "rotation of shells about a common edge"),
     (Rolling, "a wheel or a sphere on a plane, without slip"),
     (KnifeEdge, "a point on a plane, along a blade"),
 )
@@ -80,7 +82,8 @@ def _listed(where: str, kind: type, name: str, title: str, **more: Any) -> Effec
 
 def _joint(kind: type[Joint], title: str) -> Effect:
     label = kind.label.removesuffix(" joint")
-    own = ("screw pitches",) if kind is Screw else (f"{label} joints",)
+    special = {Screw.label: "screw pitches", EdgeHinge.label: "edge hinges"}
+    own = (special.get(kind.label, f"{label} joints"),)
     name = label.replace(" ", "_").replace("-", "_")
     return _listed("joints", kind, f"{name}_joint", title, group="joints", bodies=own)
 

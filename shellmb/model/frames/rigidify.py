@@ -23,6 +23,7 @@ from shellmb.model.frames.beam import BeamModel
 from shellmb.model.frames.glue import line_along
 from shellmb.model.frames.linear import build_beam
 from shellmb.model.frames.rigidpoints import RigidMeshes, ended, pointed
+from shellmb.model.joints.edge_hinges import hinge_line
 from shellmb.model.locations.nodes import shared_nodes
 from shellmb.model.shells.shell import ShellModel
 from shellmb.native.kernels import compiled
@@ -30,6 +31,7 @@ from shellmb.scene import Beam, Gravity, RigidBody, Scene
 from shellmb.scene.loads.body_loads import FollowerForce, FollowerMoment, PointMoment
 from shellmb.scene.loads.loads import Load, PointForce
 from shellmb.scene.lookup import said
+from shellmb.scene.multibody.edge_hinges import EdgeHinge
 from shellmb.scene.multibody.joints import Joint, Revolute, ShellRevolute, Weld
 from shellmb.scene.multibody.offsets import node_of
 
@@ -187,7 +189,10 @@ def rigidified(scene: Scene, comm: MPI.Comm) -> tuple[Scene, RigidMeshes]:
             pointed(_load(load, scene, beams, bodies), scene, meshes) for load in scene.loads
         ),
         joints=(
-            *(ended(about_director(j, scene, shells), meshes) for j in scene.joints),
+            *(
+                ended(hinged(about_director(j, scene, shells), scene, shells), meshes)
+                for j in scene.joints
+            ),
             *_welds(scene, meshes),
         ),
         force_elements=tuple(ended(element, meshes) for element in scene.force_elements),
@@ -264,6 +269,29 @@ def about_director(joint: Joint, scene: Scene, shells: dict[str, ShellModel]) ->
         **{name: getattr(joint, name) for name in shared},
         axis=_triple(nodes.director[0]),
     )
+
+
+def hinged(joint: Joint, scene: Scene, shells: dict[str, ShellModel]) -> Joint:
+    """A hinge of edges of shells that are rigid: on their frames, between two a revolute joint.
+
+    Args:
+        joint: The joint.
+        scene: The scene.
+        shells: Shells that are rigid, by name.
+    """
+    ends = {joint.first: joint.at, joint.second: joint.second_at}
+    rigid = [name for name in ends if name in shells]
+    if not isinstance(joint, EdgeHinge) or not rigid:
+        return joint
+    flexible = [b.name for b in scene.shells if b.name in ends and b.name not in shells]
+    if flexible:
+        gone: dict[str, Any] = {"at" if n == joint.first else "second_at": None for n in rigid}
+        return replace(joint, **gone)
+    name = rigid[-1]
+    x = shared_nodes(shells[name], str(ends[name]), joint.said).x
+    axis = hinge_line(joint, x, shells[name].surface_mesh.length, f"shell '{name}'")
+    middle = _triple((x[0] + x[-1]) / 2)
+    return Revolute(joint.name, joint.first, joint.second, at=middle, axis=_triple(axis))
 
 
 def _first_place(joint: Joint, scene: Scene) -> Any:

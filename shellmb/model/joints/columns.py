@@ -65,7 +65,25 @@ def read_coordinates(
         for item, x_k, v_k in zip(group.coordinates, x, v, strict=True):
             values[item.name, item.kind] = float(x_k)
             rates[item.name, item.kind] = float(v_k)
+        for found, each in ((values, x), (rates, v)):
+            for key, mean in means(group, each).items():
+                found[key] = mean
     return values, rates
+
+
+def means(group: CoordinateGroup, values: Floats) -> dict[Key, float]:
+    """Means over the angles of joints that have several.
+
+    Args:
+        group: The group.
+        values: Values of its items, shape (items,).
+    """
+    found: dict[Key, float] = {}
+    for item, value in zip(group.coordinates, values.tolist(), strict=True):
+        if item.joint:
+            key = item.joint, item.kind
+            found[key] = found.get(key, 0.0) + item.share * value
+    return found
 
 
 def drive(problem: Solution, coordinate: Coordinate) -> float:
@@ -93,11 +111,17 @@ def element_forces(
 
 
 def element_columns(group: ElementGroup, forces: Floats) -> dict[str, float]:
-    """Forces of the elements of a group, shape (items,), by their columns."""
-    return {
-        f"{item.element.name}.{EFFORT[item.coordinate.kind]}": float(force)
-        for item, force in zip(group.items, forces, strict=True)
-    }
+    """Forces of the elements of a group, shape (items,), by their columns: sums of equal ones."""
+    names = [f"{i.element.name}.{EFFORT[i.coordinate.kind]}" for i in group.items]
+    return summed(names, forces)
+
+
+def summed(names: Sequence[str], values: Floats) -> dict[str, float]:
+    """Values by name, those of the same name added up."""
+    found: dict[str, float] = {}
+    for name, value in zip(names, values.tolist(), strict=True):
+        found[name] = found[name] + value if name in found else value
+    return found
 
 
 def lock_forces(problem: Solution, group: HeldCoordinates) -> dict[str, float]:
@@ -105,7 +129,5 @@ def lock_forces(problem: Solution, group: HeldCoordinates) -> dict[str, float]:
 
     Means over the step just solved, as those of drivers.
     """
-    return {
-        f"{c.name}.lock_{EFFORT[c.kind]}": float(force)
-        for c, force in zip(group.coordinates, group.forces(problem.state(group.name)), strict=True)
-    }
+    names = [f"{c.joint}.lock_{EFFORT[c.kind]}" for c in group.coordinates]
+    return summed(names, group.forces(problem.state(group.name)))

@@ -50,6 +50,8 @@ class BoundCoordinate:
         axes: Vectors `e1, e2, e3` of both places as rows, shape (2, 3, 3).
         start: Distance or translation of the places in the reference configuration, m; the unknown
             is what it changes by. 0 for rotations.
+        joint: Name of the joint that it is one of several coordinates of; empty: the only one.
+        share: Its share in the mean of these. Coordinates of the same name are one unknown.
     """
 
     name: str
@@ -57,6 +59,8 @@ class BoundCoordinate:
     ends: tuple[End, End]
     axes: Floats
     start: float
+    joint: str = ""
+    share: float = 1.0
 
     @property
     def group(self) -> tuple[str, int, int]:
@@ -117,6 +121,7 @@ class CoordinateGroup(ConstraintGroup):
     ) -> None:
         self.coordinates = list(items)
         self.kind, *framed = items[0].group
+        name = f"{self.kind} coordinates ({framed[0]}/{framed[1]})"
         nodes = node_mesh(comm, len(items))
         self.ends = end_pair(nodes, [i.ends for i in items], [i.axes for i in items], framed)
         parts = {**self.ends[0].parts, **self.ends[1].parts, "x": 1, "mu": 1}
@@ -127,10 +132,13 @@ class CoordinateGroup(ConstraintGroup):
         turns = self.kind == "rotation"
         size = 1.0 if turns else length
         super().__init__(
-            f"{self.kind} coordinates ({framed[0]}/{framed[1]})",
+            name,
             nodes,
             mixed,
-            tuple(link for end in self.ends for link in end.links(mixed)),
+            (
+                *(link for end in self.ends for link in end.links(mixed)),
+                *self._same(name, nodes, mixed),
+            ),
             self.gap,
             # the work of a multiplier of size one is the same for all kinds
             force * length if turns else force,
@@ -143,6 +151,19 @@ class CoordinateGroup(ConstraintGroup):
         self.jump_parts = frozenset({"x", "mu"})
         self.labels = [f"{item.name}.{item.kind}" for item in items]
         self.targets = global_dofs(nodes, mixed, "x")
+
+    def _same(self, name: str, nodes: NodeMesh, mixed: MixedSpace) -> list[NodeLink]:
+        """Links of coordinates of the same name to the first of them."""
+        first: dict[str, int] = {}
+        for k, item in enumerate(self.coordinates):
+            first.setdefault(item.name, k)
+        of = np.array([first[item.name] for item in self.coordinates])
+        if len(first) == len(of):
+            return []
+        local = nodes.item
+        again = of[local] != local
+        rows, targets = mixed.dofs["x"][again], global_dofs(nodes, mixed, "x")[of[local[again]]]
+        return [NodeLink(rows, name, targets)]
 
     def _places(self, q: Expr) -> tuple[Place, Place]:
         first, second = (end.place(q, self.layout) for end in self.ends)
@@ -285,11 +306,12 @@ def as_row(value: Expr) -> Expr:
 
 
 def global_dofs(nodes: NodeMesh, mixed: MixedSpace, part: str) -> Ints:
-    """Global dofs of a scalar part in the order of the items, on all ranks; collective."""
-    domain = nodes.mesh
+    """Global dofs of a part in the order of the items, on all ranks, one row each; collective."""
+    domain, size = nodes.mesh, mixed.parts[part][1]
     mine = domain.topology.index_map(1).size_local
     index_map = mixed.space.dofmap.index_map
-    pairs = (nodes.item[:mine], index_map.local_to_global(mixed.dofs[part][:mine]))
+    rows = index_map.local_to_global(mixed.dofs[part][: mine * size])
+    pairs = (nodes.item[:mine], rows if size == 1 else rows.reshape(-1, size))
     gathered = domain.comm.allgather(pairs)
     items = np.concatenate([p[0] for p in gathered])
     return np.asarray(np.concatenate([p[1] for p in gathered])[np.argsort(items)])
@@ -311,6 +333,11 @@ class Coordinate:
     def name(self) -> str:
         """Name of its joint or force element."""
         return self.group.coordinates[self.item].name
+
+    @property
+    def joint(self) -> str:
+        """Name of its joint or force element, also where the joint has several of them."""
+        return self.group.coordinates[self.item].joint or self.name
 
     @property
     def kind(self) -> str:
@@ -349,13 +376,15 @@ def coordinate_groups(
         force: Size of forces, N.
         length: Size of the scene, m.
     """
-    groups, table = [], {}
+    groups, table = [], dict[Key, Coordinate]()
     for key in dict.fromkeys(item.group for item in items):
         members = [item for item in items if item.group == key]
         group = CoordinateGroup(comm, members, force, length)
         groups.append(group)
         for k, item in enumerate(members):
-            table[item.name, item.kind] = Coordinate(group, k)
+            table.setdefault((item.name, item.kind), Coordinate(group, k))
+            # of several the first stands for the joint where its name is asked for
+            table.setdefault((item.joint or item.name, item.kind), Coordinate(group, k))
     return groups, table
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from mpi4py import MPI
@@ -12,7 +12,7 @@ import numpy as np
 
 from shellmb.errors import SceneError
 from shellmb.model.body import Body, FixedDofs, PrescribedTurn, TimeFunction
-from shellmb.model.elements.bound import bind_element, coordinate_of
+from shellmb.model.elements.bound import BoundElement, bind_element, coordinate_of
 from shellmb.model.elements.elements import ElementGroup, Motors, check_at_rest, element_groups
 from shellmb.model.joints.columns import (
     COLUMN,
@@ -33,6 +33,7 @@ from shellmb.model.joints.coordinates import (
     distance_coordinate,
     joint_coordinate,
 )
+from shellmb.model.joints.edge_hinges import bind_hinges
 from shellmb.model.joints.joints import (
     BoundJoint,
     JointGroup,
@@ -49,6 +50,7 @@ from shellmb.model.shells.shell import ShellModel
 from shellmb.model.signals import Signals
 from shellmb.scene import Scene
 from shellmb.scene.checks.signals import coordinate_read
+from shellmb.scene.multibody.edge_hinges import EdgeHinge
 from shellmb.scene.multibody.elements import PointElement
 from shellmb.scene.multibody.joints import Screw
 from shellmb.scene.multibody.rolling import Contact
@@ -73,6 +75,7 @@ class Mechanism:
         lock_groups: Locks.
         drivers: Coordinates that drivers prescribe, by column of their torque or force.
         switches: What acts in windows of time only.
+        several: Coordinates of hinges of edges with several angles, with their shares, by joint.
     """
 
     joints: dict[str, BoundJoint] = field(default_factory=dict)
@@ -84,6 +87,7 @@ class Mechanism:
     lock_groups: list[HeldCoordinates] = field(default_factory=list)
     drivers: dict[str, Coordinate] = field(default_factory=dict)
     switches: Switches = field(default_factory=Switches)
+    several: dict[str, list[tuple[str, float]]] = field(default_factory=dict)
 
     @property
     def events(self) -> tuple[float, ...]:
@@ -199,7 +203,13 @@ def build_mechanism(
     """
     made = Mechanism()
     plain: list[BoundJoint] = []
+    edges = [joint for joint in scene.joints if isinstance(joint, EdgeHinge)]
+    hinges, frames = bind_hinges(edges, find, shells, comm, force, length, not scene.static)
     for joint in scene.joints:
+        if isinstance(joint, EdgeHinge):
+            plain += hinges[joint.name].nodes
+            made.joints[joint.name] = hinges[joint.name].nodes[0]
+            continue
         if isinstance(joint, Contact):
             made.joints[joint.name] = bind_contact(joint, find, length)
             continue
@@ -211,9 +221,11 @@ def build_mechanism(
     made.groups = joint_groups(comm, plain, force, length, switched)
     made.groups += contact_groups(comm, contacts, force, length)
     needed = _coordinates(scene, made, find, length)
+    needed += [c for hinge in hinges.values() for c in hinge.coordinates]
     made.coordinate_groups, made.table = coordinate_groups(comm, needed, force, length)
     screws = _screws(scene, comm, made, force, length)
-    elements = [bind_element(e, made.table[coordinate_of(scene, e)]) for e in scene.force_elements]
+    made.several = {name: hinge.several for name, hinge in hinges.items() if hinge.several}
+    elements = [bound for e in scene.force_elements for bound in _bound(scene, made, e)]
     made.element_groups = element_groups(comm, elements)
     check_at_rest(scene, made.element_groups)
     _drive(scene, made, signals)
@@ -222,7 +234,7 @@ def build_mechanism(
     made.lock_groups = [lock.group for lock in locks]
     made.switches = Switches([*switches, *locks])
     masses = point_masses(scene, comm, list(made.joints.values()))
-    made.bodies += [*made.groups, *masses, *made.coordinate_groups]
+    made.bodies += [*made.groups, *frames, *masses, *made.coordinate_groups]
     made.bodies += [*screws, *made.element_groups, *made.lock_groups]
     return made
 
@@ -252,7 +264,12 @@ def _coordinates(
     for joint in scene.joints:
         if isinstance(joint, Screw):
             keys |= {(joint.name, "rotation"): None, (joint.name, "translation"): None}
-    found = [joint_coordinate(made.joints[name], kind) for name, kind in keys]
+    found = [
+        joint_coordinate(made.joints[name], kind)
+        for name, kind in keys
+        # that of a hinge of edges is there anyway
+        if not isinstance(made.joints[name].joint, EdgeHinge)
+    ]
     for element in scene.force_elements:
         if isinstance(element, PointElement):
             who = f"{element.label} '{element.name}'"
@@ -261,6 +278,19 @@ def _coordinates(
                 find(element.second, element.second_at, who),
             )
             found.append(distance_coordinate(element.name, ends, length, who))
+    return found
+
+
+def _bound(scene: Scene, made: Mechanism, element: Any) -> list[BoundElement]:
+    """A force element on its coordinate, or on all of a hinge of edges by their shares."""
+    joint, kind = coordinate_of(scene, element)
+    if joint not in made.several:
+        return [bind_element(element, made.table[joint, kind])]
+    found = []
+    for name, share in made.several[joint]:
+        values = {k: getattr(element, k, None) for k in ("stiffness", "viscosity")}
+        part = replace(element, **{k: share * v for k, v in values.items() if v is not None})
+        found.append(bind_element(part, made.table[name, kind]))
     return found
 
 
@@ -339,9 +369,14 @@ def _locks(
     items = [(lock, kind) for lock in scene.acting_locks for kind in scene.coordinates_of(lock)]
     found = []
     for kind in dict.fromkeys(kind for _, kind in items):
-        locks = [lock for lock, other in items if other == kind]
-        coordinates = [made.table[lock.joint, kind] for lock in locks]
-        labels = [f"{lock.joint}.{kind} lock" for lock in locks]
+        each = [
+            (lock, made.table[name, kind])
+            for lock, other in items
+            if other == kind
+            for name, _ in made.several.get(lock.joint, [(lock.joint, 1.0)])
+        ]
+        locks, coordinates = [lock for lock, _ in each], [c for _, c in each]
+        labels = [f"{c.name}.{kind} lock" for c in coordinates]
         group = HeldCoordinates(
             comm, kind, labels, coordinates, force * length / coordinates[0].size
         )

@@ -30,7 +30,8 @@ class End:
         owner: Name of the body in the scene.
         dofs: Global dofs of the node: "u" of shape (3,), "w" of shape (3 m,).
         node: Reference position of the node, shape (3,), m.
-        directors: Reference directors as rows, shape (m, 3): one of a shell, three of a frame.
+        directors: Reference directors as rows, shape (m, 3): one of a shell, three of a frame, two
+            of an edge of a shell: the director and the vector across the edge.
         point: Reference position of the place, shape (3,), m; of a shell along its director.
     """
 
@@ -73,12 +74,12 @@ class EndGroup:
         self.ends, self._nodes, self.tag, self.turns = list(ends), nodes, tag, turns
         self.count = len(ends[0].directors) if turns else 0
         # joints on the director of a shell are mostly at its node: then there is no arm to it
-        self._arms = self.count == 3 or (turns and any(np.any(end.offset) for end in ends))
+        self._arms = self.count > 1 or (turns and any(np.any(end.offset) for end in ends))
         self.parts = {f"u{tag}": 3} | ({f"w{tag}": 3 * self.count} if turns else {})
         rows = []
         for end, frame in zip(ends, axes, strict=True):
             row = [end.point]
-            if turns and end.framed:
+            if turns and self.count > 1:
                 # e_a = E_a + R_ak w_k with R_ak = E_a . D_k
                 row += [end.offset, frame.ravel(), (frame @ end.directors.T).ravel()]
             elif turns:
@@ -107,12 +108,13 @@ class EndGroup:
             if self._arms:
                 x = x + data[6] * w
             return Place(x, (ufl.as_vector([data[3 + k] for k in range(3)]) + w,))
-        W = [ufl.as_vector([w[3 * k + i] for i in range(3)]) for k in range(3)]
-        x = x + sum((data[3 + k] * W[k] for k in range(3)), start=0 * u)
+        n = self.count
+        W = [ufl.as_vector([w[3 * k + i] for i in range(3)]) for k in range(n)]
+        x = x + sum((data[3 + k] * W[k] for k in range(n)), start=0 * u)
         vectors = []
         for a in range(3):
-            reference = ufl.as_vector([data[6 + 3 * a + i] for i in range(3)])
-            turned = sum((data[15 + 3 * a + k] * W[k] for k in range(3)), start=0 * u)
+            reference = ufl.as_vector([data[3 + n + 3 * a + i] for i in range(3)])
+            turned = sum((data[12 + n + n * a + k] * W[k] for k in range(n)), start=0 * u)
             vectors.append(reference + turned)
         return Place(x, tuple(vectors))
 

@@ -22,9 +22,11 @@ from shellmb.scene.lookup import (
     find_body,
     find_end,
     find_shell,
+    listed,
     said,
 )
 from shellmb.scene.multibody.drivers import Driver, Lock
+from shellmb.scene.multibody.edge_hinges import EdgeHinge
 from shellmb.scene.multibody.elements import JointElement, PointElement
 from shellmb.scene.multibody.joints import GROUND, Distance, Joint, ShellRevolute, Weld
 from shellmb.scene.multibody.offsets import Offset
@@ -33,6 +35,7 @@ from shellmb.scene.multibody.rolling import Contact, Rolling
 from shellmb.scene.probes import MOTIONS
 from shellmb.scene.shells.sections import LinearSection
 from shellmb.scene.shells.shell import Shell
+from shellmb.scene.values.models import Modal
 from shellmb.scene.values.validate import show
 
 if TYPE_CHECKING:
@@ -69,6 +72,9 @@ def check(scene: Description) -> None:
 def _joint(scene: Description, joint: Joint) -> None:
     first = find_end(scene, joint.first, joint.said)
     second = find_end(scene, joint.second, joint.said)
+    if isinstance(joint, EdgeHinge):
+        _edge_hinge(scene, joint, (first, second))
+        return
     for body, allowed, which in zip(
         (first, second), joint.shells, ("first", "second"), strict=True
     ):
@@ -113,6 +119,50 @@ def _joint(scene: Description, joint: Joint) -> None:
             f"{joint.said}: the scheme is '{scene.scheme_name}'; it must be a dynamic one, because "
             "a contact holds velocities; in statics use an InPlane joint"
         )
+
+
+def _edge_hinge(
+    scene: Description, joint: EdgeHinge, bodies: tuple[Body | None, Body | None]
+) -> None:
+    """A hinge along edges: its ends, and what may act on many angles."""
+    who = joint.said
+    if not any(isinstance(body, Shell) for body in bodies):
+        raise SceneError(
+            f"{who}: neither {_end_said(bodies[0])} nor {_end_said(bodies[1])} is a shell; one of "
+            "them must be, or use Revolute"
+        )
+    for body, where, name, at in zip(
+        bodies, ("first", "second"), (joint.at, joint.second_at), ("at", "second_at"), strict=True
+    ):
+        if isinstance(body, Beam) or (isinstance(body, Shell) and isinstance(body.model, Modal)):
+            raise SceneError(
+                f"{who}: {where} is {said(body)}{'' if isinstance(body, Beam) else ' in modes'}; "
+                "it must be a shell that is exact, linear or rigid, a rigid body or the ground"
+            )
+        if isinstance(body, Shell):
+            if name is None:
+                known = listed(edges_of(body) or ()) or "those of its mesh"
+                raise SceneError(
+                    f"{who}: {at} is missing; it must be an edge of {said(body)}: {known}"
+                )
+            check_edges(body, str(name), who)
+        elif name is not None:
+            raise SceneError(
+                f"{who}: {at} is {show(name)} and {where} {_end_said(body)}; it must be left out, "
+                "as the edge of the shell says where the hinge is"
+            )
+    if joint.rigid_angle:
+        return
+    for item in (*scene.drivers, *scene.elements):
+        if getattr(item, "joint", None) != joint.name:
+            continue
+        linear = getattr(item, "stiffness", None) or getattr(item, "viscosity", None) is not None
+        if not linear:
+            raise SceneError(
+                f"{said(item)}: it acts on {who}, which has an angle at each node, by a law or a "
+                "given motion; the hinge must have rigid_angle=True, or the element a stiffness or "
+                "viscosity, which are distributed along the edge"
+            )
 
 
 def _regions(body: Body | None) -> tuple[str, ...]:

@@ -16,6 +16,7 @@ from shellmb.scene import (
     Damper,
     Distance,
     Driver,
+    EdgeHinge,
     Event,
     Gravity,
     InPlane,
@@ -98,6 +99,12 @@ def _shell_revolute(scheme: str, mesh: Mesh) -> Scene:
     return replace(free(scheme, mesh), rigid_bodies=(hub,), joints=(tie,), probes=())
 
 
+def _edge_hinge(scheme: str, mesh: Mesh) -> Scene:
+    """A plate in flight that turns about its edge on a hub."""
+    tie = EdgeHinge("tie", "hub", "plate", second_at="left")
+    return replace(_shell_revolute(scheme, mesh), joints=(tie,))
+
+
 def _turned(t: float) -> float:
     return 0.1 * math.sin(10.0 * t)
 
@@ -129,6 +136,7 @@ CASES = (
     _joint("distance", Distance("tie", "a", "b", at=_MIDDLE, second_at=(1.0, 0.0, 0.0))),
     _joint("in_plane", InPlane("tie", "a", "b", at=_MIDDLE, normal=AXIS)),
     Case("shell_revolute_joint", _shell_revolute),
+    Case("edge_hinge_joint", _edge_hinge),
     _joint("rolling", Rolling("tie", "a", "b", at=(0, 0, -0.1), normal=ACROSS, radius=0.1)),
     _joint(
         "knife_edge", KnifeEdge("tie", "a", "b", at=_MIDDLE, normal=ACROSS, direction=(1, 0, 0))
