@@ -23,7 +23,7 @@ from shellmb.model.frames.beam import BeamModel
 from shellmb.model.frames.glue import line_along
 from shellmb.model.frames.linear import build_beam
 from shellmb.model.frames.rigidpoints import RigidMeshes, ended, pointed
-from shellmb.model.joints.edge_hinges import hinge_line
+from shellmb.model.hinges.edges import hinge_line
 from shellmb.model.locations.nodes import shared_nodes
 from shellmb.model.shells.shell import ShellModel
 from shellmb.native.kernels import compiled

@@ -14,6 +14,7 @@ from shellmb.errors import SceneError
 from shellmb.model.body import Body, FixedDofs, PrescribedTurn, TimeFunction
 from shellmb.model.elements.bound import BoundElement, bind_element, coordinate_of
 from shellmb.model.elements.elements import ElementGroup, Motors, check_at_rest, element_groups
+from shellmb.model.hinges.edges import bind_hinges
 from shellmb.model.joints.columns import (
     COLUMN,
     EFFORT,
@@ -33,7 +34,6 @@ from shellmb.model.joints.coordinates import (
     distance_coordinate,
     joint_coordinate,
 )
-from shellmb.model.joints.edge_hinges import bind_hinges
 from shellmb.model.joints.joints import (
     BoundJoint,
     JointGroup,

@@ -1,0 +1,1 @@
+"""Hinges along edges of shells: their points, frames and angles."""

@@ -1,0 +1,186 @@
+"""Edges of shells that turn about one another: points along the edges, their frames and angles.
+
+At each node of one edge the place on the other is held (a spherical joint). The angle of the
+directors about the edge is that of unit vectors `p` and `r`, across it in either surface, and `n`
+completes a frame. All three are unknowns of quadratic rows, with the directors `d1, d2` and the
+tangent `t` of the edge, which is linear in the nodes around:
+
+    p . p = 1,  p . t = 0,  p . d1 = 0
+    n . n = 1,  n . t = 0,  n . p = 0
+    r . r = 1,  r . t = 0,  r . d2 = 0
+
+So `(n . r, p . r)` are cosine and sine of an angle, quadratic in the unknowns, of length one, and
+all that is true of rotations of joints (`forms.constraints.coordinates`) is true here. Directors
+are free to lean along the edge. On a rigid body or the ground there is a frame already, and `r`
+alone is unknown. Where nodes of two edges do not coincide, those of the finer edge are held on the
+other one, between its nodes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from mpi4py import MPI
+
+import numpy as np
+import ufl
+from ufl.core.expr import Expr
+
+from shellmb.arrays import Floats, Ints
+from shellmb.meshes.nodes import constant_vector, node_mesh, node_space
+from shellmb.model.body import PartScale
+from shellmb.model.identification import node_links
+from shellmb.model.joints.constraints import ConstraintGroup
+from shellmb.model.joints.coordinates import global_dofs
+from shellmb.model.locations.ends import End
+
+__all__ = ["EdgeFrames", "Point", "Sum"]
+
+
+class Sum(NamedTuple):
+    """A vector as a weighted sum of nodal vectors of a body.
+
+    Args:
+        body: Name of the body in the system.
+        dofs: Global dofs of the nodal vectors, shape (m, 3).
+        weights: Their weights, shape (m,).
+    """
+
+    body: str
+    dofs: Ints
+    weights: Floats
+
+
+@dataclass(frozen=True)
+class Point:
+    """A point of a hinge.
+
+    Args:
+        label: Name of the hinge.
+        x: Its place, shape (3,), m.
+        axis: Axis of the hinge, shape (3,).
+        normals: Directors of both shells there, of a frame the second one's twice, shape (2, 3).
+        tangent: Change of the tangent: of nodes around it on an edge, or directors of a frame.
+        director: Change of the director of the first shell; None: it is a frame.
+        place: Displacement of the point, of one node or of several around it.
+        second: Change of the second shell's director.
+    """
+
+    label: str
+    x: Floats
+    axis: Floats
+    normals: Floats
+    tangent: Sum
+    director: Sum | None
+    place: Sum
+    second: Sum
+
+    @property
+    def key(self) -> tuple[int, int, int]:
+        """What points must have in common to share their kernels: numbers of nodes around them."""
+        across = 0 if self.director is None else len(self.director.weights)
+        return len(self.tangent.weights), across, len(self.place.weights)
+
+    @property
+    def vectors(self) -> Floats:
+        """Vectors `n, p, r` in the reference configuration as rows, shape (3, 3)."""
+        first, second = self.normals / np.linalg.norm(self.normals, axis=1, keepdims=True)
+        p, r = np.cross(self.axis, first), np.cross(self.axis, second)
+        p, r = p / np.linalg.norm(p), r / np.linalg.norm(r)
+        return np.array([np.cross(p, self.axis), p, r])
+
+
+class EdgeFrames(ConstraintGroup):
+    """Vectors across edges of shells at points of hinges, as unknowns.
+
+    Args:
+        name: Name in the system.
+        comm: Communicator.
+        points: The points, all of one `key`.
+        force: Size of forces, N.
+        length: Size of the scene, m.
+    """
+
+    def __init__(
+        self, name: str, comm: MPI.Comm, points: Sequence[Point], force: float, length: float
+    ) -> None:
+        along, across, inside = points[0].key
+        between = inside > 1
+        nodes = node_mesh(comm, len(points))
+        own = [*(("n", "p") if across else ()), "r", *(("u",) if between else ())]
+        sums = {"t": [p.tangent for p in points], "d": [p.second for p in points]}
+        sums |= {"a": [p.director for p in points if p.director is not None]} if across else {}
+        sums |= {} if between else {"u": [p.place for p in points]}
+        counts = {"t": along, "a": across, "d": 1, "u": 1}
+        # those that are displacements begin with u, by which lengths are told from directions
+        linked = {
+            f"u{s}{k}" if s == "t" else f"{s}{k}": (s, k) for s in sums for k in range(counts[s])
+        }
+        sizes = [1.0] * (9 if across else 3) + [length] * 3 * between
+        mixed = node_space(nodes, {**dict.fromkeys([*own, *linked], 3), "mu": len(sizes)})
+        links = []
+        for part, (s, k) in linked.items():
+            targets = np.array([item.dofs[k] for item in sums[s]])
+            rows = mixed.dofs[part].reshape(-1, 3)
+            links += node_links(nodes, rows, [item.body for item in sums[s]], targets)
+
+        def constant(title: str, values: Sequence[Any]) -> Expr:
+            return constant_vector(nodes, np.array(values).reshape(len(points), -1), title)
+
+        given = constant("given", [[p.axis, *p.normals, *p.vectors] for p in points])
+        weights = {
+            s: constant(f"weights_{s}", [i.weights for i in sums[s]]) for s in ("t", *"a"[:across])
+        }
+        within = constant("within", [p.place.weights for p in points]) if between else None
+
+        def violation(q: Expr) -> Expr:
+            part = self.layout.part
+            t, first, d, *starts = (
+                ufl.as_vector([given[3 * k + i] for i in range(3)]) for k in range(6)
+            )
+            n, p, r = (
+                start + part(q, which) if which in own else start
+                for start, which in zip(starts, "npr", strict=True)
+            )
+            t = t + sum((weights["t"][k] * part(q, f"ut{k}") for k in range(along)), start=0 * t)
+            d = d + part(q, "d0")
+            rows = [(ufl.dot(r, r) - 1) / 2, ufl.dot(r, t), ufl.dot(r, d)]
+            if across:
+                one = weights["a"] if across > 1 else None
+                moved = [part(q, f"a{k}") for k in range(across)]
+                first = first + sum(
+                    (one[k] * v if one is not None else v for k, v in enumerate(moved)), start=0 * t
+                )
+                rows += [(ufl.dot(p, p) - 1) / 2, ufl.dot(p, t), ufl.dot(p, first)]
+                rows += [(ufl.dot(n, n) - 1) / 2, ufl.dot(n, p), ufl.dot(n, t)]
+            if within is not None:
+                inner = sum((within[k] * part(q, f"ut{k}") for k in range(inside)), start=0 * t)
+                rows += [part(q, "u")[i] - inner[i] for i in range(3)]
+            return ufl.as_vector(rows)
+
+        self.directions = tuple(range(9 if across else 3))
+        forces = [force * length / size for size in sizes]
+        super().__init__(name, nodes, mixed, tuple(links), violation, forces, sizes)
+        scales = (
+            PartScale(part, f"vectors of {name}", length if part == "u" else 1.0, "a smaller step")
+            for part in own
+        )
+        self.parts = (*self.parts, *scales)
+        self.kinematic = frozenset(mixed.parts) - {"mu"}
+        self.jump_parts = frozenset({*own, "mu"})
+        self.labels = [point.label for point in points]
+        self._points, self._place = list(points), "u" if between else "u0"
+        self._dofs = {part: global_dofs(nodes, mixed, part) for part in (*own, self._place)}
+
+    def ends(self, k: int) -> tuple[End | None, End]:
+        """Places with two vectors on the first shell, if it is one, and one on the second."""
+        point, dofs = self._points[k], self._dofs
+        u, x, directors = dofs[self._place][k], point.x, point.vectors
+        second = End(self.name, point.second.body, {"u": u, "w": dofs["r"][k]}, x, directors[2:], x)
+        if point.director is None:
+            return None, second
+        w = np.concatenate([dofs["n"][k], dofs["p"][k]])
+        first = End(self.name, point.director.body, {"u": u, "w": w}, x, directors[:2], x)
+        return first, second
