@@ -36,7 +36,7 @@ from shellmb.scene import (
 
 LENGTH, WIDTH = 1.0, 0.5  # of a panel [m]
 SKIN = Isotropic(E=70e9, nu=0.3, thickness=4e-3, density=2700.0)
-# stiffness [N m/rad], rest and latch [rad], viscosity [N m s/rad]
+# stiffness [N m/rad], rest and latch [rad], damping [N m s/rad]
 HINGES = {
     "root": (1.5, math.radians(120), math.radians(90), 0.05),
     "middle": (3.0, -math.radians(200), -math.radians(180), 0.05),
@@ -44,7 +44,9 @@ HINGES = {
 
 
 def scene(
-    model: Literal["exact", "linear", "rigid"] = "exact", dt: float = 0.01, t_end: float = 4.0
+    model: Literal["exact", "floating-frame", "rigid"] = "exact",
+    dt: float = 0.01,
+    t_end: float = 4.0,
 ):
     """The wing.
 
@@ -59,9 +61,9 @@ def scene(
     inner = Rectangle(LENGTH, WIDTH, corner, axis1=(0, 0, 1), axis2=(0, 1, 0))
     outer = Rectangle(LENGTH, WIDTH, top, axis1=(0, 0, -1), axis2=(0, 1, 0))
     elements, events, locks = [], [], []
-    for name, (stiffness, rest, latch, viscosity) in HINGES.items():
+    for name, (stiffness, rest, latch, damping) in HINGES.items():
         elements.append(JointSpring(f"{name} spring", name, stiffness, rest=rest))
-        elements.append(JointDamper(f"{name} damper", name, viscosity))
+        elements.append(JointDamper(f"{name} damper", name, damping))
         angle = Sensor(f"{name}.rotation")
         events.append(Event(f"{name} latched", angle >= latch if latch > 0 else angle <= latch))
         locks.append(Lock(name, when=f"{name} latched"))
@@ -75,7 +77,7 @@ def scene(
             EdgeHinge("root", GROUND, "inner", second_at="left", rigid_angle=True),
             EdgeHinge("middle", "inner", "outer", at="right", second_at="left", rigid_angle=True),
         ],
-        elements=elements,
+        force_elements=elements,
         locks=locks,
         events=events,
         probes=Probe("tip", (0.0, 0.0, 0.0), "position", 0, body="outer"),

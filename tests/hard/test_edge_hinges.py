@@ -43,7 +43,7 @@ def test_folded_panels_fly_open_into_a_stop(scheme, alpha, thickness, watch, wor
             EdgeHinge("root", GROUND, "a", second_at="left", rigid_angle=True),
             EdgeHinge("hinge", "a", "b", at="right", second_at="left"),
         ],
-        elements=[
+        force_elements=[
             JointSpring("spring", "hinge", 0.1 * thickness * spin**2, rest=2.5),
             JointStop("stop", "hinge", upper=0.5, stiffness=1e-2 * thickness**2),
         ],

@@ -67,10 +67,10 @@ def free(scheme: str, alpha: float | None, rows: int = 1, **more: Any) -> Scene:
         "free",
         panels(rows=rows),
         joints=hinge(**more),
-        elements=[
+        force_elements=[
             JointSpring("spring", "hinge", STIFFNESS, rest=-1.5),
             JointDamper("damper", "hinge", 0.01),
-            JointStop("stop", "hinge", lower=-0.1, stiffness=100.0, damping=0.1),
+            JointStop("stop", "hinge", lower=-0.1, stiffness=100.0, relative_damping=0.1),
         ],
         initial=InitialVelocity(linear=(0.3, 0.1, 0.0), spin=(2.0, 1.0, 3.0)),
         scheme=scheme,
@@ -110,13 +110,15 @@ def test_exact_in_the_account(scheme, alpha, rows, rigid_angle) -> None:
         assert momentum.drift["angular momentum"] < 1e-13 * sizes["angular momentum"]
 
 
-def bent(scheme: str = "linear", joint: EdgeHinge | None = None, load: float = 1.0, **more: Any):
+def bent(
+    scheme: str = "linear-statics", joint: EdgeHinge | None = None, load: float = 1.0, **more: Any
+):
     """A clamped panel with another one on a sprung hinge, loaded at its end."""
     return Scene(
         "bent",
         panels(kink=0.0, **more),
         joints=joint or hinge(),
-        elements=JointSpring("spring", "hinge", STIFFNESS),
+        force_elements=JointSpring("spring", "hinge", STIFFNESS),
         supports=Clamped("left", body="a"),
         loads=EdgeForce("right", (0.0, 0.0, load), body="b"),
         scheme=scheme,
@@ -252,7 +254,9 @@ class Angles(Silent):
 def test_lock_of_each_angle() -> None:
     """Locks hold what they find at each node; the mean is by Simpson's rule along the edge."""
     scene = free("ep", None)
-    scene = replace(scene, locks=Lock("hinge", active=(0.02, 1.0)), elements=scene.elements[:2])
+    scene = replace(
+        scene, locks=Lock("hinge", active=(0.02, 1.0)), force_elements=scene.force_elements[:2]
+    )
     seen = Angles()
     Simulation(scene).run([seen])
     rows = [[row[f"hinge.{k}.rotation"] for k in (1, 2, 3)] for row in seen.rows]
@@ -289,7 +293,10 @@ ROD = Beam(
         ),
         ({"joints": hinge(), "shells": panels(model=Modal(modes=4))}, "in modes"),
         (
-            {"joints": hinge(), "elements": Motor("motor", "hinge", lambda x, v, t: 0.0 * x + 1.0)},
+            {
+                "joints": hinge(),
+                "force_elements": Motor("motor", "hinge", lambda x, v, t: 0.0 * x + 1.0),
+            },
             "must have rigid_angle=True",
         ),
     ],

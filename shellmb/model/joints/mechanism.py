@@ -288,7 +288,7 @@ def _bound(scene: Scene, made: Mechanism, element: Any) -> list[BoundElement]:
         return [bind_element(element, made.table[joint, kind])]
     found = []
     for name, share in made.several[joint]:
-        values = {k: getattr(element, k, None) for k in ("stiffness", "viscosity")}
+        values = {k: getattr(element, k, None) for k in ("stiffness", "damping")}
         part = replace(element, **{k: share * v for k, v in values.items() if v is not None})
         found.append(bind_element(part, made.table[name, kind]))
     return found

@@ -137,7 +137,8 @@ def _edge_hinge(
         if isinstance(body, Beam) or (isinstance(body, Shell) and isinstance(body.model, Modal)):
             raise SceneError(
                 f"{who}: {where} is {said(body)}{'' if isinstance(body, Beam) else ' in modes'}; "
-                "it must be a shell that is exact, linear or rigid, a rigid body or the ground"
+                "it must be a shell that is exact, in a floating frame or rigid, a rigid body or "
+                "the ground"
             )
         if isinstance(body, Shell):
             if name is None:
@@ -153,15 +154,15 @@ def _edge_hinge(
             )
     if joint.rigid_angle:
         return
-    for item in (*scene.drivers, *scene.elements):
+    for item in (*scene.drivers, *scene.force_elements):
         if getattr(item, "joint", None) != joint.name:
             continue
-        linear = getattr(item, "stiffness", None) or getattr(item, "viscosity", None) is not None
+        linear = getattr(item, "stiffness", None) or getattr(item, "damping", None) is not None
         if not linear:
             raise SceneError(
                 f"{said(item)}: it acts on {who}, which has an angle at each node, by a law or a "
                 "given motion; the hinge must have rigid_angle=True, or the element a stiffness or "
-                "viscosity, which are distributed along the edge"
+                "damping, which are distributed along the edge"
             )
 
 

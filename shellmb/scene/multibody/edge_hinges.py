@@ -29,7 +29,7 @@ class EdgeHinge(Joint):
         axis: Direction along the edge about which the second shell's rotation is right-handed;
             None: that in which x grows along the edge, or else y, or else z.
         rigid_angle: Whether the angle is the same all along the edge. If False, each node has its
-            own: stiffness and viscosity of springs, dampers and stops are distributed evenly along
+            own: stiffness and damping of springs, dampers and stops are distributed evenly along
             the edge, locks hold each angle, ``NAME.rotation`` is the mean, and ``NAME.1.rotation``
             and so on are the angles along ``axis``.
         active: None: it acts always.
