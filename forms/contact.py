@@ -1,10 +1,15 @@
 """Contact of points with rigid obstacles, by a penalty on the penetration.
 
-Obstacles are given by a measure of the position that is at most quadratic, and the distance that
-follows from it: of a plane the distance itself, of a ball or rod the square of that from its centre
-or axis. So forces over a step are those of a potential of quadratic measures
+Obstacles are given by measures of the position that are at most quadratic, and the distance that
+follows from them: of a plane the distance itself, of a ball or rod the square of that from its
+centre or axis. So forces over a step are those of a potential of quadratic measures
 (`forms.steps.potentials`): they point along the normal of a plane, and are central about a centre
 or axis in the sense of the scheme, which keeps the momenta that the obstacle leaves free.
+
+An obstacle that moves with a rigid body has the body's place `p` and directors `e_k`, which are
+unknowns. Its measures are products of these and of `r = x - p` that a common rigid motion of both
+bodies leaves as they are: forces are equal and opposite and have no moment, over a step, too. Of a
+rod `|r|^2` and `r.e_3` are taken: that it turns about itself must not matter.
 
 ===========  =====================================================================  ==========
 symbol       name                                                                   unit
@@ -103,6 +108,38 @@ def surface_motion(
     if not directors:
         return motion
     return motion - arm * ufl.cross(turn(directors, changes), normal)
+
+
+def carried(r: Expr, directors: Sequence[Expr], moved: Expr, changes: Sequence[Expr]) -> Expr:
+    """Motion of a place that moves with a rigid body, shape (3,).
+
+    Args:
+        r: The place, from a point of the body, shape (3,), m.
+        directors: Directors of the body.
+        moved: Motion of the point.
+        changes: Motions of the directors.
+    """
+    return moved + ufl.cross(turn(directors, changes), r)
+
+
+def box_distance(y: Sequence[Expr], core: Sequence[Expr]) -> Expr:
+    """Distance from a box, less than zero within it, m.
+
+    Args:
+        y: Components of the place from its centre along its edges, m.
+        core: Half of its extents, m.
+    """
+    beyond = [abs(a) - c for a, c in zip(y, core, strict=True)]
+    square = sum((ufl.conditional(ufl.gt(b, 0), b, 0) ** 2 for b in beyond), start=0 * y[0])
+    outside = ufl.gt(square, 0)
+    # a root of zero has no derivative
+    far = ufl.sqrt(ufl.conditional(outside, square, 1))
+    return ufl.conditional(outside, far, greatest(greatest(beyond[0], beyond[1]), beyond[2]))
+
+
+def greatest(a: Expr, b: Expr) -> Expr:
+    """The greater of two numbers."""
+    return ufl.conditional(ufl.gt(a, b), a, b)
 
 
 def turn(directors: Sequence[Expr], changes: Sequence[Expr]) -> Expr:

@@ -7,6 +7,11 @@ over a step that is quadratic in time (`forms.steps.path`) `S_0 + S_1 P1` satisf
 points, and what those lack of the change of the energy, along chord and bow (after O. Gonzalez,
 J. Nonlinear Sci. 6 (1996) 449-467).
 
+A potential `U(g)` of a distance `g(e)` that follows from several measures is treated in two stages:
+its stress `s` on the distance, and the mean slopes of the distance by the measures, each with a
+correction of its own. What Gauss points lack where `U` has a kink then acts along the normal, and
+none of it along a surface that a body slides on.
+
 What dissipates in ED and ED3 acts on the jump of `e` and on its bow with the change of the slope.
 Where the potential is concave that would gain energy: there it is scaled down to nothing.
 
@@ -81,6 +86,51 @@ def interval_stress(U: Potential, a: Expr, b: Expr, beta: Expr | float) -> Expr:
         # no jump at all
         return stress
     return stress + beta / 2 * convex(gradient(U, b) - gradient(U, a), increment)
+
+
+def distance_slope(g: Potential, a: Expr, b: Expr) -> Expr:
+    """Mean slope `G` of a distance over a sub-interval, `G.(e_b - e_a) = g_b - g_a`, shape (n,)."""
+    return interval_stress(g, a, b, 0.0)
+
+
+def distance_stretch(g: Potential, e: Stretch) -> Stretch:
+    """A distance over a step as if it were quadratic in time: by its ends and its middle, (1,)."""
+    start, middle, end = (
+        ufl.as_vector([g(x)])
+        for x in (e.start, e.start + e.chord / 2 - 3 * e.bow / 4, e.start + e.chord)
+    )
+    return Stretch(start, end - start, 4 * ((start + end) / 2 - middle) / 3)
+
+
+def distance_stresses(
+    U: Potential, g: Potential, e: Stretch, alpha: Expr
+) -> tuple[Expr, Expr]:
+    """`S_0` and `S_1` of a potential of a distance over a step, shape (n,) each.
+
+    Args:
+        U: Energy as a function of the distance, shape (1,).
+        g: The distance as a function of measures of order one, shape (n,).
+        e: The measures over the step.
+        alpha: Dissipation.
+    """
+    d = distance_stretch(g, e)
+    (s_0,), (s_1,) = path_stresses(U, d, alpha)
+    # means of the slopes of chord and bow of the distance by chord and bow of the measures; the
+    # bow is 2/3 of what the second half of the step has less than the first, turned about
+    rows = [[0 * e.start, 0 * e.start], [0 * e.start, 0 * e.start]]
+    for half, sign in ((0.0, 1.0), (0.5, -1.0)):
+        for point, weight in GAUSS:
+            tau = half + (1 + point) / 4
+            slope = weight / 2 * gradient(g, e.start + tau * e.chord + 3 * (tau**2 - tau) * e.bow)
+            for row, share in zip(rows, (1.0, -2 / 3 * sign), strict=True):
+                row[0] = row[0] + share * slope
+                row[1] = row[1] + 3 * (2 * tau - 1) * share * slope
+    size = ufl.dot(e.chord, e.chord) + ufl.dot(e.bow, e.bow) + TINY
+    for row, change in zip(rows, (d.chord[0], d.bow[0]), strict=True):
+        ratio = (change - ufl.dot(row[0], e.chord) - ufl.dot(row[1], e.bow)) / size
+        row[0], row[1] = row[0] + ratio * e.chord, row[1] + ratio * e.bow
+    (chord, bow) = rows
+    return s_0 * chord[0] + s_1 * bow[0], s_0 * chord[1] + s_1 * bow[1]
 
 
 def interval_jump(U: Potential, a: Expr, b: Expr) -> Expr:

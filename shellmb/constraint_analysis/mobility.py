@@ -54,7 +54,7 @@ def refuse_mechanisms(model: Model) -> None:
     if not free.shape[1]:
         return
     # whether a potential holds its body is seen when that is solved
-    kept = {group.owner for group in model.potentials if group.holds}
+    kept = {name for group in model.potentials if group.holds for name in group.owners}
     members = {data.name: data.members[data.name].body for data in model.modal}
     every = {
         body: describe(motions.frames[body], free[6 * k : 6 * k + 6])

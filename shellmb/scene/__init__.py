@@ -26,7 +26,7 @@ from shellmb.scene.loads.body_loads import (
     LineMoment,
     PointMoment,
 )
-from shellmb.scene.loads.contacts import Ball, Contact, Obstacle, Plane, Rod
+from shellmb.scene.loads.contacts import Ball, Box, Contact, Obstacle, Plane, Rod
 from shellmb.scene.loads.loads import (
     EdgeForce,
     EdgeMoment,
@@ -109,6 +109,7 @@ __all__ = [
     "AlongLine",
     "Arc",
     "Ball",
+    "Box",
     "Beam",
     "BeamDamping",
     "BeamNaturalStrain",

@@ -14,7 +14,7 @@ from shellmb.observers.summary import Sources
 from shellmb.scene.lookup import said
 from shellmb.simulate.simulation import Silent, Simulation
 
-# part of the radius of a ball or rod: deeper, or through it within a step, a point soon leaves on
+# part of the radius of a ball or rod, or half the thickness of a box: deeper, or through it within a step, a point soon leaves on
 # the other side
 DEEP = 0.5
 # part of the largest energy of a contact that comes or goes in one step: of an impact that takes
@@ -44,7 +44,7 @@ class Contacts(Silent):
             self._before[group.item.name] = self._now(simulation, group)
 
     def _now(self, simulation: Simulation, group: ContactGroup) -> tuple[Floats, float]:
-        x = group.positions(simulation.problem.levels[group.name].q.x.array)
+        x = group.seen_positions(simulation.problem.levels[group.name].q.x.array)
         return x, self._energy.values.get(f"{group.item.name}.energy", 0.0)
 
     def accepted(self, simulation: Simulation) -> None:
@@ -57,9 +57,10 @@ class Contacts(Silent):
             if abs(energy - before) > change:
                 change, when = abs(energy - before), simulation.t
             self._sudden[name] = [max(largest, energy), change, when]
-            if group.radius > 0 and group.sign > 0:
-                _, depth = group.normals(group.nearest(start, end))
-                deepest = float(np.max(depth, initial=0.0)) / group.radius
+            shape = group.shape
+            if np.isfinite(shape.depth):
+                depth = group.penetrations(shape.nearest(start, end))
+                deepest = float(np.max(depth, initial=0.0)) / shape.depth
                 self._deep[name] = max(self._deep.get(name, (0.0, 0.0)), (deepest, simulation.t))
 
     def cautions(self, simulation: Simulation) -> Iterator[Caution]:
@@ -69,6 +70,7 @@ class Contacts(Silent):
             found = self._deep.get(name, (0.0, 0.0))
             deep, when = max(simulation.model.comm.allgather(found))
             kind = item.obstacle.label
+            size = "radius" if hasattr(item.obstacle, "radius") else "half thickness"
             if deep > DEEP:
                 yield Caution(
                     self.name,
@@ -76,7 +78,7 @@ class Contacts(Silent):
                     deep,
                     DEEP,
                     f"{said(item)}: a point of '{group.owner}' comes, or goes in one step, as deep "
-                    f"as {deep:.0%} of the radius of the {kind} (at t = {when:.4g} s), and leaves "
+                    f"as {deep:.0%} of the {size} of the {kind} (at t = {when:.4g} s), and leaves "
                     "on the wrong side if it passes the middle: use a smaller step or a larger "
                     "stiffness",
                 )

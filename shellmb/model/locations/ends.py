@@ -128,6 +128,25 @@ class EndGroup:
             x += np.einsum("nk,nki->ni", np.array([self.ends[k].offset for k in items]), changes)
         return x
 
+    def rotations(self, q: Floats, mixed: MixedSpace) -> Floats:
+        """What the local frames have turned by at a state's array, shape (n, 3, 3)."""
+        D = np.array([self.ends[k].directors for k in self._nodes.item]).reshape(-1, 3, 3)
+        changes = q[mixed.dofs[f"w{self.tag}"]].reshape(-1, 3, 3)
+        return np.asarray(np.einsum("nki,nkj->nij", D + changes, D))
+
+    def moments(self, q: Floats, forces: Floats, mixed: MixedSpace) -> Floats:
+        """Moments of forces on the local directors of frames, shape (n, 3), N m.
+
+        Args:
+            q: A state's array.
+            forces: Forces on all local dofs.
+            mixed: The group's space.
+        """
+        rows = mixed.dofs[f"w{self.tag}"]
+        D = np.array([self.ends[k].directors for k in self._nodes.item]).reshape(-1, 3, 3)
+        turned = np.cross(D + q[rows].reshape(-1, 3, 3), forces[rows].reshape(-1, 3, 3))
+        return np.asarray(turned.sum(axis=1))
+
 
 def end_pair(
     nodes: NodeMesh,

@@ -131,7 +131,9 @@ def potential_groups(
         if isinstance(item, Potential):
             groups.append(UserPotential(item, comm, points, length))
         else:
-            contact = ContactGroup(item, comm, points, length)
+            name = item.obstacle_body
+            carrier = None if name is None else find(name, None, said(item))
+            contact = ContactGroup(item, comm, points, length, carrier)
             contact.check_start()
             groups.append(contact)
     return groups

@@ -54,10 +54,20 @@ class ExactEnergy(WithoutTerms):
         """Virtual work over a sub-interval."""
         a, b = self.measure(span.a), self.measure(span.b)
         if span.a is span.b:
-            stress = gradient(self.potential, a)
+            stress = gradient(self._whole, a)
         else:
-            stress = forms.interval_stress(self.potential, a, b, span.beta)
+            stress = self._stress(a, b, span.beta)
         return self.weight * ufl.dot(stress, variation(self.measure, span.mid, dq)) * self.dx
+
+    def _whole(self, e: Expr) -> Expr:
+        """The energy as a function of the measures."""
+        return self.potential(e)
+
+    def _stress(self, a: Expr, b: Expr, beta: Expr | float) -> Expr:
+        return forms.interval_stress(self.potential, a, b, beta)
+
+    def _stresses(self, e: Stretch, alpha: Expr) -> tuple[Expr, Expr]:
+        return forms.path_stresses(self.potential, e, alpha)
 
     def _over(self, step: Step) -> tuple[Measure, Stretch]:
         """The measure, and what it is over a step."""
@@ -68,7 +78,7 @@ class ExactEnergy(WithoutTerms):
     def row(self, step: Step, k: int, dq: Expr) -> Form | None:
         """Virtual work over a step, with stresses linear in time, eq. (Q2)."""
         (measured, e), p = self._over(step), step.path
-        stresses = forms.path_stresses(self.potential, e, p.alpha)
+        stresses = self._stresses(e, p.alpha)
         states = p.states
         work = sum(
             ufl.dot(stress, slope_at(measured, on.slopes[k], states, dq))
@@ -83,9 +93,45 @@ class ExactEnergy(WithoutTerms):
 
     def energy(self, q: Expr) -> Form:
         """The energy, J."""
-        return self.weight * self.potential(self.measure(q)) * self.dx
+        return self.weight * self._whole(self.measure(q)) * self.dx
 
     def jump(self, a: Expr, b: Expr) -> Form:
         """Elastic part of eq. (34), J."""
         found = forms.interval_jump(self.potential, self.measure(a), self.measure(b))
         return self.weight * found * self.dx
+
+
+@dataclass(frozen=True)
+class DistanceEnergy(ExactEnergy):
+    """An energy of a distance that follows from several measures; arguments as of `ExactEnergy`.
+
+    Args:
+        distance: Distance over the size of the scene as a function of the measures; the potential
+            is a function of it, shape (1,).
+    """
+
+    distance: Callable[[Expr], Expr]
+
+    def _at(self, e: Expr) -> Expr:
+        return ufl.as_vector([self.distance(e)])
+
+    def _whole(self, e: Expr) -> Expr:
+        return self.potential(self._at(e))
+
+    def _stress(self, a: Expr, b: Expr, beta: Expr | float) -> Expr:
+        stress = forms.interval_stress(self.potential, self._at(a), self._at(b), beta)
+        return stress[0] * forms.distance_slope(self.distance, a, b)
+
+    def _stresses(self, e: Stretch, alpha: Expr) -> tuple[Expr, Expr]:
+        return forms.distance_stresses(self.potential, self.distance, e, alpha)
+
+    def bow(self, step: Step, held: Expr) -> Form | None:
+        """Energy of the bow of the distance, J."""
+        _, e = self._over(step)
+        d = forms.distance_stretch(self.distance, e)
+        return self.weight * forms.path_loss(self.potential, d) * self.dx
+
+    def jump(self, a: Expr, b: Expr) -> Form:
+        """Elastic part of eq. (34), J."""
+        ends = (self._at(self.measure(q)) for q in (a, b))
+        return self.weight * forms.interval_jump(self.potential, *ends) * self.dx

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
@@ -18,6 +20,7 @@ from shellmb.forms.state import Layout
 from shellmb.forms.steps.discrete import variation
 from shellmb.meshes.nodes import constant_vector, node_mesh, node_space
 from shellmb.model.body import Elastic
+from shellmb.model.locations.ends import End, EndGroup
 from shellmb.model.massless import Massless
 from shellmb.model.potentials.exact import ExactEnergy
 from shellmb.model.potentials.points import Points
@@ -37,16 +40,35 @@ class PotentialGroup(Massless):
         points: The points.
         turns: Whether the directors matter.
         length: Size of the scene, m.
+        carrier: A rigid body that the energy is fixed to: the body's place, a point (3,) and axes
+            as rows (3, 3) that move with it; None: it is fixed in space.
+
+    Attributes:
+        seen: That point with the axes at each node; None: there is none.
     """
 
     def __init__(
-        self, item: Any, comm: MPI.Comm, points: Points, turns: bool, length: float
+        self,
+        item: Any,
+        comm: MPI.Comm,
+        points: Points,
+        turns: bool,
+        length: float,
+        carrier: tuple[End, Floats, Floats] | None = None,
     ) -> None:
         self.item, self.points, self.length = item, points, length
-        self.nodes = node_mesh(comm, len(points.ends))
+        count = len(points.ends)
+        self.nodes = node_mesh(comm, count)
         self._end = points.bound(self.nodes, turns)
-        mixed = node_space(self.nodes, self._end.parts)
-        super().__init__(f"{item.label} '{item.name}'", mixed, (), tuple(self._end.links(mixed)))
+        parts, self.seen = dict(self._end.parts), None
+        if carrier is not None:
+            body, point, axes = carrier
+            places = [replace(body, point=point)] * count
+            self.seen = EndGroup(self.nodes, places, np.tile(axes, (count, 1, 1)), "2", True)
+            parts |= self.seen.parts
+        mixed = node_space(self.nodes, parts)
+        links = self._end.links(mixed) + ([] if self.seen is None else self.seen.links(mixed))
+        super().__init__(f"{item.label} '{item.name}'", mixed, (), tuple(links))
         self.layout = Layout(mixed.parts)
         self.weight = self.data(points.weights[:, None], "weight")
         self.dx = ufl.dx(self.nodes.mesh)
@@ -64,6 +86,11 @@ class PotentialGroup(Massless):
         """Name of the body that it acts on."""
         return self.points.ends[0].owner
 
+    @property
+    def owners(self) -> set[str]:
+        """Names of all bodies that it acts on."""
+        return {self.owner} | (set() if self.seen is None else {self.seen.ends[0].owner})
+
     def data(self, rows: Floats, name: str) -> fem.Function:
         """A function with values of its own at each point, shape (n, size)."""
         return constant_vector(self.nodes, rows, name)
@@ -78,10 +105,15 @@ class PotentialGroup(Massless):
 
     def moved(self, at: Expr, v: Expr) -> Place:
         """How points and directors move with a rate or variation of the state."""
-        count = len(self.place(at).e)
+        return self.changed(self.place, at, v)
+
+    @staticmethod
+    def changed(place: Callable[[Expr], Place], at: Expr, v: Expr) -> Place:
+        """How a place moves with a rate or variation of the state."""
+        count = len(place(at).e)
         return Place(
-            variation(lambda q: self.place(q).x, at, v),
-            tuple(variation(lambda q, k=k: self.place(q).e[k], at, v) for k in range(count)),  # type: ignore[misc]
+            variation(lambda q: place(q).x, at, v),
+            tuple(variation(lambda q, k=k: place(q).e[k], at, v) for k in range(count)),  # type: ignore[misc]
         )
 
     def measure(self, q: Expr) -> Expr:
@@ -100,3 +132,12 @@ class PotentialGroup(Massless):
     def positions(self, q: Floats) -> Floats:
         """Positions of the local points (owned and ghost) at a state's array, shape (n, 3), m."""
         return self._end.positions(q, self.mixed)
+
+    def seen_positions(self, q: Floats) -> Floats:
+        """Positions of the local points as the carrier sees them, in the reference, (n, 3), m."""
+        x = self.positions(q)
+        if self.seen is None:
+            return x
+        r = x - self.seen.positions(q, self.mixed)
+        back = np.einsum("nji,nj->ni", self.seen.rotations(q, self.mixed), r)
+        return np.asarray(self.seen.ends[0].point + back)

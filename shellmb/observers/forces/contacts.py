@@ -18,6 +18,7 @@ from shellmb.system.assembly.residuals import Residuals
 
 AXES = ("Fx", "Fy", "Fz")
 CONTACT = ("normal", "friction")
+MOMENTS = ("Mx", "My", "Mz")
 
 
 class _Loop(NamedTuple):
@@ -41,7 +42,8 @@ class ContactForces(Silent):
         values: Columns of the history: `NAME.Fx` to `NAME.Fz`, NaN before the first step; of
             contacts also `NAME.normal`, `NAME.friction`, sums over the points of what pushes along
             their normals, and size of the sum of what acts across them; `NAME.penetration`, that
-            of the deepest point at the end of the step, m.
+            of the deepest point at the end of the step, m; where the obstacle moves with a body
+            `NAME.Mx` to `NAME.Mz`, moment on that body about its centre of mass, N m.
     """
 
     def __init__(self) -> None:
@@ -54,27 +56,28 @@ class ContactForces(Silent):
         for group in simulation.model.potentials:
             self._loops.append(_Loop(group, *resistance(problem, group.name)))
             names = (*AXES, *(CONTACT if isinstance(group, ContactGroup) else ()))
+            names += () if group.seen is None else MOMENTS
             self.values.update({f"{group.item.name}.{name}": float("nan") for name in names})
         self._depths(simulation)
 
     def solved(self, simulation: Simulation) -> None:
         """Take the forces of the step."""
         for group, loop, place in self._loops:
-            middle = group.positions(last_middle(simulation, group.name))
+            middle = last_middle(simulation, group.name)
             place[:] = 0.0
             loop.refresh()
             loop.add(place)
             forces = -place[group.mixed.dofs["u1"]].reshape(-1, 3)
-            sums = np.zeros(7)
+            sums = np.zeros(10)
             sums[:3] = forces.sum(axis=0)
             if isinstance(group, ContactGroup):
-                normals, _ = group.normals(middle)
-                pushes = np.vecdot(normals, forces)
-                sums[3] = pushes.sum()
-                sums[4:] = (forces - pushes[:, None] * normals).sum(axis=0)
+                pushes, across = group.pushes(middle, forces)
+                sums[3], sums[4:7] = pushes.sum(), across.sum(axis=0)
+            if group.seen is not None:
+                sums[7:] = group.seen.moments(middle, -place, group.mixed).sum(axis=0)
             simulation.model.comm.Allreduce(MPI.IN_PLACE, sums)
-            found = [*sums[:4], float(np.linalg.norm(sums[4:]))]
-            for name, value in zip((*AXES, *CONTACT), found, strict=True):
+            found = [*sums[:4], float(np.linalg.norm(sums[4:7])), *sums[7:]]
+            for name, value in zip((*AXES, *CONTACT, *MOMENTS), found, strict=True):
                 if f"{group.item.name}.{name}" in self.values:
                     self.values[f"{group.item.name}.{name}"] = float(value)
 
@@ -85,8 +88,8 @@ class ContactForces(Silent):
     def _depths(self, simulation: Simulation) -> None:
         for group, *_ in self._loops:
             if isinstance(group, ContactGroup):
-                x = group.positions(simulation.problem.levels[group.name].q.x.array)
-                depth = float(np.max(group.normals(x)[1], initial=0.0))
+                x = group.seen_positions(simulation.problem.levels[group.name].q.x.array)
+                depth = float(np.max(group.penetrations(x), initial=0.0))
                 depth = simulation.model.comm.allreduce(depth, op=MPI.MAX)
                 self.values[f"{group.item.name}.penetration"] = depth
 

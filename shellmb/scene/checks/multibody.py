@@ -331,8 +331,9 @@ def _supported(scene: Description) -> None:
     pairs += [(body.name, body.of) for body in scene.bodies if isinstance(body, Interface)]
     # an elastic foundation, say; whether terms hold all motions is found out later
     pairs += [(body.name, GROUND) for body in scene.bodies if getattr(body, "terms", ())]
+    pairs += [(b.name, GROUND) for p in scene.potentials for b in bodies_of(scene, p)]
     pairs += [
-        (b.name, GROUND) for p in (*scene.potentials, *scene.contacts) for b in bodies_of(scene, p)
+        (b.name, c.obstacle_body or GROUND) for c in scene.contacts for b in bodies_of(scene, c)
     ]
     for first, second in pairs:
         old, new = group[first], group[second]

@@ -7,8 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 from shellmb.errors import SceneError
 from shellmb.scene.checks.locations import areas_of, check_point, edges_of, points_of
-from shellmb.scene.lookup import bodies_of, listed, said
+from shellmb.scene.loads.contacts import Contact
+from shellmb.scene.lookup import bodies_of, find_body, kind_of, listed, said
 from shellmb.scene.multibody.elements import JointStop
+from shellmb.scene.multibody.rigid import RigidBody
+from shellmb.scene.values.models import Modal
 from shellmb.scene.values.validate import show
 
 if TYPE_CHECKING:
@@ -41,6 +44,9 @@ def check_potentials(scene: Description) -> None:
             )
         (body,) = bodies_of(scene, item)
         _place(body, item.at, who)
+    for contact in scene.contacts:
+        if contact.obstacle_body is not None:
+            _carrier(scene, contact)
     for stop in scene.force_elements:
         if isinstance(stop, JointStop) and scene.linear:
             raise SceneError(
@@ -57,6 +63,26 @@ def check_potentials(scene: Description) -> None:
                     f"{said(contact)}: {what} is {getattr(contact, what):g}; it must be 0, because "
                     f"scheme {show(scene.scheme_name)} has no velocities as 'ep' and 'ed' have"
                 )
+
+
+def _carrier(scene: Description, contact: Contact) -> None:
+    """Refuse an obstacle on a body that is not rigid, or on the one that it pushes."""
+    (body,), who, name = bodies_of(scene, contact), said(contact), contact.obstacle_body
+    carrier = find_body(scene, name, f"{who}: obstacle_body")
+    if not isinstance(carrier, RigidBody) and carrier.model != "rigid":
+        raise SceneError(
+            f"{who}: obstacle_body '{name}' is a {kind_of(carrier)} that deforms; it must be a "
+            "rigid body, or a shell or beam with model='rigid'"
+        )
+    if carrier.name == body.name:
+        raise SceneError(
+            f"{who}: body and obstacle_body are both '{name}'; they must be two bodies"
+        )
+    if isinstance(getattr(body, "model", None), Modal):
+        raise SceneError(
+            f"{who}: '{body.name}' is reduced to modes; with obstacle_body its model must be "
+            "'exact', 'linear' or 'rigid'"
+        )
 
 
 def _place(body: Any, on: Any, who: str) -> None:

@@ -1,9 +1,11 @@
-"""Contact of bodies with rigid obstacles that are fixed in space."""
+"""Contact of bodies with rigid obstacles that are fixed in space or to a rigid body."""
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Any, ClassVar
 
+import numpy as np
 from pydantic import InstanceOf
 
 from shellmb.errors import SceneError
@@ -16,13 +18,17 @@ from shellmb.scene.values.validate import (
     Vec3,
     described,
     show,
+    unit_vector,
 )
 
-__all__ = ["Ball", "Contact", "Obstacle", "Plane", "Rod"]
+__all__ = ["Ball", "Box", "Contact", "Obstacle", "Plane", "Rod"]
+
+# cosine of the angle of two axes above which they are not perpendicular
+SKEW = 1e-9
 
 
 class Obstacle:
-    """A rigid obstacle that is fixed in space."""
+    """A rigid obstacle, where it is in the reference configuration."""
 
     label: ClassVar[str]
 
@@ -72,6 +78,50 @@ class Rod(Obstacle):
     inside: bool = False
 
 
+@described("box")
+class Box(Obstacle):
+    """A box; its edges and corners may be rounded.
+
+    Args:
+        center: Its centre [m].
+        size: Its extent along ``axis1``, ``axis2`` and ``axis1 x axis2`` [m].
+        axis1: Direction of its first edges; any length.
+        axis2: Direction of its second edges, perpendicular to ``axis1``; any length.
+        rounding: Radius of its edges and corners, within its size [m].
+    """
+
+    center: Vec3
+    size: Vec3
+    axis1: Axis = (1.0, 0.0, 0.0)
+    axis2: Axis = (0.0, 1.0, 0.0)
+    rounding: NonNegative = 0.0
+
+    def __post_init__(self) -> None:
+        """Check its size and axes.
+
+        Raises:
+            SceneError: If it has no volume, no room for its rounding, or skew axes.
+        """
+        if min(self.size) <= 0:
+            raise SceneError(f"box: size is {show(self.size)}; each extent must be greater than 0")
+        if 2 * self.rounding >= min(self.size):
+            raise SceneError(
+                f"box: rounding is {self.rounding:g}; it must be less than half the smallest "
+                f"extent, which is {min(self.size):g}"
+            )
+        if abs(self.axes[0] @ self.axes[1]) > SKEW:
+            raise SceneError(
+                f"box: axis1 {show(self.axis1)} and axis2 {show(self.axis2)} are not "
+                "perpendicular; they must be"
+            )
+
+    @cached_property
+    def axes(self) -> np.ndarray:
+        """Unit vectors along its edges as rows, shape (3, 3)."""
+        e1, e2 = unit_vector(self.axis1, "box: axis1"), unit_vector(self.axis2, "box: axis2")
+        return np.array([e1, e2, np.cross(e1, e2)])
+
+
 @described("contact")
 class Contact:
     """Points of a body that an obstacle pushes away where they are in it, by a penalty.
@@ -81,8 +131,9 @@ class Contact:
     Args:
         name: Its name in the results: ``NAME.Fx`` to ``NAME.Fz`` [N] on the body, ``NAME.normal``
             and ``NAME.friction`` [N], ``NAME.penetration`` [m], ``NAME.energy`` and ``NAME.loss``
-            [J].
-        obstacle: A ``Plane``, a ``Ball`` or a ``Rod``.
+            [J]; with ``obstacle_body`` also ``NAME.Mx`` to ``NAME.Mz`` [N m] on that body, about
+            its centre of mass.
+        obstacle: A ``Plane``, a ``Ball``, a ``Rod`` or a ``Box``.
         stiffness: Force per penetration: per area of a shell [N/m^3], per length of an edge or a
             beam [N/m^2], or at each point [N/m].
         body: Name of the body; None: the only one.
@@ -96,6 +147,8 @@ class Contact:
         friction: Coulomb's coefficient of friction.
         slip_speed: Slip at which friction is 0.71 of Coulomb's; below it is viscous [m/s].
         preloaded: Whether points may be in the obstacle at the start.
+        obstacle_body: Name of the rigid body that the obstacle moves with; None: it is fixed in
+            space. Place and axes of the obstacle are those in the reference configuration.
     """
 
     name: Name
@@ -109,6 +162,7 @@ class Contact:
     friction: NonNegative = 0.0
     slip_speed: Positive | None = None
     preloaded: bool = False
+    obstacle_body: Name | None = None
 
     def __post_init__(self) -> None:
         """Check that friction is complete, and that a body in a ball or tube has room.
