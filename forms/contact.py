@@ -115,11 +115,14 @@ def carried(r: Expr, directors: Sequence[Expr], moved: Expr, changes: Sequence[E
 
     Args:
         r: The place, from a point of the body, shape (3,), m.
-        directors: Directors of the body.
+        directors: Directors of the body; in the middle of a step they are not orthonormal.
         moved: Motion of the point.
         changes: Motions of the directors.
     """
-    return moved + ufl.cross(turn(directors, changes), r)
+    a, b, c = directors
+    volume = ufl.dot(a, ufl.cross(b, c))
+    parts = (ufl.dot(r, ufl.cross(*pair)) / volume for pair in ((b, c), (c, a), (a, b)))
+    return sum((y * change for y, change in zip(parts, changes, strict=True)), start=moved)
 
 
 def box_distance(y: Sequence[Expr], core: Sequence[Expr]) -> Expr:

@@ -197,7 +197,7 @@ def check_steady(scene: Scene, axis: Axis, loaded: bool) -> None:
     acting: tuple[Any, ...] = (*scene.potentials, *scene.contacts)
     for item in acting:
         raise SceneError(
-            f"modes: {said(item)} is fixed in space and does not rotate with the system; remove it"
+            f"modes: {said(item)} has no linear form about a steady rotation; remove it"
         )
     for joint in scene.joints:
         if isinstance(joint, Contact):

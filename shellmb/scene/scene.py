@@ -73,7 +73,7 @@ class Scene(Description):
         redundant: What becomes of constraints that others imply: an error, or they are dropped.
         path: Follows the path of static equilibria through limit points; None: load steps.
         potentials: Energies of the place of bodies.
-        contacts: Contact of bodies with rigid obstacles.
+        contacts: Contact of bodies with rigid obstacles, fixed in space or to rigid bodies.
         units: Units of length, mass and time in labels, as ``"m, kg, s"`` or ``"mm, t, s"``; None:
             labels have none. The numbers are in consistent units, whatever these are.
         controllers: Controllers, which read sensors and command motors, drivers and loads.

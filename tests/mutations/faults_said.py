@@ -90,8 +90,8 @@ FAULTS: tuple[Fault, ...] = (
     Fault(
         "a point that flies through a ball is looked for at the end of its step",
         f"{WATCHES}/forces/contacts.py",
-        "group.normals(group.nearest(start, end))",
-        "group.normals(end)",
+        "group.penetrations(shape.nearest(start, end))",
+        "group.penetrations(end)",
         (f"{NUMBERS}::test_how_deep_a_point_comes_within_a_step[0.2-0.6]",),
     ),
     Fault(

@@ -53,8 +53,8 @@ class ContactGroup(PotentialGroup):
         turns = contact.friction * contact.radius > 0
         seen = None if carrier is None else (carrier, self.shape.point, self.shape.axes)
         super().__init__(contact, comm, points, turns, length, seen)
-        self.shape.bind(self.constant, length)
-        self._size, self._arm = self.constant(length), self.constant(contact.radius)
+        self.shape.bind(self.constant, length, self.always)
+        self._size, self._arm = self.shape.size, self.constant(contact.radius)
         if self.seen is None:
             axes = tuple(self.constant(axis) for axis in self.shape.axes)
             self._fixed = Place(self.constant(self.shape.point), axes)

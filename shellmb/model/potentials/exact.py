@@ -18,7 +18,7 @@ from shellmb.forms.steps.path import Step, slope_at
 from shellmb.model.body import SubInterval, Term
 
 # a penetration and a rate beyond all others, for the pattern of matrices
-FAR = 1e3
+FAR = 1e6
 
 
 class WithoutTerms:

@@ -12,10 +12,14 @@ from ufl.core.expr import Expr
 from shellmb.arrays import Floats
 from shellmb.forms import contact as forms
 from shellmb.model.locations.ends import frame_about
+from shellmb.model.potentials.exact import FAR
 from shellmb.scene.loads.contacts import Ball, Box, Obstacle, Plane, Rod
 
 # distance from a centre or axis, in radii, within which there is no direction any more
 CORE = 1e-3
+# parts of the scene's size by which points are beyond all faces of a box where the pattern of
+# matrices is looked for: none of the measures is missing there, and what is far is still in contact
+BESIDE = 10.0
 # thirds of a path after which the deepest point in a box is found, to 1e-7 of the path
 THIRDS = 40
 
@@ -40,9 +44,15 @@ class Shape:
     def __init__(self, obstacle: Obstacle, point: Any, axes: Floats) -> None:
         self.point, self.axes, self.label = np.array(point, dtype=float), axes, obstacle.label
 
-    def bind(self, constant: Callable[[Any], Any], length: float) -> None:
-        """Make Constants of what forms need; `length`: size of the scene, m."""
-        self._size = constant(length)
+    def bind(self, constant: Callable[[Any], Any], length: float, always: Expr) -> None:
+        """Make Constants of what forms need.
+
+        Args:
+            constant: Makes a Constant.
+            length: Size of the scene, m.
+            always: Not zero where the pattern of matrices is looked for, where all must act.
+        """
+        self.size, self._always = constant(length), always
 
     def measure(self, r: Expr, e: Sequence[Expr]) -> Expr:
         """Measures of order one, at most quadratic in the state, shape (n,).
@@ -75,7 +85,7 @@ class PlaneShape(Shape):
 
     def measure(self, r: Expr, e: Sequence[Expr]) -> Expr:
         """Distance from the plane."""
-        return ufl.as_vector([ufl.dot(e[2], r) / self._size])
+        return ufl.as_vector([ufl.dot(e[2], r) / self.size])
 
     def distance(self, m: Expr) -> Expr:
         """The measure."""
@@ -106,9 +116,9 @@ class RoundShape(Shape):
         self._squared, self._straight = squared, isinstance(obstacle, Rod)
         self.depth = self.radius if self.sign > 0 else np.inf
 
-    def bind(self, constant: Callable[[Any], Any], length: float) -> None:
+    def bind(self, constant: Callable[[Any], Any], length: float, always: Expr) -> None:
         """Make Constants of the size, the radius and the side."""
-        super().bind(constant, length)
+        super().bind(constant, length, always)
         self._big, self._side = constant(self.radius), constant(self.sign)
 
     def _away(self, r: Expr, e: Sequence[Expr]) -> Expr:
@@ -117,7 +127,7 @@ class RoundShape(Shape):
 
     def measure(self, r: Expr, e: Sequence[Expr]) -> Expr:
         """Square of the distance from the centre or axis, or the vector from there."""
-        away = self._away(r, e) / self._size
+        away = self._away(r, e) / self.size
         return ufl.as_vector([ufl.dot(away, away)]) if self._squared else away
 
     def _square(self, m: Expr) -> Expr:
@@ -125,10 +135,10 @@ class RoundShape(Shape):
 
     def distance(self, m: Expr) -> Expr:
         """Distance from the surface."""
-        core, square = (CORE * self._big / self._size) ** 2, self._square(m)
+        core, square = (CORE * self._big / self.size) ** 2, self._square(m)
         # a path may pass through the centre
         away = ufl.sqrt(ufl.conditional(ufl.gt(square, core), square, core))
-        return self._side * (away - self._big / self._size)
+        return self._side * (away - self._big / self.size)
 
     def normal(self, r: Expr, e: Sequence[Expr]) -> Expr:
         """From the centre or axis, or towards it."""
@@ -160,11 +170,11 @@ class MovingRod(RoundShape):
 
     def measure(self, r: Expr, e: Sequence[Expr]) -> Expr:
         """Square of the vector from a point of the axis, and its component along the axis."""
-        r = r / self._size
+        r = r / self.size
         return ufl.as_vector([ufl.dot(r, r), ufl.dot(e[2], r)])
 
     def _square(self, m: Expr) -> Expr:
-        return m[0] - m[1] ** 2
+        return m[0] - m[1] ** 2 + FAR * self._always
 
 
 class BoxShape(Shape):
@@ -178,18 +188,19 @@ class BoxShape(Shape):
         self.core = np.array(obstacle.size) / 2 - self.rounding
         self.depth = min(obstacle.size) / 2
 
-    def bind(self, constant: Callable[[Any], Any], length: float) -> None:
+    def bind(self, constant: Callable[[Any], Any], length: float, always: Expr) -> None:
         """Make Constants of the extents and the rounding."""
-        super().bind(constant, length)
+        super().bind(constant, length, always)
         self._core, self._rounding = constant(self.core / length), constant(self.rounding / length)
 
     def measure(self, r: Expr, e: Sequence[Expr]) -> Expr:
         """Components from the centre along the edges."""
-        return ufl.as_vector([ufl.dot(axis, r) / self._size for axis in e])
+        return ufl.as_vector([ufl.dot(axis, r) / self.size for axis in e])
 
     def distance(self, m: Expr) -> Expr:
         """Distance from the surface, less than zero within."""
-        return forms.box_distance(list(m), list(self._core)) - self._rounding
+        core = [self._core[k] - BESIDE * self._always for k in range(3)]
+        return forms.box_distance(list(m), core) - self._rounding
 
     def normal(self, r: Expr, e: Sequence[Expr]) -> Expr:
         """Slope of the distance."""
