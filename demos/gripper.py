@@ -8,7 +8,7 @@ friction bears its weight.
 """
 
 # KIND: mechanisms
-# CI: shellmb run gripper --check --no-pictures
+# CI: mpiexec -n 2 shellmb run gripper --check --no-pictures
 
 import math
 
@@ -19,6 +19,7 @@ from shellmb.scene import (
     Driver,
     Gravity,
     Isotropic,
+    Joint,
     Output,
     Plane,
     Prismatic,
@@ -62,9 +63,9 @@ def scene(closing: float = CLOSING, dt: float = 4e-3, t_end: float = 0.6):
         RigidBody("ball", MASS, (inertia,) * 3, position=(0, 0, RADIUS - depth)),
         RigidBody("hand", 1.0, (1e-3,) * 3, position=(0, 0, top + 0.02)),
     ]
-    shells, joints, contacts, drivers = [], [], [], []
-    joints.append(Prismatic("lift", GROUND, "hand", at=(0, 0, top + 0.02), axis=(0, 0, 1)))
-    drivers.append(Driver("hoist", "lift", translation=lambda t: LIFT * smooth(t, CLOSED, LIFTED)))
+    shells, contacts = [], []
+    joints: list[Joint] = [Prismatic("lift", GROUND, "hand", at=(0, 0, top + 0.02), axis=(0, 0, 1))]
+    drivers = [Driver("hoist", "lift", translation=lambda t: LIFT * smooth(t, CLOSED, LIFTED))]
     for name, side in (("left", -1.0), ("right", 1.0)):
         x = side * (RADIUS + PAD)
         strip = Rectangle(LENGTH, WIDTH, (x, -WIDTH / 2, RADIUS), axis1=(0, 0, 1), axis2=(0, 1, 0))

@@ -26,7 +26,7 @@ The damping is K. H. Hunt and F. R. E. Crossley's (J. Appl. Mech. 42 (1975) 440-
 """
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import ufl
 from ufl.core.expr import Expr
@@ -125,7 +125,7 @@ def carried(r: Expr, directors: Sequence[Expr], moved: Expr, changes: Sequence[E
     return sum((y * change for y, change in zip(parts, changes, strict=True)), start=moved)
 
 
-def box_distance(y: Sequence[Expr], core: Sequence[Expr]) -> Expr:
+def box_distance(y: Sequence[Any], core: Sequence[Expr]) -> Expr:
     """Distance from a box, less than zero within it, m.
 
     Args:

@@ -14,8 +14,8 @@ from shellmb.observers.summary import Sources
 from shellmb.scene.lookup import said
 from shellmb.simulate.simulation import Silent, Simulation
 
-# part of the radius of a ball or rod, or half the thickness of a box: deeper, or through it within a step, a point soon leaves on
-# the other side
+# part of the radius of a ball or rod, or of half the thickness of a box: deeper, or through it
+# within a step, a point soon leaves on the other side
 DEEP = 0.5
 # part of the largest energy of a contact that comes or goes in one step: of an impact that takes
 # n steps it is 3/n

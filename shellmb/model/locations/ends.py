@@ -124,8 +124,10 @@ class EndGroup:
         x = np.array([self.ends[k].point for k in items]).reshape(-1, 3)
         x += q[mixed.dofs[u]].reshape(-1, 3)
         if self.turns:
-            changes = q[mixed.dofs[w]].reshape(len(items), -1, 3)
-            x += np.einsum("nk,nki->ni", np.array([self.ends[k].offset for k in items]), changes)
+            changes = q[mixed.dofs[w]].reshape(len(items), self.count, 3)
+            # of a rank without any there is nothing to tell the shape
+            arms = np.array([self.ends[k].offset for k in items]).reshape(len(items), self.count)
+            x += np.einsum("nk,nki->ni", arms, changes)
         return x
 
     def rotations(self, q: Floats, mixed: MixedSpace) -> Floats:

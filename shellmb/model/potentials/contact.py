@@ -19,7 +19,7 @@ from shellmb.forms.constraints.joints import Place
 from shellmb.model.body import Elastic, Rates
 from shellmb.model.locations.ends import End
 from shellmb.model.locations.nodes import said_point
-from shellmb.model.potentials.exact import FAR, DistanceEnergy, ExactEnergy
+from shellmb.model.potentials.exact import FAR, DistanceEnergy
 from shellmb.model.potentials.group import PotentialGroup
 from shellmb.model.potentials.obstacles import shape_of
 from shellmb.model.potentials.points import Points
