@@ -54,10 +54,10 @@ def scene(closing: float = CLOSING, dt: float = 4e-3, t_end: float = 0.6):
         dt: Time step [s].
         t_end: End of the run [s].
     """
-    steel = Isotropic(MODULUS, 0.3, THICKNESS, DENSITY)
+    steel = Isotropic(MODULUS, 0.3, thickness=THICKNESS, density=DENSITY)
     depth = MASS * GRAVITY / STIFFNESS
     top = RADIUS + LENGTH
-    law = {"stiffness": STIFFNESS, "body": "ball", "radius": RADIUS, "damping": 1.0}
+    law = {"stiffness": STIFFNESS, "body": "ball", "radius": RADIUS, "relative_damping": 1.0}
     inertia = 0.4 * MASS * RADIUS**2
     bodies = [
         RigidBody("ball", MASS, (inertia,) * 3, position=(0, 0, RADIUS - depth)),

@@ -60,7 +60,7 @@ def two(obstacle: Obstacle, **more: Any) -> Scene:
     ball = RigidBody("ball", 2.0, (8e-3,) * 3, position=(0.02, 0.01, 0.13))
     carrier = RigidBody("carrier", 3.0, (0.02, 0.03, 0.025), position=(0, 0, -0.1))
     contact = {"stiffness": K, "body": "ball", "radius": RADIUS, "obstacle_body": "carrier"}
-    contact |= {k: more.pop(k) for k in ("friction", "slip_speed", "damping") if k in more}
+    contact |= {k: more.pop(k) for k in ("friction", "slip_speed", "relative_damping") if k in more}
     start = (
         InitialVelocity((0.5, 0.3, -3.0), (0, 0, 5.0), body="ball"),
         InitialVelocity(spin=(1.0, -2.0, 3.0), body="carrier"),
@@ -116,7 +116,7 @@ def test_energy_and_momenta(name: str, scheme: str, alpha: float) -> None:
 @pytest.mark.parametrize(("scheme", "alpha"), SCHEMES)
 def test_friction_and_damping_are_between_the_bodies(scheme: str, alpha: float) -> None:
     """What they take is booked, and the momenta of both bodies are kept."""
-    more = {"friction": 0.3, "slip_speed": 0.01, "damping": 0.1}
+    more = {"friction": 0.3, "slip_speed": 0.01, "relative_damping": 0.1}
     found = execute(two(OBSTACLES["plane"], scheme=scheme, alpha=alpha, **more))
     end = found.history.iloc[-1]
     assert found.summary["energy_balance_error"] < 1e-11
@@ -129,7 +129,7 @@ def test_friction_and_damping_are_between_the_bodies(scheme: str, alpha: float) 
 
 def test_a_body_that_is_held_is_an_obstacle_that_is_fixed() -> None:
     """Digit for digit, with friction and damping, though places are unknowns in one of them."""
-    more = {"friction": 0.3, "slip_speed": 0.01, "damping": 0.1, "t_end": 0.03}
+    more = {"friction": 0.3, "slip_speed": 0.01, "relative_damping": 0.1, "t_end": 0.03}
     start = InitialVelocity((0.5, 0.3, -3.0), (0, 0, 5.0), body="ball")
     held = two(
         OBSTACLES["plane"],
@@ -214,7 +214,7 @@ def pressed(**more: Any) -> Scene:
     slide = RigidBody("slide", 1.0, (0.1,) * 3, position=(0, 0, 3 * RADIUS))
     plate = RigidBody("plate", 1.0, (0.1,) * 3, position=(0, 0, 2 * RADIUS))
     law = {"stiffness": 1e6, "body": "ball", "radius": RADIUS, "friction": 0.5}
-    law |= {"slip_speed": 1e-3, "preloaded": True, "damping": 2.0}
+    law |= {"slip_speed": 1e-3, "preloaded": True, "relative_damping": 2.0}
     given = {"scheme": "ep", "dt": 2e-3, "t_end": 0.2} | more
     return Scene(
         "pressed",
@@ -256,7 +256,7 @@ def test_friction_holds_mu_n_and_no_more(grip: float, scheme: str, alpha: float)
     """Two jaws hold a ball: below `2 mu N` it creeps at a known speed, above it falls."""
     mass, mu, slow, k = 2.0, 0.5, 0.1, 1e5
     law = {"stiffness": k, "body": "ball", "radius": RADIUS, "friction": mu, "slip_speed": slow}
-    law |= {"damping": 0.5, "preloaded": True}
+    law |= {"relative_damping": 0.5, "preloaded": True}
     # in equilibrium at the start
     ball, x = RigidBody("ball", mass, (8e-3,) * 3), RADIUS - grip / k
     jaws = {"left": -1.0, "right": 1.0}
@@ -304,7 +304,13 @@ def body(**more: Any) -> Contact:
 
 def scene(contact: Contact, **more: Any) -> Scene:
     pair = tuple(RigidBody(n, 1.0, (1.0,) * 3) for n in "ab")
-    plate = Shell("plate", Rectangle(1.0, 1.0), Isotropic(1e9, 0.3, 0.01, 1.0), mesh=(1, 1), **more)
+    plate = Shell(
+        "plate",
+        Rectangle(1.0, 1.0),
+        Isotropic(1e9, 0.3, thickness=0.01, density=1.0),
+        mesh=(1, 1),
+        **more,
+    )
     return Scene(
         "refused", shells=plate, rigid_bodies=pair, contacts=contact, scheme="ep", dt=1, t_end=1
     )

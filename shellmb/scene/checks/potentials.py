@@ -81,7 +81,7 @@ def _carrier(scene: Description, contact: Contact) -> None:
     if isinstance(getattr(body, "model", None), Modal):
         raise SceneError(
             f"{who}: '{body.name}' is reduced to modes; with obstacle_body its model must be "
-            "'exact', 'linear' or 'rigid'"
+            "'exact', 'floating-frame' or 'rigid'"
         )
 
 
