@@ -86,15 +86,25 @@ def test_obstacles_are_where_they_act() -> None:
     rod = sm.Contact("c", sm.Rod((1, 0, 0), n, 0.5), stiffness=1.0)
     arms = obstacle_solid(rod, centre, 2.0).points - (1, 0, 0)
     assert np.allclose(np.linalg.norm(arms - np.outer(arms @ n, n), axis=1), 0.5)
+    cube = sm.Box((1, 0, 0), (1, 2, 3), axis1=(2, 1, 0), axis2=(-1, 2, 0))
+    found = obstacle_solid(sm.Contact("c", cube, stiffness=1.0, obstacle_body="b"), centre, 2.0)
+    corners = (found.points - (1, 0, 0)) @ cube.axes.T
+    assert np.allclose(np.abs(corners), (0.5, 1.0, 1.5)) and found.body == "b"
 
 
 def spinning(folder, spin, **output):
     """A block that spins freely above a floor."""
     scene = sm.Scene(
         "block",
-        rigid_bodies=sm.RigidBody("block", 1.0, (0.1, 0.1, 0.1), (0, 0, 1), shape="box"),
-        initial=sm.InitialVelocity(spin=(0, 0, spin)),
-        contacts=sm.Contact("floor", sm.Plane(), stiffness=1e3),
+        rigid_bodies=(
+            sm.RigidBody("block", 1.0, (0.1, 0.1, 0.1), (0, 0, 1), shape="box"),
+            sm.RigidBody("moon", 1.0, (0.1, 0.1, 0.1), (0, 0, 9)),
+        ),
+        initial=sm.InitialVelocity(spin=(0, 0, spin), body="block"),
+        contacts=(
+            sm.Contact("floor", sm.Plane(), stiffness=1e3, body="block"),
+            sm.Contact("lid", sm.Box((0, 0, 2), (1, 1, 1)), 1e3, "moon", obstacle_body="block"),
+        ),
         output=sm.Output(**output),
         scheme="ep",
         dt=0.01,
@@ -107,14 +117,16 @@ def test_shapes_move_with_their_bodies_and_frames_follow_them(tmp_path) -> None:
     """Between two states nothing turns by more than 20 degrees, unless the scene says how many."""
     spin = 20.0
     run = spinning(tmp_path / "a", spin)
-    solids, fixed = run.fields["solids"], run.fields["obstacles"]
-    assert not np.any(fixed["displacement"])
+    solids, obstacles = run.fields["solids"], run.fields["obstacles"]
+    assert not np.any(obstacles["displacement"][:, :4])
     x = solids["reference"].values + solids["displacement"].values
+    lid = (obstacles["reference"].values + obstacles["displacement"].values)[:, 4:]
     t = solids["t"].values
     assert len(t) > 100 and np.diff(t).max() * spin < np.radians(25)
-    angle = np.arctan2(x[:, 0, 1] - x[:, :, 1].mean(1), x[:, 0, 0] - x[:, :, 0].mean(1))
     # the mid-point rule turns by 2 atan(spin dt / 2) a step
     expected = 2 * np.arctan(spin * 0.01 / 2) / 0.01 * t
-    assert np.allclose(np.unwrap(angle) - angle[0], expected, atol=1e-6)
+    for at in (x, lid):
+        angle = np.arctan2(at[:, 0, 1] - at[:, :, 1].mean(1), at[:, 0, 0] - at[:, :, 0].mean(1))
+        assert np.allclose(np.unwrap(angle) - angle[0], expected, atol=1e-6)
     assert len(spinning(tmp_path / "b", spin, frames=11).fields["solids"]["t"]) == 11
     assert len(spinning(tmp_path / "c", 0.1).fields["solids"]["t"]) == 50

@@ -19,7 +19,7 @@ from shellmb.observers.fields.modal import ModalNodes, modal_members
 from shellmb.observers.fields.nodal import NodalValues, Nodes, nodal_values, reference_nodes
 from shellmb.observers.files.grid import Gatherer, Grid
 from shellmb.observers.files.solids import Solid, body_solid, joined, obstacle_solid
-from shellmb.scene import LinearSection
+from shellmb.scene import Contact, LinearSection
 from shellmb.simulate.simulation import Simulation
 
 # types of cells in VTK
@@ -321,9 +321,14 @@ def drawn_parts(model: Model) -> dict[str, Drawn]:
         found[SOLIDS] = DrawnSolids(model, SOLIDS, solids, own)
     if model.mechanism.joints:
         found[JOINTS] = DrawnJoints(model, JOINTS)
-    near = [obstacle_solid(c, *_middle(model, bodies)) for c in model.scene.contacts]
+    # those of the scene are gone where a shell or beam is rigid
+    contacts = [group.item for group in model.potentials if isinstance(group.item, Contact)]
+    near = [obstacle_solid(c, *_middle(model, bodies)) for c in contacts]
     if shown := [solid for solid in near if solid is not None]:
-        found[OBSTACLES] = DrawnSolids(model, OBSTACLES, shown, None)
+        moves = any(solid.body is not None for solid in shown)
+        carrier = bodies[model.rigid.name] if moves and model.rigid is not None else None
+        assert carrier is None or isinstance(carrier, DrawnRigid)
+        found[OBSTACLES] = DrawnSolids(model, OBSTACLES, shown, carrier)
     return found
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError
 from shellmb.meshes.files.meshio_files import read_meshio
-from shellmb.scene import Ball, Contact, Plane, RigidBody, Rod
+from shellmb.scene import Ball, Box, Contact, Plane, RigidBody, Rod
 from shellmb.scene.lookup import said
 
 # pieces around a circle, and along half of it
@@ -87,9 +87,14 @@ def obstacle_solid(contact: Contact, centre: Floats, size: float) -> Solid | Non
         size: Size of the scene, m.
     """
     obstacle: Any = contact.obstacle
-    if isinstance(obstacle, Ball):
-        local, triangles = _revolved(*_arc(obstacle.radius))
-        return Solid(contact.name, np.asarray(obstacle.center) + local, triangles)
+    if isinstance(obstacle, Ball | Box):
+        if isinstance(obstacle, Ball):
+            local, triangles = _revolved(*_arc(obstacle.radius))
+        else:
+            local, triangles = _box(np.array(obstacle.size))
+            local = local @ obstacle.axes
+        corners = np.asarray(obstacle.center) + local
+        return Solid(contact.name, corners, triangles, contact.obstacle_body)
     if not isinstance(obstacle, Plane | Rod):
         return None
     axis = np.asarray(obstacle.normal if isinstance(obstacle, Plane) else obstacle.axis)
@@ -99,11 +104,13 @@ def obstacle_solid(contact: Contact, centre: Floats, size: float) -> Solid | Non
         # the foot of the scene's middle
         foot = centre - along @ (centre - point)
         square = REACH * size * np.array([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)]) / 2
-        return Solid(contact.name, foot + square @ _frame(axis).T, np.array(HALVES))
+        corners = foot + square @ _frame(axis).T
+        return Solid(contact.name, corners, np.array(HALVES), contact.obstacle_body)
     foot = point + along @ (centre - point)
     h, r = REACH * size / 2, obstacle.radius
     local, triangles = _revolved(np.array([r, r]), np.array([-h, h]))
-    return Solid(contact.name, foot + local @ _frame(axis).T, triangles)
+    corners = foot + local @ _frame(axis).T
+    return Solid(contact.name, corners, triangles, contact.obstacle_body)
 
 
 def joined(solids: Sequence[Solid]) -> tuple[Floats, Ints]:
