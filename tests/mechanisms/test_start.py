@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from shellmb.errors import SceneError
+from shellmb.errors import SceneError, ShellmbWarning
 from shellmb.scene import (
     GROUND,
     Beam,
@@ -26,6 +26,7 @@ from shellmb.simulate.simulation import Simulation
 Y = (0.0, 1.0, 0.0)
 A, B, C, D = (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), (1.2, 0.0, 1.3), (1.2, 0.0, 0.0)
 SCHEMES = [("ep", 0.0), ("ed", 1.0), ("ep4", 0.0), ("ed3", 0.5)]
+HINGES = (("lower", A, (0.0, 0.0, 1.0)), ("upper", B, (0.01, 0.0, 1.0)))
 MOTION = {"dt": 0.01, "t_end": 0.2, "scheme": "ep"}
 
 
@@ -192,6 +193,22 @@ def test_velocities_are_projected_on_the_joints(rod) -> None:
     # consistent velocities stay what they are
     again = replace(scene, initial=InitialVelocity(spin=(0, rate, 0)))
     assert _energy(Simulation(again)) == pytest.approx(inertia * rate**2 / 2, rel=1e-12)
+
+
+def test_velocities_that_nothing_is_left_of_are_said(rod) -> None:  # type: ignore[no-untyped-def]
+    """A door on hinges out of line is locked: it stood still without a word."""
+    hinges = [Revolute(n, GROUND, "door", at=at, axis=axis) for n, at, axis in HINGES]
+    door = Scene(
+        "door",
+        rigid_bodies=rod("door", A, D),
+        joints=hinges,
+        initial=InitialVelocity(spin=(0.0, 0.0, 1.0), body="door"),
+        redundant="drop",
+        **MOTION,
+    )
+    with pytest.warns(ShellmbWarning, match="do not allow the velocities that are given"):
+        Simulation(door)
+    Simulation(replace(door, joints=hinges[:1]))
 
 
 @pytest.mark.parametrize(("scheme", "alpha"), SCHEMES)

@@ -61,30 +61,45 @@ class Alternating(Silent):
             "alternates from step to step, by {share:.2g} times its mean over two: something "
             f"vibrates faster than steps resolve; use {ways}",
         )
+        ends, why = _units(rows, "_end"), "something vibrates faster than steps resolve"
         yield from self._caution(
-            _units(rows, "_end"),
-            "at the ends of steps alternates, by {share:.2g} times its mean over two: something "
-            f"vibrates faster than steps resolve; use means over steps, or {ways}",
+            ends,
+            "at the ends of steps alternates, by {share:.2g} times its mean over two: "
+            f"{why}; use means over steps, or {ways}",
+        )
+        yield from self._caution(
+            ends,
+            "at the ends of steps is not what it is over steps, by {share:.2g} times that: "
+            f"{why}; use means over steps, or {ways}",
+            beside=dict(_pairs(_units(rows, "_mean"))),
         )
 
-    def _caution(self, units: list[list[list[str]]], says: str) -> Iterator[Caution]:
-        """A sentence about the columns that alternate.
+    def _caution(
+        self, units: list[list[list[str]]], says: str, beside: dict[str, list[str]] | None = None
+    ) -> Iterator[Caution]:
+        """A sentence about the columns that alternate, or are apart.
 
         Args:
             units: Columns of forces and of torques, those together that are one vector.
             says: What is wrong, and what to do.
+            beside: Columns of means, by what they are of, that values at the ends of steps are
+                compared with; None: they are looked at by themselves.
         """
         rows, found = self._history.rows, []
         for unit in units:
             series = {names[0]: _series(rows, names) for names in unit}
             sizes = {name: _size(f) for name, f in series.items()}
             least = NOTHING * max(sizes.values(), default=0.0)
-            found += [(_share(f), name) for name, f in series.items() if sizes[name] > least]
+            for name, f in series.items():
+                if sizes[name] > least and beside is None:
+                    found.append((_share(f), name))
+                elif sizes[name] > least and _bare(name) in beside:
+                    found.append((_apart(f, _series(rows, beside[_bare(name)])), name))
         alternate = [(share, name) for share, name in found if share > SHARE]
         if not alternate:
             return
         share, column = max(alternate)
-        what = re.sub(r"\.F[1x](_mean|_end)?$", "", column)
+        what = re.sub(r"\.F[1x]$", "", _bare(column))
         others = f", and {len(alternate) - 1} more" if len(alternate) > 1 else ""
         said = f"the force of '{what}'{others} {says.format(share=share)}"
         yield Caution(self.name, None, share, SHARE, said)
@@ -117,6 +132,25 @@ def _series(rows: list[dict[str, float]], names: list[str]) -> Floats:
     """Columns over the steps, shape (n, number of names); from where on all are known."""
     values = np.array([[row[name] for name in names] for row in rows])
     return values[np.all(np.isfinite(values), axis=1)]
+
+
+def _bare(column: str) -> str:
+    return re.sub(r"(_mean|_end)$", "", column)
+
+
+def _pairs(units: list[list[list[str]]]) -> Iterator[tuple[str, list[str]]]:
+    """What columns are of, and they."""
+    for unit in units:
+        yield from ((_bare(names[0]), names) for names in unit)
+
+
+def _apart(ends: Floats, means: Floats) -> float:
+    """What the mean of values at the ends of a step usually differs by from that over it."""
+    n = min(len(ends), len(means)) - 1
+    if n < STEPS:
+        return 0.0
+    difference = (ends[-n:] + ends[-n - 1 : -1]) / 2 - means[-n:]
+    return float(np.median(np.linalg.norm(difference, axis=1))) / max(_size(means), 1e-300)
 
 
 def _size(f: Floats) -> float:
