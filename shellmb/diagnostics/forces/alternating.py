@@ -91,9 +91,11 @@ class Alternating(Silent):
             sizes = {name: _size(f) for name, f in series.items()}
             least = NOTHING * max(sizes.values(), default=0.0)
             for name, f in series.items():
-                if sizes[name] > least and beside is None:
+                if sizes[name] <= least:
+                    continue
+                if beside is None:
                     found.append((_share(f), name))
-                elif sizes[name] > least and _bare(name) in beside:
+                elif _bare(name) in beside:
                     found.append((_apart(f, _series(rows, beside[_bare(name)])), name))
         alternate = [(share, name) for share, name in found if share > SHARE]
         if not alternate:
