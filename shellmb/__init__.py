@@ -38,6 +38,8 @@ _API = {
     "Hold": "shellmb.model.own.body",
     "sensitivities": "shellmb.sensitivity.run",
     "Sensitivities": "shellmb.sensitivity.record",
+    "adjoint": "shellmb.sensitivity.adjoint.run",
+    "Adjoint": "shellmb.sensitivity.adjoint.run",
     "frequency_sensitivities": "shellmb.sensitivity.frequencies",
     "fit": "shellmb.sensitivity.fitting.fit",
     "Fit": "shellmb.sensitivity.fitting.fitted",

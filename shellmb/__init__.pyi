@@ -34,6 +34,8 @@ from shellmb.model.own.body import Hold as Hold
 from shellmb.model.own.body import OwnBody as OwnBody
 from shellmb.scene import *
 from shellmb.scene import Scene
+from shellmb.sensitivity.adjoint.objective import Objective
+from shellmb.sensitivity.adjoint.run import Adjoint as Adjoint
 from shellmb.sensitivity.fitting.fitted import Fit as Fit
 from shellmb.sensitivity.fitting.rank import rank as rank
 from shellmb.sensitivity.record import Sensitivities as Sensitivities
@@ -123,6 +125,32 @@ def sensitivities(
     end_forces: bool | None = None,
     step_tolerance: float | None = None,
 ) -> Sensitivities: ...
+def adjoint(
+    scene: Callable[..., Scene] | str,
+    objective: Objective,
+    fields: Sequence[tuple[str, str]] = (),
+    parameters: Sequence[str] = (),
+    *,
+    values: Mapping[str, Any] | None = None,
+    scales: Mapping[str, float] | None = None,
+    states: int | None = None,
+    comm: MPI.Comm | None = None,
+    scheme: str | None = None,
+    alpha: float | None = None,
+    dt: float | None = None,
+    t_end: float | None = None,
+    mesh: tuple[int, int] | str | None = None,
+    degree: Literal[2, 3] | None = None,
+    cell: Literal["quad", "tri"] | None = None,
+    body: str | None = None,
+    model: str | None = None,
+    solve: Literal["reduced", "full"] | None = None,
+    newton: Literal["auto", "modified", "full"] | None = None,
+    backend: Literal["newton", "snes"] | None = None,
+    tolerance: float | None = None,
+    end_forces: bool | None = None,
+    step_tolerance: float | None = None,
+) -> Adjoint: ...
 def fit(
     scene: Callable[..., Scene] | str,
     data: pd.DataFrame,

@@ -191,7 +191,8 @@ def begin(comm: MPI.Comm) -> None:
 def _compiled() -> tuple[Path, Future[None] | None]:
     """Where the module is, or will be."""
     names = ("cells.h", "passes.c", "apart.c", "kernels.c", "cells.c", "nodes.c", "unknowns.c")
-    header, passes, *others = ((HERE / name).read_text() for name in (*names, "sums.c"))
+    more = ("sums.c", "transposed.c")
+    header, passes, *others = ((HERE / name).read_text() for name in (*names, *more))
     both = (TWICE.format(*precision) + passes for precision in PRECISIONS)
     # what passes work with comes before them
     source = "\n".join([*others[:3], *both, *others[3:]])

@@ -106,7 +106,7 @@ class Probes(Silent):
         # a reduced body is seen from its floating frame, and has coordinates for names there
         seen_from = next(p for p in scene.probes if p.name == probe.name)
         assert seen_from.frame is not None
-        frame = _plain_spot(simulation, seen_from.frame, seen_from.frame_at, who)
+        frame = plain_spot(simulation, seen_from.frame, seen_from.frame_at, who)
         return _pose(simulation, *spot), _pose(simulation, *frame)
 
     def solved(self, simulation: Simulation) -> None:
@@ -153,7 +153,7 @@ def _spot(simulation: Simulation, name: str, point: Any, who: str) -> Where:
     model = simulation.model
     modal = modal_members(model).get(name)
     if modal is None:
-        return _plain_spot(simulation, name, point, who)
+        return plain_spot(simulation, name, point, who)
     mesh = modal.members[name].body
     nodes, arms = local_point(mesh, point, who)
     mine = nodes < mesh.mixed.subspaces["u"].dofmap.index_map.size_local
@@ -161,7 +161,7 @@ def _spot(simulation: Simulation, name: str, point: Any, who: str) -> Where:
     return name, found, None if arms is None else arms[mine]
 
 
-def _plain_spot(simulation: Simulation, name: str, point: Any, who: str) -> Where:
+def plain_spot(simulation: Simulation, name: str, point: Any, who: str) -> Where:
     """Spot on a rigid body, or a body whose nodes are unknowns."""
     model = simulation.model
     described = model.scene.body(name)

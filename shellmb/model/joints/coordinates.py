@@ -208,17 +208,21 @@ class CoordinateGroup(ConstraintGroup):
         rate = forms.turning(self.angle(q), variation(self.angle, q, v))
         return as_row(self.layout.part(v, "x") - rate)
 
+    def excess(self, q: Expr, v: Expr) -> Expr:
+        """What the rate of a coordinate differs by from that of its places."""
+        gap = self.rate_gap(q, v)[0]
+        if self.kind == "distance":
+            # the equation is that of the squares
+            gap = gap * self._start / (self._start + self.layout.part(q, "x"))
+        return gap
+
     @cached_property
     def _refreshing(self) -> tuple[fem.Function, fem.Function, fem.Expression, fem.Function]:
         """A state, velocities, the correction of those of "x" and a function for its values."""
         q, v = fem.Function(self.mixed.space), fem.Function(self.mixed.space)
         values = constant_vector(self.nodes, np.zeros((len(self.coordinates), 1)), "correction")
-        excess = self.rate_gap(q, v)[0]
-        if self.kind == "distance":
-            # the equation is that of the squares
-            excess = excess * self._start / (self._start + self.layout.part(q, "x"))
         points = values.function_space.element.interpolation_points
-        return q, v, compiled_expression(excess, points), values
+        return q, v, compiled_expression(self.excess(q, v), points), values
 
     def begin(self, q: fem.Function) -> None:
         """Count rotations from where they are, before a step.

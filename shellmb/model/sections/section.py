@@ -76,18 +76,19 @@ class BoundSection:
     share: fem.Function
 
 
-def bind_section(shell: Shell, domain: mesh.Mesh) -> BoundSection:
+def bind_section(shell: Shell, domain: mesh.Mesh, like: BoundSection | None = None) -> BoundSection:
     """Coefficients and element-wise weights of a shell's section; what is left out is absent.
 
     Args:
         shell: The shell.
         domain: Its mesh.
+        like: One whose sizes, in which unknowns are counted, this linear one takes.
 
     Raises:
         SceneError: If functions of the position fail, or a thickness is not positive somewhere.
     """
     if isinstance(shell.section, LinearSection):
-        return _bind_linear(shell, shell.section, domain)
+        return _bind_linear(shell, shell.section, domain, like)
     section = shell.section
     assert isinstance(section, Hyperelastic)
     parameters = {name: _constant(domain, value) for name, value in section.parameters.items()}
@@ -107,9 +108,14 @@ def bind_section(shell: Shell, domain: mesh.Mesh) -> BoundSection:
     return BoundSection(nonlinear, N0, N0 * _per_element(domain, b), sizes, share)
 
 
-def _bind_linear(shell: Shell, section: LinearSection, domain: mesh.Mesh) -> BoundSection:
+def _bind_linear(
+    shell: Shell, section: LinearSection, domain: mesh.Mesh, like: BoundSection | None
+) -> BoundSection:
     fields = SectionFields(shell, domain)
-    membrane, shear = fields.largest(_membrane), fields.largest(_shear)
+    if like is None:
+        membrane, shear = fields.largest(_membrane), fields.largest(_shear)
+    else:
+        membrane, shear = like.sizes.stiffness, float(like.force.value)
     thickness = fields.by_cell(lambda at: at.thickness)
     a, a_shear, b = _weights(domain, thickness)
     # the control is as stiff as the section is in its element

@@ -174,6 +174,11 @@ class Nodes:
         """Their number."""
         return len(self._X)
 
+    @property
+    def dofs(self) -> tuple[Int32s, Int32s]:
+        """Dofs of displacements, shape (n, 3), and of directors, shape (n, m, 3)."""
+        return self._u, self._w
+
     def values(self, q: Floats, velocity: Floats | None = None) -> NodalValues:
         """Values at the nodes, in their order.
 

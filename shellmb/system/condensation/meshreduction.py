@@ -211,6 +211,24 @@ class MeshReduction:
         """Fill in the element-wise unknowns of `x`; add the multipliers' rows times `x`."""
         self._call("expand", single, x, rows)
 
+    def reduce_transposed(self, b: Floats, change: Floats) -> None:
+        """As `reduce`, of the transposed system."""
+        self.lib.reduce_transposed(self._part, *map(native.doubles, (b, change)))
+
+    def expand_transposed(self, x: Floats) -> None:
+        """Fill in the element-wise unknowns of a transposed solution."""
+        self.lib.expand_transposed(self._part, native.doubles(x))
+
+    def reduce_inner_transposed(self, r: Floats, change: Floats) -> None:
+        """As `reduce_inner`, of the transposed system; `r` stays as it is."""
+        if self.inner:
+            self.lib.reduce_inner_transposed(self._part, *map(native.doubles, (r, change)))
+
+    def expand_inner_transposed(self, r: Floats, x: Floats) -> None:
+        """As `expand_inner`, of the transposed system."""
+        if self.inner:
+            self.lib.expand_inner_transposed(self._part, *map(native.doubles, (r, x)))
+
 
 class SingularCell(Exception):
     """The element-wise unknowns of a cell cannot be eliminated."""

@@ -195,6 +195,49 @@ class Reduction:
         self.seconds["reduction"] += now() - start - inside
         return reason
 
+    def solve_transposed(self, b: PETSc.Vec, x: PETSc.Vec) -> str | None:
+        """Solve `J^T x = b` for all but the equations of lengths and angles at nodes; zero there.
+
+        It takes the factors and the reduced matrix, rows and columns exchanged. Forces of
+        multipliers at nodes must be zero in `b`, and factors exact.
+
+        Args:
+            b: Right-hand side.
+            x: Takes the solution; zero where values are given, too.
+        """
+        numbers, parts = self.numbers, self.parts
+        local = numbers.full.seen(b.array_r)
+        change = np.zeros_like(local)
+        for part in parts:
+            part.reduce_transposed(local, change)
+        reduced = numbers.right.transposed(b.array_r + numbers.full.summed(change))
+        r = numbers.right.numbers.seen(reduced)
+        rest = np.zeros_like(r)
+        for part in parts:
+            part.reduce_inner_transposed(r, rest)
+        self._rhs.array[:] = (reduced + numbers.right.numbers.summed(rest))[numbers.outer]
+        reason = self.solver.solve_transposed(self._rhs, self._solution)
+        reduced[:] = 0.0
+        reduced[numbers.outer] = self._solution.array_r
+        seen = numbers.left.seen(reduced)
+        for part in parts:
+            part.expand_inner_transposed(r, seen)
+        values = numbers.left.times(seen)
+        for part in parts:
+            part.expand_transposed(values)
+        x.array[:] = values[numbers.own]
+        return reason
+
+    @property
+    def covers(self) -> bool:
+        """Whether a transposed solution has all that derivatives by the start need.
+
+        Lengths and angles at the end of a step do not depend on its start, unlike those of rates
+        at its middle.
+        """
+        nodes = self.numbers.nodes.values()
+        return all(s.rates is None and not s.massless and not s.declared.linear for s in nodes)
+
 
 def _check_nodal(rest: Floats, force: Floats, nodes: DirectorNodes) -> None:
     """Multipliers act along their constraints, or the fields declare what is not so."""

@@ -118,3 +118,13 @@ class Unreduced:
         failure = self._solver.solve(b, dx)
         self.seconds["solve"] += now() - start
         return failure
+
+    def solve_transposed(self, b: PETSc.Vec, x: PETSc.Vec) -> str | None:
+        """Solve `J^T x = b` with the last factorisation; returns why that failed.
+
+        Args:
+            b: Right-hand side.
+            x: Takes the solution.
+        """
+        assert self._solver is not None
+        return self._solver.solve_transposed(b, x)

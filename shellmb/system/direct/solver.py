@@ -248,6 +248,13 @@ class DirectSolver:
         self._direct(b, x)
         return self._failure()
 
+    def solve_transposed(self, b: PETSc.Vec, x: PETSc.Vec) -> str | None:
+        """Solve with the transposed matrix, where factors are exact; returns why that failed."""
+        assert self.factors.exact
+        self._ksp.solveTranspose(b, x)
+        self.solutions += 1
+        return self._failure()
+
     def _direct(self, b: PETSc.Vec, x: PETSc.Vec) -> None:
         self._ksp.solve(b, x)
         self.solutions += 1

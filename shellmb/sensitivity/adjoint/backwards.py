@@ -1,0 +1,131 @@
+"""There and back: a run, and the sweep backwards through its steps."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from mpi4py import MPI
+
+import numpy as np
+
+from shellmb.observers.probes import plain_spot
+from shellmb.running.execute import RunResult, execute
+from shellmb.running.results import Results
+from shellmb.scene import Probe, Scene
+from shellmb.sensitivity.adjoint.elementwise import by_element, changes
+from shellmb.sensitivity.adjoint.objective import Objective, evaluated, slopes
+from shellmb.sensitivity.adjoint.places import Place
+from shellmb.sensitivity.adjoint.steps import State, Steps, copied, starts
+from shellmb.sensitivity.adjoint.sweep import Sweep
+from shellmb.sensitivity.adjoint.transposed import Covector
+from shellmb.sensitivity.parameters import Parameter
+from shellmb.sensitivity.shadow import Shadow, check_alike
+from shellmb.simulate.simulation import Simulation
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+# what is found: the number, derivatives by parameters and by fields, and the run
+Found = tuple[float, dict[str, float], dict[tuple[str, str], "pd.DataFrame"], RunResult]
+# a parameter with scenes above and below it, and how the state at the start changes with it
+Side = tuple[Parameter, Shadow, Shadow, State]
+
+
+class Reading:
+    """What a probe reads of the state, as a covector.
+
+    Args:
+        simulation: The simulation.
+        probe: The probe, of a motion, with a component.
+    """
+
+    def __init__(self, simulation: Simulation, probe: Probe) -> None:
+        (given,) = simulation.scene.bodies_of(probe)
+        who = f"probe '{probe.name}'"
+        body, nodes, arms = plain_spot(simulation, given.name, probe.at, who)
+        self._key = body, "v" if probe.quantity == "velocity" else "q"
+        u, w = nodes.dofs  # type: ignore[union-attr]
+        count, part = simulation.model.comm.allreduce(nodes.count), int(probe.component)
+        self._dofs, self._weights = u[:, part], np.full(len(u), 1 / count)
+        if arms is not None:
+            self._dofs = np.concatenate([self._dofs, w[:, :, part].ravel()])
+            self._weights = np.concatenate([self._weights, arms.ravel() / count])
+
+    def add(self, covector: Covector, slope: float) -> None:
+        """Add a derivative by what is read to the covector of a state."""
+        np.add.at(covector[self._key], self._dofs, slope * self._weights)
+
+
+def there_and_back(
+    scene: Scene,
+    objective: Objective,
+    places: Sequence[Place],
+    both: Sequence[tuple[Parameter, Scene, Scene]],
+    states: int | None,
+    comm: MPI.Comm,
+    results: Results | None,
+) -> Found:
+    """Run a scene, and differentiate a number by going back over its steps; collective.
+
+    Args:
+        scene: The scene, in which `places` are functions of the position.
+        objective: The number.
+        places: Parameters that are numbers in each element.
+        both: Parameters with the scenes above and below them.
+        states: Number of states that are kept at most; None: all steps are.
+        comm: Communicator.
+        results: Gives the results of the run.
+    """
+    steps = Steps(states)
+    run = execute(scene, None, [steps], comm=comm, pictures=False, results=results)
+    sides = [_side(run.simulation, *some) for some in both]
+    return _backwards(run, steps, places, sides, objective)
+
+
+def _side(run: Simulation, parameter: Parameter, *scenes: Scene) -> Side:
+    """Scenes beside the run, and how the state at the start changes with the parameter."""
+    made = [Simulation(scene, run.model.comm, run.model) for scene in scenes]
+    for side in made:
+        check_alike(run, side, parameter.name)
+    above, below = (copied(starts(side.problem)) for side in made)
+    start = {key: (above[key] - below[key]) / parameter.width for key in above}
+    one, other = (Shadow(side, [], forces=False) for side in made)
+    return parameter, one, other, start
+
+
+def _backwards(
+    run: RunResult,
+    steps: Steps,
+    places: Sequence[Place],
+    sides: Sequence[Side],
+    objective: Objective,
+) -> Found:
+    """Go back over all steps."""
+    simulation = run.simulation
+    names = [probe.name for probe in simulation.scene.probes]
+    history = {name: run.column(name) for name in ("t", *names)}
+    value, slope = evaluated(objective, history), slopes(objective, history)
+    shells = simulation.model.shells
+    found = [(p.body, changes(shells[p.body], p.name)) for p in places]
+    sweep = Sweep(simulation, found, [(p, a, b) for p, a, b, _ in sides])
+    readings = {p.name: Reading(simulation, p) for p in simulation.scene.probes}
+    for step in steps.backwards(simulation):
+        for name, reading in readings.items():
+            reading.add(sweep.covector, float(slope[name][step.number + 1]))
+        sweep.back(step, *steps.times[step.number])
+    for name, reading in readings.items():
+        reading.add(sweep.covector, float(slope[name][0]))
+    comm = simulation.model.comm
+    for k, (_, _, _, start) in enumerate(sides):
+        there = sum(float(sweep.covector[key] @ change) for key, change in start.items())
+        sweep.by_parameters[k] += comm.allreduce(there)
+    return (
+        value,
+        {p.name: float(d) for (p, *_), d in zip(sides, sweep.by_parameters, strict=True)},
+        {
+            (p.body, p.name): by_element(shells[p.body], p.name, derivative)
+            for p, derivative in zip(places, sweep.by_fields, strict=True)
+        },
+        run,
+    )

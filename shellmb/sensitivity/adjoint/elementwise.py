@@ -1,0 +1,128 @@
+"""Numbers in each element of a shell: thicknesses, angles and offsets of its section.
+
+What follows from a section in an element depends on the numbers of that element alone. So
+differences of two sections, of which all numbers are larger in one and smaller in the other, tell
+how every coefficient changes with each of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import fields as fields_of
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import ufl
+from dolfinx import fem
+from ufl.algorithms.analysis import extract_coefficients
+from ufl.core.expr import Expr
+
+from shellmb.arrays import Floats
+from shellmb.errors import SceneError
+from shellmb.forms.shell import Mass
+from shellmb.model.sections.section import BoundSection, bind_mass, bind_section
+from shellmb.model.shells.shell import ShellModel
+from shellmb.native.kernels import compiled
+from shellmb.scene import Shell
+from shellmb.sensitivity.adjoint.places import changed
+from shellmb.sensitivity.adjoint.transposed import Change
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+# a difference of fourth order: coefficients are smooth in thickness and angle, so that its error
+# and its round-off are both near 1e-12
+OFFSETS, WEIGHTS, APART = (-2, -1, 1, 2), (1 / 12, -2 / 3, 2 / 3, -1 / 12), 1e-3
+# distance of angles, degrees; of lengths it is relative
+DEGREES = 0.1
+
+
+def changes(model: ShellModel, name: str) -> list[Change]:
+    """How the coefficients of a shell change with a parameter in each element; collective.
+
+    Args:
+        model: The shell.
+        name: The parameter, which is a function of the position.
+
+    Raises:
+        SceneError: If the mass is eccentric: its coefficients are not element by element.
+    """
+    if model.mass is not None and model.mass.s is not None:
+        raise SceneError(
+            f"adjoint: the mass of shell '{model.name}' is eccentric; fields of numbers need "
+            "offset=0, or eccentric_inertia=False"
+        )
+    angle = name.endswith("angle")
+    size = DEGREES if angle else APART * model.section.sizes.thickness
+    found = _functions(model.section, model.mass, model.mass_of_section)
+    sums = [np.zeros_like(f.x.array) for f in found]
+    for offset, weight in zip(OFFSETS, WEIGHTS, strict=True):
+        section = changed(model.shell, name, _moved(offset * size))
+        shell, domain = replace(model.shell, section=section), model.mixed.space.mesh
+        bound = bind_section(shell, domain, model.section)
+        every = replace(shell, rotary_inertia=True, eccentric_inertia=True)
+        weighed = None if model.mass_of_section is None else bind_mass(every, domain)
+        mass = None if model.mass is None else bind_mass(shell, domain)
+        others = _functions(bound, mass, weighed)
+        for total, other in zip(sums, others, strict=True):
+            total += weight / size * other.x.array
+    made = []
+    for function, values in zip(found, sums, strict=True):
+        derivative = fem.Function(function.function_space)
+        derivative.x.array[:] = values
+        made.append(Change(function, derivative))
+    return made
+
+
+def _moved(by: float) -> Callable[[Any], Any]:
+    def change(value: Any) -> Callable[[Any], Any]:
+        return lambda x: np.asarray(value(x), dtype=float) + by
+
+    return change
+
+
+def _functions(bound: BoundSection, *masses: Mass | None) -> list[fem.Function]:
+    """Coefficients that are fields, each once, in an order that is always the same."""
+    form: Any = bound.formulation
+    parts = [getattr(form, f.name) for f in fields_of(form)]
+    parts += [bound.hourglass, *(part for mass in masses for part in mass or ())]
+    every = [f for part in parts if isinstance(part, Expr) for f in extract_coefficients(part)]
+    return list(dict.fromkeys(f for f in every if isinstance(f, fem.Function)))
+
+
+def by_element(model: ShellModel, name: str, derivative: Floats) -> pd.DataFrame:
+    """A table with a row for each element, in the order of the mesh; collective.
+
+    Args:
+        model: The shell.
+        name: The parameter, a function of the position.
+        derivative: One number for each element of this rank, ghosts included.
+    """
+    import pandas as pd
+
+    domain = model.mixed.space.mesh
+    local = domain.topology.index_map(2).size_local
+    corners = domain.geometry.x[domain.geometry.dofmaps[0][:local]]
+    x = corners.mean(axis=1)
+    one = fem.Function(fem.functionspace(domain, ("DG", 0)))
+    areas = fem.assemble_vector(compiled(ufl.TestFunction(one.function_space) * ufl.dx))
+    value = _parameter(model.shell, name)(x.T)
+    order = domain.topology.original_cell_index[:local]
+    columns = [order, *x.T, areas.array[:local], value, derivative[:local]]
+    parts = domain.comm.allgather(np.column_stack(columns))
+    names = ["element", "x", "y", "z", "area", "value", "derivative"]
+    table = pd.DataFrame(np.concatenate(parts), columns=names).sort_values("element")
+    return table.drop(columns="element").reset_index(drop=True)
+
+
+def _parameter(shell: Shell, name: str) -> Callable[[Any], Any]:
+    """A parameter as a function of positions, shape (3, n)."""
+    found: list[Any] = []
+
+    def note(value: Any) -> Any:
+        found.append(value)
+        return value
+
+    changed(shell, name, note)
+    return lambda x: np.broadcast_to(found[0](x), np.shape(x)[1])

@@ -1,0 +1,75 @@
+"""The number that is differentiated: a function of the histories of probes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from shellmb.arrays import Floats
+from shellmb.errors import SceneError
+from shellmb.scene import Modal, Scene
+
+Objective = Callable[[Mapping[str, Floats]], float]
+
+# what a probe may measure here, as it is linear in the state
+QUANTITIES = ("displacement", "position", "velocity")
+# distance of differences, relative to the largest value of a history
+APART = 1e-4
+
+
+def check_probes(scene: Scene) -> None:
+    """Refuse probes that are not linear in the state.
+
+    Raises:
+        SceneError: If there are such probes, or none at all.
+    """
+    if not scene.probes:
+        raise SceneError(
+            f"adjoint: scene '{scene.name}' has no probe; the objective is a function of probes"
+        )
+    for probe in scene.probes:
+        (body,) = scene.bodies_of(probe)
+        plain = probe.quantity in QUANTITIES and probe.component != "norm" and probe.frame is None
+        if not plain or isinstance(getattr(body, "model", None), Modal):
+            raise SceneError(
+                f"adjoint: probe '{probe.name}' records {probe.quantity} ({probe.component}); it "
+                f"must be a component of {', '.join(QUANTITIES)} in the scene's axes"
+            )
+        if probe.quantity == "velocity" and scene.static:
+            raise SceneError(f"adjoint: probe '{probe.name}' records a velocity; statics has none")
+
+
+def evaluated(objective: Objective, history: Mapping[str, Floats]) -> float:
+    """The number.
+
+    Raises:
+        SceneError: If it is no finite number.
+    """
+    found: Any = objective({name: values.copy() for name, values in history.items()})
+    value = float(found) if np.ndim(found) == 0 else np.nan
+    if not np.isfinite(value):
+        raise SceneError(f"adjoint: the objective is {found!r:.40}; it must be a finite number")
+    return value
+
+
+def slopes(objective: Objective, history: Mapping[str, Floats]) -> dict[str, Floats]:
+    """Derivatives of the number by each value of each probe, by differences of fourth order.
+
+    Args:
+        objective: The number as a function of the histories.
+        history: Values over the steps by probe, and "t".
+    """
+    found = {}
+    for name, values in history.items():
+        if name == "t":
+            continue
+        size = APART * (float(np.abs(values).max()) or 1.0)
+        found[name] = np.zeros(len(values))
+        for n in range(len(values)):
+            for offset, weight in ((-2, 1 / 12), (-1, -2 / 3), (1, 2 / 3), (2, -1 / 12)):
+                moved = {key: array.copy() for key, array in history.items()}
+                moved[name][n] += offset * size
+                found[name][n] += weight * float(objective(moved)) / size
+    return found

@@ -1,0 +1,141 @@
+"""A run with the derivatives of one number by many parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from shellmb.errors import SceneError
+from shellmb.options.described import options_of, takes
+from shellmb.options.run import Options
+from shellmb.scene import Scene
+from shellmb.sensitivity.adjoint.objective import Objective, check_probes
+from shellmb.sensitivity.adjoint.places import Place, varying
+from shellmb.sensitivity.parameters import beside, differentiated, parameters_of
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
+
+    import pandas as pd
+
+    from shellmb.running.execute import RunResult
+
+# schemes whose steps go backwards here
+SCHEMES = ("static", "ep", "ed", "ep4", "ed3")
+
+
+@dataclass(frozen=True)
+class Adjoint:
+    """A run with the derivatives of one number.
+
+    Args:
+        value: The number.
+        parameters: Its derivatives by parameters of the scene function, by name.
+        fields: Its derivatives by fields: for (shell, parameter of its section) a table with a row
+            for each element: middle `x`, `y`, `z` [m], `area` [m^2], `value`, `derivative`.
+        run: The run.
+    """
+
+    value: float
+    parameters: dict[str, float]
+    fields: dict[tuple[str, str], pd.DataFrame]
+    run: RunResult = field(repr=False)
+
+
+@takes(*options_of(Options))
+def adjoint(
+    scene: Callable[..., Scene] | str,
+    objective: Objective,
+    fields: Sequence[tuple[str, str]] = (),
+    parameters: Sequence[str] = (),
+    *,
+    values: Mapping[str, Any] | None = None,
+    scales: Mapping[str, float] | None = None,
+    states: int | None = None,
+    comm: MPI.Comm | None = None,
+    **options: Any,
+) -> Adjoint:
+    """Run a scene, and differentiate one number by many parameters, by one sweep backwards.
+
+    The cost is that of the sweep, however many elements there are; a parameter of the scene
+    function adds two residuals to each step.
+
+    Args:
+        scene: A function that makes the scene, the name of a bundled scene, or the path of a
+            Python file.
+        objective: The number: a function of the histories of the probes, arrays by their names,
+            with the times as "t".
+        fields: Parameters of sections that are numbers in each element, each a shell's name and
+            "thickness", "angle", "offset", "plies[0].angle" or "plies[0].thickness".
+        parameters: Names of parameters of the scene function.
+        values: Values of parameters of the scene that replace its defaults.
+        scales: Sizes of parameters, where their values do not tell.
+        states: Number of states that are kept at most, for less memory: steps between them are
+            solved again. None: all steps are kept.
+        comm: Communicator; None: all ranks.
+        **options: Choices that replace the scene's, as `shellmb run` has them.
+
+    Returns:
+        The number, its derivatives, and the run.
+
+    Raises:
+        SceneError: If the scene, a parameter, a field or the objective is impossible, or the scene
+            has what cannot go backwards.
+        ConvergenceError: If a step fails at the smallest step size.
+    """
+    from mpi4py import MPI
+
+    made = differentiated(scene, values, **options)
+    if not (fields or parameters):
+        raise SceneError("adjoint: neither fields nor parameters are named; name at least one")
+    if states is not None and states < 1:
+        raise SceneError(f"adjoint: states is {states}; it must be 1 or more, or None for all")
+    chosen = parameters_of(made, parameters, scales) if parameters else ()
+    places = tuple(Place(*place) for place in fields)
+    given = made.scene()
+    _refuse(given, places)
+    base = varying(given, places)
+    both = []
+    for parameter in chosen:
+        above, below = (varying(side, places) for side in beside(made, given, parameter))
+        both.append((parameter, above, below))
+    world = MPI.COMM_WORLD if comm is None else comm
+    from shellmb.sensitivity.adjoint.backwards import there_and_back
+
+    return Adjoint(*there_and_back(base, objective, places, both, states, world, made.results))
+
+
+def _refuse(scene: Scene, places: Sequence[Place]) -> None:
+    """Refuse what has no adjoint here.
+
+    Raises:
+        SceneError: If the scene has something that changes at times of its own, or memory.
+    """
+    name, where = scene.name, "; use `sensitivities`, or compare runs (`sweep`)"
+    if scene.scheme_name not in SCHEMES:
+        raise SceneError(
+            f"adjoint: scheme '{scene.scheme_name}' of scene '{name}' does not go backwards; use "
+            + ", ".join(SCHEMES)
+        )
+    check_probes(scene)
+    said = {
+        "follows a static path": scene.path,
+        "has events": scene.all_events,
+        "has controllers": scene.controllers,
+        "has locks": scene.acting_locks,
+        "has joints that act in windows": [j for j in scene.joints if j.active is not None],
+    }
+    for words, there in said.items():
+        if there:
+            raise SceneError(f"adjoint: scene '{name}' {words}, which cannot go backwards{where}")
+    if places and not scene.static and "equilibrium" in scene.starts:
+        raise SceneError(
+            f"adjoint: scene '{name}' starts from an equilibrium, which depends on its fields; "
+            "start as given, or differentiate by parameters of the scene function"
+        )
+    if places and scene.initial and scene.joints:
+        raise SceneError(
+            f"adjoint: scene '{name}' has joints and initial velocities, which masses distribute; "
+            "start at rest, or differentiate by parameters of the scene function"
+        )

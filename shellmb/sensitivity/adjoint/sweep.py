@@ -1,0 +1,194 @@
+"""The sweep backwards: covectors of a step's end become those of its start.
+
+A step solves `R(u; s, p) = 0` and ends in `s+ = advance(u, s)`. With the covector `w` of `s+`
+
+    J^T mu = (d advance/du)^T w,        w <- (d advance/ds)^T w - (dR/ds)^T mu,        J = dR/du
+
+and the number that is differentiated changes with `p` by `-mu.(dR/dp)`, summed over the steps. All
+unknowns are in one matrix here, whose factors give transposed solutions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from dolfinx import fem
+
+from shellmb.arrays import Floats, Int32s
+from shellmb.errors import ConvergenceError
+from shellmb.schemes.base import Scheme
+from shellmb.sensitivity.adjoint.advance import Advance
+from shellmb.sensitivity.adjoint.steps import Step, put, starts, unknowns
+from shellmb.sensitivity.adjoint.transposed import Change, Covector, Refreshed, Transposed
+from shellmb.sensitivity.parameters import Parameter
+from shellmb.sensitivity.shadow import Shadow
+from shellmb.simulate.simulation import Simulation
+from shellmb.system.condensation.reduction import Reduction
+from shellmb.system.direct.linear import Unreduced
+from shellmb.system.direct.mumps import new_prefix
+
+
+class Sweep:
+    """Takes covectors back from step to step.
+
+    Args:
+        simulation: The run at its end; its functions take the states of the steps.
+        fields: Changes of coefficients by each field of numbers, with its body.
+        sides: Parameters, with scenes above and below them.
+
+    Attributes:
+        covector: Of the state between two steps, by body and name.
+        by_fields: Derivatives by each field, one for each element.
+        by_parameters: Derivatives by parameters.
+    """
+
+    def __init__(
+        self,
+        simulation: Simulation,
+        fields: Sequence[tuple[str, Sequence[Change]]],
+        sides: Sequence[tuple[Parameter, Shadow, Shadow]],
+    ) -> None:
+        self._simulation, self._problem = simulation, simulation.problem
+        problem = self._problem
+        self._system = system = problem.system
+        self._transposed = Transposed(problem, fields)
+        self._refreshed = Refreshed(problem)
+        self._linear = self._solver(bool(sides))
+        self._advances = {b.name: Advance(problem, b) for b in simulation.model.bodies}
+        self._right, self._mu = system.x.duplicate(), system.x.duplicate()
+        self._sides = list(sides)
+        self.covector: Covector = {k: np.zeros_like(a) for k, a in starts(problem).items()}
+        cells = [problem.levels[body].q.function_space.dofmap.list for body, _ in fields]
+        self.by_fields = [np.zeros(len(c)) for c in cells]
+        self.by_parameters = np.zeros(len(sides))
+
+    def _solver(self, differenced: bool) -> Reduction | Unreduced:
+        """What solves: the run's own reduced system, if it has all multipliers that are needed.
+
+        Args:
+            differenced: Whether residuals at both sides of parameters are weighed by all of them.
+        """
+        linear, bodies = self._problem.iteration.linear, self._simulation.model.bodies
+        moved = any(fixed.moving for body in bodies for fixed in body.fixed)
+        plain = self._problem.scheme.dynamic and not (differenced or moved)
+        # without inertia elimination of resultants loses three more digits
+        if plain and isinstance(linear, Reduction) and linear.covers:
+            return linear
+        return Unreduced(self._system, new_prefix(self))
+
+    def back(self, step: Step, t: float, dt: float) -> None:
+        """Go back over a step; collective.
+
+        Args:
+            step: The step.
+            t: Its start, s.
+            dt: Its length, s.
+        """
+        problem, system, simulation = self._problem, self._system, self._simulation
+        put(step.start, starts(problem))
+        simulation.model.mechanism.refresh(problem.levels)
+        problem.prepare(t, dt)
+        put(step.unknown, unknowns(problem))
+        system.gather()
+        system.follow()
+        system.update_fixed_values()
+        system.residuals.refresh()
+        before = {key: np.zeros_like(a) for key, a in self.covector.items()}
+        for body, levels in problem.levels.items():
+            for rate in levels.scaled:
+                before[body, f"{rate} dt"] = np.zeros_like(levels.q.x.array)
+        self._solve(before, dt)
+        self._by_parameters(step, t, dt)
+        self._given(before, t, dt)
+        mu = self._mu.copy()
+        mu.array[system.fixed] = 0.0
+        self._transposed.take(system.local_values(mu))
+        self._transposed.add_by_start(before, -1.0)
+        self._transposed.add_by_fields(self.by_fields, -1.0)
+        self._scaled(before, dt)
+        self._refreshed.add(before)
+        self.covector = {key: before[key] for key in self.covector}
+
+    def _solve(self, before: Covector, dt: float) -> None:
+        """Multipliers of the equations of a step."""
+        problem, system = self._problem, self._system
+        local = system.exchange.local
+        local[:] = 0.0
+        for body, levels in problem.levels.items():
+            of = {
+                stage: local[system.numbering.slice(problem.number(body, stage))]
+                for stage in levels.unknown
+            }
+            self._advances[body](self.covector, before, of, dt)
+        system.exchange.collect(self._right)
+        failed = self._linear.factorise()
+        failed = failed or self._linear.solve_transposed(self._right, self._mu)
+        if failed is not None:
+            raise ConvergenceError(f"adjoint: {failed}", None, {})
+
+    def _by_parameters(self, step: Step, t: float, dt: float) -> None:
+        """Derivatives by parameters, from residuals at both sides."""
+        x = np.array(self._system.x.array_r)
+        for k, (parameter, *both) in enumerate(self._sides):
+            work = []
+            for side in both:
+                put(step.start, starts(side.problem))
+                side.begin(t, dt)
+                work.append(float(self._mu.array_r @ side.residual(x)))
+            found = (work[0] - work[1]) / parameter.width
+            self.by_parameters[k] -= self._simulation.model.comm.allreduce(found)
+
+    def _given(self, before: Covector, t: float, dt: float) -> None:
+        """Prescribed values that depend on rates at the start."""
+        problem, system = self._problem, self._system
+        local = system.local_values(self._mu)
+        for body in self._simulation.model.bodies:
+            levels = problem.levels[body.name]
+            for fixed in (f for f in body.fixed if f.moving):
+                for stage in levels.unknown:
+                    mu = local[system.numbering.slice(problem.number(body.name, stage))]
+                    for rate in levels.rates:
+                        share = _share_of_rate(problem.scheme, stage, t, dt, rate, fixed.dofs)
+                        mine = fixed.dofs < _owned(levels.q)
+                        dofs = fixed.dofs[mine]
+                        before[body.name, rate][dofs] += share[mine] * mu[dofs]
+
+    def _scaled(self, before: Covector, dt: float) -> None:
+        """Rates times the step: those of linked nodes are the bodies' that these belong to."""
+        problem, system = self._problem, self._system
+        found, local = {}, system.exchange.local
+        local[:] = 0.0
+        for body, levels in problem.levels.items():
+            for rate in levels.scaled:
+                k = problem.number(body, rate)
+                found[body, rate] = before.pop((body, f"{rate} dt")), k
+                local[system.numbering.slice(k)] = found[body, rate][0]
+        if not found:
+            return
+        total = self._right
+        system.exchange.collect(total)
+        sums = system.local_values(total)
+        bodies = {b.name: b for b in self._simulation.model.bodies}
+        for (body, rate), (_, k) in found.items():
+            values = sums[system.numbering.slice(k)].copy()
+            values[_owned(problem.levels[body].q) :] = 0.0
+            for link in bodies[body].links:
+                values[link.dofs] = 0.0
+            before[body, rate] += dt * values
+
+
+def _owned(function: fem.Function) -> int:
+    return int(function.function_space.dofmap.index_map.size_local)
+
+
+def _share_of_rate(
+    scheme: Scheme, stage: str, t: float, dt: float, rate: str, dofs: Int32s
+) -> Floats:
+    """Share of a rate at the start in prescribed values at a stage."""
+    nothing = np.zeros(len(dofs))
+
+    def given(value: Floats) -> Floats:
+        return np.asarray(scheme.prescribed(stage, lambda _: nothing, t, dt, {rate: value}))
+
+    return given(np.ones(len(dofs))) - given(nothing)

@@ -1,0 +1,250 @@
+"""The sweep backwards is the transpose of the tangent, and finds what tangents find.
+
+The kind: a derivative of a number that follows from a motion. Schemes, bodies, joints, drivers,
+springs, contact and parameters are varied; the references are steps that are linearised by
+differences, and the derivatives of `sm.sensitivities`.
+"""
+
+import inspect
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import shellmb as sm
+from tests.sensitivity import scenes
+
+SCHEMES = ("ep", "ed", "ep4", "ed3")
+TIGHT = {"newton": "full", "tolerance": 1e-11}
+# a difference that is exact for polynomials of degree four; residuals of shells have degree three,
+# but for jumps of velocities across directors (ED)
+POINTS, WEIGHTS = (-2, -1, 1, 2), (1 / 12, -2 / 3, 2 / 3, -1 / 12)
+APART = 1e-4
+
+
+def motions(scene: sm.Scene) -> sm.Scene:
+    """A scene with those probes that are linear in the state."""
+    kept = tuple(p for p in scene.probes if p.quantity == "displacement")
+    return replace(scene, probes=kept or sm.Probe("end", "right-top", component=0))
+
+
+def plate(scheme: str = "ep", thickness: float = 4e-3, steps: int = 3) -> sm.Scene:
+    scene = motions(scenes.plate(scheme=scheme, thickness=thickness, steps=steps))
+    return replace(scene, loads=(*scene.loads, sm.Gravity((0, 0, -9.81))))
+
+
+def laminate(scheme: str = "ep", angle: float = 30.0, thickness: float = 1e-3) -> sm.Scene:
+    """Two plies, on triangles: bending is coupled to stretching and twist."""
+    glass = sm.PlyMaterial(45e9, 12e9, 0.3, 5e9, 5e9, 4e9, density=1900.0)
+    plies = sm.Laminate((sm.Ply(glass, thickness, angle), sm.Ply(glass, thickness, -50.0)))
+    strip = sm.Shell("strip", sm.Rectangle(1.0, 0.2), plies, mesh=(3, 1), cell="tri")
+    return sm.Scene(
+        "laminate",
+        strip,
+        supports=sm.Clamped("left"),
+        loads=sm.EdgeForce("right", (0, 0, 20.0)),
+        probes=sm.Probe("tip", (1.0, 0.2, 0), component=2),
+        scheme=scheme,
+        dt=2e-3,
+        t_end=6e-3,
+    )
+
+
+def square(history: dict) -> float:
+    """Squares of all probes over time, and their ends."""
+    return float(sum(np.sum(h**2) + h[-1] for name, h in history.items() if name != "t"))
+
+
+def assert_transposed(scene: sm.Scene, within: float) -> None:
+    """A step taken back is the transpose of the step linearised by differences."""
+    from shellmb.running.execute import execute
+    from shellmb.sensitivity.adjoint.steps import Steps, copied, put, starts, unknowns
+    from shellmb.sensitivity.adjoint.sweep import Sweep
+    from shellmb.system.direct.linear import Unreduced
+
+    scene, steps = replace(scene, solver=replace(scene.solver, **TIGHT)), Steps()
+    simulation = execute(scene, None, [steps]).simulation
+    problem, system = simulation.problem, simulation.problem.system
+    sweep, rng = Sweep(simulation, [], []), np.random.default_rng(1)
+    *_, step, _ = list(steps.backwards(simulation))[::-1]
+    t, dt = steps.times[step.number]
+    live, stages = starts(problem), unknowns(problem)
+    # of motions, in the units of the scene, and rates by the step; linked nodes are their bodies'
+    direction = {key: np.zeros_like(a) for key, a in live.items()}
+    w = copied(direction)
+    for body in simulation.model.bodies:
+        parts = [body.mixed.dofs[part] for part in ("u", "w") if part in body.mixed.dofs]
+        dofs = np.concatenate([*parts, np.zeros(0, np.int32)])
+        dofs = np.setdiff1d(dofs, np.concatenate([[], *(link.dofs for link in body.links)]))
+        for name, unit in (("q", 1.0), ("v", dt)):
+            if (body.name, name) in live:
+                direction[body.name, name][dofs] = rng.normal(size=len(dofs)) / unit
+                w[body.name, name][dofs] = rng.normal(size=len(dofs)) * unit
+    sweep.covector = copied(w)
+    sweep.back(step, t, dt)
+    back = sum(float(sweep.covector[key] @ d) for key, d in direction.items())
+
+    def move(h: float, moved: np.ndarray | None) -> None:
+        """Go by `h` along the direction at the start, and along a change of the unknowns."""
+        put({key: a + h * direction[key] for key, a in step.start.items()}, live)
+        simulation.model.mechanism.refresh(problem.levels)
+        problem.prepare(t, dt)
+        put(step.unknown, stages)
+        system.gather()
+        system.update_fixed_values()
+        system.residuals.refresh()
+        if moved is not None:
+            system.x.array[:] += h * moved
+        system.scatter(system.x)
+
+    def at(h: float, moved: np.ndarray | None) -> tuple[np.ndarray, float]:
+        """Residual, and the end of the step times its covector."""
+        move(h, moved)
+        system.residual(system.x, system.b)
+        rest = np.array(system.b.array_r)
+        problem.advance(dt)
+        return rest, sum(float(a @ w[key]) for key, a in live.items())
+
+    def slope(which: int, moved: np.ndarray | None) -> np.ndarray:
+        pairs = zip(POINTS, WEIGHTS, strict=True)
+        return sum(c / APART * np.asarray(at(p * APART, moved)[which]) for p, c in pairs)
+
+    system.b.array[:] = slope(0, None)
+    right, change, full = system.b.copy(), system.x.duplicate(), Unreduced(system, "transposed_")
+    move(0.0, None)
+    assert full.factorise() is None and full.solve(right, change, True) is None
+    forth = float(slope(1, -np.array(change.array_r)))
+    assert forth == pytest.approx(back, rel=within)
+
+
+def test_a_step_back_is_the_transpose_of_a_step() -> None:
+    # ten times what elimination of resultants loses of round-off, 1e-11
+    assert_transposed(plate(), within=1.5e-10)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("scheme", SCHEMES)
+@pytest.mark.parametrize("make", [plate, laminate, scenes.mechanism])
+def test_steps_back_are_transposes(make: Callable[..., sm.Scene], scheme: str) -> None:
+    # reduced systems of thin shells lose up to 2e-10, and differences under ED as much
+    within = 1e-12 if make is scenes.mechanism else 2e-9
+    assert_transposed(motions(make(scheme=scheme)), within)
+
+
+def test_fields_add_up_to_the_parameter() -> None:
+    """A thickness in each element changes as the thickness of all does, from a few states, too."""
+    found = sm.adjoint(plate, square, [("strip", "thickness")], ("thickness",), **TIGHT)
+    table = found.fields["strip", "thickness"]
+    assert len(table) == 3 and table["area"].sum() == pytest.approx(0.2)
+    # differences of the parameter's residuals, as of tangents
+    assert table["derivative"].sum() == pytest.approx(found.parameters["thickness"], rel=1e-8)
+    few = sm.adjoint(plate, square, [("strip", "thickness")], states=1, **TIGHT)
+    # steps are solved again, from other guesses
+    np.testing.assert_allclose(
+        few.fields["strip", "thickness"]["derivative"], table["derivative"], rtol=1e-8
+    )
+    assert few.value == found.value
+
+
+def assert_same(make: Callable[..., sm.Scene], given: dict, names: tuple, within: float) -> None:
+    """The adjoint finds what tangents find."""
+
+    def scene(**values: float) -> sm.Scene:
+        return motions(make(**given | values))
+
+    scene.__signature__ = inspect.signature(make)  # type: ignore[attr-defined]
+    back = sm.adjoint(scene, square, parameters=names, **TIGHT)
+    forth = sm.sensitivities(scene, names, columns="probes", fields=False, **TIGHT)
+    probes = [p.name for p in forth.run.described.probes]
+    for name in names:
+        exact = 0.0
+        for p in probes:
+            slope = forth.history[name][p]
+            exact += float(2 * forth.run.history[p].to_numpy() @ slope + slope.iloc[-1])
+        assert back.parameters[name] == pytest.approx(exact, rel=within, abs=1e-12), name
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("scheme", (*SCHEMES, "static"))
+def test_adjoint_of_a_plate_is_its_tangent(scheme: str) -> None:
+    names = ("thickness", "E", "length", "force")
+    if scheme != "static":
+        names += ("density", "frequency", "speed", "damping")
+    assert_same(scenes.plate, {"scheme": scheme}, names, within=1e-6)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("scheme", SCHEMES)
+def test_adjoint_of_a_mechanism_is_its_tangent(scheme: str) -> None:
+    names = ("stiffness", "viscosity", "cord", "mass", "arm", "rate", "radius")
+    assert_same(scenes.mechanism, {"scheme": scheme}, names, within=1e-6)
+
+
+@pytest.mark.slow
+def test_adjoint_of_contact_and_friction_is_their_tangent() -> None:
+    assert_same(scenes.skid, {}, ("stiffness", "friction", "speed"), within=1e-5)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["plies[0].angle", "plies[1].thickness", "offset"])
+def test_fields_of_laminates(name: str) -> None:
+    """Derivatives by the field are those of runs with another constant."""
+    place, size = ("strip", name), {"plies[0].angle": 0.05, "offset": 1e-6}.get(name, 1e-6)
+
+    def changed(by: float = 0.0) -> sm.Scene:
+        scene = laminate()
+        section = scene.shells[0].section
+        plies = list(section.plies)
+        if name == "plies[0].angle":
+            plies[0] = replace(plies[0], angle=plies[0].angle + by)
+        elif name == "plies[1].thickness":
+            plies[1] = replace(plies[1], thickness=plies[1].thickness + by)
+        section = replace(section, plies=tuple(plies), offset=by if name == "offset" else 0.0)
+        shell = replace(scene.shells[0], section=section, eccentric_inertia=False)
+        return replace(scene, shells=(shell,))
+
+    found = sm.adjoint(changed, square, [place], **TIGHT)
+    values = [
+        sm.adjoint(changed, square, [place], values={"by": p * size}, **TIGHT).value for p in POINTS
+    ]
+    exact = sum(w * v for w, v in zip(WEIGHTS, values, strict=True)) / size
+    # round-off of the values over their distance
+    assert found.fields[place]["derivative"].sum() == pytest.approx(exact, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("changes", "fields", "said"),
+    [
+        ({}, (), "neither fields nor parameters are named"),
+        ({}, [("wing", "thickness")], "there is no shell 'wing'; there are 'strip'"),
+        ({}, [("strip", "angle")], "has no 'angle' that may vary; it has thickness, offset"),
+        ({"probes": ()}, [("strip", "thickness")], "has no probe"),
+        (
+            {"probes": sm.Probe("n", "right-top", quantity="membrane", component=0)},
+            [("strip", "thickness")],
+            r"probe 'n' records membrane \(0\); it must be a component of displacement",
+        ),
+        ({"scheme": "generalized-alpha"}, [("strip", "thickness")], "does not go backwards"),
+        ({"start": "equilibrium"}, [("strip", "thickness")], "starts from an equilibrium"),
+        (
+            {"events": sm.Event("far", when=sm.Sensor("tip") >= 0.1)},
+            [("strip", "thickness")],
+            "has events, which cannot go backwards",
+        ),
+    ],
+)
+def test_bad_requests(changes: dict, fields: list, said: str) -> None:
+    def scene() -> sm.Scene:
+        made = motions(scenes.plate())
+        (strip,) = made.shells
+        plain = replace(strip, section=replace(strip.section, damping=0.0))
+        return replace(made, shells=plain, **changes)
+
+    with pytest.raises(sm.SceneError, match=said):
+        sm.adjoint(scene, square, fields)
+
+
+def test_an_objective_is_a_number() -> None:
+    with pytest.raises(sm.SceneError, match="the objective is nan; it must be a finite number"):
+        sm.adjoint(plate, lambda history: float("nan"), [("strip", "thickness")])
