@@ -238,7 +238,7 @@ def test_bad_requests(changes: dict, fields: list, said: str) -> None:
     def scene() -> sm.Scene:
         made = motions(scenes.plate())
         (strip,) = made.shells
-        plain = replace(strip, section=replace(strip.section, damping=0.0))
+        plain = replace(strip, section=replace(strip.section, stiffness_damping=0.0))
         return replace(made, shells=plain, **changes)
 
     with pytest.raises(sm.SceneError, match=said):
