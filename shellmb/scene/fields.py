@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-__all__ = ["DEFAULT", "FIELDS", "FieldKind"]
+__all__ = ["DEFAULT", "FIELDS", "STATE", "FieldKind"]
 
 XYZ, PLANE, SHEAR = ("x", "y", "z"), ("11", "22", "12"), ("13", "23")
 FRAME = ("1", "2", "3")
@@ -55,6 +55,9 @@ FIELDS: dict[str, FieldKind] = {
     "displacement": _kind("displacement", "length", XYZ, "axis", EVERY),
     "director": _kind("directors", "number", XYZ, "axis", "shell beam rigid"),
     "velocity": _kind("velocity", "velocity", XYZ, "axis", "shell beam rigid"),
+    "director_velocity": _kind(
+        "velocities of directors", "angular velocity", XYZ, "axis", "shell beam rigid"
+    ),
     "N": _kind("membrane forces", "force per length", PLANE, "plane", SHELL),
     "M": _kind("bending moments", "moment per length", PLANE, "plane", SHELL),
     "Q": _kind("transverse shear forces", "force per length", SHEAR, "across", SHELL),
@@ -78,5 +81,7 @@ FIELDS: dict[str, FieldKind] = {
     "moment": _kind("moments", "moment", FRAME, "frame", "beam joint"),
 }
 
-# the state, of which nothing has to be computed
+# written if nothing is named
 DEFAULT = ("displacement", "director", "velocity")
+# of which nothing has to be computed
+STATE = (*DEFAULT, "director_velocity")

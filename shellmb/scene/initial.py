@@ -48,8 +48,8 @@ class FromRun:
 
     Args:
         run: The run, or its directory.
-        at: Time of a stored frame [s], of a path its arc length; None: the last state. Frames have
-            no velocities of directors, so the new run starts from them at rest.
+        at: Time of a stored frame [s], of a path its arc length; None: the last state. With
+            velocities the frames of a motion must have the field ``"director_velocity"``.
         velocities: Whether velocities are taken, too; False: the new run starts at rest.
     """
 

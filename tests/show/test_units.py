@@ -87,6 +87,7 @@ FIELD_UNITS = {
     "displacement": "m",
     "director": "-",
     "velocity": "m/s",
+    "director_velocity": "rad/s",
     "N": "N/m",
     "M": "N",
     "Q": "N/m",

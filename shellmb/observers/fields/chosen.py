@@ -19,7 +19,7 @@ from shellmb.observers.fields.modalresultants import ModalResultants, ModalStrai
 from shellmb.observers.fields.resultants import Resultants, Strained
 from shellmb.scene import Laminate, LinearSection, Scene, Shell
 from shellmb.scene.checks.fields import kinds_of, wanted_fields
-from shellmb.scene.fields import DEFAULT, FIELDS
+from shellmb.scene.fields import FIELDS, STATE
 from shellmb.scene.shells.lamination import Layup
 from shellmb.simulate.simulation import Simulation
 
@@ -178,7 +178,7 @@ def chosen_fields(simulation: Simulation) -> dict[str, ChosenFields]:
     modal = {n: d.members[n].body for n, d in modal_members(simulation.model).items()}
     for name, body in {**simulation.model.meshed, **modal}.items():
         described = scene.body(name)
-        wanted = tuple(w for w in wanted_fields(scene, kinds_of(described)) if w not in DEFAULT)
+        wanted = tuple(w for w in wanted_fields(scene, kinds_of(described)) if w not in STATE)
         if wanted:
             found[name] = ChosenFields(simulation, body, wanted)
     return found

@@ -11,6 +11,7 @@ from shellmb.observers.forces.joints import JointForces
 from shellmb.simulate.simulation import Simulation
 
 DIRECTORS = ("director", "d1", "d2", "d3")
+TURNING = tuple(f"{name}_velocity" for name in DIRECTORS)
 XYZ = ("x", "y", "z")
 
 
@@ -31,10 +32,11 @@ class RequestedFields:
         self._wanted = [name for name in ("force", "moment") if wants(scene, name)]
         self._left_out = set() if wants(scene, "director") else set(DIRECTORS)
         self._left_out |= set() if wants(scene, "velocity") else {"velocity"}
+        self._left_out |= set() if wants(scene, "director_velocity") else set(TURNING)
 
     def components(self, name: str) -> dict[str, tuple[str, ...]]:
         """Names of components of a part's fields."""
-        vectors = ["displacement", "velocity", *DIRECTORS]
+        vectors = ["displacement", "velocity", *DIRECTORS, *TURNING]
         if name in self._chosen:
             return {**dict.fromkeys(vectors, XYZ), **self._chosen[name].components}
         return dict.fromkeys([*vectors, "force", "moment"], XYZ)

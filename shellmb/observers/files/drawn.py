@@ -356,6 +356,9 @@ def _named(values: NodalValues, simulation: Simulation) -> dict[str, Floats]:
         fields |= {f"d{k + 1}": values.directors[:, k] for k in range(3)}
     if simulation.scheme.dynamic:
         fields["velocity"] = values.velocity
+        names = [key for key in fields if key not in ("displacement", "velocity")]
+        for k, key in enumerate(names):
+            fields[f"{key}_velocity"] = values.director_velocity[:, k]
     return fields
 
 

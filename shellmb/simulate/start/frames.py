@@ -36,35 +36,48 @@ class StoredFrame:
         if not self._folder.is_dir():
             raise SceneError(f"{who}: it has no frames; run it with a directory, or leave out at")
 
-    def nodes(self, scene: Scene, name: str, X: Floats, count: int) -> tuple[Floats, Floats]:
-        """Displacements (n, 3) and directors (n, count, 3) of a body's nodes.
+    def nodes(
+        self, scene: Scene, name: str, X: Floats, count: int, moving: bool
+    ) -> list[tuple[Floats, Floats]]:
+        """Displacements (n, 3) and directors (n, count, 3) of a body's nodes, then their rates.
 
         Args:
             scene: The scene, which has the body.
             name: Name of the body.
             X: Reference positions of the nodes, shape (n, 3).
             count: Number of directors of each.
+            moving: Whether rates are read, too.
 
         Raises:
-            SceneError: If the frame has no such body, other nodes, or no directors.
+            SceneError: If the frame has no such body, other nodes, or fields are missing.
         """
         body = scene.body(name)
         rigid = body in scene.rigid_bodies
         grid = self._grid(RIGID if rigid else name.replace(" ", "_"), said(body))
-        keys = ("director",) if count == 1 else ("d1", "d2", "d3")
-        for key in ("reference", "displacement", *keys):
+        keys = ["director"] if count == 1 else ["d1", "d2", "d3"]
+        rates = [f"{key}_velocity" for key in keys]
+        pairs = [("displacement", keys)] + [("velocity", rates)] * moving
+        for key, field in (
+            ("reference", "director"),
+            *((key, "director") for key in pairs[0][1]),
+            *((key, "velocity") for key in ("velocity",) * moving),
+            *((key, "director_velocity") for key in rates * moving),
+        ):
             if key not in grid:
+                right = f"the run's output must have the field '{field}'"
+                more = ", or velocities must be False" if "velocity" in field else ""
                 raise SceneError(
-                    f"{self._who}: its frames have no {key} of {said(body)}; the run's output must "
-                    "have the field 'director'"
+                    f"{self._who}: its frames have no {key} of {said(body)}; {right}{more}"
                 )
         rows = np.arange(len(grid["reference"]))
         if rigid:
             # the first point of each body is its centre
             rows = rows[grid["name"].astype(str) == name][:1]
         found = rows[self._matched(grid["reference"][rows], X, said(body))]
-        directors = np.stack([grid[key] for key in keys], axis=1)
-        return grid["displacement"][found], directors[found]
+        return [
+            (grid[points][found], np.stack([grid[key] for key in vectors], axis=1)[found])
+            for points, vectors in pairs
+        ]
 
     def _matched(self, known: Floats, X: Floats, body: str) -> npt.NDArray[np.intp]:
         """Which of the known positions each node has."""

@@ -97,13 +97,9 @@ def _(start: FromRun, problem: Problem, scene: Scene) -> bool:
 
 
 def _take_frame(start: FromRun, problem: Problem, scene: Scene, stored: Stored, who: str) -> bool:
-    """Positions and directors of a frame."""
+    """Positions and directors of a frame, and their velocities."""
     assert start.at is not None
-    if stored.dynamic and start.velocities:
-        raise SceneError(
-            f"{who}: at is {start.at:g}; frames have no velocities of directors, so the run must "
-            "start at rest with velocities=False, or at the end of a run that ends there"
-        )
+    moving = stored.dynamic and start.velocities and "v" in problem.scheme.rates
     for body in scene.meshed:
         _check_exact(body, who, "leave out at")
     for body in scene.meshed:
@@ -113,8 +109,11 @@ def _take_frame(start: FromRun, problem: Problem, scene: Scene, stored: Stored, 
         frame = StoredFrame(Path(start.run), start.at, who)
         for each in scene.bodies:
             own, nodes, X, D = problem.model.nodes_of(each.name)
-            u, d = frame.nodes(scene, each.name, X, D.shape[1])
-            _place(own, problem.levels[own.name].q.x.array, nodes, D, u, d)
+            (u, d), *rates = frame.nodes(scene, each.name, X, D.shape[1], moving)
+            levels = problem.levels[own.name]
+            _place(own, levels.q.x.array, nodes, D, u, d)
+            for v, dv in rates:
+                _place(own, levels.rates["v"].x.array, nodes, 0 * D, v, dv)
     return True
 
 

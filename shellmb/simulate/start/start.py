@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from ufl import Form
 
-from shellmb.bodyfields import kinematic_dofs
+from shellmb.bodyfields import NONE, kinematic_dofs
 from shellmb.constraint_analysis.redundancy import RATE_STEP, largest_gap
 from shellmb.errors import ConvergenceError, SceneError, ShellmbWarning
 from shellmb.model.body import Body, kinetic_energy
@@ -121,8 +121,12 @@ class Start:
             )
         moved = self._instant.step(instant(self.model, self._dt), 0.0)
         for (body, q), given in zip(levels, before, strict=True):
-            # multipliers there are those of the constraints' errors
-            found = np.concatenate([kinematic_dofs(body), stress_dofs(body)])
+            # multipliers there are those of the constraints' errors; joints and force elements
+            # have the places and coordinates that they act on
+            linked = np.concatenate([NONE, *(link.dofs for link in body.links)])
+            parts = [body.mixed.dofs[p].ravel() for p in ("lam", "mu") if p in body.mixed.parts]
+            linked = np.setdiff1d(linked, np.concatenate([NONE, *parts]))
+            found = np.concatenate([kinematic_dofs(body), stress_dofs(body), linked])
             given[found] = q[found]
             q[:] = given
         if gap and moved > OPEN and not self.scene.assemble and not self._of_mode:
