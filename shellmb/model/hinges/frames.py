@@ -86,10 +86,15 @@ class Point:
     @property
     def vectors(self) -> Floats:
         """Vectors `n, p, r` in the reference configuration as rows, shape (3, 3)."""
-        first, second = self.normals / np.linalg.norm(self.normals, axis=1, keepdims=True)
-        p, r = np.cross(self.axis, first), np.cross(self.axis, second)
-        p, r = p / np.linalg.norm(p), r / np.linalg.norm(r)
-        return np.array([np.cross(p, self.axis), p, r])
+        return vectors(self.axis, *self.normals)
+
+
+def vectors(tangent: Floats, first: Floats, second: Floats) -> Floats:
+    """Vectors `n, p, r` for a tangent and two directors, of any length, as rows, shape (3, 3)."""
+    t = tangent / np.linalg.norm(tangent)
+    p, r = np.cross(t, first), np.cross(t, second)
+    p, r = p / np.linalg.norm(p), r / np.linalg.norm(r)
+    return np.array([np.cross(p, t), p, r])
 
 
 class EdgeFrames(ConstraintGroup):
@@ -173,6 +178,34 @@ class EdgeFrames(ConstraintGroup):
         self.labels = [point.label for point in points]
         self._points, self._place = list(points), "u" if between else "u0"
         self._dofs = {part: global_dofs(nodes, mixed, part) for part in (*own, self._place)}
+
+    def follow(self, q: Floats) -> None:
+        """Find the unknowns of its own from the bodies, whose values a local state has.
+
+        Args:
+            q: The state, which is changed.
+        """
+        parts = self.mixed.parts
+        rows = {p: q[self.mixed.dofs[p]].reshape(-1, 3) for p in parts if p != "mu"}
+        for row, item in enumerate(self.nodes.item):
+            point = self._points[item]
+
+            def total(of: Sum, name: str, row: int = row) -> Floats:
+                return sum(
+                    (w * rows[f"{name}{k}"][row] for k, w in enumerate(of.weights)), np.zeros(3)
+                )
+
+            first, second = point.normals
+            if point.director is not None:
+                first = first + total(point.director, "a")
+            turned = vectors(
+                point.axis + total(point.tangent, "ut"), first, second + rows["d0"][row]
+            )
+            found = dict(zip("npr", turned - point.vectors, strict=True))
+            if "u" in parts:
+                found["u"] = total(point.place, "ut")
+            for name in found.keys() & parts.keys():
+                q[self.mixed.dofs[name].reshape(-1, 3)[row]] = found[name]
 
     def ends(self, k: int) -> tuple[End | None, End]:
         """Places with two vectors on the first shell, if it is one, and one on the second."""

@@ -15,6 +15,7 @@ from shellmb.model.body import Body, FixedDofs, PrescribedTurn, TimeFunction
 from shellmb.model.elements.bound import BoundElement, bind_element, coordinate_of
 from shellmb.model.elements.elements import ElementGroup, Motors, check_at_rest, element_groups
 from shellmb.model.hinges.edges import bind_hinges
+from shellmb.model.hinges.frames import EdgeFrames
 from shellmb.model.joints.columns import (
     COLUMN,
     EFFORT,
@@ -75,6 +76,7 @@ class Mechanism:
         lock_groups: Locks.
         drivers: Coordinates that drivers prescribe, by column of their torque or force.
         switches: What acts in windows of time only.
+        edges: Frames of hinges of edges.
         several: Coordinates of hinges of edges with several angles, with their shares, by joint.
     """
 
@@ -87,6 +89,7 @@ class Mechanism:
     lock_groups: list[HeldCoordinates] = field(default_factory=list)
     drivers: dict[str, Coordinate] = field(default_factory=dict)
     switches: Switches = field(default_factory=Switches)
+    edges: list[EdgeFrames] = field(default_factory=list)
     several: dict[str, list[tuple[str, float]]] = field(default_factory=dict)
 
     @property
@@ -204,7 +207,7 @@ def build_mechanism(
     made = Mechanism()
     plain: list[BoundJoint] = []
     edges = [joint for joint in scene.joints if isinstance(joint, EdgeHinge)]
-    hinges, frames = bind_hinges(edges, find, shells, comm, force, length, not scene.static)
+    hinges, made.edges = bind_hinges(edges, find, shells, comm, force, length, not scene.static)
     for joint in scene.joints:
         if isinstance(joint, EdgeHinge):
             plain += hinges[joint.name].nodes
@@ -234,7 +237,7 @@ def build_mechanism(
     made.lock_groups = [lock.group for lock in locks]
     made.switches = Switches([*switches, *locks])
     masses = point_masses(scene, comm, list(made.joints.values()))
-    made.bodies += [*made.groups, *frames, *masses, *made.coordinate_groups]
+    made.bodies += [*made.groups, *made.edges, *masses, *made.coordinate_groups]
     made.bodies += [*screws, *made.element_groups, *made.lock_groups]
     return made
 

@@ -119,6 +119,10 @@ class Start:
                 f"{apart:.3g} of its scale away from what it is joined to; give both bodies the "
                 "same displacements and rotations there, or use assemble=True"
             )
+        if self.model.mechanism.edges:
+            for group in self.model.mechanism.edges:
+                group.follow(self.problem.levels[group.name].q.x.array)
+            self._instant.joined()
         moved = self._instant.step(instant(self.model, self._dt), 0.0)
         for (body, q), given in zip(levels, before, strict=True):
             # multipliers there are those of the constraints' errors; joints and force elements
