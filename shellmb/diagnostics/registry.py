@@ -12,6 +12,7 @@ from shellmb.diagnostics.elements.folded import Folded
 from shellmb.diagnostics.elements.locked import Locked
 from shellmb.diagnostics.energy_law import EnergyLaw
 from shellmb.diagnostics.forces.alternating import Alternating
+from shellmb.diagnostics.forces.between import Between
 from shellmb.diagnostics.forces.contacts import Contacts
 from shellmb.diagnostics.forces.rolling import Lifting, Slipping
 from shellmb.diagnostics.forces.undetermined import Undetermined
@@ -39,6 +40,7 @@ WATCHES: tuple[type[Watch], ...] = (
     Lifting,
     Slipping,
     Contacts,
+    Between,
     Alternating,
     Drift,
     Dissipation,

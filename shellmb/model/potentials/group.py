@@ -133,6 +133,16 @@ class PotentialGroup(Massless):
         """Positions of the local points (owned and ghost) at a state's array, shape (n, 3), m."""
         return self._end.positions(q, self.mixed)
 
+    def everywhere(self, rows: Floats) -> Floats:
+        """Values of all points from those of the local ones, on every rank; collective."""
+        comm = self.nodes.mesh.comm
+        if comm.size == 1:
+            return rows[np.argsort(self.nodes.item)]
+        found = np.zeros((len(self.points.ends), rows.shape[1]))
+        for items, values in comm.allgather((self.nodes.item, rows)):
+            found[items] = values
+        return found
+
     def seen_positions(self, q: Floats) -> Floats:
         """Positions of the local points as the carrier sees them, in the reference, (n, 3), m."""
         x = self.positions(q)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from functools import partial
+from itertools import combinations
 from typing import Any, Protocol
 
 import numpy as np
@@ -27,6 +29,9 @@ from shellmb.scene.values.validate import edge_names
 
 MeshedBody = ShellModel | BeamModel
 
+# part of the distance of two nodes: a third one that is so near to their middle is between them
+BETWEEN = 0.26
+
 
 class Places(Protocol):
     """Places of points at the nodes of a group."""
@@ -46,6 +51,11 @@ class Places(Protocol):
         ...
 
 
+def _alone() -> Ints:
+    """No neighbours."""
+    return np.zeros((0, 2), dtype=np.int64)
+
+
 @dataclass(frozen=True)
 class Points:
     """Places on one body, the same on all ranks.
@@ -53,10 +63,13 @@ class Points:
     Args:
         ends: The places, with the same number of directors.
         weights: Area or length that each stands for, or one, shape (n,).
+        segments: Gives pairs of points that are neighbours on the body, shape (m, 2), the same on
+            all ranks; collective.
     """
 
     ends: list[End]
     weights: Floats
+    segments: Callable[[], Ints] = field(default=_alone, kw_only=True)
 
     # whether positions are linear in the state
     linear = True
@@ -120,7 +133,31 @@ def points_on(body: MeshedBody, on: Any, who: str) -> Points:
     measures = _measures(body, on, who)
     if measures is None:
         return Points(ends, np.ones(len(ends)))
-    return Points(ends, _shares(body, measures, np.array([end.dofs["u"][0] for end in ends])))
+    numbers = nodes.dofs["u"][:, 0]
+    return Points(ends, _shares(body, measures, numbers), segments=partial(_pairs, body, numbers))
+
+
+def _pairs(body: MeshedBody, numbers: Ints) -> Ints:
+    """Neighbours in an element, along and across its sides, with no node between; collective.
+
+    Args:
+        body: The shell or beam.
+        numbers: First global dofs of the nodes that count.
+    """
+    space, order = body.mixed.subspaces["u"], np.argsort(numbers)
+    X, domain = body.mixed.nodes("u"), body.domain.mesh
+    first = part_dofs(body, np.arange(len(X), dtype=np.int32), "u")[:, 0]
+    own = body.mixed.space.dofmap.index_map.local_to_global(first)
+    place = np.minimum(np.searchsorted(numbers[order], own), len(order) - 1)
+    item = np.where(numbers[order][place] == own, order[place], -1)
+    cells = space.dofmap.list[: domain.topology.index_map(domain.topology.dim).size_local]
+    found = [np.zeros((0, 2), dtype=np.int64)]
+    for i, j in combinations(range(cells.shape[1]), 2):
+        a, b = X[cells[:, i]], X[cells[:, j]]
+        gaps = np.linalg.norm(X[cells] - (a + b)[:, None] / 2, axis=2).min(axis=1)
+        pairs = item[cells[gaps > BETWEEN * np.linalg.norm(b - a, axis=1)][:, [i, j]]]
+        found.append(pairs[(pairs >= 0).all(axis=1)])
+    return np.unique(np.sort(np.concatenate(domain.comm.allgather(np.concatenate(found)))), axis=0)
 
 
 def _measures(body: MeshedBody, on: Any, who: str) -> list[ufl.Measure] | None:

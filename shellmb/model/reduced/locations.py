@@ -82,7 +82,7 @@ def reduced_points(body: Reduced, member: str, on: Any, who: str) -> ModalPoints
     found = points_on(kept.body, on, who)
     u, w = _gathered(kept, np.array([end.dofs["u"][0] for end in found.ends]))
     ends = [replace(end, owner=body.data.name) for end in found.ends]
-    return ModalPoints(ends, found.weights, body, u, w)
+    return ModalPoints(ends, found.weights, body, u, w, segments=found.segments)
 
 
 class ModalPlaces:

@@ -1,0 +1,101 @@
+"""Obstacles that come between nodes, which alone touch: the run says so, and only then.
+
+The kind: contact of points is silent about what is between them.
+"""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from shellmb.running.execute import execute
+from shellmb.scene import (
+    Ball,
+    Box,
+    Contact,
+    InitialVelocity,
+    Isotropic,
+    Obstacle,
+    Plane,
+    Rectangle,
+    RigidBody,
+    Rod,
+    Scene,
+    Shell,
+)
+
+SLOW = pytest.mark.slow
+
+
+def falling(obstacle: Obstacle, moving: bool = False, mesh: Any = (1, 1), **more: Any) -> Any:
+    """A rigid plate with nodes every 0.1 m falls by 15 mm to the height 0."""
+    plate = Shell(
+        "plate",
+        Rectangle(0.2 * mesh[0], 0.2 * mesh[1], origin=(0, 0, 0.015)),
+        Isotropic(70e9, 0.3, thickness=2e-3, density=2700.0),
+        mesh=mesh,
+        model="rigid",
+        **more,
+    )
+    carrier = RigidBody("carrier", 1e3, (1.0, 1.0, 1.0))
+    contact = Contact("post", obstacle, 1e3, "plate", obstacle_body="carrier" if moving else None)
+    scene = Scene(
+        "falling",
+        shells=plate,
+        rigid_bodies=carrier,
+        contacts=contact,
+        initial=InitialVelocity((0, 0, -1.0), body="plate"),
+        scheme="ep",
+        dt=5e-3,
+        t_end=0.015,
+    )
+    return execute(scene)
+
+
+@pytest.mark.parametrize(
+    ("obstacle", "moving", "missed"),
+    [
+        # by 5 mm between four nodes, by its height between them; under a node
+        (Ball((0.05, 0.05, -0.015), 0.02), False, 5 / 20),
+        (Ball((0.1, 0.1, -0.015), 0.02), False, 0),
+        pytest.param(Rod((0, 0.15, -0.015), (1, 0, 0), 0.02), False, 5 / 20, marks=SLOW),
+        pytest.param(Rod((0.15, 0, -0.015), (0, 1, 0), 0.02), True, 5 / 20, marks=SLOW),
+        pytest.param(Box((0.05, 0.15, -0.005), (0.02, 0.02, 0.02)), True, 5 / 10, marks=SLOW),
+        # a large one, of which nodes miss little
+        pytest.param(Ball((0.05, 0.05, -0.495), 0.5), False, 0, marks=SLOW),
+        pytest.param(Plane((0, 0, 0.005)), False, 0, marks=SLOW),
+    ],
+)
+def test_what_comes_between_nodes_is_said(obstacle: Obstacle, moving: bool, missed: float) -> None:
+    found = [w for w in falling(obstacle, moving).warnings if w.watch == "between nodes"]
+    assert len(found) == (missed > 0)
+    if missed:
+        # energy is kept, so that nothing else tells; 5 mm deep at the end
+        assert found[0].value == pytest.approx(missed, rel=1e-6)
+        assert "contact 'post': between its nodes 'plate' is deeper in the" in found[0].says
+
+
+@pytest.mark.parametrize(("cell", "count"), [("quad", 20), ("tri", None)])
+def test_neighbours(cell: str, count: int | None) -> None:
+    """Sides and diagonals of the squares that nodes of an element make."""
+    from mpi4py import MPI
+
+    from shellmb.model.model import build_model
+
+    plate = Shell(
+        "plate",
+        Rectangle(1.0, 1.0),
+        Isotropic(1.0, 0.3, thickness=0.1, density=1.0),
+        mesh=(1, 1),
+        cell=cell,
+    )
+    scene = Scene(
+        "s", plate, contacts=Contact("c", Plane((0, 0, -1)), 1.0), scheme="ep", dt=1, t_end=1
+    )
+    points = build_model(scene, MPI.COMM_WORLD).potentials[0].points
+    x, pairs = np.array([end.point for end in points.ends]), points.segments()
+    if count is not None:
+        assert len(pairs) == count
+    assert set(pairs.ravel()) == set(range(len(x)))
+    length = np.linalg.norm(x[pairs[:, 0]] - x[pairs[:, 1]], axis=1)
+    assert length.max() < 0.75
