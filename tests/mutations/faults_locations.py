@@ -51,6 +51,15 @@ FAULTS: tuple[Fault, ...] = (
         ("tests/contact/test_friction.py::test_a_ball_rolls_down",),
     ),
     Fault(
+        "friction on an obstacle that moves sees its point and not how it turns",
+        "forms/contact.py",
+        "return sum((y * change for y, change in zip(parts, changes, strict=True)), start=moved)",
+        "return moved",
+        (
+            "tests/contact/test_moving.py::test_friction_and_damping_are_between_the_bodies[0.0-ep-0.0]",
+        ),
+    ),
+    Fault(
         "forces of contact without what Gauss points lack of the energy",
         "forms/steps/potentials.py",
         "return first + ratio * e.chord, second + ratio * e.bow",

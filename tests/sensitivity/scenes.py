@@ -137,3 +137,31 @@ def skid(stiffness=2e5, friction=0.3, speed=2.0, dt=1e-3, steps=30):
         dt=dt,
         t_end=steps * dt,
     )
+
+
+def carried(stiffness=2e4, friction=0.3, speed=3.0, height=0.02, scheme="ep", dt=1e-3, steps=30):
+    """A ball that strikes a box on a body that turns, which it moves."""
+    ball = sm.RigidBody("ball", 2.0, (8e-3, 8e-3, 8e-3), position=(0.02, 0.01, 0.13))
+    carrier = sm.RigidBody("carrier", 3.0, (0.02, 0.03, 0.025), position=(0, 0, -0.1))
+    return sm.Scene(
+        "carried",
+        rigid_bodies=(ball, carrier),
+        contacts=sm.Contact(
+            "touch",
+            sm.Box((0, 0, height - 0.05), (0.3, 0.3, 0.1), rounding=0.01),
+            stiffness=stiffness,
+            body="ball",
+            radius=0.1,
+            friction=friction,
+            slip_speed=0.05,
+            smoothing=1e-3,
+            obstacle_body="carrier",
+        ),
+        initial=(
+            sm.InitialVelocity((0.5, 0.3, -speed), (0, 0, 5.0), body="ball"),
+            sm.InitialVelocity(spin=(1.0, -2.0, 3.0), body="carrier"),
+        ),
+        scheme=scheme,
+        dt=dt,
+        t_end=steps * dt,
+    )

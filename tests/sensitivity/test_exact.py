@@ -117,6 +117,13 @@ def test_contact_and_friction_have_exact_derivatives() -> None:
 
 
 @pytest.mark.slow
+def test_obstacles_that_move_have_exact_derivatives() -> None:
+    # by where the obstacle is on its body, too
+    given = ("stiffness", "friction", "speed", "height")
+    assert_exact(scenes.carried, {}, given, within=1e-5)
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("scheme", ["ep", "ed", "ep4"])
 def test_all_unknowns_in_one_matrix_give_the_same(scheme: str) -> None:
     """Without the reduction directors and multipliers are unknowns like others."""
