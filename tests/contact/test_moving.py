@@ -57,24 +57,43 @@ QUICK = ("box", "rod")
 RUBS = {"friction": 0.3, "slip_speed": 0.01}
 
 
-def two(obstacle: Obstacle, **more: Any) -> Scene:
-    """A ball that turns and falls on a body that turns and carries the obstacle."""
-    ball = RigidBody("ball", 2.0, (8e-3,) * 3, position=(0.02, 0.01, 0.13))
-    carrier = RigidBody("carrier", 3.0, (0.02, 0.03, 0.025), position=(0, 0, -0.1))
-    contact = {"stiffness": K, "body": "ball", "radius": RADIUS, "obstacle_body": "carrier"}
+def two(obstacle: Obstacle, units: float = 1.0, **more: Any) -> Scene:
+    """A ball that turns and falls on a body that turns and carries the obstacle.
+
+    Args:
+        obstacle: The obstacle.
+        units: Units of length in a metre; a unit of mass is as many kilograms.
+        more: Of the contact and the scene.
+    """
+
+    def scaled(*x: float) -> Any:
+        return tuple(units * a for a in x)
+
+    # forces are the same numbers
+    mass = 1 / units
+    if isinstance(obstacle, Box):
+        size = {"size": scaled(*obstacle.size), "rounding": units * obstacle.rounding}
+        obstacle = replace(obstacle, center=scaled(*obstacle.center), **size)
+    ball = RigidBody("ball", 2.0 * mass, (8e-3 * units,) * 3, position=scaled(0.02, 0.01, 0.13))
+    carrier = RigidBody(
+        "carrier", 3.0 * mass, scaled(0.02, 0.03, 0.025), position=scaled(0, 0, -0.1)
+    )
+    contact = {"stiffness": K / units, "body": "ball", "radius": RADIUS * units}
+    contact["obstacle_body"] = "carrier"
     contact |= {k: more.pop(k) for k in ("friction", "slip_speed", "relative_damping") if k in more}
     start = (
-        InitialVelocity((0.5, 0.3, -3.0), (0, 0, 5.0), body="ball"),
+        InitialVelocity(scaled(0.5, 0.3, -3.0), (0, 0, 5.0), body="ball"),
         InitialVelocity(spin=(1.0, -2.0, 3.0), body="carrier"),
     )
-    given = {"scheme": "ep", "dt": 1e-3, "t_end": 0.04, "initial": start} | more
-    return Scene(
-        "two",
-        rigid_bodies=(ball, carrier),
-        contacts=Contact("touch", obstacle, **contact),
-        solver=Solver(tolerance=1e-12),
-        **given,
-    )
+    given = {
+        "rigid_bodies": (ball, carrier),
+        "contacts": Contact("touch", obstacle, **contact),
+        "initial": start,
+        "scheme": "ep",
+        "dt": 1e-3,
+        "t_end": 0.04,
+    }
+    return Scene("two", solver=Solver(tolerance=1e-12), **(given | more))
 
 
 def momenta(found: Any) -> tuple[Any, Any]:
@@ -179,6 +198,44 @@ def test_head_on(m: float, scheme: str, alpha: float) -> None:
     # the impulse is that of a restitution of 1
     impulse = found["touch.Fz"].iloc[1:].sum() * 5e-4
     assert_allclose(impulse, 2 * reduced * v, rtol=1e-10 if alpha == 0 else 1e-3)
+
+
+def test_either_ball_may_carry_the_obstacle() -> None:
+    """Two balls meet off centre: the same motion whichever of them is the obstacle."""
+    places = {"a": (0.02, 0.01, 0.13), "b": (0.0, 0.0, -0.1)}
+    radii = {"a": 0.1, "b": 0.08}
+
+    def met(first: str, second: str) -> Any:
+        contact = Contact(
+            "touch",
+            Ball(places[second], radii[second]),
+            K,
+            body=first,
+            radius=radii[first],
+            obstacle_body=second,
+        )
+        start = InitialVelocity((0.5, 0.3, -3.0), (0, 0, 5.0), body="a")
+        bodies = [RigidBody(n, m, (8e-3,) * 3, places[n]) for n, m in (("a", 2.0), ("b", 3.0))]
+        scene = two(Plane(), rigid_bodies=bodies, contacts=contact, initial=start)
+        return execute(scene).history
+
+    one, other = met("a", "b"), met("b", "a")
+    assert one["touch.penetration"].max() > 0.01
+    for name in ("kinetic_energy", "touch.penetration", "touch.normal"):
+        assert_allclose(one[name], other[name], atol=1e-9 * np.abs(one[name]).max(), rtol=0)
+    assert_allclose(one["touch.Fx"], -other["touch.Fx"], atol=1e-9 * np.abs(one["touch.Fz"]).max())
+
+
+def test_other_units() -> None:
+    """In millimetres, tonnes and seconds a scene is the same scene."""
+    box = OBSTACLES["rounded"]
+    assert isinstance(box, Box)
+    found = execute(two(box)).history
+    other = execute(two(box, units=1e3)).history
+    for name, size in (("kinetic_energy", 1e3), ("touch.Fz", 1.0), ("touch.penetration", 1e3)):
+        scale = size * np.abs(found[name]).max()
+        assert scale > 0
+        assert_allclose(other[name], size * found[name], atol=1e-9 * scale, rtol=0)
 
 
 def test_sliding_on_a_face_is_free() -> None:
