@@ -146,8 +146,8 @@ def check_natural(shell: Shell) -> None:
     """
     assert shell.natural is not None
     who = f"shell '{shell.name}': natural is given"
-    if not isinstance(shell.section, LinearSection) or shell.section.functions:
-        raise SceneError(f"{who}; its section must be linear, and the same everywhere")
+    if not isinstance(shell.section, LinearSection):
+        raise SceneError(f"{who}; its section must be linear")
     if not shell.exact:
         raise SceneError(f"{who}, and its model is {show(shell.model)}; it must be 'exact'")
     if not shell.stretching and shell.natural.membrane != (0.0, 0.0, 0.0):
