@@ -8,7 +8,7 @@ import time as clock
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -43,8 +43,10 @@ from shellmb.running.memory import check_memory
 from shellmb.running.request import REQUEST, Request
 from shellmb.running.results import Results, measured, plain_results
 from shellmb.running.standard import STATE, SUMMARY, StandardObservers
-from shellmb.scene import Scene
+from shellmb.scene import Modal, Scene
 from shellmb.scene.checks import effect
+from shellmb.scene.lookup import said
+from shellmb.scene.values.validate import show
 from shellmb.simulate.simulation import PAST, Observer, Simulation
 from shellmb.stopping import STOPPING
 
@@ -296,6 +298,28 @@ def _with_state(
     return failure
 
 
+def _of_these_ranks(simulation: Simulation, saved: Saved) -> Saved:
+    """A state that another number of ranks has saved, without what was known of earlier steps."""
+    scene, count = simulation.scene, len(saved.ranks)
+    what = "it follows a path" if scene.path is not None else None
+    for body in scene.meshed:
+        if isinstance(body.model, Modal):
+            # eigenvectors have the sign, and of equal ones the mixture, that ranks give them
+            what = f"the model of {said(body)} is {show(body.model)}"
+    if what is not None:
+        raise SceneError(
+            f"resume: the run was made on {count} ranks, and {what}; resume it with "
+            f"`mpiexec -n {count}`"
+        )
+    begun: dict[str, Any] = {"guesses": {"times": [], "errors": []}, "errors": None}
+    return replace(
+        saved,
+        arrays=simulation.spread(saved.ranks),
+        simulation=saved.simulation | {"past": begun},
+        ranks=(),
+    )
+
+
 def take_up(simulation: Simulation, named: dict[str, Observer], saved: Saved) -> None:
     """Go on from a saved state.
 
@@ -307,6 +331,7 @@ def take_up(simulation: Simulation, named: dict[str, Observer], saved: Saved) ->
     Raises:
         SceneError: If it does not fit the scene.
     """
+    saved = _of_these_ranks(simulation, saved) if saved.ranks else saved
     now, then = (
         {k: v.shape for k, v in arrays.items() if not k.startswith(PAST)}
         for arrays in (simulation.arrays(), saved.arrays)

@@ -10,6 +10,7 @@ from mpi4py import MPI
 
 import numpy as np
 
+from shellmb.arrays import Ints
 from shellmb.checked_model import checked_model
 from shellmb.clock import now
 from shellmb.errors import ConvergenceError, petsc_in_words
@@ -26,6 +27,7 @@ from shellmb.simulate.dropped import DroppedConstraints
 from shellmb.simulate.own import OwnScene
 from shellmb.simulate.paths.arclength import ArcSize, PathSteps
 from shellmb.simulate.problem import Problem
+from shellmb.simulate.start.cellwise import numbering, spread
 from shellmb.simulate.start.start import Start
 from shellmb.simulate.stepping import Arrays, Attempt, StepInfo, Stepping, TimeSteps
 from shellmb.simulate.stepsize.control import StepSize
@@ -315,6 +317,38 @@ class Simulation:
             found[f"{body}/q"] = levels.q.x.array
             for rate, function in levels.rates.items():
                 found[f"{body}/{rate}"] = function.x.array
+        return found
+
+    def numbering(self) -> dict[str, Ints]:
+        """Where the values of `live` belong in the meshes, on any number of ranks."""
+        return {
+            f"{body}/{key}": array
+            for body, levels in self.problem.levels.items()
+            for key, array in numbering(levels.q.function_space).items()
+        }
+
+    def spread(self, ranks: Sequence[tuple[Arrays, dict[str, Ints]]]) -> Arrays:
+        """State of all bodies on this rank, from what another number of ranks has saved.
+
+        Args:
+            ranks: Of each of them what `live` and `numbering` gave.
+        """
+        found = {}
+        for body, levels in self.problem.levels.items():
+            for name in ("q", *levels.rates):
+                key, own = f"{body}/{name}", f"{body}/"
+                if any(key not in arrays for arrays, _ in ranks):
+                    continue
+                parts = [
+                    (
+                        {k.removeprefix(own): v for k, v in there.items() if k.startswith(own)},
+                        a[key],
+                    )
+                    for a, there in ranks
+                ]
+                values = spread(parts, levels.q.function_space)
+                if values is not None:
+                    found[key] = values
         return found
 
     def past(self) -> Arrays:

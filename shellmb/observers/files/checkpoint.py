@@ -11,7 +11,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from shellmb.arrays import Floats
+from shellmb.arrays import Floats, Ints
 from shellmb.errors import ControlError, ConvergenceError, Stopped
 from shellmb.guarding.seal import checksum, sealed
 from shellmb.guarding.writing import drafted, make_folder, write_text
@@ -31,16 +31,18 @@ class Saved:
     """A state read back.
 
     Args:
-        arrays: This rank's dofs.
+        arrays: This rank's dofs; none if the state is of another number of ranks.
         simulation: Counters and step size.
         observers: States of the observers by name.
         scene: Fingerprint of the scene.
+        ranks: Dofs and their numbering (`Simulation.numbering`) on each of that many ranks.
     """
 
     arrays: Arrays
     simulation: dict[str, Any]
     observers: dict[str, dict[str, Any]]
     scene: Fingerprint = field(default_factory=dict)
+    ranks: tuple[tuple[Arrays, dict[str, Ints]], ...] = ()
 
 
 class Written(Protocol):
@@ -88,6 +90,11 @@ class Checkpoint(Silent):
         self._pending = False
         self._scene = fingerprint(simulation.scene)
         self._live = simulation.live()
+        # where those of each rank belong, for a run that goes on with more or fewer of them
+        numbers = self._folder / f"cells-of-{self._comm.size}-rank{self._comm.rank}.npz"
+        with drafted(numbers) as part:
+            np.savez(part, allow_pickle=False, **simulation.numbering())
+        self._cells = self._comm.gather(checksum(numbers.read_bytes()))
         self._remember(simulation)
         self._write()
 
@@ -131,12 +138,14 @@ class Checkpoint(Silent):
                 "scene": self._scene,
                 "arrays": stem,
                 "arrays_sha256": checksums,
+                "cells_sha256": self._cells,
                 "simulation": simulation,
                 "observers": observers | counted,
             }
             write_text(self._folder / STATE_FILE, json.dumps(sealed(state), indent=1))
-            for old in self._folder.glob("step-*.npz"):
-                if not old.name.startswith(f"{stem}-"):
+            kept = (f"{stem}-", f"cells-of-{self._comm.size}-")
+            for old in self._folder.glob("*-rank*.npz"):
+                if not old.name.startswith(kept):
                     old.unlink()
         self._pending = False
         self._written = clock.perf_counter()

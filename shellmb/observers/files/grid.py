@@ -54,7 +54,8 @@ class Gatherer:
         body: The body; the call is collective.
 
     Attributes:
-        grid: The whole grid on rank 0, None elsewhere.
+        grid: The whole grid on rank 0, None elsewhere; its nodes and cells are in the order in
+            which the mesh was made, on any number of ranks.
     """
 
     def __init__(self, body: ShellModel | BeamModel) -> None:
@@ -69,12 +70,22 @@ class Gatherer:
         dim = space.mesh.topology.dim
         local = space.mesh.topology.index_map(dim).size_local
         own = _numbers(index_map, space.dofmap.list[:local])
-        gathered = self._comm.gather((vtk, types, own))
+        made = np.asarray(space.mesh.topology.original_cell_index[:local], dtype=np.int64)
+        gathered = self._comm.gather((vtk, types, own, made))
+        # of the nodes of all ranks in a row those that come first when the mesh is made, and so on
+        self._order: Ints | None = None
         nodes = self.gather(body.mixed.nodes("u"))
         self.grid: Grid | None = None
         if gathered is None or nodes is None:
             return
-        vtk, types, own = (np.concatenate([part[k] for part in gathered]) for k in range(3))
+        vtk, types, own, made = (np.concatenate([part[k] for part in gathered]) for k in range(4))
+        cells = np.argsort(made)
+        vtk, types, own = vtk[cells], types[cells], own[cells]
+        there, first = np.unique(own, return_index=True)
+        self._order = there[np.argsort(first)]
+        number = np.empty(len(nodes), dtype=np.int64)
+        number[self._order] = np.arange(len(nodes))
+        nodes, own, vtk[:, 1:] = nodes[self._order], number[own], number[vtk[:, 1:]]
         cells, types = vtk.ravel(), types.astype(np.uint8)
         points = np.asarray(space.element.basix_element.points)
         if dim == 1:
@@ -92,11 +103,13 @@ class Gatherer:
         Args:
             values: Values at the nodes of this rank (owned and ghost), shape (n, k).
         """
-        if self._comm.size == 1:
-            return np.array(values[: self._owned])
+        mine = np.asarray(values[: self._owned])
         # the numbers of the nodes go from rank to rank, so the parts only have to be put in a row
-        gathered = self._comm.gather(np.asarray(values[: self._owned]))
-        return None if gathered is None else np.concatenate(gathered)
+        gathered = self._comm.gather(mine) if self._comm.size > 1 else [mine]
+        if gathered is None:
+            return None
+        found = np.concatenate(gathered)
+        return found if self._order is None else found[self._order]
 
 
 def _numbers(index_map, local: Int32s) -> Ints:  # type: ignore[no-untyped-def]

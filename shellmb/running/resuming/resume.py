@@ -42,7 +42,8 @@ def resume(
     Args:
         out: The run directory.
         observers: The same additional observers as in the run.
-        comm: Communicator, of as many ranks as the run's.
+        comm: Communicator; with another number of ranks than the run's, the run ends as if never
+            stopped to round-off.
         pictures: Whether pictures are drawn.
         scene: The scene, for runs that were not started by `shellmb run`.
         scene_file: The path of the scene's file, where the run was started from one.
@@ -69,7 +70,7 @@ def resume(
         saved = None
         said: list[str] = []
         if has_begun(directory, comm) or request is None:
-            saved = read_saved(directory, comm)
+            saved = read_saved(directory, comm, spread=True)
             said += _same_scene(scene, saved.scene, stored)
         if stored is not None and request is not None:
             said += _same_request(directory, stored, request, saved is not None)

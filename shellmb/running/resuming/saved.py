@@ -61,6 +61,7 @@ class _State(_Table):
     scene: dict[str, Any]
     arrays: Annotated[str, StringConstraints(pattern=r"^step-\d{8,}$")]
     arrays_sha256: list[str]
+    cells_sha256: list[str] = Field(default_factory=list)
     simulation: _Counters
     observers: _Observers
 
@@ -93,12 +94,13 @@ def _begun(directory: Path) -> bool | None:
     return None if rows > 1 or (directory / SUMMARY).exists() else False
 
 
-def read_saved(directory: Path, comm: MPI.Comm) -> Saved:
+def read_saved(directory: Path, comm: MPI.Comm, spread: bool = False) -> Saved:
     """The last state of a run, with all that it counts on checked.
 
     Args:
         directory: The run directory.
-        comm: Communicator, of as many ranks as wrote it; the call is collective.
+        comm: Communicator; the call is collective.
+        spread: Whether it may be the state of another number of ranks.
 
     Raises:
         SceneError: If there is no state, it was written by another number of ranks or version, or
@@ -107,22 +109,26 @@ def read_saved(directory: Path, comm: MPI.Comm) -> Saved:
     # what one rank finds all have to know
     found: dict[str, Any] = {}
     arrays, wrong = {}, None
+    ranks: tuple[tuple[dict[str, Any], dict[str, Any]], ...] = ()
     try:
         if comm.rank == 0:
-            found = _read_state(directory / STATE / STATE_FILE, comm.size)
+            found = _read_state(directory / STATE / STATE_FILE, None if spread else comm.size)
             _check_history(directory / HISTORY, found)
     except (Damaged, SceneError) as error:
         wrong = _sentence(error)
     found, wrong = comm.bcast((found, wrong))
     if wrong is None:
         try:
-            arrays = _read_arrays(directory / STATE, found, comm.rank)
+            if found["ranks"] == comm.size:
+                arrays = _read_arrays(directory / STATE, found, comm.rank)
+            else:
+                ranks = _read_ranks(directory / STATE, found)
         except Damaged as error:
             wrong = _sentence(error)
         wrong = next((w for w in comm.allgather(wrong) if w is not None), None)
     if wrong is not None:
         raise SceneError(wrong)
-    return Saved(arrays, found["simulation"], found["observers"], found["scene"])
+    return Saved(arrays, found["simulation"], found["observers"], found["scene"], ranks)
 
 
 def _sentence(error: Exception) -> str:
@@ -131,7 +137,7 @@ def _sentence(error: Exception) -> str:
     return f"resume: {error}, so the run cannot continue from it; {ANEW}"
 
 
-def _read_state(file: Path, ranks: int) -> dict[str, Any]:
+def _read_state(file: Path, ranks: int | None) -> dict[str, Any]:
     if not file.is_file():
         raise SceneError(f"resume: there is no state {file}; give the directory of a run")
     values = read_table(file)
@@ -147,7 +153,7 @@ def _read_state(file: Path, ranks: int) -> dict[str, Any]:
         state = _State.model_validate(values)
     except ValidationError as error:
         raise Damaged(f"{file} is damaged ({first_error(error)})") from None
-    if state.ranks != ranks:
+    if ranks is not None and state.ranks != ranks:
         raise SceneError(
             f"resume: the run was made on {state.ranks} ranks, not {ranks}; resume it with "
             f"`mpiexec -n {state.ranks}`"
@@ -161,6 +167,25 @@ def _read_arrays(folder: Path, state: dict[str, Any], rank: int) -> dict[str, An
         return read_arrays(file, state["arrays_sha256"][rank])
     except SceneError as error:
         raise Damaged(str(error)) from None
+
+
+def _read_ranks(
+    folder: Path, state: dict[str, Any]
+) -> tuple[tuple[dict[str, Any], dict[str, Any]], ...]:
+    """What each rank of the run has saved, and where it belongs."""
+    count, sums = state["ranks"], state.get("cells_sha256", [])
+    if len(sums) != count:
+        raise SceneError(
+            f"resume: the run was made on {count} ranks by a version of shellmb that could not go "
+            f"on with others; resume it with `mpiexec -n {count}`"
+        )
+    try:
+        numbers = [
+            read_arrays(folder / f"cells-of-{count}-rank{k}.npz", sums[k]) for k in range(count)
+        ]
+    except SceneError as error:
+        raise Damaged(str(error)) from None
+    return tuple((_read_arrays(folder, state, k), numbers[k]) for k in range(count))
 
 
 def _check_history(file: Path, state: dict[str, Any]) -> None:
