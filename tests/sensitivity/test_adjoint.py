@@ -36,7 +36,7 @@ def plate(scheme: str = "ep", thickness: float = 4e-3, steps: int = 3) -> sm.Sce
 
 def laminate(scheme: str = "ep", angle: float = 30.0, thickness: float = 1e-3) -> sm.Scene:
     """Two plies, on triangles: bending is coupled to stretching and twist."""
-    glass = sm.PlyMaterial(45e9, 12e9, 0.3, 5e9, 5e9, 4e9, density=1900.0)
+    glass = sm.PlyMaterial(45e9, 12e9, nu12=0.3, G12=5e9, G13=5e9, G23=4e9, density=1900.0)
     plies = sm.Laminate((sm.Ply(glass, thickness, angle), sm.Ply(glass, thickness, -50.0)))
     strip = sm.Shell("strip", sm.Rectangle(1.0, 0.2), plies, mesh=(3, 1), cell="tri")
     return sm.Scene(
