@@ -196,9 +196,10 @@ def check_steady(scene: Scene, axis: Axis, loaded: bool) -> None:
             )
     acting: tuple[Any, ...] = (*scene.potentials, *scene.contacts)
     for item in acting:
-        raise SceneError(
-            f"modes: {said(item)} has no linear form about a steady rotation; remove it"
-        )
+        where = "fixed in space and does not rotate with the system"
+        if getattr(item, "obstacle_body", None) is not None:
+            where = "between bodies, and modes of rotating bodies have no contact"
+        raise SceneError(f"modes: {said(item)} is {where}; remove it")
     for joint in scene.joints:
         if isinstance(joint, Contact):
             raise SceneError(

@@ -232,7 +232,8 @@ def _free(scene: Scene) -> Floats:
     """Projection on the directions in which all can go on without resistance, shape (3, 3)."""
     elements = [e for e in scene.force_elements if isinstance(e, PointElement)]
     in_space = any(GROUND in (e.first, e.second) for e in elements)
-    if scene.supports or scene.potentials or scene.contacts or in_space:
+    in_space = in_space or any(c.obstacle_body is None for c in scene.contacts)
+    if scene.supports or scene.potentials or in_space:
         return np.zeros((3, 3))
     acts = [e.joint for e in scene.force_elements if isinstance(e, JointElement)]
     acts += [part.joint for parts in (scene.drivers, scene.locks) for part in parts]

@@ -45,6 +45,7 @@ ROPE = Spring("rope", "ground", "rotor", at=(2, 0, 0), second_at="rim", stiffnes
 HOOK = Spring("hook", "ground", "rotor", at=(0, 0, 3), second_at="rim", stiffness=1.0)
 
 
+RIDING = Contact("riding", Plane((0, 0, -1)), 1e4, "rotor", obstacle_body="panel")
 FLOOR = Contact("floor", Plane((0, 0, -1)), 1e4, "rotor")
 SKIN = Isotropic(E=70e9, nu=0.3, thickness=4e-3, density=2700.0)
 IN_MODES = Shell("panel", Rectangle(1.0, 0.2), SKIN, model=Modal(modes=3))
@@ -63,6 +64,11 @@ IN_MODES = Shell("panel", Rectangle(1.0, 0.2), SKIN, model=Modal(modes=3))
         ({"joints": AXLE, "locks": HELD}, False, "lock of joint 'axle' acts in windows"),
         ({"force_elements": ROPE}, False, r"'rope' holds on to ground at \(2.*point of the axis"),
         ({"contacts": FLOOR}, False, "contact 'floor' is fixed in space"),
+        (
+            {"shells": replace(IN_MODES, model="rigid"), "contacts": RIDING},
+            False,
+            "contact 'riding' is between bodies",
+        ),
         (
             {"shells": IN_MODES},
             False,
