@@ -85,7 +85,7 @@ class PartSizes(Protocol):
         ...
 
     def relative(self, sizes: Floats, changes: Floats) -> Floats:
-        """Largest relative change of a part for each row of `changes`, shape (k, parts)."""
+        """Largest relative changes of bounded parts and of others for rows of `changes`, (k, 2)."""
         ...
 
 

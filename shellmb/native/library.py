@@ -62,6 +62,8 @@ def cells(comm: MPI.Comm = MPI.COMM_WORLD) -> Any:
     lapack = _of_scipy("cython_lapack")
     pointers += [_address(lapack, name) for name in ("dgetrf", "dgetri", "dgesv")]
     library.use_libraries(*(module.ffi.cast("void *", p) for p in pointers))
+    banded = (_address(lapack, name) for name in ("dgbtrf", "dgbtrs"))
+    library.use_banded(*(module.ffi.cast("void *", p) for p in banded))
     petsc = ctypes.CDLL(PETSc.__file__)
     function = ctypes.cast(petsc.MatSolve, ctypes.c_void_p).value
     library.solve_with(module.ffi.cast("void *", function))
@@ -190,9 +192,9 @@ def begin(comm: MPI.Comm) -> None:
 @cache
 def _compiled() -> tuple[Path, Future[None] | None]:
     """Where the module is, or will be."""
-    names = ("cells.h", "passes.c", "apart.c", "kernels.c", "cells.c", "nodes.c", "unknowns.c")
-    more = ("sums.c", "transposed.c")
-    header, passes, *others = ((HERE / name).read_text() for name in (*names, *more))
+    first = ("cells.h", "passes.c", "apart.c", "kernels.c", "cells.c")
+    last = ("bases.c", "nodes.c", "banded.c", "unknowns.c", "sums.c", "transposed.c")
+    header, passes, *others = ((HERE / name).read_text() for name in (*first, *last))
     both = (TWICE.format(*precision) + passes for precision in PRECISIONS)
     # what passes work with comes before them
     source = "\n".join([*others[:3], *both, *others[3:]])

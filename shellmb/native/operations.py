@@ -85,10 +85,10 @@ class _PartSizes:
         self._lib.relate(*self._relate)
 
     def relative(self, sizes: Floats, changes: Floats) -> Floats:
-        """Largest relative change of a part for each row."""
-        found = np.empty(len(changes))
+        """Largest relative changes of bounded parts and of others for each row."""
+        found = np.empty((len(changes), 2))
         pointers = map(native.doubles, (sizes, changes, found))
-        self._lib.relate_each(len(changes), *self._relate[:2], *pointers)
+        self._lib.relate_each(len(changes), *self._relate[:3], *pointers)
         return found
 
 

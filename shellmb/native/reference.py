@@ -176,8 +176,10 @@ class _PartSizes:
         self.found[:] = sizes.max(initial=0.0), moved, np.any(~(changes < self._bounds))
 
     def relative(self, sizes: Floats, changes: Floats) -> Floats:
-        """Largest relative change of a part for each row."""
-        return np.array([self._relative(sizes, row).max(initial=0.0) for row in changes])
+        """Largest relative changes of bounded parts and of others for each row."""
+        rows = np.array([self._relative(sizes, row) for row in changes])
+        bounded = np.isfinite(self._bounds)
+        return np.stack([rows[:, b].max(axis=1, initial=0.0) for b in (bounded, ~bounded)], axis=1)
 
 
 class _NodeSums:

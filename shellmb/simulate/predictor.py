@@ -1,7 +1,9 @@
 """First guess of a step: the steps before it, extrapolated; directors stay on the sphere.
 
 Steps may differ in length. Velocities times the step, which are unknowns of some schemes, are kept
-as velocities.
+as velocities. There positions and directors are extrapolated by Hermite's polynomials, with their
+velocities: ten links that fall with steps of 40 ms (EP4) take 6 iterations of full Newton in place
+of 10, those of positions alone being 0.2 to 0.9 rad off.
 """
 
 from __future__ import annotations
@@ -9,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Hashable, Mapping, Sequence
 from functools import lru_cache
+from typing import Any
 
 from petsc4py import PETSc
 
@@ -20,26 +23,58 @@ from shellmb.system.newton.iteration import Iteration
 
 # so many states are kept: polynomials of degree 0, 1, 2, 3 in time
 STATES = 4
-# share of the last error in the mean that tells which degree does best
+# of how many of the newest states a polynomial has the values, and of how many the velocities
+KNOTS = ((1, 0), (1, 1), (1, 2), (2, 2), (3, 3))
+# error of guesses without velocities, relative to the size of bodies, from which on no motion is
+# continued: bodies turn by as much as a radian
+FAR = 0.5
+# share of the last error in the mean that tells which polynomial does best
 MEMORY = 0.5
+
+
+class _Errors:
+    """Mean errors of guesses so far: those of several polynomials, of which more become possible.
+
+    Attributes:
+        mean: They, of so many as there were guesses of.
+    """
+
+    def __init__(self, mean: Sequence[float] = ()) -> None:
+        self.mean = list(mean)
+
+    def best(self, default: int, bound: float = math.inf) -> int:
+        """Number of the polynomial that does best; the default where none is within a bound."""
+        least = min(self.mean, default=bound)
+        return self.mean.index(least) if least < bound else default
+
+    def add(self, found: list[float]) -> None:
+        """Add the errors of a step."""
+        both = zip(found, self.mean, strict=False)
+        self.mean = [MEMORY * e + (1 - MEMORY) * old for e, old in both] + found[len(self.mean) :]
 
 
 class Predictor:
     """Extrapolates the unknowns of steps that continue one another.
 
-    Which degree does best depends on the motion: high degrees do for smooth ones, low degrees where
-    stiff parts oscillate. The one with the smallest error in the steps before is taken.
+    Which polynomial does best depends on the motion: high degrees do for smooth ones, low degrees
+    where stiff parts oscillate. The one with the smallest error in the steps before is taken, by
+    itself of what moves and of forces, whose errors tell nothing of each other.
 
     Args:
         iteration: Knows the directors, and measures errors as it measures updates.
         rates: Places of the owned unknowns that are velocities times the step.
+        pairs: Places of the owned unknowns that have a velocity among these, and of that.
     """
 
-    def __init__(self, iteration: Iteration, rates: Ints) -> None:
+    def __init__(self, iteration: Iteration, rates: Ints, pairs: tuple[Ints, Ints]) -> None:
         self._nodes, self._convergence = iteration.nodes, iteration.convergence
-        self._rates, self._operations = rates, operations()
+        self._rates, self._pairs, self._operations = rates, pairs, operations()
+        self._moving = iteration.convergence.moving
         self._guess = iteration.system.x.duplicate()
-        self._guesses = np.zeros((STATES, iteration.system.numbering.owned))
+        size = iteration.system.numbering.owned
+        self._guesses, self._paired = np.zeros((STATES, size)), np.zeros((len(KNOTS), size))
+        # of all ranks alike
+        self._has_pairs = bool(iteration.system.comm.allreduce(len(pairs[0])))
         self.clear()
 
     def clear(self) -> None:
@@ -49,7 +84,7 @@ class Predictor:
         self._past = np.zeros((0, self._guesses.shape[1]))
         # times from the first of them to each, s
         self._times: tuple[float, ...] = ()
-        self._errors: list[float] = []
+        self._motion, self._forces = _Errors(), _Errors()
         self._key: Hashable = None
 
     def guess(self, key: Hashable, dt: float) -> PETSc.Vec | None:
@@ -59,11 +94,16 @@ class Predictor:
             key: What steps have in common that continue one another.
             dt: Its length, s.
         """
-        known = len(self._past)
-        if not known or key != self._key:
+        if not len(self._past) or key != self._key:
             return None
-        degree = self._errors.index(min(self._errors)) if self._errors else 0
-        self._foresee(degree, dt, None, self._guess.array[None])
+        degree, guess = self._forces.best(0), self._guess.array
+        self._foresee(degree, dt, None, guess[None])
+        if self._has_pairs:
+            best = self._motion.best(1)
+            self._foresee_pairs(slice(best, best + 1), dt, guess[None])
+        elif (other := self._motion.best(0, FAR)) != degree:
+            self._foresee(other, dt, None, self._guesses[:1])
+            guess[self._moving] = self._guesses[0, self._moving]
         self._nodes.normalise(self._guess)
         return self._guess
 
@@ -78,6 +118,19 @@ class Predictor:
         """
         rows = weights(tuple(t / dt for t in self._times))
         self._operations.foresee(first, rows, self._past, (self._rates, dt), less, to)
+
+    def _foresee_pairs(self, which: slice, dt: float, to: Floats) -> None:
+        """Unknowns with velocities, and these, by some of the polynomials of `KNOTS`.
+
+        Args:
+            which: Which of them.
+            dt: Length of the step, s.
+            to: Gets them, shape (polynomials, n).
+        """
+        values, slopes = knot_weights(tuple(t / dt for t in self._times))
+        state, rate = self._pairs
+        known = np.concatenate([self._past[:, state], self._past[:, rate] * dt])
+        to[:, state], to[:, rate] = values[which] @ known, slopes[which] @ known
 
     def accept(self, x: PETSc.Vec, key: Hashable, dt: float) -> None:
         """Remember the solution of a step.
@@ -94,13 +147,15 @@ class Predictor:
         if known:
             wrong = self._guesses[:known]
             self._foresee(0, dt, new, wrong)
-            found = self._convergence.sizes(new, wrong).tolist()
-            old = self._errors
-            self._errors = [
-                MEMORY * error + (1 - MEMORY) * before
-                for error, before in zip(found, old, strict=False)
-            ]
-            self._errors += found[len(old) :]
+            motion, forces = self._convergence.sizes(new, wrong).T.tolist()
+            if self._has_pairs:
+                wrong = self._paired[: sum(max(knots) <= known for knots in KNOTS)]
+                self._foresee_pairs(slice(len(wrong)), dt, wrong)
+                for places in self._pairs:
+                    wrong[:, places] -= new[places]
+                motion = self._convergence.sizes(new, wrong)[:, 0].tolist()
+            self._motion.add(motion)
+            self._forces.add(forces)
         new[self._rates] /= dt
         self._past = np.vstack([new, self._past[: STATES - 1]])
         self._times = (0.0, *(t - dt for t in self._times))[:STATES]
@@ -110,8 +165,9 @@ class Predictor:
         return {str(k): state for k, state in enumerate(self._past)}
 
     def state(self) -> dict[str, list[float]]:
-        """The other part of it: when they were, and how each degree has done."""
-        return {"times": list(self._times), "errors": list(self._errors)}
+        """The other part of it: when they were, and how each polynomial has done."""
+        errors = {"motion": self._motion, "forces": self._forces}
+        return {"times": list(self._times)} | {k: list(e.mean) for k, e in errors.items()}
 
     def restore(
         self,
@@ -128,7 +184,8 @@ class Predictor:
         """
         states = [arrays[str(k)] for k in range(len(arrays))]
         self._past = np.array(states).reshape(-1, self._guesses.shape[1])
-        self._times, self._errors = tuple(state["times"]), list(state["errors"])
+        self._times = tuple(state["times"])
+        self._motion, self._forces = _Errors(state["motion"]), _Errors(state["forces"])
         self._key = key
 
 
@@ -150,3 +207,28 @@ def weights(times: tuple[float, ...]) -> Floats:
             found[degree, i] = math.prod((1 - s) / (own - s) for s in others)
     found.flags.writeable = False
     return found
+
+
+@lru_cache
+def knot_weights(times: tuple[float, ...]) -> tuple[Floats, Floats]:
+    """Weights of known states and their velocities (times the step) in Hermite's polynomials.
+
+    Args:
+        times: As of `weights`, n of them.
+
+    Returns:
+        For the state a step ahead and for its velocity, shape (p, 2 n) each: a row for each of the
+        first of `KNOTS`, as many as there are states for; first the weights of values.
+    """
+    n, found = len(times), []
+    for values, slopes in (knots for knots in KNOTS if max(knots) <= n):
+        powers = np.arange(values + slopes)
+        at, along = (np.array(times[:count])[:, None] for count in (values, slopes))
+        rows = [at**powers, powers * along ** np.maximum(powers - 1, 0)]
+        ahead = np.stack([np.ones(len(powers)), powers], axis=1)
+        solved = np.linalg.solve(np.concatenate(rows).T, ahead)
+        wide: Any = np.zeros((2 * n, 2))
+        wide[:values], wide[n : n + slopes] = solved[:values], solved[values:]
+        found.append(wide)
+    both = np.array(found).transpose(2, 0, 1)
+    return np.ascontiguousarray(both[0]), np.ascontiguousarray(both[1])

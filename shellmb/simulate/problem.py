@@ -10,6 +10,7 @@ from functools import cached_property
 import numpy as np
 from dolfinx import fem
 
+from shellmb.arrays import Floats, Ints
 from shellmb.bodyfields import (
     body_directors,
     body_field,
@@ -50,6 +51,21 @@ JUMP = "b"
 DIVERGED = 1e3
 
 
+class Arrays:
+    """Arrays of a body's functions, which DOLFINx looks up anew whenever it is asked.
+
+    Args:
+        levels: The functions.
+    """
+
+    def __init__(self, levels: Levels) -> None:
+        self.q = levels.q.x.array
+        self.rates, self.unknown, self.scaled = (
+            {key: f.x.array for key, f in functions.items()}
+            for functions in (levels.rates, levels.unknown, levels.scaled)
+        )
+
+
 class Problem:
     """The functions of all bodies at all time levels, and the system that advances them.
 
@@ -72,6 +88,8 @@ class Problem:
         self.levels: dict[str, Levels] = {}
         self.forms: dict[str, dict[str, StageForms]] = {}
         self._dt, self._time = list[fem.Constant](), list[fem.Constant]()
+        # the numbers of these
+        self._dt_values, self._time_values = list[Floats](), list[Floats]()
         self.steps: dict[str, StepForms] = {}
         for body in model.bodies:
             self._add(body)
@@ -85,6 +103,8 @@ class Problem:
         self._bodies = {b.name: b for b in model.bodies}
         self._kinematic_dofs = {b.name: kinematic_dofs(b) for b in model.bodies}
         self._resultant_dofs = {b.name: resultant_dofs(b) for b in model.bodies}
+        self._tangents = {b.name: b.manifold.tangent_values for b in model.bodies}
+        self._arrays = {name: Arrays(levels) for name, levels in self.levels.items()}
         self.fields = [self._field(self._bodies[b], s) for b, s in names]
         made = [forms.states for stages in self.forms.values() for forms in stages.values()]
         followers = [Followers(**vars(states)) for states in made if states is not None]
@@ -110,7 +130,20 @@ class Problem:
     def predictor(self) -> Predictor:
         """Extrapolates the steps before."""
         rates = [k for (_, stage), k in self._index.items() if stage in self.scheme.scaled]
-        return Predictor(self.iteration, owned_places(self.system, rates))
+        places = owned_places(self.system, rates)
+        return Predictor(self.iteration, places, self._with_velocities())
+
+    def _with_velocities(self) -> tuple[Ints, Ints]:
+        """Places of the owned unknowns at the end of a step that move, and of their velocities."""
+        numbering, found = self.system.numbering, [np.zeros((2, 0), np.int64)]
+        for (name, stage), rate in self._index.items():
+            if stage in self.scheme.scaled:
+                fields = self.number(name, self.last), rate
+                dofs = self._kinematic_dofs[name]
+                found.append(np.array([numbering.by_field[k][dofs] for k in fields]))
+        both = np.unique(np.hstack(found) - numbering.start, axis=1)
+        state, rate = both[:, ((both >= 0) & (both < numbering.owned)).all(axis=0)]
+        return state, rate
 
     def _add(self, body: Body) -> None:
         space = body.mixed.space
@@ -133,6 +166,8 @@ class Problem:
         dt, time = fem.Constant(space.mesh, 1.0), fem.Constant(space.mesh, 0.0)
         self._dt.append(dt)
         self._time.append(time)
+        self._dt_values.append(np.asarray(dt.value))
+        self._time_values.append(np.asarray(time.value))
         self.levels[body.name] = levels
         self.steps[body.name] = made = self.scheme.forms(body, levels, dt)
         self.forms[body.name] = made.stages
@@ -234,9 +269,9 @@ class Problem:
             instants = zip(GAUSS_TIMES, GAUSS_WEIGHTS, strict=True)
             mean = sum(w * self.start_factor(t + tau * dt, natural.time) for tau, w in instants)
             natural.mean.value = mean
-        for constant, middle in zip(self._dt, self._time, strict=True):
-            constant.value = dt  # type: ignore[assignment]
-            middle.value = t + (dt / 2 if self.scheme.dynamic else dt)  # type: ignore[assignment]
+        for constant, middle in zip(self._dt_values, self._time_values, strict=True):
+            constant[...] = dt
+            middle[...] = t + (dt / 2 if self.scheme.dynamic else dt)
         if self.scheme.scaled:
             self._scaled_rates.take(dt)
         for name, stages in self.forms.items():
@@ -255,16 +290,15 @@ class Problem:
 
     def _start_from_state(self) -> None:
         """Take the first guess of the scheme, from the state at the start of the step."""
-        for levels in self.levels.values():
-            scaled = {rate: f.x.array for rate, f in levels.scaled.items()}
-            for stage, unknown in levels.unknown.items():
-                unknown.x.array[:] = self.scheme.first_guess(stage, levels.q.x.array, scaled)
+        for now in self._arrays.values():
+            for stage, unknown in now.unknown.items():
+                unknown[:] = self.scheme.first_guess(stage, now.q, now.scaled)
 
     def _prescribe(self, name: str, stage: str, t: float, dt: float) -> None:
-        levels, values = self.levels[name], []
+        now, values = self._arrays[name], []
         for fixed in self._bodies[name].fixed:
             if fixed.moving:
-                rates = {k: f.x.array[fixed.dofs] for k, f in levels.rates.items()}
+                rates = {k: v[fixed.dofs] for k, v in now.rates.items()}
                 values.append(self.scheme.prescribed(stage, fixed.value, t, dt, rates))
             else:
                 values.append(fixed.value(t) * (stage not in self.scheme.scaled))
@@ -299,14 +333,16 @@ class Problem:
         guess = self.predictor.guess(self.switches, dt) if self.scheme.dynamic else None
         if guess is not None:
             self.system.scatter(guess)
-            for field in self.fields:
-                field.function.x.array[field.fixed] = field.values
+            for field, array in zip(self.fields, self.system.arrays, strict=True):
+                array[field.fixed] = field.values
+        self.iteration.guessed = guess is not None
         try:
             return self.newton.solve(key)
         except ConvergenceError:
             if guess is None and not self.iteration.lags:
                 raise
         self.predictor.clear()
+        self.iteration.guessed = False
         self._start_from_state()
         return self.newton.solve(full=True)
 
@@ -318,20 +354,18 @@ class Problem:
 
     def advance(self, dt: float) -> None:
         """Put the state at the end of the step in place of that at its start."""
-        for name, levels in self.levels.items():
+        for name, now in self._arrays.items():
             kinematic = self._kinematic_dofs[name]
-            unknown = {s: f.x.array for s, f in levels.unknown.items()}
-            rates = {k: f.x.array for k, f in levels.rates.items()}
-            tangent = self._bodies[name].manifold.tangent_values
-            new = self.steps[name].advance(levels.q.x.array, rates, unknown, dt, tangent)
+            new = self.steps[name].advance(now.q, now.rates, now.unknown, dt, self._tangents[name])
             for key, values in new.items():
-                levels.rates[key].x.array[kinematic] = values[kinematic]
+                now.rates[key][kinematic] = values[kinematic]
             # the unknown ones stay: they may be means over the step
             dofs = self._resultant_dofs[name]
-            rows = {stage: values[dofs] for stage, values in unknown.items()}
-            resultants = self.scheme.resultants(levels.q.x.array[dofs], rows)
-            levels.q.x.array[:] = unknown[self.last]
-            levels.q.x.array[dofs] = resultants
+            rows = {stage: values[dofs] for stage, values in now.unknown.items()}
+            resultants = self.scheme.resultants(now.q[dofs], rows) if len(dofs) else None
+            now.q[:] = now.unknown[self.last]
+            if resultants is not None:
+                now.q[dofs] = resultants
 
     @cached_property
     def projection(self) -> VelocityProjection:
@@ -345,10 +379,8 @@ class Problem:
     def support_work(self) -> float:
         """Work of the forces that hold or move the fixed dofs, over the step just solved, J."""
         found = {}
-        for name, levels in self.levels.items():
-            scaled = {rate: f.x.array for rate, f in levels.scaled.items()}
-            unknown = {stage: f.x.array for stage, f in levels.unknown.items()}
-            found[name] = self.scheme.moved(levels.q.x.array, scaled, unknown)
+        for name, now in self._arrays.items():
+            found[name] = self.scheme.moved(now.q, now.scaled, now.unknown)
         moved = [found[name][stage] for name, stage in self._index]
         path = self.system.global_values(moved)[self.system.fixed]
         return float(self.model.comm.allreduce(float(np.dot(self.system.reactions, path))))

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from shellmb.arrays import Floats
 from shellmb.model.body import NodeLink
 from shellmb.schemes.base import Levels
 from shellmb.system.assembly.blocks import BlockSystem
@@ -26,7 +27,12 @@ class ScaledRates:
         fields: Sequence[tuple[Levels, str]],
         links: Sequence[Sequence[NodeLink]],
     ) -> None:
-        self._system, self._fields = system, list(fields)
+        self._system = system
+        # numbers of the rates, those to fill, and whether the field is of rates
+        self._fields = list[tuple[Floats, Floats, bool]]()
+        for levels, stage in fields:
+            ((rate, scaled),) = levels.scaled.items()
+            self._fields.append((levels.rates[rate].x.array, scaled.x.array, stage == rate))
         self._linked = {
             k: np.concatenate(dofs)
             for k, (levels, stage) in enumerate(fields)
@@ -42,11 +48,10 @@ class ScaledRates:
             dt: Length of the step, s.
         """
         system, found = self._system, []
-        for levels, stage in self._fields:
-            ((rate, scaled),) = levels.scaled.items()
-            if stage == rate:
-                np.multiply(levels.rates[rate].x.array, dt, out=scaled.x.array)
-            found.append(scaled.x.array)
+        for rates, scaled, fills in self._fields:
+            if fills:
+                np.multiply(rates, dt, out=scaled)
+            found.append(scaled)
         if not self._any:
             return
         for k, linked in self._linked.items():

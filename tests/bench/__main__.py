@@ -148,5 +148,26 @@ def errors(
         raise typer.Exit(1)
 
 
+@app.command()
+@failures_reported
+def mechanisms(
+    case: Annotated[
+        list[str] | None, typer.Option(metavar="NAME", help="Mechanism; may be repeated.")
+    ] = None,
+    quick: Annotated[bool, typer.Option("--quick", help="A few runs of each.")] = False,
+    docs: Annotated[
+        bool, typer.Option("--docs", help="Write the table of docs/theory/mechanisms.md.")
+    ] = False,
+) -> None:
+    """Compare error against processor time of rigid mechanisms with Exudyn and exact motions.
+
+    Ours runs with all that a run observes. Names: chain3, chain10, chain100, slider_crank,
+    four_bar, heavy_top.
+    """
+    from tests.bench.peers.mechanisms.report import run_mechanisms
+
+    run_mechanisms(case or [], quick, docs)
+
+
 if __name__ == "__main__":
     app()

@@ -35,7 +35,7 @@ from shellmb.scene import (
 )
 from shellmb.schemes.quadratic import path_of
 from shellmb.simulate.simulation import Silent, Simulation
-from shellmb.system.nullspace.directorpath import MasslessPath, path_bases
+from shellmb.system.nullspace.directorpath import MasslessPath, PathBases
 
 from .test_quadratic import GENERAL, SOFT, slope
 
@@ -217,7 +217,7 @@ def test_bases_of_a_node(alpha: float, directors: int) -> None:
     path = MasslessPath(start[None], 0 * start[None], end[None], rate[None], alpha)
     np.testing.assert_allclose(path.half[0], half, atol=1e-14)
     np.testing.assert_allclose(path.allowed()[0], rate, atol=1e-12)
-    states, rates = path_bases(path)
+    states, rates = PathBases(np.zeros(1, bool), n)(path)
     G = path.force_rows()[0]
     for tests in (
         np.concatenate([states.left[0], rates.left_other[0]]),

@@ -189,3 +189,31 @@ def test_full_newton_ends_by_the_update() -> None:
     assert policy.wanted()
     assert not policy.converged(1.1e-9, 0.0, TOLERANCE)
     assert policy.converged(0.9e-9, 0.0, TOLERANCE)
+
+
+def test_errors_are_squared_by_factorisations_at_both_states() -> None:
+    """The update that is left is known from the last two, and need not be made."""
+    policy = REFRESH["auto"]()
+    policy.begin("a")
+    for update, done in ((1e-3, False), (1e-6, False)):
+        policy.factorised(8.0)
+        assert policy.converged(update, 0.0, TOLERANCE) is done
+    policy.factorised(8.0)
+    # the next one would change 1e-18
+    assert policy.converged(1e-12, 0.0, TOLERANCE)
+    policy.begin("b")
+    for update, done in ((1e-4, False), (1e-8, True)):
+        policy.factorised(8.0)
+        assert policy.converged(update, 0.0, TOLERANCE) is done
+
+
+def test_a_solution_that_began_far_away_is_followed_by_a_factorisation() -> None:
+    policy = REFRESH["auto"]()
+    policy.begin("a")
+    policy.factorised(8.0)
+    assert not policy.converged(0.1, 2 * FAR, TOLERANCE) and policy.wanted()
+    policy.factorised(8.0)
+    for update in (1e-5, 1e-12, 1e-19):
+        policy.converged(update, 0.0, TOLERANCE)
+    policy.begin("a")
+    assert policy.wanted()

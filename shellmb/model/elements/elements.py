@@ -27,7 +27,7 @@ from shellmb.model.massless import Massless
 from shellmb.model.potentials.stops import StopForces
 from shellmb.model.signals import Signals
 from shellmb.model.user_forms import written
-from shellmb.native.expressions import compiled_expression
+from shellmb.native.expressions import compiled_expression, evaluate
 from shellmb.scene import Scene
 from shellmb.scene.lookup import said
 from shellmb.scene.multibody.elements import JointStop
@@ -118,7 +118,7 @@ class ElementGroup(Massless):
         set_constants(q, self.nodes, x[:, None])
         set_constants(v, self.nodes, rate[:, None])
         time.value = t  # type: ignore[assignment]
-        values.interpolate(expression)
+        evaluate(expression, values)
         rows = values.function_space.dofmap.list[:, 0]
         return gathered(self.nodes, values.x.array[rows])
 

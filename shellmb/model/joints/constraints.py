@@ -16,7 +16,7 @@ from shellmb.meshes.spaces import MixedSpace
 from shellmb.model.body import Constraint, Dofs, FixedDofs, NodeLink, PartScale
 from shellmb.model.joints.held import Constraints
 from shellmb.model.massless import Massless
-from shellmb.native.expressions import compiled_expression
+from shellmb.native.expressions import compiled_expression, evaluate
 
 # a multiplier below this part of the group's force counts as zero
 SMALL_FORCE = 1e-3
@@ -141,7 +141,7 @@ class ConstraintGroup(Massless):
     def _evaluate(self, array: Floats) -> Floats:
         state, expression, values = self._evaluation
         state.x.array[:] = array
-        values.interpolate(expression)
+        evaluate(expression, values)
         rows = values.function_space.dofmap.list[:, 0]
         return np.array(values.x.array.reshape(-1, self.count)[rows])
 

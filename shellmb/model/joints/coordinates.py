@@ -28,7 +28,7 @@ from shellmb.model.identification import node_links
 from shellmb.model.joints.constraints import ConstraintGroup
 from shellmb.model.joints.joints import BoundJoint
 from shellmb.model.locations.ends import End, end_pair
-from shellmb.native.expressions import compiled_expression
+from shellmb.native.expressions import compiled_expression, evaluate
 
 # name of a joint or a force element, and "rotation", "translation" or "distance"
 Key = tuple[str, str]
@@ -246,7 +246,7 @@ class CoordinateGroup(ConstraintGroup):
         """
         state, velocity, expression, values = self._refreshing
         state.x.array[:], velocity.x.array[:] = q.x.array, v.x.array
-        values.interpolate(expression)
+        evaluate(expression, values)
         v.x.array[self.mixed.dofs["x"]] -= values.x.array[values.function_space.dofmap.list[:, 0]]
 
 

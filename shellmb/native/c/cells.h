@@ -81,6 +81,13 @@ typedef struct {
     const double *reference;   /* what they are where the dofs are zero */
 } Nodes;
 
+/* Directors of nodes over a step that is quadratic in time, (nodes, 3 directors) each: at the end,
+ * where rates are tangent and what these have of the end, the mean, where the second force acts, a
+ * sixth of the chord, and the mean velocity. */
+typedef struct {
+    const double *end, *place, *other, *mean, *second, *chord, *velocity;
+} PathNodes;
+
 /* What a solution with the reduced matrix needs of one mesh. */
 typedef struct {
     const Cells *cells;
@@ -118,9 +125,21 @@ typedef struct {
     double *rest;              /* (reduced,) */
 } Solution;
 
-/* Factors of PETSc, and vectors of the reduced system: PETSc's, and their numbers. */
+/* A matrix whose entries are in a band once its unknowns are reordered, and LAPACK's factors. */
+typedef struct {
+    int size, below, above, entries;
+    const int *row, *column;   /* of each entry */
+    const int *place;          /* where it is in the band */
+    const int *order;          /* new place of each unknown */
+    double *row_scale, *column_scale, *factors, *work;
+    int *pivots;
+} Band;
+
+/* Factors of PETSc or (not NULL) in a band, and vectors of the reduced system: PETSc's, and their
+ * numbers. */
 typedef struct {
     void *factors, *right, *unknown;
+    const Band *band;
     double *rhs, *solution;
     double seconds;            /* that the last solution took */
 } Factors;
@@ -148,6 +167,9 @@ typedef struct {
 } Evaluation;
 
 void use_libraries(void *, void *, void *, void *);
+void use_banded(void *, void *);
+int band_factorise(const Band *, const double *);
+int band_solve(const Band *, const double *, double *);
 void residual(const Cells *, const Kernel *, int, double *);
 void functionals(const Cells *, const Kernel *, int, double *);
 void all_matrices(const Cells *, const Kernel *, int, double *);
@@ -168,8 +190,10 @@ void reduce_inner_single(const Part *, double *, double *);
 void expand_inner_single(const Part *, const double *, double *);
 void combine(const Rows *, const double *, double *);
 void distribute(const Rows *, const double *, double *);
-void bases(int, const int64_t *, const double *, const double *, const double *,
+void tangents(int, int, const double *, double *);
+void bases(int, int, const int64_t *, const double *, const double *, const double *,
            const unsigned char *, double *, double *, double *);
+void path_bases(int, int, const PathNodes *, const unsigned char *, double **);
 void copy_pieces(int, double **, const int *, double **);
 void follow(int count, const int *sizes, const int *terms, double **from,
              const double *weights, double **to);
@@ -194,14 +218,14 @@ void largest(int, const int64_t *, const int64_t *, const double *, double *);
 void largest_of_each(int, int64_t, int, const int64_t *, const int64_t *, const double *, double *);
 void judge(int, const int64_t *, const int64_t *, const double *, const double *, const double *,
            const double *, double *, double *);
-void relate_each(int, int, const double *, const double *, const double *, double *);
+void relate_each(int, int, const double *, const double *, const double *, const double *,
+                 double *);
 void solve_with(void *);
 int solve(const Solution *, int, Factors *, const double *, const double *, const double *,
           double *);
 void before(const Solution *, int, const double *, const double *, double *);
 void after(const Solution *, int, const double *, const double *, double *);
 void relate(int, const double *, const double *, double *, double *);
-void across(int, const double *, double *);
 void resultants(const Nodes *, const double *, double, const double *, const double *, double *);
 double turning(const Nodes *, int, const double *, const double *, double *);
 void turned(const double *, double, double *);

@@ -169,15 +169,17 @@ void largest_of_each(int count, int64_t size, int parts, const int64_t *starts,
         largest(parts, starts, entries, values + k * size, out + k * parts);
 }
 
-/* Largest relative change of a part of each of several changes, (count, parts); `sizes` (parts,). */
-void relate_each(int count, int parts, const double *scales, const double *sizes,
-                 const double *changes, double *out)
+/* Largest relative changes of bounded parts and of others, (count, 2), of several changes, (count,
+ * parts); `sizes` (parts,). */
+void relate_each(int count, int parts, const double *scales, const double *bounds,
+                 const double *sizes, const double *changes, double *out)
 {
-    for (int k = 0; k < count; ++k, changes += parts) {
-        out[k] = 0.0;
+    for (int k = 0; k < count; ++k, changes += parts, out += 2) {
+        out[0] = out[1] = 0.0;
         for (int part = 0; part < parts; ++part) {
             double relative = relative_to(changes[part], sizes[part], scales[part]);
-            out[k] = relative > out[k] ? relative : out[k];
+            double *most = out + !(bounds[part] < INFINITY);
+            *most = relative > *most ? relative : *most;
         }
     }
 }
@@ -258,13 +260,14 @@ static double now(void)
     return t.tv_sec + 1e-9 * t.tv_nsec;
 }
 
-/* Both passes and the solution between them; returns PETSc's error. */
+/* Both passes and the solution between them; returns the error of PETSc or LAPACK. */
 int solve(const Solution *s, int single, Factors *factors, const double *b, const double *load,
           const double *given, double *dx)
 {
     before(s, single, b, load, factors->rhs);
     double begin = now();
-    int error = mat_solve(factors->factors, factors->right, factors->unknown);
+    int error = factors->band ? band_solve(factors->band, factors->rhs, factors->solution)
+                              : mat_solve(factors->factors, factors->right, factors->unknown);
     factors->seconds = now() - begin;
     after(s, single, factors->solution, given, dx);
     return error;

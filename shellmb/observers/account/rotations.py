@@ -102,7 +102,8 @@ class BodyRotations(Silent):
         if self._rigid is not None:
             here = levels[self._rigid.name]
             chords = self._rigid.chords(here.q.x.array, here.unknown[end].x.array)
-            comm.Allreduce(MPI.IN_PLACE, chords, op=MPI.MAX)
+            if comm.size > 1:
+                comm.Allreduce(MPI.IN_PLACE, chords, op=MPI.MAX)
             for name, chord in zip(self._rigid.names, chords.tolist(), strict=True):
                 angle = _angle(chord)
                 self.turns[name].add(angle, angle, 0.0, t, last.dt)

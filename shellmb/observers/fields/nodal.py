@@ -249,6 +249,19 @@ class Nodes:
         q, rates = state(simulation, name), simulation.problem.levels[name].rates
         u, w = self._u.astype(np.intp), self._w[:, 0].astype(np.intp)
         if offsets is not None:
+            every, weights = self._w.astype(np.intp), offsets[:, None]
+            fixed = self._X + (weights @ self._D)[:, 0]
+
+            def at(values: Floats) -> Floats:
+                return values[u] + (weights @ values[every])[:, 0]
+
+            if quantity == "displacement":
+                return lambda: at(q)
+            if quantity == "position":
+                return lambda: fixed + at(q)
+            if quantity == "velocity" and "v" in rates:
+                v = np.asarray(rates["v"].x.array)
+                return lambda: at(v)
             return lambda: getattr(self.now(simulation, name).at(offsets), quantity)
         if quantity == "displacement":
             return lambda: q[u]

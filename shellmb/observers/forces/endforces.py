@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 
 from shellmb.observers.forces.impulse import last_middle
-from shellmb.observers.forces.joints import columns, group_loops, joint_forces
+from shellmb.observers.forces.joints import column_names, columns, group_loops, joint_forces
 from shellmb.observers.forces.meanforces import ConsistentMeans
 from shellmb.observers.forces.supports import SupportForces
 from shellmb.simulate.simulation import Silent, Simulation
@@ -58,7 +58,8 @@ class EndForceColumns(Silent):
             self.values.update(self._means(middle))
             if self._consistent is not None:
                 model = simulation.model
-                joints = columns(joint_forces(model, self._acting, middle))
+                found = joint_forces(model, self._acting, middle)
+                joints = columns(column_names(model.mechanism), found)
                 self._solved = joints | model.mechanism.efforts(simulation.problem)
 
     def switched(self, simulation: Simulation) -> None:
@@ -85,7 +86,8 @@ class EndForceColumns(Silent):
         mechanism, problem = model.mechanism, simulation.problem
         efforts = mechanism.efforts(solution) | mechanism.elements(problem, simulation.t)
         found = {f"{name}{ENDING}": value for name, value in efforts.items()}
-        joints = columns(joint_forces(model, self._loops, state), ENDING)
+        found_there = joint_forces(model, self._loops, state)
+        joints = columns(column_names(mechanism, ENDING), found_there)
         return joints | found | self._ends(state, ENDING)
 
     def measure(self) -> dict[str, float]:

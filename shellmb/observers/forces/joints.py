@@ -43,23 +43,21 @@ class JointForces(Silent):
             coordinates of all joints that have some, at the end of the step, with the forces of
             drivers and locks (`Mechanism.coordinates`); and those of force elements, means over the
             step, which begin with the values at the start.
-        acting: Force and moment on the second body in the scene's axes, shape (2, 3), by the name
-            of the joint; zero before the first step.
     """
 
     def __init__(self) -> None:
         self.values: dict[str, float] = {}
-        self.acting: dict[str, Floats] = {}
+        self._joints: list[str] = []
+        self._found = np.zeros((0, 4, 3))
         self._freedoms = Freedoms()
 
     def start(self, simulation: Simulation) -> None:
         """Prepare the loops that assemble the forces, and list the columns."""
         problem, mechanism = simulation.problem, simulation.model.mechanism
         self._loops = group_loops(problem, mechanism)
-        for name in mechanism.joints:
-            for component in COMPONENTS:
-                self.values[f"{name}.{component}"] = float("nan")
-            self.acting[name] = np.zeros((2, 3))
+        self._joints, self._names = list(mechanism.joints), column_names(mechanism)
+        self._found = np.zeros((len(self._joints), 4, 3))
+        self.values.update(dict.fromkeys(self._names, float("nan")))
         self._freedoms.start(simulation)
         self.values.update(self._freedoms.values)
         # dampers have no forces in statics
@@ -73,14 +71,21 @@ class JointForces(Silent):
     def solved(self, simulation: Simulation) -> None:
         """Take the forces of the step."""
         middle = partial(last_middle, simulation)
-        found = joint_forces(simulation.model, self._loops, middle)
-        self.values.update(columns(found))
-        self.acting.update({name: both[2:] for name, both in found.items()})
+        self._found = joint_forces(simulation.model, self._loops, middle)
+        self.values.update(columns(self._names, self._found))
         for group, residuals, r in self._elements:
             r[:] = 0.0
             residuals.refresh()
             residuals.add(r)
             self.values.update(element_columns(group, group.acted(r)))
+
+    @property
+    def acting(self) -> dict[str, Floats]:
+        """Force and moment on the second body in the scene's axes, shape (2, 3), by joint.
+
+        Zero before the first step.
+        """
+        return dict(zip(self._joints, self._found[:, 2:], strict=True))
 
     def accepted(self, simulation: Simulation) -> None:
         """Take the coordinates."""
@@ -112,39 +117,40 @@ def group_loops(problem: Assembled, mechanism: Mechanism) -> list[GroupForces]:
     return [GroupForces(problem, group, number) for group in mechanism.groups]
 
 
-def joint_forces(
-    model: Model, groups: list[GroupForces], state: Callable[[str], Floats]
-) -> dict[str, Floats]:
-    """Force and moment of each joint in its frame and in the scene's, shape (4, 3); collective.
+def joint_forces(model: Model, groups: list[GroupForces], state: Callable[[str], Floats]) -> Floats:
+    """Force and moment of each joint in its frame and the scene's, (joints, 4, 3); collective.
 
     Args:
         model: The bodies.
         groups: What finds them.
         state: State of a group at which they act, by its name.
     """
-    names = list(model.mechanism.joints)
-    if not names:
-        return {}
-    found = np.zeros((len(names), 4, 3))
+    found = np.zeros((len(model.mechanism.joints), 4, 3))
     for group in groups:
         group.add(found, state(group.name))
     if model.comm.size > 1:
         model.comm.Allreduce(MPI.IN_PLACE, found)
-    return dict(zip(names, found, strict=True))
+    return found
 
 
-def columns(forces: dict[str, Floats], ending: str = "") -> dict[str, float]:
+def column_names(mechanism: Mechanism, ending: str = "") -> list[str]:
+    """Names of the columns of all joints.
+
+    Args:
+        mechanism: The joints.
+        ending: What the names end with.
+    """
+    return [f"{name}.{c}{ending}" for name in mechanism.joints for c in COMPONENTS]
+
+
+def columns(names: list[str], forces: Floats) -> dict[str, float]:
     """Forces and moments of joints in their frames as columns of the history.
 
     Args:
+        names: Those of `column_names`.
         forces: Those of `joint_forces`.
-        ending: What the names of the columns end with.
     """
-    return {
-        f"{name}.{component}{ending}": float(value)
-        for name, both in forces.items()
-        for component, value in zip(COMPONENTS, both[:2].ravel(), strict=True)
-    }
+    return dict(zip(names, forces[:, :2].ravel().tolist(), strict=True))
 
 
 class GroupForces:
@@ -222,13 +228,13 @@ class _Forces:
         if self._about is None:
             about = self._second.points(q)
         else:
-            arms = np.einsum("nk,nki->ni", self._about, self._first.directors(q))
-            about = self._first.nodes(q) + arms
-        scene = np.stack(self._second.moments(q, work, about), axis=1)
+            arms = self._about[:, None] @ self._first.directors(q)
+            about = self._first.nodes(q) + arms[:, 0]
+        scene = self._second.moments(q, work, about)
         own = scene
         if self._axes is not None:
             axes = self._turned(self._axes @ self._first.directors(q), q)
-            own = np.einsum("nai,nfi->nfa", axes, scene)
+            own = scene @ axes.transpose(0, 2, 1)
         # what the left-hand side resists with is the opposite of what acts; without a sign of zero
         return 0.0 - np.concatenate([own, scene], axis=1)
 

@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 
 from shellmb.model.joints.slipping import read_contacts
-from shellmb.observers.forces.joints import columns, group_loops, joint_forces
+from shellmb.observers.forces.joints import column_names, columns, group_loops, joint_forces
 from shellmb.simulate.simulation import Simulation
 from shellmb.simulate.start.endforces import Impulses
 
@@ -63,4 +63,5 @@ class ConsistentMeans:
         found = self._mechanism.efforts(self._impulses)
         for track in read_contacts(self._impulses, self._mechanism.groups):
             del found[track]
-        return columns(joint_forces(model, self._loops, state)) | found
+        joints = joint_forces(model, self._loops, state)
+        return columns(column_names(model.mechanism), joints) | found

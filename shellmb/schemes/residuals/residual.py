@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -170,18 +171,23 @@ class IntervalForms:
     def _last(self, levels: Levels) -> Interval:
         return self._scheme.expand(levels, self._dt)[END].span
 
+    @cached_property
+    def _span(self) -> Interval:
+        """The last sub-interval, which each step asks for."""
+        return self._last(self._levels)
+
     def middle(self) -> Values:
         """The middle of the last sub-interval; the state of a single one, or the reference."""
         levels = self._levels
         if levels.reference is not None:
             return np.asarray(levels.reference.q.x.array)
-        ends: Any = self._last(levels)
+        ends: Any = self._span
         a, b = ends.a, ends.b
         return np.asarray(b.x.array if a is b else (a.x.array + b.x.array) / 2)
 
     def mean_state(self) -> Expr:
         """State of which the averaged stress of the last sub-interval is."""
-        span = self._last(self._levels)
+        span = self._span
         return span.at if span.a is span.b else stress_average(span.a, span.b, span.beta)
 
     def mean_resultants(self, body: Resulting) -> Expr:

@@ -64,6 +64,7 @@ class BlockSystem:
         values: Given values of the fixed unknowns, among those of all owned ones.
         reactions: Residual at the fixed unknowns before they were replaced, aligned with `fixed`.
         follow: Gives functions that follow the fields' ones their values.
+        arrays: Numbers of the fields' functions.
     """
 
     def __init__(
@@ -90,8 +91,8 @@ class BlockSystem:
             for k, f in enumerate(fields)
         ]
         # views: those that DOLFINx's functions give are made anew at each call
-        self._arrays = [f.function.x.array for f in fields]
-        self.exchange = exchange(n, self._arrays, self.x)
+        self.arrays = [f.function.x.array for f in fields]
+        self.exchange = exchange(n, self.arrays, self.x)
         self.at_once: Callable[[PETSc.Vec, PETSc.Vec], None] | None = None
         self._owned = [self._owned_dofs(k) for k in range(len(fields))]
         self._set_fixed()
@@ -195,7 +196,7 @@ class BlockSystem:
     def gather(self) -> None:
         """Copy the fields' functions into the vector of unknowns."""
         unknowns = self.x.array
-        for array, (dofs, numbers) in zip(self._arrays, self._owned, strict=True):
+        for array, (dofs, numbers) in zip(self.arrays, self._owned, strict=True):
             unknowns[numbers] = array[dofs]
 
     def scatter(self, x: PETSc.Vec) -> None:

@@ -40,10 +40,12 @@ class ReducedMatrix(Protocol):
     Attributes:
         A: The matrix.
         targets: What the parts fill, in their order.
+        values: Its entries, where one process has all of them.
     """
 
     A: PETSc.Mat
     targets: list[Floats]
+    values: Floats | None
 
     def end(self) -> None:
         """After the last part."""
@@ -77,19 +79,20 @@ class CooMatrix:
 
     def __init__(self, comm: MPI.Comm, pattern: Pattern, parts: Sequence[MeshReduction]) -> None:
         sizes = (pattern.owned, PETSc.DETERMINE)
+        self.values: Floats | None = None
         self.A = PETSc.Mat().createAIJ((sizes, sizes), comm=comm)
         self.A.setPreallocationCOO(
             *(np.concatenate(n).astype(PETSc.IntType, copy=False) for n in pattern[1:])
         )
         ends = pattern.ends()
-        self._values = np.zeros(ends[-1])
-        self.targets = [self._values[a:b] for a, b in itertools.pairwise(ends)][: len(parts)]
+        self._listed = np.zeros(ends[-1])
+        self.targets = [self._listed[a:b] for a, b in itertools.pairwise(ends)][: len(parts)]
         for part in parts:
             part.emit()
 
     def end(self) -> None:
         """Add them up."""
-        self.A.setValuesCOO(self._values)
+        self.A.setValuesCOO(self._listed)
 
 
 class CsrMatrix:
@@ -117,13 +120,13 @@ class CsrMatrix:
         first[order] = new
         keys = keys[new]
         starts = np.searchsorted(keys, owned * np.arange(owned + 1)).astype(PETSc.IntType)
-        self._values = np.zeros(len(keys))
+        self.values: Floats | None = np.zeros(len(keys))
         self.A = PETSc.Mat().createAIJWithArrays(
-            (owned, owned), (starts, (keys % owned).astype(PETSc.IntType), self._values), comm=comm
+            (owned, owned), (starts, (keys % owned).astype(PETSc.IntType), self.values), comm=comm
         )
         for part, (a, b) in zip(parts, itertools.pairwise(pattern.ends()), strict=False):
             part.add_at(places[a:b], first[a:b])
-        self.targets = [self._values] * len(parts)
+        self.targets = [self.values] * len(parts)
 
     def end(self) -> None:
         """Tell PETSc."""

@@ -65,7 +65,7 @@ class Reduction:
                 sizes.enter_context(group.cells.of_size_one())
             self._allocate(groups)
         scales = self.numbers.scales(unknown_scales(system))
-        self.solver = DirectSolver(self.A, prefix, scales)
+        self.solver = DirectSolver(self.A, prefix, scales, values=self._matrix.values)
         self._passes = passes(self.numbers, self.parts, self.solver.single)
         if isinstance(self._passes, SerialPasses):
             self._passes.take_vectors(self._rhs, self._solution)
@@ -178,13 +178,12 @@ class Reduction:
         rough, load, passes = self.solver.rough, self._load if fresh else None, self._passes
         reason = None
         if self.solver.direct and isinstance(passes, SerialPasses):
-            assert self.solver.matrix is not None
             self.solver.solutions += 1
-            matrix = self.solver.matrix.handle
-            found = passes.solve(rough, matrix, b.array_r, load, self._given, dx.array)
+            factors = self.solver.made
+            found = passes.solve(rough, factors, b.array_r, load, self._given, dx.array)
             error, inside = found
             if error:
-                reason = f"the direct solver failed (PETSc's error {error})"
+                reason = f"the direct solver failed (error {error})"
         else:
             passes.before(rough, b.array_r, load, self._rhs.array)
             before = now()

@@ -176,7 +176,7 @@ class SerialPasses:
     def solve(
         self,
         single: bool,
-        matrix: int,
+        factors: tuple[int, Any],
         b: Floats,
         load: Floats | None,
         given: Floats,
@@ -186,16 +186,18 @@ class SerialPasses:
 
         Args:
             single: As of `before`.
-            matrix: Address of PETSc's matrix with the factors.
+            factors: As of `DirectSolver.made`.
             b: As of `before`.
             load: As of `before`.
             given: As of `after`.
             dx: As of `after`.
 
         Returns:
-            PETSc's error, zero if it could solve, and the time that it took, s.
+            Error of PETSc or LAPACK, zero if it could solve, and the time that it took, s.
         """
-        self._factors[0].factors = native.cells().ffi.cast("void *", matrix)
+        ffi, (matrix, band) = self._arrays.ffi, factors
+        self._factors[0].factors = ffi.cast("void *", matrix)
+        self._factors[0].band = band or ffi.NULL
         arrays = map(native.doubles, (b, load, given, dx))
         error = int(self._lib.solve(self._solution, single, self._factors, *arrays))
         return error, float(self._factors[0].seconds)

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from enum import Enum
+from typing import Any
 
 from petsc4py import PETSc
 
 import numpy as np
 
 from shellmb.arrays import Floats
+from shellmb.system.direct.banded import BandedFactors
 from shellmb.system.direct.mumps import (
     NO_OPTIONS,
     SMALL_SYSTEM,
@@ -57,6 +59,9 @@ YOUNG, SOLUTIONS = 3.0, 3.0
 # 32x32 elements steps take 4 % (EP) and 29 % (ED) less time than with the cost of small systems. An
 # estimate and no measurement of each run, so that a run gives the same result each time
 SMALL_COST, OPERATIONS = 12.0, 25.0
+# The same of factors in a band, and of as many unknowns as make it twice that: measured 1 to 2 of
+# three links, 5 of a hundred (EP). Where steps take as long with it fewer iterations are better
+BANDED_COST, BANDED_SIZE = 1.0, 300.0
 
 
 class Purpose(Enum):
@@ -71,6 +76,7 @@ class Factors(Enum):
     """Who makes the factors."""
 
     PLAIN = "PETSc, without pivots"
+    BANDED = "LAPACK, in a band"
     SINGLE = "MUMPS, of single precision"
     SYMMETRIC = "MUMPS, one triangle"
     DOUBLE = "MUMPS"
@@ -78,13 +84,14 @@ class Factors(Enum):
     @property
     def exact(self) -> bool:
         """Whether a solution with them is as exact as double precision lets it be."""
-        return self in (Factors.SYMMETRIC, Factors.DOUBLE)
+        return self in (Factors.BANDED, Factors.SYMMETRIC, Factors.DOUBLE)
 
 
 class DirectSolver:
     """Factors of one matrix, analysed once and made anew as often as it changes.
 
-    Those of small reduced systems are PETSc's own where they need no pivots, all others MUMPS's.
+    Those of small reduced systems are PETSc's own where they need no pivots, or LAPACK's in a band
+    (`banded`); all others are MUMPS's.
     Factors of large reduced systems are of single precision as long as that serves: not for any
     number of exact solutions, and of a matrix that is singular or too ill-conditioned for it no
     more after the first one (mixed precision refinement: Langou et al., Exploiting the performance
@@ -98,10 +105,11 @@ class DirectSolver:
         scales: Of a reduced system, sizes of the unknowns that this rank owns, by which errors are
             judged; None: it is not a reduced one.
         options: More options of MUMPS.
+        values: Entries of a reduced matrix in one process, which it works with.
 
     Attributes:
         factors: Who makes them.
-        matrix: They.
+        matrix: They, where they are of PETSc.
         factorisations: Their number so far.
         solutions: Number of solutions with factors so far, each Krylov iteration being one.
         contraction: By what factor the last refinement made errors smaller; None: there was none.
@@ -113,6 +121,7 @@ class DirectSolver:
         prefix: str,
         scales: Floats | None = None,
         options: Mapping[str, int] = NO_OPTIONS,
+        values: Floats | None = None,
     ) -> None:
         ksp = PETSc.KSP().create(A.getComm())
         ksp.setOptionsPrefix(prefix)
@@ -121,9 +130,13 @@ class DirectSolver:
         self._reduced = reduced = scales is not None
         self._options = {**mumps_options(A.getSize()[0], reduced, A.comm.size), **options}
         self._large = A.getSize()[0] >= SMALL_SYSTEM
+        self._values, self._band = values, list[BandedFactors]()
         plain = A.comm.size == 1 and A.getSize()[0] < PLAIN_SYSTEM
-        small = Factors.PLAIN if plain else Factors.DOUBLE
-        self._use((Factors.SINGLE if self._large else small) if reduced else Factors.DOUBLE)
+        self._use(Factors.DOUBLE)
+        if reduced and self._large:
+            self._use(Factors.SINGLE)
+        elif reduced:
+            self._use(Factors.PLAIN if plain else self._with_pivots())
         if not self.factors.exact:
             self._rest, self._change, self._scaled = (A.createVecRight() for _ in range(3))
             self._units = self._rest.duplicate()
@@ -142,6 +155,8 @@ class DirectSolver:
     def _use(self, factors: Factors) -> None:
         """Choose who makes the factors to come."""
         self.factors = factors
+        if factors is Factors.BANDED:
+            return
         pc = self._ksp.getPC()
         pc.reset()
         if factors is Factors.PLAIN:
@@ -173,12 +188,31 @@ class DirectSolver:
                 are kept as a preconditioner, as long as few iterations do.
         """
         self._purpose = purpose
+        if self._band:
+            # a matrix that has no such factors is no reason to do without those of the next one
+            self.factors = Factors.BANDED
         if purpose is Purpose.EXACT and not self.factors.exact:
             self._use_exact()
         recycled = purpose is Purpose.ONE and self._paying and self._large
         return self._factorise(recycled)
 
+    def _with_pivots(self) -> Factors:
+        """Factors of a small matrix that needs pivots."""
+        if self._values is not None:
+            band = BandedFactors(self.A, self._values)
+            if band.pays:
+                self._band.append(band)
+                return Factors.BANDED
+        return Factors.DOUBLE
+
     def _factorise(self, recycled: bool) -> str | None:
+        if self.factors is Factors.BANDED:
+            self._recycled, self._enough = False, True
+            self.factorisations += 1
+            if self._band[0].factorise():
+                return None
+            # MUMPS has other pivots, and a reason
+            self._use(Factors.DOUBLE)
         if self.factors is Factors.SYMMETRIC and not recycled and asymmetry(self.A) > SYMMETRIC:
             self._use(Factors.DOUBLE)
         self._recycled, self._enough = recycled, not (recycled or self.single)
@@ -190,7 +224,7 @@ class DirectSolver:
         plain = self.factors is Factors.PLAIN
         unsound = failure is not None or (plain and not self._sound())
         if unsound and self.factors is not Factors.DOUBLE:
-            self._use(Factors.DOUBLE)
+            self._use(self._with_pivots())
             return self._factorise(recycled=False)
         self._paying = failure is None
         if failure is None:
@@ -222,6 +256,8 @@ class DirectSolver:
     @property
     def cost(self) -> float:
         """Cost of assembling and factorising, in iterations with an old factorisation."""
+        if self.factors is Factors.BANDED:
+            return min(SMALL_COST, BANDED_COST * (1 + self.A.getSize()[0] / BANDED_SIZE))
         return max(SMALL_COST, (self._work or 0.0) / OPERATIONS)
 
     def _operations(self) -> float:
@@ -246,7 +282,7 @@ class DirectSolver:
             # the next matrix will be as far from this one
             self._paying = False
         self._direct(b, x)
-        return self._failure()
+        return None if self.factors is Factors.BANDED else self._failure()
 
     def solve_transposed(self, b: PETSc.Vec, x: PETSc.Vec) -> str | None:
         """Solve with the transposed matrix, where factors are exact; returns why that failed."""
@@ -256,8 +292,19 @@ class DirectSolver:
         return self._failure()
 
     def _direct(self, b: PETSc.Vec, x: PETSc.Vec) -> None:
-        self._ksp.solve(b, x)
+        if self.factors is Factors.BANDED:
+            self._band[0].solve(b, x)
+        else:
+            self._ksp.solve(b, x)
         self.solutions += 1
+
+    @property
+    def made(self) -> tuple[int, Any]:
+        """Address of PETSc's factors, or 0, and factors in a band, or None."""
+        if self.factors is Factors.BANDED:
+            return 0, self._band[0].struct
+        assert self.matrix is not None
+        return self.matrix.handle, None
 
     def _iterate(self, b: PETSc.Vec, x: PETSc.Vec) -> bool:
         """Solve by Krylov iterations with factors of an earlier matrix; whether that succeeds."""

@@ -63,14 +63,14 @@ class Convergence:
         return largest, moved
 
     def sizes(self, x: Floats, changes: Floats) -> Floats:
-        """Largest relative change of a part for each of several changes, the same on every rank.
+        """Largest relative changes of what moves and of other parts, the same on every rank.
 
         Args:
             x: Owned entries, shape (n,).
-            changes: Changes of them, shape (k, n).
+            changes: Several changes of them, shape (k, n).
 
         Returns:
-            Shape (k,).
+            Shape (k, 2).
         """
         table = np.empty((len(changes) + 1, len(self.parts)))
         self._sizes.largest(x, table[0])
@@ -101,6 +101,12 @@ class Convergence:
         found = np.ones(self.system.numbering.owned, bool)
         found[self._entries] = np.repeat(np.isfinite(self._scales), np.diff(self._ends))
         return found
+
+    @property
+    def moving(self) -> Ints:
+        """Owned unknowns of parts that move: those that must not move far."""
+        bounded = np.isfinite([part.bound for part in self.parts])
+        return np.asarray(self._entries[np.repeat(bounded, np.diff(self._ends))])
 
     def worst(self) -> tuple[str, float]:
         """Title of the part with the largest relative update, and that."""

@@ -25,6 +25,10 @@ NO_NUMBER = (
     "or inf"
 )
 
+# motion in an update, relative to the size of bodies, that a first guess is not off by: directors
+# move by two at most. Beyond it the iteration may find another solution, a linkage turned over
+ASTRAY = 3.0
+
 MakeLinear = Callable[[SystemNodes, str], Linear]
 
 
@@ -58,6 +62,7 @@ class Iteration:
     Attributes:
         prefix: PETSc options prefix.
         lags: Whether it uses factorisations of earlier states.
+        guessed: Whether the solution begins at an extrapolated guess, which may lead astray.
         residuals: Number of residuals so far.
         residual_seconds: Time spent in them.
     """
@@ -78,6 +83,7 @@ class Iteration:
         self._full = Full()
         self.lags = self._refresh.purpose is not Purpose.ONE
         self.refresh = self._refresh
+        self.guessed = False
         self.failure: ConvergenceError | None = None
         self.residuals, self.residual_seconds = 0, 0.0
         self._dx = system.x.duplicate()
@@ -145,6 +151,8 @@ class Iteration:
             if np.isfinite(self._last.norm()):
                 raise
             raise self.convergence.error(NO_NUMBER) from None
+        if self.guessed and moved > ASTRAY:
+            raise self.convergence.error("the first guess leads astray")
         if self.refresh.converged(update, moved, self.settings.tolerance):
             return True
         if not self.roundoff.is_all(update, moved, self._last):

@@ -130,10 +130,14 @@ class Modified:
     _key: Hashable = field(default=None, init=False)
     _exists: bool = field(default=False, init=False)
     _updates: list[float] = field(default_factory=list, init=False)
+    _count: int = field(default=0, init=False)
     _wanted: bool = field(default=True, init=False)
     _cost: float = field(default=0.0, init=False)
     # far from the solution not even a new factorisation lasts for two iterations
     _far: bool = field(default=False, init=False)
+    # whether the first update of the last solution went far: so will that of the next one, which an
+    # old factorisation leads astray
+    _leaps: bool = field(default=False, init=False)
     # solutions with the factorisation, their iterations, those of the last one and its contraction
     _solutions: int = field(default=0, init=False)
     _iterations: int = field(default=0, init=False)
@@ -142,15 +146,20 @@ class Modified:
     # update that round-off made at the end of a solution: of static plates it is 1e-12, and only
     # the third one of that size tells that it is nothing else
     _floor: float = field(default=0.0, init=False)
+    # the last update if it came from a factorisation at its own state, and whether the next does
+    _exact: float | None = field(default=None, init=False)
+    _fresh: bool = field(default=False, init=False)
 
     def begin(self, key: Hashable) -> None:
         """Forget the factorisation, that of another system, or one that costs more with age."""
         kept = self._exists and self.keep and key == self._key
-        self._wanted = not kept or self._aged()
+        self._wanted = not kept or self._aged() or self._leaps
+        self._leaps = False
         if key != self._key:
             self._floor = 0.0
         self._key = key
-        self._updates, self._far = [], False
+        self._updates, self._count, self._far = [], 0, False
+        self._exact, self._fresh = None, False
 
     def _aged(self) -> bool:
         """Whether the last solution took more iterations than the mean, the factorisation included.
@@ -172,15 +181,23 @@ class Modified:
         self._cost = cost
         self._solutions, self._iterations, self._last, self._usual = 0, 0, 0, None
         self._wanted, self._exists = self._far, True
+        self._fresh = True
         self._updates = self._updates[-1:] if self._far else []
 
     def converged(self, update: float, moved: float, tolerance: float) -> bool:
         """By the error left behind, as the contraction tells it."""
         self._updates.append(update)
+        self._count += 1
+        exact, self._exact, self._fresh = self._exact, update if self._fresh else None, False
         if update == 0.0:
+            return True
+        if exact and self._exact and update**3 <= ERROR * tolerance * exact**2:
+            # with factorisations at both states errors are squared
+            self._serve(False)
             return True
         if moved > FAR:
             self._wanted = True
+            self._leaps = self._leaps or self._count == 1
             return False
         if len(self._updates) < 2:
             return False

@@ -1,4 +1,4 @@
-"""Tangent spaces of the nodes of a field: of single directors by a loop in C."""
+"""Tangent spaces of the nodes of a field, by loops in C where all nodes are alike."""
 
 from __future__ import annotations
 
@@ -34,12 +34,12 @@ class Bases(NamedTuple):
 
 
 class DirectorBases:
-    """Bases of nodes with one director each, all free or held: one loop of `nodes.c`.
+    """Bases of nodes with one director each, or three, all free or held: one loop of `bases.c`.
 
     Args:
-        dofs: Local dofs of the nodes, shape (n, 3).
+        dofs: Local dofs of the nodes, shape (n, 3 k).
         held: Which are held, shape (n,).
-        reference: Directors where the values are zero, shape (n, 3).
+        reference: Directors where the values are zero, shape (n, 3 k).
         before: Values of all local dofs at the start of the step.
         now: Their values.
     """
@@ -47,15 +47,17 @@ class DirectorBases:
     def __init__(
         self, dofs: Int32s, held: Bools, reference: Floats, before: Floats, now: Floats
     ) -> None:
-        n = len(dofs)
+        n, size = dofs.shape
         self._lib = native.cells().lib
-        self._bases = Bases(np.zeros((n, 3, 2)), np.zeros((n, 3, 2)), np.zeros((n, 3, 1)), None)
+        free, rows = (2, 1) if size == 3 else (3, 6)
+        right, left, forces = (np.zeros((n, size, width)) for width in (free, free, rows))
+        self._bases = Bases(right, left, forces, None)
         places, marks = dofs.astype(np.int64), held.astype(np.uint8)
         given = np.ascontiguousarray(reference, dtype=float), before, now
         self._kept = places, marks, given
-        right, left, forces = map(native.doubles, self._bases[:3])
-        pointers = (*map(native.doubles, given), native.bytes_of(marks), left, right, forces)
-        self._arguments = (n, native.longs(places), *pointers)
+        found = map(native.doubles, (left, right, forces))
+        pointers = (*map(native.doubles, given), native.bytes_of(marks), *found)
+        self._arguments = (n, size // 3, native.longs(places), *pointers)
 
     def __call__(self) -> Bases:
         """Bases at the current state; overwritten by the next call."""

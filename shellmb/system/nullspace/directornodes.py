@@ -14,11 +14,10 @@ from shellmb.native.assembler import is_native
 from shellmb.system.assembly.fields import DirectorPath, DirectorRates, Field
 from shellmb.system.nullspace.directorbases import Bases, DirectorBases
 from shellmb.system.nullspace.directorpath import (
-    Half,
     MasslessPath,
+    PathBases,
     PathDirectors,
     partial_bases,
-    path_bases,
 )
 from shellmb.system.nullspace.directors import (
     DEPENDENT,
@@ -82,10 +81,9 @@ class DirectorNodes:
         self.values = field.function.x.array
         self.settled = False
         self.partial = self._partial()
-        alike = self.size == 2 and not self.partial
         midway = not declared.linear and self.rates is None and self.path is None
         self._directors: DirectorBases | None = None
-        if alike and midway and declared.before is not None and is_native():
+        if not self.partial and midway and declared.before is not None and is_native():
             before = declared.before.x.array
             self._directors = DirectorBases(
                 self.dofs, self.held, self.reference, before, self.values
@@ -210,25 +208,25 @@ class DirectorNodes:
 
     def _path_bases(self, fields: Sequence[Field], found: dict[int, Bases]) -> Bases:
         """Bases of a step that is quadratic in time; those of a pair are found together."""
-        path = self.along(fields)
         which, rates = 0 if self.state is None else 1, None
         if self.state is None:
-            own, rates = path_bases(path)
+            half, rates = self._path_of_nodes(self.along(fields))
         else:
             kept = found[self.state].rates
             assert kept is not None
-            own = kept
-        # a copy: what is held or partial is another
-        half = Half(*(part.copy() for part in own))
-        for part in half:
-            part[self.held] = 0.0
+            half = kept
         for node, free, size in self.partial:
-            one = path.of(node)
+            one = self.along(fields).of(node)
             for part, values in zip(half, partial_bases(one, free, size)[which], strict=True):
                 part[node] = values
         state = None if which == 0 else half.right_other
         others = half.left_other, half.forces_other
         return Bases(half.right, half.left, half.forces, state, *others, rates)
+
+    @cached_property
+    def _path_of_nodes(self) -> PathBases:
+        """Bases of a pair."""
+        return PathBases(self.held, self.dofs.shape[1])
 
     def moved(self, number: int, change: Floats, others: dict[int, Floats]) -> None:
         """Values after a change, such that the constraints hold; none if they may change freely.

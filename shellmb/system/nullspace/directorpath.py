@@ -22,12 +22,12 @@ from typing import NamedTuple
 import numpy as np
 
 from shellmb.arrays import Bools, Floats
+from shellmb.native import library as native
 from shellmb.system.nullspace.directors import (
     any_pseudo_inverse,
     constraint,
     orthonormal,
     pseudo_inverse,
-    tangent,
     violation,
 )
 
@@ -108,8 +108,8 @@ class PathDirectors(NamedTuple):
         return ((1 - a) * self.start_velocity + (1 + a) * self.rate) / 4
 
     def rate_rows(self) -> tuple[Floats, Floats]:
-        """Directors that the rate is tangent at, and what its constraints have of the state."""
-        return self.end, constraint(self.rate)
+        """Directors that the rate is tangent at, and those whose constraints have the state."""
+        return self.end, self.rate
 
     def allowed(self) -> Floats:
         """The rate without what the constraints forbid."""
@@ -149,7 +149,7 @@ class MasslessPath(PathDirectors):
     def rate_rows(self) -> tuple[Floats, Floats]:
         """The directors at the middle change by `(2 + a)/4` of the state, `-(1 + a)/8` of it."""
         half, a = self.half, self.alpha
-        return half, -(4 + 2 * a) / (1 + a) * constraint(half)
+        return half, -(4 + 2 * a) / (1 + a) * half
 
     def allowed(self) -> Floats:
         """The rate with which directors at the middle are orthonormal."""
@@ -161,30 +161,45 @@ class MasslessPath(PathDirectors):
         return -8 / (1 + self.alpha) * violation(self.half)
 
 
-def path_bases(path: PathDirectors) -> tuple[Half, Half]:
-    """Bases of all nodes, of the states and of the velocities."""
-    place, other = path.rate_rows()
-    T, T_v = tangent(path.end), tangent(place)
-    along = -pseudo_inverse(constraint(place)) @ (other @ T)
-    T_x, T_m = tangent(path.mean), tangent(path.second)
-    P_x, P_m = (pseudo_inverse(constraint(d)) for d in (path.mean, path.second))
-    D, s = constraint(path.chord / 6), constraint(path.mean_velocity)
-    # Y = [T_x a + P_x beta; T_m b + P_m gamma] with beta + D (..) = 0 and gamma + s (..) = 0
-    DP, sP = D @ P_m, s @ P_x
-    one = np.eye(D.shape[1])
-    beta_a, beta_b = _solve(one - DP @ sP, DP @ (s @ T_x), -(D @ T_m))
-    gamma_a, gamma_b = _solve(one - sP @ DP, -(s @ T_x), sP @ (D @ T_m))
-    G = path.force_rows()
-    inverse = pseudo_inverse_of(G)
-    n, c = D.shape[2], D.shape[1]
-    nothing = np.zeros_like(T)
-    states = Half(
-        T, nothing, T_x + P_x @ beta_a, P_x @ beta_b, inverse[:, :n, :c], inverse[:, :n, c:]
-    )
-    rates = Half(
-        T_v, along, T_m + P_m @ gamma_b, P_m @ gamma_a, inverse[:, n:, c:], inverse[:, n:, :c]
-    )
-    return states, rates
+class PathBases:
+    """Bases of nodes over a step, of the states and of the velocities, by a loop of `bases.c`.
+
+    Args:
+        held: Nodes whose directors are given, shape (n,): they have none.
+        size: Number of components of a node, 3 k.
+    """
+
+    def __init__(self, held: Bools, size: int) -> None:
+        self._lib, pointer, nodes = native.cells().lib, native.CArrays(), len(held)
+        m, c = (2, 1) if size == 3 else (3, 6)
+        found = [np.zeros((nodes, size, width)) for width in [m] * 7 + [c] * 4]
+        T, T_v, along, left, other, left_v, other_v, *forces = found
+        self._halves = (
+            Half(T, np.zeros_like(T), left, other, forces[0], forces[1]),
+            Half(T_v, along, left_v, other_v, forces[2], forces[3]),
+        )
+        names = ("end", "place", "other", "mean", "second", "chord", "velocity")
+        self._states = np.zeros((len(names), nodes, size))
+        given = {name: pointer(state) for name, state in zip(names, self._states, strict=True)}
+        marks = held.astype(np.uint8)
+        self._kept = pointer, marks
+        pointers = pointer.many("PathNodes", [given]), native.bytes_of(marks)
+        out = pointer.many("double *", [pointer(values) for values in found])
+        self._arguments = nodes, size // 3, *pointers, out
+
+    def __call__(self, path: PathDirectors) -> tuple[Half, Half]:
+        """Bases of all nodes; overwritten by the next call.
+
+        Args:
+            path: States of the directors.
+        """
+        ends, second = (path.end, *path.rate_rows()), path.second
+        for to, state in zip(self._states, (*ends, path.mean, second), strict=False):
+            to[:] = state
+        np.divide(path.chord, 6, out=self._states[5])
+        self._states[6] = path.mean_velocity
+        self._lib.path_bases(*self._arguments)
+        return self._halves
 
 
 def partial_bases(path: PathDirectors, free: Bools, size: int) -> tuple[Half, Half]:
@@ -197,13 +212,13 @@ def partial_bases(path: PathDirectors, free: Bools, size: int) -> tuple[Half, Ha
     """
     n, m = len(free), 2 if len(free) == 3 else 3
     held = np.eye(n)[~free]
-    place, other_rows = path.rate_rows()
+    place, other = path.rate_rows()
     end, at = constraint(path.end)[0], constraint(place)[0]
     T, T_v = np.zeros((n, m)), np.zeros((n, m))
     T[:, :size] = _null(np.concatenate([end, held]), size)
     T_v[:, :size] = _null(np.concatenate([at, held]), size)
     along = np.zeros((n, m))
-    along[free] = -any_pseudo_inverse(at[:, free]) @ (other_rows[0] @ T)
+    along[free] = -any_pseudo_inverse(at[:, free]) @ (constraint(other)[0] @ T)
     G = path.force_rows()[0]
     c = len(G) // 2
     none = np.zeros_like(held)
@@ -219,12 +234,6 @@ def partial_bases(path: PathDirectors, free: Bools, size: int) -> tuple[Half, Ha
     return states, rates
 
 
-def pseudo_inverse_of(rows: Floats) -> Floats:
-    """`R^T (R R^T)^-1` of the rows of all nodes."""
-    turned = rows.transpose(0, 2, 1)
-    return np.asarray(turned @ _solve(rows @ turned, np.eye(rows.shape[1])[None])[0])
-
-
 def _applied(matrices: Floats, vectors: Floats) -> Floats:
     return np.asarray(np.einsum("nij,nj->ni", matrices, vectors))
 
@@ -233,14 +242,3 @@ def _null(rows: Floats, size: int) -> Floats:
     if not np.all(np.isfinite(rows)):
         return np.full((rows.shape[1], size), np.nan)
     return np.asarray(np.linalg.svd(rows)[2][rows.shape[1] - size :].T)
-
-
-def _solve(matrices: Floats, *sides: Floats) -> list[Floats]:
-    """Solutions; NaN if a matrix has none, as of iterates far away."""
-    count, ends = len(matrices), np.cumsum([b.shape[2] for b in sides])
-    every = np.concatenate([np.broadcast_to(b, (count, *b.shape[1:])) for b in sides], axis=2)
-    try:
-        found = np.linalg.solve(matrices, every)
-    except np.linalg.LinAlgError:
-        found = np.full(every.shape, np.nan)
-    return np.split(found, ends[:-1], axis=2)

@@ -60,18 +60,10 @@ def tangent(d: Floats) -> Floats:
     Returns:
         Shape (n, 3 k, m) with m = 2 for one director, 3 for a triple.
     """
-    if d.shape[1] == 3:
-        d, out = np.ascontiguousarray(d), np.empty((len(d), 3, 2))
-        native.cells().lib.across(len(d), native.doubles(d), native.doubles(out))
-        return out
-    # M Delta^T is skew, rows of M being the directors and of Delta their changes
-    inverse = _inverse(d.reshape(-1, 3, 3))
-    changes = np.einsum("nij,ajm->nmia", inverse, SKEW)
-    return np.ascontiguousarray(changes.reshape(-1, 9, 3))
-
-
-# skew matrices of the three axes
-SKEW = np.array([np.cross(np.eye(3), axis) for axis in np.eye(3)])
+    d, k = np.ascontiguousarray(d), d.shape[1] // 3
+    out = np.empty((len(d), 3 * k, 2 if k == 1 else 3))
+    native.cells().lib.tangents(len(d), k, native.doubles(d), native.doubles(out))
+    return out
 
 
 def null_space(rows: Floats, size: int) -> Floats:

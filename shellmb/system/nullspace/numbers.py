@@ -51,6 +51,9 @@ class ReducedNumbers:
         self.own[local[mine][::-1]] = mine[::-1]
         self._lib = native.cells().lib
         self._given = np.zeros(len(local))
+        # by what they are of: arrays that are filled anew, and what C is called with
+        self._divided: dict[tuple[int, int], Floats] = {}
+        self._put_arguments: dict[tuple[int, int, int], tuple[Floats, Any]] = {}
         self._number(cells)
 
     def _number(self, cells: list[MeshCells]) -> None:
@@ -245,21 +248,22 @@ class ReducedNumbers:
         self._put(self.right.values, {k: b.right for k, b in found.items()})
         states = {k: b.state for k, b in found.items() if b.state is not None}
         self._put(self.right.values, states, self._split)
-        weights = {k: self.of_node(self.weights, k)[:, None, :] for k in found}
-        self._put(self.forces.values, {k: b.forces / weights[k] for k, b in found.items()})
+        own = {k: self._weighed(k, k, b.forces) for k, b in found.items()}
+        self._put(self.forces.values, own)
         others = {k: b.left_other for k, b in found.items() if b.left_other is not None}
         self._put(self.left.values, others, self._split)
         forces = {
-            k: b.forces_other / weights[self._partner(k)]
+            k: self._weighed(k, partner, b.forces_other)
             for k, b in found.items()
-            if b.forces_other is not None
+            if b.forces_other is not None and (partner := self.nodes[k].partner) is not None
         }
         self._put(self.forces.values, forces, self._split_forces)
 
-    def _partner(self, k: int) -> int:
-        partner = self.nodes[k].partner
-        assert partner is not None
-        return partner
+    def _weighed(self, k: int, partner: int, forces: Floats) -> Floats:
+        """What makes multipliers of a field of forces; overwritten by the next call."""
+        out = self._divided.setdefault((k, partner), np.zeros(forces.shape))
+        weights = self.of_node(self.weights, partner)[:, None, :]
+        return np.asarray(np.divide(forces, weights, out=out))
 
     def scales(self, unknowns: Floats) -> Floats:
         """Means of those of the unknowns that each reduced one in the matrix is part of.
@@ -289,27 +293,34 @@ class ReducedNumbers:
             first: Column of the first of the m.
         """
         for k, part in parts.items():
+            if self.full.serial:
+                place = k, id(table), first
+                kept = self._put_arguments.get(place)
+                if kept is None or kept[0] is not part:
+                    part = np.ascontiguousarray(part)
+                    to = table.shape[1], native.doubles(table) + first
+                    kept = part, (*self._local[k], part.shape[2], native.doubles(part), *to)
+                    self._put_arguments[place] = kept
+                self._lib.put_rows(*kept[1])
+                continue
             values = np.ascontiguousarray(part.reshape(-1, part.shape[2]))
             width = values.shape[1]
-            if self.full.serial:
-                local, row = (native.longs(numbers) for numbers in self._local[k])
-                to = table.shape[1], native.doubles(table) + first
-                self._lib.put_rows(len(local), local, row, width, native.doubles(values), *to)
-                continue
             ids = self._rows[k].ravel()
             known = self.full.seen(self.full.set(ids, np.ones(len(ids)))) > 0.0
             for q in range(width):
                 table[known, first + q] = self.full.seen(self.full.set(ids, values[:, q]))[known]
 
     @cached_property
-    def _local(self) -> dict[int, tuple[Ints, Ints]]:
-        """Local dofs of each field's nodes, and which of the nodes' unknowns each one is."""
-        found = {}
+    def _local(self) -> dict[int, tuple[Any, ...]]:
+        """For C, local dofs of each field's nodes, and which of the nodes' unknowns each one is."""
+        found, self._places = {}, list[Ints]()
         for k, rows in self._rows.items():
             number = np.full(self.full.total, NONE)
             number[rows.ravel()] = np.arange(rows.size)
             row = number[self.full.wanted]
-            found[k] = (np.flatnonzero(row >= 0), row[row >= 0])
+            places = np.flatnonzero(row >= 0), row[row >= 0]
+            self._places += places
+            found[k] = (len(places[0]), *map(native.longs, places))
         return found
 
     def correction(self) -> Floats:

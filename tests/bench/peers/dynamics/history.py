@@ -43,6 +43,10 @@ class TipHistory:
         spline = CubicSpline(self.t, self.u, bc_type=((1, 0.0), "not-a-knot"))
         return np.asarray(spline(times))
 
+    def apart(self, reference: TipHistory) -> tuple[Floats, Floats]:
+        """What it is off by at all times of a reference, and that."""
+        return self.at(reference.t) - reference.u, reference.u
+
 
 def difference(history: TipHistory, reference: TipHistory) -> tuple[float, float]:
     """Error of a history over that time, at all times of the reference.
@@ -55,6 +59,6 @@ def difference(history: TipHistory, reference: TipHistory) -> tuple[float, float
     """
     if history.failed:
         return np.inf, np.inf
-    wrong = history.at(reference.t) - reference.u
-    l2 = np.linalg.norm(wrong) / np.linalg.norm(reference.u)
-    return float(l2), float(np.abs(wrong).max() / np.abs(reference.u).max())
+    wrong, truth = history.apart(reference)
+    l2 = np.linalg.norm(wrong) / np.linalg.norm(truth)
+    return float(l2), float(np.abs(wrong).max() / np.abs(truth).max())

@@ -1,0 +1,1 @@
+"""Mechanisms in several codes, with exact motions."""

@@ -1,0 +1,68 @@
+"""Factors in a band of small matrices that need pivots."""
+
+from petsc4py import PETSc
+
+import numpy as np
+import pytest
+
+from shellmb.system.direct.banded import BandedFactors
+from shellmb.system.direct.solver import DirectSolver, Factors, Purpose
+
+RANDOM = np.random.default_rng(3)
+
+
+def chained(n: int, reach: int = 3) -> np.ndarray:
+    """Unknowns of a chain in any order, in unlike units, half of them without a diagonal."""
+    i, j = np.indices((n, n))
+    A = np.where(np.abs(i - j) <= reach, RANDOM.normal(size=(n, n)), 0.0)
+    A[::2, ::2][np.eye(len(A[::2]), dtype=bool)] = 0.0
+    units = 10.0 ** RANDOM.integers(-5, 6, size=n)
+    order = RANDOM.permutation(n)
+    return (units[:, None] * A * units)[np.ix_(order, order)]
+
+
+def sparse(A: np.ndarray) -> tuple[PETSc.Mat, np.ndarray]:
+    rows, columns = np.nonzero(A + np.eye(len(A)))
+    starts = np.searchsorted(rows, np.arange(len(A) + 1)).astype(np.int32)
+    values = A[rows, columns].copy()
+    csr = starts, columns.astype(np.int32), values
+    return PETSc.Mat().createAIJWithArrays(A.shape, csr, comm=PETSc.COMM_SELF), values
+
+
+@pytest.mark.parametrize("n", [1, 7, 60])
+def test_solutions_in_unlike_units(n: int) -> None:
+    full = chained(n) + (n == 1)
+    units = np.abs(full).max(axis=1)
+    A, values = sparse(full)
+    solver = DirectSolver(A, f"band{n}_", np.ones(n), values=values)
+    # each time anew with the values that are there
+    for factor in (-3.0, 1.0):
+        assert solver.factorise(Purpose.LAGGED) is None
+        given = units * RANDOM.normal(size=n)
+        b, x, rest = (A.createVecLeft() for _ in range(3))
+        b.array[:] = given
+        assert solver.solve(b, x) is None
+        A.mult(x, rest)
+        # residuals relative to what each row adds up
+        terms = np.abs(full) @ np.abs(x.array) + np.abs(given)
+        assert np.all(np.abs(rest.array - given) <= 1e-12 * terms)
+        full *= factor
+        values *= factor
+        A.stateIncrease()
+    if n > 1:
+        assert solver.factors is Factors.BANDED
+
+
+def test_a_singular_matrix_has_none_and_the_next_one_has() -> None:
+    full = chained(12)
+    full[3] = full[5]
+    A, values = sparse(full)
+    factors = BandedFactors(A, values)
+    assert factors.pays and not factors.factorise()
+    good, other = sparse(chained(12))
+    assert BandedFactors(good, other).factorise()
+
+
+def test_matrices_without_a_band_are_left_to_others() -> None:
+    A, values = sparse(RANDOM.normal(size=(200, 200)))
+    assert not BandedFactors(A, values).pays
