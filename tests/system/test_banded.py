@@ -46,6 +46,11 @@ def test_solutions_in_unlike_units(n: int) -> None:
         # residuals relative to what each row adds up
         terms = np.abs(full) @ np.abs(x.array) + np.abs(given)
         assert np.all(np.abs(rest.array - given) <= 1e-12 * terms)
+        if solver.factors.exact:
+            assert solver.solve_transposed(b, x) is None
+            A.multTranspose(x, rest)
+            terms = np.abs(full.T) @ np.abs(x.array) + np.abs(given)
+            assert np.all(np.abs(rest.array - given) <= 1e-12 * terms)
         full *= factor
         values *= factor
         A.stateIncrease()

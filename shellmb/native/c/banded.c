@@ -47,16 +47,18 @@ int band_factorise(const Band *b, const double *values)
     return info;
 }
 
-/* Solve with the factors; returns LAPACK's error. */
-int band_solve(const Band *b, const double *rhs, double *x)
+/* Solve with the factors, of the matrix or its transpose; returns LAPACK's error. */
+int band_solve(const Band *b, int transposed, const double *rhs, double *x)
 {
     int n = b->size, below = b->below, above = b->above, width = 2 * below + above + 1;
     int one = 1, info = 0;
-    char no = 'N';
+    char which = transposed ? 'T' : 'N';
+    const double *before = transposed ? b->column_scale : b->row_scale;
+    const double *behind = transposed ? b->row_scale : b->column_scale;
     for (int i = 0; i < n; ++i)
-        b->work[b->order[i]] = rhs[i] * b->row_scale[i];
-    gbtrs(&no, &n, &below, &above, &one, b->factors, &width, b->pivots, b->work, &n, &info);
+        b->work[b->order[i]] = rhs[i] * before[i];
+    gbtrs(&which, &n, &below, &above, &one, b->factors, &width, b->pivots, b->work, &n, &info);
     for (int i = 0; i < n; ++i)
-        x[i] = b->work[b->order[i]] * b->column_scale[i];
+        x[i] = b->work[b->order[i]] * behind[i];
     return info;
 }

@@ -169,7 +169,7 @@ typedef struct {
 void use_libraries(void *, void *, void *, void *);
 void use_banded(void *, void *);
 int band_factorise(const Band *, const double *);
-int band_solve(const Band *, const double *, double *);
+int band_solve(const Band *, int, const double *, double *);
 void residual(const Cells *, const Kernel *, int, double *);
 void functionals(const Cells *, const Kernel *, int, double *);
 void all_matrices(const Cells *, const Kernel *, int, double *);

@@ -266,7 +266,7 @@ int solve(const Solution *s, int single, Factors *factors, const double *b, cons
 {
     before(s, single, b, load, factors->rhs);
     double begin = now();
-    int error = factors->band ? band_solve(factors->band, factors->rhs, factors->solution)
+    int error = factors->band ? band_solve(factors->band, 0, factors->rhs, factors->solution)
                               : mat_solve(factors->factors, factors->right, factors->unknown);
     factors->seconds = now() - begin;
     after(s, single, factors->solution, given, dx);

@@ -65,6 +65,7 @@ class BandedFactors:
         """Factorise the matrix as it is; whether it has factors."""
         return self._lib.band_factorise(self.struct, self._values) == 0
 
-    def solve(self, b: PETSc.Vec, x: PETSc.Vec) -> None:
-        """Solve with the last factors."""
-        self._lib.band_solve(self.struct, native.doubles(b.array_r), native.doubles(x.array))
+    def solve(self, b: PETSc.Vec, x: PETSc.Vec, transposed: bool = False) -> None:
+        """Solve with the last factors, of the matrix or its transpose."""
+        vectors = native.doubles(b.array_r), native.doubles(x.array)
+        self._lib.band_solve(self.struct, transposed, *vectors)

@@ -287,8 +287,11 @@ class DirectSolver:
     def solve_transposed(self, b: PETSc.Vec, x: PETSc.Vec) -> str | None:
         """Solve with the transposed matrix, where factors are exact; returns why that failed."""
         assert self.factors.exact
-        self._ksp.solveTranspose(b, x)
         self.solutions += 1
+        if self.factors is Factors.BANDED:
+            self._band[0].solve(b, x, transposed=True)
+            return None
+        self._ksp.solveTranspose(b, x)
         return self._failure()
 
     def _direct(self, b: PETSc.Vec, x: PETSc.Vec) -> None:
