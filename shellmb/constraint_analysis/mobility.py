@@ -82,7 +82,7 @@ class Motions:
     """Rigid motions of all bodies of a scene, and the coordinates of their joints.
 
     A motion is a vector: of each body a displacement of its middle, in lengths of the body, and a
-    rotation about it, [rad]; then the coordinates.
+    rotation about it, [rad]; then the coordinates, in radians or lengths of the scene.
 
     Args:
         model: The bodies.
@@ -160,9 +160,10 @@ class Motions:
             x = self._unknowns.numbers[group.name][group.mixed.dofs["x"]]
             place = np.zeros((len(x), 6), dtype=np.int64)
             place[:, 0] = self._first[group.name] + group.nodes.item
+            unit = 1.0 if group.kind == "rotation" else self.model.length
             numbers.append(x)
             columns.append(place)
-            values.append(np.tile(np.eye(6)[0], (len(x), 1)))
+            values.append(np.tile(unit * np.eye(6)[0], (len(x), 1)))
         self._given = np.unique(self._unknowns.given([0.0], 1.0).numbers)
         self._tied = local_rows(self.model, self._unknowns, NOT_GIVEN)
         held += [self._given, *(row.columns for row in self._tied)]
@@ -190,22 +191,33 @@ class Motions:
         )
         return found
 
-    def _conditions(self) -> Iterator[Floats]:
-        """What holds or ties motions, some rows at a time."""
+    def _units(self, numbers: Ints) -> Floats:
+        """Size of the change of unknowns: a length, or one of those that turn, shape (n,)."""
+        rows = self._rows(numbers)
+        moves = np.arange(self.size) % 6 < 3
+        moves[6 * len(self.blocks) :] = True
+        size = np.linalg.norm(rows[:, moves], axis=1)
+        # what does not move with a body is none of the terms
+        return np.where(size > 0, size, np.isin(numbers, self._numbers))
+
+    def _conditions(self) -> Iterator[tuple[Floats, Floats]]:
+        """What holds or ties motions, some rows at a time, and sizes of their terms."""
         # every rank knows what is given
         given = np.array_split(self._given, self._comm.size)[self._comm.rank]
         for k in range(0, len(given), CHUNK):
-            yield self._rows(given[k : k + CHUNK])
+            yield self._rows(given[k : k + CHUNK]), self._units(given[k : k + CHUNK])
         for numbers, columns, values in self._joined:
             for k in range(0, len(numbers), CHUNK):
                 part = slice(k, k + CHUNK)
                 rows = -self._rows(numbers[part])
                 np.add.at(rows, (np.arange(len(rows))[:, None], columns[part]), values[part])
-                yield rows
+                yield rows, self._units(numbers[part])
         for row in self._tied:
-            yield row.entries[None] @ self._rows(row.columns)
+            size = np.abs(row.entries) @ self._units(row.columns)
+            yield row.entries[None] @ self._rows(row.columns), np.array([size])
         for group in self.model.mechanism.element_groups:
-            yield self._springs(group)
+            rows = self._springs(group)
+            yield rows, np.ones(len(rows))
 
     def _springs(self, group: ElementGroup) -> Floats:
         """Coordinates that springs and motors hold."""
@@ -218,9 +230,10 @@ class Motions:
     def free(self) -> Floats:
         """Motions that no constraint and no spring holds, shape (motions, n); collective."""
         R = np.zeros((0, self.size))
-        for rows in self._conditions():
-            size = np.linalg.norm(rows, axis=1, keepdims=True)
-            rows = (rows / np.where(size > NOTHING, size, 1.0))[size[:, 0] > NOTHING]
+        for rows, terms in self._conditions():
+            size = np.linalg.norm(rows, axis=1)
+            some = size > NOTHING * terms
+            rows = rows[some] / size[some, None]
             R = np.linalg.qr(np.vstack([R, rows]), mode="r")
         R = np.vstack(self._comm.allgather(R))
         _, s, V = np.linalg.svd(np.vstack([R, np.zeros((self.size, self.size))]))

@@ -304,13 +304,37 @@ def test_in_time_everything_may_move() -> None:
 
 
 def test_the_size_of_a_scene_does_not_matter() -> None:
-    """Parts a millimetre and a kilometre long: what is free is free, what is held is held."""
-    for size in (1e-3, 1e3):
+    """Nanometres to light seconds: what is free is free, what is held is held."""
+    for size in (1e-12, 1e-3, 1e9):
         section = replace(SECTION, thickness=0.05 * size)
         small = replace(PLATE, surface=Rectangle(size, 0.5 * size), section=section)
         checked_model(Scene("s", **plate(Clamped("left"), shells=small)), MPI.COMM_WORLD)
         with pytest.raises(SceneError, match=r"'plate' can turn about y through \(0, "):
             checked_model(Scene("s", **plate(Hinged("left"), shells=small)), MPI.COMM_WORLD)
+
+
+@pytest.mark.parametrize("size", [1e-9, 1.0, 1e9])
+def test_coordinates_are_in_the_unit_of_the_scene(size: float) -> None:
+    """Two bodies on a hinge and a slide, and one at the only place that there is."""
+    bodies = [
+        RigidBody(name, 1.0, (size**2,) * 3, position=(k * size, 0, 0))
+        for k, name in enumerate(("arm", "head"))
+    ]
+    hinge = Revolute("hinge", GROUND, "arm", at=(0, 0, 0), axis=(0, 1, 0))
+    slide = Prismatic("slide", "arm", "head", at=(size, 0, 0), axis=X)
+    springs = [
+        JointSpring("around", "hinge", stiffness=size**2, coordinate="rotation"),
+        JointSpring("along", "slide", stiffness=1.0, coordinate="translation"),
+    ]
+    both: dict[str, Any] = {"rigid_bodies": bodies, "joints": [hinge, slide]}
+    checked_model(Scene("s", force_elements=springs, **both), MPI.COMM_WORLD)
+    with pytest.raises(SceneError, match="'head' can translate along x; add"):
+        checked_model(Scene("s", force_elements=springs[:1], **both), MPI.COMM_WORLD)
+    model, _ = checked_model(
+        Scene("s", rigid_bodies=bodies[0], scheme="ep", dt=1.0, t_end=1.0), MPI.COMM_WORLD
+    )
+    # its radius of gyration, of three equal moments
+    assert model.length == pytest.approx(size * np.sqrt(1.5))
 
 
 def test_a_motion_is_refused_before_anything_is_compiled(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,5 +1,6 @@
 """Second stage: rigid bodies and ground as nodes, and the units of length and force."""
 
+import math
 from collections.abc import Sequence
 
 from mpi4py import MPI
@@ -49,6 +50,8 @@ def scene_length(
 ) -> float:
     """Diagonal of the box around all reference points of rigid bodies, or the largest mesh.
 
+    Where all are at one point, the largest radius of gyration.
+
     Args:
         scene: The scene.
         meshed: Its shells and beams.
@@ -61,7 +64,13 @@ def scene_length(
     box = float(np.linalg.norm(np.ptp(np.array(points), axis=0))) if points else 0.0
     meshes = (*meshed.all.values(), *rigid_meshes.values())
     sizes = [*(m.domain.length for m in meshes), *(data.length for data in modal)]
-    return max([box, *sizes]) or 1.0
+    # of bodies that are all at one point, their radii of gyration
+    turns = [
+        math.sqrt(float(np.trace(body.inertia_tensor)) / 2 / body.mass)
+        for body in scene.rigid_bodies
+        if body.mass > 0
+    ]
+    return max([box, *sizes]) or max(turns, default=0.0) or 1.0
 
 
 def force_unit(scene: Scene, meshed: Meshed, length: float) -> float:
