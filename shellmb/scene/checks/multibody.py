@@ -28,7 +28,17 @@ from shellmb.scene.lookup import (
 from shellmb.scene.multibody.drivers import Driver, Lock
 from shellmb.scene.multibody.edge_hinges import EdgeHinge
 from shellmb.scene.multibody.elements import JointElement, PointElement
-from shellmb.scene.multibody.joints import GROUND, Distance, Joint, ShellRevolute, Weld
+from shellmb.scene.multibody.joints import (
+    GROUND,
+    Cylindrical,
+    Distance,
+    Joint,
+    Prismatic,
+    Revolute,
+    Screw,
+    ShellRevolute,
+    Weld,
+)
 from shellmb.scene.multibody.offsets import Offset
 from shellmb.scene.multibody.rigid import Interface, RigidBody
 from shellmb.scene.multibody.rolling import Contact, Rolling
@@ -42,6 +52,9 @@ if TYPE_CHECKING:
     from shellmb.scene.description import Body, Description
 
 __all__ = ["check"]
+
+# joints whose second body has no motion of its own where all of their coordinates are driven
+DRIVEN = (Revolute, Prismatic, Cylindrical, Screw)
 
 
 def check(scene: Description) -> None:
@@ -348,11 +361,38 @@ def _supported(scene: Description) -> None:
         )
 
 
-def _frames(body: Body | None, weld: Weld) -> bool:
-    """Whether a weld gives a massless body all of the inertia of this one."""
-    if isinstance(body, RigidBody):
-        return body.mass > 0
-    return isinstance(body, Beam) or weld.second_at in _regions(body)
+def _carried(scene: Description) -> set[str]:
+    """Massless bodies that others carry along: welded to them, or driven in all that is free.
+
+    What carries has mass, is the ground, or is carried itself.
+    """
+    driven = {(d.joint, c) for d in scene.drivers for c in d.coordinates}
+    found: set[str] = set()
+    ties = [
+        (joint, end, other)
+        for joint in scene.joints
+        if joint.active is None
+        and (
+            isinstance(joint, Weld)
+            or (
+                isinstance(joint, DRIVEN)
+                and all((joint.name, freedom) in driven for freedom in joint.freedoms)
+            )
+        )
+        for end, other in ((joint.first, joint.second), (joint.second, joint.first))
+    ]
+    for _ in ties:
+        for joint, end, name in ties:
+            other = find_end(scene, name, joint.said)
+            if isinstance(other, RigidBody):
+                carries = other.mass > 0 or name in found
+            elif other is None:
+                carries = isinstance(joint, DRIVEN)
+            else:
+                carries = isinstance(other, Beam) or joint.second_at in _regions(other)
+            if carries:
+                found.add(end)
+    return found
 
 
 def mass_of(body: Any) -> float:
@@ -362,17 +402,11 @@ def mass_of(body: Any) -> float:
 
 
 def _massive(scene: Description) -> None:
-    """In motion every body needs mass; a massless frame has that of the body it is welded to."""
-    framed = {
-        name
-        for joint in scene.joints
-        if isinstance(joint, Weld) and joint.active is None
-        for name, other in ((joint.first, joint.second), (joint.second, joint.first))
-        if _frames(find_end(scene, other, joint.said), joint)
-    }
+    """In motion every body needs mass, but those that others carry along."""
+    carried = _carried(scene)
     for body in scene.bodies:
         if isinstance(body, RigidBody):
-            if body.name in framed or isinstance(body, Interface):
+            if body.name in carried or isinstance(body, Interface):
                 continue
             m, what, remedy = body.mass, "mass", ""
         else:

@@ -91,8 +91,9 @@ class RigidBody:
 
     Args:
         name: What joints, loads and results call it.
-        mass: Mass [kg]; in motion 0 only of a massless frame that is welded to a body with mass:
-            another rigid body, a beam, or an edge or area of a shell.
+        mass: Mass [kg]; in motion 0 only of a massless frame that is carried along: welded to a
+            body with mass (another rigid body, a beam, or an edge or area of a shell), or driven
+            in all coordinates of its joint to such a body, the ground, or a frame that is carried.
         inertia: Inertia tensor about the centre of mass in the body's axes, ``J_11 = int rho (y^2 +
             z^2)``, ``J_12 = -int rho x y``: three principal values or three rows [kg m^2].
         position: The reference point in the scene [m].
