@@ -200,6 +200,18 @@ def test_head_on(m: float, scheme: str, alpha: float) -> None:
     assert_allclose(impulse, 2 * reduced * v, rtol=1e-10 if alpha == 0 else 1e-3)
 
 
+@pytest.mark.parametrize(("speed", "warns"), [(1.0, False), (30.0, True)])
+def test_fast_slides_along_a_rod_are_said(speed: float, warns: bool) -> None:
+    """The distance from the axis, 0.15 m, is overrated by `d^2/8R` in a step."""
+    start = InitialVelocity((0, speed, -3.0), body="ball")
+    found = execute(two(Rod((0, 0, -0.05), (0, 1, 0), 0.05), initial=start, t_end=0.025))
+    slides = [w for w in found.warnings if "slides along the rod" in w.says]
+    assert len(slides) == warns
+    if warns:
+        deepest = found.history["touch.penetration"].max()
+        assert slides[0].value == pytest.approx((speed * 1e-3) ** 2 / (8 * 0.15) / deepest, rel=0.2)
+
+
 def test_either_ball_may_carry_the_obstacle() -> None:
     """Two balls meet off centre: the same motion whichever of them is the obstacle."""
     places = {"a": (0.02, 0.01, 0.13), "b": (0.0, 0.0, -0.1)}

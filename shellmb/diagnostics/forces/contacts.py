@@ -20,6 +20,8 @@ DEEP = 0.5
 # part of the largest energy of a contact that comes or goes in one step: of an impact that takes
 # n steps it is 3/n
 SUDDEN = 0.8
+# part of the largest penetration by which that of a step is too small: the force is too small, too
+SLID = 0.1
 
 
 class Contacts(Silent):
@@ -37,6 +39,8 @@ class Contacts(Silent):
         # part of the radius, time; largest energy, largest change in a step, time
         self._deep: dict[str, tuple[float, float]] = {}
         self._sudden: dict[str, list[float]] = {}
+        # largest penetration; what is missed of one, m, time
+        self._slid: dict[str, list[float]] = {}
 
     def start(self, simulation: Simulation) -> None:
         """Where the points are."""
@@ -57,7 +61,12 @@ class Contacts(Silent):
             if abs(energy - before) > change:
                 change, when = abs(energy - before), simulation.t
             self._sudden[name] = [max(largest, energy), change, when]
-            shape = group.shape
+            shape, depth = group.shape, group.penetrations(end)
+            wrong = np.where(depth > 0, shape.overrated(start, end), 0.0)
+            most, missed, then = self._slid.get(name, [0.0, 0.0, 0.0])
+            if np.max(wrong, initial=0.0) > missed:
+                missed, then = float(wrong.max()), simulation.t
+            self._slid[name] = [float(np.max(depth, initial=most)), missed, then]
             if np.isfinite(shape.depth):
                 depth = group.penetrations(shape.nearest(start, end))
                 deepest = float(np.max(depth, initial=0.0)) / shape.depth
@@ -96,14 +105,33 @@ class Contacts(Silent):
                     "stiffness",
                 )
 
+            rows = simulation.model.comm.allgather(self._slid.get(name, [0.0, 0.0, 0.0]))
+            most, (missed, then) = max(row[0] for row in rows), max(row[1:] for row in rows)
+            share = missed / most if most > 0 else 0.0
+            if share > SLID:
+                yield Caution(
+                    self.name,
+                    group.owner,
+                    share,
+                    SLID,
+                    f"{said(item)}: '{group.owner}' slides along the {kind} by so much in one step "
+                    f"(at t = {then:.4g} s) that the distance is too large by {share:.0%} of the "
+                    "largest penetration: forces are too small in such steps; use a smaller step",
+                )
+
     def state(self) -> dict[str, Any]:
         """What was found so far."""
-        return {"deep": dict(self._deep), "sudden": dict(self._sudden)}
+        return {
+            "deep": dict(self._deep),
+            "sudden": dict(self._sudden),
+            "slid": dict(self._slid),
+        }
 
     def restore(self, state: dict[str, Any]) -> None:
         """Take it up."""
         self._deep = {name: (a, b) for name, (a, b) in state["deep"].items()}
         self._sudden = {name: list(row) for name, row in state["sudden"].items()}
+        self._slid = {name: list(row) for name, row in state["slid"].items()}
 
 
 def _contacts(simulation: Simulation) -> list[ContactGroup]:

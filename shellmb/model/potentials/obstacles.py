@@ -79,6 +79,10 @@ class Shape:
         """Where points that move straight are deepest, shape (n, 3)."""
         return end
 
+    def overrated(self, start: Floats, end: Floats) -> Floats:
+        """By how much distances are too large in the middle of a step, shape (n,), m."""
+        return np.zeros(len(start))
+
 
 class PlaneShape(Shape):
     """The half-space below a plane."""
@@ -172,6 +176,11 @@ class MovingRod(RoundShape):
         """Square of the vector from a point of the axis, and its component along the axis."""
         r = r / self.size
         return ufl.as_vector([ufl.dot(r, r), ufl.dot(e[2], r)])
+
+    def overrated(self, start: Floats, end: Floats) -> Floats:
+        """The measures are linear over a step, and one of them is squared for the distance."""
+        along, away = (end - start) @ self.axes[2], self._across(end - self.point)
+        return np.asarray(along**2 / (8 * np.maximum(np.linalg.norm(away, axis=1), self.radius)))
 
     def _square(self, m: Expr) -> Expr:
         return m[0] - m[1] ** 2 + FAR * self._always
