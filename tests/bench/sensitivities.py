@@ -103,7 +103,7 @@ def there_and_back(
     while run.step < steps:
         run.advance(every)
     forth = time.process_time() - begin
-    sweep = Sweep(run, [(place.body, changes(run.model.shells[place.body], place.name))], [])
+    sweep = Sweep(run, [(place.body, changes(run.model.shells[place.body], place.name))], False)
     reading = Reading(run, run.scene.probes[0])
     begin = time.process_time()
     for step in kept.backwards(run):

@@ -36,7 +36,7 @@ def plate(scheme: str = "ep", thickness: float = 4e-3, steps: int = 3) -> sm.Sce
 
 def laminate(scheme: str = "ep", angle: float = 30.0, thickness: float = 1e-3) -> sm.Scene:
     """Two plies, on triangles: bending is coupled to stretching and twist."""
-    glass = sm.PlyMaterial(45e9, 12e9, nu12=0.3, G12=5e9, G13=5e9, G23=4e9, density=1900.0)
+    glass = sm.PlyMaterial(E1=45e9, E2=12e9, nu12=0.3, G12=5e9, G13=5e9, G23=4e9, density=1900.0)
     plies = sm.Laminate((sm.Ply(glass, thickness, angle), sm.Ply(glass, thickness, -50.0)))
     strip = sm.Shell("strip", sm.Rectangle(1.0, 0.2), plies, mesh=(3, 1), cell="tri")
     return sm.Scene(
@@ -66,7 +66,7 @@ def assert_transposed(scene: sm.Scene, within: float) -> None:
     scene, steps = replace(scene, solver=replace(scene.solver, **TIGHT)), Steps()
     simulation = execute(scene, None, [steps]).simulation
     problem, system = simulation.problem, simulation.problem.system
-    sweep, rng = Sweep(simulation, [], []), np.random.default_rng(1)
+    sweep, rng = Sweep(simulation, [], False), np.random.default_rng(1)
     *_, step, _ = list(steps.backwards(simulation))[::-1]
     t, dt = steps.times[step.number]
     live, stages = starts(problem), unknowns(problem)
@@ -248,3 +248,8 @@ def test_bad_requests(changes: dict, fields: list, said: str) -> None:
 def test_an_objective_is_a_number() -> None:
     with pytest.raises(sm.SceneError, match="the objective is nan; it must be a finite number"):
         sm.adjoint(plate, lambda history: float("nan"), [("strip", "thickness")])
+
+
+def test_states_are_for_fields() -> None:
+    with pytest.raises(sm.SceneError, match="states is 3, and parameters are named"):
+        sm.adjoint(plate, square, parameters=("thickness",), states=3)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -16,8 +17,8 @@ from shellmb.scene import Probe, Scene
 from shellmb.sensitivity.adjoint.elementwise import by_element, changes
 from shellmb.sensitivity.adjoint.objective import Objective, evaluated, slopes
 from shellmb.sensitivity.adjoint.places import Place
-from shellmb.sensitivity.adjoint.steps import State, Steps, copied, starts
-from shellmb.sensitivity.adjoint.sweep import Sweep
+from shellmb.sensitivity.adjoint.steps import Steps, copied, starts
+from shellmb.sensitivity.adjoint.sweep import Sweep, weighed
 from shellmb.sensitivity.adjoint.transposed import Covector
 from shellmb.sensitivity.parameters import Parameter
 from shellmb.sensitivity.shadow import Shadow, check_alike
@@ -28,8 +29,6 @@ if TYPE_CHECKING:
 
 # what is found: the number, derivatives by parameters and by fields, and the run
 Found = tuple[float, dict[str, float], dict[tuple[str, str], "pd.DataFrame"], RunResult]
-# a parameter with scenes above and below it, and how the state at the start changes with it
-Side = tuple[Parameter, Shadow, Shadow, State]
 
 
 class Reading:
@@ -79,26 +78,34 @@ def there_and_back(
     """
     steps = Steps(states)
     run = execute(scene, None, [steps], comm=comm, pictures=False, results=results)
-    sides = [_side(run.simulation, *some) for some in both]
-    return _backwards(run, steps, places, sides, objective)
+    return _backwards(run, steps, places, both, objective)
 
 
-def _side(run: Simulation, parameter: Parameter, *scenes: Scene) -> Side:
-    """Scenes beside the run, and how the state at the start changes with the parameter."""
-    made = [Simulation(scene, run.model.comm, run.model) for scene in scenes]
-    for side in made:
-        check_alike(run, side, parameter.name)
-    above, below = (copied(starts(side.problem)) for side in made)
-    start = {key: (above[key] - below[key]) / parameter.width for key in above}
-    one, other = (Shadow(side, [], forces=False) for side in made)
-    return parameter, one, other, start
+def _by_parameter(run: Simulation, sweep: Sweep, parameter: Parameter, *scenes: Scene) -> float:
+    """Derivative by a parameter, from scenes above and below it; collective.
+
+    Scenes of one parameter are there at a time: MPI has a few thousand communicators, of which
+    each mesh takes some.
+    """
+    work, ends = [], []
+    for scene in scenes:
+        simulation = Simulation(scene, run.model.comm, run.model)
+        check_alike(run, simulation, parameter.name)
+        ends.append(copied(starts(simulation.problem)))
+        work.append(weighed(Shadow(simulation, [], forces=False), sweep.kept))
+        del simulation
+        gc.collect()
+    above, below = ends
+    start = sum(float(w @ (above[key] - below[key])) for key, w in sweep.covector.items())
+    total: float = run.model.comm.allreduce(start - (work[0] - work[1]))
+    return total / parameter.width
 
 
 def _backwards(
     run: RunResult,
     steps: Steps,
     places: Sequence[Place],
-    sides: Sequence[Side],
+    both: Sequence[tuple[Parameter, Scene, Scene]],
     objective: Objective,
 ) -> Found:
     """Go back over all steps."""
@@ -108,7 +115,7 @@ def _backwards(
     value, slope = evaluated(objective, history), slopes(objective, history)
     shells = simulation.model.shells
     found = [(p.body, changes(shells[p.body], p.name)) for p in places]
-    sweep = Sweep(simulation, found, [(p, a, b) for p, a, b, _ in sides])
+    sweep = Sweep(simulation, found, bool(both))
     readings = {p.name: Reading(simulation, p) for p in simulation.scene.probes}
     for step in steps.backwards(simulation):
         for name, reading in readings.items():
@@ -116,13 +123,9 @@ def _backwards(
         sweep.back(step, *steps.times[step.number])
     for name, reading in readings.items():
         reading.add(sweep.covector, float(slope[name][0]))
-    comm = simulation.model.comm
-    for k, (_, _, _, start) in enumerate(sides):
-        there = sum(float(sweep.covector[key] @ change) for key, change in start.items())
-        sweep.by_parameters[k] += comm.allreduce(there)
     return (
         value,
-        {p.name: float(d) for (p, *_), d in zip(sides, sweep.by_parameters, strict=True)},
+        {p.name: _by_parameter(simulation, sweep, p, *scenes) for p, *scenes in both},
         {
             (p.body, p.name): by_element(shells[p.body], p.name, derivative)
             for p, derivative in zip(places, sweep.by_fields, strict=True)

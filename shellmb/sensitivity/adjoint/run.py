@@ -72,7 +72,7 @@ def adjoint(
         values: Values of parameters of the scene that replace its defaults.
         scales: Sizes of parameters, where their values do not tell.
         states: Number of states that are kept at most, for less memory: steps between them are
-            solved again. None: all steps are kept.
+            solved again; without `parameters`. None: all steps are kept.
         comm: Communicator; None: all ranks.
         **options: Choices that replace the scene's, as `shellmb run` has them.
 
@@ -91,6 +91,11 @@ def adjoint(
         raise SceneError("adjoint: neither fields nor parameters are named; name at least one")
     if states is not None and states < 1:
         raise SceneError(f"adjoint: states is {states}; it must be 1 or more, or None for all")
+    if states is not None and parameters:
+        raise SceneError(
+            f"adjoint: states is {states}, and parameters are named, for which all steps are kept; "
+            "leave out one of both"
+        )
     chosen = parameters_of(made, parameters, scales) if parameters else ()
     places = tuple(Place(*place) for place in fields)
     given = made.scene()

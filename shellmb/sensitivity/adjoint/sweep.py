@@ -11,6 +11,7 @@ unknowns are in one matrix here, whose factors give transposed solutions.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from dolfinx import fem
@@ -19,14 +20,46 @@ from shellmb.arrays import Floats, Int32s
 from shellmb.errors import ConvergenceError
 from shellmb.schemes.base import Scheme
 from shellmb.sensitivity.adjoint.advance import Advance
-from shellmb.sensitivity.adjoint.steps import Step, put, starts, unknowns
+from shellmb.sensitivity.adjoint.steps import State, Step, put, starts, unknowns
 from shellmb.sensitivity.adjoint.transposed import Change, Covector, Refreshed, Transposed
-from shellmb.sensitivity.parameters import Parameter
 from shellmb.sensitivity.shadow import Shadow
 from shellmb.simulate.simulation import Simulation
 from shellmb.system.condensation.reduction import Reduction
 from shellmb.system.direct.linear import Unreduced
 from shellmb.system.direct.mumps import new_prefix
+
+
+class Kept(NamedTuple):
+    """A step that was taken back.
+
+    Args:
+        start: State and rates at its start.
+        unknowns: Its unknowns, entries that this rank owns.
+        multipliers: Those of its equations.
+        t: Its start, s.
+        dt: Its length, s.
+    """
+
+    start: State
+    unknowns: Floats
+    multipliers: Floats
+    t: float
+    dt: float
+
+
+def weighed(side: Shadow, steps: Sequence[Kept]) -> float:
+    """Residuals of a scene beside the run at its states, times the multipliers; this rank's share.
+
+    Args:
+        side: The scene.
+        steps: All steps.
+    """
+    total, live = 0.0, starts(side.problem)
+    for step in steps:
+        put(step.start, live)
+        side.begin(step.t, step.dt)
+        total += float(step.multipliers @ side.residual(step.unknowns))
+    return total
 
 
 class Sweep:
@@ -35,33 +68,32 @@ class Sweep:
     Args:
         simulation: The run at its end; its functions take the states of the steps.
         fields: Changes of coefficients by each field of numbers, with its body.
-        sides: Parameters, with scenes above and below them.
+        weighing: Whether residuals are to be weighed by all multipliers (`weighed`).
 
     Attributes:
         covector: Of the state between two steps, by body and name.
         by_fields: Derivatives by each field, one for each element.
-        by_parameters: Derivatives by parameters.
+        kept: Steps with their multipliers, if `weighing`.
     """
 
     def __init__(
         self,
         simulation: Simulation,
         fields: Sequence[tuple[str, Sequence[Change]]],
-        sides: Sequence[tuple[Parameter, Shadow, Shadow]],
+        weighing: bool,
     ) -> None:
         self._simulation, self._problem = simulation, simulation.problem
         problem = self._problem
         self._system = system = problem.system
         self._transposed = Transposed(problem, fields)
         self._refreshed = Refreshed(problem)
-        self._linear = self._solver(bool(sides))
+        self._linear = self._solver(weighing)
         self._advances = {b.name: Advance(problem, b) for b in simulation.model.bodies}
         self._right, self._mu = system.x.duplicate(), system.x.duplicate()
-        self._sides = list(sides)
+        self._weighing, self.kept = weighing, list[Kept]()
         self.covector: Covector = {k: np.zeros_like(a) for k, a in starts(problem).items()}
         cells = [problem.levels[body].q.function_space.dofmap.list for body, _ in fields]
         self.by_fields = [np.zeros(len(c)) for c in cells]
-        self.by_parameters = np.zeros(len(sides))
 
     def _solver(self, differenced: bool) -> Reduction | Unreduced:
         """What solves: the run's own reduced system, if it has all multipliers that are needed.
@@ -99,7 +131,9 @@ class Sweep:
             for rate in levels.scaled:
                 before[body, f"{rate} dt"] = np.zeros_like(levels.q.x.array)
         self._solve(before, dt)
-        self._by_parameters(step, t, dt)
+        if self._weighing:
+            unknowns_, mu = (np.array(v.array_r) for v in (system.x, self._mu))
+            self.kept.append(Kept(step.start, unknowns_, mu, t, dt))
         self._given(before, t, dt)
         mu = self._mu.copy()
         mu.array[system.fixed] = 0.0
@@ -126,18 +160,6 @@ class Sweep:
         failed = failed or self._linear.solve_transposed(self._right, self._mu)
         if failed is not None:
             raise ConvergenceError(f"adjoint: {failed}", None, {})
-
-    def _by_parameters(self, step: Step, t: float, dt: float) -> None:
-        """Derivatives by parameters, from residuals at both sides."""
-        x = np.array(self._system.x.array_r)
-        for k, (parameter, *both) in enumerate(self._sides):
-            work = []
-            for side in both:
-                put(step.start, starts(side.problem))
-                side.begin(t, dt)
-                work.append(float(self._mu.array_r @ side.residual(x)))
-            found = (work[0] - work[1]) / parameter.width
-            self.by_parameters[k] -= self._simulation.model.comm.allreduce(found)
 
     def _given(self, before: Covector, t: float, dt: float) -> None:
         """Prescribed values that depend on rates at the start."""
