@@ -116,7 +116,8 @@ def find_companions(
     if known is not None and known.base.step == base.step:
         series, ratio = list(known.steps), known.ratio
     elif moves:
-        for times in (RATIO, RATIO**2):
+        # all points of a path are equilibria, whatever its steps: one companion tells enough
+        for times in (RATIO,) if scene.path is not None else (RATIO, RATIO**2):
             larger = family.run(replace(base, step=base.step * times))
             if larger is None:
                 break

@@ -12,9 +12,13 @@ from shellmb.accuracy.kept import Kept, keep
 from shellmb.accuracy.repeat import Beginning, Steps, kept, run_again
 from shellmb.errors import ShellmbError, Stopped
 from shellmb.measuring.stepping import free
-from shellmb.running.execute import RunResult, execute
+from shellmb.running.execute import Companion, RunResult, execute
 from shellmb.running.results import Results
 from shellmb.scene import Scene
+
+# unknowns above which what a companion leaves behind is freed at once: looking through all objects
+# takes a tenth of a second
+LARGE = 50_000
 
 
 class Family:
@@ -24,6 +28,7 @@ class Family:
         scene: The scene.
         results: Gives results; None: the scene's own function.
         comm: Communicator.
+        accounts: Whether companions measure energies, momenta and forces, too.
 
     Attributes:
         found: What is kept of runs; None of those that failed.
@@ -31,10 +36,14 @@ class Family:
     """
 
     def __init__(
-        self, scene: Scene, results: Results | None, comm: MPI.Comm = MPI.COMM_WORLD
+        self,
+        scene: Scene,
+        results: Results | None,
+        comm: MPI.Comm = MPI.COMM_WORLD,
+        accounts: bool = False,
     ) -> None:
         self.scene, self.comm = scene, comm
-        self._results = results or scene.results or _nothing
+        self._results, self._companion = results, Companion(accounts)
         self.found: dict[Change, Kept | None] = {}
         self.failures: dict[Change, str] = {}
         # the last model is used again where only steps differ
@@ -79,11 +88,19 @@ class Family:
             clock = time.process_time()
             if change.model == self._model and self._begin.simulation is not None:
                 steps = Steps()
-                again = run_again(self._begin, scene, self._results, self.comm, steps)
+                again = run_again(
+                    self._begin, scene, self._results, self.comm, steps, self._companion
+                )
                 return keep(again, steps.seconds, time.process_time() - clock)
             begin = Beginning()
             run = execute(
-                scene, None, [begin], comm=self.comm, pictures=False, results=self._results
+                scene,
+                None,
+                [begin],
+                comm=self.comm,
+                pictures=False,
+                results=self._results,
+                companion=self._companion,
             )
         except Stopped:
             raise
@@ -92,10 +109,8 @@ class Family:
             return None
         self._model, self._begin = change.model, begin
         found = keep(run, begin.seconds, time.process_time() - clock)
+        large = run.simulation.problem.system.size > LARGE
         del run
-        free(self.comm)
+        if large or self.comm.size > 1:
+            free(self.comm)
         return found
-
-
-def _nothing(run: RunResult) -> dict[str, float]:
-    return {}

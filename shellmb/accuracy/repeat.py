@@ -9,7 +9,7 @@ from typing import Any
 
 from mpi4py import MPI
 
-from shellmb.running.execute import RunResult, carry_out
+from shellmb.running.execute import Companion, RunResult, carry_out
 from shellmb.running.results import Results
 from shellmb.scene import Scene
 from shellmb.simulate.simulation import Silent, Simulation
@@ -67,28 +67,34 @@ def kept(simulation: Simulation) -> Iterator[None]:
     """
     arrays, counters = simulation.arrays(), simulation.state()
     scene, t_end, size, last = simulation.scene, simulation.t_end, simulation.size, simulation.last
-    levels = simulation.problem.levels.values()
+    levels, control = simulation.problem.levels.values(), simulation.control
     stages = [(f, f.x.array.copy()) for level in levels for f in level.unknown.values()]
     try:
         yield
     finally:
-        simulation.begin_again(scene, arrays, counters)
-        simulation.t_end, simulation.size, simulation.last = t_end, size, last
+        simulation.begin_again(scene, arrays, counters, size)
+        simulation.t_end, simulation.last, simulation.control = t_end, last, control
         for function, values in stages:
             function.x.array[:] = values
 
 
 def run_again(
-    begin: Beginning, scene: Scene, results: Results, comm: MPI.Comm, clock: Steps
+    begin: Beginning,
+    scene: Scene,
+    results: Results | None,
+    comm: MPI.Comm,
+    clock: Steps,
+    companion: Companion | None = None,
 ) -> RunResult:
     """Run a scene with other steps on the simulation of a run.
 
     Args:
         begin: What kept the state before the run's first step.
         scene: The scene, with other steps.
-        results: Its results.
+        results: Gives its results; None: those of the scene.
         comm: Communicator; the call is collective.
         clock: Times its steps.
+        companion: What is measured of it; None: everything.
 
     Raises:
         ConvergenceError: If a step fails.
@@ -105,4 +111,5 @@ def run_again(
         request=None,
         results=results,
         simulation=begin.simulation,
+        companion=companion,
     )

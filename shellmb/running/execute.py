@@ -106,6 +106,18 @@ class RunResult:
         return plain_results(self.summary)
 
 
+@dataclass(frozen=True)
+class Companion:
+    """What is measured of a run that only tells of another one: no watch says when it is wrong.
+
+    Args:
+        accounts: Whether energies, momenta and forces are measured, though neither results nor
+            controllers and events read them.
+    """
+
+    accounts: bool = False
+
+
 def execute(
     scene: Scene,
     out: Path | str | None = None,
@@ -115,6 +127,7 @@ def execute(
     pictures: bool = True,
     request: Request | None = None,
     results: Results | None = None,
+    companion: Companion | None = None,
 ) -> RunResult:
     """Run a scene.
 
@@ -126,6 +139,7 @@ def execute(
         pictures: Whether pictures are drawn, where anything is written.
         request: How the scene was asked for, so that `shellmb resume` can build it again.
         results: Gives the `results` of the summary; None: those of the scene.
+        companion: What is measured of a run that only tells of another one; None: everything.
 
     Raises:
         SceneError: If the scene does not fit its meshes, or `out` cannot be written or holds a run
@@ -144,6 +158,7 @@ def execute(
             pictures=pictures,
             request=request,
             results=results,
+            companion=companion,
         )
 
 
@@ -159,6 +174,7 @@ def carry_out(
     results: Results | None,
     saved: Saved | None = None,
     simulation: Simulation | None = None,
+    companion: Companion | None = None,
 ) -> RunResult:
     """Run a scene, or go on with it, in a directory that is this run's.
 
@@ -172,6 +188,7 @@ def carry_out(
         results: Gives the `results` of the summary.
         saved: A state to go on from.
         simulation: The scene's simulation, before its first step; None: it is made.
+        companion: What is measured of a run that only tells of another one; None: everything.
 
     Raises:
         SceneError, ConvergenceError, RunError, Stopped: As `execute`.
@@ -192,7 +209,9 @@ def carry_out(
     if directory is not None and comm.rank == 0:
         with written(directory, comm):
             describe(scene).write(directory)
-    standard = StandardObservers(directory, observers)
+    measure = results or scene.results
+    accounts = companion is None or companion.accounts or bool(measure or scene.sensors)
+    standard = StandardObservers(directory, observers, watched=companion is None, accounts=accounts)
     if saved is not None:
         take_up(simulation, standard.named, saved)
 
@@ -204,7 +223,6 @@ def carry_out(
         failure = error
     before = doubted([*effect.doubts(scene), *doubts])
     wall = clock.perf_counter() - begin
-    measure = results or scene.results
     result = _result(simulation, standard, directory, wall, failure, before, measure)
     try:
         with written(directory, comm):

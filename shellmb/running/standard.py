@@ -27,6 +27,8 @@ from shellmb.simulate.simulation import Observer
 if TYPE_CHECKING:
     from shellmb.observers.files.frames import Frames
 
+# what is measured where only probes, paths and controllers count
+BARE = ("probes", "path", "control")
 # names in a run directory
 SUMMARY, HISTORY, FIELDS, STATE = "summary.json", "history.csv", "fields", "state"
 
@@ -37,6 +39,8 @@ class StandardObservers:
     Args:
         directory: Directory to write; None: nothing is written.
         others: More observers; the numbers of those that measure enter the history.
+        watched: Whether the run is watched for what makes it wrong.
+        accounts: Whether energies, momenta and forces are measured.
 
     Attributes:
         named: All of them in their order, by the names under which their states are saved.
@@ -45,7 +49,14 @@ class StandardObservers:
         frames: The one that writes fields, if there is one.
     """
 
-    def __init__(self, directory: Path | None, others: Sequence[Observer] = ()) -> None:
+    def __init__(
+        self,
+        directory: Path | None,
+        others: Sequence[Observer] = (),
+        *,
+        watched: bool = True,
+        accounts: bool = True,
+    ) -> None:
         energy, constraints = EnergyAccount(), Constraints()
         momentum, turning, joints = Momentum(energy), BodyRotations(), JointForces()
         self.named: dict[str, Observer] = {
@@ -60,14 +71,16 @@ class StandardObservers:
             "path": PathRecord(),
             "step error": StepError(),
             "control": ControlColumns(),
-            **{f"observer {k}": o for k, o in enumerate(others)},
         }
+        if not accounts:
+            self.named = {name: self.named[name] for name in BARE}
+        self.named |= {f"observer {k}": o for k, o in enumerate(others)}
         measuring = [o for o in self.named.values() if isinstance(o, Measuring)]
         history = History(measuring, None if directory is None else directory / HISTORY)
         self.named["history"] = history
         self.sources = Sources(energy, momentum, constraints, history, turning)
         # behind the observers that they ask
-        self.watches = watches(self.sources)
+        self.watches = watches(self.sources) if watched else []
         self.named |= {f"watch of {watch.name}": watch for watch in self.watches}
         self.frames: Frames | None = None
         if directory is not None:

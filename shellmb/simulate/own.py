@@ -72,10 +72,14 @@ class OwnScene:
     @property
     def remembers(self) -> bool:
         """Whether a run may change an object of the user's, or a default of a function."""
-        held = (types.FunctionType, types.MethodType, functools.partial, np.random.Generator)
-        return any(
-            not is_ours(type(v).__module__) or isinstance(v, (*held, Iterator)) for v in self._kept
-        )
+        return any(self._remembers(v) for v in self._kept)
+
+    def _remembers(self, value: Any) -> bool:
+        if isinstance(value, functools.partial):
+            # what is not copied is not changed
+            return any(id(v) in self._memo for v in self._parts(value))
+        held = (types.FunctionType, types.MethodType, np.random.Generator, Iterator)
+        return not is_ours(type(value).__module__) or isinstance(value, held)
 
     def finish(self) -> None:
         """Remember what the run has changed outside of functions."""
@@ -127,10 +131,14 @@ class OwnScene:
     @staticmethod
     def _held(value: Any) -> list[types.FunctionType]:
         """Functions within what is copied as a whole."""
-        found: list[Any] = []
-        if isinstance(value, functools.partial):
-            found = [value.func, *value.args, *value.keywords.values()]
-        return [f for f in found if isinstance(f, types.FunctionType)]
+        return [f for f in OwnScene._parts(value) if isinstance(f, types.FunctionType)]
+
+    @staticmethod
+    def _parts(value: Any) -> list[Any]:
+        """What a partial function consists of; nothing of other values."""
+        if not isinstance(value, functools.partial):
+            return []
+        return [value.func, *value.args, *value.keywords.values()]
 
     def _several(self, values: Any, path: str) -> Any:
         keys = list(values) if isinstance(values, dict) else range(len(values))

@@ -380,21 +380,28 @@ class Simulation:
 
     @property
     def repeatable(self) -> bool:
-        """Whether it can begin again: no law or event of the scene remembers the first time."""
-        control = self.scene.controllers or self.scene.all_events
-        return not (control or self._own.remembers or self.path is not None)
+        """Whether it can begin again: no law of the scene remembers the first time."""
+        return not self._own.remembers
 
-    def begin_again(self, scene: Scene, arrays: Arrays, state: dict[str, Any]) -> None:
+    def begin_again(
+        self, scene: Scene, arrays: Arrays, state: dict[str, Any], size: StepSize | None = None
+    ) -> None:
         """Be at an earlier state, with other steps from there on.
 
         Args:
             scene: The scene, with other steps and step control.
             arrays: As from `arrays`, before the first step.
             state: As from `state`.
+            size: What chooses its steps; None: a new one.
         """
         self.scene, self.t_end = scene, float(scene.t_end or 0.0)
-        self.restore(arrays, state)
-        self.size = self._size()
+        # it reads columns of new observers
+        self.control = Control(scene, self.model.signals)
+        self.size = size or self._size()
+        if self.path is not None:
+            assert isinstance(self.size, ArcSize)
+            self.path.size = self.size
+        self.restore(arrays, state | {"size": self.size.state()})
         self.problem.iteration.refresh.forget()
 
     def state(self) -> dict[str, Any]:

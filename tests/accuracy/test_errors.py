@@ -16,7 +16,7 @@ from shellmb.accuracy.errors import estimate_errors, execute_with_errors
 from shellmb.accuracy.found import Errors
 from shellmb.accuracy.repeat import Beginning, Steps, kept, run_again
 from shellmb.cli.main import app
-from shellmb.running.execute import RunResult, execute
+from shellmb.running.execute import Companion, RunResult, execute
 from shellmb.scene import Scene
 from shellmb.show.account import with_error
 from shellmb.studies.quantity import Quantity
@@ -102,6 +102,30 @@ def test_a_simulation_begins_again() -> None:
     assert run.simulation.step == 10
     # Newton's tolerance, and another order of sums
     assert mine == pytest.approx(execute(coarse, pictures=False).column("tip"), rel=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("scene", "column", "step"),
+    [
+        (sm.load_scene("pid_arm", t_end=0.1), "tip_z", 0.5),
+        (sm.load_scene("hinged_roof").with_options(mesh=(2, 2), t_end=4.0), "load_factor", 3.0),
+    ],
+    ids=["controllers", "path"],
+)
+def test_what_has_a_memory_of_its_own_begins_again(scene: Scene, column: str, step: float) -> None:
+    """The kind: controllers, events and paths keep their own state, which begins again, too."""
+    begin = Beginning()
+    run = execute(scene, None, [begin], pictures=False)
+    before, size = run.simulation.state(), run.simulation.size
+    coarse = Change(step=step).apply(scene)
+    with kept(run.simulation):
+        again = run_again(begin, coarse, None, run.simulation.model.comm, Steps(), Companion())
+    assert run.simulation.size is size
+    assert run.simulation.state() == before
+    new = execute(coarse, pictures=False)
+    # Newton's tolerance, and another order of sums
+    assert again.column(column) == pytest.approx(new.column(column), rel=1e-7)
+    assert again.warnings == ()
 
 
 def test_what_remembers_does_not_begin_again() -> None:

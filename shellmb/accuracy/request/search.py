@@ -93,7 +93,7 @@ class Search:
         self.scene, self.wanted, self.store, self.how = scene, wanted, store, how
         self.quantity = wanted.quantity(scene, measures=how.results is not None)
         self.levels: list[Level] = []
-        self._family = Family(scene, how.results, how.comm)
+        self._family = Family(scene, how.results, how.comm, ":" in (wanted.of or ""))
         kept, self._stored = how.comm.bcast(store.read() if how.comm.rank == 0 else None)
         self._family.found.update(kept)
         self._begun, self._cpu = time.perf_counter(), time.process_time()

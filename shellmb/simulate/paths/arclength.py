@@ -102,6 +102,7 @@ class PathSteps:
         size: The step size.
 
     Attributes:
+        size: The step size.
         factor: Load factor of the accepted state.
         rate: Its derivative by the arc length there.
         unstable: Number of directions in which the accepted state is unstable; None where the
@@ -110,7 +111,7 @@ class PathSteps:
     """
 
     def __init__(self, problem: Problem, path: PathFollowing, size: ArcSize) -> None:
-        self._problem, self._path, self._size = problem, path, size
+        self._problem, self._path, self.size = problem, path, size
         self._bordered = Bordered(problem.iteration, self._set_factor)
         self._moving = self._displacements()
         self._branches = Branches(problem, self._bordered, self._moving, path)
@@ -286,14 +287,14 @@ class PathSteps:
         assert found is not None
         self._problem.accept(dt)
         if self._cut:
-            self._size.cut()
+            self.size.cut()
         else:
-            self._size.suggest(found.iterations, found.turned, self._path)
+            self.size.suggest(found.iterations, found.turned, self._path)
         state, direction = self._branches.accept(self._state, found.state)
         if direction is not None:
             # along the null vector the load does not change, to first order
             state = PathState(state.t, state.factor, self._unit(direction), 0.0, None)
-            self._size.factor = max(1.0, AWAY / FARTHEST * self._size.farthest / self._size.dt)
+            self.size.factor = max(1.0, AWAY / FARTHEST * self.size.farthest / self.size.dt)
         self.factor, self.rate, self._state = state.factor, state.rate, state
         self.unstable = found.state.negative
 
@@ -314,7 +315,7 @@ class PathSteps:
             "sense": self._state.sense,
             "scale": self._scale,
             "unstable": self.unstable,
-            "size_factor": self._size.factor,
+            "size_factor": self.size.factor,
             "branches": self._branches.state(),
         }
 
@@ -322,9 +323,9 @@ class PathSteps:
         """Take them up."""
         self.factor, self.rate = float(state["factor"]), float(state["rate"])
         self._scale = float(state["scale"])
-        self._size.farthest = FARTHEST * self._problem.model.length / self._scale
+        self.size.farthest = FARTHEST * self._problem.model.length / self._scale
         self.unstable = state["unstable"]
-        self._size.factor = float(state["size_factor"])
+        self.size.factor = float(state["size_factor"])
         tangent = arrays["tangent"]
         self._state = PathState(
             float(state["t"]),

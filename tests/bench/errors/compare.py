@@ -103,8 +103,9 @@ def compare(case: Case) -> Compared:
     free()
     clock = time.process_time()
     execute(scene, pictures=False, results=results)
+    bare = time.process_time() - clock
     free()
-    bare, clock = time.process_time() - clock, time.process_time()
+    clock = time.process_time()
     run = execute_with_errors(scene, pictures=False, results=results)
     with_errors = time.process_time() - clock
     mine, found = keep(run), run.summary["errors"]
