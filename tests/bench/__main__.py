@@ -37,6 +37,7 @@ class Peer(StrEnum):
     exudyn = "exudyn"
     opensees = "opensees"
     kratos = "kratos"
+    ngsolve = "ngsolve"
 
 
 @app.callback(invoke_without_command=True)

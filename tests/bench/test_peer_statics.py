@@ -7,11 +7,16 @@ import pytest
 
 from shellmb.errors import SceneError
 from shellmb.measuring.tables import markdown
-from tests.bench.peers.codes import EXUDYN, KRATOS, OPENSEES, OURS
+from tests.bench.peers.codes import EXUDYN, KRATOS, NGSOLVE, OPENSEES, OURS
 from tests.bench.peers.statics import hemisphere, roll_up
 from tests.bench.peers.statics.problem import COLUMNS, Solved, Static, compared, sentence
 
-PEERS = {EXUDYN: "exudyn", OPENSEES: "openseespy", KRATOS: "KratosMultiphysics"}
+PEERS = {
+    EXUDYN: "exudyn",
+    OPENSEES: "openseespy",
+    KRATOS: "KratosMultiphysics",
+    NGSOLVE: "ngsolve",
+}
 
 
 def there(code):
@@ -71,7 +76,7 @@ def test_without_the_peer(monkeypatch, code, problem):
         importlib.util, "find_spec", lambda name: None if name == PEERS[code] else find(name)
     )
     with pytest.raises(SceneError, match=f"{PEERS[code]} is not installed; .*'peers'"):
-        problem.solve[code](Static(code, (4, 4), "ASD"))
+        problem.solve[code](Static(code, (4, 4), "HHJ 2"))
 
 
 @there(OPENSEES)
@@ -106,6 +111,14 @@ class TestKratos:
     def test_the_hemisphere(self):
         (found,) = compared(hemisphere.PROBLEM, [Static(KRATOS, (8, 8), "thin", 10)], (KRATOS,), 1)
         assert not found.failed and 0.02 < found.error < 0.06
+
+
+@there(NGSOLVE)
+def test_ngsolve_rolls_the_strip_up():
+    cases = [Static(NGSOLVE, (4, 1), "HHJ 2", steps) for steps in (1, 10)]
+    failed, found = compared(roll_up.PROBLEM, cases, (NGSOLVE,), 1)
+    assert failed.error == np.inf and "load step 1" in failed.failed
+    assert not found.failed and found.error < 0.02
 
 
 @there(EXUDYN)

@@ -134,8 +134,8 @@ def observed(monkeypatch: pytest.MonkeyPatch) -> list[StandardObservers]:
     found: list[StandardObservers] = []
 
     class Kept(StandardObservers):
-        def __init__(self, *given: Any) -> None:
-            super().__init__(*given)
+        def __init__(self, *given: Any, **options: Any) -> None:
+            super().__init__(*given, **options)
             found.append(self)
 
     monkeypatch.setattr(executing, "StandardObservers", Kept)

@@ -6,7 +6,7 @@ import importlib.util
 
 from shellmb.errors import SceneError
 
-OURS, EXUDYN, OPENSEES, KRATOS = "shellmb", "Exudyn", "OpenSees", "Kratos"
+OURS, EXUDYN, OPENSEES, KRATOS, NGSOLVE = "shellmb", "Exudyn", "OpenSees", "Kratos", "NGSolve"
 
 
 def require_package(package: str) -> None:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from typing import Any
 
-from tests.bench.peers import exudyn, kratos, opensees
-from tests.bench.peers.codes import EXUDYN, KRATOS, OPENSEES, OURS
+from tests.bench.peers import exudyn, kratos, ngsolve, opensees
+from tests.bench.peers.codes import EXUDYN, KRATOS, NGSOLVE, OPENSEES, OURS
 from tests.bench.peers.dynamics.exudyn_plate import ExudynPlate
 from tests.bench.peers.dynamics.history import TipHistory
 from tests.bench.peers.dynamics.motion import Motion, Runs, Study
@@ -14,9 +14,14 @@ from tests.bench.peers.dynamics.opensees_plate import OpenSeesPlate
 from tests.bench.peers.dynamics.our_plate import OurPlate
 
 # how a peer is called on the command line, and what it asks for being installed
-# the last one in static problems only
-PEERS = {"exudyn": EXUDYN, "opensees": OPENSEES, "kratos": KRATOS}
-REQUIRE = {EXUDYN: exudyn.require, OPENSEES: opensees.require, KRATOS: kratos.require}
+# the last two in static problems only
+PEERS = {"exudyn": EXUDYN, "opensees": OPENSEES, "kratos": KRATOS, "ngsolve": NGSOLVE}
+REQUIRE = {
+    EXUDYN: exudyn.require,
+    OPENSEES: opensees.require,
+    KRATOS: kratos.require,
+    NGSOLVE: ngsolve.require,
+}
 
 
 # Newton's method of each code ends as early as it may: at the power of ten at which its answer is

@@ -14,8 +14,8 @@ import numpy as np
 from shellmb.arrays import Floats
 from shellmb.demos import roll_up
 from shellmb.measuring.times import Stopwatch
-from tests.bench.peers import exudyn, kratos, opensees
-from tests.bench.peers.codes import EXUDYN, KRATOS, OPENSEES, OURS
+from tests.bench.peers import exudyn, kratos, ngsolve, opensees
+from tests.bench.peers.codes import EXUDYN, KRATOS, NGSOLVE, OPENSEES, OURS
 from tests.bench.peers.statics import ours
 from tests.bench.peers.statics.problem import TOLERANCE, Answer, Problem, Static
 
@@ -31,6 +31,9 @@ CASES = (
     *(Static(OPENSEES, (16, 1), "NLDKGQ", steps) for steps in (20, 40, 100)),
     *(Static(KRATOS, (16, 1), "thin", steps) for steps in (1, 4)),
     *(Static(KRATOS, (n, 1), "thin", 8) for n in (8, 16, 32, 64)),
+    *(Static(NGSOLVE, (8, 1), "HHJ 2", steps) for steps in (4, 10)),
+    *(Static(NGSOLVE, (n, 1), "HHJ 2", 10) for n in (4, 16)),
+    Static(NGSOLVE, (4, 1), "HHJ 3", 10),
     *(Static(EXUDYN, (16, 1), "", steps) for steps in (1, 2, 4)),
     *(Static(EXUDYN, (n, 1), "", 8) for n in (4, 8, 16, 32)),
 )
@@ -90,6 +93,30 @@ def _kratos(case: Static) -> Answer:
     return Answer(np.array(moved), iterations, cpu, failed)
 
 
+def _ngsolve(case: Static) -> Answer:
+    ngs, (length, width) = ngsolve.require(), (roll_up.LENGTH, roll_up.WIDTH)
+    shell = ngsolve.Koiter(
+        ngs,
+        case.mesh,
+        int(case.element[-1]),
+        SECTION,
+        lambda x, y, z: (length * x, width * y, 0),
+        {
+            "dirichletx_bbnd": "left",
+            "dirichlety_bbnd": "left|top|bottom",
+            "dirichletz_bbnd": "left",
+        },
+        clamped="left",
+        symmetric="top|bottom",
+    )
+    shell.moment(ngs.IfPos(ngs.x - length + 1e-6, MOMENT / width, 0))
+    iterations, cpu, failed = shell.solve(case.load_steps, TOLERANCE)
+    # the last point is at the edge
+    inside = np.minimum(QUARTERS, length * (1 - 1e-12))
+    moved = [shell.moved(float(x), 0.5 * width, 0.0) for x in inside]
+    return Answer(np.array(moved), iterations, cpu, failed)
+
+
 def _exudyn(case: Static) -> Answer:
     exu, (nx, ny) = exudyn.require(), case.mesh
     with exudyn.quiet():
@@ -106,7 +133,13 @@ PROBLEM = Problem(
     "roll_up",
     "strip rolled into a circle by its end moment",
     CASES,
-    (CASES[1], CASES[6], Static(EXUDYN, (4, 1), "", 8), Static(KRATOS, (8, 1), "thin", 8)),
-    {OURS: _ours, OPENSEES: _opensees, KRATOS: _kratos, EXUDYN: _exudyn},
+    (
+        CASES[1],
+        CASES[6],
+        Static(EXUDYN, (4, 1), "", 8),
+        Static(KRATOS, (8, 1), "thin", 8),
+        Static(NGSOLVE, (4, 1), "HHJ 2", 10),
+    ),
+    {OURS: _ours, OPENSEES: _opensees, KRATOS: _kratos, NGSOLVE: _ngsolve, EXUDYN: _exudyn},
     distance,
 )
