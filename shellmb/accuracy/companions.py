@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
-from shellmb.errors import SceneError
 from shellmb.meshes.surfaces.gmsh_mesh import CAD
 from shellmb.scene import GmshFile, MeshFile, Scene, Shell
 from shellmb.scene.loads.loads import PointLoad
@@ -120,27 +119,22 @@ def with_meshes(scene: Scene, times: int, body: str | None = None) -> Scene:
         body: The only body whose mesh is another one; None: all.
 
     Raises:
-        SceneError: If a mesh is read from a file.
+        SceneError: If there is no such mesh.
     """
     chosen = {b.name for b in scene.meshed if body in (None, b.name)}
-    for shell in [s for s in scene.shells if s.name in chosen]:
-        if not _is_meshed_anew(shell):
-            raise SceneError(f"the mesh of '{shell.name}' is read from a file and stays as it is")
-    shells = tuple(
-        replace(s, mesh=(times * s.mesh[0], times * s.mesh[1])) if s.name in chosen else s
-        for s in scene.shells
-    )
+    shells = tuple(_divided(s, times) if s.name in chosen else s for s in scene.shells)
     beams = tuple(
         replace(b, elements=times * b.elements) if b.name in chosen else b for b in scene.beams
     )
     return replace(scene, shells=shells, beams=beams)
 
 
-def _is_meshed_anew(shell: Shell) -> bool:
+def _divided(shell: Shell, times: int) -> Shell:
     surface = shell.surface
-    if isinstance(surface, GmshFile):
-        return surface.path.suffix.lower() in CAD
-    return not isinstance(surface, MeshFile)
+    read = isinstance(surface, GmshFile) and surface.path.suffix.lower() not in CAD
+    if read or isinstance(surface, MeshFile):
+        return replace(shell, surface=replace(surface, refine=times * surface.refine))
+    return replace(shell, mesh=(times * shell.mesh[0], times * shell.mesh[1]))
 
 
 def degree_of(scene: Scene) -> int | None:

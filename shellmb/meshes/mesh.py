@@ -22,6 +22,7 @@ from shellmb.meshes.edges_where import with_edges
 from shellmb.meshes.extent import check_extent
 from shellmb.meshes.lifetime import count_in
 from shellmb.meshes.raw import RawMesh, cell_cross, vertex_count
+from shellmb.meshes.refined import refined
 from shellmb.meshes.surfaces.structured import structured_mesh
 from shellmb.scene import MeshFile, Shell, Surface
 from shellmb.scene.shells.gmsh_surfaces import Meshed
@@ -166,7 +167,8 @@ def _on_first_rank(shell: Shell, comm: MPI.Comm) -> RawMesh:
 
 
 def _raw(shell: Shell) -> RawMesh:
-    return with_areas(_with_edges(shell), shell.areas, shell.name)
+    raw = with_areas(_with_edges(shell), shell.areas, shell.name)
+    return refined(raw, shell.surface.refine) if isinstance(shell.surface, Meshed) else raw
 
 
 def _with_edges(shell: Shell) -> RawMesh:

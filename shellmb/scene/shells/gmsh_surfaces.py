@@ -16,7 +16,7 @@ from pydantic import Field
 
 from shellmb.errors import SceneError
 from shellmb.scene.shells.surfaces import Surface
-from shellmb.scene.values.validate import Edge, Name, Positive, described
+from shellmb.scene.values.validate import Edge, Name, Positive, PositiveInt, described
 
 __all__ = ["GmshFile", "GmshModel", "MeshFile", "Meshed"]
 
@@ -44,6 +44,7 @@ class Meshed(Surface):
         gaps: What to do where it touches itself without being joined.
         flip: Whether its positive side is the other one.
         scale: Factor on positions.
+        refine: Elements along each side of one that is read.
     """
 
     edges = None
@@ -55,6 +56,7 @@ class Meshed(Surface):
     gaps: Literal["refuse", "keep"]
     flip: bool
     scale: float
+    refine: int
 
 
 @described("gmsh file")
@@ -79,6 +81,7 @@ class GmshFile(Meshed):
             list them, or ``"keep"`` them open with a warning.
         flip: Whether the positive side is the other one than that of most elements as they come.
         scale: Factor on positions, to metres for instance.
+        refine: Elements along each side of one of the file's, whose shape and groups stay.
     """
 
     path: Annotated[Path, Field(strict=False)]  # a text names a file, too
@@ -89,6 +92,7 @@ class GmshFile(Meshed):
     gaps: Literal["refuse", "keep"] = "refuse"
     flip: bool = False
     scale: Positive = 1.0
+    refine: PositiveInt = 1
 
     def __post_init__(self) -> None:
         """Check that the file is there, and is what its ending says.
@@ -143,6 +147,7 @@ class GmshModel(Meshed):
     flip: bool = False
 
     scale = 1.0
+    refine = 1
 
 
 @described("mesh file")
@@ -163,6 +168,7 @@ class MeshFile(Meshed):
         gaps: As of a :class:`GmshFile`.
         flip: Whether the positive side is the other one than that of most elements as they come.
         scale: Factor on positions, to metres for instance.
+        refine: Elements along each side of one of the file's, whose shape and groups stay.
     """
 
     path: Annotated[Path, Field(strict=False)]
@@ -173,6 +179,7 @@ class MeshFile(Meshed):
     gaps: Literal["refuse", "keep"] = "refuse"
     flip: bool = False
     scale: Positive = 1.0
+    refine: PositiveInt = 1
 
     def __post_init__(self) -> None:
         """Check that the file is there.
