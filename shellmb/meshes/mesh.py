@@ -22,7 +22,7 @@ from shellmb.meshes.edges_where import with_edges
 from shellmb.meshes.extent import check_extent
 from shellmb.meshes.lifetime import count_in
 from shellmb.meshes.raw import RawMesh, cell_cross, vertex_count
-from shellmb.meshes.refined import refined
+from shellmb.meshes.surfaces.refined import refined
 from shellmb.meshes.surfaces.structured import structured_mesh
 from shellmb.scene import MeshFile, Shell, Surface
 from shellmb.scene.shells.gmsh_surfaces import Meshed
