@@ -131,8 +131,8 @@ def with_meshes(scene: Scene, times: int, body: str | None = None) -> Scene:
 
 def _divided(shell: Shell, times: int) -> Shell:
     surface = shell.surface
-    read = isinstance(surface, GmshFile) and surface.path.suffix.lower() not in CAD
-    if read or isinstance(surface, MeshFile):
+    cad = isinstance(surface, GmshFile) and surface.path.suffix.lower() in CAD
+    if isinstance(surface, GmshFile | MeshFile) and not cad:
         return replace(shell, surface=replace(surface, refine=times * surface.refine))
     return replace(shell, mesh=(times * shell.mesh[0], times * shell.mesh[1]))
 

@@ -40,7 +40,7 @@ def refined(raw: RawMesh, times: int) -> RawMesh:
         np.concatenate(keys), axis=0, return_index=True, return_inverse=True
     )
     number = number.reshape(-1)
-    values = element.tabulate(0, lattice / fine)[0, :, :, 0]
+    values = np.asarray(element.tabulate(0, lattice / fine))[0, :, :, 0]
     places = np.einsum("pk,ckx->cpx", values, raw.x[raw.cells]).reshape(-1, 3)
     parts = np.split(number, np.cumsum([len(k) for k in keys])[:-1])
     own = parts[0].reshape(len(raw.cells), -1)[:, _children(raw, times, element, lattice)]
@@ -109,7 +109,7 @@ def _children(
 ) -> Ints:
     """Rows of the lattice that are the nodes of each new element, shape (children, k)."""
     order = raw.order
-    nodes = np.rint(element.points * order).astype(np.int64)
+    nodes = np.rint(np.asarray(element.points) * order).astype(np.int64)
     row = {tuple(place): k for k, place in enumerate(lattice.tolist())}
     found = []
     for a in range(times):

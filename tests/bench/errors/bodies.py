@@ -68,6 +68,20 @@ def strip(mesh: tuple[int, int], force: float = 400.0) -> Scene:
     )
 
 
+def inflated(mesh: tuple[int, int]) -> Scene:
+    """Cantilever strip that curls under pressure, which follows it."""
+    body = Shell("strip", sm.Rectangle(0.6, 0.1), STEEL, mesh=mesh)
+    tip = (sm.Probe("tip_u", (0.6, 0.05, 0.0), component=0), sm.Probe("tip_w", (0.6, 0.05, 0.0)))
+    return Scene(
+        "inflated",
+        (body,),
+        supports=(sm.Clamped("left"),),
+        loads=(sm.Pressure(2e4),),
+        probes=tip,
+        scheme="static",
+    )
+
+
 def rod(elements: int, **options: Any) -> Scene:
     """Cantilever beam of steel, loaded across its end: at rest, or by a ramp."""
     line, section = (
@@ -132,6 +146,7 @@ STATICS = (
         lambda: demo("wing_box", nx=8, ny=2, nz=2),
         ("front_2:end", "flow:end"),
     ),
+    Case("strip under pressure", "statics", lambda: inflated((4, 1)), ("tip_u:end", "tip_w:l2")),
     Case("bent rod", "statics", lambda: rod(2), ("tip:end",)),
 )
 

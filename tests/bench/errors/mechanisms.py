@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import shellmb as sm
@@ -42,12 +43,25 @@ def chain(scheme: str, links: int = 2, **options: Any) -> Scene:
     )
 
 
+def sprung() -> Scene:
+    """The chain with a spring and a damper in its hinges."""
+    elements = (
+        sm.JointSpring("spring", "hinge1", stiffness=20.0),
+        sm.JointDamper("damper", "hinge0", damping=0.2),
+    )
+    return replace(
+        chain("ed3", dt=0.02, alpha=0.5, t_end=1.0),
+        force_elements=elements,
+    )
+
+
 ENDS = ("tip_x:l2", "tip_z:end")
 
 MECHANISMS = (
     Case("two rigid links, EP4", "mechanism", lambda: chain("ep4", dt=0.02), ENDS),
     Case("two rigid links, EP", "mechanism", lambda: chain("ep", dt=5e-3), ENDS),
     Case("two rigid links, ED3", "mechanism", lambda: chain("ed3", dt=0.02, alpha=0.5), ENDS),
+    Case("two links with a spring", "mechanism", sprung, ENDS),
     Case("heavy top", "mechanism", lambda: demo("heavy_top", dt=2e-3), ("x:l2", "z:end")),
     Case("slider-crank, rigid", "mechanism", lambda: demo("slider_crank"), ("middle_x:l2",)),
     Case(

@@ -108,7 +108,7 @@ class Koiter:
         last = ngs.Normalize(moved(ngs.Grad(self.solution.components[0]))[1])
         kept = (1 - marks[0] - marks[1]) * last + marks[0] * normal
         kept += marks[1] * (last - (last * across) * across)
-        self._average = lambda: average.Set(kept, dual=True, definedon=everywhere)
+        self._normals = average, kept
         seen = ngs.Normalize(average - (along_now * average) * along_now)
         angle = ngs.acos(across_now * seen) - ngs.acos(across * ngs.Normalize(first))
 
@@ -165,7 +165,8 @@ class Koiter:
         watch, iterations = Stopwatch(), 0
         for step in range(1, steps + 1):
             self.factor.Set(step / steps)
-            self._average()
+            average, now = self._normals
+            average.Set(now, dual=True, definedon=self.mesh.Boundaries(".*"))
             made = self._newton(tolerance, damping)
             iterations += made or MOST
             if made is None:
