@@ -255,7 +255,15 @@ STATEMENTS = (
         _double_s,
     ),
     Statement("Reversal begins near E and runs to the free edge", "E first", ("shell-ed",), _order),
-    Statement("Vibrations about the original shape", "violent", ("shell-ed",), _violent),
+    Statement(
+        "Vibrations about the original shape",
+        "violent",
+        ("shell-ed",),
+        _violent,
+        why="how many vibrations are left when the shell snaps back depends on alpha, which is the "
+        "paper's, 1: with 0.5 B is between -0.37 and 0.09 m (`shellmb run snap_through --alpha "
+        "0.5`)",
+    ),
     Statement("ED with dt = 2.5 ms", "constant step", ("shell-ed",), _full_steps),
     Statement(
         "EP needs smaller steps after snap-through",
