@@ -173,6 +173,28 @@ def test_supported_corners_are_no_contradiction() -> None:
     assert found["hinge.rotation"] == pytest.approx(angle, rel=1e-10)
 
 
+def test_four_panels_about_a_vertex() -> None:
+    """A closed loop of hinges implies some of its constraints; torques balance the load exactly."""
+    places = {"a": (0, 0), "b": (1, 0), "c": (1, 1), "d": (0, 1)}
+    across = [("a", "b"), ("d", "c")]
+    along = [("b", "c"), ("a", "d")]
+    hinges = [EdgeHinge(f"{m}{n}", m, n, at="right", second_at="left") for m, n in across]
+    hinges += [EdgeHinge(f"{m}{n}", m, n, at="top", second_at="bottom") for m, n in along]
+    scene = Scene(
+        "vertex",
+        [Shell(n, Rectangle(1, 1, (*p, 0)), SKIN, mesh=(1, 1)) for n, p in places.items()],
+        joints=hinges,
+        force_elements=[JointSpring(f"spring {h.name}", h.name, 5.0) for h in hinges],
+        supports=Clamped("left", body="a"),
+        loads=EdgeForce("right", (0, 0, 0.5), body="c"),
+        scheme="linear-statics",
+    )
+    found = rotation(scene)
+    # moments of 0.5 N at (2, 1.5) about the lines x = 1 and y = 1
+    assert found["ab.rotation"] + found["dc.rotation"] == pytest.approx(-0.5 / 5.0, rel=1e-9)
+    assert found["bc.rotation"] + found["ad.rotation"] == pytest.approx(0.25 / 5.0, rel=1e-9)
+
+
 def spun(turns: float, model: str = "exact") -> Scene:
     """A panel that turns about its edge on the ground, uniformly as nothing acts on it."""
     steps = int(8 * turns)
