@@ -58,7 +58,8 @@ def sensitivities(
         out: Directory to write, new or empty; None: a temporary one, which is gone with the result.
         values: Values of parameters of the scene that replace its defaults.
         scales: Sizes of parameters, where their values do not tell: of one that is zero, say.
-        columns: "all" columns of the history, or those of "probes" only, which costs less.
+        columns: "all" columns of the history, or those of "probes" only, which costs less; with
+            controllers all of them.
         fields: Whether fields have derivatives, too.
         comm: Communicator; None: all ranks.
         **options: Choices that replace the scene's, as `shellmb run` has them.
@@ -77,6 +78,9 @@ def sensitivities(
         raise SceneError(f"sensitivities: columns is '{columns}'; it must be 'all' or 'probes'")
     base = made.scene()
     _refuse(base)
+    if base.controllers:
+        # their sensors may read any column
+        fields, columns = fields and columns == "all", "all"
     scenes = {p: beside(made, base, p) for p in chosen}
     said = [
         f"nothing depends on '{p.name}': its derivatives are zero"

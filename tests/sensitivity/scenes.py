@@ -165,3 +165,24 @@ def carried(stiffness=2e4, friction=0.3, speed=3.0, height=0.02, scheme="ep", dt
         dt=dt,
         t_end=steps * dt,
     )
+
+
+def controlled(gain=120.0, integral=200.0, mass=1.0, target=0.8, dt=5e-3, steps=8):
+    """A rigid arm that a sampled PID controller lifts, every other step."""
+    arm = sm.RigidBody(
+        "arm", mass, (0.01, 0.1, 0.1), position=(0.5, 0, 0), points={"tip": (1, 0, 0)}
+    )
+    return sm.Scene(
+        "controlled",
+        rigid_bodies=arm,
+        joints=sm.Revolute("shoulder", sm.GROUND, "arm", at=(0, 0, 0), axis=(0, -1, 0)),
+        force_elements=sm.Motor("motor", "shoulder", command=sm.Command("pid")),
+        controllers=sm.PID(
+            "pid", sm.Sensor("shoulder.rotation"), target, gain, integral, 25.0, period=2 * dt
+        ),
+        loads=sm.Gravity((0, 0, -9.81)),
+        probes=sm.Probe("tip", "tip", body="arm", component=2),
+        scheme="ep4",
+        dt=dt,
+        t_end=steps * dt,
+    )

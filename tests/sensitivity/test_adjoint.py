@@ -8,6 +8,7 @@ differences, and the derivatives of `sm.sensitivities`.
 import inspect
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -253,3 +254,21 @@ def test_an_objective_is_a_number() -> None:
 def test_states_are_for_fields() -> None:
     with pytest.raises(sm.SceneError, match="states is 3, and parameters are named"):
         sm.adjoint(plate, square, parameters=("thickness",), states=3)
+
+
+@pytest.mark.slow
+def test_two_ranks_find_the_same_backwards(mpirun: Callable[..., str]) -> None:
+    source = f"""
+import sys; sys.path.append({str(Path(__file__).parents[2])!r})
+import shellmb as sm
+from mpi4py import MPI
+from tests.sensitivity import test_adjoint as here
+
+place = ("strip", "thickness")
+found = sm.adjoint(here.plate, here.square, [place], **here.TIGHT)
+if MPI.COMM_WORLD.rank == 0:
+    print(*map(float, found.fields[place]["derivative"]))
+"""
+    one, two = ([float(x) for x in mpirun(n, "-c", source).split()[-3:]] for n in (1, 2))
+    # the worst is 1e-11: elimination of resultants
+    assert two == pytest.approx(one, rel=1e-9)

@@ -124,6 +124,15 @@ def test_obstacles_that_move_have_exact_derivatives() -> None:
 
 
 @pytest.mark.slow
+def test_controllers_have_exact_derivatives() -> None:
+    names = ("gain", "integral", "mass", "target")
+    assert_exact(scenes.controlled, {}, names)
+    # sensors read other columns than those of probes
+    found = sm.sensitivities(scenes.controlled, ("gain",), columns="probes", **TIGHT)
+    assert found.history["gain"]["tip"].iloc[-1] != 0.0
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("scheme", ["ep", "ed", "ep4"])
 def test_all_unknowns_in_one_matrix_give_the_same(scheme: str) -> None:
     """Without the reduction directors and multipliers are unknowns like others."""
