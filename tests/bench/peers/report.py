@@ -72,6 +72,7 @@ def run_peer(
         cases = static.quick if fast else static.cases
         solved.append((static, problem.compared(static, cases, peers, 1 if fast else 2)))
     if out is not None:
+        out.mkdir(parents=True, exist_ok=True)
         for study, found in moved:
             write(study.name, to_json(found.points), partial(draw, found), out)
         tables = {study.name: markdown(columns(found), best(found)) for study, found in moved}

@@ -159,7 +159,7 @@ PROBLEM = Problem(
         Static(EXUDYN, (4, 4), "", 10),
         Static(OPENSEES, (4, 4), "ASD", 8),
         Static(KRATOS, (4, 4), "thin", 10),
-        Static(NGSOLVE, (2, 2), "HHJ 2", 10),
+        Static(NGSOLVE, (4, 4), "HHJ 2", 10),
     ),
     {OURS: _ours, OPENSEES: _opensees, KRATOS: _kratos, NGSOLVE: _ngsolve, EXUDYN: _exudyn},
     relative,

@@ -138,7 +138,7 @@ PROBLEM = Problem(
         CASES[6],
         Static(EXUDYN, (4, 1), "", 8),
         Static(KRATOS, (8, 1), "thin", 8),
-        Static(NGSOLVE, (4, 1), "HHJ 2", 10),
+        *(Static(NGSOLVE, (n, 1), "HHJ 2", 10) for n in (4, 8)),
     ),
     {OURS: _ours, OPENSEES: _opensees, KRATOS: _kratos, NGSOLVE: _ngsolve, EXUDYN: _exudyn},
     distance,
