@@ -239,26 +239,28 @@ def _frame(axis: Any) -> Floats:
     return np.stack([first, np.cross(e, first), e], axis=1)
 
 
-def least_step(name: str, again: int = 200) -> float:
-    """Processor time of a solution that is there already, s: no step takes less.
-
-    DOLFINx's `NewtonSolver` takes two iterations and three residuals to see that.
+def least_step(name: str, scheme: str, dt: float, observed: bool, steps: int = 100) -> float:
+    """Wall time of the quickest of some steps, s: what a step takes on a machine of its own.
 
     Args:
         name: Name of the mechanism.
-        again: How often it is found.
+        scheme: Time scheme.
+        dt: Time step, s.
+        observed: Whether all is observed that a run observes.
+        steps: How many steps.
     """
-    scene = replace(MECHANISMS[name].scene(), scheme="ep", alpha=None, dt=1e-3)
+    base = MECHANISMS[name].scene()
+    scene = replace(base, scheme=scheme, alpha=None, dt=dt, t_end=2 * steps * dt)
     simulation = Simulation(scene)
-    simulation.advance()
-    problem = simulation.problem
-    key = problem.key(1e-3)
-    problem.prepare(simulation.t, 1e-3)
-    problem.newton.solve(key)
-    watch = Stopwatch()
-    for _ in range(again):
-        problem.newton.solve(key)
-    return watch.cpu / again
+    observers = list(StandardObservers(None).named.values()) if observed else []
+    for observer in observers:
+        observer.start(simulation)
+    times = []
+    for _ in range(steps):
+        watch = Stopwatch()
+        simulation.advance(observers)
+        times.append(watch.wall)
+    return min(times)
 
 
 def study_of(name: str, fast: bool = False) -> Study:
