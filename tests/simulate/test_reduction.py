@@ -184,7 +184,7 @@ class Iterates:
     def difference(self, other: "Iterates", number: int) -> float:
         """Between two states, relative to the scales of the parts."""
         a, b = self.states[number], other.states[number]
-        return float(self.iteration.convergence.sizes(a, (a - b)[None])[0])
+        return float(self.iteration.convergence.sizes(a, (a - b)[None]).max())
 
 
 def same_iterates(scene: Scene, steps: int = STEPS) -> Iterates:

@@ -70,7 +70,7 @@ class End:
     def difference(self, other: End) -> float:
         """Of the unknowns, relative to the scales of the parts."""
         change = (other.unknowns - self.unknowns)[None]
-        return float(self._convergence.sizes(self.unknowns, change)[0])
+        return float(self._convergence.sizes(self.unknowns, change)[0].max())
 
 
 @pytest.mark.parametrize("make", [plate, hinged])
