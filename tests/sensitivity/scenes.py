@@ -66,6 +66,7 @@ def vault(scheme="ep", radius=1.0, thickness=0.01, force=2e3, gravity=9.81, dt=2
             sm.Gravity((0, 0, -gravity)),
             sm.EdgeForce("right", (force, 0, 0), time=lambda t: 1 + 200 * t),
         ),
+        probes=[sm.Probe(f"corner_{k}", "right-top", component=k) for k in (0, 2)],
         scheme=scheme,
         dt=dt,
         t_end=steps * dt,
