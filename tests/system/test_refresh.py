@@ -202,7 +202,7 @@ def test_errors_are_squared_by_factorisations_at_both_states() -> None:
     # the next one would change 1e-18
     assert policy.converged(1e-12, 0.0, TOLERANCE)
     policy.begin("b")
-    for update, done in ((1e-4, False), (1e-8, True)):
+    for update, done in ((1e-4, False), (1e-10, True)):
         policy.factorised(8.0)
         assert policy.converged(update, 0.0, TOLERANCE) is done
 

@@ -191,8 +191,9 @@ class Modified:
         exact, self._exact, self._fresh = self._exact, update if self._fresh else None, False
         if update == 0.0:
             return True
-        if exact and self._exact and update**3 <= ERROR * tolerance * exact**2:
-            # with factorisations at both states errors are squared
+        squared = update <= tolerance and update**3 <= ERROR * tolerance * (exact or 0.0) ** 2
+        if self._exact and squared:
+            # with factorisations at both states errors are squared; larger updates may be round-off
             self._serve(False)
             return True
         if moved > FAR:
