@@ -122,6 +122,8 @@ def sentence(judged: Judged, targets: Sequence[Target]) -> str:
             f"These errors leave out {fixed}: that was not refined, and its error comes on top. "
             "Sweep it, too."
         )
+    elif len(judged.reference.refined) > 1:
+        parts.append(f"These errors are of {_refined(judged)} together.")
     return " ".join(parts)
 
 
@@ -129,9 +131,13 @@ def _alone(judged: Judged) -> str:
     """What the errors are of, where the study does not refine all."""
     if not judged.not_refined:
         return ""
+    return f" from {_refined(judged)} alone"
+
+
+def _refined(judged: Judged) -> str:
+    """What the study refines."""
     told = {"mesh": "the mesh", "dt": "the step", "step_tolerance": "the step"}
-    refined = {told[axis] for axis in judged.reference.refined}
-    return f" from {' and '.join(sorted(refined))} alone"
+    return " and ".join(sorted({told[axis] for axis in judged.reference.refined}))
 
 
 def _reached(judged: Judged, target: Target, requested: str, base: Offer | None) -> str:

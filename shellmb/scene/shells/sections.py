@@ -245,9 +245,9 @@ class Isotropic(LinearSection):
 
     E: Positive
     nu: PoissonRatio
-    _: KW_ONLY
     thickness: PositiveAt
     density: NonNegative = 0.0
+    _: KW_ONLY
     shear_correction: Positive = 5 / 6
     offset: FiniteAt = 0.0
     stiffness_damping: ShellTimes = 0.0

@@ -5,9 +5,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+import warnings
+from collections.abc import Collection, Mapping
+from typing import Any
 
-__all__ = ["CHOICES", "RENAMED", "choice_of_today", "name_of_today"]
+__all__ = ["CHOICES", "RENAMED", "choice_of_today", "name_of_today", "still_read"]
 
 # former name -> the names that it may have today; a class has one of them at most
 RENAMED: dict[str, tuple[str, ...]] = {
@@ -31,6 +33,32 @@ RENAMED: dict[str, tuple[str, ...]] = {
 
 # parameter and former choice -> the choice of today
 CHOICES = {("scheme", "linear"): "linear-statics", ("model", "linear"): "floating-frame"}
+
+# what scenes were written with longest: read as before, with a warning
+STILL_READ = {("scene", "elements"): "force_elements"}
+STILL_CHOSEN = {("scene", "scheme", "linear"): "linear-statics"}
+
+
+def still_read(label: str, given: Mapping[str, Any]) -> dict[str, Any]:
+    """Arguments by their names of today, where a former name is still read; it warns of each.
+
+    Args:
+        label: What a user calls an object of the class.
+        given: The arguments that have names.
+    """
+    found = {}
+    for name, value in given.items():
+        today = STILL_READ.get((label, name), name)
+        chosen = value
+        if isinstance(value, str):
+            chosen = STILL_CHOSEN.get((label, name, value), value)
+        if (today, chosen) != (name, value):
+            said = name if today != name else f"{name}={value!r}"
+            now = today if today != name else f"{name}={chosen!r}"
+            text = f"{label}: {said} is now called {now}; a later version will not read it"
+            warnings.warn(text, FutureWarning, stacklevel=4)
+        found[today] = chosen
+    return found
 
 
 def choice_of_today(name: str, choice: object) -> str:

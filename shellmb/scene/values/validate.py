@@ -13,6 +13,7 @@ from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, Validat
 from pydantic.dataclasses import dataclass as pydantic_dataclass
 
 from shellmb.errors import SceneError
+from shellmb.scene.values.renamed import still_read
 from shellmb.scene.values.sentences import in_words, plain, sentence, show, with_name
 
 __all__ = [
@@ -235,7 +236,7 @@ def described[T](label: str) -> Callable[[type[T]], type[T]]:
         def init(self: Any, *args: Any, **kwargs: Any) -> None:
             given = zip((f.name for f in fields(made)), args, strict=False)
             args = (*(_plainly(made, *pair) for pair in given), *args[len(fields(made)) :])
-            kwargs = {name: _plainly(made, name, value) for name, value in kwargs.items()}
+            kwargs = {n: _plainly(made, n, v) for n, v in still_read(label, kwargs).items()}
             try:
                 checked_init(self, *args, **kwargs)
             except ValidationError as failure:
