@@ -8,7 +8,7 @@ import pytest
 from shellmb import scene
 from shellmb.errors import SceneError
 from shellmb.scene.values.models import model_of
-from shellmb.scene.values.renamed import CHOICES, RENAMED
+from shellmb.scene.values.renamed import CHOICES, RENAMED, STILL_CHOSEN, STILL_READ
 
 DESCRIBED = [c for name in scene.__all__ if is_dataclass(c := getattr(scene, name))]
 PAGE = Path(__file__).parents[2] / "docs" / "reference" / "vocabulary.md"
@@ -40,7 +40,6 @@ def test_a_former_name_is_rejected_with_the_new_one(former):
 
 SQUARE, SECTION = scene.Rectangle(1, 1), scene.Isotropic(1, 0, thickness=0.1)
 GIVEN = {
-    "scheme": [lambda choice: scene.Scene("s", scene.Shell("s", SQUARE, SECTION), scheme=choice)],
     "model": [lambda choice: scene.Shell("s", SQUARE, SECTION, model=choice), model_of],
 }
 
@@ -52,8 +51,25 @@ def test_a_former_choice_is_rejected_with_the_new_one(name, former):
             make(former)
 
 
+def test_what_is_still_read_warns_with_the_new_name():
+    shell = scene.Shell("s", SQUARE, SECTION)
+    with pytest.warns(FutureWarning, match="scheme='linear' is now called scheme='linear-stat"):
+        made = scene.Scene("s", shell, supports=scene.Clamped("left"), scheme="linear")
+    assert made.scheme_name == "linear-statics"
+    spring = scene.Spring("k", "s", "ground", at=(1, 1, 0), second_at=(1, 1, 1), stiffness=1.0)
+    with pytest.warns(FutureWarning, match="scene: elements is now called force_elements"):
+        made = scene.Scene("s", shell, supports=scene.Clamped("left"), elements=spring)
+    assert made.force_elements == (spring,)
+    # the number of a beam's elements is called so
+    assert scene.Beam.__dataclass_fields__["elements"]
+
+
 def test_the_page_has_them_all():
     text = PAGE.read_text()
+    for (_, former), today in STILL_READ.items():
+        assert f"| `{former}` | `{today}` |" in text
+    for (_, name, former), today in STILL_CHOSEN.items():
+        assert f'| `{name}="{former}"` | `{name}="{today}"` |' in text
     for (name, former), today in CHOICES.items():
         assert f'| `{name}="{former}"` | `{name}="{today}"` |' in text
     for former, today in RENAMED.items():
@@ -73,7 +89,7 @@ def test_few_parameters_go_without_names():
     } == {
         scene.Scene: ["name", "shells"],
         scene.Revolute: ["name", "first", "second"],
-        scene.Isotropic: ["E", "nu"],
+        scene.Isotropic: ["E", "nu", "thickness", "density"],
         scene.RectangularSection: ["E", "nu"],
         scene.Laminate: ["plies"],
     }

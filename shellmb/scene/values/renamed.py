@@ -26,13 +26,12 @@ RENAMED: dict[str, tuple[str, ...]] = {
     "angle": ("angle_rad", "rotation"),
     "turn": ("turn_deg",),
     "control": ("step_control",),
-    "elements": ("force_elements",),
     "viscosity": ("damping",),
     "damping": ("stiffness_damping", "relative_damping"),
 }
 
 # parameter and former choice -> the choice of today
-CHOICES = {("scheme", "linear"): "linear-statics", ("model", "linear"): "floating-frame"}
+CHOICES = {("model", "linear"): "floating-frame"}
 
 # what scenes were written with longest: read as before, with a warning
 STILL_READ = {("scene", "elements"): "force_elements"}
