@@ -54,6 +54,21 @@ def pytest_configure(config: pytest.Config) -> None:
         config.pluginmanager.register(kept)
 
 
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Mark what mostly compiles as slow; see `tests/heavy.txt`."""
+    file = Path(__file__).with_name("heavy.txt")
+    lines = (line.strip() for line in file.read_text().splitlines())
+    heavy = {line for line in lines if line and not line.startswith("#")}
+    for item in items:
+        if item.nodeid in heavy:
+            item.add_marker(pytest.mark.slow)
+    if config.args == config.getini("testpaths"):
+        unknown = heavy - {item.nodeid for item in items}
+        if unknown:
+            raise pytest.UsageError(f"{file}: there are no such tests: {sorted(unknown)}")
+
+
 def pytest_collection_finish(session: pytest.Session) -> None:
     """What is there before the tests stays: to look through it took a twentieth of all time."""
     gc.collect()

@@ -62,7 +62,7 @@ def test_a_law_without_a_number_is_named_as_such(law: Any) -> None:
 def test_too_many_arguments_are_counted() -> None:
     with pytest.raises(sm.SceneError) as refused:
         sm.Isotropic(1.0, 0.3, 0.1, 1.0, 5 / 6, 0.0, 0.0, 0.0, 9.0)  # type: ignore[call-arg]
-    assert "more than E, nu are given without their names" in str(refused.value)
+    assert "more than E, nu, thickness, density are given without their names" in str(refused.value)
 
 
 def test_what_is_wrong_as_a_whole_shows_no_arguments() -> None:

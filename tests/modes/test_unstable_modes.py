@@ -174,7 +174,7 @@ def test_the_lowest_mode_is_found_where_loads_follow(force: float) -> None:
     for P, elements in ((100.0, 8), (2000.0, 16)):
         dead, follows = PointForce("end", (0, 0, -P)), FollowerForce("end", (force, 0, 0))
         scene = column([dead, follows], 1e-2)
-        scene = replace(scene, beams=replace(scene.beams[0], force_elements=elements))
+        scene = replace(scene, beams=replace(scene.beams[0], elements=elements))
         one, many = (natural_modes(scene, count=count, loaded=True) for count in (1, 40))
         assert one.unstable is None
         assert one.omega2[0] == pytest.approx(many.omega2[0], rel=1e-6)

@@ -180,7 +180,10 @@ class Start:
                     X, D = X + now[u], D + now[w].reshape(D.shape)
                 v[u] += linear + np.cross(spin, X - np.asarray(initial.about))
                 v[w] += np.cross(spin, D).reshape(w.shape)
-        before = self._energy(_kinetic) if self._taken or self.scene.initial else 0.0
+        # what is free keeps its velocities, and needs no energy to be compared
+        bound = self._tied or self._following or self.scene.supports
+        given = self._taken or (self.scene.initial and bound)
+        before = self._energy(_kinetic) if given else 0.0
         self._given_velocities()
         if self.scene.initial and not self.scene.assemble:
             q = {name: levels.q for name, levels in self.problem.levels.items()}
