@@ -82,6 +82,8 @@ from shellmb.barrier import arrive
 
 @failures_reported
 def command():
+    # both are where a signal is awaited
+    MPI.COMM_WORLD.Barrier()
     if MPI.COMM_WORLD.rank == 0:
         print("drawing", flush=True)
         time.sleep(60.0)
