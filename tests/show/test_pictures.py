@@ -193,6 +193,9 @@ def test_pictures_look_as_one_chooses(tmp_path) -> None:
         ({"width": 3}, "from 100 to 8000"),
         ({"theme": "pink"}, "light"),
         ({"enlarge": -1.0}, "positive"),
+        ({"enlarge": "much"}, "positive"),
+        ({"width": "wide"}, "from 100 to 8000"),
+        ({"theme": ["dark"]}, "light"),
     ],
 )
 def test_an_appearance_that_cannot_be(wrong, says) -> None:

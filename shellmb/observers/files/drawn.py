@@ -323,7 +323,8 @@ def drawn_parts(model: Model) -> dict[str, Drawn]:
         found[JOINTS] = DrawnJoints(model, JOINTS)
     # those of the scene are gone where a shell or beam is rigid
     contacts = [group.item for group in model.potentials if isinstance(group.item, Contact)]
-    near = [obstacle_solid(c, *_middle(model, bodies)) for c in contacts]
+    middle, size = _middle(model, bodies) if contacts else (np.zeros(3), 0.0)
+    near = [obstacle_solid(c, middle, size) for c in contacts]
     if shown := [solid for solid in near if solid is not None]:
         moves = any(solid.body is not None for solid in shown)
         carrier = bodies[model.rigid.name] if moves and model.rigid is not None else None

@@ -12,6 +12,7 @@ import numpy as np
 from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError
 from shellmb.meshes.files.meshio_files import read_meshio
+from shellmb.model.locations.ends import frame_about
 from shellmb.scene import Ball, Box, Contact, Plane, RigidBody, Rod
 from shellmb.scene.lookup import said
 
@@ -97,20 +98,19 @@ def obstacle_solid(contact: Contact, centre: Floats, size: float) -> Solid | Non
         return Solid(contact.name, corners, triangles, contact.obstacle_body)
     if not isinstance(obstacle, Plane | Rod):
         return None
-    axis = np.asarray(obstacle.normal if isinstance(obstacle, Plane) else obstacle.axis)
-    axis = axis / np.linalg.norm(axis)
-    point, along = np.asarray(obstacle.point), np.outer(axis, axis)
+    frame = frame_about(obstacle.normal if isinstance(obstacle, Plane) else obstacle.axis)
+    point, along = np.asarray(obstacle.point), np.outer(frame[2], frame[2])
+    half = REACH * size / 2
     if isinstance(obstacle, Plane):
         # the foot of the scene's middle
         foot = centre - along @ (centre - point)
-        square = REACH * size * np.array([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)]) / 2
-        corners = foot + square @ _frame(axis).T
-        return Solid(contact.name, corners, np.array(HALVES), contact.obstacle_body)
-    foot = point + along @ (centre - point)
-    h, r = REACH * size / 2, obstacle.radius
-    local, triangles = _revolved(np.array([r, r]), np.array([-h, h]))
-    corners = foot + local @ _frame(axis).T
-    return Solid(contact.name, corners, triangles, contact.obstacle_body)
+        local = half * np.array([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)])
+        triangles = np.array(HALVES)
+    else:
+        foot = point + along @ (centre - point)
+        radii = np.array([obstacle.radius, obstacle.radius])
+        local, triangles = _revolved(radii, np.array([-half, half]))
+    return Solid(contact.name, foot + local @ frame, triangles, contact.obstacle_body)
 
 
 def joined(solids: Sequence[Solid]) -> tuple[Floats, Ints]:
@@ -122,13 +122,6 @@ def joined(solids: Sequence[Solid]) -> tuple[Floats, Ints]:
     first = np.cumsum([0, *(len(s.points) for s in solids[:-1])])
     triangles = [s.triangles + k for s, k in zip(solids, first, strict=True)]
     return np.concatenate([s.points for s in solids]), np.concatenate(triangles)
-
-
-def _frame(axis: Floats) -> Floats:
-    """Orthonormal columns, the last one along an axis."""
-    across = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
-    across /= np.linalg.norm(across)
-    return np.stack([across, np.cross(axis, across), axis], axis=1)
 
 
 def _apart(corners: Floats) -> tuple[Floats, Ints]:

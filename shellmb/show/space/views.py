@@ -82,14 +82,18 @@ class Appearance:
                     f"picture: camera is {self.camera!r}; it must be an elevation from -90 to 90 "
                     "and an azimuth, degrees"
                 )
-        if self.width is not None and not LEAST_WIDTH <= self.width <= MOST_WIDTH:
+        if self.width is not None and not (
+            isinstance(self.width, int) and LEAST_WIDTH <= self.width <= MOST_WIDTH
+        ):
             raise SceneError(
-                f"picture: width is {self.width}; it must be from {LEAST_WIDTH} to {MOST_WIDTH} "
+                f"picture: width is {self.width!r}; it must be from {LEAST_WIDTH} to {MOST_WIDTH} "
                 "pixels"
             )
-        if self.theme not in THEMES:
+        if not isinstance(self.theme, str) or self.theme not in THEMES:
             raise SceneError(f"picture: theme is {self.theme!r}; it must be {listed(THEMES)}")
-        if self.enlarge is not None and not (np.isfinite(self.enlarge) and self.enlarge > 0):
+        if self.enlarge is not None and not (
+            isinstance(self.enlarge, int | float) and 0 < self.enlarge < np.inf
+        ):
             raise SceneError(f"picture: enlarge is {self.enlarge!r}; it must be positive")
 
 
