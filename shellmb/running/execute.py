@@ -329,14 +329,10 @@ def _of_these_ranks(simulation: Simulation, saved: Saved) -> Saved:
             f"resume: the run was made on {count} ranks, and {what}; resume it with "
             f"`mpiexec -n {count}`"
         )
-    begun: dict[str, Any] = {
-        "guesses": {"times": [], "motion": [], "forces": []},
-        "errors": None,
-    }
     return replace(
         saved,
         arrays=simulation.spread(saved.ranks),
-        simulation=saved.simulation | {"past": begun},
+        simulation=saved.simulation | {"past": None},
         ranks=(),
     )
 

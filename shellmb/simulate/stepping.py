@@ -152,8 +152,11 @@ class TimeSteps:
             "errors": None if self._errors is None else self._errors.state(),
         }
 
-    def restore(self, arrays: Arrays, state: Any) -> None:
-        """Take them up."""
+    def restore(self, arrays: Arrays, state: Any | None) -> None:
+        """Take them up; with None they begin anew."""
+        if state is None:
+            self.forget(velocities=True)
+            return
         mine = {k.removeprefix(ERRORS): a for k, a in arrays.items() if k.startswith(ERRORS)}
         guesses = {k: a for k, a in arrays.items() if not k.startswith(ERRORS)}
         self._problem.predictor.restore(guesses, state["guesses"], self._problem.switches)

@@ -57,16 +57,15 @@ class Between(Silent):
             missed, when = self._missed[item.name]
             if missed <= MISSED:
                 continue
-            what = "radius" if hasattr(item.obstacle, "radius") else "half thickness"
             yield Caution(
                 self.name,
                 group.owner,
                 missed,
                 MISSED,
                 f"{said(item)}: between its nodes '{group.owner}' is deeper in the "
-                f"{group.shape.label} than at them, by {missed:.0%} of its {what} (at "
-                f"t = {when:.4g} s): only nodes touch, so the {group.shape.label} passes between "
-                "them; use smaller elements there",
+                f"{group.shape.label} than at them, by {missed:.0%} of its "
+                f"{group.shape.extent} (at t = {when:.4g} s): only nodes touch, so the "
+                f"{group.shape.label} passes between them; use smaller elements there",
             )
 
     def state(self) -> dict[str, Any]:

@@ -79,7 +79,6 @@ class Contacts(Silent):
             found = self._deep.get(name, (0.0, 0.0))
             deep, when = max(simulation.model.comm.allgather(found))
             kind = item.obstacle.label
-            size = "radius" if hasattr(item.obstacle, "radius") else "half thickness"
             if deep > DEEP:
                 yield Caution(
                     self.name,
@@ -87,9 +86,9 @@ class Contacts(Silent):
                     deep,
                     DEEP,
                     f"{said(item)}: a point of '{group.owner}' comes, or goes in one step, as deep "
-                    f"as {deep:.0%} of the {size} of the {kind} (at t = {when:.4g} s), and leaves "
-                    "on the wrong side if it passes the middle: use a smaller step or a larger "
-                    "stiffness",
+                    f"as {deep:.0%} of the {group.shape.extent} of the {kind} (at "
+                    f"t = {when:.4g} s), and leaves on the wrong side if it passes "
+                    "the middle: use a smaller step or a larger stiffness",
                 )
             largest, change, when = self._sudden.get(name, [0.0, 0.0, 0.0])
             share = change / largest if largest > 0 else 0.0

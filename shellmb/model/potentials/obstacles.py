@@ -35,11 +35,12 @@ class Shape:
     Attributes:
         depth: How deep a point may be before it is beyond the middle, m; infinite: as deep as may
             be.
+        extent: What that is of the obstacle.
     """
 
     # whether the distance follows from several measures
     several = False
-    depth = np.inf
+    depth, extent = np.inf, "radius"
 
     def __init__(self, obstacle: Obstacle, point: Any, axes: Floats) -> None:
         self.point, self.axes, self.label = np.array(point, dtype=float), axes, obstacle.label
@@ -189,7 +190,7 @@ class MovingRod(RoundShape):
 class BoxShape(Shape):
     """A box that may have rounded edges."""
 
-    several = True
+    several, extent = True, "half thickness"
 
     def __init__(self, obstacle: Box) -> None:
         super().__init__(obstacle, obstacle.center, obstacle.axes)
