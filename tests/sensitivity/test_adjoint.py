@@ -219,6 +219,8 @@ def test_fields_of_laminates(name: str) -> None:
     [
         ({}, (), "neither fields nor parameters are named"),
         ({}, [("wing", "thickness")], "there is no shell 'wing'; there are 'strip'"),
+        ({}, ("thickness",), "a field is 'thickness'; it must be the name of a shell and"),
+        ({}, [("strip",)], r"a field is \('strip',\); it must be the name of a shell and"),
         ({}, [("strip", "angle")], "has no 'angle' that may vary; it has thickness, offset"),
         ({"probes": ()}, [("strip", "thickness")], "has no probe"),
         (
@@ -251,7 +253,18 @@ def test_an_objective_is_a_number() -> None:
         sm.adjoint(plate, lambda history: float("nan"), [("strip", "thickness")])
 
 
+def test_an_objective_that_cannot_be_is_rejected_before_the_run(monkeypatch) -> None:
+    monkeypatch.setattr("shellmb.sensitivity.adjoint.backwards.execute", None)
+    field = [("strip", "thickness")]
+    with pytest.raises(sm.SceneError, match="reads 'tap'; there are 't', 'tip'"):
+        sm.adjoint(plate, lambda history: float(history["tap"][-1]), field)
+    with pytest.raises(sm.SceneError, match="the objective is 3; it must be a function"):
+        sm.adjoint(plate, 3, field)  # type: ignore[arg-type]
+
+
 def test_states_are_for_fields() -> None:
+    with pytest.raises(sm.SceneError, match="states is 'few'; it must be 1 or more"):
+        sm.adjoint(plate, square, [("strip", "thickness")], states="few")  # type: ignore[arg-type]
     with pytest.raises(sm.SceneError, match="states is 3, and parameters are named"):
         sm.adjoint(plate, square, parameters=("thickness",), states=3)
 

@@ -15,12 +15,13 @@ from shellmb.arrays import Floats
 from shellmb.bodyfields import kinematic_dofs, resultant_dofs
 from shellmb.model.body import Body
 from shellmb.schemes.base import END, Tangent
+from shellmb.sensitivity.adjoint.differences import FOURTH
 from shellmb.sensitivity.adjoint.transposed import Covector
 from shellmb.simulate.problem import Problem
 
-# a difference of fourth order, and its distance: directors are of unit size, so that its error and
-# round-off are both near 1e-13
-OFFSETS, WEIGHTS, APART = (-2, -1, 1, 2), (1 / 12, -2 / 3, 2 / 3, -1 / 12), 1e-3
+# distance of differences: directors are of unit size, so that error and round-off are both near
+# 1e-13
+APART = 1e-3
 
 
 class Advance:
@@ -134,7 +135,7 @@ class Advance:
                 unit[dofs[:, k]] = 1.0
                 by_jump[dofs[:, k]] += gathered(self._tangent(unit, middle))
                 change = np.zeros_like(w)
-                for offset, weight in zip(OFFSETS, WEIGHTS, strict=True):
+                for offset, weight in FOURTH:
                     change += weight / APART * self._tangent(jump, middle + offset * APART * unit)
                 by_middle[dofs[:, k]] += gathered(change)
         # what is at no node of the surface stays as it is

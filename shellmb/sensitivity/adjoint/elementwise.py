@@ -25,15 +25,16 @@ from shellmb.model.sections.section import BoundSection, bind_mass, bind_section
 from shellmb.model.shells.shell import ShellModel
 from shellmb.native.kernels import compiled
 from shellmb.scene import Shell
+from shellmb.sensitivity.adjoint.differences import FOURTH
 from shellmb.sensitivity.adjoint.places import changed
 from shellmb.sensitivity.adjoint.transposed import Change
 
 if TYPE_CHECKING:
     import pandas as pd
 
-# a difference of fourth order: coefficients are smooth in thickness and angle, so that its error
-# and its round-off are both near 1e-12
-OFFSETS, WEIGHTS, APART = (-2, -1, 1, 2), (1 / 12, -2 / 3, 2 / 3, -1 / 12), 1e-3
+# distance of differences: coefficients are smooth in thickness and angle, so that error and
+# round-off are both near 1e-12
+APART = 1e-3
 # distance of angles, degrees; of lengths it is relative
 DEGREES = 0.1
 
@@ -57,7 +58,7 @@ def changes(model: ShellModel, name: str) -> list[Change]:
     size = DEGREES if angle else APART * model.section.sizes.thickness
     found = _functions(model.section, model.mass, model.mass_of_section)
     sums = [np.zeros_like(f.x.array) for f in found]
-    for offset, weight in zip(OFFSETS, WEIGHTS, strict=True):
+    for offset, weight in FOURTH:
         section = changed(model.shell, name, _moved(offset * size))
         shell, domain = replace(model.shell, section=section), model.mixed.space.mesh
         bound = bind_section(shell, domain, model.section)

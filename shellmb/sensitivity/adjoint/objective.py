@@ -10,6 +10,8 @@ import numpy as np
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
 from shellmb.scene import Modal, Scene
+from shellmb.scene.lookup import listed
+from shellmb.sensitivity.adjoint.differences import FOURTH
 
 Objective = Callable[[Mapping[str, Floats]], float]
 
@@ -41,13 +43,39 @@ def check_probes(scene: Scene) -> None:
             raise SceneError(f"adjoint: probe '{probe.name}' records a velocity; statics has none")
 
 
+class Histories(dict[str, Floats]):
+    """Histories by the names of probes, and "t"; others are an error."""
+
+    def __missing__(self, name: object) -> Floats:
+        raise SceneError(f"adjoint: the objective reads {name!r}; there are {listed(self)}")
+
+
+def check_objective(objective: Objective, scene: Scene) -> None:
+    """Refuse, before a run, what is no function, or reads what no probe records.
+
+    Raises:
+        SceneError: If it is so.
+    """
+    if not callable(objective):
+        raise SceneError(
+            f"adjoint: the objective is {objective!r:.40}; it must be a function of histories"
+        )
+    names = ("t", *(probe.name for probe in scene.probes))
+    try:
+        objective(Histories({name: np.linspace(0.0, 1.0, 3) for name in names}))
+    except SceneError:
+        raise
+    except Exception:
+        return
+
+
 def evaluated(objective: Objective, history: Mapping[str, Floats]) -> float:
     """The number.
 
     Raises:
         SceneError: If it is no finite number.
     """
-    found: Any = objective({name: values.copy() for name, values in history.items()})
+    found: Any = objective(Histories({name: values.copy() for name, values in history.items()}))
     value = float(found) if np.ndim(found) == 0 else np.nan
     if not np.isfinite(value):
         raise SceneError(f"adjoint: the objective is {found!r:.40}; it must be a finite number")
@@ -68,8 +96,8 @@ def slopes(objective: Objective, history: Mapping[str, Floats]) -> dict[str, Flo
         size = APART * (float(np.abs(values).max()) or 1.0)
         found[name] = np.zeros(len(values))
         for n in range(len(values)):
-            for offset, weight in ((-2, 1 / 12), (-1, -2 / 3), (1, 2 / 3), (2, -1 / 12)):
-                moved = {key: array.copy() for key, array in history.items()}
+            for offset, weight in FOURTH:
+                moved = Histories({key: array.copy() for key, array in history.items()})
                 moved[name][n] += offset * size
                 found[name][n] += weight * float(objective(moved)) / size
     return found

@@ -10,7 +10,7 @@ from shellmb.errors import SceneError
 from shellmb.options.described import options_of, takes
 from shellmb.options.run import Options
 from shellmb.scene import Scene
-from shellmb.sensitivity.adjoint.objective import Objective, check_probes
+from shellmb.sensitivity.adjoint.objective import Objective, check_objective, check_probes
 from shellmb.sensitivity.adjoint.places import Place, varying
 from shellmb.sensitivity.parameters import beside, differentiated, parameters_of
 
@@ -89,17 +89,18 @@ def adjoint(
     made = differentiated(scene, values, **options)
     if not (fields or parameters):
         raise SceneError("adjoint: neither fields nor parameters are named; name at least one")
-    if states is not None and states < 1:
-        raise SceneError(f"adjoint: states is {states}; it must be 1 or more, or None for all")
+    if states is not None and not (isinstance(states, int) and states >= 1):
+        raise SceneError(f"adjoint: states is {states!r}; it must be 1 or more, or None for all")
     if states is not None and parameters:
         raise SceneError(
             f"adjoint: states is {states}, and parameters are named, for which all steps are kept; "
             "leave out one of both"
         )
     chosen = parameters_of(made, parameters, scales) if parameters else ()
-    places = tuple(Place(*place) for place in fields)
+    places = tuple(map(_place, [fields] if isinstance(fields, str) else fields))
     given = made.scene()
     _refuse(given, places)
+    check_objective(objective, given)
     base = varying(given, places)
     both = []
     for parameter in chosen:
@@ -109,6 +110,20 @@ def adjoint(
     from shellmb.sensitivity.adjoint.backwards import there_and_back
 
     return Adjoint(*there_and_back(base, objective, places, both, states, world, made.results))
+
+
+def _place(given: Any) -> Place:
+    """A field that is differentiated by.
+
+    Raises:
+        SceneError: If it is no pair of names.
+    """
+    if not isinstance(given, tuple | list) or len(given) != 2:
+        raise SceneError(
+            f"adjoint: a field is {given!r}; it must be the name of a shell and of a parameter of "
+            "its section, such as ('plate', 'thickness')"
+        )
+    return Place(*given)
 
 
 def _refuse(scene: Scene, places: Sequence[Place]) -> None:
