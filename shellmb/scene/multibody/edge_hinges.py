@@ -33,7 +33,6 @@ class EdgeHinge(Joint):
             the edge, locks hold each angle, ``NAME.rotation`` is the mean, and ``NAME.1.rotation``
             and so on are the angles along ``axis``.
         active: None: it acts always.
-        active: None: it acts always.
         mass: 0: the shells or a rigid body have the mass of the hardware.
     """
 
