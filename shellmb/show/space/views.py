@@ -47,6 +47,8 @@ THEMES = {
     "light": Theme("white", "black", "#666666"),
     "dark": Theme("#14171c", "#f0f0f0", "#a8adb5"),
 }
+# sides of the box as parts of the longest one, and how many numbers are at them
+SPACED = ((0.6, 5), (0.25, 3), (0.0, 2))
 LEAST_WIDTH, MOST_WIDTH = 100, 8000
 
 
@@ -214,18 +216,21 @@ def axes(plotter: Any, view: View, units: Units, theme: Theme, box: View | None 
     )
     unit = units.of("length")
     if box is not None:
-        titles = {f"{n}title": f"{n} [{unit}]" if unit else n for n in "xyz"}
+        corners, options = np.stack(_rounded(box), axis=1), dict[str, Any]()
+        sides = np.ptp(corners, axis=1)
+        for name, side, numbered in zip("xyz", sides, high > low, strict=True):
+            # few numbers at short sides, none where there is one number only
+            count = next(n for least, n in SPACED if side >= least * sides.max())
+            options[f"{name}title"] = f"{name} [{unit}]" if unit else name
+            options |= {f"n_{name}labels": count, f"show_{name}axis": bool(numbered)}
         plotter.show_bounds(
-            bounds=np.stack(_rounded(box), axis=1).ravel().tolist(),
+            bounds=corners.ravel().tolist(),
             axes_ranges=np.stack([low, high], axis=1).ravel().tolist(),
             color=theme.ink,
             font_size=9,
             fmt="%.3g",
-            n_xlabels=4,
-            n_ylabels=4,
-            n_zlabels=3,
             location="outer",
-            **titles,
+            **options,
         )
         return
     text = ", ".join(f"{n} {a:.3g} ... {b:.3g}" for n, a, b in zip("xyz", low, high, strict=True))
