@@ -140,7 +140,7 @@ class ContactGroup(PotentialGroup):
         """Penetrations of points at positions (n, 3) as the obstacle sees them, (n,), m."""
         return np.asarray(self.item.radius - self.shape.normals(x)[1])
 
-    def pushes(self, q: Floats, forces: Floats) -> tuple[Floats, Floats]:
+    def by_normals(self, q: Floats, forces: Floats) -> tuple[Floats, Floats]:
         """Parts of forces (n, 3) along the normals, (n,), and what is left of them, (n, 3).
 
         Args:

@@ -71,8 +71,8 @@ class ContactForces(Silent):
             sums = np.zeros(10)
             sums[:3] = forces.sum(axis=0)
             if isinstance(group, ContactGroup):
-                pushes, across = group.pushes(middle, forces)
-                sums[3], sums[4:7] = pushes.sum(), across.sum(axis=0)
+                normal, across = group.by_normals(middle, forces)
+                sums[3], sums[4:7] = normal.sum(), across.sum(axis=0)
             if group.seen is not None:
                 sums[7:] = group.seen.moments(middle, -place, group.mixed).sum(axis=0)
             simulation.model.comm.Allreduce(MPI.IN_PLACE, sums)

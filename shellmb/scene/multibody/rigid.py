@@ -70,13 +70,16 @@ def _shape(value: Any) -> Any:
         if not Path(value).is_file():
             raise ValueError("there is no such file")
         return Path(value)
-    sides = () if isinstance(value, str | Path) else vector(value)
-    if len(sides) != 3 or min(sides) <= 0:
+    try:
+        sides = vector(value)
+    except ValueError:
+        sides = (0.0, 0.0, 0.0)
+    if min(sides) <= 0:
         raise ValueError(
             "it must be 'box' or 'rod' (of the body's mass and inertia), the three sides of a box "
             f"[m], or a surface in a file ({', '.join(SURFACES)})"
         )
-    return tuple(sides)
+    return sides
 
 
 DrawnShape = Annotated[Any, BeforeValidator(_shape)]

@@ -137,7 +137,7 @@ class Modified:
     _far: bool = field(default=False, init=False)
     # whether the first update of the last solution went far: so will that of the next one, which an
     # old factorisation leads astray
-    _leaps: bool = field(default=False, init=False)
+    _first_far: bool = field(default=False, init=False)
     # solutions with the factorisation, their iterations, those of the last one and its contraction
     _solutions: int = field(default=0, init=False)
     _iterations: int = field(default=0, init=False)
@@ -153,8 +153,8 @@ class Modified:
     def begin(self, key: Hashable) -> None:
         """Forget the factorisation, that of another system, or one that costs more with age."""
         kept = self._exists and self.keep and key == self._key
-        self._wanted = not kept or self._aged() or self._leaps
-        self._leaps = False
+        self._wanted = not kept or self._aged() or self._first_far
+        self._first_far = False
         if key != self._key:
             self._floor = 0.0
         self._key = key
@@ -198,7 +198,7 @@ class Modified:
             return True
         if moved > FAR:
             self._wanted = True
-            self._leaps = self._leaps or self._count == 1
+            self._first_far = self._first_far or self._count == 1
             return False
         if len(self._updates) < 2:
             return False
