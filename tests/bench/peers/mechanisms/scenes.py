@@ -122,12 +122,6 @@ def slider_crank() -> Scene:
     )
 
 
-def slider_crank_pin(time: Floats) -> Floats:
-    """Height of its pin, m."""
-    which = CrankAndCoupler()
-    return np.asarray(which.crank * np.sin(fall(which.bars, START, time)))
-
-
 def four_bar() -> Scene:
     """A crank that falls from 60 degrees, with coupler and rocker."""
     which = FourBar()
@@ -152,9 +146,8 @@ def four_bar() -> Scene:
     )
 
 
-def four_bar_pin(time: Floats) -> Floats:
-    """Height of the end of its crank, m."""
-    which = FourBar()
+def crank_end(which: CrankAndCoupler | FourBar, time: Floats) -> Floats:
+    """Height of the end of the crank of a linkage that falls, m."""
     return np.asarray(which.crank * np.sin(fall(which.bars, START, time)))
 
 
@@ -182,8 +175,10 @@ MECHANISMS = {
                   lambda t: chain_tip(100, t),
                   {"ep4": (0.025, 0.0125, 0.00625), "ep": (2e-3,)},
                   (5e-3, 2.5e-3, 1.25e-3, 5e-4, 2.5e-4)),
-        Mechanism("slider_crank", "slider-crank", slider_crank, slider_crank_pin, FINE, COARSE),
-        Mechanism("four_bar", "four-bar linkage", four_bar, four_bar_pin, FINE, COARSE),
+        Mechanism("slider_crank", "slider-crank", slider_crank,
+                  lambda t: crank_end(CrankAndCoupler(), t), FINE, COARSE),
+        Mechanism("four_bar", "four-bar linkage", four_bar,
+                  lambda t: crank_end(FourBar(), t), FINE, COARSE),
         Mechanism("heavy_top", "heavy top", heavy_top, lambda t: top.exact(t.tolist())[:, 0], QUICK,
                   tuple(h / 4 for h in COARSE)),
     )
