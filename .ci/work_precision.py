@@ -16,6 +16,7 @@ import argparse
 import importlib
 import json
 import re
+import textwrap
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -32,6 +33,8 @@ PAGES = ROOT / "docs" / "evidence" / "work_precision"
 MACHINES = STORED / "machines"
 # where from the pages the stored files are
 LINK = "../../../demos/studies"
+# of lines of prose
+WIDTH = 120
 NORMS = {
     "l2": "root mean square over time of the difference, over that of the reference",
     "sup": "largest difference over time, over the largest value of the reference",
@@ -168,7 +171,23 @@ def page(study: Bundled) -> str:
         lines += quantity(entry)
     if others:
         lines += ["## Other machines", "", *elsewhere(first, others), ""]
-    return "\n".join(lines).rstrip() + "\n"
+    return "\n".join(wrapped("\n".join(lines))).rstrip() + "\n"
+
+
+def wrapped(text: str) -> Iterator[str]:
+    """Lines of a page; those of prose are wrapped."""
+    for line in text.split("\n"):
+        if len(line) <= WIDTH or line.startswith(("|", "![")):
+            yield line
+        else:
+            indent = "  " if line.startswith("- ") else ""
+            yield from textwrap.wrap(
+                line,
+                WIDTH,
+                subsequent_indent=indent,
+                break_long_words=False,
+                break_on_hyphens=False,
+            )
 
 
 def elsewhere(first: list[Entry], others: list[tuple[str, list[Entry]]]) -> list[str]:
