@@ -72,17 +72,18 @@ class FixedDofs:
     moving: bool
     turn: PrescribedTurn | None = None
 
-    def rate(self, h: float) -> Values:
-        """Rates at the time 0, shape (n,).
+    def rate(self, h: float, t: float = 0.0) -> Values:
+        """Rates at a time, shape (n,).
 
         Args:
             h: Step of the difference, s.
+            t: The time, s.
         """
         if not self.moving:
             return np.zeros(len(self.dofs))
         # one-sided, of fourth order: the motion need not be defined before the start
         weights = np.array([-25, 48, -36, 16, -3]) / (12 * h)
-        return np.asarray(np.dot(weights, [self.value(k * h) for k in range(5)]))
+        return np.asarray(np.dot(weights, [self.value(t + k * h) for k in range(5)]))
 
 
 @dataclass(frozen=True)

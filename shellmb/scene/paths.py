@@ -18,7 +18,9 @@ Angle = Annotated[float, Field(gt=0, lt=90, allow_inf_nan=False)]
 class PathFollowing:
     """Follow the curve of equilibria by its arc length, the load factor being an unknown.
 
-    All loads of the scene are multiplied by the load factor, 1 being the loads as described. Time
+    All loads of the scene are multiplied by the load factor, 1 being the loads as described, and
+    so are potentials with ``load=True``. What is prescribed by a function (``Fixed``, ``Driven``,
+    ``Driver``) is its value at the load factor, which takes the place of time, from 0 on. Time
     is the arc length of the displacements, scaled such that it grows like the load factor at the
     unloaded state: a structure that stays linear reaches its full load at time 1. The scene's
     ``dt`` is the first step, ``t_end`` the longest path.

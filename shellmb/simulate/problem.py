@@ -49,6 +49,8 @@ from shellmb.system.newton.solver import NEWTON
 JUMP = "b"
 # an update of a position or director this many times its scale is no motion of the body any more
 DIVERGED = 1e3
+# step of the load factor in derivatives of what is prescribed by it: of fourth order
+FACTOR_STEP = 1e-3
 
 
 class Arrays:
@@ -260,6 +262,9 @@ class Problem:
 
     def arrive(self, t: float) -> None:
         """Take down that the accepted state is that of a time, for what is reported of it."""
+        for potential in self.model.potentials:
+            if potential.factor is not None:
+                potential.factor.value = self.start_factor(t, None)  # type: ignore[assignment]
         for natural in self._natural:
             natural.now.value = self.start_factor(t, natural.time)  # type: ignore[assignment]
 
@@ -278,7 +283,8 @@ class Problem:
             for stage, forms in stages.items():
                 for sample in forms.samples:
                     sample.update(t, dt, self.start_factor)
-                self._prescribe(name, stage, t, dt)
+                given = (t, dt) if self.load_factor is None else (self.load_factor, 0.0)
+                self._prescribe(name, stage, *given)
         self._start_from_state()
 
     @cached_property
@@ -293,6 +299,24 @@ class Problem:
         for now in self._arrays.values():
             for stage, unknown in now.unknown.items():
                 unknown[:] = self.scheme.first_guess(stage, now.q, now.scaled)
+
+    def follow_given(self, factor: float) -> Floats:
+        """Give prescribed dofs their values at a load factor, which is their time.
+
+        Returns:
+            Their derivatives by it, aligned with the system's fixed unknowns.
+        """
+        for name, stage in self._index:
+            given = [fixed.rate(FACTOR_STEP, factor) for fixed in self._bodies[name].fixed]
+            if given:
+                rates = np.concatenate(given)
+                self.fields[self.number(name, stage)].values[: len(rates)] = rates
+        self.system.update_fixed_values()
+        rates = self.system.fixed_values()
+        for name, stage in self._index:
+            self._prescribe(name, stage, factor, 0.0)
+        self.system.update_fixed_values()
+        return rates
 
     def _prescribe(self, name: str, stage: str, t: float, dt: float) -> None:
         now, values = self._arrays[name], []

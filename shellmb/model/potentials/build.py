@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from mpi4py import MPI
@@ -15,6 +16,7 @@ from ufl.corealg.traversal import traverse_unique_terminals
 
 from shellmb.errors import SceneError
 from shellmb.meshes.nodes import node_mesh
+from shellmb.model.body import LoadFactors, TimeFunction
 from shellmb.model.locations.finder import Finder
 from shellmb.model.potentials.contact import ContactGroup
 from shellmb.model.potentials.group import PotentialGroup
@@ -41,6 +43,24 @@ class At(NamedTuple):
     directors: tuple[Expr, ...]
 
 
+@dataclass(frozen=True)
+class LoadFactor:
+    """The factor of a potential that is a load, which is no virtual work of its own.
+
+    Args:
+        factor: The factor.
+    """
+
+    factor: fem.Constant
+
+    def virtual_work(self, mid: Expr, dq: Expr) -> None:
+        """None: the energy has it."""
+
+    def update(self, average: Callable[[TimeFunction | None], float]) -> None:
+        """Set the factor."""
+        self.factor.value = average(None)  # type: ignore[assignment]
+
+
 class UserPotential(PotentialGroup):
     """A user's potential.
 
@@ -57,9 +77,16 @@ class UserPotential(PotentialGroup):
     def __init__(self, item: Potential, comm: MPI.Comm, points: Points, length: float) -> None:
         self._turns = _uses_directors(item, len(points.ends[0].directors), comm)
         super().__init__(item, comm, points, self._turns, length)
+        if item.load:
+            self.factor = self.constant(1.0)
+            self.weight = self.factor * self.weight
         self._size = self.constant(length)
         self._X = self.data(np.array([end.point for end in points.ends]), "X")
         self._parameters = {name: self.constant(value) for name, value in item.parameters.items()}
+
+    def loads(self) -> LoadFactors | None:
+        """What sets the load factor; the force is the energy's."""
+        return None if self.factor is None else LoadFactor(self.factor)
 
     def measure(self, q: Expr) -> Expr:
         """Displacement over the size of the scene, and directors where they matter."""

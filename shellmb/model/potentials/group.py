@@ -70,7 +70,9 @@ class PotentialGroup(Massless):
         links = self._end.links(mixed) + ([] if self.seen is None else self.seen.links(mixed))
         super().__init__(f"{item.label} '{item.name}'", mixed, (), tuple(links))
         self.layout = Layout(mixed.parts)
-        self.weight = self.data(points.weights[:, None], "weight")
+        self.weight: Expr = self.data(points.weights[:, None], "weight")
+        # of what is a load, the factor that the energy has now
+        self.factor: fem.Constant | None = None
         self.dx = ufl.dx(self.nodes.mesh)
         # not zero where the pattern of matrices is looked for: what acts at times only must not be
         # missing there

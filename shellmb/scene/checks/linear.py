@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from shellmb.errors import SceneError
-from shellmb.scene.loads.supports import Driven, moves
+from shellmb.scene.loads.supports import Driven, Fixed, at_rest, moves
 from shellmb.scene.lookup import said
 from shellmb.scene.multibody.rolling import Contact
 from shellmb.scene.values.validate import show
@@ -111,20 +111,52 @@ def check_path(scene: Description) -> None:
             f"{who} has scheme {show(scene.scheme_name)}; it must be 'static', or path must be "
             "left out"
         )
-    if not scene.loads and not any(body.natural for body in scene.meshed):
-        raise SceneError(f"{who} has no load to follow; it must have one at least")
+    _check_given(scene, who)
+    followed: list[Any] = [*scene.loads, *(body for body in scene.meshed if body.natural)]
+    followed += [p for p in scene.potentials if p.load]
+    followed += [s for s in scene.supports if moves(s)]
+    if not followed and not scene.drivers:
+        raise SceneError(
+            f"{who} has no load to follow; it must have one at least: a load, a natural strain, a "
+            "potential with load=True, or a prescribed motion"
+        )
     for load in scene.loads:
         if load.time is not None:
             raise SceneError(
                 f"{who}: a {load.label} has a function of time; it must be left out, because the "
                 "load factor multiplies all loads"
             )
-    moved = [s.label for s in scene.supports if moves(s)]
-    moved += [f"driver '{d.name}'" for d in scene.drivers]
-    moved += [f"lock of joint '{lock.joint}'" for lock in scene.locks]
+    moved = [f"lock of joint '{lock.joint}'" for lock in scene.locks]
     moved += [f"windows of joint '{j.name}'" for j in scene.joints if j.active is not None]
     if moved:
         raise SceneError(
             f"{who}: something is prescribed over time ({moved[0]}); it must be left out, because "
             "loads are followed and there is no time"
         )
+
+
+def _check_given(scene: Description, who: str) -> None:
+    """Refuse motions that do not begin with the unloaded structure."""
+    given: list[tuple[str, Any]] = []
+    for support in scene.supports:
+        what = f"{said(support)} at {show(support.at)}"
+        if isinstance(support, Fixed):
+            if not moves(support) and not at_rest(support):
+                raise SceneError(
+                    f"{who}: {what} prescribes a number other than 0; it must be a "
+                    "function of the load factor, as lambda factor: 0.1 * factor"
+                )
+            components = (*support.displacement, *support.director)
+            given += [(what, c) for c in components if c is not None]
+        elif isinstance(support, Driven):
+            given += [(f"{what}: rotation", support.rotation)]
+            given += [(f"{what}: translation", support.translation)]
+    for driver in scene.drivers:
+        given += [(f"driver '{driver.name}': {c}", getattr(driver, c)) for c in driver.coordinates]
+    for what, value in given:
+        start = np.max(np.abs(value(0.0) if callable(value) else value or 0.0))
+        if start > 0:
+            raise SceneError(
+                f"{who}: {what} is {start:g} at the load factor 0; it must be 0 there, because a "
+                "path starts from the unloaded structure"
+            )

@@ -201,6 +201,8 @@ def _edge_or_point(body: Body, where: Any, who: str) -> None:
 def _time_functions(scene: Description) -> None:
     """Every function of time gives finite numbers at the beginning, the middle and the end."""
     assert scene.t_end is not None
+    # on a path the load factor takes the place of time
+    end = scene.t_end if scene.path is None else scene.path.load_end or 1.0
     for load in scene.loads:
         finite_in_time(load.time, scene.t_end, f"{load.label}: time", 1)
     for body in scene.meshed:
@@ -210,10 +212,10 @@ def _time_functions(scene: Description) -> None:
     for s in scene.supports:
         if isinstance(s, Fixed):
             for c in (*s.displacement, *s.director):
-                finite_in_time(c, scene.t_end, "fixed components: prescribed value", 1)
+                finite_in_time(c, end, "fixed components: prescribed value", 1)
         elif isinstance(s, Driven):
-            finite_in_time(s.rotation, scene.t_end, "driven edge: rotation", 1)
-            finite_in_time(s.translation, scene.t_end, "driven edge: translation", 3)
+            finite_in_time(s.rotation, end, "driven edge: rotation", 1)
+            finite_in_time(s.translation, end, "driven edge: translation", 3)
 
 
 def _functions_of_position(scene: Description) -> None:

@@ -28,6 +28,8 @@ class Potential:
         at: Where on it: edges or areas of a shell, or a point, as a name, several, or coordinates
             [m]; None: all of a shell or beam, or the reference point of a rigid body.
         parameters: Numbers of the energy by name; others do not compile anew.
+        load: Whether it is a load: the load factor of static steps and paths multiplies it, as it
+            multiplies loads without a function of time. Otherwise it acts fully from the start.
     """
 
     name: Name
@@ -35,3 +37,4 @@ class Potential:
     body: Name | None = None
     at: Place | None = None
     parameters: Mapping[Name, Finite] = field(default_factory=dict)
+    load: bool = False

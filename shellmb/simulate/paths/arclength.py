@@ -24,6 +24,7 @@ from shellmb.simulate.paths.levels import crossings, land, reached
 from shellmb.simulate.problem import Problem
 from shellmb.simulate.stepping import Arrays, Attempt
 from shellmb.simulate.stepsize.control import StepSize
+from shellmb.simulate.turns import Turns
 from shellmb.system.newton.bordered import Bordered
 
 # Largest step, where the scene does not say: relative to the first one; or, if that is more, the
@@ -76,6 +77,12 @@ class ArcSize(StepSize):
         self.factor = min(self.settings.growth, max(self.settings.shrink, factor))
 
 
+def _moves(problem: Problem) -> bool:
+    """Whether something is prescribed as a function of the load factor; the same on all ranks."""
+    given = [fixed for body in problem.model.bodies for fixed in body.fixed]
+    return any(problem.model.comm.allgather(any(fixed.moving for fixed in given)))
+
+
 @dataclass
 class _Arrived:
     """A solution a step ahead.
@@ -112,7 +119,9 @@ class PathSteps:
 
     def __init__(self, problem: Problem, path: PathFollowing, size: ArcSize) -> None:
         self._problem, self._path, self.size = problem, path, size
-        self._bordered = Bordered(problem.iteration, self._set_factor)
+        follow = problem.follow_given if _moves(problem) else None
+        self._bordered = Bordered(problem.iteration, self._set_factor, follow)
+        self._turns = Turns(problem)
         self._moving = self._displacements()
         self._branches = Branches(problem, self._bordered, self._moving, path)
         self._next: _Arrived | None = None
@@ -188,11 +197,10 @@ class PathSteps:
         self._bordered.take_load(factor)
         negative = self._branches.negative()
         if negative is None:
-            derivative = self._bordered.derivative()
-        else:
-            # of thin bodies the reduced matrix does not know where a flat branch goes, and the
-            # factors of the count are at hand
-            derivative = -self._branches.apply_inverse(self._bordered.load)
+            self._bordered.factorise()
+        # else, of thin bodies the reduced matrix does not know where a flat branch goes, and the
+        # factors of the count are at hand
+        derivative = self._bordered.derivative(self._branches.apply_inverse)
         sharp = math.radians(self._path.turn_deg)
         if before is not None and self._angle(before, derivative) > sharp:
             # next to a bifurcation round-off along the null vector swamps the path's own direction;
@@ -229,6 +237,7 @@ class PathSteps:
         self._bordered.move(dt * start.tangent)
         factor = self.factor + dt * start.rate
         iterations, factor = self._bordered.solve(factor, normal, given)
+        self._turns.check(self.factor, factor - self.factor)
         # the secant tells better than the tangent at the start where the path goes on
         state = self._look(factor, system.x.array_r - x, t + dt)
         cosine = self._dot(start.tangent, state.tangent)

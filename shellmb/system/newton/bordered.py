@@ -29,11 +29,19 @@ class Bordered:
     Args:
         iteration: What an iteration of Newton's method does.
         set_factor: Gives the forms another load factor. The residual must be linear in it.
+        set_given: Gives the fixed unknowns their values at another load factor, and returns their
+            derivatives by it; None: they do not depend on it.
     """
 
-    def __init__(self, iteration: Iteration, set_factor: Callable[[float], None]) -> None:
+    def __init__(
+        self,
+        iteration: Iteration,
+        set_factor: Callable[[float], None],
+        set_given: Callable[[float], Floats] | None = None,
+    ) -> None:
         self.iteration, self.system = iteration, iteration.system
-        self._set_factor = set_factor
+        self._set_factor, self._set_given = set_factor, set_given
+        self._given = np.zeros(len(self.system.fixed))
         self._residual, self._derivative, self._a, self._b = (
             self.system.x.duplicate() for _ in range(4)
         )
@@ -54,12 +62,28 @@ class Bordered:
     def _take(self, factor: float) -> None:
         """Residual and its derivative by the factor at the current state."""
         x = self.system.x
+        if self._set_given is not None:
+            self._given = self._set_given(factor)
         self._set_factor(factor + 1.0)
         self.iteration.residual(x, self._derivative)
         self._set_factor(factor)
         self.iteration.residual(x, self._residual)
         # exact, the residual being linear in the factor
         self._derivative.axpy(-1.0, self._residual)
+        if self._set_given is not None:
+            self._push()
+
+    def _push(self) -> None:
+        """Add the forces of the given motion of fixed unknowns to the derivative."""
+        system, motion = self.system, self._a
+        motion.set(0.0)
+        motion.array[system.fixed] = self._given
+        system.scatter(system.x)
+        system.jacobian(system.x, system.A)
+        system.A.mult(motion, self._b)
+        self._b.array[system.fixed] = 0.0
+        self._derivative.array[system.fixed] = 0.0
+        self._derivative.axpy(1.0, self._b)
 
     def _linearise(self, factor: float) -> None:
         """Residual and its derivative by the factor, Jacobian factorised, at the current state.
@@ -68,36 +92,35 @@ class Bordered:
             ConvergenceError: If the matrix is singular.
         """
         self._take(factor)
-        self._factorise()
-
-    def _factorise(self) -> None:
-        reason = self.iteration.linear.factorise()
-        if reason is not None:
-            raise self.iteration.convergence.error(reason)
+        self.factorise()
 
     def _solve(self, b: PETSc.Vec, x: PETSc.Vec) -> None:
         reason = self.iteration.linear.solve(b, x, True)
         if reason is not None:
             raise self.iteration.convergence.error(reason)
 
-    def derivative(self) -> Floats:
+    def factorise(self) -> None:
+        """Factorise the Jacobian at the state of the last `take_load`.
+
+        Raises:
+            ConvergenceError: If it is singular.
+        """
+        reason = self.iteration.linear.factorise()
+        if reason is not None:
+            raise self.iteration.convergence.error(reason)
+
+    def derivative(self, inverse: Callable[[Floats], Floats]) -> Floats:
         """Derivative of the solution by the factor at the state of the last `take_load`.
 
-        It leaves the Jacobian there factorised.
+        Args:
+            inverse: Multiplies with the inverse of the Jacobian there, fixed unknowns held.
 
         Returns:
             One number for each unknown that this rank owns.
-
-        Raises:
-            ConvergenceError: If the Jacobian is singular.
         """
-        self._factorise()
-        return -self.apply_inverse(self._derivative.array_r)
-
-    @property
-    def load(self) -> Floats:
-        """Derivative of the residual by the factor, as of the last `take_load`."""
-        return np.asarray(self._derivative.array_r)
+        found = -inverse(np.asarray(self._derivative.array_r))
+        found[self.system.fixed] += self._given
+        return found
 
     def apply_inverse(self, b: Floats) -> Floats:
         """`J^-1 b` with the Jacobian last factorised, one number for each owned unknown."""
@@ -144,6 +167,7 @@ class Bordered:
             self._derivative.axpy(1.0, self._residual)
             self._solve(self._derivative, self._b)
             self._b.axpy(-1.0, self._a)
+            self._b.array[system.fixed] -= self._given
             # (a + change b) is subtracted from x
             missing = given - self.dot(normal, system.x.array_r)
             along = self.dot(normal, self._b.array_r)
