@@ -65,7 +65,7 @@ def increment_gradient(start: Expr, end: Expr, change: Expr, torque: Expr | floa
     return ufl.dot(ufl.variable(torque * ratio * perpendicular((start + end) / 2)), change)
 
 
-def turning(at: Expr, change: Expr, torque: Expr | float = 1.0) -> Expr:
+def angle_change(at: Expr, change: Expr, torque: Expr | float = 1.0) -> Expr:
     """Change of the angle for a change of cosine and sine, at a single state, rad.
 
     Args:

@@ -85,15 +85,15 @@ def reduced_body(
     """
     bodies = [b for b in scene.meshed if b.name in names]
     words = [b.model for b in bodies if isinstance(b.model, Modal)]
-    alone = held = IsolatedBody(scene_of(scene, names, attached, loads), comm)
+    isolated = held = IsolatedBody(scene_of(scene, names, attached, loads), comm)
     frames, joints = [a.frame for a in attached], []
     if supports:
-        held = IsolatedBody(replace(alone.model.scene, supports=tuple(supports)), comm)
+        held = IsolatedBody(replace(isolated.model.scene, supports=tuple(supports)), comm)
         frame, joint = support_joint(held, names[0], said(bodies[0]), supports)
         frames, joints = [*frames, frame], [joint]
     slowing = float(bodies[0].section.mass_damping)
     terms = TermsAtRest(held, float(scene.t_end or 0.0), scene.static)
-    modes = _Modes(alone, held, words[0].modes, said(bodies[0]), slowing, loads, terms)
+    modes = _Modes(isolated, held, words[0].modes, said(bodies[0]), slowing, loads, terms)
     body = modes.body(names[0], frames, touched)
     return body, (modes.frame(names[0]), *frames), tuple(joints)
 
@@ -135,7 +135,7 @@ class _Modes:
     """The modes, as local arrays of the bodies that have nodes.
 
     Args:
-        alone: The body by itself.
+        isolated: The body by itself.
         held: The same with its supports.
         count: Number of modes with its frames held.
         who: What messages call it.
@@ -149,7 +149,7 @@ class _Modes:
 
     def __init__(
         self,
-        alone: IsolatedBody,
+        isolated: IsolatedBody,
         held: IsolatedBody,
         count: int,
         who: str,
@@ -157,14 +157,14 @@ class _Modes:
         loads: Sequence[Any],
         terms: TermsAtRest,
     ) -> None:
-        self._alone, self._supported, self._slowing = alone, held, slowing
-        self._length = max(body.domain.length for body in alone.model.meshed.values())
+        self._isolated, self._supported, self._slowing = isolated, held, slowing
+        self._length = max(body.domain.length for body in isolated.model.meshed.values())
         # moments about a point nearby: far from the origin nothing must cancel
-        X = np.concatenate([alone.nodes(name)[0] for name in alone.model.meshed])
-        comm = alone.comm
+        X = np.concatenate([isolated.nodes(name)[0] for name in isolated.model.meshed])
+        comm = isolated.comm
         total = comm.allreduce(X.sum(axis=0), op=MPI.SUM)
         middle = total / comm.allreduce(len(X), op=MPI.SUM)
-        gram = self._masses([alone.one(), *(alone.arm(a, middle) for a in range(3))])
+        gram = self._masses([isolated.one(), *(isolated.arm(a, middle) for a in range(3))])
         self.mass = float(gram[0, 0])
         if not self.mass > 0:
             raise SceneError(f"{who} has no mass; reduced to modes it must have")
@@ -179,30 +179,30 @@ class _Modes:
                 "rotary_inertia=True"
             )
         self.inertia = (inertia + inertia.T) / 2
-        self._loads = SpreadLoads(alone, loads)
+        self._loads = SpreadLoads(isolated, loads)
         forces = [*self._loads.vectors(), *terms.forces()]
         found = ritz_vectors(held, count, self.center, forces, terms.stiffness())
-        self._find([alone.vector(held.arrays(vector)) for vector in found])
+        self._find([isolated.vector(held.arrays(vector)) for vector in found])
         self.relaxing = relaxing(held, found, self._mixed, self.stiffness, self.center)
 
     def _find(self, vectors: list[Any]) -> None:
         """Modes, their stiffness and frequencies."""
-        alone = self._alone
-        rigid = [alone.vector(alone.motion(k, self.center)) for k in range(6)]
-        both = alone.gram(alone.M, [*rigid, *vectors])
+        isolated = self._isolated
+        rigid = [isolated.vector(isolated.motion(k, self.center)) for k in range(6)]
+        both = isolated.gram(isolated.M, [*rigid, *vectors])
         shares = np.linalg.solve(both[:6, :6], both[:6, 6:])
         lengths = np.sqrt(np.maximum(np.diag(both)[6:], 1e-300))
         for column, vector in enumerate(vectors):
             for k in range(6):
                 vector.axpy(-float(shares[k, column]), rigid[k])
             vector.scale(1 / float(lengths[column]))
-        M, K = alone.gram(alone.M, vectors), alone.gram(alone.K, vectors)
+        M, K = isolated.gram(isolated.M, vectors), isolated.gram(isolated.K, vectors)
         size, U = np.linalg.eigh(M)
         keep = size > NO_MODE * size[-1]
         T = U[:, keep] / np.sqrt(size[keep])
         values, V = np.linalg.eigh(T.T @ K @ T)
         T = T @ V
-        local = [alone.arrays(vector) for vector in vectors]
+        local = [isolated.arrays(vector) for vector in vectors]
         self.arrays: list[Arrays] = [
             {n: sum(t * a[n] for t, a in zip(column, local, strict=True)) for n in local[0]}
             for column in T.T
@@ -217,31 +217,31 @@ class _Modes:
         self._mixed = T / lengths[:, None]
         # of what supports hold the rigid motions that the modes were made orthogonal to
         self._carried = shares @ self._mixed
-        self.damping, viscous = None, alone.damping
+        self.damping, viscous = None, isolated.damping
         if viscous is not None:
-            self.damping = T.T @ alone.gram(viscous, vectors) @ T
+            self.damping = T.T @ isolated.gram(viscous, vectors) @ T
 
     def _largest(self, arrays: Arrays) -> float:
         # in torsion a straight line does not move: directors times the length count, too
         found = [
             size * np.linalg.norm(arrays[name][body.mixed.dofs[part]].reshape(-1, 3), axis=1)
-            for name, body in self._alone.model.meshed.items()
+            for name, body in self._isolated.model.meshed.items()
             for part, size in (("u", 1.0), ("w", self._length))
         ]
         local = float(np.max(np.concatenate(found), initial=0.0))
-        return self._alone.comm.allreduce(local, op=MPI.MAX)
+        return self._isolated.comm.allreduce(local, op=MPI.MAX)
 
     def _masses(self, fields: list[Arrays]) -> Floats:
         """Gram matrix of scalar fields in the metric of the mass."""
-        return self._alone.gram(self._alone.M, [self._alone.vector(f) for f in fields])
+        return self._isolated.gram(self._isolated.M, [self._isolated.vector(f) for f in fields])
 
     @cached_property
     def _points(self) -> tuple[Floats, Floats, Floats]:
         """Masses of the points (R,), where they are (R, 3, K), and their coupling (R, 3)."""
-        alone, K = self._alone, len(self.arrays)
+        isolated, K = self._isolated, len(self.arrays)
         # in the order of the axes, then of the modes
-        shapes = [alone.along_x(arrays, a) for a in range(3) for arrays in self.arrays]
-        arms = [alone.arm(a, self.center) for a in range(3)]
+        shapes = [isolated.along_x(arrays, a) for a in range(3) for arrays in self.arrays]
+        arms = [isolated.arm(a, self.center) for a in range(3)]
         gram = self._masses([*arms, *shapes])
         # of each mode nearly all of its own mass is kept, however small that is
         own = np.tile(np.sqrt(np.diag(gram)[3:].reshape(3, K).sum(axis=0) / self.mass), 3)
@@ -254,7 +254,7 @@ class _Modes:
         """The floating frame, with the mass and inertia of the body as it is at rest."""
         rows: Any = tuple(tuple(map(float, row)) for row in self.inertia)
         x, y, z = map(float, self.center)
-        scene = self._alone.model.scene
+        scene = self._isolated.model.scene
         terms = tuple(term for body in scene.meshed for term in body.terms)
         at, slowing = (x, y, z), self._slowing
         return FloatingFrame(name, self.mass, rows, at, mass_damping=slowing, terms=terms)
@@ -267,12 +267,12 @@ class _Modes:
             frames: The frames welded to it, and that of its supports.
             touched: As of `ModalBody`.
         """
-        alone, model = self._alone, self._alone.model
+        isolated, model = self._isolated, self._isolated.model
         mass, points, coupling = self._points
         interfaces = tuple(self._interface(frame) for frame in frames)
         members = {
             member: Member(
-                alone.bodies[member],
+                isolated.bodies[member],
                 *self._shapes(member),
                 np.stack([arrays[member] for arrays in self.arrays], axis=-1),
             )
@@ -321,14 +321,14 @@ class _Modes:
 
     def _shapes(self, name: str) -> tuple[Floats, Floats]:
         """Displacements and changes of directors of a body's nodes by the modes."""
-        dofs, (_, D) = self._alone.bodies[name].mixed.dofs, self._alone.nodes(name)
+        dofs, (_, D) = self._isolated.bodies[name].mixed.dofs, self._isolated.nodes(name)
         u = [arrays[name][dofs["u"]].reshape(-1, 3) for arrays in self.arrays]
         w = [arrays[name][dofs["w"]].reshape(D.shape) for arrays in self.arrays]
         return np.stack(u, axis=-1), np.stack(w, axis=-1)
 
     def _interface(self, described: Interface) -> InterfaceModes:
         """How a frame moves with the modes; the same on all ranks."""
-        rigid, comm, frame = self._alone.model.rigid, self._alone.comm, described.name
+        rigid, comm, frame = self._isolated.model.rigid, self._isolated.comm, described.name
         if rigid is None or frame not in rigid.index:
             # that of the supports is where it is in all that these hold; about a hinge, which they
             # leave free, it does not turn relative to the floating frame

@@ -78,12 +78,12 @@ class SpreadLoads:
     """Distributed loads on a body.
 
     Args:
-        alone: The body by itself.
+        isolated: The body by itself.
         loads: The loads, each with the name of its body; collective.
     """
 
-    def __init__(self, alone: IsolatedBody, loads: Sequence[Any]) -> None:
-        self._alone = alone
+    def __init__(self, isolated: IsolatedBody, loads: Sequence[Any]) -> None:
+        self._isolated = isolated
         dead = [load for load in loads if isinstance(load, DEAD)]
         self._dead = [found for load in dead for found in self._directions(load)]
         others = [load for load in loads if not isinstance(load, DEAD)]
@@ -91,11 +91,11 @@ class SpreadLoads:
 
     def vectors(self) -> list[Arrays]:
         """Nodal forces of all loads, of dead ones along each axis: as the body may be turned."""
-        alone, found = self._alone, []
+        isolated, found = self._isolated, []
         for dead in self._dead:
-            found += [alone.along(dead.profile, axis) for axis in range(3)]
+            found += [isolated.along(dead.profile, axis) for axis in range(3)]
         for item in self._turning:
-            arrays = alone.zeros()
+            arrays = isolated.zeros()
             arrays[item.body] = item.work(None)
             # no moment is about the director of a shell
             if self._work(arrays, arrays) > 0:
@@ -110,9 +110,11 @@ class SpreadLoads:
             center: Centre of mass, where the frame is, shape (3,), m.
             length: Size of the body, m.
         """
-        alone, found = self._alone, []
-        fields = [alone.one(), *(alone.arm(a, center) for a in range(3))] if self._dead else []
-        fields += [alone.along_x(m, a) for a in range(3) for m in modes] if self._dead else []
+        isolated, found = self._isolated, []
+        fields = (
+            [isolated.one(), *(isolated.arm(a, center) for a in range(3))] if self._dead else []
+        )
+        fields += [isolated.along_x(m, a) for a in range(3) for m in modes] if self._dead else []
         for dead in self._dead:
             sums = np.array([self._work(dead.profile, field) for field in fields])
             # forces and moments in one unit: nothing of the arms is large
@@ -131,10 +133,10 @@ class SpreadLoads:
 
     def _directions(self, load: Any) -> Iterator[Dead]:
         """Directions in space that a load has independently."""
-        alone = self._alone
-        arrays = alone.zeros()
-        arrays[load.body] = _assembled(alone.bodies[load.body], load)(None)
-        parts = [alone.along_x(arrays, i) for i in range(3)]
+        isolated = self._isolated
+        arrays = isolated.zeros()
+        arrays[load.body] = _assembled(isolated.bodies[load.body], load)(None)
+        parts = [isolated.along_x(arrays, i) for i in range(3)]
         gram = np.array([[self._work(a, b) for b in parts] for a in parts])
         sizes, directions = np.linalg.eigh(gram)
         for size, direction in zip(sizes, directions.T, strict=True):
@@ -145,7 +147,7 @@ class SpreadLoads:
 
     def _turned_by(self, load: Any) -> Iterator[FollowerLoad]:
         """What turns with the body; of a moment each component along its axes."""
-        body = self._alone.bodies[load.body]
+        body = self._isolated.bodies[load.body]
 
         def turning(item: Any, along: Floats | None) -> FollowerLoad:
             return FollowerLoad(load.time, along, load.body, _assembled(body, item))
@@ -168,15 +170,15 @@ class SpreadLoads:
         Returns:
             Of the body at rest, and per amplitude, shape (6 + K, 1 + K).
         """
-        alone, K = self._alone, len(modes)
-        rigid = [alone.motion(axis, center) for axis in range(6)]
+        isolated, K = self._isolated, len(modes)
+        rigid = [isolated.motion(axis, center) for axis in range(6)]
         found = np.zeros((6 + K, 1 + K))
-        still = alone.zeros()
+        still = isolated.zeros()
         still[item.body] = item.work(None)
         for column, mode in enumerate([None, *modes]):
             changed = still
             if mode is not None:
-                changed = alone.zeros()
+                changed = isolated.zeros()
                 changed[item.body] = item.work(mode[item.body])
             found[:, column] = [self._work(changed, f) for f in (*rigid, *modes)]
             if mode is not None:
@@ -186,9 +188,9 @@ class SpreadLoads:
 
     def _turned(self, mode: Arrays, axis: int) -> Arrays:
         """`e_a x phi`."""
-        out = self._alone.zeros()
-        for name in self._alone.model.meshed:
-            dofs = self._alone.bodies[name].mixed.dofs
+        out = self._isolated.zeros()
+        for name in self._isolated.model.meshed:
+            dofs = self._isolated.bodies[name].mixed.dofs
             for part in ("u", "bubble", "w"):
                 if part in dofs:
                     vectors = mode[name][dofs[part]].reshape(-1, 3)
@@ -198,26 +200,26 @@ class SpreadLoads:
     def _work(self, forces: Arrays, field: Arrays) -> float:
         """Work of nodal forces on a field, of what each rank owns; collective."""
         total = 0.0
-        for name in self._alone.model.meshed:
-            index_map = self._alone.bodies[name].mixed.space.dofmap.index_map
+        for name in self._isolated.model.meshed:
+            index_map = self._isolated.bodies[name].mixed.space.dofmap.index_map
             here = slice(index_map.size_local)
             total += float(forces[name][here] @ field[name][here])
-        return self._alone.comm.allreduce(total, op=MPI.SUM)
+        return self._isolated.comm.allreduce(total, op=MPI.SUM)
 
 
 class TermsAtRest:
     """The user's terms on a body that is at rest, at several times of the run.
 
     Args:
-        alone: The body by itself, in its supports.
+        isolated: The body by itself, in its supports.
         t_end: Time at the end of the run, s.
         static: Whether there are no velocities.
     """
 
-    def __init__(self, alone: IsolatedBody, t_end: float, static: bool) -> None:
-        self._alone, self._times = alone, [share * t_end for share in TIMES]
+    def __init__(self, isolated: IsolatedBody, t_end: float, static: bool) -> None:
+        self._isolated, self._times = isolated, [share * t_end for share in TIMES]
         self._forms: list[tuple[str, Any, fem.Function, Any]] = []
-        for body in alone.model.meshed.values():
+        for body in isolated.model.meshed.values():
             space = body.mixed.space
             q, v = fem.Function(space), fem.Function(space)
             time: Any = fem.Constant(space.mesh, 0.0)
@@ -232,11 +234,11 @@ class TermsAtRest:
             return []
         found = []
         for t in self._times:
-            found.append(self._alone.zeros())
+            found.append(self._isolated.zeros())
             for name, work, _, time in self._forms:
                 time.value = t
                 found[-1][name] += _nodal(work)
-        forces = [self._alone.force(arrays) for arrays in found]
+        forces = [self._isolated.force(arrays) for arrays in found]
         gram = np.array([[one.dot(other) for one in forces] for other in forces])
         if not np.all(np.isfinite(gram)) or not np.any(gram):
             return []
@@ -248,7 +250,7 @@ class TermsAtRest:
 
     def stiffness(self) -> PETSc.Mat | None:
         """What holds the body, at the time at which it is largest; None without; collective."""
-        numbers = {body.name: k for k, body in enumerate(self._alone.model.bodies)}
+        numbers = {body.name: k for k, body in enumerate(self._isolated.model.bodies)}
         blocks: Blocks = {
             (numbers[name], numbers[name]): [Derivative(-work, q)]
             for name, work, q, _ in self._forms
@@ -258,7 +260,7 @@ class TermsAtRest:
         for t in self._times if blocks else ():
             for _, _, _, time in self._forms:
                 time.value = t
-            found = self._alone.system.symmetric_matrix(blocks, 0.0)
+            found = self._isolated.system.symmetric_matrix(blocks, 0.0)
             # a length that is zero at rest has no slope there
             if np.isfinite(found.norm()) and found.norm() > size:
                 largest, size = found, found.norm()

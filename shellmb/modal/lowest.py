@@ -33,9 +33,9 @@ def lowest_frequency(model: Model, name: str) -> float:
     supports = tuple(s for s in scene.supports if scene.bodies_of(s)[0].name == name)
     parts: dict[str, Any] = {"beams" if isinstance(body, Beam) else "shells": body}
     parts |= {"supports": supports, "scheme": "ep", "dt": 1.0, "t_end": 1.0}
-    alone = IsolatedBody(Scene(f"{name} alone", **parts), model.comm)
-    shift = -SHIFT * alone.scale
-    found, _ = eigenpairs(alone.K, alone.M, 7, shift, symmetric=True)
-    elastic = [value for value in found.real if value > 1e-3 * alone.scale]
+    isolated = IsolatedBody(Scene(f"{name} alone", **parts), model.comm)
+    shift = -SHIFT * isolated.scale
+    found, _ = eigenpairs(isolated.K, isolated.M, 7, shift, symmetric=True)
+    elastic = [value for value in found.real if value > 1e-3 * isolated.scale]
     held = not supports and any(name in (j.first, j.second) for j in scene.joints)
     return float(np.sqrt(elastic[0])) / (CLAMPED if held else 1.0)

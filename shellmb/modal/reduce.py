@@ -285,9 +285,9 @@ class _Reduction:
         (target,) = self._scene.bodies_of(load)
         if target.name not in self.group:
             return None
-        alone = list(self.group.values()).count(self.group[target.name]) == 1
+        isolated = list(self.group.values()).count(self.group[target.name]) == 1
         # the weight of all of the body acts on its frame
-        return None if isinstance(load, Gravity) and alone else replace(load, body=target.name)
+        return None if isinstance(load, Gravity) and isolated else replace(load, body=target.name)
 
     def touched(self, group: tuple[str, ...]) -> dict[str, tuple[str, Any, str]]:
         """What potentials and contacts act on, as of `ModalBody`."""

@@ -23,7 +23,11 @@ NO_MOTION = 1e-12
 
 
 def ritz_vectors(
-    alone: IsolatedBody, count: int, center: Floats, loads: list[Arrays], springs: PETSc.Mat | None
+    isolated: IsolatedBody,
+    count: int,
+    center: Floats,
+    loads: list[Arrays],
+    springs: PETSc.Mat | None,
 ) -> list[PETSc.Vec]:
     """Static modes of all frames and the lowest modes with them held; else those of the body.
 
@@ -32,7 +36,7 @@ def ritz_vectors(
     one more vector for each of the static ones.
 
     Args:
-        alone: The body.
+        isolated: The body.
         count: Number of modes with the frames held; without frames of elastic ones.
         center: Centre of mass, shape (3,), m.
         loads: Nodal forces of distributed loads.
@@ -44,13 +48,15 @@ def ritz_vectors(
         given = zip(forces, body.answers(forces), strict=True)
         return [v for f, v in given if abs(f.dot(v)) * stiffness > NO_MOTION * f.dot(f)]
 
-    stiffness = alone.scale * float(alone.gram(alone.M, [alone.vector(alone.one())])[0, 0])
-    body = Held(alone, alone.K, center, frames=True)
-    static = [*felt(body, [alone.force(arrays) for arrays in loads]), *body.moved()]
+    stiffness = isolated.scale * float(
+        isolated.gram(isolated.M, [isolated.vector(isolated.one())])[0, 0]
+    )
+    body = Held(isolated, isolated.K, center, frames=True)
+    static = [*felt(body, [isolated.force(arrays) for arrays in loads]), *body.moved()]
     found = [*body.lowest(count), *static]
     if springs is not None:
         forces = [springs * vector for vector in (*static, *body.motions)]
-        found += felt(Held(alone, alone.K + springs, center, frames=True), forces)
+        found += felt(Held(isolated, isolated.K + springs, center, frames=True), forces)
     return found
 
 
@@ -58,7 +64,7 @@ class Held:
     """A body in its supports, whose frames are held, too; forces may accelerate it nevertheless.
 
     Args:
-        alone: The body.
+        isolated: The body.
         K: Stiffness matrix.
         center: Point that its rotations are about, shape (3,), m.
         frames: Whether frames are held.
@@ -68,34 +74,34 @@ class Held:
             those that supports leave.
     """
 
-    def __init__(self, alone: IsolatedBody, K: PETSc.Mat, center: Floats, frames: bool) -> None:
-        self._alone, self._K = alone, K
-        numbering, rigid = alone.system.numbering, alone.model.rigid if frames else None
+    def __init__(self, isolated: IsolatedBody, K: PETSc.Mat, center: Floats, frames: bool) -> None:
+        self._isolated, self._K = isolated, K
+        numbering, rigid = isolated.system.numbering, isolated.model.rigid if frames else None
         every = np.arange(numbering.start, numbering.start + numbering.owned)
-        taken = [k for k, f in enumerate(alone.system.fields) if rigid and f.name == rigid.name]
+        taken = [k for k, f in enumerate(isolated.system.fields) if rigid and f.name == rigid.name]
         free = np.setdiff1d(every, [n for k in taken for n in numbering.by_field[k]])
-        where = PETSc.IS().createGeneral(free.astype(PETSc.IntType), comm=alone.comm)
-        self._inner = [A.createSubMatrix(where, where) for A in (K, alone.M)]
+        where = PETSc.IS().createGeneral(free.astype(PETSc.IntType), comm=isolated.comm)
+        self._inner = [A.createSubMatrix(where, where) for A in (K, isolated.M)]
         self._free = (free - numbering.start).astype(np.int64)
         if rigid is None:
-            moves = [alone.vector(alone.motion(axis, center)) for axis in range(6)]
-            shares = alone.free_motions(center)
+            moves = [isolated.vector(isolated.motion(axis, center)) for axis in range(6)]
+            shares = isolated.free_motions(center)
         else:
             moves, shares = self._turns(rigid)
         self.motions = [self._combined(moves, share) for share in shares.T]
 
     def _turns(self, rigid: Any) -> tuple[list[PETSc.Vec], Floats]:
         """Rotations about the only frame while that is still, and which of these deform nothing."""
-        alone = self._alone
-        if len(rigid.index) > 1 or alone.model.scene.supports:
+        isolated = self._isolated
+        if len(rigid.index) > 1 or isolated.model.scene.supports:
             return [], np.zeros((0, 0))
         (name,) = rigid.index
         about, turns = rigid.bodies[rigid.index[name]].center, []
         for axis in (3, 4, 5):
-            turns.append(alone.vector(alone.motion(axis, about)))
-            turns[-1].axpy(-1.0, alone.vector(alone.motion(axis, about, name)))
+            turns.append(isolated.vector(isolated.motion(axis, about)))
+            turns[-1].axpy(-1.0, isolated.vector(isolated.motion(axis, about, name)))
         # resultants are unknowns, too: what deforms is told by forces and strains, not by energies
-        images = [alone.K * turn for turn in turns]
+        images = [isolated.K * turn for turn in turns]
         sizes, shares = np.linalg.eigh([[a.dot(b) for a in images] for b in images])
         return turns, shares[:, sizes < NO_MOTION * sizes[-1]]
 
@@ -108,16 +114,16 @@ class Held:
     def lowest(self, count: int) -> list[PETSc.Vec]:
         """The lowest modes, and without frames the rigid ones."""
         K, M = self._inner
-        count += 0 if self._alone.model.rigid is not None else len(self.motions)
-        _, inner = eigenpairs(K, M, count, -SHIFT * self._alone.scale, symmetric=True)
+        count += 0 if self._isolated.model.rigid is not None else len(self.motions)
+        _, inner = eigenpairs(K, M, count, -SHIFT * self._isolated.scale, symmetric=True)
         return [self._whole(vector) for vector in inner]
 
     @cached_property
     def _solver(self) -> PETSc.KSP:
         K, M = self._inner
         K = K.copy()
-        K.axpy(STATIC * self._alone.scale, M)
-        return self._alone.solver(K)
+        K.axpy(STATIC * self._isolated.scale, M)
+        return self._isolated.solver(K)
 
     @cached_property
     def _inert(self) -> tuple[list[PETSc.Vec], list[PETSc.Vec]]:
@@ -125,7 +131,7 @@ class Held:
 
         A stiffness that holds it answers them with deformations, too.
         """
-        forces = [self._alone.M * motion for motion in self.motions]
+        forces = [self._isolated.M * motion for motion in self.motions]
         return forces, [self._solved(force) for force in forces]
 
     def answers(self, forces: list[PETSc.Vec]) -> list[PETSc.Vec]:
@@ -144,16 +150,18 @@ class Held:
 
     def moved(self) -> list[PETSc.Vec]:
         """What each frame does that moves by itself."""
-        alone, found = self._alone, []
-        rigid = alone.model.rigid
+        isolated, found = self._isolated, []
+        rigid = isolated.model.rigid
         if rigid is None:
             return []
         for name, number in rigid.index.items():
             center = rigid.bodies[number].center
             for axis in range(6):
-                moved, whole = (alone.vector(alone.motion(axis, center, n)) for n in (name, None))
+                moved, whole = (
+                    isolated.vector(isolated.motion(axis, center, n)) for n in (name, None)
+                )
                 moved.axpy(-1.0, self._solved(self._K * moved))
-                size, full = np.diag(alone.gram(alone.M, [moved, whole]))
+                size, full = np.diag(isolated.gram(isolated.M, [moved, whole]))
                 # a frame at a single node of a shell turns about the director without the body: as
                 # large as one, the round-off of that would be a wild mode
                 if size > NO_MOTION * full:

@@ -48,46 +48,46 @@ def stiffening(scene: Scene, comm: MPI.Comm, parts: Parts) -> float:
     def exact(bodies: Any) -> Any:
         return tuple(b if b.model == "rigid" else replace(b, model="exact") for b in bodies)
 
-    alone = IsolatedBody(
+    isolated = IsolatedBody(
         replace(scene, shells=exact(scene.shells), beams=exact(scene.beams), redundant="drop"), comm
     )
-    given = alone.zeros()
+    given = isolated.zeros()
     for name, values in parts.items():
-        dofs = alone.bodies[name].mixed.dofs
+        dofs = isolated.bodies[name].mixed.dofs
         for part in dofs.keys() & values.keys():
             given[name][dofs[part]] = values[part]
     # they do no work on what moves freely
-    force, linear = _bending(alone, {name: given[name] for name in parts})
+    force, linear = _bending(isolated, {name: given[name] for name in parts})
     for share in SHARES:
         # what forces along the body do has opposite signs in both, and a caution of its own
-        moved = [_moved(alone, sign * share * force, sign * share * linear) for sign in (1, -1)]
+        moved = [_moved(isolated, sign * share * force, sign * share * linear) for sign in (1, -1)]
         if moved[0] is not None and moved[1] is not None:
             return float(2 * share * force.dot(linear) / force.dot(moved[0] - moved[1])) - 1
     return 0.0
 
 
-def _bending(alone: IsolatedBody, shape: Arrays) -> tuple[PETSc.Vec, PETSc.Vec]:
+def _bending(isolated: IsolatedBody, shape: Arrays) -> tuple[PETSc.Vec, PETSc.Vec]:
     """Forces in balance that give bodies a shape, up to a rigid motion, and what they do; linear.
 
     They are elastic forces `K_b g` of the bodies with `K_b K^-1 K_b g = K_b shape`: by conjugate
     gradients, preconditioned by `K^-1`. Without springs `g` is the shape itself.
 
     Args:
-        alone: The scene.
+        isolated: The scene.
         shape: Small states of bodies.
     """
-    at_rest = _solver(alone, alone.K, STATIC * alone.scale)
+    at_rest = _solver(isolated, isolated.K, STATIC * isolated.scale)
 
     def elastic(state: PETSc.Vec) -> PETSc.Vec:
-        found = alone.arrays(state)
-        return alone.elastic({name: found[name] for name in shape})
+        found = isolated.arrays(state)
+        return isolated.elastic({name: found[name] for name in shape})
 
     def solved(force: PETSc.Vec) -> PETSc.Vec:
         moved = force.duplicate()
         at_rest.solve(force, moved)
         return moved
 
-    force = alone.elastic(shape)
+    force = isolated.elastic(shape)
     linear = solved(force)
     left = force - elastic(linear)
     search = better = solved(left)
@@ -109,45 +109,45 @@ def _bending(alone: IsolatedBody, shape: Arrays) -> tuple[PETSc.Vec, PETSc.Vec]:
     return force, linear
 
 
-def _moved(alone: IsolatedBody, force: PETSc.Vec, linear: PETSc.Vec) -> PETSc.Vec | None:
+def _moved(isolated: IsolatedBody, force: PETSc.Vec, linear: PETSc.Vec) -> PETSc.Vec | None:
     """What exact bodies do under a force; None without convergence.
 
     Args:
-        alone: The scene.
+        isolated: The scene.
         force: The force.
         linear: What it does to small displacements.
     """
-    energy, inertia = (float(alone.gram(A, [linear])[0, 0]) for A in (alone.K, alone.M))
+    energy, inertia = (float(isolated.gram(A, [linear])[0, 0]) for A in (isolated.K, isolated.M))
     omega2 = SLOW * energy / inertia if inertia > 0 else 0.0
     moved, part = linear.copy(), force.duplicate()
     for _ in range(ITERATIONS):
-        half, K = alone.tangent_at(0.5 * moved), alone.tangent_at(moved)
+        half, K = isolated.tangent_at(0.5 * moved), isolated.tangent_at(moved)
         left = force.copy()
         # forces by stiffness along the way, exact for polynomials of the third degree
         for A, weight, along in (
-            (alone.K, 1 / 6, moved),
+            (isolated.K, 1 / 6, moved),
             (half, 2 / 3, moved),
             (K, 1 / 6, moved),
-            (alone.M, omega2, moved - linear),
+            (isolated.M, omega2, moved - linear),
         ):
             A.mult(along, part)
             left.axpy(-weight, part)
-        change = _solved(alone, K, left, omega2)
+        change = _solved(isolated, K, left, omega2)
         moved += change
         if abs(change.dot(left)) < CONVERGED * energy:
             return moved
     return None
 
 
-def _solved(alone: IsolatedBody, K: PETSc.Mat, force: PETSc.Vec, omega2: float) -> PETSc.Vec:
+def _solved(isolated: IsolatedBody, K: PETSc.Mat, force: PETSc.Vec, omega2: float) -> PETSc.Vec:
     """What a force does to a stiffness and the mass at a square of a rate."""
     found = K.createVecRight()
-    _solver(alone, K, omega2).solve(force, found)
+    _solver(isolated, K, omega2).solve(force, found)
     return found
 
 
-def _solver(alone: IsolatedBody, K: PETSc.Mat, omega2: float) -> PETSc.KSP:
+def _solver(isolated: IsolatedBody, K: PETSc.Mat, omega2: float) -> PETSc.KSP:
     """Solver with a stiffness and the mass at a square of a rate."""
     A = K.copy()
-    A.axpy(omega2, alone.M)
-    return alone.solver(A)
+    A.axpy(omega2, isolated.M)
+    return isolated.solver(A)

@@ -89,9 +89,9 @@ class Options:
         if self.scheme in ("static", "linear-statics") and not scene.static and self.dt is None:
             # a time step is no load step: take the default one
             end = scene.t_end if self.t_end is None else self.t_end
-            lost: dict[str, Any] = {"dt": None, "start": "given", "alpha": None}
-            lost["step_control"] = replace(scene.step_control, tolerance=None)
-            scene = replace(scene, scheme=self.scheme, t_end=end, **lost)
+            dropped: dict[str, Any] = {"dt": None, "start": "given", "alpha": None}
+            dropped["step_control"] = replace(scene.step_control, tolerance=None)
+            scene = replace(scene, scheme=self.scheme, t_end=end, **dropped)
             chosen["scheme"] = None
         if (errors := chosen.pop("errors")) is not None:
             scene = replace(scene, errors=errors)

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from shellmb.arrays import Floats, Ints
-from shellmb.rotating.modes import TurningModes
+from shellmb.rotating.modes import RotatingModes
 from shellmb.rotating.quadratic import Pair
 
 # shapes with less in common than this are different modes; of a double eigenvalue that splits into
@@ -55,7 +55,7 @@ def assurance(first: Sequence[Pair], second: Sequence[Pair], mass: PETSc.Mat) ->
     return np.array(rows) / np.outer(own, other)
 
 
-def track(found: Sequence[TurningModes], mass: PETSc.Mat) -> Ints:
+def track(found: Sequence[RotatingModes], mass: PETSc.Mat) -> Ints:
     """Branches through modes at ascending rates.
 
     Args:

@@ -15,7 +15,7 @@ from shellmb.errors import SceneError
 from shellmb.native.assembler import assembled_as
 from shellmb.rotating.axis import Axis, check_steady, find_axis
 from shellmb.rotating.branches import track
-from shellmb.rotating.modes import SPARE, TurningModes, check_count, modes_at
+from shellmb.rotating.modes import SPARE, RotatingModes, check_count, modes_at
 from shellmb.rotating.steady import SteadyRotation
 from shellmb.scene import Scene
 from shellmb.scene.values.validate import show
@@ -38,14 +38,14 @@ class Campbell:
 
     axis: Axis
     rates: Floats
-    modes: tuple[TurningModes, ...]
+    modes: tuple[RotatingModes, ...]
     branches: Ints
 
     def along(self, values: str) -> npt.NDArray[np.complex128]:
         """An array of the modes at each rate along the branches, NaN where one has no mode.
 
         Args:
-            values: Name of an array of `TurningModes`, as "omega", "damping", "values".
+            values: Name of an array of `RotatingModes`, as "omega", "damping", "values".
 
         Returns:
             Shape (rates, branches).

@@ -16,7 +16,7 @@ from shellmb.guarding.writing import write_text
 from shellmb.observers.summary import versions, write_json
 from shellmb.rotating.axis import Axis
 from shellmb.rotating.campbell import Campbell, campbell
-from shellmb.rotating.modes import TurningModes, check_count, modes_of
+from shellmb.rotating.modes import RotatingModes, check_count, modes_of
 from shellmb.rotating.state import MovingState, StateModes, check_state
 from shellmb.running.directory import claimed, written
 from shellmb.running.memory import check_memory
@@ -183,7 +183,7 @@ def find_state_modes(
     return found
 
 
-def _rows(modes: TurningModes) -> list[str]:
+def _rows(modes: RotatingModes) -> list[str]:
     """Lines of the table of one rate, without their branches."""
     lines = []
     for k, value in enumerate(modes.values):
@@ -205,7 +205,7 @@ def _table(found: Campbell) -> list[str]:
 
 
 def _head(
-    scene: Scene, loaded: bool, axis: Axis, modes: TurningModes, comm: MPI.Comm
+    scene: Scene, loaded: bool, axis: Axis, modes: RotatingModes, comm: MPI.Comm
 ) -> dict[str, Any]:
     """What all summaries begin with."""
     return {
@@ -220,7 +220,7 @@ def _head(
     }
 
 
-def _write_rate(directory: Path, modes: TurningModes, whole: dict[str, Any]) -> None:
+def _write_rate(directory: Path, modes: RotatingModes, whole: dict[str, Any]) -> None:
     fields = [
         {"displacement": real, "displacement_imaginary": imaginary}
         for real, imaginary in modes.shapes

@@ -25,7 +25,7 @@ from shellmb.model.shells.shell import ShellModel
 from shellmb.rotating.axis import Axis
 
 
-class TurningFrame:
+class RotatingFrame:
     """The frame as one body sees it.
 
     Args:

@@ -15,7 +15,7 @@ from shellmb.model.body import added
 from shellmb.model.model import Model
 from shellmb.native.derivatives import Derivative
 from shellmb.rotating.axis import Axis
-from shellmb.rotating.frame import TurningFrame
+from shellmb.rotating.frame import RotatingFrame
 from shellmb.schemes.base import Levels
 from shellmb.simulate.eigenmodes import shift_below
 from shellmb.simulate.start.relaxation import Relaxation
@@ -44,7 +44,7 @@ class Linearised:
         self,
         model: Model,
         axis: Axis,
-        frames: Mapping[str, TurningFrame],
+        frames: Mapping[str, RotatingFrame],
         levels: dict[str, Levels],
         time: float,
         loaded: bool,

@@ -32,7 +32,7 @@ SPARE = 4
 
 
 @dataclass(frozen=True)
-class TurningModes:
+class RotatingModes:
     """Modes of a system that turns with a steady rate, seen from a frame that turns along.
 
     They are `exp(s t) v` with `s = -zeta omega +- i omega_d`; of each complex pair one is listed,
@@ -99,7 +99,7 @@ class TurningModes:
 
 @petsc_in_words()
 @assembled_as(lambda turning, *_, **__: turning.model.scene.solver)
-def modes_at(turning: SteadyRotation, rate: float, count: int, spare: int = 0) -> TurningModes:
+def modes_at(turning: SteadyRotation, rate: float, count: int, spare: int = 0) -> RotatingModes:
     """Modes about the relative equilibrium at a rate.
 
     Args:
@@ -117,7 +117,7 @@ def modes_at(turning: SteadyRotation, rate: float, count: int, spare: int = 0) -
 
 @petsc_in_words()
 @assembled_as(lambda turning, *_, **__: turning.model.scene.solver)
-def modes_of(turning: Linearised, count: int, spare: int = 0) -> TurningModes:
+def modes_of(turning: Linearised, count: int, spare: int = 0) -> RotatingModes:
     """Modes about the state that a system has, in the frame as it turns.
 
     Args:
@@ -147,7 +147,7 @@ def modes_of(turning: Linearised, count: int, spare: int = 0) -> TurningModes:
         scaled(model, *(nodal_shape(system, model, v) for v in (p.real, p.imaginary)))
         for p in pairs
     ]
-    return TurningModes(
+    return RotatingModes(
         turning.rate,
         np.array([p.value for p in pairs]),
         np.array(whirl),

@@ -27,7 +27,7 @@ from shellmb.model.model import Model
 from shellmb.observers.account.energy import scalar
 from shellmb.observers.fields.nodal import NodalBody, nodal_bodies, reference_nodes
 from shellmb.rotating.axis import Axis
-from shellmb.rotating.frame import TurningFrame
+from shellmb.rotating.frame import RotatingFrame
 from shellmb.rotating.linearised import Linearised
 from shellmb.rotating.quadratic import Pair, product
 from shellmb.scene import GROUND, Cylindrical, Planar, Prismatic, Scene
@@ -94,7 +94,7 @@ class Products:
                 shift = fem.Constant(mesh, np.zeros(3))
                 constants.append((matrix, shift))
                 functions[body.name] = fem.Function(body.mixed.space)
-                frame = TurningFrame(body, Axis((0.0, 0.0, 1.0)))
+                frame = RotatingFrame(body, Axis((0.0, 0.0, 1.0)))
                 field = frame.turned(q[body.name], partial(ufl.dot, matrix), shift)
                 side[body.name] = functions[body.name] + field
             self._ends.append((functions, constants))

@@ -21,9 +21,9 @@ from shellmb.model.body import Body, added
 from shellmb.model.model import Model
 from shellmb.native.assembler import assembled_as
 from shellmb.rotating.axis import Axis, bearing, check_steady, three
-from shellmb.rotating.frame import TurningFrame
+from shellmb.rotating.frame import RotatingFrame
 from shellmb.rotating.linearised import Linearised
-from shellmb.rotating.modes import TurningModes
+from shellmb.rotating.modes import RotatingModes
 from shellmb.rotating.rigid import (
     NOTHING,
     Functions,
@@ -57,7 +57,7 @@ BALANCED = 1e-5
 STEADY = 1e-2
 
 
-class StateFrame(TurningFrame):
+class StateFrame(RotatingFrame):
     """A frame that turns, in which a body moves at a state and is accelerated.
 
     Args:
@@ -101,7 +101,7 @@ class StateModes:
         state: The state.
     """
 
-    modes: TurningModes
+    modes: RotatingModes
     state: MovingState
 
     @property

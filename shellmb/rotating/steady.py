@@ -13,7 +13,7 @@ from shellmb.constraint_analysis.redundancy import largest_gap
 from shellmb.errors import ConvergenceError, SceneError
 from shellmb.model.model import Model
 from shellmb.rotating.axis import Axis, held
-from shellmb.rotating.frame import TurningFrame
+from shellmb.rotating.frame import RotatingFrame
 from shellmb.rotating.linearised import Linearised
 from shellmb.scene import Scene
 from shellmb.schemes.base import Levels
@@ -54,7 +54,7 @@ class SteadyRotation(Linearised):
         still = held(scene).with_options(scheme="ep", dt=scene.dt or 1.0, t_end=t_end)
         self.loaded, self.scene = loaded, scene
         model, _ = checked_model(still, comm)
-        frames = {body.name: TurningFrame(body, axis) for body in model.bodies}
+        frames = {body.name: RotatingFrame(body, axis) for body in model.bodies}
         levels = {
             body.name: Levels(fem.Function(body.mixed.space), {}, {}, body.manifold.tangent)
             for body in model.bodies

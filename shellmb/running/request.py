@@ -173,11 +173,11 @@ def read_request(out: Path | str) -> StoredRequest:
         values = read_table(file)
         request = Request.from_dict(values)
     except ValidationError as error:
-        raise SceneError(_lost(f"{file} is damaged ({first_error(error)})")) from None
+        raise SceneError(_unreadable(f"{file} is damaged ({first_error(error)})")) from None
     except Damaged as error:
-        raise SceneError(_lost(str(error))) from None
+        raise SceneError(_unreadable(str(error))) from None
     if not is_file_name(request.scene) and request.scene not in demos():
-        raise SceneError(_lost(f"{file} names the scene '{request.scene}', which is none"))
+        raise SceneError(_unreadable(f"{file} names the scene '{request.scene}', which is none"))
     return StoredRequest(request, is_sealed(values), values.get("scene_sha256"))
 
 
@@ -207,7 +207,7 @@ def scene_of_run(
     return request.build()
 
 
-def _lost(what: str) -> str:
+def _unreadable(what: str) -> str:
     return (
         f"resume: {what}; the state may be whole: continue from Python with "
         "`shellmb.running.resuming.resume.resume(directory, scene=...)`"

@@ -178,11 +178,11 @@ class Scene(Description):
             left = tuple(f for f in self.output.fields if has_field(f, {"rigid", "joint"}))
             changes["output"] = replace(self.output, fields=left)
         new = changes.get("scheme", self.scheme)
-        lost = _lost(self, new)
+        dropped = _without_effect(self, new)
         if alpha is not None or scheme is None:
             # what is said for a scheme without dissipation is kept, and warned of
-            lost.pop("alpha", None)
-        changes |= lost
+            dropped.pop("alpha", None)
+        changes |= dropped
         if dt is None and is_static(new) and t_end is not None and t_end < (self.dt or 0.0):
             changes["dt"] = None
         if is_static(new) and self.step_control.tolerance is not None:
@@ -211,18 +211,18 @@ class Scene(Description):
         return {b.name for b in found}
 
 
-def _lost(scene: Scene, scheme: Any) -> dict[str, Any]:
+def _without_effect(scene: Scene, scheme: Any) -> dict[str, Any]:
     """What a scheme cannot have, with what is left of it."""
-    lost: dict[str, Any] = {}
+    dropped: dict[str, Any] = {}
     if getattr(scheme, "name", scheme) != "static":
         # only equilibria have a path
-        lost["path"] = None
+        dropped["path"] = None
     if is_static(scheme):
         still = tuple(s for s in scene.starts if isinstance(s, FromRun | FromShape))
-        lost |= {"initial": (), "start": still or "given"}
+        dropped |= {"initial": (), "start": still or "given"}
     if scheme not in DISSIPATIVE:
-        lost["alpha"] = None
-    return lost
+        dropped["alpha"] = None
+    return dropped
 
 
 def _given(choices: dict[str, Any]) -> dict[str, Any]:

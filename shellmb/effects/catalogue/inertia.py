@@ -58,8 +58,8 @@ def _statics(scene: Scene) -> Scene:
             "the scene has initial velocities, which only inertia carries; it must have none"
         )
     # a time step is no load step
-    lost: dict[str, Any] = {"step_control": StepControl(), "start": "given", "alpha": None}
-    return replace(scene, scheme="static", dt=None, **lost)
+    dropped: dict[str, Any] = {"step_control": StepControl(), "start": "given", "alpha": None}
+    return replace(scene, scheme="static", dt=None, **dropped)
 
 
 def _dynamics(scene: Scene) -> Scene:

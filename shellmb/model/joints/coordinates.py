@@ -205,7 +205,7 @@ class CoordinateGroup(ConstraintGroup):
         """Derivative of the equation at the state `q` along the velocity `v`."""
         if self.kind != "rotation":
             return variation(self.gap, q, v)
-        rate = forms.turning(self.angle(q), variation(self.angle, q, v))
+        rate = forms.angle_change(self.angle(q), variation(self.angle, q, v))
         return as_row(self.layout.part(v, "x") - rate)
 
     def excess(self, q: Expr, v: Expr) -> Expr:
@@ -276,7 +276,7 @@ class AngleEquations:
         change, torque = variation(of.angle, span.mid, dq), self._torque(span.unknown)
         before: Expr = of.before
         if span.a is span.b:
-            work = forms.turning(of.angle(span.mid), change, torque)
+            work = forms.angle_change(of.angle(span.mid), change, torque)
         else:
             ends = of.angle(span.a), of.angle(span.b)
             work = forms.increment_gradient(*ends, change, torque)
@@ -296,7 +296,7 @@ class AngleEquations:
         """The rate of the coordinate is that of the places, with the impulse for that."""
         of = self._of
         gap, impulse = of.rate_gap(mid, v), self._torque(v)
-        work = forms.turning(of.angle(mid), variation(of.angle, mid, dv), impulse)
+        work = forms.angle_change(of.angle(mid), variation(of.angle, mid, dv), impulse)
         return self._form(impulse, work, gap, dv)
 
     def jump(self, step: VelocityJump, dq: Expr) -> JumpForms:

@@ -200,9 +200,9 @@ class Start:
                     error.norms,
                 ) from error
         if before > 0.0:
-            self._say_lost(before)
+            self._warn_of_stopped_velocities(before)
 
-    def _say_lost(self, before: float) -> None:
+    def _warn_of_stopped_velocities(self, before: float) -> None:
         """Warn of the energy of velocities that supports and joints do not allow."""
         after = self._energy(_kinetic)
         whose = "of the state that the run starts from" if self._taken else "that are given"

@@ -34,7 +34,7 @@ class StepSize:
         self.good = 0
         self.rejected = 0
         # the longest step tried from the current state, and whether longer ones are being tried
-        self._tried, self._leaping = 0.0, False
+        self._tried, self._lengthened = 0.0, False
 
     @property
     def largest(self) -> float:
@@ -55,14 +55,14 @@ class StepSize:
         """
         self.rejected += 1
         self.good = 0
-        if not self._leaping:
+        if not self._lengthened:
             self._tried = max(self._tried, dt)
         # what was tried before is not tried again
-        floor = self._tried if self._leaping else self.smallest
+        floor = self._tried if self._lengthened else self.smallest
         if dt <= floor * (1 + 1e-9):
             return False
         self.dt = max(self.settings.shrink * dt, self.smallest)
-        return not self._leaping or self.dt > floor * (1 + 1e-9)
+        return not self._lengthened or self.dt > floor * (1 + 1e-9)
 
     def lengthen(self) -> bool:
         """Try longer steps than any so far from this state; False if there are none.
@@ -70,11 +70,11 @@ class StepSize:
         Where the steps before ended at a singular position, a dead point say, shorter ones come
         nearer to it and never pass it. Longer ones do. A limit on the jump forbids them.
         """
-        if self.settings.jump_tolerance is not None or self._leaping:
+        if self.settings.jump_tolerance is not None or self._lengthened:
             return False
         if not 0 < self._tried < self.largest * (1 - 1e-9):
             return False
-        self._leaping, self.dt = True, self.largest
+        self._lengthened, self.dt = True, self.largest
         return True
 
     def accept(self, measured: float | None, dt: float = 0.0) -> None:
@@ -85,7 +85,7 @@ class StepSize:
             dt: The step, s.
         """
         self.good += 1
-        self._tried, self._leaping = 0.0, False
+        self._tried, self._lengthened = 0.0, False
         if self.settings.jump_tolerance is not None and measured is not None:
             self._follow(measured)
         elif self.good >= self.settings.patience and self.dt < self.largest:

@@ -10,7 +10,7 @@ import numpy as np
 from shellmb.analytic.rotating import flapping, lagging, sleeping_top, spinning_membrane
 from shellmb.arrays import Floats
 from shellmb.rotating.campbell import campbell
-from shellmb.rotating.modes import TurningModes, modes_of
+from shellmb.rotating.modes import RotatingModes, modes_of
 from shellmb.rotating.state import MovingState
 from shellmb.running.resuming.reached import StateOfRun
 from shellmb.scene import (
@@ -50,7 +50,7 @@ EULER = math.pi**2 * THICKNESS**2 / 12 / LENGTH**2
 PUSH = 20 * E * THICKNESS**4 / LENGTH**4
 
 
-def about(scene: Scene, count: int, at: float | None = None) -> TurningModes:
+def about(scene: Scene, count: int, at: float | None = None) -> RotatingModes:
     """Modes about the end of a static scene, or about the state of another one at a time."""
     if at is None:
         simulation = Simulation(scene)
