@@ -11,13 +11,12 @@ import basix
 import basix.ufl
 import dolfinx.mesh
 import numpy as np
-import ufl
 from dolfinx import cpp, fem  # type: ignore[attr-defined]
 
 from shellmb.arrays import Floats, Ints
 from shellmb.errors import SceneError
 from shellmb.meshes.extent import check_extent
-from shellmb.meshes.lifetime import count_in
+from shellmb.meshes.shared import Described, shared_mesh
 from shellmb.scene.beams.curves import Curve
 
 __all__ = ["LineMesh", "build_line", "line_mesh_from_nodes"]
@@ -221,10 +220,12 @@ def _line_mesh(
         own = np.full(len(mine), comm.rank, dtype=np.int32)
         return cpp.graph.AdjacencyList_int32(own, np.arange(len(mine) + 1, dtype=np.int32))
 
-    mesh = dolfinx.mesh.create_mesh(
-        comm, mine, ufl.Mesh(element), x if comm.rank == 0 else x[:0], partitioner=stay
+    mesh = shared_mesh(
+        Described(comm, element, cells, x),
+        lambda e: dolfinx.mesh.create_mesh(
+            comm, mine, e, x if comm.rank == 0 else x[:0], partitioner=stay
+        ),
     )
-    count_in(mesh)
     mesh.topology.create_connectivity(0, 1)
     return LineMesh(name, mesh, points, length, triads, degree)
 

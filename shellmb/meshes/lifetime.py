@@ -53,3 +53,23 @@ def make_room(comm: MPI.Comm) -> None:
         gc.collect()
         # those that are in use are no reason to look again for each new one
         _LIVING.most = MORE + comm.allreduce(_LIVING.count(), op=MPI.MAX)
+
+
+def room_for(comm: MPI.Comm, count: int) -> bool:
+    """Whether MPI has so many communicators left; collective.
+
+    Args:
+        comm: Communicator.
+        count: How many.
+    """
+    taken: list[MPI.Comm] = []
+    try:
+        while len(taken) < count:
+            taken.append(comm.Dup())
+    except MPI.Exception:
+        # there is no other way to ask
+        pass
+    finally:
+        for each in taken:
+            each.Free()
+    return bool(comm.allreduce(len(taken), op=MPI.MIN) == count)

@@ -13,15 +13,14 @@ import basix.ufl
 import dolfinx.mesh
 import numpy as np
 import numpy.typing as npt
-import ufl
 
 from shellmb.arrays import Floats, Int32s
 from shellmb.errors import SceneError, ShellmbError
-from shellmb.meshes.areas import with_areas
 from shellmb.meshes.edges_where import with_edges
 from shellmb.meshes.extent import check_extent
-from shellmb.meshes.lifetime import count_in
 from shellmb.meshes.raw import RawMesh, cell_cross, vertex_count
+from shellmb.meshes.shared import Described, shared_mesh
+from shellmb.meshes.surfaces.areas import with_areas
 from shellmb.meshes.surfaces.refined import refined
 from shellmb.meshes.surfaces.structured import structured_mesh
 from shellmb.scene import MeshFile, Shell, Surface
@@ -210,14 +209,16 @@ def _distribute(raw: RawMesh, comm: MPI.Comm) -> dolfinx.mesh.Mesh:
     if comm.size > 1:
         shared = dolfinx.mesh.GhostMode.shared_facet
         partitioner = dolfinx.mesh.create_cell_partitioner(shared, 2)  # type: ignore[call-arg]
-    mesh = dolfinx.mesh.create_mesh(
-        comm,
-        raw.cells if first else raw.cells[:0],
-        ufl.Mesh(element),
-        raw.x if first else raw.x[:0],
-        partitioner=partitioner,
+    mesh = shared_mesh(
+        Described(comm, element, raw.cells, raw.x),
+        lambda e: dolfinx.mesh.create_mesh(
+            comm,
+            raw.cells if first else raw.cells[:0],
+            e,
+            raw.x if first else raw.x[:0],
+            partitioner=partitioner,
+        ),
     )
-    count_in(mesh)
     for dim in ((1, 0), (1, 2), (2, 1), (0, 2), *([(2, 2)] if raw.areas else [])):
         mesh.topology.create_connectivity(*dim)
     return mesh

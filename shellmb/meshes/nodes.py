@@ -17,11 +17,10 @@ from mpi4py import MPI
 import basix
 import basix.ufl
 import numpy as np
-import ufl
 from dolfinx import cpp, fem, mesh  # type: ignore[attr-defined]
 
 from shellmb.arrays import Floats, Ints
-from shellmb.meshes.lifetime import count_in
+from shellmb.meshes.shared import Described, shared_mesh, space_on
 from shellmb.meshes.spaces import MixedSpace, mixed_space
 
 
@@ -48,17 +47,19 @@ def node_mesh(comm: MPI.Comm, count: int) -> NodeMesh:
     """
     mine = np.array_split(np.arange(count), comm.size)[comm.rank].astype(np.int64)
     # disconnected intervals: each has its own two vertices
-    cells = np.column_stack([2 * mine, 2 * mine + 1]).astype(np.int64)
-    x = np.zeros((2 * len(mine), 3))
-    x[0::2, 0], x[1::2, 0] = 2.0 * mine, 2.0 * mine + 1.0
+    cells = np.arange(2 * count, dtype=np.int64).reshape(-1, 2)
+    x = np.zeros((2 * count, 3))
+    x[:, 0] = np.arange(2 * count)
     element = basix.ufl.element("Lagrange", "interval", 1, shape=(3,))
 
     def keep(comm, nparts, cell_types, cells_in):  # type: ignore[no-untyped-def]
         own = np.full(len(mine), comm.rank, dtype=np.int32)
         return cpp.graph.AdjacencyList_int32(own, np.arange(len(mine) + 1, dtype=np.int32))
 
-    domain = mesh.create_mesh(comm, cells, ufl.Mesh(element), x, partitioner=keep)
-    count_in(domain)
+    domain = shared_mesh(
+        Described(comm, element, cells, x),
+        lambda e: mesh.create_mesh(comm, cells[mine], e, x[cells[mine].ravel()], partitioner=keep),
+    )
     # the coordinate tells which node a cell stands for, wherever the cell went
     start = domain.geometry.x[domain.geometry.dofmaps[0]].reshape(-1, 2, 3)[:, :, 0].min(axis=1)
     return NodeMesh(domain, np.rint(start / 2).astype(np.int64))
@@ -93,7 +94,7 @@ def constant_vector(nodes: NodeMesh, values: Floats, name: str) -> fem.Function:
     """
     size = values.shape[1]
     shape = (size,) if size > 1 else ()
-    space = fem.functionspace(nodes.mesh, basix.ufl.element("DG", "interval", 0, shape=shape))
+    space = space_on(nodes.mesh, basix.ufl.element("DG", "interval", 0, shape=shape))
     function = fem.Function(space, name=name)
     set_constants(function, nodes, values)
     return function

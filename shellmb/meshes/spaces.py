@@ -21,6 +21,7 @@ from dolfinx import fem, mesh
 from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats, Int32s
+from shellmb.meshes.shared import collapsed, space_on
 
 # An element of Basix, whose class has no public name
 Element = Any
@@ -52,7 +53,7 @@ class MixedSpace:
     def arguments(self) -> tuple[tuple[Expr, Expr], Expr]:
         """Test functions of two rows in one form, and a trial function."""
         element, size = self.space.ufl_element(), self.space.value_size
-        both = fem.functionspace(self.space.mesh, basix.ufl.mixed_element([element, element]))
+        both = space_on(self.space.mesh, basix.ufl.mixed_element([element, element]))
         test = ufl.TestFunction(both)
         first, second = (ufl.as_vector([test[k] for k in range(n, n + size)]) for n in (0, size))
         return (first, second), ufl.TrialFunction(self.space)
@@ -77,7 +78,7 @@ def mixed_space(
         elements: Name of the part to its element.
         elementwise: Parts that are discontinuous.
     """
-    space = fem.functionspace(domain, basix.ufl.mixed_element(list(elements.values())))
+    space = space_on(domain, basix.ufl.mixed_element(list(elements.values())))
     parts: dict[str, tuple[int, int]] = {}
     dofs: dict[str, Int32s] = {}
     subspaces: dict[str, fem.FunctionSpace] = {}
@@ -86,7 +87,7 @@ def mixed_space(
         size = int(space.sub(k).value_size)
         parts[name] = (first, size)
         first += size
-        subspaces[name], places = space.sub(k).collapse()
+        subspaces[name], places = collapsed(space, k)
         dofs[name] = np.asarray(places, dtype=np.int32).ravel()
         if name in elementwise:
             continue

@@ -31,6 +31,8 @@ if TYPE_CHECKING:
     from shellmb.simulate.simulation import Simulation
 
 COLUMNS = ("all", "probes")
+# communicators of a scene beside a run, those of meshes that are moved left out: seven were seen
+OWN = 20
 
 
 @takes(*options_of(Options))
@@ -127,6 +129,20 @@ def _refuse(scene: Scene) -> None:
         )
 
 
+def _check_room(run: Simulation, made: int, asked: int) -> None:
+    """Refuse more parameters than MPI has communicators for, which ends the program; collective."""
+    from shellmb.meshes.lifetime import room_for
+
+    if room_for(run.model.comm, 2 * (len(run.meshes.made) + OWN)):
+        return
+    advice = f"differentiate by at most {made} parameters at a time" if made else "free other runs"
+    raise SceneError(
+        f"sensitivities: {asked} parameters are too many for one run of '{run.scene.name}': MPI "
+        f"has communicators for the scenes beside it of {made}; {advice}, or differentiate one "
+        "number by all of them with `adjoint`"
+    )
+
+
 def _execute(
     made: Differentiated,
     base: Scene,
@@ -147,6 +163,7 @@ def _execute(
 
     def make(run: Simulation) -> list[Pair]:
         for p, both in scenes.items():
+            _check_room(run, len(sides), len(scenes))
             sides[p] = [
                 Side(scene, directory / side_folder(p.name, side), columns, fields, run)
                 for scene, side in zip(both, SIDES, strict=True)

@@ -44,7 +44,7 @@ class Side:
         if comm.rank == 0:
             folder.mkdir(parents=True)
         comm.Barrier()
-        simulation = Simulation(scene, comm, run.model)
+        simulation = Simulation(scene, comm, run)
         self._standard: StandardObservers | None = None
         if columns == "all":
             self._standard = StandardObservers(folder)

@@ -15,6 +15,7 @@ from shellmb.checked_model import checked_model
 from shellmb.clock import now
 from shellmb.errors import ConvergenceError, petsc_in_words
 from shellmb.forms.steps.discrete import taken_once
+from shellmb.meshes.shared import Meshes
 from shellmb.model.alike import same_on_all
 from shellmb.model.model import Model
 from shellmb.native.assembler import assembled_as
@@ -106,12 +107,14 @@ class Simulation:
     Args:
         scene: The scene.
         comm: Communicator.
-        like: Model of another scene whose units of multipliers and coordinates this one takes.
+        like: Simulation of another scene whose units of multipliers and coordinates this one takes,
+            and its meshes where cells are equal.
 
     Raises:
         SceneError: If it cannot be built, or cannot begin as it is described.
 
     Attributes:
+        meshes: Meshes of the bodies.
         model: Bodies.
         redundant: Constraints that are left out because others imply them.
         scheme: Time scheme.
@@ -131,7 +134,7 @@ class Simulation:
     @petsc_in_words()
     @assembled_as(lambda self, scene, *_, **__: scene.solver)
     def __init__(
-        self, scene: Scene, comm: MPI.Comm = MPI.COMM_WORLD, like: Model | None = None
+        self, scene: Scene, comm: MPI.Comm = MPI.COMM_WORLD, like: Simulation | None = None
     ) -> None:
         begin = now()
         same_on_all(scene, comm)
@@ -145,8 +148,10 @@ class Simulation:
         self.size = self._size()
         self.last: StepInfo | None = None
         self.model: Model
-        units = (None, None) if like is None else (like.force, like.length)
-        self.model, self.redundant = checked_model(scene, comm, *units)
+        units = (None, None) if like is None else (like.model.force, like.model.length)
+        self.meshes = Meshes()
+        with self.meshes.used(None if like is None else like.meshes):
+            self.model, self.redundant = checked_model(scene, comm, *units)
         self.problem = Problem(self.model, self.scheme)
         self._start = start = Start(self.problem, self.size.dt, scene)
         start.positions()

@@ -71,7 +71,7 @@ def seconds(
         forces, made_pairs = columns == "all", []
         for p in parameters_of(made, names):
             above, below = (
-                Shadow(Simulation(scene, like=run.model), observers(columns), forces)
+                Shadow(Simulation(scene, like=run), observers(columns), forces)
                 for scene in beside(made, base, p)
             )
             made_pairs.append(Pair(p, above, below))

@@ -6,7 +6,7 @@ from mpi4py import MPI
 
 import pytest
 
-from shellmb.meshes.lifetime import _LIVING, MOST, make_room
+from shellmb.meshes.lifetime import _LIVING, MOST, make_room, room_for
 from shellmb.meshes.nodes import node_mesh
 
 
@@ -32,3 +32,10 @@ def test_those_in_use_stay() -> None:
     make_room(MPI.COMM_WORLD)
     assert _LIVING.count() >= len(used)
     assert _LIVING.most > len(used)
+
+
+def test_communicators_that_are_left() -> None:
+    """Asking takes none of them."""
+    assert room_for(MPI.COMM_WORLD, 10)
+    assert not room_for(MPI.COMM_WORLD, 10_000)
+    assert all(room_for(MPI.COMM_WORLD, 500) for _ in range(5))

@@ -68,3 +68,10 @@ def test_nothing_depends_on_it() -> None:
     found = sm.sensitivities(ignored, ("colour",), columns="probes")
     assert found.warnings == ("nothing depends on 'colour': its derivatives are zero",)
     assert (found.history["colour"].dropna() == 0).all(axis=None)
+
+
+def test_more_parameters_than_mpi_has_communicators_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    """MPI would end the program."""
+    monkeypatch.setattr("shellmb.sensitivity.run.OWN", 2000)
+    with pytest.raises(sm.SceneError, match=r"1 parameters are too many .* beside it of 0; free"):
+        sm.sensitivities(scenes.plate, ("force",), values={"steps": 1})

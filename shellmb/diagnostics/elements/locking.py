@@ -30,6 +30,7 @@ from dolfinx import fem, la
 
 from shellmb.arrays import Floats, Int32s
 from shellmb.forms.steps.mixed import LinearMixed
+from shellmb.meshes.shared import space_on
 from shellmb.meshes.spaces import MixedSpace, reading_element
 from shellmb.model.shells.shell import ShellModel
 from shellmb.native.expressions import compiled_expression
@@ -206,7 +207,7 @@ class Roughness:
         mixed, inner = body.mixed, reading_element(body.mixed.subspaces["u"])
         domain, form = mixed.space.mesh, body.section.formulation
         nodes = basix.ufl.element("P", domain.basix_cell(), max(body.shell.degree - 1, 1))
-        self._space = fem.functionspace(domain, basix.ufl.blocked_element(nodes, shape=(10,)))
+        self._space = space_on(domain, basix.ufl.blocked_element(nodes, shape=(10,)))
         self._cells = self._space.dofmap.list[: domain.topology.index_map(2).size_local]
         at, points = nodes.basix_element.points, np.asarray(inner.points, dtype=np.float64)
         self._up = _table(inner, at)

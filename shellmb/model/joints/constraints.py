@@ -12,6 +12,7 @@ from shellmb.arrays import Bools, Floats
 from shellmb.forms.constraints.held import Held, Law
 from shellmb.forms.state import Layout
 from shellmb.meshes.nodes import NodeMesh, constant_vector, set_constants
+from shellmb.meshes.shared import space_on
 from shellmb.meshes.spaces import MixedSpace
 from shellmb.model.body import Constraint, Dofs, FixedDofs, NodeLink, PartScale
 from shellmb.model.joints.held import Constraints
@@ -133,7 +134,7 @@ class ConstraintGroup(Massless):
         """A state, the violations there as an expression, and a function for their values."""
         state = fem.Function(self.mixed.space)
         shape = (self.count,)
-        values = fem.Function(fem.functionspace(self.nodes.mesh, ("DG", 0, shape)))
+        values = fem.Function(space_on(self.nodes.mesh, ("DG", 0, shape)))
         points = values.function_space.element.interpolation_points
         expression = compiled_expression(self.looked_at(state), points)
         return state, expression, values

@@ -12,6 +12,7 @@ from shellmb.arrays import Floats
 from shellmb.forms.shell import Mass, ShellStrains
 from shellmb.forms.steps.mixed import Formulation, LinearMixed
 from shellmb.forms.steps.mixed_nonlinear import NonlinearMixed
+from shellmb.meshes.shared import space_on
 from shellmb.model.shells.varying import Rule, SectionFields
 from shellmb.model.user_forms import resists_all, written
 from shellmb.native.kernels import compiled
@@ -181,7 +182,7 @@ def _slenderness(domain: mesh.Mesh, thickness: float | Floats) -> Floats:
 
 
 def _per_element(domain: mesh.Mesh, weight: Floats) -> fem.Function:
-    function = fem.Function(fem.functionspace(domain, ("DG", 0)))
+    function = fem.Function(space_on(domain, ("DG", 0)))
     function.x.array[:] = weight
     return function
 

@@ -23,6 +23,7 @@ from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats
 from shellmb.errors import SceneError
+from shellmb.meshes.shared import space_on
 from shellmb.scene import LinearSection, Shell
 from shellmb.scene.shells.lamination import Layup
 
@@ -105,7 +106,7 @@ class SectionFields:
     def _field(self, values: Floats, rule: Rule) -> fem.Function:
         """A field from its values at the points of the elements, shape (elements, points, size)."""
         size = values.shape[-1]
-        function = fem.Function(fem.functionspace(self._domain, self._element(rule, size)))
+        function = fem.Function(space_on(self._domain, self._element(rule, size)))
         dofs = function.function_space.dofmap.list
         places = dofs[..., None] * size + np.arange(size)
         function.x.array[places] = values

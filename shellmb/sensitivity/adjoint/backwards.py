@@ -89,7 +89,7 @@ def _by_parameter(run: Simulation, sweep: Sweep, parameter: Parameter, *scenes: 
     """
     work, ends = [], []
     for scene in scenes:
-        simulation = Simulation(scene, run.model.comm, run.model)
+        simulation = Simulation(scene, run.model.comm, run)
         check_alike(run, simulation, parameter.name)
         ends.append(copied(starts(simulation.problem)))
         work.append(weighed(Shadow(simulation, [], forces=False), sweep.kept))
