@@ -347,7 +347,7 @@ class Hyperelastic(Section):
     parameters: dict[str, Finite]
     _: KW_ONLY
     thickness: Positive
-    density: NonNegative
+    density: NonNegative = 0.0
     stiffness: Positive
     stiffness_damping: ShellTimes = 0.0
     mass_damping: NonNegative = 0.0
