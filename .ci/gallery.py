@@ -34,6 +34,7 @@ WIDTH, ONE, TOP, BOTTOM = 420, 960, 28, 76
 PAPER = {"lateral_buckling": "6.1", "snap_through": "6.2", "antenna": "6.3"}
 # figures that are there already, beside docs
 FIGURES = {name: f"../demos/figures/{n}/animation.gif" for name, n in PAPER.items()} | {
+    "antenna": "antenna.png",
     "hinged_roof": "../demos/figures/hinged_roofs.png",
     "lateral_plate": "../demos/figures/lateral_plate.png",
 }

@@ -16,6 +16,7 @@ from typing import Any
 
 project = "shellmb"
 author = "the developers of shellmb"
+copyright = author
 version = release = version_of("shellmb")
 
 extensions = [
@@ -30,7 +31,8 @@ extensions = [
 exclude_patterns = ["_build", "jupyter_execute"]
 html_theme = "furo"
 html_title = "shellmb"
-html_static_path: list[str] = []
+html_static_path = ["style"]
+html_css_files = ["wide.css"]
 
 myst_enable_extensions = ["amsmath", "colon_fence", "deflist", "dollarmath"]
 myst_heading_anchors = 3
@@ -97,6 +99,10 @@ def _commands(app: Any) -> None:
     command = ["-m", "typer", "shellmb.cli", "utils", "docs", "--name", "shellmb"]
     said = subprocess.run([sys.executable, *command], capture_output=True, text=True, check=True)
     text = said.stdout.replace("# `shellmb`\n", "# Commands\n", 1)
+    # the list of commands cuts their summaries short
+    for name, summary in re.findall(r"^## `shellmb (\w+)`\n\n(.+?)\n\n", text, re.M | re.S):
+        line = f"* `{name}`: {' '.join(summary.split())}"
+        text = re.sub(rf"^\* `{name}`: .*$", lambda _, line=line: line, text, flags=re.M)
     page = Path(app.srcdir) / "reference" / "commands.md"
     if not page.exists() or page.read_text() != text:
         page.write_text(text)

@@ -30,7 +30,7 @@ class SceneError(ShellmbError):
 
 
 class ShellmbWarning(UserWarning):
-    """Something possible that is hardly meant, or whose result is to be doubted, in one sentence.
+    """A warning about a choice that is hardly meant or a result that is doubtful, in one sentence.
 
     Emitted by :func:`warnings.warn`; the commands show it as a line of its own.
     """

@@ -46,7 +46,7 @@ class ModeShapes:
 
     @cached_property
     def summary(self) -> dict[str, Any]:
-        """What is in `summary.json`."""
+        """Content of `summary.json`."""
         found: dict[str, Any] = json.loads((self.directory / "summary.json").read_text())
         return found
 
@@ -65,24 +65,24 @@ class ModeShapes:
 
     @property
     def captions(self) -> list[str]:
-        """What pictures and tables say of each mode: its frequency, or its load factor."""
+        """Caption of each mode: its frequency or its load factor."""
         from shellmb.show.modes import captions
 
         return captions(self.described, self.summary)
 
     @property
     def warnings(self) -> list[str]:
-        """Sentences that say that the state is unstable, or that eigenvalues mean little."""
+        """Warnings about unstable states and doubtful eigenvalues, a sentence each."""
         return list(self.summary.get("warnings", []))
 
     @property
     def rigid(self) -> int:
-        """How many of them, the first ones, are rigid-body motions."""
+        """Number of rigid-body motions, which are the first modes."""
         return int(self.summary.get("rigid_modes", 0))
 
     @property
     def results(self) -> dict[str, float]:
-        """What the scene measures of its modes."""
+        """Results of the scene, measured on its modes."""
         return plain_results(self.summary)
 
     @property

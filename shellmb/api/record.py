@@ -49,7 +49,7 @@ _SUMMARY = TypeAdapter(_Summary)
 
 
 class Run:
-    """A run in its directory; everything is read from there when it is asked for.
+    """A run in its directory, which is read when it is used.
 
     Args:
         directory: The run directory.
@@ -109,7 +109,7 @@ class Run:
 
     @property
     def results(self) -> dict[str, float]:
-        """What the scene measures."""
+        """Results of the scene."""
         return plain_results(self.summary)
 
     @property
@@ -149,7 +149,7 @@ class Run:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What the run says against itself, each a sentence."""
+        """Warnings of the run, a sentence each."""
         return tuple(w["says"] for w in self.summary.get("warnings", ()))
 
     @cached_property
@@ -263,7 +263,7 @@ class Run:
     def draw(
         self, folder: Path | str | None = None, curves: str = "png", **appearance: Any
     ) -> list[Path]:
-        """Draw all pictures that make sense for the run anew (`shellmb plot`).
+        """Draw all pictures of the run again (`shellmb plot`).
 
         Args:
             folder: Where; None: in the run directory.
@@ -277,7 +277,7 @@ class Run:
         return draw_directory(self.directory, out, curves=curves, appearance=look)
 
     def report(self, file: Path | str | None = None) -> Path:
-        """Write one HTML file with everything about the run, which needs no other one.
+        """Write one self-contained HTML page with everything about the run.
 
         Args:
             file: The file; None: `report.html` in the run directory.
@@ -288,7 +288,7 @@ class Run:
 
     @property
     def account(self) -> dict[str, str]:
-        """The numbers that say whether to trust the run, in words."""
+        """Numbers that say whether to trust the run, as text."""
         from shellmb.show.account import account
 
         try:

@@ -39,7 +39,7 @@ class RotatingModes:
 
     @cached_property
     def summary(self) -> dict[str, Any]:
-        """What is in `summary.json`."""
+        """Content of `summary.json`."""
         found: dict[str, Any] = json.loads((self.directory / "summary.json").read_text())
         return found
 
@@ -60,7 +60,7 @@ class RotatingModes:
 
     @property
     def results(self) -> dict[str, float]:
-        """What the scene measures of them."""
+        """Results of the scene, measured on the modes."""
         return dict(self.summary["results"])
 
     @cached_property
@@ -130,7 +130,7 @@ class StateModes(ModeShapes):
 
     @property
     def drift(self) -> float:
-        """How far the state goes in the time of a radian of its slowest mode, in lengths."""
+        """Distance that the state moves during one radian of its slowest mode, in lengths."""
         return float(self.summary["drift"])
 
     @property

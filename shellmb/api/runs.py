@@ -42,11 +42,11 @@ def run(
 
     Args:
         scene: A scene, the name of a bundled one (`scenes()`), or the path of a Python file.
-        out: Directory to write, new or empty; None: a temporary one, which is gone with the run.
-        parameters: Values of the parameters of a scene that is named.
-        observers: More observers; the numbers of those that measure enter the history.
-        pictures: Whether pictures are drawn at the end; None: where `out` is given.
-        progress: Whether progress is told on stderr.
+        out: Run directory, new or empty; None: a temporary one, deleted with the run.
+        parameters: Values of the parameters of a bundled scene or a file.
+        observers: Further observers; what they measure becomes columns of the history.
+        pictures: Whether to draw pictures at the end; None: if `out` is given.
+        progress: Whether to print progress on stderr.
         comm: Communicator; None: all ranks.
         **options: Choices that replace the scene's, as `shellmb run` has them.
 
@@ -115,7 +115,7 @@ def resume(
     pictures: bool = True,
     comm: MPI.Comm | None = None,
 ) -> Run:
-    """Go on with a run from its last good state.
+    """Continue a run from its last saved state.
 
     Args:
         out: Its directory.
@@ -160,7 +160,7 @@ def resume(
 
 
 def load(directory: Path | str) -> Run | ModeShapes | RotatingModes | Sensitivities:
-    """Read a run, modes or sensitivities from a directory; nothing of it is executed.
+    """Read a run, modes or sensitivities from a directory, without executing anything in it.
 
     Args:
         directory: It.
@@ -182,14 +182,14 @@ def load(directory: Path | str) -> Run | ModeShapes | RotatingModes | Sensitivit
 
 
 def scenes() -> dict[str, str]:
-    """Names of the bundled scenes, each with a line on it."""
+    """Names of the bundled scenes, each with a one-line description."""
     from shellmb.running.loader import demos
 
     return demos()
 
 
 def load_scene(scene: str, **parameters: Any) -> Scene:
-    """The scene of a name or a Python file, to be changed and run.
+    """Load a scene by its bundled name or from a Python file, to change and run it.
 
     Args:
         scene: Name of a bundled scene, or path of a Python file.

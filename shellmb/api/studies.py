@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Study:
-    """What a study found.
+    """Results of a study.
 
     Args:
         findings: One for each quantity.
@@ -61,7 +61,7 @@ class Study:
 
     @property
     def advice(self) -> str:
-        """What to take for which accuracy, in words."""
+        """The cheapest choice for each accuracy, as text."""
         return "\n".join(f.sentence for f in self.findings)
 
     def plot(self, file: Path | str) -> Path:
@@ -97,7 +97,7 @@ def study(
     tell: Callable[[str], None] | None = None,
     **options: Any,
 ) -> Study:
-    """Error against time of all combinations of what is named, by a finer run or an exact value.
+    """Measure error against time for all combinations of options.
 
     Args:
         scene: A scene, a function that makes one from `parameters`, the name of a bundled scene, or

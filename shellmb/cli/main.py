@@ -186,8 +186,8 @@ def resume(
 ) -> Any:
     """Continue a run from its last saved state.
 
-    The scene is built again with the same options, on the same number of ranks; it has to be the
-    same scene. A file is executed only if it is named here, or trusted.
+    The scene is built again with the same options; it must be the same scene. The number of ranks
+    may differ. A scene file is executed only if it is given here or trusted.
     """
     from shellmb.running.request import read_request
 
@@ -275,13 +275,13 @@ def modes(
 ) -> Any:
     """Natural frequencies and modes of a scene, rigid-body modes included.
 
-    With --rate complex modes about steady rotations, and their Campbell diagram:
+    --rate: complex modes about steady rotations, and their Campbell diagram:
     `shellmb modes campbell --rate 0,5,10,20`
 
-    With --state complex modes about the state of a run, frozen in time, with --at that of a time:
+    --state: complex modes about the state of a run, frozen in time; --at: about that of a time:
     `shellmb modes sudden_load --state runs/first --at 0.1`
 
-    With --buckling load factors at which the linear solution under the loads becomes unstable:
+    --buckling: load factors at which the linear solution under the loads becomes unstable:
     `shellmb modes lateral_plate --buckling`
     """
     again = at is not None

@@ -79,7 +79,7 @@ def offers[F: Callable[..., Any]](*options: Option) -> Callable[[F], F]:
 def _annotated(option: Option) -> Any:
     """The annotation of an option for typer."""
     about = option.about
-    usual = f" {option.default} if left out." if option.default else ""
+    usual = f" Default: {option.default}." if option.default else ""
     shown: dict[str, Any] = {"help": about.help + usual, "metavar": about.metavar}
     type_: Any = option.type
     if about.many or about.parse is not None:

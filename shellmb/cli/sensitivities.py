@@ -19,7 +19,7 @@ from shellmb.options.run import Options
 def sensitivities(
     scene: SceneArgument,
     by: Annotated[
-        str, typer.Option(metavar="NAMES", help="Parameters of the scene, with commas between.")
+        str, typer.Option(metavar="NAMES", help="Parameters of the scene, separated by commas.")
     ],
     parameters: SetOption = None,
     scales: Annotated[
@@ -34,18 +34,18 @@ def sensitivities(
         bool, typer.Option("--probes", help="Derivatives of probes only, which costs less.")
     ] = False,
     no_fields: Annotated[
-        bool, typer.Option("--no-fields", help="No derivatives of fields.")
+        bool, typer.Option("--no-fields", help="Omit derivatives of fields.")
     ] = False,
     out: Annotated[
-        Path | None, typer.Option(help="Directory; runs/SCENE-sensitivities-TIME if left out.")
+        Path | None, typer.Option(help="Directory; default: runs/SCENE-sensitivities-TIME.")
     ] = None,
     quiet: QuietOption = False,
     **options: Any,
 ) -> None:
-    """Run a scene, and differentiate all that the run finds by parameters of the scene.
+    """Run a scene and differentiate its histories, results and fields by parameters.
 
-    Leaves the run, derivatives of its history and results as CSV files, and what
-    `shellmb.load` reads back.
+    Writes the run, and the derivatives of its history and results as CSV files.
+    `shellmb.load` reads all of it.
     """
     from shellmb.running.request import parse_parameters
     from shellmb.sensitivity.run import sensitivities as run

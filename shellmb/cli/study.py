@@ -42,7 +42,7 @@ def study(
         typer.Option(
             metavar="NAME",
             help="A result of the scene, or COLUMN:NORM of its history with the norm end, max, "
-            "min, mean, l2 or sup; may be repeated; the first probe if left out.",
+            "min, mean, l2 or sup; may be repeated; default: the first probe.",
         ),
     ] = None,
     parameters: SetOption = None,
@@ -61,10 +61,9 @@ def study(
 ) -> None:
     """Measure what accuracy costs: error against time for all combinations of the given options.
 
-    Without any, mesh and step are swept in one round: half, all and twice of the scene's own. Every
-    option with commas is a list. Records are kept in `--out` (runs/study-SCENE if left out)
-    run by run; a study that was stopped goes on there. Times are of the steps, set-up and
-    compiling excluded, the median of several rounds in turn.
+    Without options, mesh and step are half, all and twice the scene's own, in one round. An option
+    with commas is a list. Each run is recorded in `--out` (default: runs/study-SCENE), where a
+    stopped study continues. Times are medians over the rounds and exclude set-up and compiling.
     """
     from shellmb.running.request import parse_parameters
     from shellmb.studies.sweep import sweep_of

@@ -45,17 +45,19 @@ class AccuracyOptions:
     """
 
     accuracy: float | None = option(
-        "Relative error that is asked for, as 1e-3: mesh and step are refined until it is met. "
-        "`--scheme auto` chooses among ep, ed, ep4 and ed3, `--body` names the only mesh that is "
+        "Refine mesh and step until the relative error is at most this, such as 1e-3. "
+        "`--scheme auto` also chooses among ep, ed, ep4 and ed3; with `--body` only its mesh is "
         "refined.",
         metavar="ERROR",
     )
     of: str | None = option(
-        "What it is asked of: a result, a probe, or COLUMN:NORM; the first probe if left out.",
+        "Quantity that has to meet it: a result, a probe or COLUMN:NORM; default: the first probe.",
         metavar="NAME",
     )
     budget: float | None = option(
-        "Time after which no level begins [s], as 60s or 5min.", metavar="TIME", parse=parse_seconds
+        "Begin no further refinement after this time, such as 60s or 5min.",
+        metavar="TIME",
+        parse=parse_seconds,
     )
 
     def __post_init__(self) -> None:

@@ -42,7 +42,8 @@ class Options:
     cell: Literal["quad", "tri"] | None = option("Use quadrilaterals or triangles for every shell.")
     body: str | None = option("Apply mesh, degree, cell and model to this shell or beam only.")
     model: str | None = option(
-        "How shells and beams deform: exact, linear, modal:K (K modes), or rigid.", metavar="MODEL"
+        "How shells and beams deform: exact, floating-frame, modal:K (K modes), or rigid.",
+        metavar="MODEL",
     )
     solve: Literal["reduced", "full"] | None = option(
         "Solve for the reduced or for all (full) unknowns."

@@ -21,7 +21,7 @@ class StudyOptions:
     alpha: tuple[float, ...] = several(Options, "alpha", "A,A,...")
     degree: tuple[int, ...] = several(Options, "degree", "2,3", int)
     cell: tuple[str, ...] = several(Options, "cell", "quad,tri")
-    model: tuple[str, ...] = several(Options, "model", "exact,linear,...")
+    model: tuple[str, ...] = several(Options, "model", "exact,rigid,...")
     solve: tuple[str, ...] = several(Options, "solve", "reduced,full")
     step_tolerance: tuple[float, ...] = several(Options, "step_tolerance", "T,T,...", positive)
     tolerance: tuple[float, ...] = several(Options, "tolerance", "T,T,...", positive)

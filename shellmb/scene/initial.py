@@ -41,7 +41,7 @@ def _directory(value: object) -> object:
 
 @described("start from a run")
 class FromRun:
-    """The last state of another run, or one of its frames; prestress stays.
+    """A start from the last state of another run or from one of its frames; prestress stays.
 
     The other run may have another scheme, other loads, supports, joints and sections. Its bodies
     must have the same names, meshes and degrees. The time of the new run begins at 0.
@@ -60,7 +60,7 @@ class FromRun:
 
 @described("start from a mode")
 class FromMode:
-    """A natural mode about the state reached so far: the reference, or what stands before it.
+    """A start in a natural mode about the state reached so far.
 
     Nodes move along straight lines and directors turn, so bodies that bend or turn are stretched by
     the square of the amplitude: it must be small against the size of the bodies. The largest
@@ -87,7 +87,7 @@ class FromMode:
 
 @described("start from a shape")
 class FromShape:
-    """Given displacements and rotations of the nodes, as functions of the reference position.
+    """A start from displacements and rotations, given as functions of the reference position.
 
     Args:
         displacement: ``displacement(x)`` for ``x`` of shape (3, n), shape (3, n) [m]; None: zero.

@@ -34,7 +34,7 @@ STATIC_STEPS = 10
 
 @described("scene")
 class Scene(Description):
-    """Bodies, what connects, holds and loads them, and how they are moved through time.
+    """Bodies, their joints, supports and loads, and how the equations are solved.
 
     Args:
         name: Name of the scene.
@@ -124,7 +124,7 @@ class Scene(Description):
     def bodies_of(
         self, item: Support | Load | InitialVelocity | Probe | Potential | Contact
     ) -> tuple[Body, ...]:
-        """The bodies that a support, load, potential, initial velocity or probe acts on."""
+        """Bodies that a support, load, potential, initial velocity or probe acts on."""
         return lookup.bodies_of(self, item)
 
     def shells_of(self, item: Support | Load | InitialVelocity | Probe) -> tuple[Shell, ...]:

@@ -19,7 +19,7 @@ Growth = Annotated[float, Field(ge=1, allow_inf_nan=False)]
 
 @described("solver")
 class Solver:
-    """Newton's method for one step.
+    """Settings of Newton's method for one step.
 
     Args:
         solve: Solve linear systems with ``"reduced"`` unknowns (five per shell node, six per frame)

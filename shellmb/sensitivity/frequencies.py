@@ -37,7 +37,7 @@ def frequency_sensitivities(
     scales: Mapping[str, float] | None = None,
     **options: Any,
 ) -> pd.DataFrame:
-    """Natural frequencies and their derivatives, by frequencies at both sides of each parameter.
+    """Natural frequencies and their derivatives, by central differences.
 
     Args:
         scene: A function that makes the scene from its parameters, the name of a bundled scene, or

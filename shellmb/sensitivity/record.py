@@ -137,7 +137,7 @@ class Sensitivities:
         return pd.DataFrame(found)
 
     def band(self, covariance: Any) -> Band:
-        """What an uncertainty of the parameters does to each history and result.
+        """Error bands of histories and results that follow from uncertain parameters.
 
         Args:
             covariance: Covariance of the parameters, a DataFrame by their names or an array in

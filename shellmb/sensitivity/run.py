@@ -48,7 +48,7 @@ def sensitivities(
     comm: MPI.Comm | None = None,
     **options: Any,
 ) -> Sensitivities:
-    """Run a scene, and differentiate all that the run finds by parameters of the scene.
+    """Run a scene and differentiate its histories, results and fields by parameters.
 
     Derivatives are those of the motion in its time steps, exact to about seven digits; they are
     found step by step beside the run, whose factorisations they share (`sensitivity.tangent`).

@@ -103,7 +103,7 @@ class Beam(Deforming):
 
 @described("glue")
 class Glue:
-    """A beam whose nodes are those of the shell's mesh along which it runs.
+    """A connection of a beam to the nodes of the shell's mesh along which it runs.
 
     Args:
         beam: Name of the beam; its curve is ``AlongEdge`` or ``AlongLine`` of the shell.

@@ -33,7 +33,7 @@ type Points = NDArray[np.float64]
 
 
 class Curve:
-    """What a curve has to offer; a user's own class may derive from it.
+    """Base class of curves, also of the user's own.
 
     Attributes:
         straight: Whether elements with straight edges represent it exactly.
@@ -276,7 +276,7 @@ class ParametricCurve(Curve):
 
 @described("curve along an edge")
 class AlongEdge(Curve):
-    """An edge of a shell; the beam takes the nodes of the shell's mesh.
+    """An edge of a shell as a beam's curve; the beam takes the nodes of the shell's mesh.
 
     It runs as xi or eta of the shell grow.
 
@@ -291,7 +291,7 @@ class AlongEdge(Curve):
 
 @described("curve along a line")
 class AlongLine(Curve):
-    """A straight line of element edges inside a shell's mesh.
+    """A straight line of element edges inside a shell's mesh, as a beam's curve.
 
     Args:
         shell: Name of the shell.

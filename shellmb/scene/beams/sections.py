@@ -28,7 +28,7 @@ Pair = tuple[Finite, Finite]
 
 
 class BeamSection:
-    """Any section of a beam.
+    """Base class of the sections of beams.
 
     Attributes:
         size: Size of the cross-section [m].

@@ -58,7 +58,7 @@ class Law:
 
 @described("controller")
 class Controller(Law):
-    """A law in plain Python or NumPy that reads sensors and gives commands, which are held.
+    """A law in plain Python or NumPy that reads sensors and returns commands, held between samples.
 
     A motor takes its torque or force from it, ``Motor("drive", "hinge", command=Command("name"))``,
     a load its factor, ``time=Command("name")``, a driver its acceleration,
@@ -95,7 +95,7 @@ class Controller(Law):
             )
 
     def act(self, t: float, readings: Floats, state: Any, dt: float) -> Any:
-        """As the law."""
+        """Outputs and the new state, by the law."""
         return self.law(t, readings, state, dt)
 
 
@@ -148,12 +148,12 @@ class PID(Law):
 
     @property
     def state(self) -> None:
-        """Nothing at first; then integral, derivative, error and target of the sample before."""
+        """None at first; then integral, derivative, error and target of the previous sample."""
         return
 
     @property
     def sensors(self) -> tuple[Sensor, ...]:  # type: ignore[override]
-        """What it reads: the rate, too, if that counts."""
+        """Sensors that it reads; the rate is among them if it counts."""
         return (self.sensor, self.sensor.rate) if self.kd else (self.sensor,)
 
     def act(self, t: float, readings: Floats, state: Any, dt: float) -> Any:

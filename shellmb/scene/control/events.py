@@ -17,7 +17,7 @@ ALWAYS = Condition(">=", (0.0, 0.0))
 
 @described("event")
 class Event:
-    """Goes on when a condition becomes true, and off when another one does.
+    """An event that goes on when a condition becomes true, and off when another one does.
 
     A condition that is true at the start counts at once. Later only one that has been false does:
     what goes off does not go on again before ``when`` has been false. The step in which a condition

@@ -113,7 +113,7 @@ class Sensor(Quantity):
 
     @property
     def name(self) -> str:
-        """What results call its readings."""
+        """Name of its readings in results."""
         return f"{self.column}{RATE}" if self.derivative else self.column
 
     def value(self, read: Reading, t: float) -> float:
@@ -158,7 +158,7 @@ def _value(part: Any, read: Reading, t: float) -> float:
 
 @described("formula")
 class Formula(Quantity):
-    """Made by ``+ - * /`` and ``abs`` of sensors, numbers and functions of time.
+    """An expression of sensors, numbers and functions of time, by ``+ - * /`` and ``abs``.
 
     Args:
         operation: One of them.
@@ -179,7 +179,7 @@ class Formula(Quantity):
 
 @described("condition")
 class Condition:
-    """Made by comparing a sensor, ``angle >= 1.5``, and of two others by ``&`` and ``|``.
+    """A comparison of sensors, ``angle >= 1.5``, or two of them joined by ``&`` or ``|``.
 
     Args:
         operation: One of ``>=``, ``>``, ``<=``, ``<``, ``&``, ``|``.
@@ -207,7 +207,7 @@ class Condition:
         )
 
     def margin(self, read: Reading, t: float) -> float:
-        """By how much it is true; below zero where it is not.
+        """Margin by which it is true; negative where it is false.
 
         Args:
             read: What sensors read.

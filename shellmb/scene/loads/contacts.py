@@ -28,7 +28,7 @@ SKEW = 1e-9
 
 
 class Obstacle:
-    """A rigid obstacle, where it is in the reference configuration."""
+    """A rigid obstacle in the reference configuration."""
 
     label: ClassVar[str]
 
@@ -48,7 +48,7 @@ class Plane(Obstacle):
 
 @described("ball")
 class Ball(Obstacle):
-    """A ball, or what is outside of one.
+    """A solid ball, or a hollow one with the body inside.
 
     Args:
         center: Its centre [m].
@@ -63,7 +63,7 @@ class Ball(Obstacle):
 
 @described("rod")
 class Rod(Obstacle):
-    """A circular cylinder without ends, or what is outside of one: a shaft, a mandrel, a tube.
+    """A circular cylinder without ends: solid (a shaft, a mandrel), or hollow (a tube).
 
     Args:
         point: A point of its axis [m].
@@ -124,7 +124,7 @@ class Box(Obstacle):
 
 @described("contact")
 class Contact:
-    """Points of a body that an obstacle pushes away where they are in it, by a penalty.
+    """Contact of points of a body with a rigid obstacle, by a penalty.
 
     Of a shell or beam these are the nodes, each for its share of the area or length.
 

@@ -34,7 +34,7 @@ __all__ = [
 
 
 class Load:
-    """Any load.
+    """Base class of loads.
 
     Attributes:
         label: What messages call it.
@@ -183,7 +183,7 @@ class PointForce(PointLoad):
 
 @described("gravity")
 class Gravity(Load):
-    """Weight, of every body where none is named.
+    """Weight of one body, or of all.
 
     Args:
         acceleration: Its components [m/s^2].

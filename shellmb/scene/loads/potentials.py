@@ -13,7 +13,7 @@ __all__ = ["Potential"]
 
 @described("potential")
 class Potential:
-    """An energy of the place of a body: of a foundation, a magnet, the field of a planet.
+    """Potential energy of a body's position: a foundation, a magnet, the field of a planet.
 
     It is exact in the energy account in every scheme, and in dissipative ones never gains.
 

@@ -38,7 +38,7 @@ Components = tuple[Component, Component, Component]
 
 
 class Support:
-    """Any support.
+    """Base class of supports.
 
     Attributes:
         label: What messages call it.
@@ -53,7 +53,7 @@ class Support:
 
 @described("clamped edge")
 class Clamped(Support):
-    """Neither displacement nor rotation.
+    """Clamped edges: no displacement and no rotation.
 
     Args:
         at: The edge or edges.
@@ -66,7 +66,7 @@ class Clamped(Support):
 
 @described("hinged edge")
 class Hinged(Support):
-    """No displacement; the directors are free.
+    """Hinged edges: no displacement, and the directors are free.
 
     Args:
         at: The edge or edges.
@@ -99,7 +99,7 @@ class SoftSupport(Support):
 
 @described("hard support")
 class HardSupport(Support):
-    """Simple support without twist: also the director does not lean along a straight edge.
+    """Simple support without twist: nor does the director lean along a straight edge.
 
     Args:
         at: The edge or edges.
@@ -129,7 +129,7 @@ class Diaphragm(Support):
 
 @described("symmetry plane")
 class SymmetryPlane(Support):
-    """The edge stays in its plane, and the director too.
+    """A plane of symmetry: the edge and its director stay in it.
 
     Args:
         at: The edge or edges.
@@ -144,7 +144,7 @@ class SymmetryPlane(Support):
 
 @described("fixed components")
 class Fixed(Support):
-    """Single components held or moved as prescribed.
+    """Single components of a displacement, held or prescribed over time.
 
     Args:
         at: An edge or several (of a beam ``start`` or ``end``), a named point, or the

@@ -53,7 +53,7 @@ class Driver:
 
     @property
     def coordinates(self) -> tuple[Coordinate, ...]:
-        """What it prescribes."""
+        """The prescribed coordinates."""
         given: tuple[tuple[Coordinate, Any], ...] = (
             ("rotation", self.rotation),
             ("translation", self.translation),

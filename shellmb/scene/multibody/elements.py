@@ -36,7 +36,7 @@ __all__ = [
 
 
 class Element:
-    """Any force element.
+    """Base class of force elements.
 
     Attributes:
         name: Its name in the results.

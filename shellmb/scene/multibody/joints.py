@@ -51,7 +51,7 @@ GROUND = "ground"
 
 @described("joint")
 class Joint:
-    """Any joint.
+    """Base class of joints.
 
     Args:
         name: What drivers, force elements and results call it.
@@ -227,7 +227,7 @@ class Weld(Joint):
 
 @described("distance joint")
 class Distance(Joint):
-    """The distance of two points stays what it is, as by a massless link with spherical joints.
+    """Two points keep their distance, as if a massless link with spherical joints tied them.
 
     Args:
         length: The distance [m]; None: that of the reference configuration; see :class:`Joint` for

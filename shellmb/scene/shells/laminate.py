@@ -110,11 +110,11 @@ class Laminate(LinearSection):
 
     @property
     def doubts(self) -> tuple[str, ...]:
-        """A factor that hides a soft core, where nothing varies with the position."""
+        """Warnings about a shear correction that hides a soft core."""
         return () if self.functions else self._doubts(self.generic)
 
     def at(self, x: Any, who: str = "") -> Layup:
-        """The section at positions, as of the base class; warns as where nothing varies."""
+        """The section at positions; warns as a constant section does."""
         found = super().at(x, who)
         for sentence in self._doubts(found):
             warnings.warn(sentence, ShellmbWarning, stacklevel=3)

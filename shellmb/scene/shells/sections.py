@@ -53,7 +53,7 @@ PoissonRatio = Annotated[float, Field(gt=-1, lt=0.5, allow_inf_nan=False)]
 
 
 class Section:
-    """Any section.
+    """Base class of the sections of shells.
 
     Attributes:
         thickness: Total thickness [m].
@@ -79,7 +79,7 @@ class Section:
 
     @property
     def doubts(self) -> tuple[str, ...]:
-        """What is possible and hardly meant, a sentence each."""
+        """Warnings about choices that are possible but hardly meant, a sentence each."""
         return ()
 
     @property
@@ -90,7 +90,7 @@ class Section:
 
     @property
     def masses(self) -> tuple[bool, bool, bool]:
-        """Which of them differ from zero, anywhere."""
+        """Which of ``(m, s_star, I_star)`` differ from zero anywhere."""
         m, s, inertia = self.mass
         return bool(m), bool(s), bool(inertia)
 
@@ -165,7 +165,7 @@ class LinearSection(Section):
 
     @cached_property
     def generic(self) -> Layup:
-        """The section somewhere: what is zero of it is so everywhere, whatever its functions."""
+        """A section whose zeros are zero everywhere, whatever its functions of the position."""
         numbers = {f: k for k, f in enumerate(dict.fromkeys(self.functions.values()))}
 
         def value(name: str, given: Any, least: Least | None) -> Any:

@@ -23,7 +23,7 @@ type Points = NDArray[np.float64]
 
 
 class Surface:
-    """What a mid-surface has to offer; a user's own class may derive from it.
+    """Base class of mid-surfaces, also of the user's own.
 
     Attributes:
         edges: Names of the edges, or None where only the mesh tells them.

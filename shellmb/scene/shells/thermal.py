@@ -23,7 +23,7 @@ def thermal_strain(
     gradient: float = 0.0,
     time: Any = None,
 ) -> NaturalStrain:
-    """Strains at which a heated section carries no resultants.
+    """Natural strains of a heated section, at which it carries no resultants.
 
     Args:
         section: The section, the same everywhere.

@@ -14,7 +14,7 @@ __all__ = ["BeamDamping", "BeamTimes", "ShellDamping", "ShellTimes"]
 
 @described("shell damping")
 class ShellDamping:
-    """Damping times of a shell's section, each for its own part of the stiffness.
+    """Damping times of a shell's section, one for each part of the stiffness.
 
     Args:
         membrane: Of membrane strains [s].
@@ -34,7 +34,7 @@ class ShellDamping:
 
 @described("beam damping")
 class BeamDamping:
-    """Damping times of a beam's section, each for its own part of the stiffness.
+    """Damping times of a beam's section, one for each part of the stiffness.
 
     Args:
         axial: Of the axial strain at the centroid [s].
@@ -50,7 +50,7 @@ class BeamDamping:
 
     @property
     def times(self) -> tuple[float, ...]:
-        """Of the six strains: axial, shear, shear, twist, bending, bending [s]."""
+        """Damping times of the six strains: axial, shear, shear, twist, bending, bending [s]."""
         return self.axial, self.shear, self.shear, self.torsion, self.bending, self.bending
 
 

@@ -56,7 +56,7 @@ def adjoint(
     comm: MPI.Comm | None = None,
     **options: Any,
 ) -> Adjoint:
-    """Run a scene, and differentiate one number by many parameters, by one sweep backwards.
+    """Run a scene and differentiate one number by many parameters, in one backward sweep.
 
     The cost is that of the sweep, however many elements there are; a parameter of the scene
     function adds two residuals to each step.

@@ -75,7 +75,7 @@ class Fit:
 
     @property
     def covariance(self) -> pd.DataFrame:
-        """Covariance of the values; infinite where the data do not see a combination at all."""
+        """Covariance of the values; infinite for combinations that the data do not determine."""
         import pandas as pd
 
         names = list(self.values)
@@ -119,7 +119,7 @@ class Fit:
         return pd.DataFrame(found, index=pd.Index(self._data.times, name="t"))
 
     def band(self) -> Band:
-        """What the uncertainty of the values does to the histories of the run."""
+        """Error bands of the run's histories that follow from the uncertainty of the values."""
         return self.sensitivities.band(self.covariance)
 
     def _unfinished(self, at_bounds: tuple[str, ...]) -> list[str]:
@@ -177,7 +177,7 @@ class Fit:
         return said
 
     def plot(self) -> Figure:
-        """Data and run over time, and below them what is left over its noise."""
+        """Plot data and run over time, and below them the residuals over the noise."""
         from shellmb.observers.drawing import figure
 
         run, names = self.sensitivities.run.history, list(self._data.values)
