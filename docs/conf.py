@@ -101,8 +101,8 @@ def _commands(app: Any) -> None:
     text = said.stdout.replace("# `shellmb`\n", "# Commands\n", 1)
     # the list of commands cuts their summaries short
     for name, summary in re.findall(r"^## `shellmb (\w+)`\n\n(.+?)\n\n", text, re.M | re.S):
-        line = f"* `{name}`: {' '.join(summary.split())}"
-        text = re.sub(rf"^\* `{name}`: .*$", lambda _, line=line: line, text, flags=re.M)
+        line = f"* `{name}`: {' '.join(summary.split())}".replace("\\", r"\\")
+        text = re.sub(rf"^\* `{name}`: .*$", line, text, flags=re.M)
     page = Path(app.srcdir) / "reference" / "commands.md"
     if not page.exists() or page.read_text() != text:
         page.write_text(text)

@@ -28,8 +28,8 @@ h1 { font-size: 1.5rem } h2 { font-size: 1.15rem; margin-top: 2rem }
 table { border-collapse: collapse } td, th { padding: .15rem .8rem .15rem 0; text-align: left;
        vertical-align: top } td + td { font-variant-numeric: tabular-nums }
 img { max-width: 100%; display: block; margin: .5rem 0 } iframe { width: 100%;
-       aspect-ratio: 4 / 3; max-height: 32rem; border: 1px solid #ddd } .warning { background: #fff4d6; padding: .5rem .8rem;
-       border-left: 4px solid #e0a800; margin: .4rem 0 } .failed { background: #fde2e0;
+       aspect-ratio: 4 / 3; max-height: 32rem; border: 1px solid #ddd }
+.warning { background: #fff4d6; padding: .5rem .8rem; border-left: 4px solid #e0a800; margin: .4rem 0 } .failed { background: #fde2e0;
        border-left-color: #c0392b } .quiet { color: #666 } details > table { font-size: .85rem }
 """
 # a picture of a page has at most so many bytes
