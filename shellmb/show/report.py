@@ -29,8 +29,9 @@ table { border-collapse: collapse } td, th { padding: .15rem .8rem .15rem 0; tex
        vertical-align: top } td + td { font-variant-numeric: tabular-nums }
 img { max-width: 100%; display: block; margin: .5rem 0 } iframe { width: 100%;
        aspect-ratio: 4 / 3; max-height: 32rem; border: 1px solid #ddd }
-.warning { background: #fff4d6; padding: .5rem .8rem; border-left: 4px solid #e0a800; margin: .4rem 0 } .failed { background: #fde2e0;
-       border-left-color: #c0392b } .quiet { color: #666 } details > table { font-size: .85rem }
+.warning { background: #fff4d6; padding: .5rem .8rem; border-left: 4px solid #e0a800;
+       margin: .4rem 0 } .failed { background: #fde2e0; border-left-color: #c0392b }
+.quiet { color: #666 } details > table { font-size: .85rem }
 """
 # a picture of a page has at most so many bytes
 LARGEST = 100_000_000
