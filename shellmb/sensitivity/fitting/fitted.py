@@ -146,7 +146,7 @@ class Fit:
                 blind = self.noise_factor >= BLIND * size
                 seen = "at all" if blind else f"to {100 * self.noise_factor / size:.2g} %"
                 said.append(
-                    f"the data do not see the combination {parts} ({'not' if blind else 'only'} "
+                    f"the data do not determine the combination {parts} ({'not' if blind else 'only'} "
                     f"{seen}): fix one of its parameters, or measure something else"
                 )
         return said
