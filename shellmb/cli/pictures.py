@@ -57,7 +57,7 @@ def plot(
         Path | None, typer.Option(help="Folder of the pictures; default: that of the run.")
     ] = None,
 ) -> None:
-    """Draw the pictures of a run again, or with --field or --t only its shape.
+    """Draw the pictures of a run again, or with `--field` or `--t` only its shape.
 
     `shellmb plot runs/x --field N --component 11 --animation n11.mp4`
     """

@@ -124,14 +124,14 @@ def _adaptivity(scene: Scene) -> Use:
     control, dt = scene.step_control, scene.dt
     assert dt is not None
     if control.jump_tolerance is not None:
-        return Use(True, f"control.jump_tolerance={control.jump_tolerance:g}")
+        return Use(True, f"step_control.jump_tolerance={control.jump_tolerance:g}")
     if control.tolerance is not None:
-        return Use(True, f"control.tolerance={control.tolerance:g}")
+        return Use(True, f"step_control.tolerance={control.tolerance:g}")
     smallest = dt / 1024 if control.min_dt is None else control.min_dt
     largest = control.max_dt or dt
     if smallest >= dt and largest <= dt:
-        return Use(False, f"control.min_dt=dt={dt:g}: a failed step ends the run")
-    return Use(True, f"control.min_dt={smallest:g}: steps shrink where Newton's method fails")
+        return Use(False, f"step_control.min_dt=dt={dt:g}: a failed step ends the run")
+    return Use(True, f"step_control.min_dt={smallest:g}: steps shrink where Newton's method fails")
 
 
 def _without_adaptivity(scene: Scene) -> Scene:

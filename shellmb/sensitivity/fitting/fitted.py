@@ -146,8 +146,9 @@ class Fit:
                 blind = self.noise_factor >= BLIND * size
                 seen = "at all" if blind else f"to {100 * self.noise_factor / size:.2g} %"
                 said.append(
-                    f"the data do not determine the combination {parts} ({'not' if blind else 'only'} "
-                    f"{seen}): fix one of its parameters, or measure something else"
+                    f"the data do not determine the combination {parts} "
+                    f"({'not' if blind else 'only'} {seen}): fix one of its parameters, or measure "
+                    "something else"
                 )
         return said
 
@@ -172,7 +173,7 @@ class Fit:
                 kind = "larger" if ratio > 1 else "smaller"
                 said.append(
                     f"residuals are {kind} than the noise by a factor of {np.sqrt(ratio):.3g}: "
-                    "the noise is another one, or the model lacks something"
+                    "the noise differs from the given one, or the model lacks something"
                 )
         return said
 
