@@ -217,3 +217,25 @@ def test_a_program_for_gmsh_is_no_mesh(tmp_path: Path) -> None:
     with pytest.raises(SceneError, match=r"does not begin as a mesh .* must be named \.geo"):
         (tmp_path / "mesh.msh").write_text(script)
         GmshFile(tmp_path / "mesh.msh")
+
+
+ENDINGS = ("off", "vtk", "vtu", "obj", "ply", "mdpa")
+
+
+@pytest.mark.parametrize("ending", ENDINGS)
+@pytest.mark.parametrize("node", [-1, 3])
+def test_cells_have_nodes_that_the_file_has(tmp_path: Path, ending: str, node: int) -> None:
+    """Kind: a damaged file whose cells name nodes that it has not; -1 would be the last one."""
+    path = tmp_path / f"damaged.{ending}"
+    meshio.write(path, meshio.Mesh(np.eye(3), [("triangle", np.array([[0, 1, node]]))]))
+    with pytest.raises(SceneError, match=f"with node {node}, counted from 0; there are 3 nodes"):
+        built(MeshFile(path), cell="tri")
+
+
+@pytest.mark.parametrize("ending", ["obj", "stl", "mdpa", "msh"])
+def test_a_file_without_a_mesh_is_refused(tmp_path: Path, ending: str) -> None:
+    """Kind: a file that its reader takes, and finds nothing in."""
+    path = tmp_path / f"notes.{ending}"
+    path.write_text("of a mesh, some notes\n")
+    with pytest.raises(SceneError, match=r"notes\.\w+ (has no nodes|is not read)"):
+        built(MeshFile(path), cell="tri")

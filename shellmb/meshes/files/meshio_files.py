@@ -56,6 +56,7 @@ def read_meshio(path: Path, who: str) -> Found:
             f"{who}: {path} is not read ({in_words(error)}); it must be a mesh in a format of "
             "meshio"
         ) from error
+    x = _spatial(mesh.points, path, who)
     blocks: dict[str, list[Ints]] = {}
     left_out: Counter[str] = Counter()
     # where the cells of each block begin among those of their kind
@@ -63,9 +64,11 @@ def read_meshio(path: Path, who: str) -> Found:
     for block in mesh.cells:
         kind = CELLS.get(block.type, block.type)
         begins.append((kind, sum(len(rows) for rows in blocks.get(kind, []))))
-        blocks.setdefault(kind, []).append(np.asarray(block.data, dtype=np.int64))
-    joint = {kind: np.concatenate(rows) for kind, rows in blocks.items()}
-    found = Found(_spatial(mesh.points), {k: joint[k] for k in joint if k in CELLS.values()})
+        blocks.setdefault(kind, []).append(_nodes_of(block, len(x), path, who))
+    # polygons of several numbers of sides are one kind
+    joint = {k: np.concatenate(rows) for k, rows in blocks.items() if k != "polygon"}
+    left_out["cells 'polygon'"] = sum(map(len, blocks.get("polygon", [])))
+    found = Found(x, {k: joint[k] for k in joint if k in CELLS.values()})
     named = _named(mesh)
     for name, rows_of in named.items():
         for (kind, begin), rows in zip(begins, rows_of, strict=True):
@@ -88,7 +91,7 @@ def read_meshio(path: Path, who: str) -> Found:
             rows = rows[~np.isin(ends @ [len(found.x), 1], _sides(found))]
         if len(rows):
             left_out[f"cells '{kind}'"] += len(rows)
-    found.left_out = left_out
+    found.left_out = +left_out
     return found
 
 
@@ -122,7 +125,21 @@ def _named(mesh: Any) -> dict[str, list[Ints]]:
     return named
 
 
-def _spatial(points: Any) -> Floats:
+def _spatial(points: Any, path: Path, who: str) -> Floats:
     """Points of a plane mesh lie in z = 0."""
     x = np.asarray(points, dtype=float)
+    if x.ndim != 2 or not len(x) or x.shape[1] not in (2, 3):
+        raise SceneError(f"{who}: {path} has no nodes in a plane or in space; it must be a mesh")
     return np.pad(x, ((0, 0), (0, 3 - x.shape[1])))
+
+
+def _nodes_of(block: Any, count: int, path: Path, who: str) -> Ints:
+    """Nodes of the cells of a block; what is read from a damaged file may name others."""
+    rows = np.asarray(block.data, dtype=np.int64)
+    wrong = rows[(rows < 0) | (rows >= count)]
+    if len(wrong):
+        raise SceneError(
+            f"{who}: {path} has cells '{block.type}' with node {wrong[0]}, counted from 0; there "
+            f"are {count} nodes, and cells must have no others"
+        )
+    return rows
