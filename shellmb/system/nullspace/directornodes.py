@@ -187,11 +187,6 @@ class DirectorNodes:
         left = tangent(mean)
         right = left if at is mean else tangent(at)
         forces = pseudo_inverse(C_mean)
-        state = None
-        if self.rates is not None:
-            # C(d) b = C(b) d, and the mean directors move by half of the state's increments
-            rate = constraint(self.field.function.x.array[self.dofs])
-            state = -0.5 * forces @ (rate @ found[self.rates.state].right)
         left[self.held], forces[self.held] = 0.0, 0.0
         if right is not left:
             right[self.held] = 0.0
@@ -204,6 +199,11 @@ class DirectorNodes:
             # forces at fixed components hold them
             forces[node] = 0.0
             forces[node, free] = any_pseudo_inverse(C_mean[node][:, free])
+        state = None
+        if self.rates is not None:
+            # C(d) b = C(b) d, and the mean directors move by half of the state's increments
+            rate = constraint(self.field.function.x.array[self.dofs])
+            state = -0.5 * forces @ (rate @ found[self.rates.state].right)
         return Bases(right, left, forces, state)
 
     def _path_bases(self, fields: Sequence[Field], found: dict[int, Bases]) -> Bases:
@@ -268,8 +268,10 @@ class DirectorNodes:
 
         Where only rotations have changed the directors there is none: these keep the constraints.
         """
-        if self.rates is not None or self.declared.linear or (self.settled and not self.partial):
+        if self.declared.linear or (self.settled and not self.partial):
             return None
+        if self.rates is not None:
+            return self._jump_correction(fields) if self.partial else None
         if self.state is not None:
             return self._rate_correction(fields) if self.partial else None
         self.settled = native.cells().lib.violation(*self._now) <= ROUND_OFF
@@ -295,6 +297,15 @@ class DirectorNodes:
         places = len(dofs), dofs.shape[1] // 3, native.longs(dofs)
         values = map(native.doubles, (reference, self.values))
         return *places, *values, native.bytes_of(regular)
+
+    def _jump_correction(self, fields: Sequence[Field]) -> Floats:
+        """Correction of jumps of rates; of nodes that are free, `moved` takes out what is not."""
+        out, middle = np.zeros(self.dofs.shape), self.mean(fields)
+        jumps = self.values[self.dofs]
+        for node, free, _ in self.partial:
+            C = constraint(middle[node : node + 1])[0]
+            out[node, free] = -any_pseudo_inverse(C[:, free]) @ (C @ jumps[node])
+        return out
 
     def _rate_correction(self, fields: Sequence[Field]) -> Floats:
         """Correction of rates at the end of a path; of nodes that are free, rotations keep it."""
