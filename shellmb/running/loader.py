@@ -124,7 +124,7 @@ class SceneModule:
             raise SceneError(f"scene '{self.name}': scene() fails: {in_words(error)}") from error
         if not isinstance(scene, Scene):
             raise SceneError(
-                f"scene '{self.name}': its function scene() returns a {type(scene).__name__}; "
+                f"scene '{self.name}': its function scene() returns {type(scene).__name__}; "
                 "it must return a Scene"
             )
         return scene
@@ -275,7 +275,9 @@ def _module_of_file(path: Path) -> types.ModuleType:
         spec.loader.exec_module(module)
     except SyntaxError as error:
         file = path.name if error.filename is None else Path(error.filename).name
-        raise SceneError(f"{file}, line {error.lineno}: {error.msg}") from None
+        # a file with zero bytes has no lines
+        place = "" if error.lineno is None else f", line {error.lineno}"
+        raise SceneError(f"{file}{place}: {error.msg}") from None
     except ShellmbError:
         raise
     except (Exception, SystemExit) as error:

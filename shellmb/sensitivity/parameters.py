@@ -78,7 +78,7 @@ class Differentiated:
         made = self.make(**{**self.given, **changed})
         if not isinstance(made, Scene):
             raise SceneError(
-                f"sensitivities: the scene function returns a {type(made).__name__}; it must "
+                f"sensitivities: the scene function returns {type(made).__name__}; it must "
                 "return a Scene"
             )
         return self.options.apply(made)

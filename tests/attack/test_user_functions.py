@@ -46,7 +46,7 @@ BEFORE = {
         "scene 'bad': its parameter 'mass' has no default; give it one, or a value by --set mass=",
     ),
     "scene needs an argument by name": ("def scene(*, a): return made()", "'a' has no default"),
-    "scene returns nothing": ("def scene():\n    made()", "scene() returns a NoneType"),
+    "scene returns nothing": ("def scene():\n    made()", "scene() returns NoneType"),
     "the type of a parameter is unknown": (
         "def scene(a: 'Nope' = 1): return made()",
         "the types of its parameters cannot be told",

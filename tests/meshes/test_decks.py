@@ -146,6 +146,22 @@ def test_offsets_of_elements_are_named(tmp_path: Path) -> None:
         ("inp", "*Node", "*Node, system=C", r"\*NODE, SYSTEM is not read"),
         ("inp", "*Node", "*Node, input=n.txt", r"\*NODE, INPUT is not read"),
         ("inp", "*Heading", "*Include, input=no.inp", "includes 'no.inp'; there is no such file"),
+        ("bdf", "ENDDATA", "GRID,1,,5.,5.,5.\nENDDATA", "GRID 1 is there twice and differs"),
+        (
+            "bdf",
+            "ENDDATA",
+            "CORD2R,5,0,0.,0.,0.,0.,0.,1.\n,1.,0.,0.\n"
+            "CORD2R,5,0,1.,0.,0.,0.,0.,1.\n,1.,0.,0.\nENDDATA",
+            "CORD2R 5 is there twice and differs",
+        ),
+        ("inp", "*Elset", "*Node\n1, 5., 5., 5.\n*Elset", "node 1 is there twice, at different"),
+        # a second block that is numbered from one again took the place of the first, in silence
+        (
+            "inp",
+            "*Elset",
+            "*Element, type=S4\n1, 2, 5, 6, 3\n*Elset",
+            "element 1 is there twice, with different nodes",
+        ),
         ("inp", "8, 11, 14, 15, 12", "8, 11, 14, 15, 77", "element 8 has the node 77"),
         ("inp", "8, 11, 14, 15, 12", "8, 11, 14, 15, a", r"the lines of \*ELEMENT are not read"),
     ],
@@ -158,6 +174,16 @@ def test_files_that_are_wrong(tmp_path: Path, ending: str, old: str, new: str, s
     file.write_text(text.replace(old, new, 1))
     with pytest.raises(SceneError, match=said):
         built(MeshFile(file))
+
+
+def test_nodes_that_are_written_twice_alike_are_one(tmp_path: Path) -> None:
+    deck, model = tmp_path / "a.bdf", tmp_path / "a.inp"
+    of_nastran("CQUAD4", "free")(deck)
+    deck.write_text(deck.read_text().replace("ENDDATA", "GRID,1,0,0.,0.0,0.,0,\nENDDATA"))
+    of_abaqus("S4")(model)
+    model.write_text(model.read_text() + "*Node\n1, 0., 0.\n*Element, type=S4\n1, 1, 4, 5, 2\n")
+    for file in (deck, model):
+        assert area(built(MeshFile(file))) == pytest.approx(LENGTH * WIDTH, rel=1e-12)
 
 
 def test_included_files_and_middles_left_empty(tmp_path: Path) -> None:

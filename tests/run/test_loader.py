@@ -75,7 +75,7 @@ def test_bad_parameters_of_a_demo(values, message):
             "broken.py, line 1: ModuleNotFoundError: No module named 'nosuchmodule'",
         ),
         ("y = 1", "defines no function scene"),
-        ("def scene():\n    return 3", "returns a int; it must return a Scene"),
+        ("def scene():\n    return 3", "returns int; it must return a Scene"),
     ],
 )
 def test_bad_files(tmp_path, source, message):

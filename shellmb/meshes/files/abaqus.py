@@ -111,7 +111,12 @@ class _Reader:
         elif name == "NODE":
             for row in data:
                 place = [float(v) for v in row[1:4] if v]
-                self.here.nodes[int(row[0])] = [*place, 0.0, 0.0, 0.0][:3]
+                number, x = int(row[0]), [*place, 0.0, 0.0, 0.0][:3]
+                if self.here.nodes.setdefault(number, x) != x:
+                    raise SceneError(
+                        f"{self.who}: node {number} is there twice, at different places; it must "
+                        "be there once"
+                    )
         elif name == "ELEMENT":
             self._elements(options, data)
         elif name == "ELSET":
@@ -137,7 +142,12 @@ class _Reader:
                 raise ValueError(f"{kind} has {count} nodes")
             for k in range(0, len(flat), count + 1):
                 numbers.append(flat[k])
-                self.here.elements[flat[k]] = (OF_COUNT[count], flat[k + 1 : k + count + 1])
+                element = OF_COUNT[count], flat[k + 1 : k + count + 1]
+                if self.here.elements.setdefault(flat[k], element) != element:
+                    raise SceneError(
+                        f"{self.who}: element {flat[k]} is there twice, with different nodes; "
+                        "each must have a number of its own"
+                    )
         if "ELSET" in options:
             self._named(options["ELSET"]).extend(numbers)
 

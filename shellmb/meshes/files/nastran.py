@@ -134,16 +134,32 @@ class _Systems:
         for card in deck:
             kind = SYSTEM.fullmatch(card[0])
             if card[0] == "GRID":
-                self.nodes[self._number(card, 1)] = card
+                self._keep(self.nodes, self._number(card, 1), card)
             elif card[0] == "GRDSET":
                 self._usual = integer(card, 2, who) or 0
             elif kind is not None and kind[1] == "1":
                 # two of them to a card
                 for k in (1, 5):
                     if integer(card, k, who) is not None:
-                        self._cards[self._number(card, k)] = [card[0], *card[k : k + 4]]
+                        one = [card[0], *card[k : k + 4]]
+                        self._keep(self._cards, self._number(card, k), one)
             elif card[0].startswith("CORD"):
-                self._cards[self._number(card, 1)] = card
+                self._keep(self._cards, self._number(card, 1), card)
+
+    def _keep(self, known: dict[int, list[str]], number: int, card: list[str]) -> None:
+        """Take a card, which may be there twice if both say the same."""
+        if number in known and self._values(known[number]) != self._values(card):
+            raise SceneError(
+                f"{self.who}: {card[0]} {number} is there twice and differs; it must be there once"
+            )
+        known[number] = card
+
+    def _values(self, card: list[str]) -> list[float | str]:
+        """What a card says, however its numbers are written; without zeros at its end."""
+        values = [real(card, k, self.who) for k in range(1, len(card))]
+        while values and values[-1] == 0:
+            values.pop()
+        return [card[0], *values]
 
     def _number(self, card: list[str], k: int) -> int:
         number = integer(card, k, self.who)
