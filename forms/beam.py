@@ -78,7 +78,7 @@ class Line(NamedTuple):
 
 
 class LinePoint(NamedTuple):
-    """What a term that a user adds to the weak form of a beam may depend on.
+    """Quantities on which a term of the user's in the weak form of a beam may depend.
 
     A term is a function of this that returns the virtual work, per reference length, of forces that
     act on the beam; it enters the work account.
@@ -125,7 +125,7 @@ def line(jacobian: Expr, D: Expr, centre: Expr | None = None) -> Line:
 
 
 class LineTangents(NamedTuple):
-    """What strains are taken along: the derivative of the position, the directors and theirs.
+    """Tangents that strains depend on: the derivative of the position, the directors and theirs.
 
     Args:
         x1: Derivative of the position of the tension centre along the line, shape (3,).
@@ -175,7 +175,7 @@ def curvatures(a: LineTangents, b: LineTangents) -> list[Expr]:
     """Twist and curvatures `(d2' . d3 - d3' . d2)/2` and cyclic, as bilinear forms, 1/m."""
 
     def half(k: int, m: int) -> Expr:
-        """Of `d_k' . d_m / 2`."""
+        """The product `d_k' . d_m / 2`."""
         return (ufl.dot(a.ds[k], b.d[m]) + ufl.dot(b.ds[k], a.d[m])) / 2
 
     return [half(k, m) - half(m, k) for k, m in ACROSS]
@@ -293,7 +293,7 @@ class BeamMixed:
         return self.N0 * layout.part(q, "N")
 
     def stress(self, e: Expr, N: Expr) -> tuple[Expr, ...]:
-        """What acts on `Gamma` and `K`, shape (6,); linear in strains and forces."""
+        """Stress conjugate to `Gamma` and `K`, shape (6,); linear in strains and forces."""
         return (ufl.as_vector([*N, *self._moments(N, halves(e)[1])]),)
 
     def gap(self, mean: Expr, end: Expr, N: Expr) -> Expr:

@@ -70,7 +70,7 @@ def force(p: Expr, k: Expr, s: Expr) -> Expr:
 
 
 def resisted(push: Expr, rate: Expr, chi: Expr) -> Expr:
-    """What the damping adds to a force: it never attracts, and takes energy whatever the rate.
+    """Force of the damping: it never attracts, and takes energy at any rate.
 
     Args:
         push: The elastic force, N.

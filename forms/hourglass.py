@@ -69,7 +69,7 @@ class LineSection:
         return elsewhere
 
     def gap(self, mean: Expr, end: Expr, N: Expr) -> Expr:
-        """Nothing has to agree."""
+        """No condition."""
         return ufl.as_vector([0, 0])
 
     def energy(self, strain: Measure, layout: Layout, q: Expr) -> Pair:

@@ -26,7 +26,7 @@ from ufl.core.expr import Expr
 
 
 class Layout(NamedTuple):
-    """Where the parts of a state are.
+    """Places of the parts of a state.
 
     Args:
         parts: Component ranges, name to (first, size).

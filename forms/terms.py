@@ -1,4 +1,4 @@
-"""What a term added to the weak form by a user may depend on."""
+"""Quantities on which a user's term in the weak form may depend."""
 
 from typing import NamedTuple
 

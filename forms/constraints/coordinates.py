@@ -148,7 +148,7 @@ def perpendicular(a: Expr) -> Expr:
 
 
 def swing_moment(start: Expr, end: Expr, rates: Expr, alpha: Expr) -> tuple[Expr, Expr]:
-    """What the force of the rate of an angle has beyond that of a quadratic constraint.
+    """Part of the force of an angle's rate that a quadratic constraint would not have.
 
     The rate is `a x a'` of cosine and sine `a`. Forces `J_m.Da` with the mean of both ends, as of a
     quadratic constraint, work on `a_m x (..)` instead of it; the vector works the difference on the

@@ -134,7 +134,7 @@ def spring_forces(U: Potential, e: Stretch, alpha: Expr, size: Expr) -> tuple[Ex
 
 
 def stiffness(U: Potential, e: Stretch) -> Expr:
-    """What the dissipation of a spring is measured by: its stiffness, where that is positive."""
+    """Stiffness by which the dissipation of a spring is measured, where it is positive."""
     middle = ufl.variable(e.start + e.chord / 2)
     k = ufl.diff(ufl.diff(ufl.as_ufl(U(middle)), middle), middle)
     return ufl.conditional(ufl.gt(k, 0), k, 0 * e.start)

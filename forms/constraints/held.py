@@ -20,7 +20,7 @@ from shellmb.forms.steps.path import Path
 
 
 class Law(Protocol):
-    """What must vanish, and its rows in a step; all of shape (n,)."""
+    """Quantities that must vanish, and their rows in a step; all of shape (n,)."""
 
     def interval(self, span: Interval, dq: Expr) -> ConstraintRow:
         """Row of a sub-interval, or of a single state."""
@@ -88,7 +88,7 @@ class Rolling(NamedTuple):
     reference: Expr
 
     def interval(self, span: Interval, dq: Expr) -> ConstraintRow:
-        """Nothing slips from the start to the end; in equilibrium, from the reference."""
+        """No slip from the start to the end; in equilibrium, none from the reference."""
         row = self.held.interval(span, dq)
         if span.a is span.b:
             span = span._replace(a=self.reference, mid=self.reference)
@@ -96,7 +96,7 @@ class Rolling(NamedTuple):
         return row._replace(own=both(row.own, work), value=both(row.value, slips))
 
     def path(self, path: Path, k: int, dq: Expr, inertialess: bool) -> ConstraintRow:
-        """Nothing slips in the mean, nor at the end (N1)."""
+        """No slip in the mean, nor at the end (N1)."""
         a = held_row(self.held.function, path, k, dq)
         b = path_row(self.slip, path, k, dq)
         other = None if a.other is None or b.other is None else both(a.other, b.other)

@@ -138,7 +138,7 @@ CONTACTS: dict[str, ContactKind] = {
 
 
 def interval_row(slip: Slip, span: Interval, dq: Expr) -> tuple[Expr, Expr]:
-    """What multipliers act on over a sub-interval, and what must vanish.
+    """Virtual slip of the multipliers over a sub-interval, and the slip that must vanish.
 
     Args:
         slip: The constraints.

@@ -31,7 +31,7 @@ def turned(w: Expr, ref: Line) -> list[Turned]:
 
 
 class Apart(NamedTuple):
-    """What the strains are made of.
+    """Parts of the strains.
 
     Args:
         here: Tangent and directors, or their changes.

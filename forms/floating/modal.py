@@ -81,7 +81,7 @@ def held_apart(gap: Expr, arm: Three, shift: Three, w: Vectors) -> Expr:
 
 
 def turned_apart(turn: Three, w: Vectors, v: Vectors) -> Expr:
-    """What an interface is turned away from where the modes have it, shape (3,).
+    """Rotation of an interface relative to that of the modes, shape (3,).
 
     The skew part of `e_a . d_b` is the sine of the angle between both frames times its axis. It is
     the rotation by the modes, which is small: the error is a sixth of its third power.

@@ -37,7 +37,7 @@ def turned(u: Expr, w: Expr, surf: Surface) -> list[Turned]:
 
 
 class Apart(NamedTuple):
-    """What the strains are made of.
+    """Parts of the strains.
 
     Args:
         here: Tangents and director, or their changes.

@@ -43,7 +43,7 @@ from shellmb.forms.steps.stress_work import MixedSection
 
 
 class Straining(NamedTuple):
-    """How strains change over a step, as its rows see it.
+    """Changes of strains over a step, in its rows.
 
     Args:
         rows: Moments of the rate, times the step, and what stresses act on.
@@ -84,7 +84,7 @@ class _WithoutForces(_WithoutGap):
         return _zeros(2)
 
     def gap(self, mean: Expr, end: Expr, N: Expr) -> Expr:
-        """Nothing has to agree."""
+        """No condition."""
         return _zeros(2)
 
     def of_strains(self, e: Expr) -> Expr:
@@ -115,7 +115,7 @@ class ViscousShell(_WithoutGap):
         return self.elastic.forces(layout, q)
 
     def gap(self, mean: Expr, end: Expr, N: Expr) -> Expr:
-        """Nothing has to agree."""
+        """No condition."""
         return _zeros(5)
 
     def of_strains(self, e: Expr) -> Expr:
@@ -208,7 +208,7 @@ class ViscousBeam(_WithoutGap):
         return self.elastic.forces(layout, q)
 
     def gap(self, mean: Expr, end: Expr, N: Expr) -> Expr:
-        """Nothing has to agree."""
+        """No condition."""
         return _zeros(3)
 
     def of_strains(self, e: Expr) -> Expr:

@@ -103,7 +103,7 @@ class GeneralPath:
         return found
 
     def rest(self, product: Callable[[Expr, Expr], Expr], dq: Expr) -> list[Expr]:
-        """What Gauss' points lack, in the row P0; arguments as of `GeneralStrain.rest`."""
+        """Correction of Gauss' points in the row P0; arguments as in `GeneralStrain.rest`."""
         found = [e.rest(self._stresses(psi, e)[0], product, dq) for psi, e in self._parts]
         found[-1] += self._gap.rest(self._ties()[0], product, dq)
         return found

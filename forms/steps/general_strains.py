@@ -54,7 +54,7 @@ TINY_STRAIN, TINY_CHORD = 1e-16, 1e-18
 
 
 class ExactInterval:
-    """What stresses act on over a sub-interval, in place of `measure.at_middle`.
+    """Virtual strains of the stresses over a sub-interval, instead of `measure.at_middle`.
 
     Args:
         weight: Scales of the strains' squares, by which unlike units become comparable.
@@ -77,7 +77,7 @@ class ExactInterval:
 
 
 class GeneralRow(NamedTuple):
-    """What a row of a step has of the stresses, as numbers.
+    """Weights of the stresses in a row of a step.
 
     Args:
         points: Share of each Gauss point in what `S_0` acts on, `1/2` or `p_k/2`.
@@ -136,7 +136,7 @@ class GeneralStrain:
         return self.mean, (self.change + alpha * self.bow) / 2
 
     def work(self, stresses: tuple[Expr, Expr], row: GeneralRow, dq: Expr) -> Expr:
-        """What `S_0` and `S_1` have in a row, without `delta`."""
+        """Work of `S_0` and `S_1` in a row, without `delta`."""
         first, second = stresses
         strain, parts = self._strain, zip(row.points, self._points, strict=True)
         seen = sum(w * strain.change(q, dq) for w, q in parts)
@@ -144,7 +144,7 @@ class GeneralStrain:
         return ufl.dot(first, seen) + ufl.dot(second, turned)
 
     def rest(self, stress: Expr, product: Callable[[Expr, Expr], Expr], dq: Expr) -> Expr:
-        """What Gauss' points lack of the work of `S_0`, in the row P0.
+        """Correction of Gauss' points for the work of `S_0`, in the row P0.
 
         Args:
             stress: The stress.

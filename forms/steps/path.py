@@ -147,7 +147,7 @@ class Pair(NamedTuple):
 
 
 class Rows(NamedTuple):
-    """What the rows of a step that see the same strains are made of.
+    """Weights of the rows of a step that depend on the same strains.
 
     Args:
         states: Mean, chord, bow and mean velocity of the path as functions that the scheme fills.
@@ -252,13 +252,13 @@ class Path(NamedTuple):
 
     @property
     def acceleration(self) -> tuple[Any, Any]:
-        """What the inertia sees in the rows P0 and P1, times the square of the step, eq. (Q2)."""
+        """Accelerations in the rows P0 and P1, times the square of the step, eq. (Q2)."""
         first, second = (row.inertia(self) for row in self.rows)
         return first, second
 
     @property
     def moved(self) -> tuple[Any, Any]:
-        """What forces of the rows P0 and P1 work on."""
+        """Displacements on which forces of the rows P0 and P1 do work."""
         first, second = (row.works(self) for row in self.rows)
         return first, second
 
@@ -276,7 +276,7 @@ class Path(NamedTuple):
         return self.chord + 6 * (2 * tau - 1) * self.bow
 
     def slope(self, measure: Measure, numbers: Numbers, dq: Expr) -> Expr:
-        """What a multiplier of a measure acts on."""
+        """Virtual change of a measure that its multiplier acts on."""
         c = float(numbers.c) or 1.0
         parts = zip(numbers.weights, self.states, strict=True)
         found = [q if w == c else float(w / c) * q for w, q in parts if w != 0]
@@ -296,7 +296,7 @@ def slope_at(measure: Measure, slope: Slope, states: Sequence[Expr], dq: Expr) -
 def across(
     measure: Measure, slopes: Sequence[Slope], states: Sequence[Expr], tests: Sequence[Expr]
 ) -> Expr:
-    """What a stress acts on in all rows, with the virtual displacement of each."""
+    """Virtual strain of a stress in all rows, with the virtual displacement of each."""
     rows = [slope_at(measure, slope, states, dq) for slope, dq in zip(slopes, tests, strict=True)]
     return sum(rows[1:], rows[0])
 
@@ -324,7 +324,7 @@ def is_quadratic(function: Callable[[Expr], Expr], state: Any) -> bool:
 
 
 class Points(NamedTuple):
-    """What rows of nonlinear sections need, by two Gauss points in time (`stress_work_nonlinear`).
+    """Values for rows of nonlinear sections at two Gauss points in time (`stress_work_nonlinear`).
 
     Args:
         rows: Strains of both points and what their stresses act on.

@@ -26,7 +26,7 @@ class MixedSection(Protocol):
         ...
 
     def stress(self, e: Expr, N: Expr) -> tuple[Expr, ...]:
-        """What acts on the strains, for each quadrature rule; linear in both."""
+        """Stress conjugate to the strains, for each quadrature rule; linear in both."""
         ...
 
     def gap(self, mean: Expr, end: Expr, N: Expr) -> Expr:

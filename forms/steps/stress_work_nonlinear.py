@@ -147,7 +147,7 @@ class NonlinearPath:
         return found
 
     def damping(self, tests: Sequence[Expr]) -> list[Expr]:
-        """What the dissipation adds to both rows."""
+        """Contribution of the dissipation to both rows."""
         points, states, found = self._points, self._states, []
         (bow,) = points.damping.stresses
         for psi, measure in self._parts:

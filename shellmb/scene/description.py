@@ -1,4 +1,4 @@
-"""What a scene is described by, each part checked by itself; `Scene` checks the whole."""
+"""Parts of a scene's description, each checked by itself; `Scene` checks the whole."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ class Description:
 
     @property
     def starts(self) -> tuple[Any, ...]:
-        """What the run starts from, one after the other; nothing where it starts as given."""
+        """Starts of the run, one after the other; empty if it starts as given."""
         items = self.start if isinstance(self.start, tuple) else (self.start,)
         return tuple(item for item in items if item != "given")
 

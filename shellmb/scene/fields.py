@@ -1,4 +1,4 @@
-"""What can be written over bodies: names, components, units, and which bodies have it."""
+"""Fields over bodies: names, components, units, and which bodies have them."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class FieldKind:
     axis: str = ""
 
     def quantity_of(self, component: str | None) -> str:
-        """What the unit of one component is of, where components have several.
+        """Quantity of one component, for fields whose components have several units.
 
         Args:
             component: Its name; None: all together.

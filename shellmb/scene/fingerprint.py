@@ -1,4 +1,4 @@
-"""What a scene is, as plain values by the names of its fields, to be stored and compared.
+"""A scene as plain values by the names of its fields, to be stored and compared.
 
 Two scenes with the same fingerprint describe the same physics. Functions count by their compiled
 code and by the values that they use: what they close over, and what they read of their module.
@@ -52,7 +52,7 @@ def fingerprint(scene: Scene, whole: bool = False) -> Fingerprint:
 
 
 def outside(function: types.FunctionType) -> Fingerprint:
-    """What a function reads from outside, by the names of the variables.
+    """Variables that a function reads from outside, by name.
 
     Args:
         function: The function.
@@ -169,7 +169,7 @@ class _Walk:
 
     def _function(self, path: str, function: types.FunctionType) -> None:
         self._leaf(path, function.__qualname__)
-        if function.__module__.startswith("shellmb.") and not _of_demo(function):
+        if (function.__module__ or "").startswith("shellmb.") and not _of_demo(function):
             return
         self._leaf(f"{path}{CODE}", _digest(_code(function.__code__)))
         for name, value in _used(function).items():

@@ -1,4 +1,4 @@
-"""What a run begins with: initial velocities, and states to start from."""
+"""Initial velocities, and states to start from."""
 
 from __future__ import annotations
 

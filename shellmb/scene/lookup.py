@@ -1,4 +1,4 @@
-"""Which body, joint or coordinate a part of a scene speaks of."""
+"""Bodies, joints and coordinates to which parts of a scene refer."""
 
 from __future__ import annotations
 
@@ -59,12 +59,12 @@ def listed(names: Iterable[str]) -> str:
 
 
 def kind_of(body: Any) -> str:
-    """What a user calls such a body."""
+    """Name that messages use for this kind of body."""
     return str(body.label)
 
 
 def said(item: Any) -> str:
-    """What messages call a part of a scene."""
+    """Name that messages use for a part of a scene."""
     return f"{item.label} '{item.name}'" if hasattr(item, "name") else str(item.label)
 
 
@@ -154,7 +154,7 @@ def bodies_of(scene: Description, item: Any) -> tuple[Body, ...]:
 
 
 def coordinates_of(scene: Description, item: Any) -> tuple[Coordinate, ...]:
-    """Which coordinates of its joint a driver, lock or joint element acts on.
+    """Coordinates of its joint on which a driver, lock or joint element acts.
 
     Raises:
         SceneError: If the joint has no such coordinate, or the choice is open.

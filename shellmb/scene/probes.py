@@ -1,4 +1,4 @@
-"""What a run records at single points."""
+"""Records of a run at single points."""
 
 from __future__ import annotations
 

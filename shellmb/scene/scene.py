@@ -132,7 +132,7 @@ class Scene(Description):
         return tuple(b for b in self.bodies_of(item) if isinstance(b, Shell))
 
     def coordinates_of(self, item: Driver | Lock | Element) -> tuple[Coordinate, ...]:
-        """Which coordinates of its joint a driver, lock or joint element acts on."""
+        """Coordinates of its joint on which a driver, lock or joint element acts."""
         return lookup.coordinates_of(self, item)
 
     def with_options(

@@ -1,4 +1,4 @@
-"""How a scene is solved, stepped and written."""
+"""Settings of the solver, the steps and the output."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class Solver:
 
 @described("step control")
 class StepControl:
-    """How the step changes: smaller where Newton fails, back towards ``dt`` afterwards.
+    """Control of the step size: smaller where Newton's method fails, towards ``dt`` afterwards.
 
     With a ``tolerance`` the step follows an estimate of its error, and ``dt`` is the first step
     only; a tolerance below 1e-4 begins with a shorter one (`docs/theory/stepcontrol.md`).
@@ -133,7 +133,7 @@ def _fields(value: Any) -> Any:
 
 @described("output")
 class Output:
-    """What a run writes.
+    """Fields, frames and files that a run writes.
 
     Args:
         frames: Number of states stored for field files, pictures and animation; None: 50, and

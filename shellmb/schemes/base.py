@@ -1,4 +1,4 @@
-"""What a time scheme is: which states it solves for, and at which states forms are taken.
+"""Interface of time schemes: the states that they solve for, and those at which forms are taken.
 
 A scheme is data and a few small functions; it knows no bodies, only their functions at the start
 of a step and the unknown functions of its stages. A new scheme is one class with the members of
@@ -121,7 +121,7 @@ class JumpStage:
 
 @dataclass(frozen=True)
 class Rotations:
-    """How well a scheme follows bodies that turn, measured in free rotations.
+    """Accuracy of a scheme for rotating bodies, measured in free rotations.
 
     Args:
         largest: Angle of a body in a step beyond which the error of the angle is more than five
@@ -143,7 +143,7 @@ LINEAR_PATH = Rotations(0.75)
 
 @dataclass(frozen=True)
 class LocalError:
-    """What a scheme is off by in one step, as a derivative of the motion.
+    """Error of a scheme in one step, as a derivative of the motion.
 
     A scheme of order p is off by `factor * h^(p + 1) * q^(p + 1)` at the end of a step from an
     exact state. In a vibration and in steady rotation of frequency w these are `(w h)^3/12` of the
@@ -204,7 +204,7 @@ class StepForms(Protocol):
         ...
 
     def middle(self) -> Values:
-        """Where the forces acted that balance the momentum of the step, as a local array."""
+        """Positions of the forces that balance the momentum of the step, as a local array."""
         ...
 
     def mean_state(self) -> Expr:
@@ -312,7 +312,7 @@ class Scheme(Protocol):
     def moved(
         self, q: Any, scaled: Mapping[str, Any], unknown: Mapping[str, Any]
     ) -> dict[str, Any]:
-        """What the forces of each row work on over a step, for arrays and expressions alike.
+        """Displacement on which the forces of each row do work in a step, as arrays or expressions.
 
         Args:
             q: State at the start.

@@ -1,4 +1,4 @@
-"""What most schemes have in common: those whose only unknown state is that at the end of a step."""
+"""Defaults for schemes whose only unknown state is the one at the end of a step."""
 
 from __future__ import annotations
 
@@ -35,12 +35,12 @@ class Defaults:
 
     @property
     def rotations(self) -> Rotations:
-        """How well it follows bodies that turn: as linear paths do."""
+        """Accuracy for rotating bodies: that of linear paths."""
         return LINEAR_PATH
 
     @property
     def local_error(self) -> LocalError:
-        """What it is off by in a step, where nothing else is known: as the mid-point rule is."""
+        """Error of one step: that of the mid-point rule, if nothing else is known."""
         return LocalError(3, 1 / 12) if getattr(self, "order", 2) > 1 else LocalError(2, 1 / 2)
 
     def forms(self, body: Body, levels: Levels, dt: fem.Constant) -> StepForms:
@@ -76,5 +76,5 @@ class Defaults:
         return unknown[END]
 
     def dissipation(self) -> tuple[float, str | None]:
-        """Nothing is dissipated, or it is not known."""
+        """Dissipation: none, or unknown."""
         return 0.0, None

@@ -80,7 +80,7 @@ class EnergyDecaying(Defaults):
 
     @property
     def rotations(self) -> Rotations:
-        """How well it follows bodies that turn."""
+        """Accuracy for rotating bodies."""
         # the state j leaves the circle on which a stiff fibre moves: of the squared angle a stiff
         # plate lost 0.95, 1.02, 1.09, 1.00 times 1/(1 + alpha) with alpha = 1, 0.75, 0.5, 0.25
         # (`tests/hard/test_spins.py`); without dissipation it is less, and forces are as wrong

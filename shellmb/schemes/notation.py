@@ -1,4 +1,4 @@
-"""What the pages of the schemes are written in: strains along a path, and what stresses act on.
+"""Notation of the schemes: strains along a path, and what stresses act on.
 
 A path has a mean `x`, a chord `D`, a bow `z` and a mean velocity `y` (`forms.steps.path`). Measures
 are quadratic, `e(q) = lin(q) + quad(q, q)/2`. On a page stand
@@ -27,7 +27,7 @@ x, D, z, y = np.eye(4)
 
 @dataclass(frozen=True, eq=False)
 class SlopeWeights:
-    """What a stress acts on, `c lin(dq) + quad(y, dq)` at a combination `y` of the states.
+    """Virtual strain of a stress, `c lin(dq) + quad(y, dq)` at a combination `y` of the states.
 
     Args:
         c: Share of the reference configuration.
@@ -153,6 +153,6 @@ class PathPage(NamedTuple):
         return np.array(self.path_of(q_i, q_f, hv_i, hv_f, alpha).states)
 
     def slopes(self, row: int) -> tuple[SlopeWeights, SlopeWeights]:
-        """What both stresses act on in a row."""
+        """Virtual strains of both stresses in a row."""
         first, second = self.rows[row].stresses
         return SlopeWeights(first.c, first.weights), SlopeWeights(second.c, second.weights)

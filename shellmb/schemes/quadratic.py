@@ -112,20 +112,20 @@ class QuadraticInTime(Defaults):
 
     @property
     def title(self) -> str:
-        """What it is, in words."""
+        """Title in words."""
         kind = "decaying (ED3)" if self.alpha > 0 else "preserving (EP4)"
         return f"energy {kind}, quadratic in time"
 
     @property
     def rotations(self) -> Rotations:
-        """How well it follows bodies that turn."""
+        """Accuracy for rotating bodies."""
         # 1.5 rad: rational functions that vibrations are multiplied by turn by 0.6 % less (alpha =
         # 0) to 1.6 % less there, and lose 5 % (alpha = 1)
         return Rotations(1.5, slows=self.alpha > 0)
 
     @property
     def local_error(self) -> LocalError:
-        """What it is off by in a step."""
+        """Error of one step."""
         if self.alpha == 0:
             return LocalError(5, 1 / 720)
         return LocalError(4, max(self.alpha, LEAST_ALPHA) / 72)
@@ -192,7 +192,7 @@ class QuadraticInTime(Defaults):
     def moved(
         self, q: Any, scaled: Mapping[str, Any], unknown: Mapping[str, Any]
     ) -> dict[str, Any]:
-        """What forces of each row work on over a step: the chord, and six times the bow."""
+        """Displacement on which forces of each row do work: the chord, and six times the bow."""
         return dict(zip((END, RATE), self.path(q, scaled, unknown).moved, strict=True))
 
     def dissipation(self) -> tuple[float, str | None]:

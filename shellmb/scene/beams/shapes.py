@@ -157,7 +157,7 @@ class RectangularSection(_Shape):
 
     @property
     def torsion_constant(self) -> float:
-        """By the series of Timoshenko and Goodier, Theory of Elasticity, art. 109 [m^4]."""
+        """Torsion constant [m^4] (Timoshenko and Goodier, Theory of Elasticity, art. 109)."""
         a, b = max(self.width, self.height), min(self.width, self.height)
         n = np.arange(1, 200, 2.0)
         # 1 - tanh converges at once; the sum of 1/n^5 over odd n is 31/32 zeta(5)
@@ -202,7 +202,7 @@ class _Round(_Shape):
 
     @property
     def shear_factors(self) -> tuple[float, float]:
-        """As given, or of Cowper, J. Appl. Mech. 33 (1966) 335-340, table 1 [-]."""
+        """Shear corrections [-], given or by Cowper, J. Appl. Mech. 33 (1966) 335-340, table 1."""
         if self.shear_correction is not None:
             return self.shear_correction, self.shear_correction
         nu, m = self._nu, self.hole / self.radius

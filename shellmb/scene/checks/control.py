@@ -1,4 +1,4 @@
-"""What a control of the step by its error needs of a scene, and where its steps have to end."""
+"""Requirements of step control by error, and the times at which its steps must end."""
 
 from __future__ import annotations
 

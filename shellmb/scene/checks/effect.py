@@ -43,7 +43,7 @@ def check(scene: Description) -> None:
 
 
 def doubts(scene: Description) -> tuple[str, ...]:
-    """What was warned of when the scene and its sections were made, for the record of a run."""
+    """Warnings given when the scene and its sections were made, for the record of a run."""
     found = [sentence for shell in scene.shells for sentence in shell.section.doubts]
     return tuple(dict.fromkeys([*found, *_without_effect(scene)]))
 

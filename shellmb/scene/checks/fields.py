@@ -27,7 +27,7 @@ OWNERS = {
 
 
 def kinds_of(body: Body) -> set[str]:
-    """Which fields a body can have, by the kinds in `FieldKind.bodies`."""
+    """Fields that a body can have, by the kinds in `FieldKind.bodies`."""
     if not isinstance(body, Shell | Beam) or body.rigid:
         return {"rigid"}
     if isinstance(body, Beam):

@@ -1,4 +1,4 @@
-"""What makes no sense where displacements are small, and where a path of equilibria is followed."""
+"""Checks of scenes with small displacements, and of paths of equilibria."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What bodies that are reduced to modes cannot have."""
+"""Checks of bodies that are reduced to modes."""
 
 from __future__ import annotations
 

@@ -117,7 +117,7 @@ class Sensor(Quantity):
         return f"{self.column}{RATE}" if self.derivative else self.column
 
     def value(self, read: Reading, t: float) -> float:
-        """What it reads."""
+        """Reading of the sensor."""
         return read(self)
 
 

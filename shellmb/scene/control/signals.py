@@ -73,7 +73,7 @@ class Switched(Signal):
     time: TimeFunction | None
 
     def times(self, t: float) -> float:
-        """What is switched, at the time ``t`` [s]."""
+        """The switched factor at the time ``t`` [s]."""
         return 1.0 if self.time is None else float(self.time(t))
 
     @property

@@ -94,7 +94,7 @@ class Joint:
 
     @property
     def said(self) -> str:
-        """What messages call it."""
+        """Name that messages use for it."""
         return f"{self.label} '{self.name}'"
 
 

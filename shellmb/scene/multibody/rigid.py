@@ -209,7 +209,7 @@ class RigidBody:
         return self.place("center")
 
     def place(self, point: str | tuple[float, ...] | None = None) -> Matrix:
-        """Where a point is in the scene's reference configuration, shape (3,) [m].
+        """Position of a point in the scene's reference configuration, shape (3,) [m].
 
         Args:
             point: Name of a point; coordinates in the scene, which are given back; None: the

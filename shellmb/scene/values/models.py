@@ -1,4 +1,4 @@
-"""How a shell or beam deforms: exactly, in few modes about a moving frame, or not at all."""
+"""Models of a body: exact, in few modes about a moving frame, or rigid."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ BodyModel = Annotated[
 
 
 class Deforming:
-    """What shells and beams have in common.
+    """Base class of shells and beams.
 
     Attributes:
         model: How it deforms.

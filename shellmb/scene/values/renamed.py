@@ -61,7 +61,7 @@ def still_read(label: str, given: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def choice_of_today(name: str, choice: object) -> str:
-    """What an error adds where a parameter has a choice that is called otherwise today.
+    """Addition to an error about a choice that has a new name.
 
     Args:
         name: The parameter.

@@ -24,7 +24,7 @@ def show(value: Any) -> str:
 
 
 def in_words(error: BaseException) -> str:
-    """What an error of a user's function says; some say little without their kind."""
+    """Text of an error in a user's function, with its type where the text alone says little."""
     text = str(error)
     return text if isinstance(error, TypeError | ValueError) else f"{type(error).__name__}: {text}"
 

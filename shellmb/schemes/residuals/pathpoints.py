@@ -25,7 +25,7 @@ from shellmb.schemes.residuals.weights import (
 def at_points(
     page: PathPage, mesh: Any, states: tuple[Expr, ...], alpha: float, unknown: Sequence[Expr]
 ) -> Points:
-    """What rows of nonlinear sections consist of.
+    """Rows of nonlinear sections.
 
     Args:
         page: The page of the scheme.
@@ -38,7 +38,7 @@ def at_points(
     parts = page.states(alpha)[:, UNKNOWN].T
 
     def changes(shares: Sequence[float]) -> dict[int, ChangeWeights]:
-        """Of moments, with the shares of the unknown states in their resultants."""
+        """Changes of moments, with the shares of the unknown states in their resultants."""
         numbered = enumerate(zip(parts, shares, strict=True))
         return {c: ChangeWeights(s, share != 0, share, 1.0) for c, (s, share) in numbered}
 
@@ -69,7 +69,7 @@ def at_points(
 
 
 def of_general_strains(page: PathPage, mesh: Any, alpha: float) -> GeneralStep:
-    """What rows of strains of any form consist of.
+    """Rows of strains of any form.
 
     Args:
         page: The page of the scheme.

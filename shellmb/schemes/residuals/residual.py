@@ -277,7 +277,7 @@ def stage_forms(
 
 
 def acting(body: Body, samples: tuple[Sample, ...], dq: Expr) -> list[Form]:
-    """What loads and added terms have in a residual."""
+    """Contribution of loads and added terms to a residual."""
     forms = [f for s in samples for f in (s.of_loads(dq), s.of_terms(body, dq))]
     return [-form for form in forms if form is not None]
 

@@ -127,6 +127,6 @@ def rate_at_point(page: PathPage, p: float) -> MomentWeights:
 
 
 def slope_at_point(page: PathPage, row: int, p: float) -> SlopeWeights:
-    """What the stress at a Gauss point acts on in a row: `S_0` and `S_1` are of both points."""
+    """Virtual strain of the stress at a Gauss point in a row; `S_0` and `S_1` are of both."""
     first, second = page.slopes(row)
     return first / 2 + 3 * p / 2 * second

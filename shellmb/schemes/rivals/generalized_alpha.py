@@ -85,7 +85,7 @@ class GeneralizedAlpha(Defaults):
 
     @property
     def title(self) -> str:
-        """What it is, in words."""
+        """Title in words."""
         return f"rival: generalized-alpha, rho = {self.rho:.3g}, without an energy law"
 
     @property
