@@ -28,7 +28,7 @@ def several_ranks() -> bool:
 
 
 class Stopping:
-    """What signals ask of this process.
+    """Requests of signals to this process.
 
     Attributes:
         requested: The signal that has come and is not taken up yet.

@@ -66,7 +66,7 @@ class Modes:
 
     @property
     def warnings(self) -> list[str]:
-        """What says that the state is unstable, or that elements lock."""
+        """Warnings that the state is unstable, or that elements lock."""
         said, growth = [], self.growth
         places = np.flatnonzero(growth > 0)
         if len(places):

@@ -18,7 +18,7 @@ SMALL = 64
 
 @dataclass(frozen=True)
 class Change:
-    """What is different in a companion.
+    """Difference of a companion from the run.
 
     Args:
         step: Factor on the step; where steps follow a tolerance, its square on that.
@@ -71,7 +71,7 @@ class Change:
         return scene if self.step == 1.0 else with_steps(scene, self.step)
 
     def words(self) -> str:
-        """What it is, for messages: "3 times the step, twice the elements"."""
+        """Name for messages: "3 times the step, twice the elements"."""
         if self.step == 1.0:
             step = []
         elif self.step > 1.0:

@@ -55,7 +55,7 @@ STIFFER = 4.0
 
 @dataclass(frozen=True)
 class Companions:
-    """What tells the errors of a run.
+    """Companion runs from which the errors of a run follow.
 
     Args:
         base: What is different in the run from the scene of the family.

@@ -1,4 +1,4 @@
-"""What is kept of a run to compare it with others: its results, its history, its events."""
+"""Records of a run for comparison with others: results, history, events."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class Kept:
     cpu: float = 0.0
 
     def take(self, quantity: Quantity) -> dict[str, Any]:
-        """What is compared of a quantity.
+        """Values of a quantity that are compared.
 
         Args:
             quantity: The quantity.
@@ -77,7 +77,7 @@ class Kept:
 
 
 def keep(run: RunResult, seconds: float = 0.0, cpu: float = 0.0) -> Kept:
-    """What is kept of a run.
+    """Record of a run for comparison.
 
     Args:
         run: The run, at its end.
@@ -98,7 +98,7 @@ def keep(run: RunResult, seconds: float = 0.0, cpu: float = 0.0) -> Kept:
 
 
 def difference(fine: Kept, coarse: Kept, quantity: Quantity) -> float | None:
-    """How far a run is from a finer one, in the unit of the quantity; None: not known.
+    """Difference of a run from a finer one, in the unit of the quantity; None if unknown.
 
     Args:
         fine: The finer one.

@@ -1,4 +1,4 @@
-"""What makes estimated errors doubtful, or is not in them, in words."""
+"""Remarks on what makes estimated errors doubtful, or what they omit."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def remarks(
     scene: Scene,
     found: Mapping[str, Found],
 ) -> tuple[str, ...]:
-    """What is to be known of the errors, each a sentence.
+    """Remarks on the errors, a sentence each.
 
     Args:
         mine: The run.

@@ -60,7 +60,7 @@ class Beginning(Steps):
 
 @contextmanager
 def kept(simulation: Simulation) -> Iterator[None]:
-    """What a simulation is at its end it is again when this ends.
+    """Context that restores a simulation to its end.
 
     Args:
         simulation: The simulation.

@@ -12,7 +12,7 @@ Vector = Sequence[float] | Floats
 
 @dataclass(frozen=True)
 class MassProperties:
-    """What the motion of a rigid body depends on.
+    """Mass properties that the motion of a rigid body depends on.
 
     Args:
         mass: Mass, kg.

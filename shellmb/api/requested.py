@@ -32,7 +32,7 @@ class Requested:
 
     @property
     def results(self) -> Callable[..., dict[str, float]] | None:
-        """What it measures."""
+        """Results that the scene measures."""
         return self.scene.results if self.module is None else self.module.results
 
 

@@ -1,4 +1,4 @@
-"""What `shellmb run --accuracy` does and prints."""
+"""The command `shellmb run --accuracy`, and its output."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 class Clock(StrEnum):
-    """What is measured in."""
+    """Clock of the measured times."""
 
     cpu = "cpu"
     wall = "wall"

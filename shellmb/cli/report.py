@@ -1,4 +1,4 @@
-"""What is printed at the end of a command."""
+"""Texts printed at the end of a command."""
 
 from __future__ import annotations
 

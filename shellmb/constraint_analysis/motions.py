@@ -14,7 +14,7 @@ SMALL = 1e-6
 
 @dataclass(frozen=True)
 class Frame:
-    """What motions of a body are relative to.
+    """Frame to which motions of a body are relative.
 
     Args:
         middle: The point that translations are of, shape (3,), m.
@@ -26,7 +26,7 @@ class Frame:
 
 
 def describe(frame: Frame, motions: Floats) -> str:
-    """What a body can do, as "translate along y and turn about x"; empty if nothing.
+    """Possible motions of a body, as "translate along y and turn about x"; empty if none.
 
     Args:
         frame: Middle and size of the body.

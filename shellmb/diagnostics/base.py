@@ -1,4 +1,4 @@
-"""What a watch is: an observer with a bound, and a sentence for when it is passed."""
+"""Watches: observers with a bound, and a sentence if it is exceeded."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class Caution:
     says: str
 
     def to_dict(self) -> dict[str, Any]:
-        """As `summary.json` has it."""
+        """Plain values for `summary.json`."""
         return asdict(self)
 
 
@@ -62,7 +62,7 @@ class Watch(Observer, Protocol):
     def __init__(self, sources: Sources) -> None: ...
 
     def cautions(self, simulation: Simulation) -> Iterator[Caution]:
-        """What is wrong with the run so far; nothing where it does not apply."""
+        """Warnings about the run so far; none where it does not apply."""
         ...
 
 
@@ -95,13 +95,13 @@ def heard(comm: MPI.Comm) -> Iterator[list[str]]:
 
 
 def said_of(simulation: Simulation, name: str) -> str:
-    """What messages call a body of the system, as "shell 'wing'"; "the rigid bodies" together."""
+    """Name of a body in messages, as "shell 'wing'"; "the rigid bodies" together."""
     named = {body.name: said(body) for body in simulation.scene.bodies}
     return named.get(name, f"the {name}")
 
 
 def remedies(scheme: Scheme, *others: str) -> str:
-    """What to do, as a list in words.
+    """Remedies, as a list in words.
 
     Args:
         scheme: The scheme of the run; if stiff bodies cannot spin under it, those under which they

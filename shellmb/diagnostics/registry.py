@@ -58,7 +58,7 @@ def watches(sources: Sources) -> list[Watch]:
 
 
 def cautions(watching: Sequence[Watch], simulation: Simulation) -> list[Caution]:
-    """What they have to say.
+    """Warnings of all watches.
 
     Args:
         watching: The watches of a run.

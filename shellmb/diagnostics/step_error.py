@@ -1,4 +1,4 @@
-"""What the control of the step by its error cannot do, or does not promise."""
+"""Warnings about step control by error."""
 
 from __future__ import annotations
 
@@ -107,7 +107,7 @@ class StepErrors(Silent):
         )
 
     def state(self) -> dict[str, Any]:
-        """How far they were so far."""
+        """Findings so far."""
         return {"reach": self._reach}
 
     def restore(self, state: dict[str, Any]) -> None:

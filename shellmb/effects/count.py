@@ -1,4 +1,4 @@
-"""What a step is made of: unknowns, integrals, coefficients and kernels, counted."""
+"""Counts of a step's parts: unknowns, integrals, coefficients and kernels."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from shellmb.simulate.problem import Problem
 
 @dataclass(frozen=True)
 class Count:
-    """What a problem, or a part of it, is made of.
+    """Counts of the parts of a problem, or of a part of it.
 
     Args:
         unknowns: Unknowns of the block system.

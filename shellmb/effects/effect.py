@@ -1,4 +1,4 @@
-"""What an effect is: whether a scene has it and why, and the scene without or with it."""
+"""Effects: whether a scene has one and why, and the scene without or with it."""
 
 from __future__ import annotations
 

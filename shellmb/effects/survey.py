@@ -75,7 +75,7 @@ def survey(
     rounds: int = 3,
     report: Callable[[str], None] = lambda text: None,
 ) -> Survey:
-    """What a scene simulates, and what it costs; collective.
+    """Effects that a scene simulates, with their costs; collective.
 
     Args:
         scene: The scene.

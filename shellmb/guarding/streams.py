@@ -38,7 +38,7 @@ def silence(number: int) -> None:
 
 
 class Unprinted(Exception):
-    """What a command prints cannot be written.
+    """Output of a command that cannot be written.
 
     Args:
         why: What the system says.

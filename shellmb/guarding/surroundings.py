@@ -121,12 +121,12 @@ class _Loader(importlib.abc.Loader):
         return getattr(self._loader, name)
 
     def create_module(self, spec: ModuleSpec) -> ModuleType | None:
-        """As the module's own loader."""
+        """Delegate to the module's own loader."""
         made: ModuleType | None = self._loader.create_module(spec)
         return made
 
     def exec_module(self, module: ModuleType) -> None:
-        """As the module's own loader."""
+        """Delegate to the module's own loader."""
         name = module.__name__
         if name in _BEFORE:
             _BEFORE[name](module)

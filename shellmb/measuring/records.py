@@ -1,4 +1,4 @@
-"""What was measured as JSON, in a folder or on stdout."""
+"""Measurements as JSON, in a folder or on stdout."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def plain(value: Any, **renamed: str) -> Any:
 
 
 def to_json(value: Any, **renamed: str) -> str:
-    """As `plain`, as JSON."""
+    """Plain values as JSON (`plain`)."""
     return json.dumps(plain(value, **renamed), indent=1, allow_nan=False)
 
 

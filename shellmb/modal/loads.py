@@ -1,4 +1,4 @@
-"""What distributed loads and users' terms are on a body in modes, by the virtual work of each.
+"""Distributed loads and users' terms on a body in modes, by the virtual work of each.
 
 That of a dead load is linear in positions and directors, and so the same as that of one force at a
 point for each direction that the load has (`model.reduced.loads`). What turns with the body, and
@@ -44,7 +44,7 @@ NO_FORCE = 1e-12
 
 @dataclass(frozen=True)
 class Dead:
-    """What of a load keeps one direction.
+    """Part of a load that keeps its direction.
 
     Args:
         time: Function of time of the load.

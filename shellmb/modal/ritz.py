@@ -135,7 +135,7 @@ class Held:
         return forces, [self._solved(force) for force in forces]
 
     def answers(self, forces: list[PETSc.Vec]) -> list[PETSc.Vec]:
-        """What forces do beside rigid motions.
+        """Displacements by forces, without rigid motions.
 
         Args:
             forces: Vectors of the system; what accelerates the body is taken out of them.

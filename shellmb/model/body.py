@@ -1,4 +1,4 @@
-"""What the schemes see of a body: spaces, virtual work, energies; nothing else."""
+"""Interface of bodies to the schemes: spaces, virtual work, energies; nothing else."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -26,7 +26,7 @@ Values = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class PartScale:
-    """How large values of a part are, for its convergence test.
+    """Size of the values of a part, for its convergence test.
 
     Args:
         name: Name of the part in the body's space.
@@ -177,7 +177,7 @@ class LoadFactors(Protocol):
 
 
 class Elastic(Protocol):
-    """What stores energy: measures of the state with a section or a potential."""
+    """Elastic parts: measures of the state with a section or a potential."""
 
     def energy(self, q: Expr) -> Form:
         """Energy of a state, J."""
@@ -214,7 +214,7 @@ class Elastic(Protocol):
 
 
 class Constraint(Protocol):
-    """What must vanish of the state, with multipliers that hold it."""
+    """Constraint: functions of the state that must vanish, with multipliers."""
 
     def interval(self, span: Interval, dq: Expr) -> Form:
         """Forces of a sub-interval, or of a single state, and the constraints at its end."""
@@ -243,7 +243,7 @@ def _same[T](b: T, mid: T) -> T:
 
 @dataclass(frozen=True)
 class Manifold:
-    """What the nodes of a body carry.
+    """Directors and frames at the nodes of a body.
 
     Args:
         directors: Unit directors or orthonormal triples at the local nodes of the part "w", shape
@@ -281,7 +281,7 @@ class Body(Protocol):
 
     @property
     def constraints(self) -> Sequence[Constraint]:
-        """What it holds."""
+        """Constraints of the body."""
         ...
 
     @property

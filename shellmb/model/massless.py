@@ -1,4 +1,4 @@
-"""What bodies without mass and elasticity have in common."""
+"""Base of bodies without mass and elasticity."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -23,7 +23,7 @@ from shellmb.model.body import (
 
 @dataclass
 class Massless:
-    """What bodies without mass and elasticity have in common: nothing of either."""
+    """Base of bodies without mass and elasticity."""
 
     name: str
     mixed: MixedSpace
@@ -38,7 +38,7 @@ class Massless:
 
     @property
     def elastic(self) -> Sequence[Elastic]:
-        """Nothing elastic."""
+        """No elastic parts."""
         return ()
 
     @property

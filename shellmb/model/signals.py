@@ -1,4 +1,4 @@
-"""What controllers command and events switch, as it is now: values of the scene's signals."""
+"""Present values of the scene's signals: commands of controllers, and switches of events."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ class Signals:
         self.windows: dict[str, list[tuple[float, float]]] = {e.name: [] for e in scene.all_events}
 
     def key(self, signal: Commanded) -> Key:
-        """Which output a command is."""
+        """Output of a command."""
         return signal.controller, signal.output or self._outputs[signal.controller][0]
 
     def on(self, event: str) -> bool:

@@ -77,7 +77,7 @@ class Unknowns:
             self.numbers[body.name], self.linked[body.name] = numbers, linked
 
     def sizes(self, wanted: Ints) -> Floats:
-        """What is large for some unknowns: the length of a body, or 1 of a director; collective.
+        """Typical size of some unknowns: the length of a body, or 1 for a director; collective.
 
         Args:
             wanted: Their numbers, ascending, the same on all ranks.
@@ -95,7 +95,7 @@ class Unknowns:
         return np.where(found > 0, found, 1.0)
 
     def given(self, times: Sequence[float], h: float) -> Given:
-        """What supports and drivers prescribe, and what is held; collective.
+        """Values that supports and drivers prescribe, and held ones; collective.
 
         Args:
             times: Times at which values are wanted, s.

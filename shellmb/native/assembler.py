@@ -1,4 +1,4 @@
-"""Which assembler works: the loops in C, or the reference in plain DOLFINx and NumPy."""
+"""Choice of the assembler: the loops in C, or the reference in plain DOLFINx and NumPy."""
 
 from __future__ import annotations
 

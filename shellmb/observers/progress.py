@@ -1,4 +1,4 @@
-"""What a human sees while a run goes on: a bar on a terminal, lines of a log elsewhere."""
+"""Progress of a run: a bar on a terminal, lines of a log elsewhere."""
 
 from __future__ import annotations
 

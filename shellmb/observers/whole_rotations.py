@@ -62,7 +62,7 @@ class WholeTurns:
         return np.asarray(p + TURN * self._turns * self._axis)
 
     def state(self) -> dict[str, Any]:
-        """What a restart needs."""
+        """State for a restart."""
         vectors = {"axis": self._axis.tolist(), "last": self._last.tolist()}
         return {"turns": self._turns, **vectors}
 

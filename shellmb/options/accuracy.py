@@ -38,7 +38,7 @@ def parse_seconds(text: str) -> float:
 
 @dataclass(frozen=True, kw_only=True)
 class AccuracyOptions:
-    """What is asked of an accuracy.
+    """Options of a run with a required accuracy.
 
     Raises:
         SceneError: If a number is not possible, or others are given without an accuracy.

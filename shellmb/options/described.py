@@ -18,7 +18,7 @@ KEY, WIDTH = "option", 100
 
 @dataclass(frozen=True)
 class About:
-    """What an option says of itself beside its name, type and default.
+    """Description of an option beside its name, type and default.
 
     Args:
         help: What it is, with its unit.

@@ -13,7 +13,7 @@ REPEAT, REFINE = 3, 2
 
 @dataclass(frozen=True, kw_only=True)
 class StudyOptions:
-    """What a study combines and compares with; an empty axis keeps the scene's choice."""
+    """Axes and references of a study; an empty axis keeps the scene's choice."""
 
     dt: tuple[float, ...] = several(Options, "dt", "S,S,...", positive)
     mesh: tuple[tuple[int, int], ...] = several(Options, "mesh", "NxM,...")

@@ -90,7 +90,7 @@ class RotatingModes:
 
     @property
     def directions(self) -> tuple[str, ...]:
-        """Of each mode "forward", "backward", or "" where it has no direction."""
+        """Direction of each mode: "forward", "backward", or "" where it has none."""
         return tuple(
             ("forward" if w > 0 else "backward") if abs(w) > WHIRLS and s.imag > 0 else ""
             for w, s in zip(self.whirl, self.values, strict=True)

@@ -165,7 +165,7 @@ class WholeMotion:
 
 @dataclass(frozen=True)
 class Unsteady:
-    """How far a state is from a steady rotation.
+    """Distance of a state from a steady rotation.
 
     Args:
         velocity: Velocities relative to the frame, root mean square over the mass, m/s.
@@ -182,7 +182,7 @@ class Unsteady:
     length: float
 
     def drift(self, scale: float) -> float:
-        """How far the state goes in the time `1/scale`, in lengths of the scene.
+        """Distance that the state moves in the time `1/scale`, in lengths of the scene.
 
         Args:
             scale: Of an eigenvalue, 1/s.
@@ -198,7 +198,7 @@ def unsteady_part(
     line: Axis,
     rate: float,
 ) -> Unsteady:
-    """What is left of velocities and accelerations without those of a frame.
+    """Velocities and accelerations relative to those of a frame.
 
     Args:
         scene: The scene.

@@ -106,7 +106,7 @@ class StateModes:
 
     @property
     def drift(self) -> float:
-        """How far the state goes in the time in which its slowest mode turns by one radian.
+        """Distance that the state moves during one radian of its slowest mode.
 
         In lengths of the scene, root mean square over the mass.
         """
@@ -115,7 +115,7 @@ class StateModes:
 
     @property
     def warnings(self) -> list[str]:
-        """What says that the eigenvalues mean little."""
+        """Warnings that the eigenvalues mean little."""
         if self.drift <= STEADY:
             return []
         return [

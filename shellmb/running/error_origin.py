@@ -40,7 +40,7 @@ def is_library(filename: str) -> bool:
 
 
 def in_words(error: BaseException) -> str:
-    """What an exception says, and where in the user's file it came from.
+    """Text of an exception, with its place in the user's file.
 
     Args:
         error: The exception.

@@ -61,7 +61,7 @@ _log = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class RunResult:
-    """What a run leaves behind, the same on all ranks.
+    """Result of a run, the same on all ranks.
 
     Args:
         scene: The scene.
@@ -102,13 +102,13 @@ class RunResult:
 
     @property
     def results(self) -> dict[str, float]:
-        """What the scene measured."""
+        """Results that the scene measured."""
         return plain_results(self.summary)
 
 
 @dataclass(frozen=True)
 class Companion:
-    """What is measured of a run that only tells of another one: no watch says when it is wrong.
+    """Measurements of a companion run, without watches.
 
     Args:
         accounts: Whether energies, momenta and forces are measured, though neither results nor

@@ -55,12 +55,12 @@ class SceneModule:
 
     @property
     def results(self) -> Callable[..., dict[str, float]] | None:
-        """What the scene measures, if it says so."""
+        """Function of results of the scene, if it has one."""
         return getattr(self.module, "results", None)
 
     @property
     def mode_results(self) -> Callable[..., dict[str, float]] | None:
-        """What the scene measures of its natural modes."""
+        """Function of results of the scene's natural modes, if it has one."""
         return getattr(self.module, "mode_results", None)
 
     @property

@@ -80,7 +80,7 @@ class Request:
 
 @dataclass(frozen=True)
 class StoredRequest:
-    """What a run directory says of how its scene was asked for.
+    """Request of a scene, as stored in a run directory.
 
     Args:
         request: It.
@@ -155,7 +155,7 @@ def parse_parameters(items: list[str], flag: str = "--set") -> dict[str, str]:
 
 
 def read_request(out: Path | str) -> StoredRequest:
-    """How the scene of a run directory was asked for.
+    """Request of the scene of a run directory.
 
     Args:
         out: The run directory.

@@ -1,4 +1,4 @@
-"""What a scene measures at its end, by functions of the user's that may raise."""
+"""Results of a scene at its end, by functions of the user's that may raise."""
 
 from __future__ import annotations
 

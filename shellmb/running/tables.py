@@ -31,7 +31,7 @@ def read_table(file: Path) -> dict[str, Any]:
 
 
 def first_error(error: ValidationError) -> str:
-    """What is wrong with a file, from pydantic's report.
+    """First error of a file, from pydantic's report.
 
     Args:
         error: It.

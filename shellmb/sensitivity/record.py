@@ -151,7 +151,7 @@ class Sensitivities:
         return Band(self, covariance)
 
     def rows(self, parameter: str) -> list[Row]:
-        """What the run found with its derivative by a parameter.
+        """Values of the run with their derivatives by a parameter.
 
         Args:
             parameter: Its name.

@@ -1,4 +1,4 @@
-"""How large derivatives of the unknowns are, part by part: the iteration for them ends by it."""
+"""Sizes of derivatives of the unknowns, part by part, for the end of their iteration."""
 
 from __future__ import annotations
 

@@ -89,7 +89,7 @@ class Fields(Mapping[str, "xr.Dataset"]):
         return some
 
     def stem(self, name: str) -> str:
-        """What the files of a body begin with.
+        """Beginning of the names of a body's files.
 
         Raises:
             SceneError: If there is no such body.

@@ -44,7 +44,7 @@ def _mode(fields: Fields, described: Described, mode: int) -> Showing:
 
 
 def captions(described: Described, summary: Mapping[str, Any]) -> list[str]:
-    """What is written below each mode: its frequency, or its load factor.
+    """Caption of each mode: its frequency or its load factor.
 
     Args:
         described: The scene.

@@ -47,7 +47,7 @@ CURVES = {
 
 
 class Shown(Protocol):
-    """What a page shows of a run (`shellmb.api.record.Run`)."""
+    """Interface of runs to a page (`shellmb.api.record.Run`)."""
 
     directory: Path
 
@@ -83,7 +83,7 @@ class Shown(Protocol):
 
 
 class ShownModes(Protocol):
-    """What a notebook shows of modes (`shellmb.api.modeshapes.ModeShapes`)."""
+    """Interface of modes to a notebook (`shellmb.api.modeshapes.ModeShapes`)."""
 
     @property
     def captions(self) -> list[str]:

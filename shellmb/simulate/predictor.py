@@ -161,7 +161,7 @@ class Predictor:
         self._times = (0.0, *(t - dt for t in self._times))[:STATES]
 
     def arrays(self) -> dict[str, Floats]:
-        """What a restart needs of the past: unknowns that this rank owns."""
+        """Past unknowns that this rank owns, for a restart."""
         return {str(k): state for k, state in enumerate(self._past)}
 
     def state(self) -> dict[str, list[float]]:

@@ -67,7 +67,7 @@ class Observer(Protocol):
         ...
 
     def state(self) -> dict[str, Any]:
-        """What must survive a restart; no step that follows may change it."""
+        """State for a restart, which no following step may change."""
         ...
 
     def restore(self, state: dict[str, Any]) -> None:
@@ -79,26 +79,26 @@ class Silent:
     """An observer that does nothing; to inherit from."""
 
     def start(self, simulation: Simulation) -> None:
-        """Nothing to do."""
+        """Do nothing."""
 
     def switched(self, simulation: Simulation) -> None:
-        """Nothing to do."""
+        """Do nothing."""
 
     def solved(self, simulation: Simulation) -> None:
-        """Nothing to do."""
+        """Do nothing."""
 
     def accepted(self, simulation: Simulation) -> None:
-        """Nothing to do."""
+        """Do nothing."""
 
     def finish(self, simulation: Simulation, error: BaseException | None) -> None:
-        """Nothing to do."""
+        """Do nothing."""
 
     def state(self) -> dict[str, Any]:
-        """Nothing to keep."""
+        """Keep nothing."""
         return {}
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Nothing to take up."""
+        """Restore nothing."""
 
 
 class Simulation:

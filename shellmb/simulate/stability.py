@@ -1,4 +1,4 @@
-"""How many directions a static state is unstable in, by the inertia of its stiffness matrix.
+"""Number of unstable directions of a static state, by the inertia of its stiffness matrix.
 
 All unknowns are in that matrix, resultants and multipliers too: its potential has a saddle, and
 each resultant and each multiplier of a constraint adds one negative eigenvalue, whatever the state

@@ -1,4 +1,4 @@
-"""How a simulation gets from one accepted state to the next: what its loop asks for."""
+"""Stepping from one accepted state to the next, for the loop of a simulation."""
 
 from __future__ import annotations
 

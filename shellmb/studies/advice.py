@@ -1,4 +1,4 @@
-"""What a user wants to know: which configuration for which error, and what it takes."""
+"""Advice: the configuration for each error, and its cost."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ LUCK = 1.05
 
 @dataclass(frozen=True)
 class Offer:
-    """What a family takes for an error.
+    """Cost of a family of runs for an error.
 
     Args:
         family: The family.
@@ -93,7 +93,7 @@ def _offer(family: str, line: Sequence[Point], error: float, uncertainty: float)
 
 
 def sentence(judged: Judged, targets: Sequence[Target]) -> str:
-    """What to choose for each error, what it takes, and what others take; honest if not reached.
+    """Advice for each error: the choice, its cost, and that of others, also if it is not reached.
 
     Args:
         judged: The quantity.

@@ -86,7 +86,7 @@ class Judged:
         return [p for p in self.points if p.error is not None]
 
     def name(self, point: Point) -> str:
-        """What distinguishes a point from the others."""
+        """Name that distinguishes a point from the others."""
         return point.choice.label(self.swept) or point.choice.label(("mesh", "dt"))
 
     @property

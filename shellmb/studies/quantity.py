@@ -24,7 +24,7 @@ BETWEEN = 8
 
 @dataclass(frozen=True)
 class Quantity:
-    """What is compared.
+    """Quantity that is compared.
 
     Args:
         name: Name of a result, or of a column of the history.
@@ -85,7 +85,7 @@ class Quantity:
         return {"value": _number(t, y, self.norm or "end")}
 
     def difference(self, found: Mapping[str, Any], reference: Mapping[str, Any]) -> float:
-        """How far a run is from another one, relative to that one; absolute if that is zero.
+        """Difference of a run from another one, relative to that one; absolute if it is zero.
 
         Args:
             found: What `take` kept of the run.

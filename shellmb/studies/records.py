@@ -1,4 +1,4 @@
-"""What a study keeps of its runs, in a file that grows by whole runs and survives a stop."""
+"""Records of a study's runs, in a file that grows by whole runs and survives a stop."""
 
 from __future__ import annotations
 

@@ -24,7 +24,7 @@ LOWEST, HIGHEST = 1.0, 4.0
 
 @dataclass(frozen=True)
 class Reference:
-    """What errors are measured against.
+    """Reference that errors are measured against.
 
     Args:
         source: "exact", what it is if it is not ours, or the choice of our run in words.

@@ -1,4 +1,4 @@
-"""What a study prints and writes: table, orders, advice, JSON."""
+"""Output of a study: table, orders, advice, JSON."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ SCHEMA = 1
 
 @dataclass(frozen=True)
 class Finding:
-    """What a study found of one quantity.
+    """Results of a study for one quantity.
 
     Args:
         title: Name of the study, and of the quantity if it has several.
@@ -70,7 +70,7 @@ class Finding:
 
 
 def evaluate(measured: Measured, clock: str, title: str = "") -> list[Finding]:
-    """What a study found, by quantity.
+    """Results of a study by quantity.
 
     Args:
         measured: The study.

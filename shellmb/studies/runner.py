@@ -206,7 +206,7 @@ def means_of(result: RunResult) -> set[str]:
 
 
 def known_quantity(record: Record, quantity: Quantity) -> dict[str, Any]:
-    """What a finished run keeps of a quantity.
+    """Record of a quantity of a finished run.
 
     Raises:
         SceneError: If it keeps nothing of it.

@@ -1,4 +1,4 @@
-"""What a study runs: a full grid of choices, and a chain of finer ones for its reference."""
+"""Runs of a study: a full grid of choices, and a chain of finer ones for its reference."""
 
 from __future__ import annotations
 
@@ -119,7 +119,7 @@ def sweep_of(
 
 
 def usual_axes(base: Base) -> dict[str, Any]:
-    """What is swept where nothing is named: mesh and step, about those of the scene, in one round.
+    """Default axes: mesh and step about those of the scene, in one round.
 
     Args:
         base: The scene.

@@ -1,4 +1,4 @@
-"""What a verification case is: a function that yields checks, registered under a name."""
+"""Verification cases: functions that yield checks, registered under a name."""
 
 import math
 from collections.abc import Callable, Iterator

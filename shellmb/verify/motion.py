@@ -1,4 +1,4 @@
-"""What motions are judged by: schemes and their orders, slopes of errors, drifts of momenta."""
+"""Measures of motions: schemes and their orders, slopes of errors, drifts of momenta."""
 
 from collections.abc import Callable, Mapping, Sequence
 

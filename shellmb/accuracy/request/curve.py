@@ -1,4 +1,4 @@
-"""What accuracy costs: levels of a request, the cheapest one for an error, and predictions."""
+"""Costs of accuracy: levels of a request, the cheapest one for an error, and predictions."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from shellmb.scene import Scene
 
 @dataclass(frozen=True)
 class Offer:
-    """What an error costs.
+    """Cost of an error.
 
     Args:
         error: The error, relative.
@@ -46,7 +46,7 @@ class Offer:
 
 
 def offers(levels: Sequence[Level], accuracy: float, size: float, scene: Scene) -> list[Offer]:
-    """What powers of ten of the error cost, down to a tenth of the one asked for.
+    """Costs of powers of ten of the error, down to a tenth of the required one.
 
     Args:
         levels: The levels.

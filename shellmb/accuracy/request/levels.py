@@ -101,7 +101,7 @@ class Store:
         write_text(self.directory / LEVELS / f"{self.base}-{KEPT}", json.dumps(whole) + "\n")
 
     def read(self) -> tuple[dict[Change, Kept | None], list[Level]]:
-        """What was kept, runs and levels; nothing if there is none."""
+        """Stored runs and levels; empty if there are none."""
         file = None if self.directory is None else self.directory / LEVELS / f"{self.base}-{KEPT}"
         if file is None or not file.is_file():
             return {}, []

@@ -87,7 +87,7 @@ def run_to_accuracy(
 
 
 def wanted_in(out: Path) -> Wanted | None:
-    """What a request in a directory asks for; None: it holds none.
+    """Request stored in a directory; None if there is none.
 
     Args:
         out: The directory.

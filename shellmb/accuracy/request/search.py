@@ -45,7 +45,7 @@ OVERHEAD = 1.9
 
 @dataclass(frozen=True)
 class Running:
-    """How levels are run.
+    """Settings with which levels are run.
 
     Args:
         comm: Communicator.
@@ -64,7 +64,7 @@ class Running:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a request came to.
+    """Outcome of a request.
 
     Args:
         levels: Its levels.
@@ -135,7 +135,7 @@ class Search:
 
     @property
     def size(self) -> float:
-        """What errors are relative to: the value, or the size of a curve where that vanishes."""
+        """Size that errors are relative to: the value, or that of the curve where it vanishes."""
         size = abs(self.levels[-1].value)
         if not size and self.quantity.norm is not None:
             size = self._companions[-1].mine.size(replace(self.quantity, norm="l2"))

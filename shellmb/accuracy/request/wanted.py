@@ -1,4 +1,4 @@
-"""What is asked of an accuracy, and of which quantity."""
+"""Requests of an accuracy, and of the quantity that has to meet it."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ class Wanted:
 
 
 def wanted_of(asked: Asked) -> Wanted:
-    """What options ask for.
+    """Request that follows from options.
 
     Args:
         asked: The options.

@@ -1,4 +1,4 @@
-"""How distorted quadrilaterals, and triangles, lock where a thin curved body bends.
+"""Locking of distorted quadrilaterals, and of triangles, where a thin curved body bends.
 
 Bending a curved surface without stretching it asks for displacements along it that stand in ratio
 to those across. Elements that are no parallelograms cannot follow: over an element whose normal
@@ -37,7 +37,7 @@ from shellmb.native.expressions import compiled_expression
 
 
 class Kind(NamedTuple):
-    """What was measured of a kind of element.
+    """Measured locking of a kind of element.
 
     Args:
         bound: Excess of stiffness that smooth fields on coarse meshes do not have.
@@ -78,7 +78,7 @@ FOLD = 0.94
 
 
 class Excess(NamedTuple):
-    """What a body is too stiff by, as a part of its stiffness.
+    """Excess of a body's stiffness, as a part of it.
 
     Args:
         value: The part.
@@ -95,7 +95,7 @@ class Excess(NamedTuple):
 
 
 def excess(body: ShellModel, share: float, prone: float) -> Excess:
-    """What a body is too stiff by.
+    """Excess of a body's stiffness.
 
     Args:
         body: The shell.
@@ -112,7 +112,7 @@ def excess(body: ShellModel, share: float, prone: float) -> Excess:
 
 
 def kind(body: ShellModel) -> Kind:
-    """What was measured of its elements."""
+    """Measured locking of its elements."""
     return KINDS[body.mixed.space.mesh.topology.cell_name(), body.shell.degree]
 
 
@@ -122,7 +122,7 @@ def least(body: ShellModel) -> float:
 
 
 def why(body: ShellModel, share: float) -> str:
-    """What is wrong and what helps, in words; arguments as of `excess`."""
+    """Cause and remedy, in words; arguments as in `excess`."""
     if not body.shell.stretching:
         return (
             "on distorted elements a curved body that is held not to stretch cannot bend as it "
@@ -145,7 +145,7 @@ def places(body: ShellModel) -> Mesh | None:
 
 
 class Mesh:
-    """How far a mesh makes a shell lock in bending.
+    """Measures of a mesh by which a shell locks in bending.
 
     Args:
         body: The shell.

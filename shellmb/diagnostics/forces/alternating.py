@@ -40,7 +40,7 @@ class Alternating(Silent):
         self._history = sources.history
 
     def cautions(self, simulation: Simulation) -> Iterator[Caution]:
-        """What alternates most, of means and of values at the ends of steps."""
+        """Warnings about the means and end values that alternate most."""
         scheme, rows = simulation.scheme, self._history.rows
         if not scheme.dynamic or len(rows) <= STEPS:
             return

@@ -69,7 +69,7 @@ class Between(Silent):
             )
 
     def state(self) -> dict[str, Any]:
-        """What was found so far."""
+        """Findings so far."""
         return dict(self._missed)
 
     def restore(self, state: dict[str, Any]) -> None:

@@ -119,7 +119,7 @@ class Contacts(Silent):
                 )
 
     def state(self) -> dict[str, Any]:
-        """What was found so far."""
+        """Findings so far."""
         return {
             "deep": dict(self._deep),
             "sudden": dict(self._sudden),

@@ -46,7 +46,7 @@ class Undetermined(Silent):
             )
 
     def state(self) -> dict[str, Any]:
-        """What was found so far."""
+        """Findings so far."""
         return {"worst": self._worst, "what": self._what, "time": self._time}
 
     def restore(self, state: dict[str, Any]) -> None:

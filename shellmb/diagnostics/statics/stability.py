@@ -112,7 +112,7 @@ class Unstable(Silent):
         )
 
     def state(self) -> dict[str, Any]:
-        """What was seen so far."""
+        """Findings so far."""
         return {
             "first": self._first,
             "most": self._most,

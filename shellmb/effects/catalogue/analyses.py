@@ -1,4 +1,4 @@
-"""What is computed beside runs, about the motions and states that they have."""
+"""Analyses beside runs, about their motions and states."""
 
 from __future__ import annotations
 

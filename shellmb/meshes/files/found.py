@@ -1,4 +1,4 @@
-"""What a file or gmsh has: nodes, cells by kind, groups, and what is not for a shell."""
+"""Content of a file or of gmsh: nodes, cells by kind, groups, and what a shell cannot use."""
 
 from __future__ import annotations
 

@@ -64,7 +64,7 @@ def joined(x: Floats, cells: dict[Cell, Ints], part: float) -> tuple[Ints, float
 
 
 def empty(x: Floats, cells: Ints, cell: Cell) -> np.ndarray:
-    """Which cells have no area: their corners are on one line, or are fewer than three.
+    """Cells without area: their corners are on one line, or are fewer than three.
 
     Args:
         x: Positions of the nodes.

@@ -22,7 +22,7 @@ COMPARED = (0.0, 0.137, 0.371, 0.618, 0.863, 1.0)
 
 
 class Held(NamedTuple):
-    """What supports hold.
+    """Dofs that supports hold.
 
     Args:
         planes: Planes that are not axis-parallel and hold nodes.

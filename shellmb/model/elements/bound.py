@@ -32,7 +32,7 @@ class BoundElement:
 
     @property
     def key(self) -> tuple[str, object]:
-        """What elements must have in common to share their kernels."""
+        """Key that elements with common kernels share."""
         return type(self).kind_of(self.element), self.law
 
     @staticmethod
@@ -64,7 +64,7 @@ def bind_element(element: Any, coordinate: Coordinate) -> BoundElement:
 
 
 def coordinate_of(scene: Scene, element: Any) -> tuple[str, str]:
-    """Which coordinate a force element acts on."""
+    """Coordinate on which a force element acts."""
     if isinstance(element, JointElement):
         (kind,) = scene.coordinates_of(element)
         return element.joint, kind

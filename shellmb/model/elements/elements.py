@@ -71,7 +71,7 @@ class ElementGroup(Massless):
         return self.layout.part(q, "x")
 
     def acted(self, row: Floats) -> Floats:
-        """What is reported as a mean over a step, shape (items,); collective.
+        """Reported means over a step, shape (items,); collective.
 
         Args:
             row: Virtual work on the left-hand side of the row that balances the step, by local dof.
@@ -95,7 +95,7 @@ class ElementGroup(Massless):
         return value + fem.Constant(self.nodes.mesh, 0.0) * arguments[0] ** 2 / 2
 
     def force(self, x: Expr, rate: Expr, time: Expr) -> Expr:
-        """What is reported: tension of springs, resistance of dampers, drive of motors."""
+        """Reported force: tension of springs, resistance of dampers, drive of motors."""
         raise NotImplementedError
 
     @cached_property
@@ -123,7 +123,7 @@ class ElementGroup(Massless):
         return gathered(self.nodes, values.x.array[rows])
 
     def holds(self, step: float) -> Bools:
-        """Which elements answer a motion at the start by a force, shape (items,); collective.
+        """Elements that answer a motion at the start by a force, shape (items,); collective.
 
         Args:
             step: Motion, relative to what is large for the coordinate.
@@ -146,7 +146,7 @@ class Springs(ElementGroup):
         return self.given(e) if self.law else forms.linear_potential(self.parameter)(e)
 
     def holds(self, step: float) -> Bools:
-        """Which springs answer a motion by a force; linear ones do always."""
+        """Springs that answer a motion by a force; linear ones always do."""
         if self.law is not None:
             return super().holds(step)
         return np.array([item.parameter > 0 for item in self.items])
@@ -212,7 +212,7 @@ class Motors(ElementGroup):
         return self.force(x, rate, time) * self.x(dq) * ufl.dx
 
     def force(self, x: Expr, rate: Expr, time: Expr) -> Expr:
-        """What the motor exerts."""
+        """Force or torque of the motor."""
         if self.law is None:
             return self.parameter
         return self.given(x, rate, time)
@@ -226,7 +226,7 @@ class Stops(StopForces, ElementGroup):
         self.take(self.nodes, [cast(JointStop, item.element) for item in items])
 
     def force(self, x: Expr, rate: Expr, time: Expr) -> Expr:
-        """What would have to be applied to hold the coordinate."""
+        """Force that would hold the coordinate."""
         held = forms.slope(lambda e: self.potential(ufl.as_vector([e / self.size])), x)
         return held + self.resistance(x, rate) if self.damped else held
 

@@ -1,4 +1,4 @@
-"""What beams and rigid bodies have in common: frames at nodes, their inertia and constraints."""
+"""Frames at nodes of beams and rigid bodies: their inertia and constraints."""
 
 from functools import cached_property
 

@@ -167,7 +167,7 @@ class RigidBodies(FrameBody):
         return _Weight(self) if self._gravity else None
 
     def applied(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
-        """What damps in proportion to the mass: bodies in modes have such."""
+        """Damping in proportion to the mass, which bodies in modes have."""
         if self._slowing is None or rates is None:
             return None
         rate, ((mass, measure),) = self._slowing, self.masses

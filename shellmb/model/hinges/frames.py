@@ -79,7 +79,7 @@ class Point:
 
     @property
     def key(self) -> tuple[int, int, int]:
-        """What points must have in common to share their kernels: numbers of nodes around them."""
+        """Key that points with common kernels share: numbers of nodes around them."""
         across = 0 if self.director is None else len(self.director.weights)
         return len(self.tangent.weights), across, len(self.place.weights)
 

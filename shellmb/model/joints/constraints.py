@@ -106,7 +106,7 @@ class ConstraintGroup(Massless):
 
     @property
     def law(self) -> Law:
-        """What must vanish, and its rows in a step."""
+        """Functions that must vanish, and their rows in a step."""
         return Held(self.violation)
 
     @property
@@ -159,7 +159,7 @@ class ConstraintGroup(Massless):
 
     @property
     def acting(self) -> Bools:
-        """Which constraints of the local items act now, shape (local items, count)."""
+        """Constraints of the local items that act now, shape (local items, count)."""
         acting = self.allowed[self.nodes.item]
         if self.on is not None:
             rows = self.on.function_space.dofmap.list[:, 0]

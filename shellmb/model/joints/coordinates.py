@@ -64,7 +64,7 @@ class BoundCoordinate:
 
     @property
     def group(self) -> tuple[str, int, int]:
-        """What coordinates must have in common to share their kernels."""
+        """Key that coordinates with common kernels share."""
         first, second = (
             end.needed(n) for end, n in zip(self.ends, _VECTORS[self.kind], strict=True)
         )
@@ -355,7 +355,7 @@ class Coordinate:
 
     @property
     def size(self) -> float:
-        """What is large for it: 1 rad, or the size of the scene, m."""
+        """Typical size: 1 rad, or the size of the scene, m."""
         return float(self.group.sizes[0])
 
     def local(self) -> Dofs:

@@ -66,7 +66,7 @@ class BoundJoint:
 
     @property
     def key(self) -> tuple[str, int, int]:
-        """What joints must have in common to share their kernels."""
+        """Key that joints with common kernels share."""
         first, second = (end.needed(n) for end, n in zip(self.ends, self.vectors, strict=True))
         return self.kind, first, second
 
@@ -180,7 +180,7 @@ class JointGroup(ConstraintGroup):
 
     @property
     def directions(self) -> tuple[int, ...]:  # type: ignore[override]
-        """Which of its constraints hold directions."""
+        """Constraints that hold directions."""
         return KINDS[self.kind].directions
 
     def places(self, q: Expr) -> tuple[Place, Place]:

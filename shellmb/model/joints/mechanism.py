@@ -1,4 +1,4 @@
-"""What ties bodies together: joints with their masses, and what drives and resists them."""
+"""Joints with their masses, drivers and force elements, which tie bodies together."""
 
 from __future__ import annotations
 

@@ -153,7 +153,7 @@ class ContactGroup(JointGroup):
         return ufl.as_vector(rows)
 
     def slip(self, q: Expr, change: Expr) -> Expr:
-        """What must vanish of a change of state, `A(q) change`, shape (slips,), m."""
+        """Slip by a change of state, `A(q) change`, shape (slips,), m; it must vanish."""
         d = {p: self.layout.part(change, p) for p in self._start}
         return ufl.as_vector(self._made.slip(self._coordinates(q), d, self.size))
 

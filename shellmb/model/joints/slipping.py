@@ -1,4 +1,4 @@
-"""How fast contacts slip, by the motion of the bodies alone: for results, and at the start."""
+"""Slip of contacts by the motion of the bodies alone: for results, and at the start."""
 
 import itertools
 from collections.abc import Mapping, Sequence

@@ -1,4 +1,4 @@
-"""What begins and ends to act at times: joints with windows, and locks."""
+"""Joints with windows of time, and locks, which begin and end to act."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
@@ -44,7 +44,7 @@ class Switched:
         return {t for t in times if 0 < t < self._t_end}
 
     def at(self, t: float) -> Bools:
-        """Which items act in a step that begins at `t`, shape (items,)."""
+        """Items that act in a step that begins at `t`, shape (items,)."""
         late = t + SAME_TIME * self._t_end
         return np.array(
             [
@@ -95,7 +95,7 @@ class Switched:
             )
 
     def state(self) -> dict[str, Any]:
-        """What must survive a restart."""
+        """State for a restart."""
         return {"acting": [bool(a) for a in self.acting]}
 
     def restore(self, state: Mapping[str, Any]) -> None:
@@ -126,7 +126,7 @@ class Locks(Switched):
         self.group.hold(self.values)
 
     def state(self) -> dict[str, Any]:
-        """What must survive a restart."""
+        """State for a restart."""
         return {**super().state(), "values": [float(v) for v in self.values]}
 
     def restore(self, state: Mapping[str, Any]) -> None:
@@ -171,7 +171,7 @@ class Switches:
         return tuple(item.acting.tobytes() for item in self.items)
 
     def state(self) -> list[dict[str, Any]]:
-        """What must survive a restart."""
+        """State for a restart."""
         return [item.state() for item in self.items]
 
     def restore(self, state: Sequence[Mapping[str, Any]]) -> None:

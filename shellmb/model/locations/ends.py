@@ -131,7 +131,7 @@ class EndGroup:
         return x
 
     def rotations(self, q: Floats, mixed: MixedSpace) -> Floats:
-        """What the local frames have turned by at a state's array, shape (n, 3, 3)."""
+        """Rotations of the local frames at a state's array, shape (n, 3, 3)."""
         D = np.array([self.ends[k].directors for k in self._nodes.item]).reshape(-1, 3, 3)
         changes = q[mixed.dofs[f"w{self.tag}"]].reshape(-1, 3, 3)
         return np.asarray(np.einsum("nki,nkj->nij", D + changes, D))

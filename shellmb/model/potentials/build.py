@@ -28,7 +28,7 @@ from shellmb.scene.lookup import said
 
 
 class At(NamedTuple):
-    """What the energy of a potential is a function of.
+    """Arguments of the energy of a potential.
 
     Args:
         x: Position, shape (3,), m.

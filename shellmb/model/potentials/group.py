@@ -27,7 +27,7 @@ from shellmb.model.potentials.points import Points
 
 
 class PotentialGroup(Massless):
-    """What has an energy at points of a body; potentials and contacts derive from it.
+    """Base of potentials and contacts: an energy at points of a body.
 
     Points are nodes: their places are unknowns of the body itself, so that one form at single
     nodes serves shells, beams and rigid bodies alike, and what is seen of a contact, the places of
@@ -106,12 +106,12 @@ class PotentialGroup(Massless):
         return self._end.place(q, self.layout)
 
     def moved(self, at: Expr, v: Expr) -> Place:
-        """How points and directors move with a rate or variation of the state."""
+        """Motion of points and directors by a rate or variation of the state."""
         return self.changed(self.place, at, v)
 
     @staticmethod
     def changed(place: Callable[[Expr], Place], at: Expr, v: Expr) -> Place:
-        """How a place moves with a rate or variation of the state."""
+        """Motion of a place by a rate or variation of the state."""
         count = len(place(at).e)
         return Place(
             variation(lambda q: place(q).x, at, v),

@@ -81,7 +81,7 @@ class Shape:
         return end
 
     def overrated(self, start: Floats, end: Floats) -> Floats:
-        """By how much distances are too large in the middle of a step, shape (n,), m."""
+        """Excess of distances in the middle of a step, shape (n,), m."""
         return np.zeros(len(start))
 
 

@@ -80,7 +80,7 @@ class StopForces:
         return -self.resistance(x, rate) * self.x(dq) * self.dx
 
     def resistance(self, x: Expr, rate: Expr) -> Expr:
-        """What the damping adds to the force that holds the coordinate."""
+        """Contribution of the damping to the force that holds the coordinate."""
         found: Any = 0
         for limit, sign in self._limits:
             push = forms.force(self._beyond(x, limit, sign), *self._law)

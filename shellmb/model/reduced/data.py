@@ -1,4 +1,4 @@
-"""What is kept of a body that is reduced to modes: numbers, none of them as many as its nodes.
+"""Data of a body that is reduced to modes, independent of its number of nodes.
 
 A material point is at `x = x0 + d_a (X_a + phi_ka eta_k)`, with a floating frame `x0, d_a` that is
 unknown as that of a rigid body and modes `phi_k` of amplitudes `eta_k`, in components along the
@@ -38,7 +38,7 @@ from shellmb.model.shells.shell import ShellModel
 
 @dataclass(frozen=True)
 class InterfaceModes:
-    """How a frame at which something is attached moves with the modes.
+    """Motion of an attached frame with the modes.
 
     Args:
         name: Name of the frame in the scene.

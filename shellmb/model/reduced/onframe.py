@@ -1,4 +1,4 @@
-"""What holds points and frames where the modes of a body have them (`data`)."""
+"""Constraints that hold points and frames where the modes of a body place them (`data`)."""
 
 from __future__ import annotations
 
@@ -177,7 +177,7 @@ class InertiaPoints(OnArms):
         return work * ufl.dx(self.nodes.mesh)
 
     def applied(self, mid: Expr, rates: Rates | None, dq: Expr, time: fem.Constant) -> Form | None:
-        """What damps in proportion to the mass."""
+        """Damping in proportion to the mass."""
         return mass_damping(self, self._slowing, rates, dq)
 
     def momentum(self, v: Expr, axis: Expr) -> Form | None:

@@ -18,7 +18,7 @@ from shellmb.scene import BeamSection, Section
 
 
 class Resisting(NamedTuple):
-    """What resists the rate of a strain.
+    """Resistance to the rate of a strain.
 
     Args:
         section: Its stresses.

@@ -55,7 +55,7 @@ class NaturalStress:
         return self.integrate([ufl.dot(stress, change) for stress in self.stresses])
 
     def energy(self, q: Expr) -> Form:
-        """What the elastic energy of `e - theta e*` has more than that of `e`."""
+        """Elastic energy of `e - theta e*` less that of `e`."""
         e = self.measure.value(q)
         shift = self.now * self.strain / 2 - e
         return self.integrate([self.now * ufl.dot(stress, shift) for stress in self.stresses])

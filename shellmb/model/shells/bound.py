@@ -1,4 +1,4 @@
-"""What a shell is bound to: mesh, space, section, rules of its integrals, and its kinematics."""
+"""A shell bound to mesh, space, section, rules of its integrals, and kinematics."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""What supports prescribe of each node, collected before anything is fixed.
+"""Prescribed values of each node, collected before anything is fixed.
 
 A support prescribes components of a nodal vector, rows `normal . q = value(t)` of linear equations.
 Going through those of a node one after the other, a row that is a combination of the ones before it

@@ -109,7 +109,7 @@ class BodyRotations(Silent):
                 self.turns[name].add(angle, angle, 0.0, t, last.dt)
 
     def state(self) -> dict[str, Any]:
-        """What was found so far."""
+        """Findings so far."""
         return {name: dict(vars(turn)) for name, turn in self.turns.items()}
 
     def restore(self, state: dict[str, Any]) -> None:

@@ -1,4 +1,4 @@
-"""What joints carry: force and moment on the second body, in the frame of the joint."""
+"""Forces of joints: force and moment on the second body, in the frame of the joint."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What supports, drivers and joints to ground hold: forces at nodes, and their sums."""
+"""Forces of supports, drivers and joints to ground: at nodes, and their sums."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ class NodalForces:
 
 
 class HeldForces(NodalForces):
-    """What supports, drivers and joints to ground hold in a row.
+    """Forces of supports, drivers and joints to ground in a row.
 
     Args:
         problem: The system that was solved.

@@ -1,4 +1,4 @@
-"""What a scheme makes of a solved step, transposed.
+"""Advance of a scheme after a solved step, transposed.
 
 States and rates at the end of a step are combinations of those at its start and of the unknown
 states, number by number; what jumps of velocities leave out along directors (ED) depends on the

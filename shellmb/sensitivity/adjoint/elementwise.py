@@ -40,7 +40,7 @@ DEGREES = 0.1
 
 
 def changes(model: ShellModel, name: str) -> list[Change]:
-    """How the coefficients of a shell change with a parameter in each element; collective.
+    """Changes of the coefficients of a shell by a parameter in each element; collective.
 
     Args:
         model: The shell.

@@ -28,7 +28,7 @@ Covector = dict[tuple[str, str], Floats]
 
 
 class Change(NamedTuple):
-    """How a coefficient of forms changes with a number in each element.
+    """Change of a coefficient of forms by a number in each element.
 
     Args:
         coefficient: The coefficient.

@@ -1,4 +1,4 @@
-"""What an uncertainty of parameters does to the history and the results of a run."""
+"""Error bands of a run's history and results from uncertain parameters."""
 
 from __future__ import annotations
 

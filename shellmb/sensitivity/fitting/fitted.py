@@ -1,4 +1,4 @@
-"""What a fit finds: values, how well the data tell them, and what the model leaves."""
+"""Results of a fit: values, their uncertainty, and residuals."""
 
 from __future__ import annotations
 

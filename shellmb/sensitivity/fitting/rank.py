@@ -1,4 +1,4 @@
-"""Which parameters matter: derivatives made comparable, and drawn as bars."""
+"""Rankings of parameters: derivatives made comparable, and drawn as bars."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Ranking:
-    """How much parameters matter.
+    """Effects of parameters, in comparable units.
 
     Args:
         table: Change of each result or history in per cent for one per cent of each parameter, a

@@ -1,4 +1,4 @@
-"""What colours show: a field and its component over all bodies that have it, with one scale."""
+"""Colours: a field and its component over all bodies that have it, with one scale."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ PLAIN = ("joints", "solids", "obstacles")
 
 @dataclass(frozen=True)
 class Colouring:
-    """What the colours show.
+    """Field and scale that the colours show.
 
     Args:
         field: Name of the field, or `DEFORMATION`.
@@ -45,7 +45,7 @@ def colouring(
     field: str | None = None,
     component: str | int | None = None,
 ) -> Colouring:
-    """What the colours show.
+    """Field and scale that the colours show.
 
     Args:
         fields: The fields.

@@ -45,7 +45,7 @@ LIT: dict[str, Any] = {"ambient": 0.45, "diffuse": 0.65, "specular": 0.25, "spec
 
 @dataclass(frozen=True)
 class Showing:
-    """What is shown: bodies, their states, colours, and a view of all of it.
+    """Content of a picture: bodies, their states, colours, and a view.
 
     Args:
         described: The scene.

@@ -1,4 +1,4 @@
-"""What is drawn of a body: flat pieces, outlines of elements, lines and dots, by its nodes."""
+"""Drawn parts of a body: flat pieces, outlines of elements, lines and dots, by its nodes."""
 
 from __future__ import annotations
 

@@ -54,7 +54,7 @@ LEAST_WIDTH, MOST_WIDTH = 100, 8000
 
 @dataclass(frozen=True)
 class Appearance:
-    """How a picture in space looks, where that is not left to it.
+    """Choices of how a picture in space looks.
 
     Args:
         camera: Elevation above the xy plane and azimuth from the x axis, towards the eye,

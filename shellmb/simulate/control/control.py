@@ -19,7 +19,7 @@ from shellmb.simulate.stepping import Attempt
 
 
 class Control:
-    """What a scene controls and watches.
+    """Controllers and events of a scene.
 
     Args:
         scene: The scene.
@@ -195,7 +195,7 @@ class Control:
                 self.ended = watch.event.name
 
     def state(self) -> dict[str, Any] | None:
-        """What a restart needs; None where nothing is controlled and watched."""
+        """State for a restart; None if nothing is controlled or watched."""
         if not self._active:
             return None
         return {

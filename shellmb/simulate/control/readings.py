@@ -1,4 +1,4 @@
-"""What sensors read at the end of a step, accepted or only solved."""
+"""Readings of sensors at the end of a step, accepted or only solved."""
 
 from __future__ import annotations
 

@@ -126,7 +126,7 @@ class Sampler:
             signals.command(t, (self.law.name, name), value)
 
     def state(self) -> dict[str, Any]:
-        """What a restart needs."""
+        """State for a restart."""
         last = None if math.isnan(self._last) else self._last
         return {
             "readings": dict(self.readings),

@@ -54,7 +54,7 @@ class Watch:
         return self.event.until if self.on else self.event.when
 
     def margin(self, read: Mapping[str, float], t: float) -> float:
-        """By how much the condition that is waited for is true, -inf where there is none.
+        """Margin of the condition that is waited for; -inf if there is none.
 
         Args:
             read: What sensors read, by their names.
@@ -105,7 +105,7 @@ class Watch:
         return list(zip(self.times[::2], ends, strict=False))
 
     def state(self) -> dict[str, Any]:
-        """What a restart needs."""
+        """State for a restart."""
         return {"times": list(self.times), "armed": self.armed}
 
     def restore(self, state: Mapping[str, Any]) -> None:

@@ -1,4 +1,4 @@
-"""What a path passes: limit points and bifurcations, told apart by inertia and load rate.
+"""Limit points and bifurcations of a path, distinguished by inertia and load rate.
 
 The number of negative eigenvalues of the stiffness matrix changes by one where one of them passes
 zero. If the load turns round there, it is a limit point; if the load goes on, another path crosses

@@ -353,7 +353,7 @@ def _same_sections(scene: Scene, stored: Stored) -> bool:
 
 
 def largest_misfit(problem: Problem) -> tuple[float, str, str]:
-    """How far supports are from the state at the start, the worst of them; collective.
+    """Largest distance of supports from the state at the start; collective.
 
     Returns:
         The distance, relative to the scene's length or of a direction; name of the body in the

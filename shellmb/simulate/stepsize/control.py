@@ -105,7 +105,7 @@ class StepSize:
         return tolerance is not None and measured is not None and measured > tolerance
 
     def state(self) -> dict[str, float]:
-        """What a restart needs."""
+        """State for a restart."""
         return {"dt": self.dt, "good": self.good, "rejected": self.rejected}
 
     def restore(self, state: dict[str, float]) -> None:

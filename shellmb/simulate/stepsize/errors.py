@@ -117,7 +117,7 @@ class StepErrors:
             self._velocity = None
 
     def arrays(self) -> dict[str, Floats]:
-        """What a restart needs."""
+        """State for a restart."""
         found = {f"state {k}": state for k, state in enumerate(self._states)}
         return found if self._velocity is None else {**found, "velocity": self._velocity}
 

@@ -143,7 +143,7 @@ class ErrorSize(StepSize):
         self.dt = min(max(min(max(factor, LEAST), most) * dt, self.smallest), self.largest)
 
     def state(self) -> dict[str, float]:
-        """What a restart needs."""
+        """State for a restart."""
         more = {name: float(getattr(self, name)) for name in KEPT}
         return super().state() | more
 

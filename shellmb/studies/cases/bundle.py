@@ -1,4 +1,4 @@
-"""What a study that comes with shellmb consists of."""
+"""Definition of a bundled study."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the block system is told: fields with unknown functions, links between nodes, fixed dofs.
+"""Input of the block system: fields with unknown functions, links between nodes, fixed dofs.
 
 The system layer knows no shells: a field is a function space with an unknown function in it.
 """

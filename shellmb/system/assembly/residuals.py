@@ -66,4 +66,4 @@ class DolfinxResiduals:
             local[places] += fem.assemble_vector(form).array
 
     def refresh(self) -> None:
-        """Nothing is kept."""
+        """Keep nothing."""

@@ -1,4 +1,4 @@
-"""Which unknowns of a cell are eliminated together, and what each of them sees.
+"""Groups of a cell's unknowns that are eliminated together, with their couplings.
 
 Of a shell with a linear section, say, membrane forces see displacements only and shear forces do
 not see membrane forces: eliminating them one after the other takes a third of the work and two

@@ -1,4 +1,4 @@
-"""What is kept of cells for solutions: several of them side by side, as `passes.c` reads it."""
+"""Data of cells kept for solutions, several side by side, as `passes.c` reads them."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class Kept:
 
 
 class InnerKept:
-    """What is eliminated of each cell after the projection.
+    """Eliminated unknowns of each cell after the projection.
 
     Args:
         rows: Places of a cell's rows in what the rank sees, those that no other cell shares behind

@@ -17,7 +17,7 @@ from shellmb.system.nullspace.numbers import ReducedNumbers
 
 
 class Pattern(NamedTuple):
-    """Which entries a matrix has, as its parts give them.
+    """Entries of a matrix, as its parts give them.
 
     Args:
         owned: Number of rows of this rank.

@@ -212,7 +212,7 @@ class MeshReduction:
         self._call("expand", single, x, rows)
 
     def reduce_transposed(self, b: Floats, change: Floats) -> None:
-        """As `reduce`, of the transposed system."""
+        """Apply `reduce` to the transposed system."""
         self.lib.reduce_transposed(self._part, *map(native.doubles, (b, change)))
 
     def expand_transposed(self, x: Floats) -> None:
@@ -220,12 +220,12 @@ class MeshReduction:
         self.lib.expand_transposed(self._part, native.doubles(x))
 
     def reduce_inner_transposed(self, r: Floats, change: Floats) -> None:
-        """As `reduce_inner`, of the transposed system; `r` stays as it is."""
+        """Apply `reduce_inner` to the transposed system; `r` stays as it is."""
         if self.inner:
             self.lib.reduce_inner_transposed(self._part, *map(native.doubles, (r, change)))
 
     def expand_inner_transposed(self, r: Floats, x: Floats) -> None:
-        """As `expand_inner`, of the transposed system."""
+        """Apply `expand_inner` to the transposed system."""
         if self.inner:
             self.lib.expand_inner_transposed(self._part, *map(native.doubles, (r, x)))
 

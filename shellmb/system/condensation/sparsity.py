@@ -1,4 +1,4 @@
-"""Which entries of cells' matrices are not always zero, and where they go in the whole one."""
+"""Nonzero entries of cells' matrices, and their places in the whole matrix."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How many negative eigenvalues a matrix has, by the signs of its pivots."""
+"""Number of negative eigenvalues of a matrix, by the signs of its pivots."""
 
 from __future__ import annotations
 

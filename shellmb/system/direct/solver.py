@@ -65,7 +65,7 @@ BANDED_COST, BANDED_SIZE = 1.0, 300.0
 
 
 class Purpose(Enum):
-    """What a factorisation is for."""
+    """Purpose of a factorisation."""
 
     EXACT = "any number of exact solutions"
     ONE = "one exact solution"

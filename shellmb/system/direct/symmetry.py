@@ -1,4 +1,4 @@
-"""How far a matrix is from being symmetric: by two products with it, or entry by entry."""
+"""Asymmetry of a matrix: by two products with it, or entry by entry."""
 
 from __future__ import annotations
 

@@ -80,7 +80,7 @@ class Convergence:
         return self._sizes.relative(table[0], table[1:])
 
     def typical(self, x: Floats) -> Floats:
-        """How large the part of each unknown is: its scale, or its largest value; collective.
+        """Size of the part of each unknown: its scale, or its largest value; collective.
 
         Args:
             x: Owned entries, shape (n,).

@@ -1,4 +1,4 @@
-"""What every Newton iteration does: residual, linear solution, update, test."""
+"""Parts of a Newton iteration: residual, linear solution, update, test."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class NewtonSettings:
 
 
 class Iteration:
-    """What every Newton iteration here does: residual, linear solution, update, test.
+    """A Newton iteration: residual, linear solution, update, test.
 
     PETSc's and DOLFINx's solvers call it back: they hold the loop.
 

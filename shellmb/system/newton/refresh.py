@@ -99,24 +99,24 @@ class Full:
     exact: bool = False
 
     def begin(self, key: Hashable) -> None:
-        """Nothing to remember."""
+        """Remember nothing."""
 
     def forget(self) -> None:
-        """Nothing is kept."""
+        """Keep nothing."""
 
     def wanted(self) -> bool:
         """Always."""
         return True
 
     def factorised(self, cost: float) -> None:
-        """Nothing to remember."""
+        """Remember nothing."""
 
     def converged(self, update: float, moved: float, tolerance: float) -> bool:
-        """By the update: convergence is quadratic."""
+        """Test by the update: convergence is quadratic."""
         return update <= tolerance
 
     def settled(self) -> None:
-        """Nothing to remember."""
+        """Remember nothing."""
 
 
 @dataclass
@@ -185,7 +185,7 @@ class Modified:
         self._updates = self._updates[-1:] if self._far else []
 
     def converged(self, update: float, moved: float, tolerance: float) -> bool:
-        """By the error left behind, as the contraction tells it."""
+        """Test by the remaining error, estimated from the contraction."""
         self._updates.append(update)
         self._count += 1
         exact, self._exact, self._fresh = self._exact, update if self._fresh else None, False
@@ -282,7 +282,7 @@ class Once:
         self._wanted = False
 
     def converged(self, update: float, moved: float, tolerance: float) -> bool:
-        """By the second update, which only takes out round-off: if not, nothing was linear."""
+        """Test by the second update, which is round-off in a linear problem."""
         self._updates += 1
         if self._updates == 1:
             self._first = update
@@ -292,7 +292,7 @@ class Once:
         return done
 
     def settled(self) -> None:
-        """Nothing to remember."""
+        """Remember nothing."""
 
 
 def automatic() -> Modified:
