@@ -104,11 +104,17 @@ def modules() -> dict[str, Path]:
 MODULES = modules()
 
 
+@cache
+def parsed(module: str) -> list[ast.AST]:
+    """All nodes of a module's tree; the first one is the module."""
+    return list(ast.walk(ast.parse(MODULES[module].read_text())))
+
+
 def imports(module: str) -> Iterator[str]:
     """Absolute names of all that a module imports, wherever in the file it does so."""
     path = MODULES[module]
     package = module.split(".") if path.name == "__init__.py" else module.split(".")[:-1]
-    for node in ast.walk(ast.parse(path.read_text(), str(path))):
+    for node in parsed(module):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
@@ -196,11 +202,6 @@ def test_light_imports(module: str, allowed: set[str]) -> None:
         [sys.executable, "-c", code], capture_output=True, text=True, check=True
     )
     assert set(result.stdout.split()) & HEAVY <= allowed
-
-
-@cache
-def parsed(module: str) -> list[ast.AST]:
-    return list(ast.walk(ast.parse(MODULES[module].read_text())))
 
 
 def own_names() -> set[str]:
@@ -361,13 +362,13 @@ def test_schemes_answer_for_themselves() -> None:
     """Nobody asks of what class a scheme is, or takes what is missing for a kind of scheme."""
     schemes = {
         node.name
-        for module, path in MODULES.items()
+        for module in MODULES
         if module.startswith("shellmb.schemes.")
-        for node in ast.walk(ast.parse(path.read_text()))
+        for node in parsed(module)
         if isinstance(node, ast.ClassDef)
     }
-    for module, path in MODULES.items():
-        for node in ast.walk(ast.parse(path.read_text())):
+    for module in MODULES:
+        for node in parsed(module):
             if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "isinstance":
                 asked = {n.id for n in ast.walk(node.args[1]) if isinstance(n, ast.Name)}
                 assert not asked & schemes, f"{module}, line {node.lineno}"
