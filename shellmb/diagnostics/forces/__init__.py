@@ -1,1 +1,1 @@
-"""Watches of what joints, drivers and contacts carry."""
+"""Watches of loads, and of what joints, drivers and contacts carry."""

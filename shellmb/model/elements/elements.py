@@ -10,7 +10,6 @@ import numpy as np
 import ufl
 from dolfinx import fem
 from ufl import Form
-from ufl.algorithms import expand_derivatives
 from ufl.algorithms.analysis import extract_coefficients
 from ufl.core.expr import Expr
 
@@ -21,13 +20,13 @@ from shellmb.forms.state import Layout
 from shellmb.meshes.nodes import constant_vector, node_mesh, node_space, set_constants
 from shellmb.model.body import Elastic, Rates
 from shellmb.model.elements.bound import BoundElement
+from shellmb.model.elements.lawvalues import LawValues
 from shellmb.model.elements.springs import LawSprings, LinearSprings
 from shellmb.model.joints.coordinates import gathered, scalar_links
 from shellmb.model.massless import Massless
 from shellmb.model.potentials.stops import StopForces
 from shellmb.model.signals import Signals
 from shellmb.model.user_forms import written
-from shellmb.native.expressions import compiled_expression, evaluate
 from shellmb.scene import Scene
 from shellmb.scene.lookup import said
 from shellmb.scene.multibody.elements import JointStop
@@ -99,28 +98,12 @@ class ElementGroup(Massless):
         raise NotImplementedError
 
     @cached_property
-    def _reading(self) -> tuple[fem.Function, fem.Function, fem.Constant, fem.Expression, Any]:
-        zeros = [0.0] * len(self.items)
-        x, rate = self._constant(zeros, "x"), self._constant(zeros, "rate")
-        time = fem.Constant(self.nodes.mesh, 0.0)
-        values = self._constant(zeros, "force")
-        points = values.function_space.element.interpolation_points
-        # a derivative may be a plain number where what it is of is none
-        force = expand_derivatives(ufl.as_ufl(self.force(x, rate, time)))
-        if not ufl.domain.extract_domains(force):
-            # a law may be a plain number, and an expression needs a mesh
-            force = force + self._constant(zeros, "nothing")
-        return x, rate, time, compiled_expression(force, points), values
+    def _reading(self) -> LawValues:
+        return LawValues(self.nodes, self.force)
 
     def forces(self, x: Floats, rate: Floats, t: float) -> Floats:
         """Forces [N] or moments [N m] at given coordinates and rates, (items,); collective."""
-        q, v, time, expression, values = self._reading
-        set_constants(q, self.nodes, x[:, None])
-        set_constants(v, self.nodes, rate[:, None])
-        time.value = t  # type: ignore[assignment]
-        evaluate(expression, values)
-        rows = values.function_space.dofmap.list[:, 0]
-        return gathered(self.nodes, values.x.array[rows])
+        return self._reading(x, rate, np.full(len(self.items), t))
 
     def holds(self, step: float) -> Bools:
         """Elements that answer a motion at the start by a force, shape (items,); collective.
@@ -210,6 +193,16 @@ class Motors(ElementGroup):
         x = self.x(mid)
         rate = 0.0 * x if rates is None else self.x(rates.chord)
         return self.force(x, rate, time) * self.x(dq) * ufl.dx
+
+    def by_law(self, count: int) -> LawValues | None:
+        """What the law gives at so many states at once; None for what is commanded; collective."""
+        law = self.law
+        if law is None:
+            return None
+        who = f"{said(self.items[0].element)}: law"
+        return LawValues(
+            node_mesh(self.nodes.mesh.comm, count), lambda *arguments: written(law, arguments, who)
+        )
 
     def force(self, x: Expr, rate: Expr, time: Expr) -> Expr:
         """Force or torque of the motor."""

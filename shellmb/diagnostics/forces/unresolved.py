@@ -1,0 +1,117 @@
+"""Functions of time, and laws of motors, that jump within steps or vary faster than they resolve.
+
+All schemes average what acts by Gauss' three points of a step. A jump counts from the next of these
+points on: the impulse is off by up to a quarter of a step, and the run is of first order. Three
+points in each half of the step show by how much.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from itertools import batched
+from typing import Any
+
+import numpy as np
+
+from shellmb.arrays import Floats
+from shellmb.diagnostics.base import Caution
+from shellmb.model.elements.elements import Motors
+from shellmb.model.elements.lawvalues import LawValues
+from shellmb.model.joints.columns import COLUMN
+from shellmb.observers.summary import Sources
+from shellmb.scene.lookup import said
+from shellmb.schemes.base import GAUSS_TIMES, GAUSS_WEIGHTS
+from shellmb.simulate.simulation import Silent, Simulation
+
+# part of an impulse that is said where it is off; of what is smooth in steps it is below 1e-5
+MISSED = 1e-3
+# points of a step, and what the mean over both halves is more than that over the whole
+POINTS = np.concatenate([GAUSS_TIMES, GAUSS_TIMES / 2, 0.5 + GAUSS_TIMES / 2])
+MORE = np.concatenate([-GAUSS_WEIGHTS, GAUSS_WEIGHTS / 2, GAUSS_WEIGHTS / 2])
+# steps whose laws are looked at together
+TOGETHER = 64
+
+
+class Unresolved(Silent):
+    """Looks at the end of a run at what acted between the points of its steps.
+
+    Args:
+        sources: The observers of the run.
+    """
+
+    name = "unresolved in time"
+
+    def __init__(self, sources: Sources) -> None:
+        self._history = sources.history
+
+    def cautions(self, simulation: Simulation) -> Iterator[Caution]:
+        """A sentence for each load and motor that steps do not resolve."""
+        rows = self._history.rows
+        if not simulation.scheme.dynamic or len(rows) < 2:
+            return
+        t = np.array([row["t"] for row in rows])
+        # loads may share a function
+        of_time = {id(load.time): (load, load.time) for load in simulation.scene.loads if load.time}
+        for load, function in of_time.values():
+            yield from self._caution(_named(load), t, _factors(simulation, function, t))
+        for group in simulation.model.mechanism.element_groups:
+            if isinstance(group, Motors) and (law := group.by_law(TOGETHER * len(POINTS))):
+                for item in group.items:
+                    column = f"{item.coordinate.joint}.{COLUMN[item.coordinate.kind]}"
+                    x = np.array([row[column] for row in rows])
+                    yield from self._caution(said(item.element), t, _along(law, t, x))
+
+    def _caution(self, who: str, t: Floats, values: Floats) -> Iterator[Caution]:
+        """What is missed of an impulse, if it is much.
+
+        Args:
+            who: What acts.
+            t: Ends of steps, shape (n + 1,), s.
+            values: What acts at the points of steps, shape (n, points).
+        """
+        dt = np.diff(t)
+        missed, size = np.abs(values @ MORE) * dt, np.abs(values[:, :3]) @ GAUSS_WEIGHTS * dt
+        share = float(np.sum(missed) / max(np.sum(size), 1e-300))
+        if not share > MISSED:
+            return
+        worst = int(np.argmax(missed))
+        yield Caution(
+            self.name,
+            None,
+            share,
+            MISSED,
+            f"{who} jumps within steps, or varies faster than they resolve, most from t = "
+            f"{t[worst]:.6g} to {t[worst + 1]:.6g}: its impulse is off by about {share:.1%}, and "
+            "the run is of first order, whatever the scheme; let a step end at each jump with "
+            "StepControl(times=...), or use smaller steps",
+        )
+
+
+def _named(load: Any) -> str:
+    """What a sentence calls a load, which has no name."""
+    return f"{said(load)} on '{load.body}'" if getattr(load, "body", None) else said(load)
+
+
+def _factors(simulation: Simulation, function: Callable[[float], float], t: Floats) -> Floats:
+    """Values of a function of time at the points of all steps, shape (n, points)."""
+    at = t[:-1, None] + np.diff(t)[:, None] * POINTS
+    values = [simulation.problem.start_factor(float(each), function) for each in at.flat]
+    return np.reshape(values, at.shape)
+
+
+def _along(law: LawValues, t: Floats, x: Floats) -> Floats:
+    """Values of a law at the points of all steps, along the way between their ends; collective.
+
+    Args:
+        law: The law.
+        t: Ends of steps, shape (n + 1,), s.
+        x: Coordinate there.
+    """
+    found = []
+    for steps in batched(range(len(t) - 1), TOGETHER):
+        k = np.resize(steps, TOGETHER)[:, None]
+        dt, change = t[k + 1] - t[k], x[k + 1] - x[k]
+        at = x[k] + change * POINTS, np.broadcast_to(change / dt, (TOGETHER, len(POINTS)))
+        values = law(*(each.ravel() for each in (*at, t[k] + dt * POINTS)))
+        found.append(values.reshape(TOGETHER, -1)[: len(steps)])
+    return np.concatenate(found)
