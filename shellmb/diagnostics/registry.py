@@ -16,8 +16,10 @@ from shellmb.diagnostics.forces.between import Between
 from shellmb.diagnostics.forces.contacts import Contacts
 from shellmb.diagnostics.forces.rolling import Lifting, Slipping
 from shellmb.diagnostics.forces.undetermined import Undetermined
+from shellmb.diagnostics.forces.unresolved import Unresolved
 from shellmb.diagnostics.large_turns import LargeTurns
 from shellmb.diagnostics.small_displacements import LinearBodies, ReducedBodies, SmallDisplacements
+from shellmb.diagnostics.statics.path_end import PathEnd
 from shellmb.diagnostics.statics.stability import Unstable
 from shellmb.diagnostics.step_error import StepErrors
 from shellmb.diagnostics.stiff_spin import StiffSpin
@@ -34,6 +36,7 @@ WATCHES: tuple[type[Watch], ...] = (
     Folded,
     Locked,
     Unstable,
+    PathEnd,
     StepErrors,
     StiffSpin,
     Undetermined,
@@ -41,6 +44,7 @@ WATCHES: tuple[type[Watch], ...] = (
     Slipping,
     Contacts,
     Between,
+    Unresolved,
     Alternating,
     Drift,
     Dissipation,

@@ -5,6 +5,7 @@ that follow the bodies, where a count means less; branches that are left, and fo
 """
 
 import math
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -174,6 +175,19 @@ def test_the_branch_of_a_buckled_strip_takes_few_steps(thin: float) -> None:
     exact = 2 * k / (math.pi / 2 * math.sqrt(1.5))
     # eight elements, and shear of the thicker one
     assert abs(run.history["tip"].iloc[-1]) == pytest.approx(exact, rel=5e-3)
+
+
+def test_a_path_that_ends_before_its_load_says_so_and_how_long_it_has_to_be() -> None:
+    """Arc length grows like the load at the start: behind the bifurcation 50 of it are nothing."""
+    path = PathFollowing(load_end=1.5, branches="switch")
+    run = sm.run(strip(1e-2, 1.0, dt=0.2, t_end=50.0, path=path))
+    (sentence,) = run.warnings
+    assert "load_end = 1.5 is not reached" in sentence
+    # one figure of the length is told, of which half a path of the branch takes
+    enough = float(re.search(r"of the order of (\S+),", sentence)[1])
+    assert enough == pytest.approx(run.computed.simulation.size.farthest / 0.05, rel=0.5)
+    run = sm.run(strip(1e-2, 1.0, dt=0.2, t_end=2 * enough, path=path))
+    assert run.history["load_factor"].iloc[-1] == pytest.approx(1.5, rel=1e-8) and not run.warnings
 
 
 # below and beyond critical loads; loads that follow; a path
