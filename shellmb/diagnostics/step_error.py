@@ -52,8 +52,8 @@ class StepErrors(Silent):
         tolerance = size.settings.tolerance
         if size.coarse:
             why = (
-                f"the solver's tolerance of {simulation.scene.solver.tolerance:g} tells no smaller "
-                "one: use a larger tolerance, or a smaller one of the solver"
+                f"the solver's tolerance of {simulation.scene.solver.tolerance:g} hides smaller "
+                "errors: use a larger tolerance, or a smaller one of the solver"
                 if size.noise > tolerance
                 else f"no step may be below min_dt = {size.smallest:.2g} s: use a smaller one, or "
                 "a larger tolerance"
@@ -88,7 +88,7 @@ class StepErrors(Silent):
         found, scheme = size.total, simulation.scheme
         lost = scheme.rotations.slows
         behind = (
-            f", and what spins lags by up to {size.lag:.1e} more, as each step takes of its speed"
+            f", and spinning bodies lag by up to {size.lag:.1e} more, because each step slows them"
             if lost
             else ""
         )
@@ -102,8 +102,8 @@ class StepErrors(Silent):
             found,
             ADDED * tolerance,
             f"the errors of {simulation.step} steps may add up to {found:.1e} of the size of "
-            f"bodies{behind}: the tolerance of {tolerance:g} is what {radians} of motion may cost; "
-            f"for errors of {tolerance:g} in all use one of {wanted}",
+            f"bodies{behind}: the tolerance of {tolerance:g} is for {radians} of motion; for "
+            f"errors of {tolerance:g} in all use one of {wanted}",
         )
 
     def state(self) -> dict[str, Any]:

@@ -100,7 +100,7 @@ def find_axis(
     if not found:
         raise SceneError(
             f"modes: scene '{scene.name}' has no initial spin, no driven edge and no driven joint "
-            "to ground that would say about which axis it turns; give axis, and about"
+            "to ground, so its axis of rotation is unknown; give axis, and about"
         )
     first = found[0] if about is None else Axis(found[0].axis, three("about", about))
     for other in found:

@@ -288,8 +288,8 @@ def _frame(
     still = turning <= STANDS * products.square(velocity)
     if rate and chosen is None and still:
         raise SceneError(
-            f"modes: rate is {rate:g}, and nothing turns in the state that would say about which "
-            "axis; give axis, and about"
+            f"modes: rate is {rate:g}, and nothing turns in the state, so the axis of rotation "
+            "is unknown; give axis, and about"
         )
     size = float(np.linalg.norm(omega))
     unit = chosen.unit if chosen is not None else omega / size if size > 0 else np.eye(3)[2]

@@ -168,8 +168,8 @@ def parameters_of(
         scale = abs(float((scales or {}).get(name, value)))
         if not (math.isfinite(value) and math.isfinite(scale) and scale > 0):
             raise SceneError(
-                f"sensitivities: parameter '{name}' is {value:g}, which tells no step; give its "
-                f"size, as in scales={{'{name}': 1.0}}"
+                f"sensitivities: parameter '{name}' is {value:g}, which gives no size of "
+                f"differences; give its size, as in scales={{'{name}': 1.0}}"
             )
         found.append(Parameter(name, float(value), STEP * scale))
     return tuple(found)
@@ -192,8 +192,8 @@ def beside(made: Differentiated, base: Scene, parameter: Parameter) -> tuple[Sce
             scene = made.scene(**{parameter.name: value})
         except SceneError as error:
             raise SceneError(
-                f"sensitivities: parameter '{parameter.name}' = {value!r}, beside "
-                f"{parameter.value:g}, gives no scene: {error}"
+                f"sensitivities: parameter '{parameter.name}' = {value!r}, next to "
+                f"{parameter.value:g}, is not possible: {error}"
             ) from error
         for name in ("scheme_name", "alpha", "dt", "t_end", "assemble", "redundant"):
             ours, its = getattr(base, name), getattr(scene, name)

@@ -154,8 +154,8 @@ def check_alike(run: Simulation, shadow: Simulation, who: str) -> None:
     )
     if not run.model.comm.allreduce(alike, op=MPI.LAND):
         raise SceneError(
-            f"sensitivities: parameter '{who}' changes the mesh: it has other nodes or cells "
-            "beside the value than at it; only positions of nodes may depend on the parameter"
+            f"sensitivities: parameter '{who}' changes the mesh: its nodes or cells differ "
+            "next to the value; only positions of nodes may depend on the parameter"
         )
     if not run.model.comm.allreduce(np.array_equal(ours.fixed, its.fixed), op=MPI.LAND):
         raise SceneError(

@@ -63,8 +63,9 @@ class OwnScene:
             if names:
                 warnings.warn(
                     f"scene '{scene.name}': an earlier run has changed {', '.join(names)}, which "
-                    f"the function {function.__qualname__} reads from outside, and this run begins "
-                    "with that; what a law remembers belongs in its state, or in an object",
+                    f"the function {function.__qualname__} reads from outside, and this run "
+                    "starts with the changed values; keep the memory of a law in its state or in "
+                    "an object",
                     ShellmbWarning,
                     stacklevel=2,
                 )
@@ -116,7 +117,7 @@ class OwnScene:
         except Exception as error:
             warnings.warn(
                 f"scene '{self._name}': {path} is or holds a {kind.__name__} that cannot be copied "
-                f"({error}); what a run changes in it, the next run of this scene begins with",
+                f"({error}); the next run of this scene starts with what this run changes in it",
                 ShellmbWarning,
                 stacklevel=2,
             )

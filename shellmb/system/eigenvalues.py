@@ -174,8 +174,8 @@ def nearest_to_zero(
         solver.solve()
     except PETSc.Error as error:
         raise ConvergenceError(
-            f"buckling: the stiffness matrix has no factors (PETSc error {error.ierr}); nothing "
-            "may move freely in the reference configuration"
+            f"buckling: the stiffness matrix cannot be factorised (PETSc error {error.ierr}); "
+            "hold everything that can move freely in the reference configuration"
         ) from error
     found = []
     for k in range(solver.getConverged()):

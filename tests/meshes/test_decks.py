@@ -98,16 +98,18 @@ def test_what_is_no_shell_is_named(tmp_path: Path) -> None:
     ]
     text = deck.read_text()
     deck.write_text(text.replace("ENDDATA", "\n".join([*more, "ENDDATA"])))
-    with pytest.warns(ShellmbWarning, match=r"no shell: 1 CBAR, 1 CONM2, 1 RBE2; add to the scene"):
+    with pytest.warns(
+        ShellmbWarning, match=r"no shells are omitted: 1 CBAR, 1 CONM2, 1 RBE2; add those"
+    ):
         built(MeshFile(deck))
     of_abaqus("S4R")(model)
     extra = ["*Element, type=B31", "90, 1, 2", "91, 2, 3", "*Tie, name=t", "a, b"]
     model.write_text(model.read_text() + "\n".join(extra))
-    with pytest.warns(ShellmbWarning, match=r"no shell: 1 \*TIE, 2 B31;"):
+    with pytest.warns(ShellmbWarning, match=r"no shells are omitted: 1 \*TIE, 2 B31;"):
         built(MeshFile(model))
     points, quads = grid()
     meshio.write_points_cells(lines, points, [("quad", quads), ("line", quads[:3, :2])])
-    with pytest.warns(ShellmbWarning, match="no shell: 3 cells 'line'"):
+    with pytest.warns(ShellmbWarning, match="no shells are omitted: 3 cells 'line'"):
         built(MeshFile(lines))
 
 

@@ -240,7 +240,7 @@ def test_what_is_refused(section, message) -> None:
 
 def test_numbers_are_those_of_a_position() -> None:
     section = Isotropic(E, 0.0, thickness=taper)
-    with pytest.raises(SceneError, match="thickness is a function of the position; what follows"):
+    with pytest.raises(SceneError, match="thickness is a function of the position, so the section"):
         section.A  # noqa: B018
     np.testing.assert_allclose(section.at((L, 0, 0)).D, Isotropic(E, 0.0, thickness=THIN).D)
     assert section.at(np.zeros((3, 4, 2))).A.shape == (4, 2, 3, 3)

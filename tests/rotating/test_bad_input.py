@@ -101,7 +101,7 @@ def test_axis_of_the_scene() -> None:
     found = find_axis(spun)
     assert found.along((0, 0, 1))
     assert found.has((-0.5, 0, 7.0))
-    with pytest.raises(SceneError, match="would say about which axis it turns; give axis"):
+    with pytest.raises(SceneError, match="its axis of rotation is unknown; give axis"):
         find_axis(scene())
     both = scene(joints=AXLE, drivers=driven.drivers, initial=InitialVelocity(spin=(1.0, 0, 0)))
     with pytest.raises(SceneError, match="it must be one axis"):

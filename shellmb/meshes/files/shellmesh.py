@@ -74,8 +74,8 @@ def shell_mesh(found: Found, shell: Shell, group: str | tuple[str, ...] | None) 
     if found.left_out:
         listed = ", ".join(f"{n} {name}" for name, n in sorted(found.left_out.items()))
         _warn(
-            f"{who}: of its mesh is left out what is no shell: {listed}; add to the scene what "
-            "carries load"
+            f"{who}: elements of its mesh that are no shells are omitted: {listed}; add those that "
+            "carry load to the scene"
         )
     return raw
 

@@ -113,7 +113,7 @@ def _same_request(
         if not begun:
             raise SceneError(
                 f"resume: {file} was edited, and there is no state that says what was run; start "
-                "the run anew in another directory"
+                "the run again in another directory"
             )
         lines.append(f"{file} was edited, and still means the same scene")
     if begun and not stored.same_file(request):

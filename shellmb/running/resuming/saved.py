@@ -176,8 +176,8 @@ def _read_ranks(
     count, sums = state["ranks"], state.get("cells_sha256", [])
     if len(sums) != count:
         raise SceneError(
-            f"resume: the run was made on {count} ranks by a version of shellmb that could not go "
-            f"on with others; resume it with `mpiexec -n {count}`"
+            f"resume: the run was made on {count} ranks by a version of shellmb whose runs resume "
+            f"on the same number only; resume it with `mpiexec -n {count}`"
         )
     try:
         numbers = [

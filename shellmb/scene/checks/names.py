@@ -43,8 +43,9 @@ def check_names(scene: Description) -> None:
         wrong = _wrong(item.name)
         if wrong:
             raise SceneError(
-                f"{item.label}: name is {item.name[:60]!r}, {wrong}; it must do as the name of a "
-                "file and of a column: letters, digits, spaces, and signs such as _ - + . ( )"
+                f"{item.label}: name is {item.name[:60]!r}, {wrong}; it must be possible as the "
+                "name of a file and of a column: letters, digits, spaces, and signs such as "
+                "_ - + . ( )"
             )
     files: dict[str, str] = {}
     for body in scene.meshed:

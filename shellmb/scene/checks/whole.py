@@ -132,9 +132,9 @@ def _quadratic(scene: Description) -> None:
         if alpha == 0 and light.get(body.name):
             raise SceneError(
                 f"{said(body)}: rotary_inertia is False, or its section has no second moments of "
-                f"mass; scheme '{scheme}' without dissipation never forgets what directors without "
-                "inertia are off by at the start and after loads jump: they must have inertia, or "
-                "use scheme 'ed3' with alpha > 0, 'ep' or 'ed'"
+                f"mass; scheme '{scheme}' without dissipation keeps errors of directors without "
+                "inertia, which arise at the start and where loads jump: they must have inertia, "
+                "or use scheme 'ed3' with alpha > 0, 'ep' or 'ed'"
             )
     pairs = [(join.first, join.second) for join in scene.joins]
     pairs += [(glue.beam, glue.shell) for glue in scene.glues]
@@ -155,9 +155,9 @@ def _end_forces(scene: Description) -> None:
     for body in scene.meshed:
         if body.holds_strains:
             raise SceneError(
-                f"{said(body)}: it holds strains at zero, and what holds them is known as a mean "
-                "over a step only; output must be without end_forces, or the body must have all "
-                "of its strains"
+                f"{said(body)}: it holds strains at zero, and the forces that hold them are "
+                "known as means over a step only; output must be without end_forces, or the body "
+                "must have all of its strains"
             )
 
 

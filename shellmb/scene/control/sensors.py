@@ -202,8 +202,8 @@ class Condition:
 
     def __bool__(self) -> bool:
         raise SceneError(
-            "condition: whether it is true is known in a run only; it must be given as it is, and "
-            "two of them joined by & or |, each in brackets"
+            "condition: only a run knows whether it is true; it must be given as it is, without "
+            "`and`, `or` and `not`, and two of them joined by & or |, each in brackets"
         )
 
     def margin(self, read: Reading, t: float) -> float:

@@ -179,8 +179,8 @@ class LinearSection(Section):
         if self.functions:
             names = ", ".join(self.functions)
             raise SceneError(
-                f"{self.label}: {names} is a function of the position; what follows from it has "
-                "values at positions only: it must be asked for by at((x, y, z))"
+                f"{self.label}: {names} is a function of the position, so the section has numbers "
+                "at positions only: use section.at((x, y, z))"
             )
         return self.generic
 
