@@ -129,11 +129,21 @@ def with_meshes(scene: Scene, times: int, body: str | None = None) -> Scene:
     return replace(scene, shells=shells, beams=beams)
 
 
-def _divided(shell: Shell, times: int) -> Shell:
+def refined_times(shell: Shell) -> int | None:
+    """Elements along a side of each one of the mesh's file; None of meshes that are made anew.
+
+    Args:
+        shell: The shell.
+    """
     surface = shell.surface
     cad = isinstance(surface, GmshFile) and surface.path.suffix.lower() in CAD
-    if isinstance(surface, GmshFile | MeshFile) and not cad:
-        return replace(shell, surface=replace(surface, refine=times * surface.refine))
+    return None if cad or not isinstance(surface, GmshFile | MeshFile) else surface.refine
+
+
+def _divided(shell: Shell, times: int) -> Shell:
+    surface, refined = shell.surface, refined_times(shell)
+    if isinstance(surface, GmshFile | MeshFile) and refined is not None:
+        return replace(shell, surface=replace(surface, refine=times * refined))
     return replace(shell, mesh=(times * shell.mesh[0], times * shell.mesh[1]))
 
 

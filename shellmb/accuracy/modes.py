@@ -6,6 +6,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
+from mpi4py import MPI
+
 from shellmb.accuracy.companions import Change, degree_of, is_reduced, prefers_degree
 from shellmb.accuracy.estimates import NONE, Estimate, mesh_error, model_error
 from shellmb.accuracy.found import Found
@@ -45,15 +47,33 @@ def add_mode_errors(
         Frequencies and results with their errors, by name.
     """
     found, remarks = mode_errors(scene, modes, summary["results"], loaded, results)
+    write_mode_errors(modes.model.comm, summary, directory, found, remarks)
+    return found
+
+
+def write_mode_errors(
+    comm: MPI.Comm,
+    summary: dict[str, Any],
+    directory: Path,
+    found: dict[str, Found],
+    remarks: Sequence[str],
+) -> None:
+    """Put errors of modes into the summary, also the one on disk; collective.
+
+    Args:
+        comm: The ranks.
+        summary: The summary.
+        directory: Where it is.
+        found: Frequencies and results with their errors, by name.
+        remarks: What is not in the errors.
+    """
     plain = {name: each.to_dict() for name, each in found.items()}
-    comm = modes.model.comm
     summary["results"] = {name: plain.pop(name) for name in summary["results"]}
-    summary["errors"] = {"modes": plain, "remarks": remarks}
+    summary["errors"] = {"modes": plain, "remarks": list(remarks)}
     if comm.rank == 0:
         with written(directory, comm):
             write_json(directory / SUMMARY, summary)
     comm.Barrier()
-    return found
 
 
 def mode_errors(
@@ -62,6 +82,7 @@ def mode_errors(
     numbers: dict[str, float],
     loaded: bool,
     results: ModeResults | None,
+    body: str | None = None,
 ) -> tuple[dict[str, Found], list[str]]:
     """Frequencies and results of modes with their errors, and what is not in these; collective.
 
@@ -71,13 +92,14 @@ def mode_errors(
         numbers: Its results.
         loaded: Whether they are about the static equilibrium.
         results: What gave the results.
+        body: The only body whose mesh is judged; None: all.
     """
     mine = frequencies(modes) | numbers
     parts: dict[str, list[Change]] = {}
     if degree_of(scene) is not None:
-        parts["mesh"] = [Change(mesh=2)]
+        parts["mesh"] = [Change(mesh=2, body=body)]
     if degree_of(scene) == 2:
-        parts["mesh"].insert(0 if prefers_degree(scene) else 1, Change(degree=3))
+        parts["mesh"].insert(0 if prefers_degree(scene) else 1, Change(degree=3, body=body))
     if is_reduced(scene):
         parts["model"] = [Change(exact=True)]
     errors: dict[str, dict[str, Estimate]] = {name: {"mesh": NONE, "step": NONE} for name in mine}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
 
@@ -11,6 +12,7 @@ from shellmb.api.record import Run
 from shellmb.api.requested import requested
 from shellmb.api.rotating import RotatingModes, StateModes
 from shellmb.errors import SceneError
+from shellmb.options.accuracy import AccuracyOptions, take_accuracy
 from shellmb.options.described import options_of, takes
 from shellmb.options.run import ELEMENTS, NATURAL, Options
 from shellmb.scene import Scene
@@ -102,7 +104,7 @@ def modes(
 ) -> StateModes: ...
 
 
-@takes(*options_of(Options, *ELEMENTS, "errors"))
+@takes(*options_of(Options, *ELEMENTS, "errors"), *options_of(AccuracyOptions))
 def modes(
     scene: Scene | Run | str,
     out: Path | str | None = None,
@@ -157,7 +159,10 @@ def modes(
             raise SceneError("modes: the scene is a run, and a state is given, too; give one")
         state, made_here = scene, scene.computed is not None
         scene = scene.scene if made_here else scene_of_run(scene.directory, "modes")[0]
+    asked = take_accuracy(elements)
     if elements.get("errors") and not (rates is None and state is None and at is None):
+        raise SceneError(NATURAL)
+    if asked is not None and (buckling or any(v is not None for v in (rates, state, at))):
         raise SceneError(NATURAL)
     wanted = requested(scene, parameters, **elements)
     world = MPI.COMM_WORLD if comm is None else comm
@@ -165,7 +170,16 @@ def modes(
     measure = wanted.module.mode_results if wanted.module is not None else None
     draw = out is not None if pictures is None else pictures
     made: ModeShapes | RotatingModes | StateModes
-    if buckling:
+    if asked is not None:
+        from shellmb.accuracy.request.place import run_to_accuracy
+        from shellmb.accuracy.request.search import Running
+        from shellmb.accuracy.request.wanted import wanted_of
+
+        of = replace(wanted_of(asked), modes=True, loaded=loaded, count=count)
+        how = Running(world, request=wanted.request, mode_results=measure)
+        run_to_accuracy(wanted.scene, of, directory, how, draw)
+        made = ModeShapes(directory)
+    elif buckling:
         from shellmb.running.modes import find_buckling
 
         if loaded or any(item is not None for item in (rates, axis, about, state, at)):

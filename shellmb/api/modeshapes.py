@@ -7,6 +7,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from shellmb.api.record import read_accuracy
 from shellmb.observers.files.described import Described, read_described
 from shellmb.running.results import plain_results
 from shellmb.show.fields import Fields
@@ -57,6 +58,11 @@ class ModeShapes:
         A mode that grows without swinging has a negative one: its rate of growth over 2 pi.
         """
         return list(self.summary.get("frequencies_hz", []))
+
+    @property
+    def accuracy(self) -> pd.DataFrame:
+        """What accuracy costs: a row for each level of modes with ``accuracy``, as of `Run`."""
+        return read_accuracy(self.directory)
 
     @property
     def load_factors(self) -> list[float]:

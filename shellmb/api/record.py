@@ -133,19 +133,7 @@ class Run:
         Columns: label (mesh, step, scheme), error, error_mesh and error_step, all relative,
         seconds (processor time of the run), predicted; empty without ``accuracy``.
         """
-        import pandas as pd
-
-        file = self.directory / ACCURACY
-        found = read_json(file) if file.is_file() else {}
-        size, rows = found.get("size") or 1.0, []
-        for level in found.get("levels", []):
-            parts = {"error": "error", "error_mesh": "mesh", "error_step": "step"}
-            errors = {k: None if level[v] is None else level[v] / size for k, v in parts.items()}
-            named = {"label": level["label"], "seconds": level["seconds"], "predicted": False}
-            rows.append(named | errors)
-        rows += [offer for offer in found.get("offers", []) if offer["predicted"]]
-        columns = ["label", "error", "error_mesh", "error_step", "seconds", "predicted"]
-        return pd.DataFrame(rows, columns=columns)
+        return read_accuracy(self.directory)
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -326,3 +314,28 @@ def _appearance(chosen: dict[str, Any]) -> Appearance:
     if unknown is not None:
         raise SceneError(f"picture: there is no option '{unknown}'; there are {listed(known)}")
     return Appearance(**chosen)
+
+
+def read_accuracy(directory: Path) -> pd.DataFrame:
+    """Levels of a request and predictions, a row for each; empty where there are none.
+
+    Args:
+        directory: The directory.
+
+    Returns:
+        Columns: label (mesh, step, scheme), error, error_mesh and error_step, all relative,
+        seconds (processor time of the run), predicted.
+    """
+    import pandas as pd
+
+    file = directory / ACCURACY
+    found = read_json(file) if file.is_file() else {}
+    size, rows = found.get("size") or 1.0, []
+    for level in found.get("levels", []):
+        parts = {"error": "error", "error_mesh": "mesh", "error_step": "step"}
+        errors = {k: None if level[v] is None else level[v] / size for k, v in parts.items()}
+        named = {"label": level["label"], "seconds": level["seconds"], "predicted": False}
+        rows.append(named | errors)
+    rows += [offer for offer in found.get("offers", []) if offer["predicted"]]
+    columns = ["label", "error", "error_mesh", "error_step", "seconds", "predicted"]
+    return pd.DataFrame(rows, columns=columns)

@@ -11,6 +11,7 @@ from shellmb.api.modeshapes import ModeShapes, is_modes
 from shellmb.api.record import Run
 from shellmb.api.requested import requested
 from shellmb.api.rotating import RotatingModes, StateModes, is_of_state, is_rotating
+from shellmb.errors import SceneError
 from shellmb.options.accuracy import ACCURACY, AccuracyOptions, take_accuracy
 from shellmb.options.described import options_of, takes
 from shellmb.options.run import Options
@@ -72,11 +73,19 @@ def run(
     if asked is not None:
         from shellmb.accuracy.request.place import run_to_accuracy
         from shellmb.accuracy.request.search import Running
-        from shellmb.accuracy.request.wanted import wanted_of
+        from shellmb.accuracy.request.wanted import UnknownQuantity, frequency_number, wanted_of
 
         tell = print if progress and world.rank == 0 else _nothing
-        how = Running(world, wanted.results, wanted.request, observers, tell)
-        outcome = run_to_accuracy(wanted.scene, wanted_of(asked), directory, how, draw)
+        how = Running(world, wanted.results, wanted.request, observers, tell, modes=False)
+        of = wanted_of(asked)
+        try:
+            outcome = run_to_accuracy(wanted.scene, of, directory, how, draw)
+        except UnknownQuantity as error:
+            if frequency_number(of.of) is None:
+                raise
+            raise SceneError(
+                f"{error}; natural frequencies come from modes(scene, accuracy=..., of='{of.of}')"
+            ) from None
         found = Run(directory, outcome.run)
         if temporary:
             gone_with(found, directory, world.rank)

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from shellmb.cli.failures import first_rank, run_check, tell
-from shellmb.cli.report import announced, print_summary, say
+from shellmb.cli.options import default_directory, requested
+from shellmb.cli.report import announced, print_mode_errors, print_summary, say
 
 if TYPE_CHECKING:
+    from shellmb.accuracy.request.wanted import Wanted
     from shellmb.options.accuracy import Asked
     from shellmb.running.loader import SceneModule
     from shellmb.running.request import Request
@@ -19,7 +22,7 @@ def run_accurately(
     scene: Scene,
     module: SceneModule,
     request: Request,
-    asked: Asked,
+    wanted: Wanted,
     directory: Path,
     *,
     quiet: bool,
@@ -32,7 +35,7 @@ def run_accurately(
         scene: The scene.
         module: What defines it.
         request: How it was asked for.
-        asked: The accuracy that is asked for.
+        wanted: The accuracy that is asked for.
         directory: Directory to write; levels in it go on.
         quiet: Whether nothing is printed.
         pictures: Whether pictures are drawn.
@@ -42,16 +45,64 @@ def run_accurately(
 
     from shellmb.accuracy.request.place import run_to_accuracy
     from shellmb.accuracy.request.search import Running
-    from shellmb.accuracy.request.wanted import wanted_of
 
-    how = Running(MPI.COMM_WORLD, module.results, request, tell=_silent if quiet else tell)
+    how = Running(
+        MPI.COMM_WORLD,
+        module.results,
+        request,
+        tell=_silent if quiet else tell,
+        mode_results=module.mode_results,
+    )
     with announced(scene.name, quiet):
-        outcome = run_to_accuracy(scene, wanted_of(asked), directory, how, pictures)
+        outcome = run_to_accuracy(scene, wanted, directory, how, pictures)
     if not quiet:
         print_accuracy(directory)
-    if check and module.check is not None and outcome.run is not None:
-        run_check(module.check, outcome.run.results)
+    if check and module.check is not None:
+        from shellmb.guarding.reading import read_json
+        from shellmb.running.results import plain_results
+
+        run_check(module.check, plain_results(read_json(directory / "summary.json")))
     return outcome
+
+
+def modes_accurately(
+    scene: str,
+    parameters: list[str] | None,
+    elements: dict[str, Any],
+    asked: Asked,
+    out: Path | None,
+    count: int,
+    loaded: bool,
+    no_pictures: bool,
+    quiet: bool,
+    check: bool,
+) -> Any:
+    """Find modes of a scene until an error is met, and print what came of it.
+
+    Args:
+        scene: Name of the scene, or its file.
+        parameters: Values of its parameters as text.
+        elements: Options of the mesh.
+        asked: The accuracy that is asked for.
+        out: Directory to write; None: one of the scene's name.
+        count: Number of modes.
+        loaded: Whether they are about the static equilibrium.
+        no_pictures: Whether no pictures are drawn.
+        quiet: Whether nothing is printed.
+        check: Whether the scene's reference values must be met.
+    """
+    from mpi4py import MPI
+
+    from shellmb.accuracy.request.wanted import wanted_of
+
+    request = requested(scene, parameters, **elements)
+    built, module = request.build()
+    if check:
+        module.require_check(module.mode_results, "mode_results(modes)")
+    wanted = replace(wanted_of(asked), modes=True, loaded=loaded, count=count)
+    directory = MPI.COMM_WORLD.bcast(out or default_directory(f"{module.name}-modes-accuracy"))
+    how = {"quiet": quiet, "pictures": not no_pictures, "check": check}
+    return run_accurately(built, module, request, wanted, directory, **how)
 
 
 def print_accuracy(directory: Path) -> None:
@@ -66,7 +117,10 @@ def print_accuracy(directory: Path) -> None:
     from shellmb.options.accuracy import ACCURACY
 
     summary, about = read_json(directory / "summary.json"), read_json(directory / ACCURACY)
-    print_summary(summary)
+    if about["modes"]:
+        print_mode_errors(summary)
+    else:
+        print_summary(summary)
     say(f"error of {about['quantity']}, processor time of the run:")
     for offer in about["offers"]:
         say(f"  {offer['says']}")

@@ -141,11 +141,12 @@ def run(
     from mpi4py import MPI
 
     if asked is not None:
+        from shellmb.accuracy.request.wanted import wanted_of
         from shellmb.cli.accuracy import run_accurately
 
         directory = MPI.COMM_WORLD.bcast(out or default_directory(f"{module.name}-accuracy"))
         how = {"quiet": quiet, "pictures": not no_pictures, "check": check}
-        return run_accurately(built, module, request, asked, directory, **how)
+        return run_accurately(built, module, request, wanted_of(asked), directory, **how)
 
     run_it: Any
     if built.errors:
@@ -230,7 +231,7 @@ def resume(
 
 @app.command()
 @failures_reported
-@offers(*options_of(Options, *ELEMENTS, "errors"))
+@offers(*options_of(Options, *ELEMENTS, "errors"), *options_of(AccuracyOptions))
 def modes(
     scene: SceneArgument,
     count: Annotated[int, typer.Option(min=1, help="Number of modes.")] = 6,
@@ -285,9 +286,18 @@ def modes(
     `shellmb modes lateral_plate --buckling`
     """
     again = at is not None
+    asked = take_accuracy(elements)
+    if asked is not None and (again or state is not None or rate is not None or buckling):
+        raise SceneError(NATURAL)
     elements["errors"] = elements["errors"] or None
     if elements["errors"] and (again or state is not None or rate is not None):
         raise SceneError(NATURAL)
+    if asked is not None:
+        from shellmb.cli.accuracy import modes_accurately
+
+        return modes_accurately(
+            scene, parameters, elements, asked, out, count, loaded, no_pictures, quiet, check
+        )
     built, module, state = requested_run(scene, state, again, parameters, elements)
     moving = state is not None or again
     if moving and (check or loaded):

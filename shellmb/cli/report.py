@@ -167,6 +167,22 @@ def print_modes(found: Modes, directory: Path, errors: Mapping[str, Any] | None 
     say(f"written to {directory}")
 
 
+def print_mode_errors(summary: Mapping[str, Any]) -> None:
+    """Natural frequencies and results of modes with their errors.
+
+    Args:
+        summary: The summary of the modes.
+    """
+    known, rigid = summary["errors"], summary["rigid_modes"]
+    frequencies = known["modes"].items()
+    rows = [(k[1:], "rigid" if int(k[1:]) <= rigid else with_error(v)) for k, v in frequencies]
+    _print_columns(("mode", "frequency [Hz]"), rows)
+    for name, value in summary["results"].items():
+        say(f"{name}: {with_error(value)}")
+    for remark in (*known["remarks"], *(f"warning: {w}" for w in summary["warnings"])):
+        say(remark)
+
+
 def print_sensitivities(found: Sensitivities) -> None:
     """Derivatives of results, or of probes at the end, by each parameter."""
     for p in found.parameters:

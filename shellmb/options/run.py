@@ -13,8 +13,8 @@ if TYPE_CHECKING:
 # options that are of meshes, and of the scene's solver
 ELEMENTS = ("mesh", "degree", "cell")
 NATURAL = (
-    "modes: errors are estimated of natural modes at rest only; leave out errors, or the rates and "
-    "the state"
+    "modes: errors are estimated of natural modes at rest only; leave out errors and accuracy, or "
+    "the rates, the state and buckling"
 )
 _SOLVER = ("solve", "newton", "backend", "assembler", "tolerance")
 

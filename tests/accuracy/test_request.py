@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,10 +13,12 @@ import shellmb as sm
 from shellmb.accuracy.companions import Change
 from shellmb.accuracy.request.choose import choose
 from shellmb.accuracy.request.levels import Level
+from shellmb.api.modeshapes import ModeShapes
 from shellmb.cli.main import app
 from shellmb.errors import SceneError
 from shellmb.scene import Scene
 
+BAR = sm.RectangularSection(210e9, 0.3, width=0.02, height=0.01, density=7850)
 STEEL = sm.Isotropic(E=210e9, nu=0.25, thickness=2e-3, density=7870)
 
 
@@ -143,3 +146,56 @@ def test_the_command(
     assert "level 1: dt = " in said.err
     assert "for the error of the step" in said.err
     assert (tmp_path / "run" / "request.json").is_file()
+
+
+def test_a_frequency_is_met(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Beam theory gives f1; asked more, the request goes on from its levels."""
+    scene = sm.Scene(
+        "rod",
+        beams=sm.Beam("rod", sm.Line((0, 0, 0), (1, 0, 0)), BAR, elements=1),  # type: ignore[arg-type]
+        supports=sm.Clamped("start"),  # type: ignore[arg-type]
+    )
+    # 1.8751^2 / (2 pi L^2) sqrt(E I / (rho A)); the stated error covers Timoshenko's part, too
+    right = 1.8751041**2 / (2 * math.pi) * math.sqrt(210e9 * 0.01**2 / 12 / 7850)
+    out = tmp_path / "modes"
+    found = sm.modes(scene, out, accuracy=1e-2, of="f1", pictures=False)
+    assert found.errors.loc["f1", "error"] <= 1e-2 * right
+    assert abs(found.frequencies[0] - right) <= found.errors.loc["f1", "error"] + 1e-3 * right
+    before = found.accuracy["label"].tolist()
+    again = sm.modes(scene, out, accuracy=1e-3, of="f1", pictures=False)
+    assert again.errors.loc["f1", "error"] <= 1e-3 * right
+    assert again.accuracy["label"].tolist()[0] == before[0]
+    with pytest.raises(SceneError, match=r"natural frequencies come from modes"):
+        sm.run(scene, accuracy=1e-2, of="f1")
+    free = scene.with_options(scheme="ep", dt=1e-3, t_end=1e-2)
+    with pytest.raises(SceneError, match="rigid-body motion"):
+        sm.modes(replace(free, supports=()), accuracy=1e-2, of="f1")
+    with pytest.raises(SceneError, match="leave out errors and accuracy"):
+        sm.modes(scene, accuracy=1e-2, rates=[1.0])
+
+
+def test_the_command_takes_a_frequency(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The kind: as `run --of f1` and as `modes`; also where results have other names."""
+    monkeypatch.chdir(tmp_path)
+    for number, command in enumerate(("run", "modes")):
+        words = [command, "sudden_load", "--accuracy", "2e-2", "--of", "f1", "--no-pictures"]
+        with pytest.raises(SystemExit) as ended:
+            app([*words, "--mesh", "2x1", "--out", str(number)])
+        assert ended.value.code == 0
+        assert "2 % is met" in capsys.readouterr().out
+    first, second = (sm.load(tmp_path / k) for k in "01")
+    assert isinstance(first, ModeShapes)
+    assert isinstance(second, ModeShapes)
+    assert first.frequencies[0] == pytest.approx(second.frequencies[0], rel=1e-9)
+
+
+def test_what_a_killed_level_left_is_run_again(tmp_path: Path) -> None:
+    out = tmp_path / "run"
+    sm.run(strip(), accuracy=5e-2, out=out, pictures=False)
+    left = out / "levels" / "2"
+    left.mkdir(parents=True)
+    (left / "history.csv").write_text("t\n0.0\n")
+    found = sm.run(strip(), accuracy=6e-4, out=out, pictures=False)
+    assert found.errors.loc["tip:end", "error"] <= 6e-4 * abs(found.errors.loc["tip:end", "value"])

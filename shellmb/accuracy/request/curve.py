@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import ceil, floor, log10
 from pathlib import Path
 from typing import Any
 
+from shellmb.accuracy.companions import Change
 from shellmb.accuracy.request.choose import choose
 from shellmb.accuracy.request.levels import Level
-from shellmb.accuracy.request.words import label, seconds
-from shellmb.scene import Scene
+from shellmb.accuracy.request.words import seconds
 
 
 @dataclass(frozen=True)
@@ -45,14 +45,16 @@ class Offer:
         }
 
 
-def offers(levels: Sequence[Level], accuracy: float, size: float, scene: Scene) -> list[Offer]:
+def offers(
+    levels: Sequence[Level], accuracy: float, size: float, labelled: Callable[[Change], str]
+) -> list[Offer]:
     """Costs of powers of ten of the error, down to a tenth of the required one.
 
     Args:
         levels: The levels.
         accuracy: The relative error asked for.
         size: What errors are relative to.
-        scene: The scene that levels change.
+        labelled: Gives the mesh, the step and the scheme of a level in words.
     """
     worst = max(level.error for level in levels) / (size or 1.0)
     first = min(max(ceil(log10(max(worst, accuracy))) - 1, floor(log10(accuracy))), -1)
@@ -65,8 +67,7 @@ def offers(levels: Sequence[Level], accuracy: float, size: float, scene: Scene) 
             best = min(good, key=lambda level: level.seconds)
             found.append(Offer(target, best.seconds, best.label, False))
         elif (choice := choose(list(levels), target * size, farther=True)) is not None:
-            there = label(choice.change.apply(scene))
-            found.append(Offer(target, choice.seconds, there, True))
+            found.append(Offer(target, choice.seconds, labelled(choice.change), True))
     return found
 
 

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import json
+import shutil
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
+
+from mpi4py import MPI
 
 import pandas as pd
 
@@ -14,6 +17,7 @@ from shellmb.accuracy.companions import Change
 from shellmb.accuracy.kept import Kept
 from shellmb.guarding.reading import read_json
 from shellmb.guarding.writing import write_text
+from shellmb.running.standard import SUMMARY
 
 # folder of a request in its directory, and file of what is kept of levels and companions
 LEVELS, KEPT = "levels", "companions.json"
@@ -82,6 +86,29 @@ class Store:
             number: Its number, from 1.
         """
         return None if self.directory is None else self.directory / LEVELS / str(number)
+
+    def is_done(self, number: int, comm: MPI.Comm) -> bool:
+        """Whether the run of a level is there with its summary; collective.
+
+        Args:
+            number: Its number, from 1.
+            comm: The ranks.
+        """
+        place = self.place(number)
+        return bool(comm.bcast(place is not None and (place / SUMMARY).is_file()))
+
+    def emptied(self, number: int, comm: MPI.Comm) -> Path | None:
+        """Directory of a level, without what a killed run has left; collective.
+
+        Args:
+            number: Its number, from 1.
+            comm: The ranks.
+        """
+        place = self.place(number)
+        if place is not None and self._writes:
+            shutil.rmtree(place, ignore_errors=True)
+        comm.Barrier()
+        return place
 
     def keep(self, found: Mapping[Change, Kept | None], levels: Sequence[Level]) -> None:
         """Write what is kept of runs, and the levels.

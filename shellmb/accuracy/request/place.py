@@ -9,9 +9,10 @@ from pathlib import Path
 from typing import Any
 
 from shellmb.accuracy.request.curve import draw, offers
+from shellmb.accuracy.request.frequencies import ModeSearch
 from shellmb.accuracy.request.levels import LEVELS, Store
 from shellmb.accuracy.request.search import Outcome, Running, Search
-from shellmb.accuracy.request.wanted import Wanted
+from shellmb.accuracy.request.wanted import UnknownQuantity, Wanted, frequency_number
 from shellmb.errors import SceneError
 from shellmb.guarding.reading import read_json
 from shellmb.observers.summary import write_json
@@ -49,7 +50,7 @@ def run_to_accuracy(
         ConvergenceError: If the scene fails at all steps of the first level.
     """
     comm = how.comm
-    wanted.quantity(scene, measures=how.results is not None)
+    wanted = _understood(scene, wanted, how)
     with claimed(out, comm, new=False):
         stored = comm.bcast(_stored(out) if comm.rank == 0 else None)
         if stored is None:
@@ -66,8 +67,8 @@ def run_to_accuracy(
         comm.Barrier()
         search, outcome = _search(scene, wanted, out, how)
         size = search.size
-        found = offers(outcome.levels, wanted.accuracy, size, search.scene)
-        about |= {
+        found = offers(outcome.levels, wanted.accuracy, size, search.label)
+        about |= asdict(search.wanted) | {
             "met": outcome.met,
             "says": outcome.says,
             "quantity": str(search.quantity),
@@ -99,7 +100,7 @@ def wanted_in(out: Path) -> Wanted | None:
     if stored is None:
         return None
     try:
-        return Wanted(**{f.name: stored[f.name] for f in fields(Wanted)})
+        return Wanted(**{f.name: stored[f.name] for f in fields(Wanted) if f.name in stored})
     except (KeyError, TypeError) as error:
         raise SceneError(f"{out / ACCURACY} is damaged ({error})") from None
 
@@ -130,21 +131,51 @@ def coarser(scene: Scene, body: str | None) -> Scene | None:
         return None
 
 
+def _understood(scene: Scene, wanted: Wanted, how: Running) -> Wanted:
+    """What is wanted; "f1" is of modes where the scene has no probe and no results of that name.
+
+    Raises:
+        SceneError: If there is no such quantity, as far as is known before a run.
+    """
+    try:
+        wanted.quantity(scene, measures=how.results is not None)
+    except UnknownQuantity:
+        if frequency_number(wanted.of) is None or not how.modes:
+            raise
+        return replace(wanted, modes=True)
+    return wanted
+
+
 def _search(scene: Scene, wanted: Wanted, out: Path, how: Running) -> tuple[Search, Outcome]:
+    """Search for modes, too, where no result of a run has the name of a frequency."""
+    try:
+        return _from_half(scene, wanted, out, how)
+    except UnknownQuantity:
+        if wanted.modes or frequency_number(wanted.of) is None or not how.modes:
+            raise
+    if how.comm.rank == 0:
+        shutil.rmtree(out / LEVELS, ignore_errors=True)
+    how.comm.Barrier()
+    return _from_half(scene, replace(wanted, modes=True), out, how)
+
+
+def _from_half(scene: Scene, wanted: Wanted, out: Path, how: Running) -> tuple[Search, Outcome]:
     """Search from half the mesh, or from the scene's own where places are no nodes of that."""
-    writes = how.comm.rank == 0
+    writes, kind = how.comm.rank == 0, ModeSearch if wanted.modes else Search
     half = coarser(scene, wanted.body)
     if half is not None:
-        search = Search(half, wanted, Store(out, writes, "half"), how)
+        search = kind(half, wanted, Store(out, writes, "half"), how)
         try:
             return search, search.run()
+        except UnknownQuantity:
+            raise
         except SceneError:
             if search.levels:
                 raise
             if writes:
                 shutil.rmtree(out / LEVELS, ignore_errors=True)
             how.comm.Barrier()
-    search = Search(scene, wanted, Store(out, writes), how)
+    search = kind(scene, wanted, Store(out, writes), how)
     return search, search.run()
 
 
@@ -158,7 +189,7 @@ def _check_same(out: Path, stored: dict[str, Any], scene: Scene, wanted: Wanted)
     found = differences(stored.get("scene", {}), fingerprint(scene))
     found = [d for d in found if d[0] != "errors"]
     named = asdict(wanted)
-    other = [k for k in ("of", "auto", "body") if stored.get(k) != named[k]]
+    other = [k for k in ("of", "auto", "body", "loaded") if stored.get(k, named[k]) != named[k]]
     if found or other:
         what = f"{found[0][0]} was {found[0][1]}, is {found[0][2]}" if found else other[0]
         raise SceneError(

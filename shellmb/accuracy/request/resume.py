@@ -37,12 +37,12 @@ def resume_request(
         SceneError: If the directory holds no such request, or one of another scene.
         ConvergenceError: If the first level fails again.
     """
-    results, request = None, None
+    results, mode_results, request = None, None, None
     if scene is None:
         request = read_request(out).trusted(file, trust)
         scene, module = request.build()
-        results = module.results
+        results, mode_results = module.results, module.mode_results
     wanted = wanted_in(out)
     assert wanted is not None
-    how = Running(comm, results, request, tell=tell)
+    how = Running(comm, results, request, tell=tell, mode_results=mode_results)
     return run_to_accuracy(scene, wanted, out, how, pictures)

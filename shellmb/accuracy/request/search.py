@@ -15,7 +15,9 @@ from shellmb.accuracy.companions import Change, degree_of, with_meshes
 from shellmb.accuracy.errors import FEWEST, Companions, find_companions, judged, write_errors
 from shellmb.accuracy.estimates import RATIO, step_error
 from shellmb.accuracy.family import Family
+from shellmb.accuracy.found import Found
 from shellmb.accuracy.kept import Kept, difference
+from shellmb.accuracy.modes import ModeResults
 from shellmb.accuracy.repeat import Beginning
 from shellmb.accuracy.request.choose import Choice, choose
 from shellmb.accuracy.request.levels import Level, Store
@@ -53,6 +55,8 @@ class Running:
         request: How the scene was asked for.
         observers: More observers of the levels' runs.
         tell: Is told how far it is.
+        mode_results: What gives results of modes; None: there are none.
+        modes: Whether "f1" may be a natural frequency.
     """
 
     comm: MPI.Comm
@@ -60,6 +64,8 @@ class Running:
     request: Request | None = None
     observers: Sequence[Observer] = ()
     tell: Tell = lambda text: None
+    mode_results: ModeResults | None = None
+    modes: bool = True
 
 
 @dataclass(frozen=True)
@@ -123,7 +129,7 @@ class Search:
             met = level.error <= target
             following = None if met else choose(self.levels, target)
             why = self._why(target, met, following)
-            self.how.tell(line(self.levels, self.quantity, self.size, following, self.scene))
+            self.how.tell(line(self.levels, self.quantity, self.size, following, self.label))
             if why or following is None:
                 return Outcome(tuple(self.levels), met, why, run)
             change = following.change
@@ -140,6 +146,14 @@ class Search:
         if not size and self.quantity.norm is not None:
             size = self._companions[-1].mine.size(replace(self.quantity, norm="l2"))
         return size
+
+    def label(self, change: Change) -> str:
+        """Mesh, step and scheme of a level in words.
+
+        Args:
+            change: What is different in it.
+        """
+        return label(change.apply(self.scene))
 
     def _first(self) -> Change:
         """Where levels begin: with larger steps, and the scheme that is chosen."""
@@ -207,10 +221,11 @@ class Search:
 
     def _run(self, change: Change, on: ExitStack) -> RunResult | None:
         """The run of a level; None where it is in the store."""
-        place = self.store.place(len(self.levels) + 1)
-        done = self.how.comm.bcast(place is not None and (place / "summary.json").is_file())
+        number = len(self.levels) + 1
+        done = self.store.is_done(number, self.how.comm)
         if done and self._family.found.get(change) is not None:
             return None
+        place = self.store.emptied(number, self.how.comm)
         begin, clock = Beginning(), time.process_time()
         run = execute(
             change.apply(self.scene),
@@ -241,21 +256,26 @@ class Search:
         """The errors of a level."""
         scene, companions = change.apply(self.scene), self._companions[-1]
         found, mine = companions.find(self.quantity, scene, order_of(scene)), companions.mine
+        return self._level_of(change, found, mine.cpu, mine.seconds)
+
+    def _level_of(self, change: Change, found: Found, seconds: float, stepping: float) -> Level:
+        """A level with its errors and its processor times."""
+        scene, order = change.apply(self.scene), order_of(change.apply(self.scene))
         parts = {k: p.error for k, p in found.parts.items()}
         before = next((v.total for v in self._stored if v.change == change), None)
         total = slowest(self.how.comm, time.process_time() - self._cpu)
         past = self._stored[-1].total if self._stored else 0.0
         return Level(
             change=change,
-            label=label(scene),
+            label=self.label(change),
             value=found.value,
             error=found.error,
             mesh=parts.pop("mesh"),
             step=parts.pop("step"),
             others=sum(parts.values()),
-            order=min(max(found.step.order or 1.0, 1.0), max(order_of(scene), 1.0)),
-            seconds=slowest(self.how.comm, mine.cpu),
-            stepping=slowest(self.how.comm, mine.seconds),
+            order=min(max(found.step.order or 1.0, 1.0), max(order, 1.0)),
+            seconds=slowest(self.how.comm, seconds),
+            stepping=slowest(self.how.comm, stepping),
             total=past + total if before is None else before,
             dimension=2 if any(s.model != "rigid" for s in scene.shells) else 1,
             refinable=self._refinable(scene),
@@ -284,10 +304,10 @@ class Search:
         elapsed, expected = time.perf_counter() - self._begun, OVERHEAD * following.seconds
         budget = self.wanted.budget
         if self.how.comm.bcast(budget is not None and elapsed + expected > budget):
-            where = label(following.change.apply(self.scene))
             return (
                 f"{asked} is not met within the budget of {seconds(budget or 0.0)}: the next "
-                f"level, {where}, would take about {seconds(expected)} after {seconds(elapsed)}"
+                f"level, {self.label(following.change)}, would take about {seconds(expected)} "
+                f"after {seconds(elapsed)}"
             )
         return ""
 

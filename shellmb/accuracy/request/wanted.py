@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 
 from shellmb.accuracy.kept import Kept
@@ -21,6 +22,9 @@ class Wanted:
         budget: Time after which no level begins [s]; None: there is no end.
         auto: Whether the scheme is chosen.
         body: The only body whose mesh is refined; None: all.
+        modes: Whether it is of natural modes, and not of a run.
+        loaded: Whether these are about the static equilibrium.
+        count: Number of modes at least.
     """
 
     accuracy: float
@@ -28,6 +32,9 @@ class Wanted:
     budget: float | None = None
     auto: bool = False
     body: str | None = None
+    modes: bool = False
+    loaded: bool = False
+    count: int = 1
 
     def quantity(self, scene: Scene, known: Kept | None = None, measures: bool = False) -> Quantity:
         """The quantity: a result, or a probe in the norm of its history that fits the scene.
@@ -46,6 +53,8 @@ class Wanted:
             raise SceneError(
                 f"body is '{self.body}'; it must be one of the scene's shells and beams, {listed}"
             )
+        if self.modes:
+            return Quantity(self.of or "f1")
         if self.of is None:
             return _default(scene)
         name, colon, norm = self.of.rpartition(":")
@@ -55,10 +64,10 @@ class Wanted:
             return Quantity(self.of, "end" if scene.static else "l2")
         if known is None:
             if scene.results is None and not measures and ":" not in self.of:
-                raise SceneError(self._unknown(scene, ()))
+                raise UnknownQuantity(self._unknown(scene, ()))
             return Quantity(self.of)
         if self.of not in known.results:
-            raise SceneError(self._unknown(scene, tuple(known.results)))
+            raise UnknownQuantity(self._unknown(scene, tuple(known.results)))
         return Quantity(self.of)
 
     def check(self, scene: Scene, quantity: Quantity, known: Kept) -> None:
@@ -74,7 +83,7 @@ class Wanted:
         """
         names = known.results if quantity.norm is None else known.history.columns
         if quantity.name not in names:
-            raise SceneError(self._unknown(scene, tuple(known.results)))
+            raise UnknownQuantity(self._unknown(scene, tuple(known.results)))
 
     def _unknown(self, scene: Scene, results: tuple[str, ...]) -> str:
         names = [*(p.name for p in scene.probes), *results]
@@ -83,6 +92,20 @@ class Wanted:
             f"of is '{self.of}'; it must be one of the scene's probes and results, {listed}, or "
             "COLUMN:NORM of its history, as 'tip:max'"
         )
+
+
+class UnknownQuantity(SceneError):
+    """A quantity that a run of the scene does not have."""
+
+
+def frequency_number(name: str | None) -> int | None:
+    """Number of a natural frequency from its name, "f1"; None: the name is none of a frequency.
+
+    Args:
+        name: The name.
+    """
+    found = re.fullmatch(r"f([1-9][0-9]*)", name or "")
+    return None if found is None else int(found[1])
 
 
 def wanted_of(asked: Asked) -> Wanted:

@@ -2,13 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from math import isfinite
 
+from shellmb.accuracy.companions import Change, refined_times
 from shellmb.accuracy.request.choose import Choice
 from shellmb.accuracy.request.levels import Level
 from shellmb.scene import Scene, Shell
 from shellmb.studies.quantity import Quantity
+
+
+def mesh_label(scene: Scene) -> str:
+    """Meshes of a scene: "12x4+8 elements".
+
+    Args:
+        scene: The scene.
+    """
+    counts = [
+        _shell_label(body) if isinstance(body, Shell) else f"{body.elements} elements"
+        for body in scene.meshed
+        if body.model != "rigid"
+    ]
+    return "+".join(dict.fromkeys(counts))
+
+
+def _shell_label(shell: Shell) -> str:
+    times = refined_times(shell)
+    if times is None:
+        return f"{shell.mesh[0]}x{shell.mesh[1]}"
+    return "mesh of the file" + (f" divided by {times}" if times > 1 else "")
 
 
 def label(scene: Scene) -> str:
@@ -17,18 +39,12 @@ def label(scene: Scene) -> str:
     Args:
         scene: The scene.
     """
-    counts = [
-        f"{body.mesh[0]}x{body.mesh[1]}" if isinstance(body, Shell) else f"{body.elements} elements"
-        for body in scene.meshed
-        if body.model != "rigid"
-    ]
+    mesh = mesh_label(scene)
     step = f"dt = {scene.dt:.4g}"
     if scene.step_control.tolerance is not None:
         step = f"tolerance {scene.step_control.tolerance:.3g}"
     steps = [] if scene.static and scene.path is None else [step]
-    return ", ".join(
-        [*(["+".join(dict.fromkeys(counts))] if counts else []), *steps, scene.scheme_name]
-    )
+    return ", ".join([*([mesh] if mesh else []), *steps, scene.scheme_name])
 
 
 def line(
@@ -36,7 +52,7 @@ def line(
     quantity: Quantity,
     size: float,
     following: Choice | None,
-    scene: Scene,
+    labelled: Callable[[Change], str],
 ) -> str:
     """The progress of a request in one line.
 
@@ -45,7 +61,7 @@ def line(
         quantity: What is judged.
         size: What errors are relative to.
         following: The next level; None: there is none.
-        scene: The scene.
+        labelled: Gives the mesh, the step and the scheme of a level in words.
     """
     level = levels[-1]
     parts = {"mesh": level.mesh, "step": level.step, "others": level.others}
@@ -56,7 +72,7 @@ def line(
     )
     if following is None:
         return said
-    return f"{said}; next: {label(following.change.apply(scene))}, {seconds(following.seconds)}"
+    return f"{said}; next: {labelled(following.change)}, {seconds(following.seconds)}"
 
 
 def percent(error: float, size: float) -> str:
