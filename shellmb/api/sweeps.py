@@ -8,12 +8,13 @@ import itertools
 import json
 import multiprocessing
 import os
+import pickle
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
+from concurrent.futures import BrokenExecutor, Executor, ProcessPoolExecutor, as_completed
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from shellmb.errors import SceneError, ShellmbError
+from shellmb.errors import RunError, SceneError, ShellmbError
 from shellmb.guarding.writing import write_text
 from shellmb.scene import Scene
 
@@ -61,7 +62,9 @@ def sweep(
         of the account, `failed` and the run's `directory`.
 
     Raises:
-        SceneError: If there are no cases, a parameter is unknown, or `out` is another sweep's.
+        SceneError: If there are no cases, a parameter is unknown, `out` is another sweep's, or
+            other processes cannot import `scene` or `measure`.
+        RunError: If a process ends by itself, as in a script without `if __name__ == "__main__":`.
     """
     import pandas as pd
 
@@ -81,6 +84,8 @@ def sweep(
             jobs[number] = place
     if jobs:
         own = executor is None
+        if own:
+            _check_sendable(scene=scene, measure=measure, options=chosen, parameters=cases)
         workers = executor or _processes(len(jobs))
         try:
             running = {
@@ -89,6 +94,11 @@ def sweep(
             }
             for future in as_completed(running):
                 rows[running[future]] = future.result()
+        except BrokenExecutor as error:
+            raise RunError(
+                "sweep: a process ended before its case did. In a script, call sweep under "
+                f"`if __name__ == '__main__':`, as each process reads the script, too ({error})"
+            ) from None
         finally:
             if own:
                 workers.shutdown(cancel_futures=True)
@@ -137,9 +147,13 @@ def run_case(
 def _cases(scene: SceneFunction, parameters: Any) -> list[dict[str, Any]]:
     """All combinations, each with names that the scene knows."""
     if isinstance(parameters, Mapping):
-        values = [list(v) for v in parameters.values()]
-        combined = itertools.product(*values)
-        cases = [dict(zip(parameters, v, strict=True)) for v in combined] if values else []
+        for name, some in parameters.items():
+            if isinstance(some, str) or not isinstance(some, Iterable):
+                raise SceneError(
+                    f"sweep: parameters has {some!r} for '{name}'; it must be a list of values"
+                )
+        combined = itertools.product(*parameters.values()) if parameters else ()
+        cases = [dict(zip(parameters, v, strict=True)) for v in combined]
     else:
         cases = [dict(case) for case in parameters]
     if not cases:
@@ -233,6 +247,27 @@ def _clear(place: Path) -> None:
     import shutil
 
     shutil.rmtree(place)
+
+
+def _check_sendable(**things: Any) -> None:
+    """Check that other processes get what they need, and that this is none of them.
+
+    Raises:
+        SceneError: If something has no name by which they can import it.
+        SystemExit: If a process of a sweep reads the script of the sweep.
+    """
+    frames = (each.frame.f_globals.get("__name__") for each in inspect.stack(0))
+    if "__mp_main__" in frames:
+        # what asked for the process tells why
+        raise SystemExit(1)
+    for name, thing in things.items():
+        try:
+            pickle.dumps(thing)
+        except (pickle.PicklingError, AttributeError, TypeError) as error:
+            raise SceneError(
+                f"sweep: {name} cannot be sent to other processes ({error}); it must be a function "
+                "that stands in a module or script by itself, with values that can be copied"
+            ) from None
 
 
 def _processes(cases: int) -> Executor:

@@ -1,6 +1,7 @@
 """Sweeps: the table, what is run again, what fails."""
 
 import importlib.util
+import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -81,3 +82,23 @@ def test_bad_sweeps(cases) -> None:
         sm.sweep(cases.strip, {"forces": [1.0]})
     with pytest.raises(sm.SceneError, match="no parameter 'forces'; it has 'force', 'thickness'"):
         sm.sweep("sudden_load", {"forces": [1.0]})
+    with pytest.raises(sm.SceneError, match=r"parameters has 1\.0 for 'force'; it must be a list"):
+        sm.sweep(cases.strip, {"force": 1.0})
+    with pytest.raises(sm.SceneError, match="scene cannot be sent to other processes"):
+        sm.sweep(lambda force: cases.strip(force), {"force": [1.0]})
+    with pytest.raises(sm.SceneError, match="measure cannot be sent to other processes"):
+        sm.sweep(cases.strip, {"force": [1.0]}, measure=lambda run: {})
+
+
+@pytest.mark.slow
+def test_a_script_that_has_no_guard_is_told_of_it(tmp_path) -> None:
+    """Each process reads the script, which would begin a sweep there."""
+    script = tmp_path / "swept.py"
+    script.write_text(
+        "import shellmb as sm\ndef scene(a=1): raise ValueError\nsm.sweep(scene, {'a': [1]})\n"
+    )
+    run = subprocess.run([sys.executable, script], capture_output=True, text=True, check=False)
+    assert run.returncode == 1
+    assert "call sweep under `if __name__ == '__main__':`" in run.stderr
+    # of the parent alone
+    assert run.stderr.count("Traceback") == 1
