@@ -61,7 +61,7 @@ class ModeShapes:
 
     @property
     def accuracy(self) -> pd.DataFrame:
-        """What accuracy costs: a row for each level of modes with ``accuracy``, as of `Run`."""
+        """Costs of accuracy: a row for each level of modes with ``accuracy``, as in `Run`."""
         return read_accuracy(self.directory)
 
     @property

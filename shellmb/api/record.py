@@ -128,7 +128,7 @@ class Run:
 
     @property
     def accuracy(self) -> pd.DataFrame:
-        """What accuracy costs: a row for each level of a run with ``accuracy``, and predictions.
+        """Costs of accuracy: a row for each level of a run with ``accuracy``, and predictions.
 
         Columns: label (mesh, step, scheme), error, error_mesh and error_step, all relative,
         seconds (processor time of the run), predicted; empty without ``accuracy``.

@@ -1,4 +1,4 @@
-"""What libraries take from the surroundings of a process: the user's own files, no stranger's.
+"""Surroundings of a process: libraries read the user's own files, not those of strangers.
 
 PETSc, DOLFINx and FFCx read options from the current folder, which may hold somebody else's run: a
 cache of kernels, whose code is executed, libraries to be loaded, files to be written. They get what

@@ -54,7 +54,7 @@ def slowest(comm: MPI.Comm, seconds: float) -> float:
 
 
 def in_turn[T](rounds: int, works: Sequence[Callable[[], T]]) -> list[tuple[T, ...]]:
-    """What works return, round by round, so that what else the machine does hits all alike.
+    """Results of works in turn, round by round, so that other load affects all alike.
 
     What runs second finds the caches of the first: every other round goes backwards.
 

@@ -59,7 +59,7 @@ class Dead:
 
 @dataclass(frozen=True)
 class FollowerLoad:
-    """What turns with the body, or one of a moment's components along it.
+    """Part of a load that turns with the body, or one of a moment's components along it.
 
     Args:
         time: Function of time of the load.

@@ -290,7 +290,7 @@ class _Reduction:
         return None if isinstance(load, Gravity) and isolated else replace(load, body=target.name)
 
     def touched(self, group: tuple[str, ...]) -> dict[str, tuple[str, Any, str]]:
-        """What potentials and contacts act on, as of `ModalBody`."""
+        """Points on which potentials and contacts act, as in `ModalBody`."""
         found: dict[str, tuple[str, Any, str]] = {}
         items: tuple[Any, ...] = (*self._scene.potentials, *self._scene.contacts)
         for item in items:

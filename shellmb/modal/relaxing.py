@@ -1,4 +1,4 @@
-"""What modes cannot relax by where strains of different kinds have different times of damping."""
+"""Relaxation that modes lack where strains of different kinds have different damping times."""
 
 from __future__ import annotations
 

@@ -44,7 +44,7 @@ def ritz_vectors(
     """
 
     def felt(body: Held, forces: list[PETSc.Vec]) -> list[PETSc.Vec]:
-        """What is more than round-off, as a body of that mass gives way in bending."""
+        """Displacements beyond round-off, for a body of this mass in bending."""
         given = zip(forces, body.answers(forces), strict=True)
         return [v for f, v in given if abs(f.dot(v)) * stiffness > NO_MOTION * f.dot(f)]
 
@@ -149,7 +149,7 @@ class Held:
         return found
 
     def moved(self) -> list[PETSc.Vec]:
-        """What each frame does that moves by itself."""
+        """Displacements of the frames that move by themselves."""
         isolated, found = self._isolated, []
         rigid = isolated.model.rigid
         if rigid is None:

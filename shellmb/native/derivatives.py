@@ -67,7 +67,7 @@ class CachedDerivative:
         raise NotImplementedError
 
     def record(self, form: Form, kernel: str) -> Record:
-        """What to remember.
+        """Values to remember.
 
         Args:
             form: The derivative in UFL.
@@ -227,7 +227,7 @@ class Written(CachedDerivative):
 
 @cache
 def written_as(folder: Path) -> str:
-    """What tells the programs in a folder from others, as long as they are the same.
+    """Key of the programs in a folder, which changes when they do.
 
     What is written by hand may change while what it is a derivative of stays.
 

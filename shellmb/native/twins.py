@@ -16,7 +16,7 @@ from shellmb.arrays import Floats
 
 
 class Layout(NamedTuple):
-    """What a function space is made of but its mesh: it may be put on a twin of that.
+    """Layout of a function space without its mesh, which a twin of the mesh may have.
 
     Args:
         element: Element of UFL.

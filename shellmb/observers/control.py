@@ -1,4 +1,4 @@
-"""What controllers read and command, and which events are on: columns of the history."""
+"""Columns of the history for readings and commands of controllers, and for events."""
 
 from __future__ import annotations
 

@@ -99,7 +99,7 @@ def legend(axes: Axes, columns: int = 4, title: str | None = None) -> None:
 
 
 def joint_plots(history: Table, scene: Described, size: float) -> list[Plot]:
-    """What joints do and carry: coordinates, what acts on them, sizes of forces and moments.
+    """Plots of joints: coordinates, what acts on them, sizes of forces and moments.
 
     In motion forces are means over a step, those of springs, dampers and motors values at its end.
     Curves that are nothing but round-off are left out.

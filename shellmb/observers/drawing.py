@@ -1,4 +1,4 @@
-"""How curves are drawn with matplotlib: their style, and figures that need no display."""
+"""Curves drawn with matplotlib: their style, and figures that need no display."""
 
 from __future__ import annotations
 

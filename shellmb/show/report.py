@@ -65,7 +65,7 @@ class Shown(Protocol):
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What it says against itself."""
+        """Warnings of the run."""
 
     @property
     def described(self) -> Described:
@@ -87,11 +87,11 @@ class ShownModes(Protocol):
 
     @property
     def captions(self) -> list[str]:
-        """What is said of each of them."""
+        """Caption of each of them."""
 
     @property
     def warnings(self) -> list[str]:
-        """What they say against the state."""
+        """Warnings about the state."""
 
     def picture(self) -> Any:
         """All of them, as an image."""

@@ -35,7 +35,7 @@ ROUND_OFF = 10.0
 
 @dataclass(frozen=True)
 class Found:
-    """What is known of a state.
+    """Properties of a state.
 
     Args:
         unstable: Number of directions in which it is unstable; None if it is not known.
@@ -66,7 +66,7 @@ class Stability:
         self._b, self._x = system.x.duplicate(), system.x.duplicate()
 
     def look(self) -> Found:
-        """What is known of the state that the functions hold; collective."""
+        """Properties of the state that the functions hold; collective."""
         A = self._matrix_now = self._matrix()
         if self._inertia is None:
             self._inertia = Inertia(A, f"{new_prefix(self)}inertia_")
@@ -79,7 +79,7 @@ class Stability:
         return Found(1 if odd is not None and odd != self._constraints % 2 else None, False)
 
     def apply_inverse(self, b: Floats) -> Floats:
-        """What forces move the state last looked at by, whose matrix has to be symmetric.
+        """Displacement by forces of the state last examined, whose matrix must be symmetric.
 
         Args:
             b: One number for each owned unknown; those that are held stay.
@@ -91,7 +91,7 @@ class Stability:
         return np.array(self._x.array_r)
 
     def round_off(self, vector: Floats) -> float:
-        """What round-off of the stiffness makes of `v.Kv` at most, at the state last looked at.
+        """Bound on the round-off of `v.Kv`, at the state last examined.
 
         Args:
             vector: `v`, one number for each owned unknown.

@@ -146,7 +146,7 @@ class TimeSteps:
         return found
 
     def state(self) -> Any:
-        """What else is known of them."""
+        """Further properties of them."""
         return {
             "guesses": self._problem.predictor.state(),
             "errors": None if self._errors is None else self._errors.state(),

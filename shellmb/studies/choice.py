@@ -89,7 +89,7 @@ class Base:
     body: str | None = None
 
     def module(self) -> SceneModule:
-        """What defines the scene.
+        """Module that defines the scene.
 
         Raises:
             SceneError: If there is no such scene.

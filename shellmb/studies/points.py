@@ -55,7 +55,7 @@ class Point:
     credit: float = 0.0
 
     def bound(self, uncertainty: float) -> float:
-        """What the error is at most by what is known: `credit`, the reference's uncertainty."""
+        """Bound on the error from `credit`, the reference's uncertainty."""
         assert self.error is not None
         return max(self.error, self.credit, uncertainty)
 

@@ -55,7 +55,7 @@ class Quantity:
         history: pd.DataFrame,
         means: Collection[str] = (),
     ) -> dict[str, Any]:
-        """What a record keeps of a run: the number, and the curve where curves are compared.
+        """Record of a run: the number, and the curve where curves are compared.
 
         Args:
             results: The results of the scene.
@@ -74,7 +74,7 @@ class Quantity:
         return self.of_curve(*curve(history, self.name, self.name in means))
 
     def of_curve(self, t: Floats, y: Floats) -> dict[str, Any]:
-        """What is kept of a curve.
+        """Record of a curve.
 
         Args:
             t: Times, s.

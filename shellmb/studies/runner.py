@@ -116,7 +116,7 @@ def measure(
 
 
 def about(sweep: Sweep, module: SceneModule, quantities: Sequence[Quantity]) -> dict[str, Any]:
-    """What records belong to: scene with its source, parameters, end, quantities."""
+    """Origin of records: scene with its source, parameters, end, quantities."""
     file = getattr(module.module, "__file__", None)
     # of a scene that is in no file all its fields
     fields = json.dumps(fingerprint(module.build()), sort_keys=True) if file is None else ""

@@ -41,7 +41,7 @@ class Solution:
     uncertainty: float
 
     def take(self, quantity: Quantity) -> dict[str, Any]:
-        """What a record would keep of it."""
+        """Record of it."""
         t = np.linspace(0.0, self.end, POINTS)
         return quantity.of_curve(t, self.curve(quantity.name, t))
 
@@ -273,7 +273,7 @@ def _of_scheme(sweep: Sweep, grid: Grid) -> Sequence[Choice]:
 
 
 def not_refined(sweep: Sweep, grid: Grid, finer: Sequence[Choice]) -> tuple[str, ...]:
-    """What has one fineness in the grid and in the reference, so that no error tells of it.
+    """Axes with one fineness in the grid and in the reference, whose error no run shows.
 
     Args:
         sweep: The study.

@@ -92,7 +92,7 @@ def _left(value: float, vector: PETSc.Vec, K: PETSc.Mat, M: PETSc.Mat) -> float:
 
 
 def left(terms: Sequence[complex]) -> float:
-    """What is left of terms that add up to zero, of the largest of them."""
+    """Remainder of terms that add up to zero, relative to the largest of them."""
     return abs(sum(terms)) / max(*map(abs, terms), 1e-300)
 
 

@@ -33,7 +33,7 @@ class Between(Silent):
         self._missed: dict[str, tuple[float, float]] = {}
 
     def start(self, simulation: Simulation) -> None:
-        """Which nodes are neighbours, and what is missed at the start."""
+        """Find neighbouring nodes, and what is missed at the start."""
         self._groups: list[tuple[ContactGroup, Ints]] = []
         for group in simulation.model.potentials:
             if isinstance(group, ContactGroup) and np.isfinite(group.shape.depth):

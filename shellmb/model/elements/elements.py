@@ -78,7 +78,7 @@ class ElementGroup(Massless):
         return self.resists * gathered(self.nodes, row[self.mixed.dofs["x"]]) + 0.0
 
     def given(self, *arguments: Expr) -> Expr:
-        """What the law of the group gives.
+        """Values of the group's law.
 
         Args:
             arguments: What it is a function of.
@@ -195,7 +195,7 @@ class Motors(ElementGroup):
         return self.force(x, rate, time) * self.x(dq) * ufl.dx
 
     def by_law(self, count: int) -> LawValues | None:
-        """What the law gives at so many states at once; None for what is commanded; collective."""
+        """Values of the law at many states at once; None for commanded ones; collective."""
         law = self.law
         if law is None:
             return None

@@ -1,4 +1,4 @@
-"""What laws of force elements give at given coordinates, rates and times."""
+"""Values of the laws of force elements at given coordinates, rates and times."""
 
 from collections.abc import Callable
 

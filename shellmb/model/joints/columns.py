@@ -21,7 +21,7 @@ EFFORT = {"rotation": "torque", "translation": "force", "distance": "force"}
 
 
 class Solution(Protocol):
-    """What readings need of a problem (`shellmb.simulate.problem.Problem`)."""
+    """Interface of a problem to readings (`shellmb.simulate.problem.Problem`)."""
 
     model: Any
     scheme: Any

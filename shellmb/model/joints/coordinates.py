@@ -209,7 +209,7 @@ class CoordinateGroup(ConstraintGroup):
         return as_row(self.layout.part(v, "x") - rate)
 
     def excess(self, q: Expr, v: Expr) -> Expr:
-        """What the rate of a coordinate differs by from that of its places."""
+        """Difference of a coordinate's rate from that of its places."""
         gap = self.rate_gap(q, v)[0]
         if self.kind == "distance":
             # the equation is that of the squares

@@ -20,7 +20,7 @@ from shellmb.model.body import JumpForms
 
 @dataclass(frozen=True)
 class Constraints:
-    """What a body holds at its nodes, or in the mean: `lambda . Dg dq + dlambda . g`.
+    """Constraints of a body at its nodes, or in the mean: `lambda . Dg dq + dlambda . g`.
 
     Args:
         law: What must vanish, shape (n,).

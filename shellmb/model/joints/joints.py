@@ -165,7 +165,7 @@ class JointGroup(ConstraintGroup):
 
     @property
     def title(self) -> str:
-        """What its name begins with."""
+        """Beginning of its name in messages."""
         return f"{self.kind} joints"
 
     @property

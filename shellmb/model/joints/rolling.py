@@ -127,7 +127,7 @@ class ContactGroup(JointGroup):
 
     @property
     def title(self) -> str:
-        """What its name begins with."""
+        """Beginning of its name in messages."""
         return "knife-edge joints" if self.kind == "knife edge" else f"rolling joints, {self.kind}"
 
     @property

@@ -167,7 +167,7 @@ class Switches:
 
     @property
     def key(self) -> tuple[bytes, ...]:
-        """What acts now, to be compared."""
+        """Key of what acts now, for comparison."""
         return tuple(item.acting.tobytes() for item in self.items)
 
     def state(self) -> list[dict[str, Any]]:

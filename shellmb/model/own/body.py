@@ -150,7 +150,7 @@ class OwnBody(Massless):
 
     @cached_property
     def constraints(self) -> tuple[Constraint, ...]:
-        """What is held."""
+        """Constraints that are held."""
         mesh = self.mixed.space.mesh
         return tuple(
             Constraints(

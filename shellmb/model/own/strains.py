@@ -51,7 +51,7 @@ class Stiffness:
         return (self.C * e,)
 
     def gap(self, mean: Expr, end: Expr, N: Expr) -> Expr:
-        """Nothing has to agree."""
+        """No condition."""
         return NOTHING
 
     def energy(self, strain: Measure, layout: Layout, q: Expr) -> tuple[Expr]:

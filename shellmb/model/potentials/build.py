@@ -85,7 +85,7 @@ class UserPotential(PotentialGroup):
         self._parameters = {name: self.constant(value) for name, value in item.parameters.items()}
 
     def loads(self) -> LoadFactors | None:
-        """What sets the load factor; the force is the energy's."""
+        """Loads that set the load factor; the force follows from the energy."""
         return None if self.factor is None else LoadFactor(self.factor)
 
     def measure(self, q: Expr) -> Expr:

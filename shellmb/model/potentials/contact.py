@@ -75,7 +75,7 @@ class ContactGroup(PotentialGroup):
         return self._fixed if self.seen is None else self.seen.place(q, self.layout)
 
     def measure(self, q: Expr) -> Expr:
-        """What the distance from the obstacle follows from."""
+        """Measures from which the distance from the obstacle follows."""
         frame = self._frame(q)
         return self.shape.measure(self.place(q).x - frame.x, frame.e)
 

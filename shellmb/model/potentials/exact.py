@@ -22,7 +22,7 @@ FAR = 1e6
 
 
 class WithoutTerms:
-    """What an energy without kernels of its own has of `body.Elastic`."""
+    """Parts of `body.Elastic` for an energy without kernels of its own."""
 
     def interval_term(self, sub: SubInterval, dq: Expr, trial: Expr) -> Term | None:
         """None."""

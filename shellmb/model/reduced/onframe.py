@@ -41,7 +41,7 @@ class Reduced:
 
     @property
     def data(self) -> ModalBody:
-        """What is kept of it."""
+        """Data of the body."""
         return self.modes.data
 
     @property

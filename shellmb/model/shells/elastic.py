@@ -20,7 +20,7 @@ from shellmb.model.shells.bound import BoundShell
 
 
 def shell_strains(shell: BoundShell) -> tuple[Strains, ...]:
-    """What a shell's energy is of: its strains, and behind them those along element lines.
+    """Arguments of a shell's energy: its strains, followed by those along element lines.
 
     Args:
         shell: The shell.

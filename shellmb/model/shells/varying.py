@@ -1,4 +1,4 @@
-"""What follows from a shell's section as coefficients of forms: numbers, or fields where it varies.
+"""Coefficients of forms from a shell's section: numbers, or fields where it varies.
 
 A section that varies is evaluated at points of each element: on quadrilaterals at the Gauss points
 of the rule that a coefficient is used with, where its field has its nodes, and on triangles at the

@@ -25,7 +25,7 @@ POSSIBLE_LANES = ("1", "2", "4", "8")
 
 
 def features_here() -> set[str]:
-    """What Linux says that this processor can do; nothing if it is not an x86-64."""
+    """Features of this processor by Linux; none if it is not an x86-64."""
     processor = Path("/proc/cpuinfo")
     if platform.machine() != "x86_64" or not processor.exists():
         return set()

@@ -130,7 +130,7 @@ def _share(folder: Path, private: Path) -> None:
 
 @contextmanager
 def writing(folder: Path) -> Iterator[None]:
-    """What the system says when kernels cannot be written, as a sentence.
+    """Error of the system when kernels cannot be written, as a sentence.
 
     Args:
         folder: The cache.
@@ -149,7 +149,7 @@ def writing(folder: Path) -> Iterator[None]:
 
 @contextmanager
 def loading(library: Path) -> Iterator[Path]:
-    """What the system says when a library cannot be loaded, as a sentence.
+    """Error of the system when a library cannot be loaded, as a sentence.
 
     Args:
         library: Its file.

@@ -1,4 +1,4 @@
-"""How well constraints hold: those of the directors, and those between bodies, joint by joint."""
+"""Violation of constraints: those of the directors, and those between bodies, by joint."""
 
 from __future__ import annotations
 

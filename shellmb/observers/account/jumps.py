@@ -1,4 +1,4 @@
-"""What an energy-decaying run says of its own accuracy: the jumps at the starts of its steps.
+"""Jumps at the starts of the steps of an energy-decaying run, as a measure of its accuracy.
 
 ED lets the state jump from i to j at the start of a step (eqs. 28-31). In the exact motion there is
 no jump; what is left of it, `q_j - q_i = -dt (a - alpha b)/6` with the differences `a`, `b` of

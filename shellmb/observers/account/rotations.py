@@ -1,4 +1,4 @@
-"""How far bodies turn in a step: each as a whole, and at its nodes.
+"""Rotations of bodies in a step: of each as a whole, and at its nodes.
 
 For a body that turns by the angle `a` about `n`, the change of its nodes over a step is
 `2 tan(a/2) n x` of what they are in the middle of it, relative to its centre. So the best fit of
@@ -29,7 +29,7 @@ TINY = 1e-12
 
 @dataclass
 class Turn:
-    """How a body of the scene turns.
+    """Rotation of a body of the scene.
 
     Args:
         angle: Largest angle of the body or of a part of it in the last step, rad.

@@ -12,7 +12,7 @@ from shellmb.model.shells.shell import ShellModel
 
 @dataclass(frozen=True)
 class Stiffness:
-    """How stiff a shell is in its surface, or a beam along its line.
+    """Stiffness of a shell in its surface, or of a beam along its line.
 
     Args:
         wave_speed: Speed of longitudinal waves, m/s; infinite where nothing stretches, 0 without

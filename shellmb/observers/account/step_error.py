@@ -1,4 +1,4 @@
-"""What the control of the step by its error has done: in the history and in the summary."""
+"""Record of step control by error, for the history and the summary."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class StepError(Silent):
 
 
 def controlled(simulation: Simulation) -> dict[str, Any] | None:
-    """What the control has done, for `summary.json`; None where there is none.
+    """Record of step control for `summary.json`; None without one.
 
     Args:
         simulation: The simulation.

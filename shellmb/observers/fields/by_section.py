@@ -1,4 +1,4 @@
-"""What follows from resultants at a point by the section alone: strains, energy, stresses."""
+"""Strains, energy and stresses at a point, from resultants and the section alone."""
 
 from __future__ import annotations
 

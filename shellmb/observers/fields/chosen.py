@@ -169,7 +169,7 @@ class NodalMeans:
 
 
 def chosen_fields(simulation: Simulation) -> dict[str, ChosenFields]:
-    """What the scene asks for beyond the state, by the names of the bodies that have it.
+    """Fields beyond the state that the scene requests, by the names of the bodies.
 
     Args:
         simulation: The simulation.

@@ -1,4 +1,4 @@
-"""What is written of each part beside its displacement: what the scene's output asks for."""
+"""Fields of each part beside its displacement that the scene's output requests."""
 
 from __future__ import annotations
 

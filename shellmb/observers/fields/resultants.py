@@ -111,7 +111,7 @@ class Resultants:
         return self.at_nodes(self._expressions[-1 if self._simulation.last else 0])
 
     def at_nodes(self, expression: fem.Expression) -> Floats:
-        """What an expression has in each element of this rank at its nodes."""
+        """Values of an expression at the nodes of each element of this rank."""
         flat = np.asarray(expression.eval(self._mesh, self._cells), dtype=np.float64)
         values = flat.reshape(len(self._cells), -1, self._size)
         return np.asarray(np.einsum("np,epk->enk", self._continued, values))

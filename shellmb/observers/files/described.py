@@ -1,4 +1,4 @@
-"""What pictures and readers of a run have to know of its scene, kept with it as `scene.json`."""
+"""Description of a scene for pictures and readers of a run, stored as `scene.json`."""
 
 from __future__ import annotations
 

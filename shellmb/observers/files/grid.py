@@ -1,4 +1,4 @@
-"""What files and pictures show of a body: its nodes and cells, gathered on rank 0."""
+"""Nodes and cells of a body for files and pictures, gathered on rank 0."""
 
 from __future__ import annotations
 

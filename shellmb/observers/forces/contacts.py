@@ -1,4 +1,4 @@
-"""What potentials and contacts exert on bodies, and how deep points are in obstacles."""
+"""Forces of potentials and contacts on bodies, and penetrations of points into obstacles."""
 
 from __future__ import annotations
 

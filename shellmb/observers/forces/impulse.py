@@ -38,7 +38,7 @@ def last_middle(simulation: Simulation, body: str) -> Floats:
 
 @dataclass(frozen=True)
 class Exchange:
-    """What a step exchanged with the outside.
+    """Impulse and energy that a step exchanged with the outside.
 
     Args:
         loads: Impulse and moment of impulse about the origin of loads and added terms, (2, 3).
@@ -65,7 +65,7 @@ class Impulse:
         self._held = [HeldForces(problem, model, stage) for stage in stages]
 
     def of_step(self, simulation: Simulation) -> Exchange:
-        """What the step just solved exchanged; collective."""
+        """Exchange of the step just solved; collective."""
         assert simulation.last is not None
         sums, scheme = np.zeros(13), simulation.scheme
         for number, (acting, held) in enumerate(zip(self._rows, self._held, strict=True)):

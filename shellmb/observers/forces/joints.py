@@ -107,7 +107,7 @@ class JointForces(Silent):
 
 
 def group_loops(problem: Assembled, mechanism: Mechanism) -> list[GroupForces]:
-    """What finds the forces of all joints.
+    """Loops that find the forces of all joints.
 
     Args:
         problem: The system that has their multipliers.

@@ -35,7 +35,7 @@ class Assembled(Protocol):
 
 
 def resistance(problem: Assembled, name: str, stage: str | None = None) -> tuple[Residuals, Floats]:
-    """What assembles the virtual work of a group's forces in a row, and place for it.
+    """Assembly of the virtual work of a group's forces in a row, and memory for it.
 
     Args:
         problem: The system.

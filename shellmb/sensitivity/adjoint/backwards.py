@@ -32,7 +32,7 @@ Found = tuple[float, dict[str, float], dict[tuple[str, str], "pd.DataFrame"], Ru
 
 
 class Reading:
-    """What a probe reads of the state, as a covector.
+    """Reading of a probe, as a covector of the state.
 
     Args:
         simulation: The simulation.

@@ -77,7 +77,7 @@ class Showing:
 
     @property
     def extent(self) -> View:
-        """What numbers of the extent are of: what is seen, or the reference if that is enlarged."""
+        """Positions whose extent has numbers: those seen, or the reference if it is enlarged."""
         if self.factor == 1:
             return self.view
         return view_of(np.concatenate([s.reference for s in _bodies(self.shapes).values()]))
@@ -88,7 +88,7 @@ class Showing:
         return np.asarray(X + self.factor * (state.position - X))
 
     def title(self, states: dict[str, State]) -> str:
-        """What stands above a state."""
+        """Title above a state."""
         if self.caption:
             return self.caption
         t = next(iter(states.values())).t

@@ -17,7 +17,7 @@ from shellmb.simulate.stepping import Arrays, Attempt, StepInfo
 
 
 class Running(Protocol):
-    """What is needed of a simulation (`shellmb.simulate.simulation.Simulation`)."""
+    """Interface of a simulation (`shellmb.simulate.simulation.Simulation`)."""
 
     scene: Scene
     model: Any

@@ -308,7 +308,7 @@ class PathSteps:
         self.unstable = found.state.negative
 
     def forget(self, velocities: bool) -> None:
-        """Nothing of the past is used."""
+        """Forget the past."""
 
     def arrays(self) -> Arrays:
         """The tangent."""

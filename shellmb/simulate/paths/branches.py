@@ -41,7 +41,7 @@ POWER, SETTLED = 60, 1e-8
 
 @dataclass(frozen=True)
 class PathState:
-    """What is known of a state on the path.
+    """Properties of a state on the path.
 
     Args:
         t: Its arc length.

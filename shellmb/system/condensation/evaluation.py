@@ -15,7 +15,7 @@ from shellmb.system.assembly.scatter import SerialExchange
 
 
 class AtOnce:
-    """What `BlockSystem.evaluate` does in parts.
+    """The parts of `BlockSystem.evaluate` in one call.
 
     Args:
         system: The system.

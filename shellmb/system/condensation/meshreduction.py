@@ -163,7 +163,7 @@ class MeshReduction:
         self._run(self.projection, 0, self.cells.count, values, *shift)
 
     def for_solution(self, single: bool) -> Any:
-        """What C needs of this mesh to solve with the reduced matrix.
+        """Data of this mesh for solutions in C with the reduced matrix.
 
         Args:
             single: Whether to keep all that solutions read in single precision, too.
