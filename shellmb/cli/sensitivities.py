@@ -39,6 +39,9 @@ def sensitivities(
     out: Annotated[
         Path | None, typer.Option(help="Directory; default: runs/SCENE-sensitivities-TIME.")
     ] = None,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Go on in the directory, where this run was stopped.")
+    ] = False,
     quiet: QuietOption = False,
     **options: Any,
 ) -> None:
@@ -67,6 +70,7 @@ def sensitivities(
             scales={name: _number(name, text) for name, text in sizes.items()},
             columns="probes" if probes else "all",
             fields=not no_fields,
+            resume=resume,
             **chosen,
         )
     if not quiet and first_rank():

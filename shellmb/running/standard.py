@@ -13,7 +13,7 @@ from shellmb.observers.account.momentum import Momentum
 from shellmb.observers.account.rotations import BodyRotations
 from shellmb.observers.account.step_error import StepError
 from shellmb.observers.control import ControlColumns
-from shellmb.observers.files.checkpoint import Checkpoint
+from shellmb.observers.files.checkpoint import Checkpoint, Written
 from shellmb.observers.forces.contacts import ContactForces
 from shellmb.observers.forces.endforces import EndForceColumns
 from shellmb.observers.forces.joints import JointForces
@@ -89,9 +89,8 @@ class StandardObservers:
 
             self.frames = Frames(directory / FIELDS, joints)
             self.named["frames"] = self.frames
-            checkpoint = Checkpoint(
-                directory / STATE, dict(self.named), {"history": history, "frames": self.frames}
-            )
+            written = {name: o for name, o in self.named.items() if isinstance(o, Written)}
+            checkpoint = Checkpoint(directory / STATE, dict(self.named), written)
             self.named["checkpoint"] = checkpoint
         # behind all that write
         self.named["stop"] = Stop()

@@ -45,6 +45,7 @@ def sensitivities(
     scales: Mapping[str, float] | None = None,
     columns: str = "all",
     fields: bool = True,
+    resume: bool = False,
     comm: MPI.Comm | None = None,
     **options: Any,
 ) -> Sensitivities:
@@ -63,6 +64,7 @@ def sensitivities(
         columns: "all" columns of the history, or those of "probes" only, which costs less; with
             controllers all of them.
         fields: Whether fields have derivatives, too.
+        resume: Whether to go on in `out`, where this run was stopped; all else is given again.
         comm: Communicator; None: all ranks.
         **options: Choices that replace the scene's, as `shellmb run` has them.
 
@@ -93,10 +95,16 @@ def sensitivities(
 
     world = MPI.COMM_WORLD if comm is None else comm
     directory, temporary = place(out, world)
+    if resume and not world.bcast((directory / RUN).is_dir()):
+        raise SceneError(
+            f"sensitivities: out is {out}, in which no run with derivatives was begun; give the "
+            "directory of the one that was stopped, or resume=False"
+        )
     from shellmb.running.directory import claimed
 
-    with claimed(directory, world, new=True):
-        _execute(made, base, scenes, directory, said, world, columns, fields and columns == "all")
+    fields = fields and columns == "all"
+    with claimed(directory, world, new=not resume):
+        _execute(made, base, scenes, directory, said, world, columns, fields, resume)
     world.Barrier()
     found = Sensitivities(directory)
     if temporary:
@@ -152,14 +160,18 @@ def _execute(
     comm: MPI.Comm,
     columns: str,
     fields: bool,
+    resumed: bool,
 ) -> None:
     """Run the scene with those beside it, and write what there is of each."""
     from shellmb.running.execute import execute
+    from shellmb.running.resuming.resume import resume
+    from shellmb.sensitivity.saved import SavedSide
     from shellmb.sensitivity.sides import Side
     from shellmb.sensitivity.tangent import Pair, Tangents
 
     begin = clock.perf_counter()
     sides: dict[Parameter, list[Side]] = {}
+    saved: list[SavedSide] = []
 
     def make(run: Simulation) -> list[Pair]:
         for p, both in scenes.items():
@@ -168,17 +180,15 @@ def _execute(
                 Side(scene, directory / side_folder(p.name, side), columns, fields, run)
                 for scene, side in zip(both, SIDES, strict=True)
             ]
+            saved.extend(side.saved for side in sides[p])
         return [Pair(p, above.shadow, below.shadow) for p, (above, below) in sides.items()]
 
-    tangents = Tangents(make)
-    result = execute(
-        base,
-        directory / RUN,
-        [tangents],
-        comm=comm,
-        pictures=False,
-        results=made.results,
-    )
+    tangents = Tangents(make, saved)
+    how: dict[str, Any] = {"comm": comm, "pictures": False, "results": made.results}
+    if resumed:
+        result = resume(directory / RUN, [tangents], scene=base, **how)
+    else:
+        result = execute(base, directory / RUN, [tangents], **how)
     if columns == "all":
         for both in sides.values():
             for side in both:

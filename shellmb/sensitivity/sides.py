@@ -15,6 +15,7 @@ from shellmb.running.execute import RunResult
 from shellmb.running.results import measured
 from shellmb.running.standard import HISTORY, SUMMARY, StandardObservers
 from shellmb.scene import Scene
+from shellmb.sensitivity.saved import SavedSide
 from shellmb.sensitivity.shadow import Shadow
 from shellmb.simulate.simulation import Observer, Simulation
 
@@ -30,10 +31,13 @@ class Side:
         folder: Where its history and fields are written.
         columns: "all", or "probes" only.
         fields: Whether its fields are written.
-        run: The run.
+        run: The run; if it has made steps, the side goes on from its saved state.
 
     Attributes:
         shadow: Its simulation.
+
+    Raises:
+        SceneError: If the state of the side is not of that step of the run, or of another scene.
     """
 
     def __init__(
@@ -42,7 +46,7 @@ class Side:
         self._folder, self._comm = folder, run.model.comm
         comm = self._comm
         if comm.rank == 0:
-            folder.mkdir(parents=True)
+            folder.mkdir(parents=True, exist_ok=True)
         comm.Barrier()
         simulation = Simulation(scene, comm, run)
         self._standard: StandardObservers | None = None
@@ -50,12 +54,15 @@ class Side:
             self._standard = StandardObservers(folder)
             left_out = OF_THE_RUN if fields else (*OF_THE_RUN, "frames")
             named = self._standard.named.items()
-            chosen = [o for name, o in named if not name.startswith(left_out)]
+            chosen = {name: o for name, o in named if not name.startswith(left_out)}
         else:
             chosen = _only_probes(folder)
         if comm.rank == 0:
             describe(scene).write(folder)
-        self.shadow = Shadow(simulation, chosen, forces=columns == "all")
+        self.saved = SavedSide(folder, simulation, chosen)
+        if run.step:
+            self.saved.take_up(run)
+        self.shadow = Shadow(simulation, list(chosen.values()), forces=columns == "all")
 
     def finish(
         self, summary: Mapping[str, Any], wall: float, results: Callable[..., Any] | None
@@ -80,7 +87,8 @@ class Side:
                 write_json(self._folder / SUMMARY, own)
 
 
-def _only_probes(folder: Path) -> list[Observer]:
+def _only_probes(folder: Path) -> dict[str, Observer]:
     """Observers of the probes, and the history of these."""
     probes: Measuring = Probes()
-    return [probes, History([probes], folder / HISTORY)]  # type: ignore[list-item]
+    history = History([probes], folder / HISTORY)
+    return {"probes": probes, "history": history}  # type: ignore[dict-item]

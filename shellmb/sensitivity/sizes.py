@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Container
+
 from mpi4py import MPI
 
 import numpy as np
 import numpy.typing as npt
 
+from shellmb.native.operations import operations
 from shellmb.system.assembly.blocks import BlockSystem
 from shellmb.system.newton.convergence import owned_parts
 
@@ -27,25 +30,28 @@ class Sizes:
 
     Args:
         system: The block system of the run.
+        untested: Titles of parts that are not compared.
 
     Attributes:
         weight: One over the unit of each unknown that this rank owns; zero where there is none.
     """
 
-    def __init__(self, system: BlockSystem) -> None:
+    def __init__(self, system: BlockSystem, untested: Container[str] = ()) -> None:
         # jumps of velocities follow from the states
         found = [(p, e) for p, e in owned_parts(system) if np.isfinite(p.scale)]
         self._comm = system.comm
-        self._entries = np.concatenate([*(e for _, e in found), np.zeros(0, np.int64)])
+        entries = np.concatenate([*(e for _, e in found), np.zeros(0, np.int64)]).astype(np.int64)
         counts = np.array([len(e) for _, e in found], dtype=np.int64)
-        self._there = np.flatnonzero(counts)
-        self._starts = (np.cumsum(counts) - counts)[self._there]
         self._scales = np.array([p.scale for p, _ in found])
-        self._moves = np.array([np.isfinite(p.bound) for p, _ in found])
+        bounds = np.array([p.bound for p, _ in found])
+        self._moves = np.isfinite(bounds)
         self._share = np.where(self._moves, 1.0, FORCES)
-        self._table, self._taken = np.zeros((2, len(found))), np.empty(len(self._entries))
+        self._share[[p.name in untested for p, _ in found]] = 0.0
+        ends = np.append(0, np.cumsum(counts)).astype(np.int64)
+        self._parts = operations().part_sizes(ends, entries, self._scales, bounds)
+        self._table = np.zeros((2, len(found)))
         self.weight = np.zeros(system.numbering.owned)
-        self.weight[self._entries] = 1.0 / np.repeat(self._scales, counts)
+        self.weight[entries] = 1.0 / np.repeat(self._scales, counts)
 
     def relative(self, change: Floats, whole: Floats) -> float:
         """Largest change of a part relative to the whole of it; the same on all ranks.
@@ -54,11 +60,9 @@ class Sizes:
             change: Change of the difference of both sides.
             whole: The difference.
         """
-        table, taken = self._table, self._taken
+        table = self._table
         for row, values in zip(table, (change, whole), strict=True):
-            if len(self._there):
-                np.abs(np.take(values, self._entries, out=taken), out=taken)
-                row[self._there] = np.maximum.reduceat(taken, self._starts)
+            self._parts.largest(values, row)
         if self._comm.size > 1:
             self._comm.Allreduce(MPI.IN_PLACE, table, op=MPI.MAX)
         changes, sizes = table / self._scales

@@ -17,8 +17,9 @@ finitely; the difference is the derivative of that retraction.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -26,6 +27,7 @@ import numpy.typing as npt
 from shellmb.errors import ConvergenceError
 from shellmb.sensitivity.guess import Guess
 from shellmb.sensitivity.parameters import STEP, Parameter
+from shellmb.sensitivity.saved import SavedSide
 from shellmb.sensitivity.shadow import Shadow, check_alike
 from shellmb.sensitivity.sizes import Sizes
 from shellmb.simulate.simulation import Silent, Simulation
@@ -36,8 +38,9 @@ Floats = npt.NDArray[np.float64]
 TOLERANCE = 1e-9
 # and beyond which derivatives are no good where it ends without progress
 USELESS = 1e-5
-# first iterations with old factors, which need one side only
-ROUGH = 2
+# with old factors both sides are evaluated once, when the derivatives change by so little, or after
+# so many iterations: before and after that one side tells the difference, to `STEP` of it
+NEAR, ROUGH = 1e-3, 3
 # iterations with old factors, and with new ones
 PATIENCE, MOST = 12, 30
 # steps for which the contraction of new factors is trusted
@@ -85,23 +88,29 @@ class Tangents(Silent):
 
     Args:
         make: Makes the scenes beside the run.
+        saved: Their states, which are written with that of the run; it grows when they are made.
 
     Attributes:
         pairs: They, as soon as the run begins.
         iterations: Number of iterations so far.
     """
 
-    def __init__(self, make: Callable[[Simulation], Sequence[Pair]]) -> None:
-        self._make = make
+    def __init__(
+        self, make: Callable[[Simulation], Sequence[Pair]], saved: Sequence[SavedSide] = ()
+    ) -> None:
+        self._make, self._saved = make, saved
         self.pairs: list[Pair] = []
         self.iterations = 0
+        self._kinks: dict[str, list[float]] = {}
 
     def start(self, simulation: Simulation) -> None:
         """Start both sides at states that mirror each other about that of the run."""
         self.pairs = list(self._make(simulation))
+        for pair in self.pairs:
+            pair.kinks += self._kinks.get(pair.parameter.name, [])
         system, scene = simulation.problem.system, simulation.scene
         self._kinked = bool(scene.contacts or scene.force_elements or scene.controllers)
-        self._sizes = Sizes(system)
+        self._sizes = Sizes(system, _of_lengths(simulation))
         self._given, self._change = system.x.duplicate(), system.x.duplicate()
         self._states = list(simulation.live().values())
         self._both = {
@@ -144,17 +153,27 @@ class Tangents(Silent):
         # new factors contract in this step as in the last ones; once in a while that is measured
         known = 1.0 if lags or simulation.step % TRUSTED == 0 else pair.contraction
         before = now = 1.0
-        contraction = known
+        central: tuple[Floats, Floats] | None = None
+        contraction, rough = known, lags
         for count in range(1, MOST + 1):
             if count == PATIENCE:
                 # the run itself goes on with them
                 _check(linear.factorise())
-            rough = lags and count <= ROUGH
-            if count == 1 or not rough:
+            rough = rough and count <= ROUGH and now * min(1.0, contraction) > NEAR
+            if count == 1 or not (rough or central):
                 d = self._mirrored(pair, u, d)
-            # that of the run is zero: one side tells the difference to first order
             rest = above.residual(u + d)
-            rest = 2.0 * rest if rough else rest - below.residual(u - d)
+            if rough:
+                # that of the run is zero: one side tells the difference to first order
+                rest = 2.0 * rest
+            elif central is not None:
+                # and how it changes in small updates
+                rest = central[1] + 2.0 * (rest - central[0])
+            else:
+                one = rest.copy()
+                rest = one - below.residual(u - d)
+                # beside a kink sides differ
+                central = (one, rest) if lags and not self._kinked else None
             change = STEP * self._solution(simulation, rest)
             d = d - change
             self.iterations += 1
@@ -163,7 +182,7 @@ class Tangents(Silent):
                 contraction = pair.contraction = now / before
             if now * min(1.0, contraction) <= TOLERANCE and not rough:
                 break
-            if count > ROUGH and contraction > STALLED and now <= USELESS:
+            if not rough and contraction > STALLED and now <= USELESS:
                 break
             before = now or 1.0
         else:
@@ -202,11 +221,37 @@ class Tangents(Silent):
             for side in pair.sides:
                 side.accepted(simulation)
 
+    def state(self) -> dict[str, Any]:
+        """Where both sides do not mirror each other; the sides take down their states, too."""
+        for saved in self._saved:
+            saved.remember()
+        kinks = {pair.parameter.name: list(pair.kinks) for pair in self.pairs}
+        return {"iterations": self.iterations, "kinks": kinks}
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Take up what was found so far; the scenes take up their states when they are made."""
+        self.iterations, self._kinks = int(state["iterations"]), state["kinks"]
+
+    def write(self) -> None:
+        """Write the states of both sides that were taken down last."""
+        for saved in self._saved:
+            saved.write()
+
+    def sealed(self, state: Mapping[str, Any]) -> dict[str, Any]:
+        """The saved state; the scenes beside the run have files of their own."""
+        return dict(state)
+
     def finish(self, simulation: Simulation, error: BaseException | None) -> None:
         """End with the run."""
         for pair in self.pairs:
             for side in pair.sides:
                 side.finish(simulation, error)
+
+
+def _of_lengths(simulation: Simulation) -> frozenset[str]:
+    """Multipliers of lengths and angles of directors, which nothing that is found depends on."""
+    bodies = simulation.model.bodies
+    return frozenset(part.title for body in bodies for part in body.parts if part.name == "lam")
 
 
 def _check(reason: str | None) -> None:

@@ -23,7 +23,7 @@ APART = 1e-4
 EXACT = 1e-6
 # derivatives that are zero, as of momenta across the plane of a motion: their round-off, relative
 # to the column over the parameter and to the derivatives of columns of the same name
-ZERO = 1e-7
+ZERO = 1e-6
 # what is round-off by itself
 NOISE = {"energy_balance", "director_error", "constraint_error"}
 TIGHT = {"newton": "full", "tolerance": 1e-11}

@@ -7,7 +7,7 @@ import time as clock
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -45,6 +45,7 @@ class Saved:
     ranks: tuple[tuple[Arrays, dict[str, Ints]], ...] = ()
 
 
+@runtime_checkable
 class Written(Protocol):
     """An observer with files that a state counts on."""
 

@@ -14,6 +14,7 @@ from shellmb.running.directory import claimed
 from shellmb.running.execute import RunResult, carry_out
 from shellmb.running.loader import SceneModule
 from shellmb.running.request import REQUEST, Request, StoredRequest, read_request
+from shellmb.running.results import Results
 from shellmb.running.resuming.saved import has_begun, read_saved
 from shellmb.scene import Scene
 from shellmb.scene.fingerprint import Difference, differences, fingerprint
@@ -36,6 +37,7 @@ def resume(
     scene: Scene | None = None,
     scene_file: str | None = None,
     trust: bool = False,
+    results: Results | None = None,
 ) -> RunResult:
     """Go on with a run from its last state; serially it ends bit for bit as if never stopped.
 
@@ -48,6 +50,7 @@ def resume(
         scene: The scene, for runs that were not started by `shellmb run`.
         scene_file: The path of the scene's file, where the run was started from one.
         trust: Whether the file that the run directory names may be executed, without its path.
+        results: Gives the `results` of the summary; None: the module that the scene is from.
 
     Raises:
         SceneError: If the directory holds no run, another run is writing it, its scene is a file
@@ -76,7 +79,8 @@ def resume(
             said += _same_request(directory, stored, request, saved is not None)
         for line in said if comm.rank == 0 else []:
             _log.warning("resume: %s", line)
-        results = module.results if module is not None else None
+        if module is not None:
+            results = module.results
         return carry_out(
             scene,
             directory,
