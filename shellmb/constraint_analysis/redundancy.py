@@ -70,9 +70,9 @@ def look_through(model: Model) -> list[Redundant]:
             scene does not drop them; names them.
     """
     scene = model.scene
-    assert scene.dt is not None and scene.t_end is not None
+    assert scene.dt is not None
     unknowns = Unknowns(model.bodies, model.comm)
-    times = np.linspace(0.0, scene.t_end, TIMES).tolist()
+    times = np.linspace(0.0, scene.given_until, TIMES).tolist()
     given = unknowns.given(times, RATE_STEP * scene.dt)
     _agree(model, unknowns, given, times)
     rows = local_rows(model, unknowns, given)

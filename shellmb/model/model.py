@@ -25,6 +25,7 @@ from shellmb.model.locations.finder import Finder
 from shellmb.model.plausible import check_probes
 from shellmb.model.potentials.build import potential_groups
 from shellmb.model.potentials.group import PotentialGroup
+from shellmb.model.potentials.volume import Volume, enclosed_volumes
 from shellmb.model.reduced.data import ModalBody
 from shellmb.model.reduced.modal import modal_bodies, modal_points
 from shellmb.model.shells.middles import hold_middles
@@ -55,6 +56,7 @@ class Model:
         rigid_meshes: Meshes of the shells and beams that are rigid, by name: they have no unknowns.
         planes: Planes that are not axis-parallel and hold nodes; among `bodies`, too.
         potentials: Potentials and contacts; among `bodies`, too.
+        volumes: Enclosed volumes; their bodies are among `bodies`, too.
         modal: What is reduced to modes; its frames are among `rigid`.
     """
 
@@ -71,12 +73,18 @@ class Model:
     rigid_meshes: RigidMeshes
     planes: list[NodalConstraint]
     potentials: list[PotentialGroup]
+    volumes: list[Volume]
     modal: tuple[ModalBody, ...]
 
     @property
     def meshed(self) -> dict[str, ShellModel | BeamModel]:
         """Shells and beams by name."""
         return {**self.shells, **self.beams}
+
+    @property
+    def outside(self) -> list[Body]:
+        """Bodies whose forces come from outside."""
+        return [*self.potentials, *(part for v in self.volumes for part in v.surfaces)]
 
     def nodes_of(self, name: str) -> tuple[Body, Ints, Floats, Floats]:
         """Nodes of a shell, beam or rigid body on this rank.
@@ -105,7 +113,8 @@ class Model:
             body: A body of the system.
         """
         scene = self.scene
-        if not (self.beams or self.rigid is not None or scene.joints or scene.force_elements):
+        tied = scene.joints or scene.force_elements or scene.volumes
+        if not (self.beams or self.rigid is not None or tied):
             return False
         return bool(body.kinematic) or isinstance(body, ConstraintGroup)
 
@@ -178,6 +187,9 @@ def build_model(
     potentials = potential_groups(described, comm, find, *meshes, touched, length)
     bodies += potentials
 
+    volumes = enclosed_volumes(scene, comm, shells, prescribed, force, length)
+    bodies += [body for volume in volumes for body in volume.bodies]
+
     for shell in shells.values():
         hold_middles(shell)
     resolve_links(bodies, comm)
@@ -196,5 +208,6 @@ def build_model(
         rigid_meshes=rigid_meshes,
         planes=planes,
         potentials=potentials,
+        volumes=volumes,
         modal=tuple(modal),
     )

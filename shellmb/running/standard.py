@@ -17,6 +17,7 @@ from shellmb.observers.files.checkpoint import Checkpoint, Written
 from shellmb.observers.forces.contacts import ContactForces
 from shellmb.observers.forces.endforces import EndForceColumns
 from shellmb.observers.forces.joints import JointForces
+from shellmb.observers.forces.volumes import Volumes
 from shellmb.observers.history import History, Measuring
 from shellmb.observers.path import PathRecord
 from shellmb.observers.probes import Probes
@@ -67,6 +68,7 @@ class StandardObservers:
             "probes": Probes(),
             "joints": joints,
             "contacts": ContactForces(),
+            "volumes": Volumes(),
             "end forces": EndForceColumns(),
             "path": PathRecord(),
             "step error": StepError(),

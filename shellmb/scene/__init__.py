@@ -50,6 +50,7 @@ from shellmb.scene.loads.supports import (
     Support,
     SymmetryPlane,
 )
+from shellmb.scene.loads.volumes import EnclosedVolume, Gas
 from shellmb.scene.multibody.drivers import Driver, Lock
 from shellmb.scene.multibody.edge_hinges import EdgeHinge
 from shellmb.scene.multibody.elements import (
@@ -135,6 +136,7 @@ __all__ = [
     "EdgeHinge",
     "EdgeMoment",
     "Element",
+    "EnclosedVolume",
     "Event",
     "Fixed",
     "FollowerEdgeForce",
@@ -146,6 +148,7 @@ __all__ = [
     "FromMode",
     "FromRun",
     "FromShape",
+    "Gas",
     "GeneralSection",
     "Glue",
     "GmshFile",

@@ -17,6 +17,7 @@ from shellmb.scene.loads.contacts import Contact
 from shellmb.scene.loads.loads import Load
 from shellmb.scene.loads.potentials import Potential
 from shellmb.scene.loads.supports import Support
+from shellmb.scene.loads.volumes import EnclosedVolume
 from shellmb.scene.multibody.drivers import Driver, Lock
 from shellmb.scene.multibody.elements import Element
 from shellmb.scene.multibody.joints import Joint
@@ -77,6 +78,7 @@ class Description:
     path: PathFollowing | None = None
     potentials: Annotated[tuple[InstanceOf[Potential], ...], BeforeValidator(_several)] = ()
     contacts: Annotated[tuple[InstanceOf[Contact], ...], BeforeValidator(_several)] = ()
+    volumes: Annotated[tuple[InstanceOf[EnclosedVolume], ...], BeforeValidator(_several)] = ()
     units: Annotated[str | None, AfterValidator(_units)] = None
     controllers: Annotated[tuple[InstanceOf[Law], ...], BeforeValidator(_several)] = ()
     events: Annotated[tuple[InstanceOf[Event], ...], BeforeValidator(_several)] = ()
@@ -112,6 +114,11 @@ class Description:
         """Starts of the run, one after the other; empty if it starts as given."""
         items = self.start if isinstance(self.start, tuple) else (self.start,)
         return tuple(item for item in items if item != "given")
+
+    @property
+    def given_until(self) -> float:
+        """Last time of what is prescribed; on a path the load factor takes the place of time."""
+        return (self.t_end or 0.0) if self.path is None else self.path.load_end or 1.0
 
     @property
     def bodies(self) -> tuple[Body, ...]:

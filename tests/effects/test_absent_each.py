@@ -69,6 +69,8 @@ MORE = {
     # no unknown of its own: the places of nodes
     "potential": (0, 1, 8, 2),
     "contact": (0, 1, 11, 2),
+    # the pressure and the change of the volume; cones, what fills them, and the energy of the gas
+    "enclosed_volume": (2, 3, 10, 4),
 }
 # looked into in test_absent.py
 BEFORE = {

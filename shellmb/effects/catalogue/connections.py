@@ -15,6 +15,7 @@ from shellmb.scene import (
     Distance,
     Driver,
     EdgeHinge,
+    EnclosedVolume,
     Glue,
     InPlane,
     Join,
@@ -189,6 +190,14 @@ EFFECTS = (
         "energies of the place of bodies, exact in the account",
         group="force elements",
         bodies=("potential",),
+    ),
+    _listed(
+        "volumes",
+        EnclosedVolume,
+        "enclosed_volume",
+        "gas or fluid in closed shells, exact in the account",
+        group="force elements",
+        bodies=("enclosed volume",),
     ),
     _listed(
         "contacts",

@@ -19,6 +19,10 @@ from shellmb.meshes.raw import FACETS, Cell, boundary_facets, facets, vertex_cou
 __all__ = ["Layout", "distorted", "polar", "square"]
 
 
+# of the radius: what is nearer to the rim is on it
+ON_RIM = 1e-9
+
+
 @dataclass(frozen=True)
 class Layout:
     """Nodes in a plane and cells between them.
@@ -88,6 +92,35 @@ def polar(mesh: tuple[int, int], cell: Cell, order: int, sweep: float) -> Layout
         return np.stack([np.maximum(turned, 0.0) / angle, np.linalg.norm(w, axis=1)], axis=1)
 
     return Layout(plane, cells, cell, _shortest(plane, cells, cell), parameters)
+
+
+def globe(mesh: tuple[int, int], cell: Cell, order: int) -> Layout:
+    """Blocks around two poles that share a rim: distances from the first pole go from 0 to 2.
+
+    Args:
+        mesh: Numbers of elements along a quarter of the rim, and from a pole to the rim.
+        cell: Cell type.
+        order: Order of the geometry.
+    """
+    half = polar(mesh, cell, order, 360.0)
+    radius = np.linalg.norm(half.plane, axis=1)
+    inner = np.flatnonzero(radius < 1 - ON_RIM)
+    number = np.arange(len(radius))
+    number[inner] = len(radius) + np.arange(len(inner))
+    # at the second pole every direction is as good as another
+    w, r = half.plane[inner], radius[inner][:, None]
+    far = np.where(r > 0, w * (2 - r) / np.where(r > 0, r, 1.0), [2.0, 0.0])
+
+    def parameters(w: Floats) -> Floats:
+        return half.parameters(w) / [1.0, 2.0]
+
+    return Layout(
+        np.concatenate([half.plane, far]),
+        np.concatenate([half.cells, number[half.cells]]),
+        cell,
+        np.concatenate([half.size, half.size[inner]]),
+        parameters,
+    )
 
 
 def _quarter(central: int, outer: int, order: int) -> list[Floats]:

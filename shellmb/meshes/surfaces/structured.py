@@ -6,7 +6,7 @@ import numpy as np
 
 from shellmb.arrays import Ints
 from shellmb.meshes.raw import RawMesh, boundary_facets, cell_cross, vertex_count
-from shellmb.meshes.surfaces.layout import Layout, distorted, polar, square
+from shellmb.meshes.surfaces.layout import Layout, distorted, globe, polar, square
 from shellmb.scene import Shell, Surface
 
 __all__ = ["structured_mesh"]
@@ -17,6 +17,7 @@ CORNERS = {
     "left-top": (0.0, 1.0),
     "right-top": (1.0, 1.0),
     "pole": (0.0, 0.0),
+    "antipole": (0.0, 1.0),
 }
 
 
@@ -28,7 +29,9 @@ def structured_mesh(shell: Shell) -> RawMesh:
     """
     surface = shell.surface
     order = shell.geometry_order or (1 if surface.flat else 2)
-    if surface.pole:
+    if surface.pole and not surface.edges:
+        layout = globe(shell.mesh, shell.cell, order)
+    elif surface.pole:
         layout = polar(shell.mesh, shell.cell, order, surface.sweep)
     else:
         layout = square(shell.mesh, shell.cell, order, surface.closed)

@@ -44,8 +44,7 @@ def hold(scene: Scene, comm: MPI.Comm, meshed: Meshed) -> Held:
     Raises:
         SceneError: If supports contradict one another.
     """
-    assert scene.t_end is not None
-    times = [part * scene.t_end for part in COMPARED]
+    times = [part * scene.given_until for part in COMPARED]
     prescribed = Prescribed(aliases([*meshed.shells.values()], comm), times, scene.linear)
     planes: list[NodalConstraint] = []
     for support in scene.supports:

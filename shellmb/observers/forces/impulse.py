@@ -103,10 +103,11 @@ class _Acting(NodalForces):
     def __init__(self, simulation: Simulation, stage: str) -> None:
         problem = simulation.problem
         super().__init__(problem.system)
-        # all of what potentials exert comes from outside; residuals are against it
+        # all of what potentials exert comes from outside, and what volumes exert on lids, which
+        # are no bodies; residuals are against it
         self._forces: list[tuple[float, slice, Residuals]] = []
         for body in simulation.model.bodies:
-            row, outside = problem.forms[body.name][stage], body in simulation.model.potentials
+            row, outside = problem.forms[body.name][stage], body in simulation.model.outside
             forms = row.residual if outside else self._work(row, body)
             if forms:
                 number, system = problem.number(body.name, stage), problem.system

@@ -115,6 +115,7 @@ def check_path(scene: Description) -> None:
     followed: list[Any] = [*scene.loads, *(body for body in scene.meshed if body.natural)]
     followed += [p for p in scene.potentials if p.load]
     followed += [s for s in scene.supports if moves(s)]
+    followed += [v for v in scene.volumes if v.change is not None]
     if not followed and not scene.drivers:
         raise SceneError(
             f"{who} has no load to follow; it must have one at least: a load, a natural strain, a "
@@ -151,6 +152,7 @@ def _check_given(scene: Description, who: str) -> None:
         elif isinstance(support, Driven):
             given += [(f"{what}: rotation", support.rotation)]
             given += [(f"{what}: translation", support.translation)]
+    given += [(f"{said(v)}: change", v.change) for v in scene.volumes if v.change is not None]
     for driver in scene.drivers:
         given += [(f"driver '{driver.name}': {c}", getattr(driver, c)) for c in driver.coordinates]
     for what, value in given:

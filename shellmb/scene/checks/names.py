@@ -35,6 +35,7 @@ def check_names(scene: Description) -> None:
         *scene.force_elements,
         *scene.potentials,
         *scene.contacts,
+        *scene.volumes,
         *scene.probes,
         *scene.controllers,
         *scene.events,

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 from shellmb.errors import SceneError
 from shellmb.scene.checks.locations import areas_of, check_point, edges_of, points_of
 from shellmb.scene.loads.contacts import Contact
-from shellmb.scene.lookup import bodies_of, find_body, kind_of, listed, said
+from shellmb.scene.loads.volumes import EnclosedVolume
+from shellmb.scene.lookup import bodies_of, find_body, find_shell, kind_of, listed, said
 from shellmb.scene.multibody.elements import JointStop
 from shellmb.scene.multibody.rigid import RigidBody
 from shellmb.scene.values.models import Modal
@@ -27,14 +28,14 @@ def check_potentials(scene: Description) -> None:
         SceneError: At the first thing that is impossible.
     """
     items: tuple[Any, ...] = (*scene.potentials, *scene.contacts)
-    others: tuple[Any, ...] = (*scene.joints, *scene.drivers, *scene.force_elements, *items)
-    counts = Counter(item.name for item in others)
-    for item in items:
+    others: tuple[Any, ...] = (*scene.joints, *scene.drivers, *scene.force_elements)
+    counts = Counter(item.name for item in (*others, *items, *scene.volumes))
+    for item in (*items, *scene.volumes):
         who = said(item)
         if counts[item.name] > 1:
             raise SceneError(
-                f"{who}: another potential, contact, joint or element is named '{item.name}'; each "
-                "must have a name of its own, which its columns begin with"
+                f"{who}: another potential, contact, joint, element or volume is named "
+                f"'{item.name}'; each must have a name of its own, which its columns begin with"
             )
         if scene.linear:
             raise SceneError(
@@ -42,8 +43,11 @@ def check_potentials(scene: Description) -> None:
                 "must be one for large ones, as 'static' or 'ep' (of a foundation, terms are "
                 "linearised)"
             )
+    for item in items:
         (body,) = bodies_of(scene, item)
-        _place(body, item.at, who)
+        _place(body, item.at, said(item))
+    for volume in scene.volumes:
+        _enclosing(scene, volume)
     for contact in scene.contacts:
         if contact.obstacle_body is not None:
             _carrier(scene, contact)
@@ -63,6 +67,24 @@ def check_potentials(scene: Description) -> None:
                     f"{said(contact)}: {what} is {getattr(contact, what):g}; it must be 0, because "
                     f"scheme {show(scene.scheme_name)} has no velocities as 'ep' and 'ed' have"
                 )
+
+
+def _enclosing(scene: Description, volume: EnclosedVolume) -> None:
+    """Refuse what encloses no volume, and bodies that do not deform as their meshes do."""
+    who = said(volume)
+    if not volume.shells and len(scene.shells) != 1:
+        raise SceneError(
+            f"{who}: shells is empty and the scene has {len(scene.shells)} shells; name those that "
+            "enclose the volume"
+        )
+    names = volume.shells or (scene.shells[0].name,)
+    for name in names:
+        shell = find_shell(scene, name, who)
+        if shell.model not in ("exact", "floating-frame"):
+            raise SceneError(
+                f"{who}: the model of shell '{name}' is {show(shell.model)}; it must be 'exact' or "
+                "'floating-frame'"
+            )
 
 
 def _carrier(scene: Description, contact: Contact) -> None:

@@ -201,14 +201,15 @@ def _edge_or_point(body: Body, where: Any, who: str) -> None:
 def _time_functions(scene: Description) -> None:
     """Every function of time gives finite numbers at the beginning, the middle and the end."""
     assert scene.t_end is not None
-    # on a path the load factor takes the place of time
-    end = scene.t_end if scene.path is None else scene.path.load_end or 1.0
+    end = scene.given_until
     for load in scene.loads:
         finite_in_time(load.time, scene.t_end, f"{load.label}: time", 1)
     for body in scene.meshed:
         if body.natural is not None:
             who = f"natural strain of {said(body)}: time"
             finite_in_time(body.natural.time, scene.t_end, who, 1)
+    for volume in scene.volumes:
+        finite_in_time(volume.change, end, f"{said(volume)}: change", 1)
     for s in scene.supports:
         if isinstance(s, Fixed):
             for c in (*s.displacement, *s.director):

@@ -116,11 +116,13 @@ class Sphere(_Polar):
     Where the polar angle starts at 0 the mesh is made of blocks that avoid collapsed cells: there
     is no edge ``bottom`` but a point ``pole``, ``mesh[0]`` counts the cells along a quarter turn of
     the rim and ``mesh[1]`` those from the pole to the rim. All the way round there are no edges
-    ``left`` and ``right``.
+    ``left`` and ``right``. The whole sphere, ``polar=(0, 180)``, has no edges and the points
+    ``pole`` and ``antipole``; its rim is the equator.
 
     Args:
         radius: Radius [m].
-        polar: First and last polar angle, from the pole at +z, within [0, 180) [degrees].
+        polar: First and last polar angle, from the pole at +z, within [0, 180) [degrees]; or 0
+            and 180.
         azimuth: First and last azimuth, from the x axis towards y [degrees].
         origin: The centre [m].
         flip: Whether it is turned over: normal inwards.
@@ -134,12 +136,17 @@ class Sphere(_Polar):
 
     def __post_init__(self) -> None:
         """Check the polar angles and name the edges."""
-        if self.polar[0] < 0 or self.polar[1] >= 180:
+        sweep = self.azimuth[1] - self.azimuth[0]
+        whole = self.polar == (0.0, 180.0) and math.isclose(sweep, 360.0)
+        if self.polar[0] < 0 or (self.polar[1] >= 180 and not whole):
             raise SceneError(
-                f"sphere: polar is {show(self.polar)}; "
-                "it must begin at 0 or more and end below 180 degrees"
+                f"sphere: polar is {show(self.polar)} and azimuth {show(self.azimuth)}; polar must "
+                "begin at 0 or more and end below 180 degrees, or be (0, 180) all the way round"
             )
-        self._name_parts(self.azimuth[1] - self.azimuth[0], self.polar[0] == 0)
+        self._name_parts(sweep, self.polar[0] == 0)
+        if whole:
+            object.__setattr__(self, "edges", ())
+            object.__setattr__(self, "points", ("pole", "antipole"))
 
     def position(self, xi: Points, eta: Points) -> Points:
         """Reference positions, shape (3, n)."""

@@ -16,7 +16,9 @@ from shellmb.scene import (
     Clamped,
     Driven,
     EdgeForce,
+    EnclosedVolume,
     FollowerEdgeForce,
+    Gas,
     Glue,
     Gravity,
     Hyperelastic,
@@ -25,10 +27,13 @@ from shellmb.scene import (
     Join,
     Line,
     NaturalStrain,
+    Pressure,
     Rectangle,
     RectangularSection,
     Scene,
+    Sphere,
     StepControl,
+    SymmetryPlane,
 )
 from shellmb.scene.paths import PathFollowing
 from tests.bench.effects.case import Case, Mesh
@@ -47,6 +52,23 @@ def _plate(scheme: str, mesh: Mesh) -> Scene:
     if scheme in ("static", "linear-statics"):
         return replace(plate("static", scheme, mesh, AUTO), dt=LOAD_STEP)
     return plate("dynamic", scheme, mesh, AUTO)
+
+
+def _filled(scheme: str, mesh: Mesh) -> Scene:
+    """An eighth of a sphere full of gas, between planes of symmetry."""
+    base, planes = (
+        _plate(scheme, mesh),
+        (("left", (0, 1, 0)), ("right", (1, 0, 0)), ("top", (0, 0, 1))),
+    )
+    surface = Sphere(0.5, azimuth=(0.0, 90.0))
+    return replace(
+        base,
+        shells=replace(base.shells[0], surface=surface, mesh=mesh),
+        supports=[SymmetryPlane(edge, normal) for edge, normal in planes],
+        loads=Pressure(10.0),
+        probes=(),
+        volumes=EnclosedVolume("gas", gas=Gas(1e5)),
+    )
 
 
 def _having(**changes: Any) -> Callable[[str, Mesh], Scene]:
@@ -165,6 +187,7 @@ CASES = (
     Case("large_deformation", _having(**_FLIGHT)),
     Case("all_modes", _having(**_FLIGHT)),
     Case("stretching", _plate),
+    Case("enclosed_volume", _filled),
     Case("transverse_shear", _plate),
     Case("coupling", _made_of(_eccentric)),
     Case(

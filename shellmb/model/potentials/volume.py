@@ -1,0 +1,388 @@
+"""Volumes that shells enclose: their surfaces, and what fills them, as bodies of the system.
+
+One multiplier, the pressure, holds the sum of the cones over all surfaces at the volume of what
+fills them, which is an unknown of its own: its relative change has the energy of a gas, or is
+given. So the work on the shells is what the filling loses, in every scheme, and the matrix has one
+full row and column instead of a full block.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from mpi4py import MPI
+
+import basix.ufl
+import numpy as np
+import ufl
+from dolfinx import fem, la
+from scipy.spatial import cKDTree
+from ufl.core.expr import Expr
+
+from shellmb.arrays import Floats, Ints
+from shellmb.errors import SceneError
+from shellmb.forms.constraints.volume import Cones, Content, Patch, cone, patch, slope
+from shellmb.forms.state import Layout
+from shellmb.meshes.nodes import NodeMesh, node_mesh, node_space
+from shellmb.meshes.spaces import mixed_space
+from shellmb.model.body import Constraint, Elastic, FixedDofs, NodeLink, PartScale
+from shellmb.model.joints.coordinates import global_dofs
+from shellmb.model.joints.held import Constraints
+from shellmb.model.locations.nodes import part_dofs, said_point
+from shellmb.model.massless import Massless
+from shellmb.model.potentials.exact import ExactEnergy
+from shellmb.model.shells.shell import ShellModel
+from shellmb.model.supports.prescribed import Prescribed
+from shellmb.native.kernels import compiled
+from shellmb.scene import Scene
+from shellmb.scene.loads.volumes import EnclosedVolume, Gas
+from shellmb.scene.lookup import said
+
+ADVICE = "a smaller step"
+# pressure, relative to its size, below which it counts as zero
+SMALL_PRESSURE = 1e-3
+# part of the scene's size within which nodes of several shells are one
+TOGETHER = 1e-7
+# areas at a free node relative to that of the whole: far above round-off, far below an element's
+OPEN = 1e-9
+# a volume below this part of that of a cube with the area is none
+FLAT = 1e-9
+# shells of one volume: all combinations of their sides are tried
+MOST = 16
+
+
+class Filling(Massless):
+    """What fills a volume: its relative change `v`, and the multiplier that is the pressure.
+
+    Args:
+        item: Description.
+        comm: Communicator.
+        volume: In the reference configuration, m^3.
+        pressure: Size of pressures, Pa.
+    """
+
+    def __init__(self, item: EnclosedVolume, comm: MPI.Comm, volume: float, pressure: float):
+        self.item, self.volume = item, volume
+        self.nodes: NodeMesh = node_mesh(comm, 1)
+        mixed = node_space(self.nodes, {"v": 1, "mu": 1})
+        who = said(item)
+        parts = (
+            PartScale("v", f"volume of {who}", 1.0, ADVICE),
+            PartScale("mu", f"pressure of {who}", SMALL_PRESSURE, ADVICE),
+        )
+        super().__init__(f"{who}: filling", mixed, parts, ())
+        self.kinematic, self.jump_parts = frozenset({"v"}), frozenset({"v", "mu"})
+        self._layout, self.dx = Layout(mixed.parts), ufl.dx(self.nodes.mesh)
+        self.pressure = self._constant(pressure)
+        self._size, self._one = self._constant(volume), self._constant(1.0)
+        if item.gas is None:
+            here = mixed.dofs["v"]
+            change, moving = item.change or (lambda t: 0.0), item.change is not None
+            self.fixed.append(
+                FixedDofs(here, lambda t: np.full(len(here), float(change(t))), moving)
+            )
+
+    def _constant(self, value: float) -> fem.Constant:
+        return fem.Constant(self.nodes.mesh, value)
+
+    @property
+    def target(self) -> int:
+        """Global dof of the multiplier."""
+        return int(global_dofs(self.nodes, self.mixed, "mu")[0])
+
+    def _change(self, q: Expr) -> Expr:
+        return ufl.as_vector([self._layout.part(q, "v")])
+
+    @cached_property
+    def elastic(self) -> tuple[Elastic, ...]:
+        """The energy of a gas."""
+        gas = self.item.gas
+        if gas is None:
+            return ()
+        pressure, outside = self._constant(gas.pressure), self._constant(gas.outside)
+
+        def energy(e: Expr) -> Expr:
+            return pressure * _work(gas, 1 + e[0]) + outside * e[0]
+
+        return (ExactEnergy(self._change, energy, self._size, self.dx),)
+
+    @property
+    def constraints(self) -> tuple[Constraint, ...]:
+        """The volume of the filling, of which the surfaces take theirs."""
+
+        def content(q: Expr) -> Expr:
+            return ufl.as_vector([self._size * (1 + self._layout.part(q, "v"))])
+
+        return (_held(self, Content(content), self.pressure, self.dx),)
+
+    def values(self, q: Floats, multipliers: Floats) -> tuple[float, float]:
+        """Volume, m^3, and pressure over that outside, Pa; collective.
+
+        Args:
+            q: Local array of a state.
+            multipliers: That of the step that led there: a given volume has a mean pressure.
+        """
+        here = self.nodes.item[: self.nodes.mesh.topology.index_map(1).size_local]
+        found = np.zeros(2)
+        if len(here):
+            found[:] = q[self.mixed.dofs["v"][0]], multipliers[self.mixed.dofs["mu"][0]]
+        self.nodes.mesh.comm.Allreduce(MPI.IN_PLACE, found)
+        gas, x = self.item.gas, 1 + found[0]
+        pressure = float(self.pressure.value) * found[1]
+        if gas is not None:
+            pressure = gas.pressure * x**-gas.exponent - gas.outside
+        return float(self.volume * x), float(pressure)
+
+
+def _work(gas: Gas, x: Any) -> Any:
+    """Energy of a gas over `p0 V0` at the volume `x V0`."""
+    if gas.exponent == 1:
+        return -ufl.ln(x)
+    return (x ** (1 - gas.exponent) - 1) / (gas.exponent - 1)
+
+
+class Enclosing(Massless):
+    """The surface of one shell as a part of what encloses a volume.
+
+    It is on the shell's own mesh, with the shell's displacements, and a pressure that is the same
+    on all cells.
+
+    Args:
+        item: Description.
+        shell: The shell.
+        sign: One where its director points outwards, or minus one.
+        filling: What fills the volume.
+    """
+
+    def __init__(
+        self, item: EnclosedVolume, shell: ShellModel, sign: float, filling: Filling
+    ) -> None:
+        self._cones = _Cones(item, shell)
+        domain, cell = shell.mixed.space.mesh, shell.mixed.space.mesh.basix_cell()
+        nodal = shell.mixed.subspaces["u"].ufl_element()
+        constant = basix.ufl.element("DG", cell, 0)
+        mixed = mixed_space(domain, {"u": nodal, "mu": constant}, frozenset())
+        super().__init__(
+            f"{said(item)}: surface '{shell.name}'",
+            mixed,
+            (PartScale("mu", f"pressure of {said(item)}", SMALL_PRESSURE, ADVICE),),
+            (_displacements(mixed, shell), _pressures(mixed, filling)),
+        )
+        self.kinematic, self.jump_parts = frozenset({"u"}), frozenset({"mu"})
+        self._layout, self._shell, self._sign = Layout(mixed.parts), shell, sign
+        self._pressure = fem.Constant(domain, float(filling.pressure.value))
+
+    @property
+    def constraints(self) -> tuple[Constraint, ...]:
+        """Less the volume of its cones."""
+        cones, surf = self._cones, self._shell.surface
+        law = Cones(
+            lambda q: patch(cones.from_origin + self._layout.part(q, "u"), surf),
+            lambda q: patch(self._layout.part(q, "u"), surf),
+            self._sign,
+        )
+        return (_held(self, law, self._pressure, self._shell.rules.full),)
+
+
+def _held(body: Massless, law: Any, pressure: fem.Constant, dx: ufl.Measure) -> Constraints:
+    """What the pressure holds; that it holds, Newton's method sees."""
+    first, _ = body.mixed.parts["mu"]
+    return Constraints(law, lambda q: q[first], pressure, dx, lambda q: 0.0)
+
+
+def _displacements(mixed: Any, shell: ShellModel) -> NodeLink:
+    """Displacements are the shell's."""
+    mine, theirs = mixed.subspaces["u"].dofmap.list, shell.mixed.subspaces["u"].dofmap.list
+    order = np.empty(int(mine.max(initial=-1)) + 1, dtype=np.int64)
+    order[mine.ravel()] = theirs.ravel()
+    rows = mixed.dofs["u"].reshape(-1, 3)[: len(order)]
+    targets = shell.mixed.dofs["u"].reshape(-1, 3)[order]
+    index_map = shell.mixed.space.dofmap.index_map
+    return NodeLink(rows.ravel(), shell.name, index_map.local_to_global(targets.ravel()))
+
+
+def _pressures(mixed: Any, filling: Filling) -> NodeLink:
+    """The pressure of every cell is the filling's."""
+    rows = mixed.dofs["mu"]
+    return NodeLink(rows, filling.name, np.full(len(rows), filling.target, dtype=np.int64))
+
+
+class _Cones:
+    """Cones over a shell in the reference configuration.
+
+    Args:
+        item: Description of the volume.
+        shell: The shell.
+    """
+
+    def __init__(self, item: EnclosedVolume, shell: ShellModel) -> None:
+        self._shell, domain = shell, shell.mixed.space.mesh
+        origin = fem.Constant(domain, np.array(item.origin, dtype=float))
+        self.from_origin: Expr = ufl.SpatialCoordinate(domain) - origin
+
+    @property
+    def _patch(self) -> Patch:
+        surf = self._shell.surface
+        return Patch(self.from_origin, surf.e1, surf.e2)
+
+    def volume(self) -> float:
+        """Volume of the cones, positive where the director points away from the origin, m^3."""
+        form = compiled(cone(self._patch) * self._shell.rules.full)
+        return float(self._shell.mixed.space.mesh.comm.allreduce(fem.assemble_scalar(form)))
+
+    def lids(self) -> tuple[Floats, Floats]:
+        """What the volume changes by with displacements of owned nodes, less what a pressure does.
+
+        Inside the surface there is nothing of it; at its edges, that of the lids.
+
+        Returns:
+            Places (n, 3), m, and derivatives (n, 3), m^2.
+        """
+        space = self._shell.mixed.subspaces["u"]
+        test, surf = ufl.TestFunction(space), self._shell.surface
+        push = ufl.dot(ufl.cross(surf.e1, surf.e2), test)
+        form = (slope(self._patch, patch(test, surf)) - push) * self._shell.rules.full
+        vector = fem.assemble_vector(compiled(form))
+        vector.scatter_reverse(la.InsertMode.add)
+        count = space.dofmap.index_map.size_local
+        X = space.tabulate_dof_coordinates()[:count]
+        return X, np.asarray(vector.array.reshape(-1, 3)[:count])
+
+
+@dataclass(frozen=True)
+class Volume:
+    """One enclosed volume.
+
+    Args:
+        item: Description.
+        filling: What fills it.
+        surfaces: What encloses it.
+    """
+
+    item: EnclosedVolume
+    filling: Filling
+    surfaces: list[Enclosing]
+
+    @property
+    def bodies(self) -> list[Massless]:
+        """All bodies of the volume."""
+        return [self.filling, *self.surfaces]
+
+
+def enclosed_volumes(
+    scene: Scene,
+    comm: MPI.Comm,
+    shells: Mapping[str, ShellModel],
+    prescribed: Prescribed,
+    force: float,
+    length: float,
+) -> list[Volume]:
+    """All enclosed volumes of a scene; collective.
+
+    Args:
+        scene: The scene.
+        comm: Communicator.
+        shells: Its shells, joined and supported.
+        prescribed: What supports hold.
+        force: Unit of the multipliers, N.
+        length: Size of the scene, m.
+
+    Raises:
+        SceneError: If the shells do not close a volume; names the place.
+    """
+    found = []
+    for item in scene.volumes:
+        members = [shells[name] for name in item.shells or shells]
+        cones = [_Cones(item, shell) for shell in members]
+        signs = _sides(item, members, [c.lids() for c in cones], prescribed, length)
+        parts = [c.volume() for c in cones]
+        volume, area = float(np.dot(signs, parts)), max(s.surface_mesh.length for s in members)
+        if abs(volume) < FLAT * area**3:
+            raise SceneError(
+                f"{said(item)}: the shells enclose no volume from origin {item.origin}; it must be "
+                "a point of the planes that close them"
+            )
+        turn = np.sign(volume)
+        gas = item.gas
+        size = max(gas.pressure, gas.outside) if gas is not None else force / length**2
+        filling = Filling(item, comm, abs(volume), size)
+        surfaces = [
+            Enclosing(item, shell, float(turn * sign), filling)
+            for shell, sign in zip(members, signs, strict=True)
+        ]
+        found.append(Volume(item, filling, surfaces))
+    return found
+
+
+def _sides(
+    item: EnclosedVolume,
+    shells: Sequence[ShellModel],
+    lids: Sequence[tuple[Floats, Floats]],
+    prescribed: Prescribed,
+    length: float,
+) -> Floats:
+    """Sides of the shells on which the volume is, one or minus one; collective.
+
+    With them what is left of the lids at edges that may move is zero.
+
+    Raises:
+        SceneError: If there are none such; names the place.
+    """
+    comm = shells[0].mixed.space.mesh.comm
+    least = OPEN * length**2
+    rows = [_free(s, *lid, prescribed, least) for s, lid in zip(shells, lids, strict=True)]
+    every = [np.concatenate(comm.allgather(row)) for row in rows]
+    of = np.repeat(np.arange(len(every)), [len(row) for row in every])
+    X, pushed = np.hsplit(np.concatenate(every), 2)
+    if not len(X):
+        return np.ones(len(shells))
+    # nodes that several shells share are one
+    groups: Ints = np.arange(len(X))
+    for a, b in sorted(cKDTree(X).query_pairs(TOGETHER * length)):
+        groups[b] = groups[a] = min(groups[a], groups[b])
+    total = np.zeros((len(X), len(shells), 3))
+    np.add.at(total, (groups, of), pushed)
+    names = [said(item), *(s.name for s in shells)]
+    if len(shells) > MOST:
+        raise SceneError(f"{names[0]}: {len(shells)} shells; they must be {MOST} at most")
+    gram = np.einsum("nik,njk->ij", total, total)
+    signs = np.array(
+        min(
+            ((1.0, *more) for more in itertools.product((1.0, -1.0), repeat=len(shells) - 1)),
+            key=lambda s: float(np.array(s) @ gram @ np.array(s)),
+        )
+    )
+    left = np.linalg.norm(np.einsum("nik,i->nk", total, signs), axis=1)
+    worst = int(np.argmax(left))
+    if left[worst] > least:
+        raise SceneError(
+            f"{names[0]}: it is open at {said_point(X[worst], length)}; every edge must be joined "
+            f"to another shell of the volume, or be held in a plane through origin {item.origin} "
+            "as SymmetryPlane and Clamped do"
+        )
+    return signs
+
+
+def _free(
+    shell: ShellModel, X: Floats, lids: Floats, prescribed: Prescribed, least: float
+) -> Floats:
+    """Places of owned nodes and what lids have there along directions that nothing holds, (n, 6).
+
+    Args:
+        shell: The shell.
+        X: Places of its owned nodes, m.
+        lids: What is at them, m^2.
+        prescribed: What supports hold.
+        least: What counts as none, m^2.
+    """
+    some = np.flatnonzero(np.linalg.norm(lids, axis=1) > least).astype(np.int32)
+    index_map = shell.mixed.space.dofmap.index_map
+    left = lids[some]
+    for k, dofs in enumerate(part_dofs(shell, some, "u")):
+        held, _ = prescribed.held(shell.name, index_map.local_to_global(dofs))
+        left[k] -= held.T @ (held @ left[k])
+    return np.hstack([X[some], left])

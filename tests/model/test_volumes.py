@@ -1,0 +1,201 @@
+"""Volumes that shells enclose: gases and fluids inside, in motion and on paths."""
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from shellmb.errors import SceneError
+from shellmb.running.execute import RunResult, execute
+from shellmb.scene import (
+    EnclosedVolume,
+    Fixed,
+    Gas,
+    InitialVelocity,
+    Isotropic,
+    Join,
+    PathFollowing,
+    PointForce,
+    Pressure,
+    Probe,
+    Scene,
+    Shell,
+    Sphere,
+    SymmetryPlane,
+)
+
+SKIN = Isotropic(E=1e3, nu=0.3, thickness=0.02, density=1.0)
+PLANES = [
+    SymmetryPlane("left", (0, 1, 0)),
+    SymmetryPlane("right", (1, 0, 0)),
+    SymmetryPlane("top", (0, 0, 1)),
+]
+
+
+def octant(flip: bool = False, **more: Any) -> Scene:
+    """An eighth of a sphere between planes of symmetry."""
+    surface = Sphere(1.0, polar=(0, 90), azimuth=(0, 90), flip=flip)
+    shell = Shell("ball", surface, SKIN, mesh=(2, 2))
+    probes = [Probe("pole", "pole", component=2), Probe("rim", "left-top", component=0)]
+    return Scene("ball", shell, supports=PLANES, probes=probes, **({"dt": 1.0} | more))
+
+
+def ball(**more: Any) -> Scene:
+    """A whole sphere."""
+    shell = Shell("ball", Sphere(1.0, polar=(0, 180)), SKIN, mesh=(2, 2))
+    return Scene("ball", shell, **more)
+
+
+def columns(run: RunResult) -> dict[str, Any]:
+    return {name: values.to_numpy() for name, values in run.history.items()}
+
+
+@pytest.mark.parametrize("scheme", ["ep", "ed", "ep4", "ed3"])
+def test_a_gas_in_a_ball_that_flies_keeps_energy_and_momenta(scheme: str) -> None:
+    found = columns(
+        execute(
+            ball(
+                volumes=EnclosedVolume("gas", gas=Gas(5.0, ambient=1.0)),
+                initial=InitialVelocity(linear=(0.1, -0.2, 0.3), spin=(1.0, 2.0, -1.5)),
+                scheme=scheme,
+                dt=0.02,
+                t_end=0.06,
+            )
+        )
+    )
+    # it breathes: volume and pressure change by much, and by the law of the gas
+    ratio = found["gas.volume"] / found["gas.volume"][0]
+    assert ratio.max() > 1.2
+    assert found["gas.pressure"] == pytest.approx(5.0 * ratio**-1.4 - 1.0, rel=1e-12)
+    # round-off; energies go up to 1.5
+    assert np.abs(found["energy_balance"]).max() < 1e-12
+    for axis in "xyz":
+        column = found[f"momentum_{axis}"]
+        assert column == pytest.approx(column[0], abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("scheme", "order"),
+    [
+        ("ep4", 3.7),
+        pytest.param("ep", 1.9, marks=pytest.mark.slow),
+        pytest.param("ed", 1.8, marks=pytest.mark.slow),
+        pytest.param("ed3", 2.2, marks=pytest.mark.slow),
+    ],
+)
+def test_angular_momentum_is_kept_to_the_order_of_the_scheme(scheme: str, order: float) -> None:
+    off = []
+    for dt in (0.02, 0.01):
+        found = columns(
+            execute(
+                ball(
+                    volumes=EnclosedVolume("gas", gas=Gas(5.0, ambient=1.0)),
+                    initial=InitialVelocity(spin=(1.0, 2.0, -1.5)),
+                    scheme=scheme,
+                    dt=dt,
+                    t_end=0.06,
+                )
+            )
+        )
+        spin = np.array([found[f"angular_momentum_{axis}"] for axis in "xyz"])
+        off.append(np.abs(spin - spin[:, :1]).max())
+    assert math.log2(off[0] / off[1]) > order
+
+
+@pytest.mark.parametrize(
+    "scheme", ["ed", "ep4", *(pytest.param(s, marks=pytest.mark.slow) for s in ("ep", "ed3"))]
+)
+def test_a_fluid_keeps_its_volume(scheme: str) -> None:
+    pushed = {"loads": PointForce("pole", (0, 0, -1.0)), "scheme": scheme, "t_end": 0.06}
+    found = columns(execute(octant(volumes=EnclosedVolume("water"), **pushed | {"dt": 0.02})))
+    assert found["water.volume"] == pytest.approx(found["water.volume"][0], rel=1e-12)
+    assert np.abs(found["energy_balance"]).max() < 1e-12
+    # the pole goes down and the rim out
+    assert found["pole"][-1] < -0.01 and found["rim"][-1] > 1e-4
+
+
+@pytest.mark.parametrize("flip", [False, True])
+def test_a_given_volume_has_the_pressure_that_such_a_load_would_be(flip: bool) -> None:
+    change = 0.05
+    filled = octant(flip, volumes=EnclosedVolume("oil", change=lambda t: change * t))
+    found = columns(execute(filled))
+    pressure = found["oil.pressure"][-1]
+    # of a thin sphere, to the 0.3 % of the mesh: S = E/(1 - nu) (s^2 - 1)/2, p s^2 = 2 h S s
+    stretch = (1 + change) ** (1 / 3)
+    exact = 2 * 0.02 * 1e3 / 0.7 * (stretch**2 - 1) / 2 / stretch
+    assert pressure == pytest.approx(exact, rel=3e-3)
+    assert found["oil.volume"][0] == pytest.approx(math.pi / 6, rel=3e-3)
+    by_load = columns(execute(octant(flip, loads=Pressure(-pressure if flip else pressure))))
+    for name in ("pole", "rim"):
+        # Newton's tolerance
+        assert by_load[name][-1] == pytest.approx(found[name][-1], abs=1e-9)
+
+
+def test_halves_that_are_joined_enclose_what_the_whole_does() -> None:
+    half = Shell("upper", Sphere(1.0), SKIN, mesh=(2, 2))
+    down = Shell("lower", _Lower(), SKIN, mesh=(2, 2))
+    held = {
+        "supports": [
+            Fixed("pole", displacement=(0, 0, 0), body="upper"),
+            Fixed((0, 0, -1.0), displacement=(0, 0, None), body="lower"),
+            Fixed((1.0, 0, 0), displacement=(None, 0, None), body="upper"),
+        ],
+        "volumes": EnclosedVolume("oil", ("upper", "lower"), change=lambda t: 0.01 * t),
+        "probes": Probe("far", (0, 0, -1.0), component=2, body="lower"),
+        "dt": 1.0,
+    }
+    joined = Scene("ball", [half, down], joins=Join("upper", "lower", "top", "top"), **held)
+    found = columns(execute(joined))
+    supports = [
+        Fixed("pole", displacement=(0, 0, 0)),
+        Fixed("antipole", displacement=(0, 0, None)),
+        Fixed((1.0, 0, 0), displacement=(None, 0, None)),
+    ]
+    volume = EnclosedVolume("oil", change=lambda t: 0.01 * t)
+    whole = ball(
+        supports=supports, volumes=volume, probes=Probe("far", "antipole", component=2), dt=1.0
+    )
+    other = columns(execute(whole))
+    for name in ("oil.pressure", "oil.volume", "far"):
+        # they have equal elements
+        assert found[name][-1] == pytest.approx(other[name][-1], rel=1e-8)
+
+
+class _Lower(Sphere):
+    """The other half of a sphere."""
+
+    def __init__(self) -> None:
+        super().__init__(1.0)
+
+    def position(self, xi: Any, eta: Any) -> Any:
+        return super().position(xi, eta) * np.array([[1.0], [1.0], [-1.0]])
+
+    def normal(self, x: Any) -> Any:
+        return x / np.linalg.norm(x, axis=0)
+
+
+def test_a_path_along_the_volume_ends_where_steps_do() -> None:
+    volume = EnclosedVolume("oil", change=lambda factor: 0.3 * factor)
+    path = columns(execute(octant(volumes=volume, path=PathFollowing(load_end=1.0), t_end=20.0)))
+    steps = columns(execute(octant(volumes=volume)))
+    for name in ("pole", "rim", "oil.pressure"):
+        # the last factor is known to 1e-9
+        assert path[name][-1] == pytest.approx(steps[name][-1], rel=1e-8)
+
+
+def test_what_encloses_no_volume_is_refused() -> None:
+    fluid = EnclosedVolume("water")
+    with pytest.raises(SceneError, match=r"'water': it is open at .*; every edge must be joined"):
+        execute(replace(octant(volumes=fluid), supports=PLANES[:2]))
+    with pytest.raises(SceneError, match=r"it is open at .* origin \(0.0, 0.0, 1.0\)"):
+        execute(octant(volumes=EnclosedVolume("water", origin=(0, 0, 1.0))))
+    with pytest.raises(SceneError, match="gas and change are given"):
+        EnclosedVolume("both", gas=Gas(1.0), change=lambda t: t)
+    with pytest.raises(SceneError, match=r"exponent is 0\.5"):
+        Gas(1.0, 0.5)
+    with pytest.raises(SceneError, match="'water': with scheme 'linear-statics'"):
+        octant(volumes=fluid, scheme="linear-statics", loads=Pressure(1.0))
+    with pytest.raises(SceneError, match="another potential, contact, joint, element or volume"):
+        octant(volumes=[fluid, fluid])
