@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from math import isinf
 
-from shellmb.accuracy.companions import Change
+from shellmb.accuracy.companions import Change, refined_times
 from shellmb.accuracy.found import Found
 from shellmb.accuracy.kept import Kept, difference
 from shellmb.scene import Scene
@@ -63,6 +63,12 @@ def remarks(
         said.append(
             f"{_listed(wild)}: companions with larger steps are far from the run: an instability, "
             "an event or chaos, or because steps are too large to tell; errors are rough"
+        )
+    read = [shell.name for shell in scene.shells if refined_times(shell) is not None]
+    if read:
+        said.append(
+            f"meshes of files ({_listed(read)}) are refined as they are: where edges are chords of "
+            "curved ones, they stay chords, and the errors do not contain that"
         )
     if scene.path is not None:
         said.append("histories along a path have no errors: points of two runs differ")

@@ -7,11 +7,15 @@ import math
 from dataclasses import replace
 from pathlib import Path
 
+import pandas as pd
 import pytest
 
 import shellmb as sm
 from shellmb.accuracy.companions import Change
+from shellmb.accuracy.kept import Kept
+from shellmb.accuracy.remarks import remarks
 from shellmb.accuracy.request.choose import choose
+from shellmb.accuracy.request.curve import offers
 from shellmb.accuracy.request.levels import Level
 from shellmb.api.modeshapes import ModeShapes
 from shellmb.cli.main import app
@@ -199,3 +203,42 @@ def test_what_a_killed_level_left_is_run_again(tmp_path: Path) -> None:
     (left / "history.csv").write_text("t\n0.0\n")
     found = sm.run(strip(), accuracy=6e-4, out=out, pictures=False)
     assert found.errors.loc["tip:end", "error"] <= 6e-4 * abs(found.errors.loc["tip:end", "value"])
+
+
+def test_what_finer_levels_do_not_change_is_said(tmp_path: Path) -> None:
+    """A body that is joined cannot be refined alone: the request says it, and keeps its level."""
+    sections = {"section": STEEL, "mesh": (2, 1)}
+    plate = sm.Shell("plate", sm.Rectangle(1.0, 0.08), **sections)  # type: ignore[arg-type]
+    flap = sm.Shell("flap", sm.Rectangle(0.5, 0.08, origin=(1.0, 0.0, 0.0)), **sections)  # type: ignore[arg-type]
+    scene = replace(
+        strip(),
+        shells=(plate, flap),
+        joins=(sm.Join("plate", "flap", "right", "left"),),
+        supports=(sm.Clamped("left", body="plate"),),
+        loads=(sm.EdgeForce("right", (0, 0, 5.0), body="flap"),),
+        probes=(sm.Probe("tip", (1.5, 0.0, 0.0), body="flap", component=2),),
+    )
+    sm.run(scene, accuracy=1e-3, body="plate", out=tmp_path / "run", pictures=False)
+    about = json.loads((tmp_path / "run" / "accuracy.json").read_text())
+    assert not about["met"]
+    assert "join of 'plate' and 'flap': the edges have" in about["says"]
+    assert len(about["levels"]) == 1
+
+
+def test_contacts_are_judged_where_steps_are_fine() -> None:
+    """Steps are refined as long as they hide what contacts leave; the rest is not refined away."""
+    hidden = choose([level(step=1.0, others=0.3)], 1e-2)
+    assert hidden is not None
+    assert hidden.change.step < 1
+    assert choose([level(step=1e-3, mesh=1e-3, others=0.3)], 1e-2) is None
+    assert offers([level(mesh=math.inf)], 1e-2, 1.0, lambda change: "") == []
+
+
+def test_a_polygon_of_a_file_is_said() -> None:
+    """A mesh from a file is refined as it is, which a remark says."""
+    kept = Kept({}, pd.DataFrame(), {}, frozenset(), 0.0, 0)
+    read = sm.Shell("part", sm.MeshFile(__file__), STEEL)
+    scene = replace(strip(), shells=(read,), supports=(), loads=(), probes=(), scheme="ep", dt=1.0)
+    (said,) = remarks(kept, [kept], None, {}, scene, {})
+    assert "part" in said
+    assert "chords" in said

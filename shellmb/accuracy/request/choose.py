@@ -15,6 +15,9 @@ MESH_ORDER, CAUTION = 2.0, 0.25
 AIM = 0.8
 # part of the error left for steps that larger ones may have, and how much larger they are at most
 SURE, LARGER = 0.5, 6.0
+# part of the errors of models and contacts down to which mesh and step are refined before these
+# count
+PART = 0.5
 # the largest refinements of one level, as predictions reach no farther
 MESH, STEP = 4, 27.0
 # time of a step goes with this power of the number of elements
@@ -60,6 +63,9 @@ def choose(levels: list[Level], target: float, farther: bool = False) -> Choice 
     """
     last = levels[-1]
     rest = AIM * target - last.others
+    if not rest > 0 and not farther and last.step > last.others:
+        # companions with larger steps tell the others: while steps are coarse they are not known
+        rest = PART * last.others
     if not rest > 0 or not isfinite(last.error):
         return None
     most = 64 if farther else MESH

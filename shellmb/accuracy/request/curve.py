@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from math import ceil, floor, log10
+from math import ceil, floor, isfinite, log10
 from pathlib import Path
 from typing import Any
 
@@ -56,7 +56,8 @@ def offers(
         size: What errors are relative to.
         labelled: Gives the mesh, the step and the scheme of a level in words.
     """
-    worst = max(level.error for level in levels) / (size or 1.0)
+    known = [level.error for level in levels if isfinite(level.error)]
+    worst = max(known, default=0.0) / (size or 1.0)
     first = min(max(ceil(log10(max(worst, accuracy))) - 1, floor(log10(accuracy))), -1)
     last = floor(log10(accuracy * (1 + 1e-9))) - 1
     targets = {10.0**k for k in range(last, first + 1)} | {accuracy, accuracy / 10}

@@ -19,10 +19,10 @@ from shellmb.accuracy.found import Found
 from shellmb.accuracy.kept import Kept, difference
 from shellmb.accuracy.modes import ModeResults
 from shellmb.accuracy.repeat import Beginning
-from shellmb.accuracy.request.choose import Choice, choose
+from shellmb.accuracy.request.choose import AIM, Choice, choose
 from shellmb.accuracy.request.levels import Level, Store
 from shellmb.accuracy.request.wanted import Wanted
-from shellmb.accuracy.request.words import label, line, seconds
+from shellmb.accuracy.request.words import label, line, percent, seconds
 from shellmb.errors import ConvergenceError, SceneError, ShellmbError, Stopped
 from shellmb.measuring.stepping import free
 from shellmb.measuring.times import slowest
@@ -297,8 +297,13 @@ class Search:
             why = "; ".join(self._family.failures.values())
             return f"{asked} cannot be met, because an error is not known: {why}"
         if following is None:
-            part = "mesh" if level.mesh >= target else "model, contact or Newton's tolerance"
-            return f"{asked} is not met: the error of the {part} cannot be made smaller"
+            if level.others >= AIM * target:
+                return (
+                    f"{asked} is not met: reduced models, contacts and Newton's tolerance leave an "
+                    f"error of {percent(level.others, self.size)}, which finer meshes and steps do "
+                    "not change; use exact bodies, stiffer contacts or a smaller tolerance"
+                )
+            return f"{asked} is not met: the error of the mesh cannot be made smaller"
         if len(self.levels) >= MOST:
             return f"{asked} is not met after {MOST} levels"
         elapsed, expected = time.perf_counter() - self._begun, OVERHEAD * following.seconds
