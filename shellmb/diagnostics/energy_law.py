@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
+from itertools import pairwise
 
 from shellmb.diagnostics.base import Caution
 from shellmb.observers.summary import Sources
@@ -40,15 +40,13 @@ class EnergyLaw(Silent):
     name = "energy law"
 
     def __init__(self, sources: Sources) -> None:
-        self._account = sources.energy
-        self._before, self._worst, self._t = 0.0, 0.0, 0.0
+        self._account, self._history = sources.energy, sources.history
 
-    def accepted(self, simulation: Simulation) -> None:
-        """See what the step adds to the violation."""
-        now = self._account.values["energy_balance"]
-        if abs(now - self._before) > self._worst:
-            self._worst, self._t = abs(now - self._before), simulation.t
-        self._before = now
+    def _when(self) -> float:
+        """Time at the end of the step that adds most to the violation, s."""
+        rows = self._history.rows
+        steps = [abs(b["energy_balance"] - a["energy_balance"]) for a, b in pairwise(rows)]
+        return rows[1 + max(range(len(steps)), key=steps.__getitem__)]["t"]
 
     def cautions(self, simulation: Simulation) -> Iterator[Caution]:
         """Whether the account is off."""
@@ -64,7 +62,7 @@ class EnergyLaw(Silent):
                     LAWLESS,
                     f"the scheme has no energy law ({simulation.scheme.title}): the account is "
                     f"open by {error:.1e} of the energy that was exchanged, most of it in the "
-                    f"step to t = {self._t:g} s; use a smaller step, or compare with --scheme "
+                    f"step to t = {self._when():g} s; use a smaller step, or compare with --scheme "
                     "ep4 or --scheme ed3",
                 )
         elif error > BOUND:
@@ -74,15 +72,7 @@ class EnergyLaw(Silent):
                 error,
                 BOUND,
                 f"the energy account is off by {error:.1e} of the energy that was exchanged, "
-                f"{self._account.exchanged:.2g} J, most of it in the step to t = {self._t:g} s; "
-                f"it must close to {BOUND:.0e}: use a smaller step or a smaller "
-                f"Solver(tolerance=...){_suspects(simulation.scene)}",
+                f"{self._account.exchanged:.2g} J, most of it in the step to "
+                f"t = {self._when():g} s; it must close to {BOUND:.0e}: use a smaller step or a "
+                f"smaller Solver(tolerance=...){_suspects(simulation.scene)}",
             )
-
-    def state(self) -> dict[str, Any]:
-        """The worst step so far."""
-        return {"before": self._before, "worst": self._worst, "t": self._t}
-
-    def restore(self, state: dict[str, Any]) -> None:
-        """Take it up."""
-        self._before, self._worst, self._t = state["before"], state["worst"], state["t"]

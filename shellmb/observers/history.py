@@ -29,29 +29,70 @@ class Measuring(Protocol):
         ...
 
 
+class _AskedAtOnce:
+    """Numbers of an observer that is asked in each step, for those of many steps together.
+
+    Args:
+        measuring: The observer.
+    """
+
+    def __init__(self, measuring: Measuring) -> None:
+        self._measuring, self._rows = measuring, list[dict[str, float]]()
+
+    def ask(self) -> None:
+        """Ask it."""
+        numbers = self._measuring.measure()
+        self._rows.append({name: float(value) for name, value in numbers.items()})
+
+    def collect(self, count: int) -> list[dict[str, float]]:
+        """What it said in so many steps."""
+        found, self._rows = self._rows[:count], self._rows[count:]
+        return found
+
+
 class History(Silent):
     """Collects the numbers of measuring observers after every step, and writes them to a CSV file.
 
     It has to stand behind the observers it asks. Row 0 is the initial state. Rows of short steps
-    are written several at a time (`Batches`); all are there when a run ends, however it ends.
+    are collected (`Booked`) and written several at a time (`Batches`); all are there when a run
+    ends, however it ends.
 
     Args:
         measuring: The observers to ask.
         path: File to write, on rank 0; None: kept in memory only.
-
-    Attributes:
-        rows: The rows so far; a number that a scheme does not have is NaN.
     """
 
     def __init__(self, measuring: Sequence[Measuring], path: Path | None = None) -> None:
         self._measuring, self._path = list(measuring), path
-        self.rows: list[dict[str, float]] = []
+        self._rows: list[dict[str, float]] = []
+        # the beginnings of rows that are not complete yet, and their times
+        self._steps: list[tuple[dict[str, float], float]] = []
+        later = [hasattr(observer, "collect") for observer in measuring]
+        self._sources: list[Any] = [
+            observer if there else _AskedAtOnce(observer)
+            for observer, there in zip(measuring, later, strict=True)
+        ]
+        self._asked = [s for s, there in zip(self._sources, later, strict=True) if not there]
         self._kept: int | None = None
         self._file: GrowingFile | None = None
         self._refused: OSError | None = None
         # checksum of the first lines of the file, how many they are, and those behind them
         self._sum, self._summed, self._lines = hashlib.sha256(), 0, list[str]()
         self._batches = Batches()
+
+    @property
+    def rows(self) -> list[dict[str, float]]:
+        """The rows so far; a number that a scheme does not have is NaN."""
+        count = len(self._steps)
+        if count:
+            columns = [source.collect(count) for source in self._sources]
+            for (row, wall), *found in zip(self._steps, *columns, strict=True):
+                for each in found:
+                    row |= each
+                row[WALL] = wall
+                self._rows.append(row)
+            self._steps = []
+        return self._rows
 
     def start(self, simulation: Simulation) -> None:
         """Open the file; after a restart keep the rows up to it.
@@ -63,12 +104,17 @@ class History(Silent):
         writes = self._path is not None and simulation.model.comm.rank == 0
         if self._kept is not None and self._path is not None:
             read = read_rows(self._path.read_text(), self._kept) if writes else None
-            self.rows = simulation.model.comm.bcast(read)
-            self._begin -= self.rows[-1][WALL]
-        first = not self.rows
-        if first:
+            self._rows = simulation.model.comm.bcast(read)
+            self._begin -= self._rows[-1][WALL]
+        if not self._rows:
             self._check_names()
-            self.rows.append(self._row(simulation))
+            row = _first_columns(simulation)
+            for observer in self._measuring:
+                row |= {name: float(value) for name, value in observer.measure().items()}
+            self._rows.append(row | {WALL: self._wall()})
+        for source in self._sources:
+            # it keeps from now on what is to be collected
+            source.collect(0)
         if writes:
             assert self._path is not None
             # under its name only when complete: rows of an earlier run are not lost on the way
@@ -95,22 +141,8 @@ class History(Silent):
                     )
                 seen.add(name)
 
-    def _row(self, simulation: Simulation) -> dict[str, float]:
-        last = simulation.last
-        # a run that is resumed at its end has made no step of its own
-        jump = float("nan") if last is None or last.jump is None else last.jump
-        row: dict[str, float] = {
-            "step": simulation.step,
-            "t": simulation.t,
-            "dt": last.dt if last else 0.0,
-            "iterations": last.iterations if last else 0,
-            "rejected": simulation.size.rejected,
-            "jump": jump,
-        }
-        for observer in self._measuring:
-            row.update({name: float(value) for name, value in observer.measure().items()})
-        row[WALL] = clock.perf_counter() - self._begin
-        return row
+    def _wall(self) -> float:
+        return clock.perf_counter() - self._begin
 
     def write(self) -> None:
         """Write the rows that are not in the file yet.
@@ -121,14 +153,15 @@ class History(Silent):
         """
         if self._refused is not None:
             raise self._refused
-        if self._file is None or self._file.count == len(self.rows):
+        every = self.rows
+        self._batches.written()
+        if self._file is None or self._file.count == len(every):
             return
         # repr keeps all digits; what a scheme does not have is left empty
-        rows = self.rows[self._file.count :]
+        rows = every[self._file.count :]
         lines = [",".join(map(repr, row.values())).replace("nan", "") for row in rows]
         self._file.add(lines)
         self._lines += lines
-        self._batches.written()
 
     def sealed(self, state: Mapping[str, Any]) -> dict[str, Any]:
         """A saved state with the checksum of so many rows and the head, on rank 0."""
@@ -141,8 +174,9 @@ class History(Silent):
 
     def accepted(self, simulation: Simulation) -> None:
         """Add a row."""
-        row = self._row(simulation)
-        self.rows.append(row)
+        for source in self._asked:
+            source.ask()
+        self._steps.append((_first_columns(simulation), self._wall()))
         if self._batches.due():
             self.write()
 
@@ -161,11 +195,25 @@ class History(Silent):
 
     def state(self) -> dict[str, Any]:
         """Number of rows."""
-        return {"rows": len(self.rows)}
+        return {"rows": len(self._rows) + len(self._steps)}
 
     def restore(self, state: dict[str, Any]) -> None:
         """Keep so many rows of the file."""
         self._kept = int(state["rows"])
+
+
+def _first_columns(simulation: Simulation) -> dict[str, float]:
+    last = simulation.last
+    # a run that is resumed at its end has made no step of its own
+    jump = float("nan") if last is None or last.jump is None else last.jump
+    return {
+        "step": simulation.step,
+        "t": simulation.t,
+        "dt": last.dt if last else 0.0,
+        "iterations": last.iterations if last else 0,
+        "rejected": simulation.size.rejected,
+        "jump": jump,
+    }
 
 
 def read_history(path: Path) -> list[dict[str, float]]:

@@ -14,6 +14,7 @@ import numpy as np
 
 from shellmb.arrays import Floats
 from shellmb.model.locations.nodes import local_nodes, local_point
+from shellmb.observers.booking import STEPS, Booked, Row
 from shellmb.observers.fields.modal import ModalNodes, modal_members
 from shellmb.observers.fields.modalresultants import ModalResultants
 from shellmb.observers.fields.nodal import Nodes
@@ -21,7 +22,7 @@ from shellmb.observers.fields.resultants import Resultants, has_resultants
 from shellmb.observers.relative_motion import packed, seen, unpacked
 from shellmb.observers.whole_rotations import WholeTurns
 from shellmb.scene import Probe, RigidBody
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import Simulation
 
 # sum of what a probe reads over its nodes on this rank, shape (n,), and their number
 type Sum = Callable[[], tuple[Floats, int]]
@@ -54,19 +55,22 @@ class _Spot:
         return found if self.turns is None else self.turns.count(found)
 
 
-class Probes(Silent):
+class Probes(Booked):
     """Records the probes of the scene, the same on all ranks.
 
     Motions are those at the end of a step. Forces, moments and other resultants are means over it,
     in statics the values (`Resultants`). Rotations are continuous (`WholeTurns`).
-
-    Attributes:
-        values: Value of each probe at the current time, by its name.
     """
 
     def __init__(self) -> None:
-        self.values: dict[str, float] = {}
+        super().__init__()
         self._turns: dict[str, WholeTurns] = {}
+        self._kept: dict[str, Any] = {}
+
+    @property
+    def values(self) -> Row:
+        """Value of each probe at the current time, by its name."""
+        return self.measure()
 
     def start(self, simulation: Simulation) -> None:
         """Find the nodes and take the values at the start.
@@ -81,7 +85,12 @@ class Probes(Silent):
             if probe.quantity == "rotation":
                 self._turns.setdefault(probe.name, WholeTurns())
         self._spots = [_Spot(p, self._sums(simulation, p), self._turns.get(p.name)) for p in probes]
-        self._measure()
+        self._names = [probe.name for probe in probes]
+        # of each step: vectors, and the turns so far, which the next vectors have to be next to
+        self._vectors = np.zeros((STEPS, len(probes), 3))
+        self._counted: list[dict[str, Any]] = [{}] * STEPS
+        self.take_accepted(simulation, 0)
+        self.begin(*self.book_rows(slice(0, 1)))
 
     def _sums(self, simulation: Simulation, probe: Probe) -> tuple[Sum, ...]:
         scene, who = simulation.model.scene, f"probe '{probe.name}'"
@@ -109,16 +118,13 @@ class Probes(Silent):
         frame = plain_spot(simulation, seen_from.frame, seen_from.frame_at, who)
         return _pose(simulation, *spot), _pose(simulation, *frame)
 
-    def solved(self, simulation: Simulation) -> None:
+    def take_solved(self, simulation: Simulation, row: int) -> None:
         """Means over a step need its start, too."""
         for resultants in self._resultants.values():
             resultants.solved()
 
-    def accepted(self, simulation: Simulation) -> None:
-        """Take the values."""
-        self._measure()
-
-    def _measure(self) -> None:
+    def take_accepted(self, simulation: Simulation, row: int) -> None:
+        """Take the vectors."""
         sums = [[read() for read in spot.sums] for spot in self._spots]
         if self._comm.size > 1 and sums:
             flat = np.concatenate([[*total, count] for pair in sums for total, count in pair])
@@ -128,22 +134,30 @@ class Probes(Silent):
                 [(np.array([*islice(rest, len(total))]), next(rest)) for total, _ in pair]
                 for pair in sums
             ]
-        for spot, pair in zip(self._spots, sums, strict=True):
-            part, vector = spot.probe.component, spot.vector([total / n for total, n in pair])
-            self.values[spot.probe.name] = float(
-                np.linalg.norm(vector) if part == "norm" else vector[part]
-            )
+        for spot, pair, vector in zip(self._spots, sums, self._vectors[row], strict=True):
+            vector[:] = spot.vector([total / n for total, n in pair])
+        if self._turns:
+            self._counted[row] = {name: turns.state() for name, turns in self._turns.items()}
 
-    def measure(self) -> dict[str, float]:
-        """Columns of the history."""
-        return dict(self.values)
+    def book_rows(self, rows: slice) -> list[Row]:
+        """Take the components that are asked for."""
+        self._kept = self._counted[rows][-1]
+        vectors = self._vectors[rows]
+        columns = []
+        for k, spot in enumerate(self._spots):
+            part, each = spot.probe.component, vectors[:, k]
+            found = np.sqrt(np.vecdot(each, each)) if part == "norm" else each[:, part]
+            columns.append(found.tolist())
+        every = zip(*columns, strict=True) if columns else ((),) * len(vectors)
+        return [dict(zip(self._names, row, strict=True)) for row in every]
 
-    def state(self) -> dict[str, Any]:
+    def kept(self) -> dict[str, Any]:
         """The turns so far."""
-        return {name: turns.state() for name, turns in self._turns.items()}
+        return dict(self._kept)
 
-    def restore(self, state: dict[str, Any]) -> None:
+    def take_up(self, state: dict[str, Any]) -> None:
         """Take them up."""
+        self._kept = dict(state)
         for name, turns in state.items():
             self._turns.setdefault(name, WholeTurns()).restore(turns)
 

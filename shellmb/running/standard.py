@@ -12,6 +12,7 @@ from shellmb.observers.account.energy import EnergyAccount
 from shellmb.observers.account.momentum import Momentum
 from shellmb.observers.account.rotations import BodyRotations
 from shellmb.observers.account.step_error import StepError
+from shellmb.observers.booking import Booked
 from shellmb.observers.control import ControlColumns
 from shellmb.observers.files.checkpoint import Checkpoint, Written
 from shellmb.observers.forces.contacts import ContactForces
@@ -60,13 +61,16 @@ class StandardObservers:
     ) -> None:
         energy, constraints = EnergyAccount(), Constraints()
         momentum, turning, joints = Momentum(energy), BodyRotations(), JointForces()
-        self.named: dict[str, Observer] = {
+        later: dict[str, Booked] = {
             "energy": energy,
             "constraints": constraints,
             "momentum": momentum,
             "turning": turning,
             "probes": Probes(),
             "joints": joints,
+        }
+        self.named: dict[str, Observer] = {
+            **later,
             "contacts": ContactForces(),
             "volumes": Volumes(),
             "end forces": EndForceColumns(),
@@ -76,6 +80,7 @@ class StandardObservers:
         }
         if not accounts:
             self.named = {name: self.named[name] for name in BARE}
+            later = {name: booked for name, booked in later.items() if name in BARE}
         self.named |= {f"observer {k}": o for k, o in enumerate(others)}
         measuring = [o for o in self.named.values() if isinstance(o, Measuring)]
         history = History(measuring, None if directory is None else directory / HISTORY)
@@ -92,7 +97,7 @@ class StandardObservers:
             self.frames = Frames(directory / FIELDS, joints)
             self.named["frames"] = self.frames
             written = {name: o for name, o in self.named.items() if isinstance(o, Written)}
-            checkpoint = Checkpoint(directory / STATE, dict(self.named), written)
+            checkpoint = Checkpoint(directory / STATE, dict(self.named), written, later=later)
             self.named["checkpoint"] = checkpoint
         # behind all that write
         self.named["stop"] = Stop()

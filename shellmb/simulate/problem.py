@@ -400,6 +400,11 @@ class Problem:
         """Time at the middle of the step, as a constant on a body's mesh."""
         return self._time[[b.name for b in self.model.bodies].index(name)]
 
+    def half_chord(self, body: str) -> Floats:
+        """Half of what the step just solved changes of a body's state, as a local array."""
+        now = self._arrays[body]
+        return np.asarray(self.scheme.moved(now.q, now.scaled, now.unknown)[self.last] / 2)
+
     def support_work(self) -> float:
         """Work of the forces that hold or move the fixed dofs, over the step just solved, J."""
         found = {}

@@ -153,12 +153,11 @@ def test_steps_that_turn_too_far_are_named(scheme, alpha) -> None:
 
 def test_energy_from_nowhere_is_named_with_its_step() -> None:
     """No scene of ours does it: the watch by itself, with an account that jumps at t = 2."""
-    account = SimpleNamespace(values={}, relative_error=0.0, exchanged=3e-9)
-    watch = EnergyLaw(cast(Sources, SimpleNamespace(energy=account)))
-    simulation = SimpleNamespace(t=0.0, scheme=EnergyPreserving(), scene=still())
-    for t, off in ((1.0, 1e-12), (2.0, 0.3), (3.0, 0.3)):
-        simulation.t, account.values["energy_balance"] = t, off
-        watch.accepted(cast(Simulation, simulation))
+    account = SimpleNamespace(relative_error=0.0, exchanged=3e-9)
+    steps = (0.0, 0.0), (1.0, 1e-12), (2.0, 0.3), (3.0, 0.3)
+    history = SimpleNamespace(rows=[{"t": t, "energy_balance": off} for t, off in steps])
+    watch = EnergyLaw(cast(Sources, SimpleNamespace(energy=account, history=history)))
+    simulation = SimpleNamespace(scheme=EnergyPreserving(), scene=still())
     assert list(watch.cautions(cast(Simulation, simulation))) == []
     account.relative_error = 2e-8
     (caution,) = watch.cautions(cast(Simulation, simulation))

@@ -130,21 +130,29 @@ class ConstraintGroup(Massless):
         return self.violation(state)
 
     @cached_property
-    def _evaluation(self) -> tuple[fem.Function, fem.Expression, fem.Function]:
-        """A state, the violations there as an expression, and a function for their values."""
+    def _evaluation(self) -> Callable[[Floats], Floats]:
+        """Finds all violations, shape (local items, count), at a local array of the state."""
         state = fem.Function(self.mixed.space)
         shape = (self.count,)
         values = fem.Function(space_on(self.nodes.mesh, ("DG", 0, shape)))
         points = values.function_space.element.interpolation_points
         expression = compiled_expression(self.looked_at(state), points)
-        return state, expression, values
+        rows = values.function_space.dofmap.list[:, 0]
+        there, found = state.x.array, values.x.array.reshape(-1, self.count)
+
+        def at(array: Floats) -> Floats:
+            there[:] = array
+            evaluate(expression, values)
+            return np.asarray(found[rows])
+
+        return at
 
     def _evaluate(self, array: Floats) -> Floats:
-        state, expression, values = self._evaluation
-        state.x.array[:] = array
-        evaluate(expression, values)
-        rows = values.function_space.dofmap.list[:, 0]
-        return np.array(values.x.array.reshape(-1, self.count)[rows])
+        return self._evaluation(array)
+
+    def violations_at(self, array: Floats) -> Floats:
+        """Values of the constraints at a local array of the state, as `all_violations`."""
+        return self._evaluate(array)
 
     def all_violations(self, q: fem.Function) -> Floats:
         """Values of the constraints of the local items, also of those that are off.
@@ -155,7 +163,7 @@ class ConstraintGroup(Massless):
         Returns:
             One row per local item, shape (local items, count).
         """
-        return self._evaluate(q.x.array)
+        return self.violations_at(q.x.array)
 
     @property
     def acting(self) -> Bools:
@@ -177,8 +185,21 @@ class ConstraintGroup(Massless):
         Returns:
             Shape (local items, count).
         """
-        held = self._switched[self.nodes.item]
-        return np.where(held, np.abs(self.all_violations(q)) / self.sizes, 0.0)
+        return self.relative(self.all_violations(q), self.switched_on)
+
+    @property
+    def switched_on(self) -> Bools:
+        """Which constraints of the local items are not switched off, shape (local items, count)."""
+        return np.asarray(self._switched[self.nodes.item])
+
+    def relative(self, violations: Floats, on: Bools) -> Floats:
+        """Sizes of violations, each relative to its own.
+
+        Args:
+            violations: Those of the local items, shape (..., local items, count).
+            on: Which are not switched off, of that shape; others have none.
+        """
+        return np.where(on, np.abs(violations) / self.sizes, 0.0)
 
     def said(self, component: int, apart: float) -> str:
         """A violation in words: "1.2e-03", a length, or "42 degrees".
@@ -208,9 +229,9 @@ class ConstraintGroup(Massless):
         small = 1.0 if self.quadratic else SMALL_STEP
         unit = {p: length if p.startswith("u") else 1.0 for p in sizes}
         steps = [small * unit[p] for p, n in sizes.items() for _ in range(n)]
-        columns = []
+        columns, size = [], len(fem.Function(self.mixed.space).x.array)
         for step, column in zip(steps, dofs.T, strict=True):
-            state = np.zeros_like(self._evaluation[0].x.array)
+            state = np.zeros(size)
             state[column] = step
             columns.append((self._evaluate(state) - self._evaluate(-state)) / (2 * step))
         return np.stack(columns, axis=2), dofs, np.array(steps) / small

@@ -166,9 +166,9 @@ class ContactGroup(JointGroup):
         """Slips as of a small motion from the reference configuration."""
         return both(self._violation(state), self.slip(self._reference, state))
 
-    def all_violations(self, q: fem.Function) -> Floats:
+    def violations_at(self, array: Floats) -> Floats:
         """Values of the constraints on positions; zero for those on velocities."""
-        found = super().all_violations(q)
+        found = super().violations_at(array)
         found[:, self._made.rows :] = 0.0
         return found
 

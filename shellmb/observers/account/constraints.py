@@ -2,89 +2,157 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from mpi4py import MPI
 
 import numpy as np
 
+from shellmb.arrays import Bools, Floats
 from shellmb.model.body import constraint_error
+from shellmb.model.joints.joints import JointGroup
+from shellmb.observers.booking import STEPS, Booked, Row
 from shellmb.observers.fields.nodal import nodal_bodies
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import Simulation
 
 
-class Constraints(Silent):
-    """Largest constraint errors; nothing in linear statics, where constraints are linearised.
-
-    Attributes:
-        director_max: Largest deviation so far of a shell's director from unit length, or of a frame
-            from orthonormality; None if not measured.
-        constraint_max: Largest violation of any constraint so far, that one included.
-        joints: Largest violation so far of each joint: of positions relative to the scene's
-            length, of directions in rad; what was left out as redundant counts.
-    """
+class Constraints(Booked):
+    """Largest constraint errors; nothing in linear statics, where constraints are linearised."""
 
     def __init__(self) -> None:
-        self.director_max: float | None = None
-        self.constraint_max: float | None = None
-        self.joints: dict[str, float] = {}
-        self._now: dict[str, float] = {}
+        super().__init__()
+        self._director_max: float | None = None
+        self._constraint_max: float | None = None
+        self._joints: dict[str, float] = {}
+
+    @property
+    def director_max(self) -> float | None:
+        """Largest deviation so far of a shell's director from unit length, or of a frame.
+
+        Of a frame it is that from orthonormality. None if not measured.
+        """
+        self.book()
+        return self._director_max
+
+    @property
+    def constraint_max(self) -> float | None:
+        """Largest violation of any constraint so far, `director_max` included."""
+        self.book()
+        return self._constraint_max
+
+    @property
+    def joints(self) -> dict[str, float]:
+        """Largest violation so far of each joint.
+
+        Of positions it is relative to the scene's length, of directions in rad; what was left out
+        as redundant counts.
+        """
+        self.book()
+        return self._joints
 
     def start(self, simulation: Simulation) -> None:
         """Take the errors at the start."""
-        model = simulation.model
+        model, levels = simulation.model, simulation.problem.levels
         joints = {id(group) for group in model.mechanism.groups}
-        self._bodies = [body for body in model.bodies if id(body) not in joints]
         nodal = nodal_bodies(model)
-        self._nodal = [body.name in nodal for body in self._bodies]
-        self._number = {name: k for k, name in enumerate(model.mechanism.joints)}
-        self.accepted(simulation)
+        self._bodies = [
+            (body, levels[body.name].q, body.name in nodal)
+            for body in model.bodies
+            if id(body) not in joints
+        ]
+        number = {name: k for k, name in enumerate(model.mechanism.joints)}
+        self._names = list(number)
+        self._groups = [
+            _Violations(group, levels[group.name].q.x.array, number)
+            for group in model.mechanism.groups
+        ]
+        # of each step: of directors, of all constraints, and of each joint
+        self._worst = np.zeros((STEPS, 2 + len(number)))
+        self._measured, self._comm = not simulation.scheme.linear, model.comm
+        if self._measured:
+            self.take_accepted(simulation, 0)
+            self.begin(*self.book_rows(slice(0, 1)))
 
-    def accepted(self, simulation: Simulation) -> None:
+    def take_accepted(self, simulation: Simulation, row: int) -> None:
         """Take the errors."""
-        if simulation.scheme.linear:
+        if not self._measured:
             return
-        levels = simulation.problem.levels
-        errors = [constraint_error(body, levels[body.name].q) for body in self._bodies]
-        joints = self._of_joints(simulation) if self._number else []
-        nodal = [error for error, here in zip(errors, self._nodal, strict=True) if here]
-        worst = [max(nodal, default=0.0), max([*errors, *joints], default=0.0), *joints]
-        if simulation.model.comm.size > 1:
-            numbers = np.array(worst)
-            simulation.model.comm.Allreduce(MPI.IN_PLACE, numbers, op=MPI.MAX)
-            worst = numbers.tolist()
-        director, every, *joints = worst
-        self._now = {"director_error": director, "constraint_error": every}
-        self.director_max = max(self.director_max or 0.0, director)
-        self.constraint_max = max(self.constraint_max or 0.0, every)
-        for name, value in zip(self._number, joints, strict=True):
-            self.joints[name] = max(self.joints.get(name, 0.0), value)
+        director = every = 0.0
+        for body, q, nodal in self._bodies:
+            error = constraint_error(body, q)
+            every = max(every, error)
+            if nodal:
+                director = max(director, error)
+        self._worst[row, :2] = director, every
+        for group in self._groups:
+            group.take(row)
+        if self._comm.size > 1:
+            # booking is not collective
+            self._add_joints(slice(row, row + 1))
+            self._comm.Allreduce(MPI.IN_PLACE, self._worst[row], op=MPI.MAX)
 
-    def _of_joints(self, simulation: Simulation) -> list[float]:
+    def _add_joints(self, rows: slice) -> None:
         """Largest violation of each joint on this rank."""
-        worst = [0.0] * len(self._number)
-        for group in simulation.model.mechanism.groups:
-            q = simulation.problem.levels[group.name].q
-            found = group.apart(q).max(axis=1, initial=0.0)
-            for item, value in zip(group.nodes.item, found.tolist(), strict=True):
-                k = self._number[group.joints[item].joint.name]
-                worst[k] = max(worst[k], value)
-        return worst
+        worst = self._worst[rows]
+        worst[:, 2:] = 0.0
+        for group in self._groups:
+            group.add(rows, worst[:, 2:])
+        np.maximum(worst[:, 1], worst[:, 2:].max(axis=1, initial=0.0), out=worst[:, 1])
 
-    def measure(self) -> dict[str, float]:
-        """Columns of the history."""
-        return dict(self._now)
+    def book_rows(self, rows: slice) -> list[Row]:
+        """See which are the largest."""
+        if not self._measured:
+            return [{} for _ in self._worst[rows]]
+        if self._comm.size == 1:
+            self._add_joints(rows)
+        worst = self._worst[rows]
+        director, every, *joints = worst.max(axis=0).tolist()
+        self._director_max = max(self._director_max or 0.0, director)
+        self._constraint_max = max(self._constraint_max or 0.0, every)
+        for name, value in zip(self._names, joints, strict=True):
+            self._joints[name] = max(self._joints.get(name, 0.0), value)
+        names = ("director_error", "constraint_error")
+        return [dict(zip(names, row, strict=True)) for row in worst[:, :2].tolist()]
 
-    def state(self) -> dict[str, Any]:
+    def kept(self) -> dict[str, Any]:
         """The largest errors so far."""
         return {
-            "director_max": self.director_max,
-            "constraint_max": self.constraint_max,
-            "joints": dict(self.joints),
+            "director_max": self._director_max,
+            "constraint_max": self._constraint_max,
+            "joints": dict(self._joints),
         }
 
-    def restore(self, state: dict[str, Any]) -> None:
+    def take_up(self, state: dict[str, Any]) -> None:
         """Take up saved errors."""
-        self.director_max = state["director_max"]
-        self.constraint_max = state["constraint_max"]
-        self.joints = dict(state["joints"])
+        self._director_max = state["director_max"]
+        self._constraint_max = state["constraint_max"]
+        self._joints = dict(state["joints"])
+
+
+class _Violations:
+    """Violations of a group of joints in some steps.
+
+    Args:
+        group: The group.
+        q: Local array of its state.
+        number: Place of each joint, by its name.
+    """
+
+    def __init__(self, group: JointGroup, q: Floats, number: Mapping[str, int]) -> None:
+        self._group, self._q = group, q
+        joints = [group.joints[item].joint.name for item in group.nodes.item]
+        self._joints = np.array([number[name] for name in joints], dtype=np.intp)
+        self._found = np.zeros((STEPS, len(joints), group.count))
+        self._on: list[Bools] = [group.switched_on] * STEPS
+
+    def take(self, row: int) -> None:
+        """Take those of the state."""
+        self._found[row] = self._group.violations_at(self._q)
+        if self._group.on is not None:
+            self._on[row] = self._group.switched_on
+
+    def add(self, rows: slice, worst: Floats) -> None:
+        """Take the largest of each joint for some steps, shape (steps, joints), into account."""
+        apart = self._group.relative(self._found[rows], np.array(self._on[rows]))
+        np.maximum.at(worst.T, self._joints, apart.max(axis=2, initial=0.0).T)

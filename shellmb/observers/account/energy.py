@@ -20,9 +20,10 @@ from shellmb.arrays import Floats
 from shellmb.model.body import Body, kinetic_energy
 from shellmb.model.body import strain_energy as stored_energy
 from shellmb.observers.account.sizes import stiffness_of
+from shellmb.observers.booking import STEPS, Booked, Row
 from shellmb.schemes.base import Levels
 from shellmb.schemes.linearised import change, strain_energy
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import Simulation
 from shellmb.system.assembly.functionals import functionals
 
 # work from outside that has columns of its own
@@ -50,20 +51,11 @@ def present(forms: Sequence[Form | None]) -> list[Form]:
     return [form for form in forms if form is not None and not form.empty()]
 
 
-class EnergyAccount(Silent):
+class EnergyAccount(Booked):
     """Keeps the energy account of a dynamic run.
 
     Attributes:
-        values: The account at the current time, J: kinetic, strain, total, and since the start
-            work of loads, of added terms (with dampers and the damping of sections), of prescribed
-            motions, and dissipation.
-        error: Largest violation of the energy law so far, J.
-        largest: Largest energy seen so far, J.
-        exchanged: Largest energy, work of one kind, or dissipation so far, J.
         floor: Energy below which there is round-off only, J.
-        dissipated: What the scheme has dissipated so far in each body of the system, J; beside
-            it, `dissipation` counts what impacts take at which something begins to act, and
-            friction and damping of contacts.
     """
 
     NAMES = (
@@ -78,11 +70,56 @@ class EnergyAccount(Silent):
     )
 
     def __init__(self) -> None:
-        self.values = dict.fromkeys(self.NAMES, 0.0)
-        self.error = self.largest = self.exchanged = self.floor = 0.0
-        self.dissipated: dict[str, float] = {}
+        super().__init__()
+        self._values = dict.fromkeys(self.NAMES, 0.0)
+        self._error = self._largest = self._exchanged = self._fastest = self.floor = 0.0
+        self._dissipated: dict[str, float] = {}
         self._there = self._lowest = 0.0
         self._initial: float | None = None
+
+    @property
+    def values(self) -> dict[str, float]:
+        """The account at the current time, J.
+
+        Kinetic, strain, total energy, and since the start work of loads, of added terms (with
+        dampers and the damping of sections), of prescribed motions, and dissipation.
+        """
+        self.book()
+        return self._values
+
+    @property
+    def error(self) -> float:
+        """Largest violation of the energy law so far, J."""
+        self.book()
+        return self._error
+
+    @property
+    def largest(self) -> float:
+        """Largest energy seen so far, J."""
+        self.book()
+        return self._largest
+
+    @property
+    def exchanged(self) -> float:
+        """Largest energy, work of one kind, or dissipation so far, J."""
+        self.book()
+        return self._exchanged
+
+    @property
+    def fastest(self) -> float:
+        """Largest kinetic energy so far, J."""
+        self.book()
+        return self._fastest
+
+    @property
+    def dissipated(self) -> dict[str, float]:
+        """What the scheme has dissipated so far in each body of the system, J.
+
+        Beside it, `dissipation` counts what impacts take at which something begins to act, and
+        friction and damping of contacts.
+        """
+        self.book()
+        return self._dissipated
 
     def start(self, simulation: Simulation) -> None:
         """Compile the functionals and take the initial energy."""
@@ -108,24 +145,30 @@ class EnergyAccount(Silent):
         lost = [present(self._work(simulation, "terms", [b])) for b in self._potentials]
         steps = [loads, terms, *lost, *elastic.values()]
         if self._potentials:
-            self.values.setdefault("potential_energy", 0.0)
-            self.values |= {f"{b.item.name}.loss": 0.0 for b in self._potentials} | self.values
+            self._values.setdefault("potential_energy", 0.0)
+            self._values |= {f"{b.item.name}.loss": 0.0 for b in self._potentials} | self._values
         self._names = tuple(inert)
         self._step = functionals(steps, comm)
-        self._acting = scheme.dynamic and any(steps)
+        self._dynamic, self._acting = scheme.dynamic, scheme.dynamic and any(steps)
         for name in self._names:
-            self.dissipated.setdefault(name, 0.0)
+            self._dissipated.setdefault(name, 0.0)
         self._scales = _reaction_scales(simulation)
         stiff = [stiffness_of(body) for body in simulation.model.meshed.values()]
         at_rest = ROUND_OFF_STRAIN**2 * sum(s.unit_energy for s in stiff)
         self.floor = max(self.floor, at_rest)
         self._driven = any(fixed.moving for b in bodies for fixed in b.fixed)
+        there = self._ends()
+        # of each step: the work of all kinds and what is lost, work of supports, and energies
+        self._works = np.zeros((STEPS, len(steps)))
+        self._supports = [0.0] * STEPS
+        self._energy = np.zeros((STEPS, len(there)))
         if natural:
-            self._shift = self._ends().tolist()[-1]
+            self._shift = there.tolist()[-1]
         if self._initial is None:
-            self._energies()
-            self._initial = self.values["total_energy"]
+            self._energies(there.tolist())
+            self._initial = self._values["total_energy"]
             self._sizes()
+        self.begin(dict(self._values))
 
     def _work(self, simulation: Simulation, kind: str, bodies: list[Body]) -> list[Form | None]:
         """Virtual work of each stage in the direction in which the state moves over it.
@@ -166,9 +209,9 @@ class EnergyAccount(Silent):
                 elastic[body.name], inert[body.name] = lost, moving
         return elastic, inert
 
-    def _energies(self) -> None:
-        values = self.values
-        kinetic, strain, *rest = self._ends().tolist()
+    def _energies(self, found: list[float]) -> None:
+        values = self._values
+        kinetic, strain, *rest = found
         if self._natural:
             shift = rest.pop()
             strain, self._shift = strain + shift, shift
@@ -183,28 +226,61 @@ class EnergyAccount(Silent):
 
     def switched(self, simulation: Simulation) -> None:
         """The impact at which something begins to act dissipates kinetic energy."""
-        before = self.values["kinetic_energy"]
-        self._energies()
-        self.values["dissipation"] += before - self.values["kinetic_energy"]
+        super().switched(simulation)
+        before = self._values["kinetic_energy"]
+        self._energies(self._ends().tolist())
+        self._values["dissipation"] += before - self._values["kinetic_energy"]
+        self.begin(dict(self._values))
 
     def _reach(self, simulation: Simulation) -> float:
         """Largest work of a reaction on what is a large motion for its unknown, J."""
         reactions, comm = simulation.problem.system.reactions, simulation.model.comm
-        reach = float(np.max(np.abs(reactions) * self._scales, initial=0.0))
+        reach = float(np.maximum.reduce(np.abs(reactions) * self._scales, initial=0.0))
         return reach if comm.size == 1 else comm.allreduce(reach, op=MPI.MAX)
 
     def _dissipate(self, parts: list[float]) -> None:
         for name, part in zip(self._names, parts, strict=True):
-            self.dissipated[name] += self._alpha * part
-            self.values["dissipation"] += self._alpha * part
+            self._dissipated[name] += self._alpha * part
+            self._values["dissipation"] += self._alpha * part
 
-    def solved(self, simulation: Simulation) -> None:
-        """Add the work and the dissipation of the step."""
-        if not simulation.scheme.dynamic:
+    def take_solved(self, simulation: Simulation, row: int) -> None:
+        """Take the work and the dissipation of the step."""
+        if not self._dynamic:
             return
-        values = self.values
         if self._acting:
-            loads, terms, *rest = self._step().tolist()
+            self._works[row] = self._step()
+        if self._driven:
+            self._supports[row] = simulation.problem.support_work()
+        self.floor = max(self.floor, ROUND_OFF_MOTION * self._reach(simulation))
+        for jump in self._jumps:
+            jump.begin()
+
+    def take_accepted(self, simulation: Simulation, row: int) -> None:
+        """Take the energies."""
+        if simulation.last is not None:
+            for jump in self._jumps:
+                jump.end(simulation.last.dt)
+        self._energy[row] = self._ends()
+
+    def book_rows(self, rows: slice) -> list[Row]:
+        """Add steps up, and see whether the account closes."""
+        found = []
+        works, energies = self._works[rows].tolist(), self._energy[rows].tolist()
+        for work, supports, energy in zip(works, self._supports[rows], energies, strict=True):
+            if self._dynamic:
+                self._work_of(work, supports)
+            shift = self._shift
+            self._energies(energy)
+            self._dissipate(self._inert)
+            if self._dynamic:
+                self._close(self._shift - shift)
+            found.append(dict(self._values))
+        return found
+
+    def _work_of(self, works: list[float], supports: float) -> None:
+        values = self._values
+        if self._acting:
+            loads, terms, *rest = works
             values["work_loads"] += loads
             values["work_terms"] += terms
             for body, work in zip(self._potentials, rest, strict=False):
@@ -213,24 +289,12 @@ class EnergyAccount(Silent):
                 values["dissipation"] -= work
             self._dissipate(rest[len(self._potentials) :])
         if self._driven:
-            values["work_supports"] += simulation.problem.support_work()
-        self.floor = max(self.floor, ROUND_OFF_MOTION * self._reach(simulation))
-        for jump in self._jumps:
-            jump.begin()
+            values["work_supports"] += supports
 
-    def accepted(self, simulation: Simulation) -> None:
-        """Take the energies and see whether the account closes."""
-        if self._jumps and simulation.last is not None:
-            for jump in self._jumps:
-                jump.end(simulation.last.dt)
-        shift = self._shift
-        self._energies()
-        values = self.values
-        self._dissipate(self._inert)
-        if not simulation.scheme.dynamic:
-            return
+    def _close(self, natural: float) -> None:
+        values = self._values
         # the stress of natural strains works, and what it stores is no work from outside
-        values["work_loads"] += self._shift - shift
+        values["work_loads"] += natural
         assert self._initial is not None
         values["energy_balance"] = (
             values["total_energy"]
@@ -240,14 +304,15 @@ class EnergyAccount(Silent):
             - values["work_supports"]
             + values["dissipation"]
         )
-        self.error = max(self.error, abs(values["energy_balance"]))
+        self._error = max(self._error, abs(values["energy_balance"]))
         self._sizes()
 
     def _sizes(self) -> None:
-        values = self.values
-        self.largest = max(self.largest, abs(values["total_energy"]))
+        values = self._values
+        self._largest = max(self._largest, abs(values["total_energy"]))
+        self._fastest = max(self._fastest, values["kinetic_energy"])
         ports = ("work_loads", "work_terms", "work_supports", "dissipation")
-        self.exchanged = max(self.exchanged, self.largest, *(abs(values[p]) for p in ports))
+        self._exchanged = max(self._exchanged, self._largest, *(abs(values[p]) for p in ports))
         self._there = max(self._there, values["total_energy"] + values["dissipation"])
         self._lowest = min(self._lowest, values["total_energy"])
 
@@ -269,31 +334,29 @@ class EnergyAccount(Silent):
         lost = sum(self.dissipated.values())
         return lost / max(self._there - self._lowest, self.floor) if lost > 0 else 0.0
 
-    def measure(self) -> dict[str, float]:
-        """Columns of the history."""
-        return dict(self.values)
-
-    def state(self) -> dict[str, Any]:
+    def kept(self) -> dict[str, Any]:
         """The sums so far."""
         return {
-            "values": dict(self.values),
-            "error": self.error,
-            "largest": self.largest,
-            "exchanged": self.exchanged,
+            "values": dict(self._values),
+            "error": self._error,
+            "largest": self._largest,
+            "exchanged": self._exchanged,
+            "fastest": self._fastest,
             "floor": self.floor,
             "there": self._there,
             "lowest": self._lowest,
-            "dissipated": dict(self.dissipated),
+            "dissipated": dict(self._dissipated),
             "initial": self._initial,
         }
 
-    def restore(self, state: dict[str, Any]) -> None:
+    def take_up(self, state: dict[str, Any]) -> None:
         """Take up saved sums."""
-        self.values = dict(state["values"])
-        self.error, self.largest = state["error"], state["largest"]
-        self.exchanged, self.floor = state["exchanged"], state["floor"]
+        self._values = dict(state["values"])
+        self._error, self._largest = state["error"], state["largest"]
+        self._exchanged, self.floor = state["exchanged"], state["floor"]
+        self._fastest = state["fastest"]
         self._there, self._lowest = state["there"], state["lowest"]
-        self.dissipated = dict(state["dissipated"])
+        self._dissipated = dict(state["dissipated"])
         self._initial = state["initial"]
 
 

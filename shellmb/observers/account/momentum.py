@@ -20,8 +20,9 @@ from ufl.core.expr import Expr
 
 from shellmb.arrays import Floats
 from shellmb.observers.account.energy import EnergyAccount, present
+from shellmb.observers.booking import STEPS, Booked, Row
 from shellmb.observers.forces.impulse import Impulse
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import Simulation
 from shellmb.system.assembly.functionals import Functionals, functionals, vector_of
 
 KINDS = {"momentum": "linear", "angular momentum": "angular"}
@@ -38,28 +39,38 @@ SMALL = 1e-3
 SLOWEST, STILL = 1e-9, 1e-10
 
 
-class Momentum(Silent):
+class Momentum(Booked):
     """Momenta about the origin, what was exchanged of them, and their drift.
 
     Args:
         account: The energy account, for the scale of a momentum that is zero.
-
-    Attributes:
-        values: "momentum" and "angular momentum", kg m/s and kg m^2/s, each of shape (3,).
-        drift: Largest drift so far, in the same units; empty in statics.
     """
 
     def __init__(self, account: EnergyAccount) -> None:
+        super().__init__()
         self.account = account
-        self.values: dict[str, Floats] = {}
-        self.drift: dict[str, float] = {}
+        self._drift: dict[str, float] = {}
         self._initial: Floats | None = None
         # both momenta now, and impulses so far
         self._vectors = np.zeros((1 + len(IMPULSES), 2, 3))
-        self._now, self._impulses = self._vectors[0], self._vectors[1:]
+        self._now_vectors, self._impulses = self._vectors[0], self._vectors[1:]
         self._loads, self._supports, self._impacts = self._impulses
         self._largest = dict.fromkeys(KINDS, 0.0)
-        self._gross = self._kinetic = self._slowest = 0.0
+        self._gross = self._slowest = 0.0
+        # momenta behind each step
+        self._after = np.zeros((STEPS, 2, 3))
+
+    @property
+    def values(self) -> dict[str, Floats]:
+        """Momenta by their `KINDS`, kg m/s and kg m^2/s, each of shape (3,)."""
+        self.book()
+        return dict(zip(KINDS, self._now_vectors.copy(), strict=True)) if self._drift else {}
+
+    @property
+    def drift(self) -> dict[str, float]:
+        """Largest drift so far, in the units of `values`; empty in statics."""
+        self.book()
+        return self._drift
 
     def start(self, simulation: Simulation) -> None:
         """Compile the functionals and take the initial momenta."""
@@ -75,10 +86,10 @@ class Momentum(Silent):
         self._mass = self._total_mass(simulation, bodies)
         self._take()
         if self._initial is None:
-            self._initial = self._now.copy()
+            self._initial = self._now_vectors.copy()
         for kind in KINDS:
-            self.drift.setdefault(kind, 0.0)
-        self._sizes()
+            self._drift.setdefault(kind, 0.0)
+        self._sizes(self._vectors[:, None])
 
     def _functionals(self, simulation: Simulation, bodies: list[Any]) -> Functionals:
         """Both momenta, six numbers."""
@@ -102,46 +113,63 @@ class Momentum(Silent):
         return float(functionals([present(forms)], simulation.model.comm)()[0])
 
     def _take(self) -> None:
-        self._now.flat = self._momenta()
-        self.values = dict(zip(KINDS, self._now.copy(), strict=True))
+        self._now_vectors.flat = self._momenta()
+        self.begin(_columns(self._now_vectors[None])[0])
 
-    def _sizes(self) -> None:
-        squares = np.add.reduce(self._vectors * self._vectors, axis=2)
-        for kind, square in zip(KINDS, np.maximum.reduce(squares).tolist(), strict=True):
+    def _sizes(self, vectors: Floats) -> None:
+        """Largest vectors of both kinds.
+
+        Args:
+            vectors: Momenta and impulses so far, shape (4, steps, 2, 3).
+        """
+        squares = np.add.reduce(vectors * vectors, axis=3)
+        for kind, square in zip(KINDS, squares.max(axis=(0, 1)).tolist(), strict=True):
             self._largest[kind] = max(self._largest[kind], math.sqrt(square))
-        self._kinetic = max(self._kinetic, self.account.values["kinetic_energy"])
 
     def switched(self, simulation: Simulation) -> None:
         """The impact at which something begins to act: on ground it changes the momenta."""
+        super().switched(simulation)
         if not self._dynamic or not self._held:
             # the impact of one body on another changes nothing
             return
-        before = self._now.copy()
+        before = self._now_vectors.copy()
         self._take()
-        self._impacts += self._now - before
+        self._impacts += self._now_vectors - before
 
-    def solved(self, simulation: Simulation) -> None:
-        """Add the impulses of the step."""
+    def take_solved(self, simulation: Simulation, row: int) -> None:
+        """Take the impulses of the step."""
         if not self._dynamic:
             return
-        step = self._impulse.of_step(simulation)
         assert simulation.last is not None
+        self._impulse.take(simulation.last.dt, row)
         speed = self._length / simulation.last.dt
         self._slowest = max(self._slowest, SLOWEST * self._mass * speed)
         self.account.raise_floor(self._mass * (STILL * speed) ** 2 / 2)
-        self._loads += step.loads
-        self._supports += step.supports
-        self._gross += step.gross
 
-    def accepted(self, simulation: Simulation) -> None:
-        """Take the momenta and see what is left unexplained."""
+    def take_accepted(self, simulation: Simulation, row: int) -> None:
+        """Take the momenta."""
+        if self._dynamic:
+            self._after[row].flat = self._momenta()
+
+    def book_rows(self, rows: slice) -> list[Row]:
+        """Add impulses up, and see what is left unexplained."""
+        after = self._after[rows]
         if not self._dynamic:
-            return
-        self._take()
-        left = self._now - self._initial - np.add.reduce(self._impulses)
-        for kind, row in zip(KINDS, left.tolist(), strict=True):
-            self.drift[kind] = max(self.drift[kind], math.hypot(*row))
-        self._sizes()
+            return [{} for _ in after]
+        before = [*self._loads.ravel(), *self._supports.ravel(), self._gross]
+        sums = np.add.accumulate(np.vstack([before, self._impulse.of_steps(rows)]))[1:]
+        self._gross = float(sums[-1, 12])
+        loads, supports = sums[:, :12].reshape(-1, 2, 2, 3).swapaxes(0, 1)
+        impacts = np.broadcast_to(self._impacts, loads.shape)
+        vectors = np.stack([after, loads, supports, impacts])
+        assert self._initial is not None
+        left = after - self._initial - np.add.reduce(vectors[1:])
+        drift = np.linalg.norm(left, axis=2).max(axis=0)
+        for kind, largest in zip(KINDS, drift.tolist(), strict=True):
+            self._drift[kind] = max(self._drift[kind], largest)
+        self._sizes(vectors)
+        self._vectors[:] = vectors[:, -1]
+        return _columns(after)
 
     def relative_drift(self, kind: str) -> float | None:
         """Largest drift relative to what was there or was exchanged; None in statics.
@@ -151,37 +179,36 @@ class Momentum(Silent):
         """
         if kind not in self.drift:
             return None
-        size = float(np.sqrt(2 * self._mass * max(self._kinetic, self.account.floor)))
+        size = float(np.sqrt(2 * self._mass * max(self.account.fastest, self.account.floor)))
         least = max(SMALL * (size + self._gross), self._slowest)
         if kind == "angular momentum":
             least *= self._length
         scale = max(self._largest[kind], least)
         return self.drift[kind] / scale if self.drift[kind] > 0 else 0.0
 
-    def measure(self) -> dict[str, float]:
-        """Columns of the history."""
-        numbers = [number for vector in self.values.values() for number in vector.tolist()]
-        return dict(zip(COLUMNS, numbers, strict=False))
-
-    def state(self) -> dict[str, Any]:
+    def kept(self) -> dict[str, Any]:
         """The sums and largest values so far."""
         initial = self._initial
         return {
             "initial": {} if initial is None else dict(zip(KINDS, initial.tolist(), strict=True)),
             "impulses": dict(zip(IMPULSES, self._impulses.tolist(), strict=True)),
-            "drift": dict(self.drift),
+            "drift": dict(self._drift),
             "largest": dict(self._largest),
-            "kinetic": self._kinetic,
             "gross": self._gross,
         }
 
-    def restore(self, state: dict[str, Any]) -> None:
+    def take_up(self, state: dict[str, Any]) -> None:
         """Take up saved sums."""
         initial = [state["initial"][kind] for kind in KINDS if kind in state["initial"]]
         self._initial = np.array(initial) if initial else None
         self._impulses[:] = [state["impulses"][name] for name in IMPULSES]
-        self.drift, self._largest = dict(state["drift"]), dict(state["largest"])
-        self._kinetic, self._gross = float(state["kinetic"]), float(state["gross"])
+        self._drift, self._largest = dict(state["drift"]), dict(state["largest"])
+        self._gross = float(state["gross"])
+
+
+def _columns(momenta: Floats) -> list[Row]:
+    """Columns of the history, of momenta of some steps, shape (n, 2, 3)."""
+    return [dict(zip(COLUMNS, row, strict=True)) for row in momenta.reshape(-1, 6).tolist()]
 
 
 def _both(body: Any, q: Expr, v: Expr, axes: Expr) -> Form | None:

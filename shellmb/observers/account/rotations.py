@@ -20,8 +20,9 @@ import numpy as np
 from shellmb.arrays import Floats
 from shellmb.model.frames.rigid import GROUND, RigidBodies
 from shellmb.native.operations import operations
+from shellmb.observers.booking import STEPS, Booked, Row
 from shellmb.observers.fields.nodal import Nodes, nodal_bodies
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import Simulation
 
 # of the diagonal, so that what does not turn at all has a fit, too
 TINY = 1e-12
@@ -57,21 +58,26 @@ class Turn:
             self.largest, self.t, self.dt = self.angle, t, dt
 
 
-class BodyRotations(Silent):
-    """Follows how all bodies of a dynamic scene turn.
-
-    Attributes:
-        turns: By name of the body in the scene.
-    """
+class BodyRotations(Booked):
+    """Follows how all bodies of a dynamic scene turn."""
 
     def __init__(self) -> None:
-        self.turns: dict[str, Turn] = {}
+        super().__init__()
+        self._turns: dict[str, Turn] = {}
+
+    @property
+    def turns(self) -> dict[str, Turn]:
+        """How they turn, by name of the body in the scene."""
+        self.book()
+        return self._turns
 
     def start(self, simulation: Simulation) -> None:
         """Find the nodes."""
         model = simulation.model
         self._flexible: list[_Flexible] = []
         self._rigid: _Frames | None = None
+        # of each step its end and length
+        self._when = np.zeros((STEPS, 2))
         if "v" not in simulation.scheme.rates:
             return
         for name, body in nodal_bodies(model).items():
@@ -84,37 +90,55 @@ class BodyRotations(Silent):
                 self._flexible.append(_Flexible(name, Nodes(body, mine)))
         names = [body.name for body in self._flexible]
         for name in names + (self._rigid.names if self._rigid else []):
-            self.turns.setdefault(name, Turn())
+            self._turns.setdefault(name, Turn())
+        # chords and sums of flexible bodies, chords of rigid ones
+        self._sums = np.zeros((STEPS, len(self._flexible), 44))
+        self._chords = np.zeros((STEPS, len(self._rigid.names) if self._rigid else 0))
 
-    def solved(self, simulation: Simulation) -> None:
-        """Take the angles of the step: both of its ends are at hand."""
+    def take_solved(self, simulation: Simulation, row: int) -> None:
+        """Take what turns in the step: both of its ends are at hand."""
         last, comm = simulation.last, simulation.model.comm
-        if last is None or not self.turns:
+        if last is None or not self._turns:
             return
-        t, levels, end = last.t + last.dt, simulation.problem.levels, simulation.problem.last
-        for body in self._flexible:
+        levels, end = simulation.problem.levels, simulation.problem.last
+        self._when[row] = last.t + last.dt, last.dt
+        for body, sums in zip(self._flexible, self._sums[row], strict=True):
             here = levels[body.name]
-            chord = body.sum(here.q.x.array, here.unknown[end].x.array)
+            sums[0] = body.sum(here.q.x.array, here.unknown[end].x.array, sums[1:])
             if comm.size > 1:
-                comm.Allreduce(MPI.IN_PLACE, body.sums)
-                chord = comm.allreduce(chord, op=MPI.MAX)
-            self.turns[body.name].add(_angle(chord), *fit(body.sums), t, last.dt)
+                comm.Allreduce(MPI.IN_PLACE, sums[1:])
+                sums[0] = comm.allreduce(sums[0], op=MPI.MAX)
         if self._rigid is not None:
             here = levels[self._rigid.name]
-            chords = self._rigid.chords(here.q.x.array, here.unknown[end].x.array)
+            chords = self._chords[row]
+            self._rigid.chords(here.q.x.array, here.unknown[end].x.array, chords)
             if comm.size > 1:
                 comm.Allreduce(MPI.IN_PLACE, chords, op=MPI.MAX)
-            for name, chord in zip(self._rigid.names, chords.tolist(), strict=True):
-                angle = _angle(chord)
-                self.turns[name].add(angle, angle, 0.0, t, last.dt)
 
-    def state(self) -> dict[str, Any]:
+    def book_rows(self, rows: slice) -> list[Row]:
+        """Add the angles of the steps."""
+        when = self._when[rows].tolist()
+        if self._turns:
+            for k, body in enumerate(self._flexible):
+                turn = self._turns[body.name]
+                for (t, dt), (chord, *_), sums in zip(
+                    when, self._sums[rows, k].tolist(), self._sums[rows, k, 1:], strict=True
+                ):
+                    turn.add(_angle(chord), *fit(sums), t, dt)
+            angles = 2 * np.arcsin(np.minimum(self._chords[rows] / 2, 1.0)).T
+            for name, each in zip(self._rigid.names if self._rigid else (), angles, strict=True):
+                turn = self._turns[name]
+                for angle, (t, dt) in zip(each.tolist(), when, strict=True):
+                    turn.add(angle, angle, 0.0, t, dt)
+        return [{} for _ in when]
+
+    def kept(self) -> dict[str, Any]:
         """Findings so far."""
-        return {name: dict(vars(turn)) for name, turn in self.turns.items()}
+        return {name: dict(vars(turn)) for name, turn in self._turns.items()}
 
-    def restore(self, state: dict[str, Any]) -> None:
+    def take_up(self, state: dict[str, Any]) -> None:
         """Take it up."""
-        self.turns = {name: Turn(**values) for name, values in state.items()}
+        self._turns = {name: Turn(**values) for name, values in state.items()}
 
 
 class _Flexible:
@@ -123,23 +147,20 @@ class _Flexible:
     Args:
         name: Name of the body.
         nodes: Its nodes.
-
-    Attributes:
-        sums: What `fit` takes of a step, to be summed over the ranks.
     """
 
     def __init__(self, name: str, nodes: Nodes) -> None:
         self.name, self._nodes, self._directors = name, nodes.sums(), nodes.directors
-        self.sums = np.zeros(43)
 
-    def sum(self, start: Floats, end: Floats) -> float:
+    def sum(self, start: Floats, end: Floats, sums: Floats) -> float:
         """Fill the sums of a step; returns the largest chord of the nodes.
 
         Args:
             start: Dofs of the body at the start of the step.
             end: Those at its end.
+            sums: Gets what `fit` takes of a step, to be summed over the ranks.
         """
-        square = self._nodes.turning(self._directors, start, end, self.sums)
+        square = self._nodes.turning(self._directors, start, end, sums)
         return math.sqrt(square / _directions(self._directors))
 
 
@@ -152,17 +173,23 @@ class _Frames:
 
     def __init__(self, body: RigidBodies) -> None:
         self.name, self._nodes = body.name, Nodes(body)
-        self._item = body.node_mesh.item
-        self._moving = [k for k, rigid in enumerate(body.bodies) if rigid.name != GROUND]
-        self.names = [body.bodies[k].name for k in self._moving]
-        self._count = len(body.bodies)
+        self.names = [rigid.name for rigid in body.bodies if rigid.name != GROUND]
+        place = {name: k for k, name in enumerate(self.names)}
+        found = [(place.get(body.bodies[k].name), n) for n, k in enumerate(body.node_mesh.item)]
+        here = [pair for pair in found if pair[0] is not None]
+        self._places, self._rows = np.array(here, dtype=np.intp).reshape(-1, 2).T
 
-    def chords(self, start: Floats, end: Floats) -> Floats:
-        """Chord of each body but ground on this rank, shape (n,), zero for those of others."""
-        found = np.zeros(self._count)
-        squares = (self._nodes.changes(end - start) ** 2).sum(axis=(1, 2))
-        found[self._item] = np.sqrt(squares / _directions(3))
-        return found[self._moving]
+    def chords(self, start: Floats, end: Floats, to: Floats) -> None:
+        """Chord of each body but ground on this rank, zero for those of others.
+
+        Args:
+            start: Dofs of the bodies at the start of the step.
+            end: Those at its end.
+            to: Gets the chords, shape (n,).
+        """
+        to[:] = 0.0
+        changes = self._nodes.changes(end - start)[self._rows].reshape(len(self._rows), 9)
+        to[self._places] = np.sqrt(np.vecdot(changes, changes) / _directions(3))
 
 
 def fit(sums: Floats) -> tuple[float, float]:

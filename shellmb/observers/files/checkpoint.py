@@ -21,7 +21,7 @@ from shellmb.simulate.simulation import Observer, Silent, Simulation
 Arrays = dict[str, Floats]
 
 INTERVAL = 30.0
-FORMAT = 4
+FORMAT = 5
 # name in the folder
 STATE_FILE = "state.json"
 
@@ -58,6 +58,19 @@ class Written(Protocol):
         ...
 
 
+class Later(Protocol):
+    """An observer whose state behind a step may be asked for later."""
+
+    @property
+    def count(self) -> int:
+        """Number of steps that it has taken."""
+        ...
+
+    def state_at(self, count: int) -> dict[str, Any]:
+        """What must survive a restart from behind the last step, or the one before it."""
+        ...
+
+
 class Checkpoint(Silent):
     """Writes the last accepted state now and then, at the end, and when a run fails.
 
@@ -69,6 +82,7 @@ class Checkpoint(Silent):
         folder: Folder of the state.
         observers: Observers whose state is kept, by name; the checkpoint has to stand behind them.
         files: Those among them whose files a state counts on, by the same names.
+        later: Those among them that need not be asked in each step, by the same names.
         interval: Least time between two states, s.
     """
 
@@ -78,9 +92,12 @@ class Checkpoint(Silent):
         observers: Mapping[str, Observer],
         files: Mapping[str, Written] | None = None,
         interval: float = INTERVAL,
+        later: Mapping[str, Later] | None = None,
     ) -> None:
-        self._folder, self._observers, self._interval = folder, observers, interval
-        self._files = files or {}
+        self._folder, self._interval = folder, interval
+        self._files, self._later = files or {}, later or {}
+        self._names = list(observers)
+        self._observers = {n: o for n, o in observers.items() if n not in self._later}
 
     def start(self, simulation: Simulation) -> None:
         """Take the initial state."""
@@ -103,8 +120,9 @@ class Checkpoint(Silent):
         """A copy, as a failing step spoils the functions, and a failing observer others' states."""
         arrays = {name: array.copy() for name, array in self._live.items()}
         observers = {name: o.state() for name, o in self._observers.items()}
+        counts = {name: o.count for name, o in self._later.items()}
         # in one go, as Ctrl-C may come at any moment
-        self._last = arrays | simulation.past(), simulation.state(), observers
+        self._last = arrays | simulation.past(), simulation.state(), observers, counts
         self._pending = True
 
     def accepted(self, simulation: Simulation) -> None:
@@ -123,7 +141,9 @@ class Checkpoint(Silent):
             self._write()
 
     def _write(self) -> None:
-        arrays, simulation, observers = self._last
+        arrays, simulation, observers, counts = self._last
+        observers = observers | {n: self._later[n].state_at(c) for n, c in counts.items()}
+        observers = {name: observers[name] for name in self._names}
         for written in self._files.values():
             written.write()
         stem = f"step-{simulation['step']:08d}"

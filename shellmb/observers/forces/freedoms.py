@@ -16,6 +16,7 @@ import numpy as np
 from shellmb.arrays import Floats
 from shellmb.model.joints.columns import COLUMN
 from shellmb.model.joints.joints import BoundJoint, JointGroup
+from shellmb.observers.booking import STEPS
 from shellmb.observers.forces.locations import Places
 from shellmb.simulate.simulation import Simulation
 
@@ -44,7 +45,14 @@ class Freedoms:
         number = {key: k for k, key in enumerate(names)}
         for name in names.values():
             self.values.setdefault(name, 0.0)
+        # rotations whose turns count
+        ending = f".{COLUMN['rotation']}"
+        counts = not simulation.scheme.linear
+        self._counting = {name for name in names.values() if counts and name.endswith(ending)}
         self._comm, self._linear = simulation.model.comm, simulation.scheme.linear
+        # of each step: states of the groups, and values where ranks share them
+        self._states: dict[str, tuple[Floats, Floats]] = {}
+        self._found = np.zeros((STEPS, len(names)))
         self._read = []
         for group in mechanism.groups if names else []:
             mine = group.nodes.mesh.topology.index_map(1).size_local
@@ -56,27 +64,48 @@ class Freedoms:
                 ]
                 if here:
                     self._read.append(_Like(kind, group, *zip(*here, strict=True)))
-        self.measure(simulation)
+                    q = np.asarray(simulation.problem.state(group.name).x.array)
+                    self._states[group.name] = q, np.zeros((STEPS, len(q)))
+        if self.values:
+            self.take(0)
+            self.count(slice(0, 1))
 
-    def measure(self, simulation: Simulation) -> dict[str, float]:
-        """Take the values; collective.
+    def take(self, row: int) -> None:
+        """Take the state; collective.
 
         Args:
-            simulation: The simulation.
+            row: Which of the steps that are counted together.
         """
-        if not self.values:
-            return self.values
-        found = np.zeros(len(self.values))
+        for q, states in self._states.values():
+            states[row] = q
+        if self._comm.size > 1 and self.values:
+            self._evaluate(slice(row, row + 1))
+            self._comm.Allreduce(MPI.IN_PLACE, self._found[row])
+
+    def _evaluate(self, rows: slice) -> None:
+        """Values of some steps on this rank, up to whole turns."""
+        self._found[rows] = 0.0
         for like in self._read:
-            q = np.asarray(simulation.problem.state(like.group).x.array)
-            found[like.numbers] = like.values(q, self._linear)
-        if self._comm.size > 1:
-            self._comm.Allreduce(MPI.IN_PLACE, found)
-        for (name, before), value in zip(list(self.values.items()), found.tolist(), strict=True):
-            counts = name.endswith(f".{COLUMN['rotation']}") and not self._linear
-            turned = math.remainder(value - before, 2 * math.pi)
-            self.values[name] = before + turned if counts else value
-        return self.values
+            states = self._states[like.group][1]
+            self._found[rows, like.numbers] = like.values(states[rows], self._linear)
+
+    def count(self, rows: slice) -> list[dict[str, float]]:
+        """Values of some steps, one after the other.
+
+        Args:
+            rows: The steps.
+        """
+        if self._comm.size == 1:
+            self._evaluate(rows)
+        found = []
+        for row in self._found[rows].tolist():
+            for name, value in zip(self.values, row, strict=True):
+                if name in self._counting:
+                    before = self.values[name]
+                    value = before + math.remainder(value - before, 2 * math.pi)
+                self.values[name] = value
+            found.append(dict(self.values))
+        return found
 
     def state(self) -> dict[str, Any]:
         """The values, whose turns count."""
@@ -117,12 +146,12 @@ class _Like:
         self._start = np.einsum("ni,ni->n", axes, ends[:, 1] - ends[:, 0])
 
     def values(self, q: Floats, linear: bool) -> Floats:
-        """Angles up to pi, rad, or translations, m, shape (n,), at a state of the group."""
+        """Angles up to pi, rad, or translations, m, shape (steps, n), at states of the group."""
         first, second = self._places
         e = self._axes[0] @ first.directors(q)
         if self._kind == "translation":
             gap = second.points(q) - first.points(q)
-            return np.asarray(np.einsum("ni,ni->n", e[:, 2], gap) - self._start)
+            return np.vecdot(e[..., 2, :], gap) - self._start
         turned = self._axes[1][:, :1] @ second.directors(q)
-        cosine, sine = np.einsum("nai,ni->an", e[:, :2], turned[:, 0])
+        cosine, sine = np.moveaxis(np.vecdot(e[..., :2, :], turned), -1, 0)
         return np.asarray(sine if linear else np.arctan2(sine, cosine))

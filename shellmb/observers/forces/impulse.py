@@ -13,7 +13,7 @@ path is `<r x f> = <r> x f_0 + 3 <P1 r> x f_1 = <r> x f_0 + D/2 x f_1`, as it is
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from functools import partial
 
 from mpi4py import MPI
 
@@ -24,7 +24,8 @@ from ufl import Form
 from shellmb.arrays import Floats
 from shellmb.model.body import Body
 from shellmb.native.kernels import compile_all
-from shellmb.observers.forces.reactions import Arms, HeldForces, NodalForces
+from shellmb.observers.booking import STEPS
+from shellmb.observers.forces.reactions import NOTHING, Arms, HeldForces, NodalForces
 from shellmb.schemes.residuals.residual import StageForms
 from shellmb.simulate.simulation import Simulation
 from shellmb.system.assembly.meshgroups import residuals_of
@@ -36,21 +37,6 @@ def last_middle(simulation: Simulation, body: str) -> Floats:
     return simulation.problem.steps[body].middle()
 
 
-@dataclass(frozen=True)
-class Exchange:
-    """Impulse and energy that a step exchanged with the outside.
-
-    Args:
-        loads: Impulse and moment of impulse about the origin of loads and added terms, (2, 3).
-        supports: The same of supports, drivers and joints to ground, shape (2, 3).
-        gross: Sum of the sizes of the nodal impulses, N s; of those that cancel one another, too.
-    """
-
-    loads: Floats
-    supports: Floats
-    gross: float
-
-
 class Impulse:
     """Impulse and moment of impulse about the origin of everything that acts from outside.
 
@@ -59,37 +45,91 @@ class Impulse:
     """
 
     def __init__(self, simulation: Simulation) -> None:
-        problem, model = simulation.problem, simulation.model
-        stages = simulation.scheme.balance
-        self._rows = [_Acting(simulation, stage) for stage in stages]
-        self._held = [HeldForces(problem, model, stage) for stage in stages]
+        self._comm = simulation.model.comm
+        self._rows = [
+            _BalanceRow(simulation, stage, first=number == 0)
+            for number, stage in enumerate(simulation.scheme.balance)
+        ]
+        # of each step: impulses over its length, and that
+        self._means, self._dt = np.zeros((STEPS, 13)), np.zeros((STEPS, 1))
 
-    def of_step(self, simulation: Simulation) -> Exchange:
-        """Exchange of the step just solved; collective."""
-        assert simulation.last is not None
-        sums, scheme = np.zeros(13), simulation.scheme
-        for number, (acting, held) in enumerate(zip(self._rows, self._held, strict=True)):
-            forces = [acting.nodal(), held.nodal()]
-            rows = [k for k, f in enumerate(forces) if f is not None]
-            for carrier in held.carriers:
-                if number == 0:
-                    arms = Arms(last_middle(simulation, carrier.name), whole=1.0)
-                else:
-                    levels = simulation.problem.levels[carrier.name]
-                    unknown = {stage: f.x.array for stage, f in levels.unknown.items()}
-                    scaled = {rate: f.x.array for rate, f in levels.scaled.items()}
-                    chord = scheme.moved(levels.q.x.array, scaled, unknown)[simulation.problem.last]
-                    arms = Arms(np.asarray(chord / 2), whole=0.0)
-                found, gross = carrier.resultants(arms, [f for f in forces if f is not None])
-                if number:
-                    # the first moment of a force in time is no impulse
-                    found[:, :3] = gross = 0.0
-                sums[:12].reshape(2, 6)[rows] += found
-                sums[12] += gross
-        if simulation.model.comm.size > 1:
-            simulation.model.comm.Allreduce(MPI.IN_PLACE, sums)
-        sums *= simulation.last.dt
-        return Exchange(sums[:6].reshape(2, 3), sums[6:12].reshape(2, 3), float(sums[12]))
+    def take(self, dt: float, step: int) -> None:
+        """Take what acts in the step just solved; collective.
+
+        Args:
+            dt: Its length, s.
+            step: Which of the steps that are added up together.
+        """
+        for row in self._rows:
+            row.take(step)
+        self._dt[step] = dt
+        if self._comm.size > 1:
+            self._evaluate(step)
+            self._comm.Allreduce(MPI.IN_PLACE, self._means[step])
+
+    def _evaluate(self, step: int) -> None:
+        self._means[step] = 0.0
+        for row in self._rows:
+            row.add(step, self._means[step])
+
+    def of_steps(self, steps: slice) -> Floats:
+        """Exchange of some steps with the outside, shape (n, 13).
+
+        Of each step impulse and moment of impulse of loads and added terms, then those of supports,
+        drivers and joints to ground, and the sum of the sizes of all nodal impulses, N s, of those
+        that cancel one another, too.
+
+        Args:
+            steps: Which of those taken.
+        """
+        if self._comm.size == 1:
+            for step in range(STEPS)[steps]:
+                self._evaluate(step)
+        return np.asarray(self._means[steps] * self._dt[steps])
+
+
+class _BalanceRow:
+    """What acts in one of the rows that balance the momentum of a step.
+
+    Args:
+        simulation: The simulation.
+        stage: The row.
+        first: Whether it has means of forces, and not their first moments in time.
+    """
+
+    def __init__(self, simulation: Simulation, stage: str, first: bool) -> None:
+        problem = simulation.problem
+        self._first = first
+        self._acting = _Acting(simulation, stage)
+        self._held = HeldForces(problem, simulation.model, stage)
+        self._reactions = [NOTHING] * STEPS
+        self._arms = [
+            problem.steps[c.name].middle if first else partial(problem.half_chord, c.name)
+            for c in self._held.carriers
+        ]
+        self._states = [np.zeros((STEPS, len(arm()))) for arm in self._arms]
+
+    def take(self, step: int) -> None:
+        """Take forces and where they act."""
+        self._acting.take(step)
+        self._reactions[step] = self._held.take()
+        for states, arm in zip(self._states, self._arms, strict=True):
+            states[step] = arm()
+
+    def add(self, step: int, sums: Floats) -> None:
+        """Add the resultants of this rank to those of `Impulse.of_steps`, by time."""
+        forces = [self._acting.nodal(step), self._held.nodal(self._reactions[step])]
+        there = [(k, f) for k, f in enumerate(forces) if f is not None]
+        both = sums[:12].reshape(2, 6)
+        for carrier, states in zip(self._held.carriers, self._states, strict=True):
+            arms = Arms(states[step], whole=1.0 if self._first else 0.0)
+            found, gross = carrier.resultants(arms, [f for _, f in there])
+            if not self._first:
+                # the first moment of a force in time is no impulse
+                found[:, :3] = gross = 0.0
+            for (k, _), row in zip(there, found, strict=True):
+                both[k] += row
+            sums[12] += gross
 
 
 class _Acting(NodalForces):
@@ -114,7 +154,8 @@ class _Acting(NodalForces):
                 loops = residuals_of(system, number, compile_all(forms))
                 where = system.numbering.slice(number)
                 self._forces.append((-1.0 if outside else 1.0, where, loops))
-        self._local = np.zeros(len(problem.system.numbering.local_to_global))
+        size = len(problem.system.numbering.local_to_global) if self._forces else 0
+        self._local = np.zeros((STEPS, size))
 
     @staticmethod
     def _work(row: StageForms, body: Body) -> list[Form]:
@@ -122,13 +163,16 @@ class _Acting(NodalForces):
         work = (f for s in row.samples for f in (s.of_loads(dq), s.of_terms(body, dq)))
         return [form for form in work if form is not None and not form.empty()]
 
-    def nodal(self) -> Floats | None:
-        """Nodal forces on this rank; None without any."""
-        if not self._forces:
-            return None
-        self._local[:] = 0.0
+    def take(self, step: int) -> None:
+        """Take what they are now."""
+        local = self._local[step]
+        local[:] = 0.0
         for sign, where, loops in self._forces:
             loops.refresh()
-            loops.add(self._local[where])
-            self._local[where] *= sign
-        return self.gathered(self._local)
+            loops.add(local[where])
+            if sign < 0:
+                local[where] *= sign
+
+    def nodal(self, step: int) -> Floats | None:
+        """Nodal forces on this rank in a step; None without any; collective."""
+        return self.gathered(self._local[step]) if self._forces else None

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
 from typing import Any
 
 from mpi4py import MPI
@@ -15,17 +14,17 @@ from shellmb.model.joints.columns import element_columns
 from shellmb.model.joints.joints import BoundJoint, JointGroup
 from shellmb.model.joints.mechanism import Mechanism
 from shellmb.model.model import Model
+from shellmb.observers.booking import STEPS, Booked, Row
 from shellmb.observers.forces.freedoms import Freedoms
-from shellmb.observers.forces.impulse import last_middle
 from shellmb.observers.forces.locations import Places
 from shellmb.observers.forces.reactions import Assembled, resistance
 from shellmb.schemes.base import END
-from shellmb.simulate.simulation import Silent, Simulation
+from shellmb.simulate.simulation import Simulation
 
 COMPONENTS = ("F1", "F2", "F3", "M1", "M2", "M3")
 
 
-class JointForces(Silent):
+class JointForces(Booked):
     """Forces [N] and moments [N m] that joints exert on their second bodies.
 
     They are means over the step, in statics the values: those of the row that balances the momentum
@@ -38,46 +37,75 @@ class JointForces(Silent):
     What drivers, springs, dampers and motors add about or along the axis is theirs, not the
     joint's.
 
-    Attributes:
-        values: Columns of the history: `JOINT.F1` to `JOINT.M3`, NaN before the first step; the
-            coordinates of all joints that have some, at the end of the step, with the forces of
-            drivers and locks (`Mechanism.coordinates`); and those of force elements, means over the
-            step, which begin with the values at the start.
+    Columns of the history are `JOINT.F1` to `JOINT.M3`, NaN before the first step; the coordinates
+    of all joints that have some, at the end of the step, with the forces of drivers and locks
+    (`Mechanism.coordinates`); and those of force elements, means over the step, which begin with
+    the values at the start.
     """
 
     def __init__(self) -> None:
-        self.values: dict[str, float] = {}
+        super().__init__()
         self._joints: list[str] = []
         self._found = np.zeros((0, 4, 3))
         self._freedoms = Freedoms()
 
+    @property
+    def values(self) -> Row:
+        """Columns of the history."""
+        return self.measure()
+
     def start(self, simulation: Simulation) -> None:
         """Prepare the loops that assemble the forces, and list the columns."""
         problem, mechanism = simulation.problem, simulation.model.mechanism
+        self._comm = simulation.model.comm
         self._loops = group_loops(problem, mechanism)
         self._joints, self._names = list(mechanism.joints), column_names(mechanism)
         self._found = np.zeros((len(self._joints), 4, 3))
-        self.values.update(dict.fromkeys(self._names, float("nan")))
+        self._middles = [simulation.problem.steps[loop.name].middle for loop in self._loops]
+        # of each step: states and work of the groups, forces where ranks share them
+        self._states = [np.zeros((2, STEPS, loop.size)) for loop in self._loops]
+        self._forces = np.zeros((STEPS, *self._found.shape))
+        columns: Row = dict.fromkeys(self._names, float("nan"))
         self._freedoms.start(simulation)
-        self.values.update(self._freedoms.values)
+        columns |= self._freedoms.values
         # dampers have no forces in statics
         acting = [g for g in mechanism.element_groups if problem.forms[g.name][END].residual]
         self._elements = [(g, *resistance(problem, g.name)) for g in acting]
-        self.values.update(mechanism.coordinates(problem))
-        self.values.update(mechanism.elements(problem, simulation.t))
+        # what is read of the system is known at once
+        self._read: list[Row] = [{} for _ in range(STEPS)]
+        there = mechanism.coordinates(problem)
+        self._reads = bool(there)
+        columns |= there
+        columns |= mechanism.elements(problem, simulation.t)
         # what moves a driven coordinate is known from a step on
-        self.values.update(dict.fromkeys(mechanism.drivers, float("nan")))
+        columns |= dict.fromkeys(mechanism.drivers, float("nan"))
+        self._columns = columns
+        self.begin(dict(columns))
 
-    def solved(self, simulation: Simulation) -> None:
+    def take_solved(self, simulation: Simulation, row: int) -> None:
         """Take the forces of the step."""
-        middle = partial(last_middle, simulation)
-        self._found = joint_forces(simulation.model, self._loops, middle)
-        self.values.update(columns(self._names, self._found))
+        for loop, middle, (states, work) in zip(
+            self._loops, self._middles, self._states, strict=True
+        ):
+            states[row] = middle()
+            loop.work(work[row])
+        read: Row = {}
         for group, residuals, r in self._elements:
             r[:] = 0.0
             residuals.refresh()
             residuals.add(r)
-            self.values.update(element_columns(group, group.acted(r)))
+            read |= element_columns(group, group.acted(r))
+        self._read[row] = read
+        if self._comm.size > 1:
+            # booking is not collective
+            self._act(slice(row, row + 1))
+            self._comm.Allreduce(MPI.IN_PLACE, self._forces[row])
+
+    def _act(self, rows: slice) -> None:
+        """Forces of some steps on this rank."""
+        self._forces[rows] = 0.0
+        for loop, (states, work) in zip(self._loops, self._states, strict=True):
+            loop.add(self._forces[rows], states[rows], work[rows])
 
     @property
     def acting(self) -> dict[str, Floats]:
@@ -85,23 +113,39 @@ class JointForces(Silent):
 
         Zero before the first step.
         """
+        self.book()
         return dict(zip(self._joints, self._found[:, 2:], strict=True))
 
-    def accepted(self, simulation: Simulation) -> None:
+    def take_accepted(self, simulation: Simulation, row: int) -> None:
         """Take the coordinates."""
-        mechanism = simulation.model.mechanism
-        self.values.update(mechanism.coordinates(simulation.problem))
-        self.values.update(self._freedoms.measure(simulation))
+        if self._reads:
+            self._read[row] |= simulation.model.mechanism.coordinates(simulation.problem)
+        self._freedoms.take(row)
 
-    def measure(self) -> dict[str, float]:
-        """Columns of the history."""
-        return dict(self.values)
+    def book_rows(self, rows: slice) -> list[Row]:
+        """Find forces in the axes of the joints, and count turns."""
+        if self._comm.size == 1:
+            self._act(rows)
+        forces = self._forces[rows]
+        self._found = forces[-1].copy()
+        found = []
+        for values, read, turned in zip(
+            forces[:, :, :2].reshape(len(forces), len(self._names)).tolist(),
+            self._read[rows],
+            self._freedoms.count(rows),
+            strict=True,
+        ):
+            self._columns |= zip(self._names, values, strict=True)
+            self._columns |= read
+            self._columns |= turned
+            found.append(dict(self._columns))
+        return found
 
-    def state(self) -> dict[str, Any]:
+    def kept(self) -> dict[str, Any]:
         """Rotations, whose turns count."""
         return self._freedoms.state()
 
-    def restore(self, state: dict[str, Any]) -> None:
+    def take_up(self, state: dict[str, Any]) -> None:
         """Take them up."""
         self._freedoms.restore(state)
 
@@ -127,7 +171,9 @@ def joint_forces(model: Model, groups: list[GroupForces], state: Callable[[str],
     """
     found = np.zeros((len(model.mechanism.joints), 4, 3))
     for group in groups:
-        group.add(found, state(group.name))
+        q, work = state(group.name), np.zeros(group.size)
+        group.work(work)
+        group.add(found[None], q[None], work[None])
     if model.comm.size > 1:
         model.comm.Allreduce(MPI.IN_PLACE, found)
     return found
@@ -160,11 +206,15 @@ class GroupForces:
         problem: The system that has their multipliers.
         group: The group.
         number: Place of each joint in what is found, by its name.
+
+    Attributes:
+        size: Number of the group's dofs.
     """
 
     def __init__(self, problem: Assembled, group: JointGroup, number: Mapping[str, int]) -> None:
         self.name = group.name
-        self._residuals, self._work = resistance(problem, group.name)
+        self._residuals, work = resistance(problem, group.name)
+        self.size = len(work)
         items: dict[tuple[int, bool], list[tuple[int, BoundJoint]]] = {}
         for row, item in enumerate(group.nodes.item.tolist()):
             joint = group.joints[item]
@@ -176,19 +226,23 @@ class GroupForces:
             for (second, _), some in items.items()
         ]
 
-    def add(self, found: Floats, q: Floats) -> None:
+    def work(self, to: Floats) -> None:
+        """Fill in the virtual work of the forces now, for each dof."""
+        to[:] = 0.0
+        self._residuals.refresh()
+        self._residuals.add(to)
+
+    def add(self, found: Floats, q: Floats, work: Floats) -> None:
         """Add forces and moments in the joints' frames and in the scene's.
 
         Args:
-            found: Shape (joints, 4, 3).
-            q: State of the group at which its forces act.
+            found: Shape (steps, joints, 4, 3).
+            q: States of the group at which its forces act, shape (steps, dofs).
+            work: Their work, shape (steps, dofs).
         """
-        self._work[:] = 0.0
-        self._residuals.refresh()
-        self._residuals.add(self._work)
         for part in self._parts:
             # a weld along a region has an item for each of its nodes
-            np.add.at(found, part.numbers, part.values(q, self._work))
+            np.add.at(found.swapaxes(0, 1), part.numbers, part.values(q, work).swapaxes(0, 1))
 
 
 class _Forces:
@@ -219,28 +273,29 @@ class _Forces:
             self._axes = np.array(axes)
 
     def values(self, q: Floats, work: Floats) -> Floats:
-        """Force and moment on the second bodies in joint's and scene's frames, shape (n, 4, 3).
+        """Force and moment on the second bodies in joint's and scene's frames, (steps, n, 4, 3).
 
         Args:
-            q: State of the group at which its forces act.
+            q: States of the group at which its forces act, shape (steps, dofs).
             work: Virtual work of its forces for each dof, positive on the left-hand side.
         """
         if self._about is None:
             about = self._second.points(q)
         else:
             arms = self._about[:, None] @ self._first.directors(q)
-            about = self._first.nodes(q) + arms[:, 0]
+            about = self._first.nodes(q) + arms[..., 0, :]
         scene = self._second.moments(q, work, about)
         own = scene
         if self._axes is not None:
-            axes = self._turned(self._axes @ self._first.directors(q), q)
-            own = scene @ axes.transpose(0, 2, 1)
+            axes = self._axes @ self._first.directors(q)
+            for row, state in zip(axes, q if self._group.heads else (), strict=False):
+                self._turn(row, state)
+            own = scene @ axes.swapaxes(-1, -2)
         # what the left-hand side resists with is the opposite of what acts; without a sign of zero
-        return 0.0 - np.concatenate([own, scene], axis=1)
+        return 0.0 - np.concatenate([own, scene], axis=-2)
 
-    def _turned(self, axes: Floats, q: Floats) -> Floats:
-        """Axes as rows, turned about their third ones where joints head somewhere."""
-        for k, row in enumerate(self._cells if self._group.heads else ()):
+    def _turn(self, axes: Floats, q: Floats) -> None:
+        """Turn axes as rows about their third ones to where joints head."""
+        for k, row in enumerate(self._cells):
             c, s = (heading := self._group.heading(row, q)) / np.linalg.norm(heading)
             axes[k, :2] = [c * axes[k, 0] + s * axes[k, 1], c * axes[k, 1] - s * axes[k, 0]]
-        return axes

@@ -12,7 +12,7 @@ from shellmb.model.joints.joints import BoundJoint, JointGroup
 
 
 class Places:
-    """One end of each of some joints of a group, in the state of the group.
+    """One end of each of some joints of a group, in states of the group.
 
     Args:
         group: The group.
@@ -38,37 +38,41 @@ class Places:
         self._offsets = np.array([end.offset for end in ends])
 
     def nodes(self, q: Floats) -> Floats:
-        """Positions of the nodes, shape (n, 3), m."""
-        return np.asarray(self._nodes + q[self._u])
-
-    def directors(self, q: Floats) -> Floats:
-        """Directors of the nodes, shape (n, m, 3)."""
-        return np.asarray(self._directors + q[self._w])
-
-    def points(self, q: Floats) -> Floats:
-        """Positions of the ends themselves, shape (n, 3), m."""
-        x = self.nodes(q)
-        return x + (self._offsets[:, None] @ self.directors(q))[:, 0] if self.turn else x
-
-    def moments(self, q: Floats, work: Floats, about: Floats) -> Floats:
-        """Forces and their moments, shape (n, 2, 3).
+        """Positions of the nodes, shape (..., n, 3), m.
 
         Args:
-            q: State of the group.
-            work: Virtual work for each of its dofs.
-            about: Points that moments are about, shape (n, 3), m.
+            q: A state, or several, shape (..., dofs).
         """
-        found = np.empty((len(about), 2, 3))
-        force = found[:, 0] = work[self._u]
+        return self._nodes + np.take(q, self._u, axis=-1)
+
+    def directors(self, q: Floats) -> Floats:
+        """Directors of the nodes, shape (..., n, m, 3)."""
+        return self._directors + np.take(q, self._w, axis=-1)
+
+    def points(self, q: Floats) -> Floats:
+        """Positions of the ends themselves, shape (..., n, 3), m."""
+        x = self.nodes(q)
+        return x + (self._offsets[:, None] @ self.directors(q))[..., 0, :] if self.turn else x
+
+    def moments(self, q: Floats, work: Floats, about: Floats) -> Floats:
+        """Forces and their moments, shape (..., n, 2, 3).
+
+        Args:
+            q: States of the group, shape (..., dofs).
+            work: Virtual work for each of its dofs.
+            about: Points that moments are about, shape (..., n, 3), m.
+        """
+        found = np.empty((*about.shape[:-1], 2, 3))
+        force = found[..., 0, :] = np.take(work, self._u, axis=-1)
         # arms and what they turn with, one below the other
-        arms, forces = (self.nodes(q) - about)[:, None], force[:, None]
+        arms, forces = (self.nodes(q) - about)[..., None, :], force[..., None, :]
         if self.turn:
-            arms = np.concatenate([arms, self.directors(q)], axis=1)
-            forces = np.concatenate([forces, work[self._w]], axis=1)
+            arms = np.concatenate([arms, self.directors(q)], axis=-2)
+            forces = np.concatenate([forces, np.take(work, self._w, axis=-1)], axis=-2)
         # sums of products by pairs of axes
-        products = arms.transpose(0, 2, 1) @ forces
+        products = arms.swapaxes(-1, -2) @ forces
         for k, (a, b) in enumerate(((1, 2), (2, 0), (0, 1))):
-            found[:, 1, k] = products[:, a, b] - products[:, b, a]
+            found[..., 1, k] = products[..., a, b] - products[..., b, a]
         return found
 
 

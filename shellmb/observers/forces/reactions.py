@@ -34,6 +34,11 @@ class Assembled(Protocol):
         ...
 
 
+# reactions of fixed unknowns, and the work of each group of planes for its dofs
+type Taken = tuple[Floats, list[Floats]]
+NOTHING: Taken = np.zeros(0), []
+
+
 def resistance(problem: Assembled, name: str, stage: str | None = None) -> tuple[Residuals, Floats]:
     """Assembly of the virtual work of a group's forces in a row, and memory for it.
 
@@ -115,19 +120,33 @@ class HeldForces(NodalForces):
         ]
         self._supported = model.supported
 
-    def nodal(self) -> Floats | None:
-        """Nodal forces on this rank; None without any."""
+    def take(self) -> Taken:
+        """What a step leaves of them."""
         if not self._supported:
-            return None
-        # what is left of the equations of fixed unknowns is what holds them
-        self._held.array[self._system.fixed] = self._system.reactions
-        if not self._planes:
-            return self._system.local_values(self._held)
-        local = np.zeros(len(self._system.numbering.local_to_global))
-        for k, residuals, r in self._planes:
+            return NOTHING
+        works = []
+        for _, residuals, r in self._planes:
             r[:] = 0.0
             residuals.refresh()
             residuals.add(r)
+            works.append(r.copy())
+        return self._system.reactions.copy(), works
+
+    def nodal(self, taken: Taken | None = None) -> Floats | None:
+        """Nodal forces on this rank; None without any; collective.
+
+        Args:
+            taken: What a step has left of them; None: of the last one.
+        """
+        if not self._supported:
+            return None
+        reactions, works = taken or self.take()
+        # what is left of the equations of fixed unknowns is what holds them
+        self._held.array[self._system.fixed] = reactions
+        if not self._planes:
+            return self._system.local_values(self._held)
+        local = np.zeros(len(self._system.numbering.local_to_global))
+        for (k, *_), r in zip(self._planes, works, strict=True):
             # on the left-hand side they resist
             local[self._system.numbering.slice(k)] -= r
         return self.gathered(local, self._held)

@@ -11,6 +11,7 @@ from scipy.interpolate import CubicSpline
 from shellmb.arrays import Floats
 from shellmb.errors import ConvergenceError, SceneError
 from shellmb.measuring.times import Stopwatch
+from shellmb.observers.booking import STEPS
 from shellmb.running.standard import StandardObservers
 from shellmb.scene import GROUND, Prismatic, Revolute, Spherical, StepControl, Universal
 from shellmb.scene.values.validate import unit_vector
@@ -107,8 +108,9 @@ class OurRun(Run):
                 simulation.advance(observers)
         except ConvergenceError as error:
             failed = str(error)
-        cpu, wall = watch.cpu, watch.wall
+        # what is not booked yet is
         rows, (probe,) = standard.sources.history.rows, scene.probes
+        cpu, wall = watch.cpu, watch.wall
         t, u = np.array([(row["t"], row[probe.name]) for row in rows]).T
         steps = max(len(t) - 1, 1)
         numbers = simulation.iterations / steps, (iteration.factorisations - factored) / steps
@@ -239,28 +241,31 @@ def _frame(axis: Any) -> Floats:
     return np.stack([first, np.cross(e, first), e], axis=1)
 
 
-def least_step(name: str, scheme: str, dt: float, observed: bool, steps: int = 100) -> float:
-    """Wall time of the quickest of some steps, s: what a step takes on a machine of its own.
+def least_step(name: str, scheme: str, dt: float, observed: bool, times: int = 6) -> float:
+    """Mean time of the quickest run of steps that are booked together, s.
+
+    It is nearly what a step takes on a machine of its own.
 
     Args:
         name: Name of the mechanism.
         scheme: Time scheme.
         dt: Time step, s.
         observed: Whether all is observed that a run observes.
-        steps: How many steps.
+        times: How many runs of steps.
     """
     base = MECHANISMS[name].scene()
-    scene = replace(base, scheme=scheme, alpha=None, dt=dt, t_end=2 * steps * dt)
+    scene = replace(base, scheme=scheme, alpha=None, dt=dt, t_end=2 * times * STEPS * dt)
     simulation = Simulation(scene)
     observers = list(StandardObservers(None).named.values()) if observed else []
     for observer in observers:
         observer.start(simulation)
-    times = []
-    for _ in range(steps):
+    found = []
+    for _ in range(times):
         watch = Stopwatch()
-        simulation.advance(observers)
-        times.append(watch.wall)
-    return min(times)
+        for _ in range(STEPS):
+            simulation.advance(observers)
+        found.append(watch.wall / STEPS)
+    return min(found)
 
 
 def study_of(name: str, fast: bool = False) -> Study:

@@ -1,0 +1,136 @@
+"""Steps that are booked together give what they give one by one, to the last bit."""
+
+from pathlib import Path
+
+import pytest
+
+from shellmb.observers import booking
+from shellmb.observers.account.energy import EnergyAccount
+from shellmb.running.execute import RunResult, execute
+from shellmb.running.resuming.resume import resume
+from shellmb.running.resuming.saved import read_saved
+from shellmb.running.standard import StandardObservers
+from shellmb.scene import (
+    GROUND,
+    Gravity,
+    Output,
+    Probe,
+    Revolute,
+    RigidBody,
+    Scene,
+    Solver,
+    Spherical,
+)
+from shellmb.simulate.simulation import Silent, Simulation
+
+COUNT = booking.STEPS + 5
+
+
+def swing() -> Scene:
+    """Two pendulums on one another, the first of which turns whole turns."""
+    inertia = (1e-3, 4e-3, 4e-3)
+    return Scene(
+        "swing",
+        rigid_bodies=(
+            RigidBody("upper", 1.0, inertia, position=(0.1, 0, 0)),
+            RigidBody("lower", 1.0, inertia, position=(0.2, 0, -0.1)),
+        ),
+        joints=(
+            Revolute("hinge", GROUND, "upper", at=(0, 0, 0), axis=(0, 1, 0)),
+            Spherical("ball", "upper", "lower", at=(0.2, 0, 0)),
+        ),
+        loads=Gravity((0, 2.0, -9.81)),
+        probes=(
+            Probe("turned", (0.1, 0, 0), "rotation", 1, body="upper"),
+            Probe("far", (0.2, 0, -0.1), "position", "norm", body="lower"),
+        ),
+        scheme="ep",
+        dt=0.01,
+        t_end=COUNT * 0.01,
+        output=Output(frames=2),
+        # a resumed run factorises anew
+        solver=Solver(newton="full"),
+    )
+
+
+def rows_of(result: RunResult) -> list[dict[str, float]]:
+    """Rows without what clocks tell."""
+    return [{k: v for k, v in row.items() if k != "wall_s"} for row in result.rows]
+
+
+def observed(ask: bool) -> tuple[list[dict[str, float]], list[int]]:
+    """Rows of a run that is asked in each step or not, and how many were booked at once."""
+    simulation, standard = Simulation(swing()), StandardObservers(None)
+    booked: list[int] = []
+    energy = standard.sources.energy
+    book = energy.book_rows
+
+    def counted(rows: slice) -> list[dict[str, float]]:
+        booked.append(rows.stop - rows.start)
+        return book(rows)
+
+    energy.book_rows = counted  # type: ignore[method-assign]
+
+    class Reader(Silent):
+        def accepted(self, simulation: Simulation) -> None:
+            for observer in standard.named.values():
+                if ask and hasattr(observer, "collect"):
+                    observer.measure()
+
+    simulation.run([*standard.named.values(), Reader()])
+    rows = [{k: v for k, v in r.items() if k != "wall_s"} for r in standard.sources.history.rows]
+    return rows, booked
+
+
+def test_rows_are_the_same_however_many_are_booked_together(monkeypatch) -> None:
+    """Asked in each step, or left alone until 32 are together."""
+    monkeypatch.setattr("shellmb.observers.files.batches.BATCH", 1e9)
+    alone, ones = observed(ask=True)
+    together, several = observed(ask=False)
+    # of numbers that are none no one equals another
+    assert repr(alone) == repr(together)
+    assert len(alone) == COUNT + 1
+    assert set(ones) == {1} and len(ones) == COUNT
+    assert max(several) == booking.STEPS - 1 and sum(several) == COUNT
+
+
+TOLD = (
+    "energy_balance_error",
+    "constraint_max",
+    "director_max",
+    "joints",
+    "linear_momentum_drift",
+    "angular_momentum_drift",
+)
+
+
+class Fails(Silent):
+    """Fails when a step is accepted, behind observers that have taken it."""
+
+    def __init__(self, step: int) -> None:
+        self._step = step
+
+    def accepted(self, simulation: Simulation) -> None:
+        """Fail in its step."""
+        if simulation.step == self._step:
+            raise KeyError("some other observer")
+
+
+@pytest.mark.parametrize("step", [2, booking.STEPS + 1, booking.STEPS + 3])
+def test_a_state_is_of_one_step(tmp_path: Path, step: int) -> None:
+    """What failed in a step leaves the state before it, of all observers, and the run goes on."""
+    with pytest.raises(KeyError):
+        execute(swing(), tmp_path / "failed", [Fails(step)], pictures=False)
+    straight = execute(swing(), tmp_path / "straight", [Silent()], pictures=False)
+    found = read_saved(tmp_path / "failed", straight.simulation.model.comm)
+    assert found.simulation["step"] == step - 1
+    row = straight.rows[step - 1]
+    assert found.observers["energy"]["values"] == {k: row[k] for k in EnergyAccount.NAMES}
+    assert found.observers["joints"] == {"hinge.rotation": row["hinge.rotation"]}
+    resumed = resume(tmp_path / "failed", [Silent()], scene=swing(), pictures=False)
+    assert repr(rows_of(resumed)) == repr(rows_of(straight))
+    for name in TOLD:
+        assert resumed.summary[name] == straight.summary[name] != 0, name
+    ends = [read_saved(run.out, run.simulation.model.comm).observers for run in (straight, resumed)]
+    for name in ("energy", "momentum", "constraints", "turning", "probes", "joints"):
+        assert ends[0][name] == ends[1][name], name
