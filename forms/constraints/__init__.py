@@ -1,1 +1,1 @@
-"""What joints hold, what acts on their coordinates, and their rows over a step."""
+"""Constraints of joints, forces on their coordinates, and their rows over a step."""

@@ -1,1 +1,1 @@
-"""Errors beside results: coarser companions of a run tell how far it is from the limit."""
+"""Error estimates of results, from coarser companions of a run."""

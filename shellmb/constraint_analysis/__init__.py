@@ -1,1 +1,1 @@
-"""Whether a model can be solved: redundant constraints, and what nothing holds."""
+"""Solvability of a model: redundant constraints, and unconstrained motions."""

@@ -1,1 +1,1 @@
-"""What keeps strangers' files and folders, links and closed streams from doing harm."""
+"""Protection from strangers' files and folders, links and closed streams."""

@@ -1,1 +1,1 @@
-"""Runs of scenes: loading, the run directory, and going on after a stop."""
+"""Runs of scenes: loading, the run directory, and resuming after a stop."""

@@ -1,1 +1,1 @@
-"""What a run directory holds, read back and shown: fields, plots, pictures in space, pages."""
+"""Content of a run directory, read back and shown: fields, plots, pictures in space, pages."""

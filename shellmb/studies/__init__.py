@@ -1,1 +1,1 @@
-"""What accuracy costs in time: sweeps of a scene against a reference (`shellmb study`)."""
+"""Costs of accuracy in time: sweeps of a scene against a reference (`shellmb study`)."""

@@ -1,1 +1,1 @@
-"""What the solver costs on this machine, part by part, and against other codes."""
+"""Costs of the solver on this machine, part by part, and beside other codes."""

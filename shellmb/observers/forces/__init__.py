@@ -1,1 +1,1 @@
-"""What joints, drivers and supports carry."""
+"""Forces of joints, drivers and supports."""

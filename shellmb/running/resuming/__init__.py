@@ -1,1 +1,1 @@
-"""Going on with a run where it stopped."""
+"""Continuing a run where it stopped."""

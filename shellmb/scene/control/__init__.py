@@ -1,1 +1,1 @@
-"""What a run decides for itself: sensors, controllers with their commands, and events."""
+"""Decisions of a run: sensors, controllers with their commands, and events."""

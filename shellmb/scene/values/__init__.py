@@ -1,1 +1,1 @@
-"""What parts of a scene are made of: checked dataclasses, functions of time and of position."""
+"""Building blocks of a scene: checked dataclasses, functions of time and of position."""

@@ -1,1 +1,1 @@
-"""What derivatives are for: fits to measurements, error bands, rankings of parameters."""
+"""Uses of derivatives: fits to measurements, error bands, rankings of parameters."""

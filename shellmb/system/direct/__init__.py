@@ -1,1 +1,1 @@
-"""Direct solutions of linear systems, and what their pivots tell."""
+"""Direct solutions of linear systems, and information from their pivots."""

@@ -1,1 +1,1 @@
-"""What each effect costs: steps with and without it, in turn."""
+"""Costs of each effect: steps with and without it, in turn."""

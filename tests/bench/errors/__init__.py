@@ -1,1 +1,1 @@
-"""Whether stated errors are true: runs with errors beside references, far finer or exact"""
+"""Tests of stated errors: runs with errors beside references, far finer or exact"""
