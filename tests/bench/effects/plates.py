@@ -61,14 +61,14 @@ def _filled(scheme: str, mesh: Mesh) -> Scene:
         (("left", (0, 1, 0)), ("right", (1, 0, 0)), ("top", (0, 0, 1))),
     )
     surface = Sphere(0.5, azimuth=(0.0, 90.0))
-    return replace(
-        base,
-        shells=replace(base.shells[0], surface=surface, mesh=mesh),
-        supports=[SymmetryPlane(edge, normal) for edge, normal in planes],
-        loads=Pressure(10.0),
-        probes=(),
-        volumes=EnclosedVolume("gas", gas=Gas(1e5)),
-    )
+    given: dict[str, Any] = {
+        "shells": replace(base.shells[0], surface=surface, mesh=mesh),
+        "supports": [SymmetryPlane(edge, normal) for edge, normal in planes],
+        "loads": Pressure(10.0),
+        "probes": (),
+        "volumes": EnclosedVolume("gas", gas=Gas(1e5)),
+    }
+    return replace(base, **given)
 
 
 def _having(**changes: Any) -> Callable[[str, Mesh], Scene]:
