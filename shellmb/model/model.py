@@ -25,7 +25,7 @@ from shellmb.model.locations.finder import Finder
 from shellmb.model.plausible import check_probes
 from shellmb.model.potentials.build import potential_groups
 from shellmb.model.potentials.group import PotentialGroup
-from shellmb.model.potentials.volume import Volume, enclosed_volumes
+from shellmb.model.potentials.volume import Filling, Volume, enclosed_volumes
 from shellmb.model.reduced.data import ModalBody
 from shellmb.model.reduced.modal import modal_bodies, modal_points
 from shellmb.model.shells.middles import hold_middles
@@ -80,6 +80,11 @@ class Model:
     def meshed(self) -> dict[str, ShellModel | BeamModel]:
         """Shells and beams by name."""
         return {**self.shells, **self.beams}
+
+    @property
+    def stores(self) -> list[PotentialGroup | Filling]:
+        """Potentials, contacts and gases: what has an energy of its own in the account."""
+        return [*self.potentials, *(v.filling for v in self.volumes if v.item.gas is not None)]
 
     @property
     def outside(self) -> list[Body]:

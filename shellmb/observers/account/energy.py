@@ -128,7 +128,7 @@ class EnergyAccount(Booked):
         kinetic: list[Form | None] = []
         if "v" in scheme.rates:
             kinetic = [kinetic_energy(b, problem.levels[b.name].rates["v"]) for b in bodies]
-        self._potentials = simulation.model.potentials
+        self._potentials = simulation.model.stores
         levels = problem.levels
         others = [b for b in bodies if b not in self._potentials]
         strain = [strain_energy(b, levels[b.name]) for b in others]
@@ -312,7 +312,9 @@ class EnergyAccount(Booked):
         self._largest = max(self._largest, abs(values["total_energy"]))
         self._fastest = max(self._fastest, values["kinetic_energy"])
         ports = ("work_loads", "work_terms", "work_supports", "dissipation")
-        self._exchanged = max(self._exchanged, self._largest, *(abs(values[p]) for p in ports))
+        # what potentials below zero give to bodies is energy that was seen, though the sum is not
+        seen = max(self._largest, self._fastest)
+        self._exchanged = max(self._exchanged, seen, *(abs(values[p]) for p in ports))
         self._there = max(self._there, values["total_energy"] + values["dissipation"])
         self._lowest = min(self._lowest, values["total_energy"])
 
