@@ -58,6 +58,8 @@ def frequency_sensitivities(
     """
     import pandas as pd
 
+    if count < 1:
+        raise SceneError(f"sensitivities: count is {count}; it must be at least 1")
     made = differentiated(scene, values, **options)
     chosen = [
         replace(p, step=p.step * APART / STEP) for p in parameters_of(made, parameters, scales)
@@ -83,7 +85,7 @@ def frequency_sensitivities(
         table[p.name] = np.where(near, np.nan, slopes)[:known]
         if independent(above, below):
             warnings.warn(
-                f"nothing depends on '{p.name}': its derivatives are zero",
+                f"nothing depends on '{p.name}' near {p.value:g}: its derivatives are zero",
                 ShellmbWarning,
                 stacklevel=2,
             )

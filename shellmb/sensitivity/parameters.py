@@ -153,6 +153,7 @@ def parameters_of(
     if not names:
         raise SceneError("sensitivities: no parameter is named; name at least one")
     _check_known(made, names)
+    sizes = _sizes(names, scales or {})
     signature, found = inspect.signature(made.make).parameters, list[Parameter]()
     for name in names:
         if any(p.name == name for p in found):
@@ -165,7 +166,7 @@ def parameters_of(
             raise SceneError(
                 f"sensitivities: parameter '{name}' is {value!r:.40}; it must be a number"
             )
-        scale = abs(float((scales or {}).get(name, value)))
+        scale = sizes.get(name, abs(float(value)))
         if not (math.isfinite(value) and math.isfinite(scale) and scale > 0):
             raise SceneError(
                 f"sensitivities: parameter '{name}' is {value:g}, which gives no size of "
@@ -173,6 +174,25 @@ def parameters_of(
             )
         found.append(Parameter(name, float(value), STEP * scale))
     return tuple(found)
+
+
+def _sizes(names: Sequence[str], scales: Mapping[str, Any]) -> dict[str, float]:
+    """Sizes of parameters, of those that have one.
+
+    Raises:
+        SceneError: If one is no number, or of another parameter.
+    """
+    for name, size in scales.items():
+        if name not in names:
+            raise SceneError(
+                f"sensitivities: scales has '{name}', which is no parameter here; parameters are "
+                + ", ".join(f"'{n}'" for n in names)
+            )
+        if isinstance(size, bool) or not isinstance(size, int | float):
+            raise SceneError(
+                f"sensitivities: scales gives '{name}' the size {size!r:.40}; it must be a number"
+            )
+    return {name: abs(float(size)) for name, size in scales.items()}
 
 
 def beside(made: Differentiated, base: Scene, parameter: Parameter) -> tuple[Scene, Scene]:

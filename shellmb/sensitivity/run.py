@@ -87,7 +87,7 @@ def sensitivities(
         fields, columns = fields and columns == "all", "all"
     scenes = {p: beside(made, base, p) for p in chosen}
     said = [
-        f"nothing depends on '{p.name}': its derivatives are zero"
+        f"nothing depends on '{p.name}' near {p.value:g}: its derivatives are zero"
         for p, (above, below) in scenes.items()
         if independent(above, below)
     ]

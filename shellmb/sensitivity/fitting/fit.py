@@ -150,7 +150,15 @@ class _Search:
         for known, found in self._kept:
             if np.array_equal(known, x):
                 return found
-        made = self._run(x)
+        try:
+            made = self._run(x)
+        except SceneError as error:
+            if not self.count:
+                raise
+            raise SceneError(
+                f"fit: run {self.count + 1} with {self._said(x)} is impossible: {error}; give the "
+                "parameters bounds"
+            ) from error
         self.count += 1
         history = made.run.history
         t = history["t"].to_numpy(dtype=float)
@@ -168,14 +176,17 @@ class _Search:
             by = {name: table[name].to_numpy(dtype=float) for name in run}
             slopes.append(size * self._data.weighted(t, by, measured=False))
         if self._tell is not None:
-            values = ", ".join(
-                f"{p.name} = {v:.6g}"
-                for p, v in zip(self._parameters, x * self._sizes, strict=True)
+            self._tell(
+                f"run {self.count}: {self._said(x)}, misfit {np.sqrt(np.mean(residual**2)):.4g}"
             )
-            self._tell(f"run {self.count}: {values}, misfit {np.sqrt(np.mean(residual**2)):.4g}")
         # the last point and the best one: a step that is rejected goes back
         self._kept = [*self._kept[-1:], (x.copy(), (made, residual, np.array(slopes).T))]
         return self._kept[-1][1]
+
+    def _said(self, x: Floats) -> str:
+        """Values of the parameters in words."""
+        both = zip(self._parameters, x * self._sizes, strict=True)
+        return ", ".join(f"{p.name} = {v:.6g}" for p, v in both)
 
     def residual(self, x: Floats) -> Floats:
         """Misfits over their noise."""

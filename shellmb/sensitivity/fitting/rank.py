@@ -10,12 +10,11 @@ import numpy as np
 
 from shellmb.errors import SceneError
 from shellmb.scene.lookup import listed
+from shellmb.sensitivity.record import Sensitivities
 
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.figure import Figure
-
-    from shellmb.sensitivity.record import Sensitivities
 
 
 @dataclass(frozen=True)
@@ -58,6 +57,10 @@ def rank(found: Sensitivities, of: str | Sequence[str] | None = None) -> Ranking
     """
     import pandas as pd
 
+    if not isinstance(found, Sensitivities):
+        raise SceneError(
+            f"rank: found is a {type(found).__name__}; it must be what `sensitivities` returns"
+        )
     wanted = [of] if isinstance(of, str) else list(of or ())
     columns = found.history[found.parameters[0].name].columns
     if not wanted:
