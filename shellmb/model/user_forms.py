@@ -1,11 +1,15 @@
 """Functions that users write in UFL: what they return is looked at before it is compiled."""
 
 import inspect
+import sys
 import traceback
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
+from types import FrameType
 from typing import Any
 
+import numpy as np
 import ufl
 from ufl.algorithms import expand_derivatives
 from ufl.algorithms.analysis import extract_arguments
@@ -17,6 +21,9 @@ from ufl.corealg.traversal import traverse_unique_terminals
 
 from shellmb.errors import SceneError
 from shellmb.scene.values.validate import in_words, show
+
+# what numbers of Python are made of expressions by
+VALUES = Expr.__float__.__code__, Expr.__complex__.__code__
 
 
 def written(function: Callable[..., Any], arguments: Sequence[Any], who: str) -> Expr:
@@ -32,7 +39,8 @@ def written(function: Callable[..., Any], arguments: Sequence[Any], who: str) ->
             which file and line.
     """
     try:
-        value = function(*arguments)
+        with _without_values():
+            value = function(*arguments)
     except (Exception, SystemExit) as error:
         raise SceneError(
             f"{_place(function, error)}{who} {show(function)} fails ({in_words(error)}); it must "
@@ -47,7 +55,34 @@ def written(function: Callable[..., Any], arguments: Sequence[Any], who: str) ->
             f"{_place(function)}{who} {show(function)} returns {_said(value)}; it must return a "
             "scalar of UFL"
         )
+    for number in traverse_unique_terminals(expression):
+        if isinstance(number, ScalarValue) and not np.isfinite(complex(number)):
+            raise SceneError(
+                f"{_place(function)}{who} {show(function)} has the number {number}; it must be "
+                "finite"
+            )
     return expression
+
+
+@contextmanager
+def _without_values() -> Iterator[None]:
+    """Refuse what asks for the value of a quantity, as `math.sin` does: UFL looks for it for hours.
+
+    Raises:
+        ValueError: Where a function asks for it.
+    """
+    before = sys.getprofile()
+
+    def watch(frame: FrameType, event: str, argument: Any) -> None:
+        if event == "call" and frame.f_code in VALUES:
+            if not isinstance(frame.f_locals["self"], ScalarValue | Zero):
+                raise ValueError("it asks for the value of a quantity, as math.sin and float do")
+
+    sys.setprofile(watch)
+    try:
+        yield
+    finally:
+        sys.setprofile(before)
 
 
 def _place(function: Callable[..., Any], error: BaseException | None = None) -> str:

@@ -22,8 +22,8 @@ import numpy as np
 from shellmb.errors import ShellmbWarning
 from shellmb.scene import Scene
 from shellmb.scene.fingerprint import Fingerprint, outside
+from shellmb.scene.values.copies import MUTABLE, with_own_defaults
 
-MUTABLE = (list, dict, set, bytearray, np.ndarray)
 # whose functions keep nothing, and whose objects are not copied
 LIBRARIES = {"shellmb", "numpy", "scipy", "ufl", "dolfinx", "basix", "petsc4py", "mpi4py"}
 LIBRARIES |= {"builtins", "math", "functools", "operator", "pathlib", "types", "enum", "abc"}
@@ -163,21 +163,7 @@ class OwnScene:
         if is_ours(function.__module__ or ""):
             return function
         self._functions.append(function)
-        defaults, named = function.__defaults__, function.__kwdefaults__
-        held = [*(defaults or ()), *(named or {}).values()]
-        if not any(isinstance(v, MUTABLE) for v in held):
-            return function
-        made = types.FunctionType(
-            function.__code__,
-            function.__globals__,
-            function.__name__,
-            copy.deepcopy(defaults),
-            function.__closure__,
-        )
-        made.__kwdefaults__ = copy.deepcopy(named)
-        vars(made).update(vars(function))
-        made.__qualname__, made.__module__ = function.__qualname__, function.__module__
-        return made
+        return with_own_defaults(function)
 
 
 def _differ(then: Fingerprint, now: Fingerprint) -> set[str]:

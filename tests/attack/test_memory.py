@@ -129,6 +129,19 @@ def test_two_runs_of_one_scene_are_the_same_bit_for_bit(memory) -> None:
     np.testing.assert_array_equal(angles(scene), first)
 
 
+def swells(t, memory=[0.0]):  # noqa: B006
+    memory[0] += 1.0
+    return memory[0]
+
+
+def test_checks_of_a_scene_are_no_part_of_a_memory() -> None:
+    """They try a function at three times, and again with each option of a run."""
+    counting = Counting()
+    for time in (counting, counting.ask, functools.partial(counting), swells):
+        pendulum(state=[0.0], time=time).with_options(dt=2e-3)
+    assert counting.inner["n"] == [0] and swells.__defaults__ == ([0.0],)
+
+
 @pytest.mark.parametrize("memory", TOLD)
 def test_what_cannot_be_copied_is_told(memory) -> None:
     make, said = TOLD[memory]

@@ -96,6 +96,16 @@ LATER = {
         "def scene(): return made(force_elements=PUSH)",
         "bad.py, line 8: motor 'push': law <lambda> fails (loop of ufunc does not support",
     ),
+    "a motor of the module math": (
+        "import math\nPUSH = Motor('push', 'pin', law=lambda x, rate, t: math.sin(x))\n"
+        "def scene(): return made(force_elements=PUSH)",
+        "bad.py, line 9: motor 'push': law <lambda> fails (it asks for the value of a quantity",
+    ),
+    "a motor whose number is none": (
+        "PUSH = Motor('push', 'pin', law=lambda x, rate, t: float('nan') * x)\n"
+        "def scene(): return made(force_elements=PUSH)",
+        "bad.py, line 8: motor 'push': law <lambda> has the number nan; it must be finite",
+    ),
     "a motor that returns nothing": (
         "PUSH = Motor('push', 'pin', law=lambda x, rate, t: None)\n"
         "def scene(): return made(force_elements=PUSH)",

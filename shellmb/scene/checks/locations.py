@@ -12,6 +12,7 @@ from shellmb.scene.lookup import listed, said
 from shellmb.scene.multibody.offsets import Offset
 from shellmb.scene.multibody.rigid import RigidBody
 from shellmb.scene.shells.shell import Shell
+from shellmb.scene.values.copies import on_trial
 from shellmb.scene.values.validate import edge_names, in_words, show
 
 if TYPE_CHECKING:
@@ -97,6 +98,8 @@ def finite_in_time(function: Any, t_end: float, who: str, size: int) -> None:
     if not callable(function):
         return
     wanted = "a finite number" if size == 1 else f"{size} finite numbers"
+    # a scene is checked again with each option: its functions begin their memory in the run
+    function = on_trial(function)
     for t in (0.0, t_end / 2, t_end):
         try:
             given = function(t)
